@@ -1,0 +1,6 @@
+//! Shisen on a desk: meshes and scenes in, CAVE walls out.
+
+pub mod cave;
+pub mod mesh;
+pub mod picture;
+pub mod scene;

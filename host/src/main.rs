@@ -1,0 +1,2 @@
+//! The `shisen` command.
+fn main() {}

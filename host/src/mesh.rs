@@ -1,0 +1,209 @@
+//! A triangle mesh as imported or generated, before it is baked.
+
+use thiserror::Error;
+
+/// How a surface answers light: Whitted's terms (1980), linear RGB.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Lambertian reflectance per channel, 0 to 1.
+    pub diffuse: [f32; 3],
+    /// Blinn-Phong highlight per channel, 0 to 1.
+    pub specular: [f32; 3],
+    /// Blinn-Phong exponent, 1 to 10,000.
+    pub shininess: f32,
+    /// Mirror reflectance per channel, 0 to 1. Where `transmission` is not
+    /// zero, Fresnel's equations split the light and this is unused.
+    pub mirror: [f32; 3],
+    /// Share of refracted light that is let through per channel, 0 to 1.
+    pub transmission: [f32; 3],
+    /// Index of refraction relative to the surroundings, above 0.
+    pub index_of_refraction: f32,
+    /// Beer's absorption inside the body, per metre and channel, 0 or more.
+    pub absorption: [f32; 3],
+}
+
+impl Default for Material {
+    /// Matt light grey.
+    fn default() -> Self {
+        Self {
+            diffuse: [0.8; 3],
+            specular: [0.0; 3],
+            shininess: 32.0,
+            mirror: [0.0; 3],
+            transmission: [0.0; 3],
+            index_of_refraction: 1.5,
+            absorption: [0.0; 3],
+        }
+    }
+}
+
+/// Triangles with shared vertices, in the units of their file.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TriangleMesh {
+    /// Vertex positions.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit vertex normals, one a position; empty where the file has none.
+    pub normals: Vec<[f32; 3]>,
+    /// Three indices into `positions` a triangle, counter-clockwise from
+    /// outside, in the file's order.
+    pub triangles: Vec<[u32; 3]>,
+    /// Materials that the file brings; may be empty.
+    pub materials: Vec<Material>,
+    /// One index into `materials` a triangle; empty where the file has none.
+    pub triangle_materials: Vec<u32>,
+}
+
+/// Why a mesh cannot be used.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum MeshError {
+    /// Nothing to trace.
+    #[error("the mesh has no triangles")]
+    NoTriangles,
+    /// A coordinate that is NaN or infinite.
+    #[error(
+        "vertex {vertex} (counted from 0) has a coordinate that is not finite: {}, {}, {}",
+        .position[0], .position[1], .position[2]
+    )]
+    NotFinite {
+        /// Its index.
+        vertex: usize,
+        /// Its coordinates.
+        position: [f32; 3],
+    },
+    /// A coordinate too large for f32 arithmetic on it to stay finite.
+    #[error("vertex {vertex} (counted from 0) is farther out than {limit:e} units")]
+    TooFar {
+        /// Its index.
+        vertex: usize,
+        /// The largest magnitude a coordinate may have.
+        limit: f32,
+    },
+    /// An index past the last vertex.
+    #[error(
+        "triangle {triangle} (counted from 0) names vertex {index}, but the mesh has {vertices}"
+    )]
+    IndexOutOfRange {
+        /// The triangle.
+        triangle: usize,
+        /// The index it names.
+        index: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// The same vertex twice in one triangle.
+    #[error("triangle {triangle} (counted from 0) names vertex {index} twice")]
+    RepeatedVertex {
+        /// The triangle.
+        triangle: usize,
+        /// The index it repeats.
+        index: u32,
+    },
+    /// Side tables of the wrong length, or a material that is not there.
+    #[error("{what}: {found} entries where {expected} belong")]
+    Length {
+        /// Which table.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length it must have.
+        expected: usize,
+    },
+    /// More than the scene format holds.
+    #[error("{count} triangles are more than the {limit} that one mesh may have")]
+    TooMany {
+        /// How many there are.
+        count: usize,
+        /// How many may be.
+        limit: usize,
+    },
+}
+
+impl TriangleMesh {
+    /// Largest magnitude of a coordinate.
+    pub const FARTHEST: f32 = 1.0e12;
+    /// Most triangles in one mesh.
+    pub const MOST_TRIANGLES: usize = 1 << 26;
+
+    /// Checks everything that baking relies on.
+    ///
+    /// # Errors
+    /// The first fault found, with where it is.
+    pub fn validate(&self) -> Result<(), MeshError> {
+        if self.triangles.is_empty() {
+            return Err(MeshError::NoTriangles);
+        }
+        if self.triangles.len() > Self::MOST_TRIANGLES {
+            return Err(MeshError::TooMany {
+                count: self.triangles.len(),
+                limit: Self::MOST_TRIANGLES,
+            });
+        }
+        for (vertex, &position) in self.positions.iter().enumerate() {
+            if position.iter().any(|c| !c.is_finite()) {
+                return Err(MeshError::NotFinite { vertex, position });
+            }
+            if position.iter().any(|c| c.abs() > Self::FARTHEST) {
+                return Err(MeshError::TooFar {
+                    vertex,
+                    limit: Self::FARTHEST,
+                });
+            }
+        }
+        let vertices = self.positions.len();
+        for (triangle, &[a, b, c]) in self.triangles.iter().enumerate() {
+            if let Some(index) = [a, b, c].into_iter().find(|&i| i as usize >= vertices) {
+                return Err(MeshError::IndexOutOfRange {
+                    triangle,
+                    index,
+                    vertices,
+                });
+            }
+            if a == b || b == c || a == c {
+                let index = if a == b || a == c { a } else { b };
+                return Err(MeshError::RepeatedVertex { triangle, index });
+            }
+        }
+        let expect = |what, found: usize, expected: usize| {
+            if found == 0 || found == expected {
+                Ok(())
+            } else {
+                Err(MeshError::Length {
+                    what,
+                    found,
+                    expected,
+                })
+            }
+        };
+        expect("normals", self.normals.len(), vertices)?;
+        expect(
+            "triangle materials",
+            self.triangle_materials.len(),
+            self.triangles.len(),
+        )?;
+        if let Some(&index) = self
+            .triangle_materials
+            .iter()
+            .find(|&&index| index as usize >= self.materials.len())
+        {
+            return Err(MeshError::Length {
+                what: "materials",
+                found: self.materials.len(),
+                expected: index as usize + 1,
+            });
+        }
+        Ok(())
+    }
+
+    /// The least and the greatest corner of the vertices' box.
+    pub fn bounds(&self) -> ([f32; 3], [f32; 3]) {
+        let mut low = [f32::INFINITY; 3];
+        let mut high = [f32::NEG_INFINITY; 3];
+        for position in &self.positions {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(position[axis]);
+                high[axis] = high[axis].max(position[axis]);
+            }
+        }
+        (low, high)
+    }
+}

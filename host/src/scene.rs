@@ -1,0 +1,106 @@
+//! A scene in memory: what a scene file or a built-in scene describes and
+//! what is baked.
+
+use crate::mesh::{Material, TriangleMesh};
+use glam::{DAffine3, DVec3};
+
+/// Everything a frame shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// For reports.
+    pub name: String,
+    /// Meshes that objects share.
+    pub meshes: Vec<TriangleMesh>,
+    /// Materials that objects share.
+    pub materials: Vec<Material>,
+    /// What stands in the scene.
+    pub objects: Vec<Object>,
+    /// What lights it.
+    pub lights: Vec<Light>,
+    /// What is seen past all objects.
+    pub background: Background,
+    /// Light from everywhere, linear RGB; multiplies the diffuse reflectance.
+    pub ambient: [f32; 3],
+}
+
+/// One placed shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Object {
+    /// What it is.
+    pub shape: Shape,
+    /// Index into the scene's materials; `None` takes the mesh's own, or the
+    /// default material where it has none.
+    pub material: Option<usize>,
+    /// Where it stands: an invertible affine map, metres.
+    pub world_from_object: DAffine3,
+    /// Whether it blocks light. Objects that let light through never do.
+    pub casts_shadow: bool,
+    /// Whether normals are interpolated between vertices.
+    pub smooth: bool,
+}
+
+/// What an object is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// Index into the scene's meshes.
+    Mesh(usize),
+    /// About the object's origin.
+    Sphere {
+        /// Metres, above 0.
+        radius: f32,
+    },
+    /// An ellipsoid of revolution about the object's Y axis.
+    Spheroid {
+        /// Across the axis: metres, above 0.
+        equatorial_radius: f32,
+        /// Along the axis: metres, above 0.
+        polar_radius: f32,
+    },
+}
+
+/// A light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Light {
+    /// From a point.
+    Point {
+        /// Metres, in the world.
+        position: DVec3,
+        /// Linear RGB: irradiance at any distance, or at 1 m where
+        /// `inverse_square` is set.
+        colour: [f32; 3],
+        /// Whether it falls off with distance (Whitted's does not).
+        inverse_square: bool,
+    },
+    /// From infinitely far.
+    Directional {
+        /// The way the light travels; any length but zero.
+        direction: DVec3,
+        /// Linear RGB irradiance.
+        colour: [f32; 3],
+    },
+}
+
+/// What a ray sees that meets nothing: a vertical gradient.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Background {
+    /// Linear RGB straight up (+Y).
+    pub zenith: [f32; 3],
+    /// Linear RGB at the horizon.
+    pub horizon: [f32; 3],
+    /// Linear RGB straight down.
+    pub nadir: [f32; 3],
+    /// Coverage it counts for, 0 (transparent) to 1.
+    pub alpha: f32,
+}
+
+impl Background {
+    /// The same colour everywhere, opaque.
+    pub const fn uniform(colour: [f32; 3]) -> Self {
+        Self {
+            zenith: colour,
+            horizon: colour,
+            nadir: colour,
+            alpha: 1.0,
+        }
+    }
+}

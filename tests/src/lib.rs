@@ -1,0 +1,1 @@
+//! What the integration tests share: test meshes, exact references, ray files.
