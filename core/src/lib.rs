@@ -2,3 +2,10 @@
 #![no_std]
 
 pub mod gaze;
+pub mod numeric;
+pub mod scene;
+pub mod shape;
+mod simd;
+pub mod trace;
+
+pub use simd::{Runs, Simd};

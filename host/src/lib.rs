@@ -1,5 +1,6 @@
 //! Shisen on a desk: meshes and scenes in, CAVE walls out.
 
+pub mod bake;
 pub mod cave;
 pub mod mesh;
 pub mod picture;

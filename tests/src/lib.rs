@@ -1,1 +1,4 @@
-//! What the integration tests share: test meshes, exact references, ray files.
+//! What the tests that cross crates share: meshes, ray files, random numbers.
+
+pub mod meshes;
+pub mod rays;

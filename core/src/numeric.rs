@@ -1,0 +1,274 @@
+//! Arithmetic that gives the same bits on every machine.
+//!
+//! No function here uses f64, a fused multiply-add or the platform's
+//! mathematics library.
+
+use glam::Vec3;
+
+/// Half the distance from 1 to the next f32: the unit roundoff, 2⁻²⁴.
+pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
+
+/// The correctly rounded square root; NaN below zero.
+#[inline(always)]
+pub fn sqrt(x: f32) -> f32 {
+    #[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
+    #[allow(unsafe_code)]
+    {
+        let root: f32;
+        // SAFETY: one register in, one out; vsqrt traps on nothing and is
+        // there wherever `vfp2` is enabled. libm's loop takes 52 instructions.
+        unsafe {
+            core::arch::asm!(
+                "vsqrt.f32 {root}, {x}",
+                root = out(sreg) root,
+                x = in(sreg) x,
+                options(pure, nomem, nostack, preserves_flags)
+            );
+        }
+        root
+    }
+    #[cfg(not(all(target_arch = "arm", target_feature = "vfp2")))]
+    {
+        libm::sqrtf(x)
+    }
+}
+
+/// The greater of two numbers; `b` where either is NaN (as x86's `maxps`).
+#[inline(always)]
+pub const fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The lesser of two numbers; `b` where either is NaN (as x86's `minps`).
+#[inline(always)]
+pub const fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The largest magnitude among three components.
+#[inline(always)]
+pub fn largest_magnitude(v: Vec3) -> f32 {
+    max(v.x.abs(), max(v.y.abs(), v.z.abs()))
+}
+
+/// `v` scaled to unit length without overflow or underflow on the way, or
+/// `None` where it is zero or not finite. Error of each component ≤ 4 ulp
+/// of 1.
+pub fn normalize(v: Vec3) -> Option<Vec3> {
+    let largest = largest_magnitude(v);
+    // NaN in any component fails one of the comparisons.
+    if !(largest > 0.0 && v.is_finite()) {
+        return None;
+    }
+    // Subnormal lengths have no finite reciprocal: lift them first.
+    let v = if largest < 1.0e-30 { v * 1.0e30 } else { v };
+    let v = v / largest_magnitude(v);
+    Some(v / sqrt(v.dot(v)))
+}
+
+/// The solutions of a·t² + 2·h·t + c = 0 in ascending order, given
+/// `discriminant` = h² − a·c computed by the caller in whatever form does not
+/// cancel. `None` where there is none or a is zero.
+///
+/// The larger root in magnitude comes from q = h ± √discriminant with equal
+/// signs, the other from c / q: neither subtracts nearly equal numbers.
+#[inline]
+pub fn quadratic_roots(a: f32, h: f32, c: f32, discriminant: f32) -> Option<(f32, f32)> {
+    if !(discriminant >= 0.0) || a == 0.0 {
+        return None;
+    }
+    let root = sqrt(discriminant);
+    let q = if h > 0.0 { -h - root } else { root - h };
+    if q == 0.0 {
+        return Some((0.0, 0.0));
+    }
+    let (t0, t1) = (c / q, q / a);
+    Some(if t0 < t1 { (t0, t1) } else { (t1, t0) })
+}
+
+/// a·b − c·d with the sign exact and the value rounded once where the two
+/// products agree so far that their f32 difference would vanish.
+///
+/// Integer arithmetic only: the same bits on every target, and no f64, which
+/// a Cortex-M4 or a single-precision M7 would have to emulate. Values that
+/// underflow keep their sign as the smallest subnormal.
+#[cold]
+pub fn difference_of_products(a: f32, b: f32, c: f32, d: f32) -> f32 {
+    let plain = a * b - c * d;
+    if plain != 0.0 {
+        return plain;
+    }
+    let (left, right) = (Product::new(a, b), Product::new(c, d));
+    let (sign, magnitude, exponent) = match (left.significand, right.significand) {
+        (0, 0) => return 0.0,
+        (_, 0) => (left.negative, left.significand, left.exponent),
+        (0, _) => (!right.negative, right.significand, right.exponent),
+        _ if left.negative != right.negative => (left.negative, left.significand, left.exponent),
+        _ => {
+            // Significands are 46 to 48 bits long. With exponents more than
+            // two apart the larger product wins whatever they are, and the
+            // f32 difference would not have vanished but for underflow.
+            let shift = left.exponent - right.exponent;
+            if shift > 2 {
+                (left.negative, left.significand, left.exponent)
+            } else if shift < -2 {
+                (!right.negative, right.significand, right.exponent)
+            } else {
+                let least = left.exponent.min(right.exponent);
+                let l = left.significand << (left.exponent - least);
+                let r = right.significand << (right.exponent - least);
+                if l == r {
+                    return 0.0;
+                }
+                (left.negative != (l < r), l.abs_diff(r), least)
+            }
+        }
+    };
+    let value = scale_by_power_of_two(magnitude, exponent);
+    let value = max(value, f32::from_bits(1));
+    if sign { -value } else { value }
+}
+
+/// A product of two f32 as ±significand·2^exponent, exact.
+struct Product {
+    negative: bool,
+    significand: u64,
+    exponent: i32,
+}
+
+impl Product {
+    fn new(a: f32, b: f32) -> Self {
+        let (a_significand, a_exponent) = decompose(a);
+        let (b_significand, b_exponent) = decompose(b);
+        Self {
+            negative: a.is_sign_negative() != b.is_sign_negative(),
+            significand: u64::from(a_significand) * u64::from(b_significand),
+            exponent: a_exponent + b_exponent,
+        }
+    }
+}
+
+/// |x| as a 24-bit significand, its top bit set unless x is zero, and the
+/// exponent of its last bit.
+fn decompose(x: f32) -> (u32, i32) {
+    let bits = x.to_bits();
+    let fraction = bits & 0x007f_ffff;
+    let biased = (bits >> 23 & 0xff) as i32;
+    if biased != 0 {
+        (fraction | 0x0080_0000, biased - 150)
+    } else if fraction == 0 {
+        (0, 0)
+    } else {
+        let lift = fraction.leading_zeros() - 8;
+        (fraction << lift, -149 - lift as i32)
+    }
+}
+
+/// magnitude·2^exponent, rounded; at most the largest finite f32.
+fn scale_by_power_of_two(magnitude: u64, exponent: i32) -> f32 {
+    let mut value = magnitude as f32;
+    let mut left = exponent.clamp(-400, 400);
+    // Four steps at most: each factor is a power of two in the normal range.
+    while left < 0 {
+        let step = left.max(-120);
+        value *= f32::from_bits(((127 + step) as u32) << 23);
+        left -= step;
+    }
+    while left > 0 {
+        let step = left.min(120);
+        value *= f32::from_bits(((127 + step) as u32) << 23);
+        left -= step;
+    }
+    min(value, f32::MAX)
+}
+
+/// A right-handed orthonormal basis (x, y, `z`) around the unit vector `z`
+/// (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
+pub fn basis_around(z: Vec3) -> (Vec3, Vec3) {
+    let sign = if z.z.is_sign_negative() { -1.0 } else { 1.0 };
+    let a = -1.0 / (sign + z.z);
+    let b = z.x * z.y * a;
+    (
+        Vec3::new(1.0 + sign * z.x * z.x * a, sign * b, -sign * z.x),
+        Vec3::new(b, sign + z.y * z.y * a, -z.y),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The exact sign of a·b − c·d, by f64: two 48-bit products, compared.
+    fn exact_sign(a: f32, b: f32, c: f32, d: f32) -> i32 {
+        let (p, q) = (a as f64 * b as f64, c as f64 * d as f64);
+        p.partial_cmp(&q).map_or(0, |o| o as i32)
+    }
+
+    fn sign(x: f32) -> i32 {
+        x.partial_cmp(&0.0).map_or(0, |o| o as i32)
+    }
+
+    #[test]
+    fn difference_of_nearly_equal_products_keeps_its_sign() {
+        let (a, b) = (1.0 + f32::EPSILON, 1.0 - f32::EPSILON);
+        // Exactly −2⁻⁴⁶; the plain difference is 0.
+        assert_eq!(a * b - 1.0, 0.0);
+        assert_eq!(difference_of_products(a, b, 1.0, 1.0), -(2f32.powi(-46)));
+        assert_eq!(difference_of_products(1.0, 1.0, a, b), 2f32.powi(-46));
+        assert_eq!(difference_of_products(3.0, 5.0, 5.0, 3.0), 0.0);
+    }
+
+    #[test]
+    fn difference_of_products_survives_underflow() {
+        let tiny = f32::from_bits(3);
+        assert!(difference_of_products(tiny, tiny, 0.0, 1.0) > 0.0);
+        assert!(difference_of_products(0.0, 1.0, tiny, tiny) < 0.0);
+        assert!(difference_of_products(tiny, tiny, tiny, 2.0 * tiny) < 0.0);
+        assert!(difference_of_products(-tiny, tiny, tiny, tiny) < 0.0);
+    }
+
+    #[test]
+    fn quadratic_roots_do_not_cancel() {
+        // t² − 2·10⁴·t + 1: roots 2·10⁴ and 5·10⁻⁵.
+        let (near, far) = quadratic_roots(1.0, -1.0e4, 1.0, 1.0e8 - 1.0).unwrap();
+        assert!((near - 5.0e-5).abs() < 1e-11, "{near}");
+        assert!((far - 2.0e4).abs() < 1e-2, "{far}");
+        assert_eq!(quadratic_roots(1.0, 0.0, 1.0, -1.0), None);
+        assert_eq!(quadratic_roots(0.0, 1.0, 1.0, 1.0), None);
+        assert_eq!(quadratic_roots(1.0, 0.0, 0.0, f32::NAN), None);
+    }
+
+    #[test]
+    fn normalize_rejects_what_has_no_direction() {
+        assert_eq!(normalize(Vec3::ZERO), None);
+        assert_eq!(normalize(Vec3::new(f32::NAN, 1.0, 0.0)), None);
+        assert_eq!(normalize(Vec3::new(1.0, f32::INFINITY, 0.0)), None);
+        let subnormal = normalize(Vec3::splat(f32::from_bits(1))).unwrap();
+        assert!((subnormal.length() - 1.0).abs() < 1e-6);
+        let huge = normalize(Vec3::splat(f32::MAX)).unwrap();
+        assert!((huge.length() - 1.0).abs() < 1e-6);
+    }
+
+    proptest! {
+        #[test]
+        fn difference_of_products_has_the_exact_sign(
+            a in -1e6f32..1e6, b in -1e6f32..1e6, ulps in -3i32..4, swap: bool,
+        ) {
+            // The hard inputs: c·d within a few ulp of a·b.
+            let c = f32::from_bits((a.to_bits() as i32 + ulps) as u32);
+            let d = if swap { b } else { f32::from_bits((b.to_bits() as i32 - ulps) as u32) };
+            prop_assume!(c.is_finite() && d.is_finite());
+            prop_assert_eq!(sign(difference_of_products(a, b, c, d)), exact_sign(a, b, c, d));
+        }
+
+        #[test]
+        fn basis_is_orthonormal(x in -1f32..1.0, y in -1f32..1.0, z in -1f32..1.0) {
+            if let Some(z) = normalize(Vec3::new(x, y, z)) {
+                let (x, y) = basis_around(z);
+                prop_assert!(x.dot(y).abs() < 2e-6 && x.dot(z).abs() < 2e-6 && y.dot(z).abs() < 2e-6);
+                prop_assert!((x.cross(y) - z).length() < 3e-6);
+            }
+        }
+    }
+}

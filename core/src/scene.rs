@@ -1,0 +1,100 @@
+//! A read-only scene over one aligned blob of bytes: flash, file or array.
+//!
+//! [`Scene::from_bytes`] checks the blob once; what it returns borrows the
+//! bytes for ever after. After it returns `Ok`, tracing cannot panic, read
+//! out of range or loop without end, whatever the bytes were: every index is
+//! in its table, every tree is a tree and fits the traversal stack.
+
+pub mod format;
+mod validate;
+
+use format::{Background, Header, Instance, LeafBlock, Light, Material, Mesh, Node, Triangle};
+pub use validate::SceneError;
+use zerocopy::FromBytes;
+
+/// A checked scene. `W` is the width of its nodes and leaves: 8 in the fast
+/// layout for hosts, 4 in the compact one for microcontrollers. The same
+/// scene baked in either gives the same pictures.
+#[derive(Debug, Clone, Copy)]
+pub struct Scene<'a, const W: usize = 8> {
+    pub(crate) header: &'a Header,
+    pub(crate) nodes: &'a [Node<W>],
+    pub(crate) leaves: &'a [LeafBlock<W>],
+    pub(crate) meshes: &'a [Mesh],
+    pub(crate) instances: &'a [Instance],
+    pub(crate) materials: &'a [Material],
+    pub(crate) lights: &'a [Light],
+    pub(crate) triangles: &'a [Triangle],
+    pub(crate) normals: &'a [[f32; 3]],
+}
+
+impl<'a, const W: usize> Scene<'a, W> {
+    /// Checks a baked scene and borrows it. Bytes past the scene's own
+    /// length are ignored, so a flash region may be passed whole.
+    ///
+    /// # Errors
+    /// [`SceneError`] says what is wrong and at which byte or record.
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, SceneError> {
+        let header = validate::header::<W>(bytes)?;
+        let scene = Self {
+            header,
+            nodes: validate::table(bytes, header.nodes, "nodes")?,
+            leaves: validate::table(bytes, header.leaves, "leaves")?,
+            meshes: validate::table(bytes, header.meshes, "meshes")?,
+            instances: validate::table(bytes, header.instances, "instances")?,
+            materials: validate::table(bytes, header.materials, "materials")?,
+            lights: validate::table(bytes, header.lights, "lights")?,
+            triangles: validate::table(bytes, header.triangles, "triangles")?,
+            normals: validate::table(bytes, header.normals, "normals")?,
+        };
+        validate::contents(&scene)?;
+        Ok(scene)
+    }
+
+    /// What a ray sees that meets nothing.
+    pub const fn background(&self) -> &'a Background {
+        &self.header.background
+    }
+
+    /// The placed shapes.
+    pub const fn instances(&self) -> &'a [Instance] {
+        self.instances
+    }
+
+    /// The meshes that instances place.
+    pub const fn meshes(&self) -> &'a [Mesh] {
+        self.meshes
+    }
+
+    /// The materials.
+    pub const fn materials(&self) -> &'a [Material] {
+        self.materials
+    }
+
+    /// The lights.
+    pub const fn lights(&self) -> &'a [Light] {
+        self.lights
+    }
+
+    /// Counts of nodes, leaf blocks and triangles, all meshes together.
+    pub const fn sizes(&self) -> (usize, usize, usize) {
+        (self.nodes.len(), self.leaves.len(), self.triangles.len())
+    }
+
+    /// Bytes that the scene takes.
+    pub const fn byte_len(&self) -> u32 {
+        self.header.byte_len
+    }
+
+    /// The most entries of the traversal stack that any ray can use.
+    pub const fn stack_entries(&self) -> u32 {
+        self.header.stack_entries
+    }
+}
+
+/// The width of nodes that a blob was baked with, from its first bytes, if
+/// it is a scene at all.
+pub fn layout_of(bytes: &[u8]) -> Option<u32> {
+    let (header, _) = Header::ref_from_prefix(bytes).ok()?;
+    (header.magic == format::MAGIC).then_some(header.width)
+}

@@ -1,0 +1,310 @@
+//! The bytes of a baked scene.
+//!
+//! Little-endian, one [`Header`] and eight tables that it points to, each
+//! aligned to [`ALIGNMENT`]. The format's version is its own, apart from the
+//! crate's; any change to a record here raises it.
+
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
+
+#[cfg(target_endian = "big")]
+compile_error!("scenes are little-endian and used in place: big-endian targets are not supported");
+
+/// The first eight bytes of every scene.
+pub const MAGIC: [u8; 8] = *b"SHISEN\r\n";
+
+/// Raised by any change to the records in this module.
+pub const VERSION: u32 = 1;
+
+/// Bytes to which a blob and each of its tables are aligned.
+pub const ALIGNMENT: usize = 32;
+
+/// A child reference with this bit set names a leaf, else a node.
+pub const LEAF: u32 = 1 << 31;
+
+/// Where in a leaf reference the number of its primitives less one begins.
+pub const COUNT_SHIFT: u32 = 28;
+
+/// The part of a child reference that is an index.
+pub const INDEX: u32 = (1 << COUNT_SHIFT) - 1;
+
+/// No material of its own: the mesh's triangles say.
+pub const NO_MATERIAL: u32 = u32::MAX;
+
+/// Where a table is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Table {
+    /// Bytes from the start of the blob.
+    pub offset: u32,
+    /// Records.
+    pub count: u32,
+}
+
+/// What a ray sees that meets nothing: a gradient by the height of its
+/// direction, linear RGB.
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Background {
+    /// Straight up.
+    pub zenith: [f32; 3],
+    /// Coverage, 0 to 1.
+    pub alpha: f32,
+    /// Level.
+    pub horizon: [f32; 3],
+    /// Zero.
+    pub reserved: u32,
+    /// Straight down.
+    pub nadir: [f32; 3],
+    /// Zero.
+    pub reserved2: u32,
+}
+
+/// The start of a blob.
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C, align(32))]
+pub struct Header {
+    /// [`MAGIC`].
+    pub magic: [u8; 8],
+    /// XXH32, seed 0, of all that follows this field, to `byte_len`.
+    pub checksum: u32,
+    /// [`VERSION`].
+    pub version: u32,
+    /// Children of a node: 8 or 4.
+    pub width: u32,
+    /// Bytes of the whole blob.
+    pub byte_len: u32,
+    /// Node at the root of the tree over instances.
+    pub root: u32,
+    /// Largest magnitude of a coordinate of an instance's box: metres.
+    pub extent: f32,
+    /// Traversal stack that the deepest ray needs, both levels together.
+    pub stack_entries: u32,
+    /// Nodes that belong to the tree over instances; they come first.
+    pub top_nodes: u32,
+    /// [`Node`]s.
+    pub nodes: Table,
+    /// [`LeafBlock`]s.
+    pub leaves: Table,
+    /// [`Mesh`]es.
+    pub meshes: Table,
+    /// [`Instance`]s.
+    pub instances: Table,
+    /// [`Material`]s.
+    pub materials: Table,
+    /// [`Light`]s.
+    pub lights: Table,
+    /// [`Triangle`]s.
+    pub triangles: Table,
+    /// Vertex normals: unit vectors.
+    pub normals: Table,
+    /// Past all instances.
+    pub background: Background,
+    /// Light from everywhere, linear RGB.
+    pub ambient: [f32; 3],
+    /// Zero.
+    pub reserved: [u32; 7],
+}
+
+/// An inner node: the boxes of up to `W` children.
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes, Immutable, KnownLayout)]
+#[repr(C, align(32))]
+pub struct Node<const W: usize> {
+    /// −x, +x, −y, +y, −z, +z, a lane a child: metres. Lanes without a child
+    /// are +∞ to −∞.
+    pub planes: [[f32; W]; 6],
+    /// [`LEAF`], a count and an index, or the index of a node, which is
+    /// greater than this node's own. Lanes without a child are 0.
+    pub child: [u32; W],
+    /// The order in which to stack the children, farthest first, for rays of
+    /// each of the eight octants: see [`Node::order`].
+    pub order: [u32; W],
+}
+
+impl<const W: usize> Node<W> {
+    /// Whether a lane has no child: its box is +∞ to −∞ on every axis, which
+    /// no ray enters, NaN in the others' arithmetic or not.
+    pub fn is_empty_lane(&self, lane: usize) -> bool {
+        self.planes.iter().enumerate().all(|(plane, lanes)| {
+            let empty = if plane & 1 == 0 { f32::INFINITY } else { f32::NEG_INFINITY };
+            lanes.get(lane) == Some(&empty)
+        })
+    }
+
+    /// The lane numbers for an octant (bit `a` set where the direction is
+    /// negative on axis `a`), first in the lowest bits. Eight lanes take three
+    /// bits each and an octant a word; four take two bits each and an octant
+    /// half a word.
+    #[inline(always)]
+    pub fn order(&self, octant: usize) -> u32 {
+        if W == 8 {
+            self.order[octant & (W - 1)]
+        } else {
+            self.order[(octant >> 1) & (W - 1)] >> ((octant & 1) * 16)
+        }
+    }
+}
+
+/// Up to `W` triangles of a mesh, by ascending id.
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes, Immutable, KnownLayout)]
+#[repr(C, align(32))]
+pub struct LeafBlock<const W: usize> {
+    /// Corner, axis, lane: metres in the mesh's frame. NaN where empty.
+    pub corners: [[[f32; W]; 3]; 3],
+    /// Triangle numbers within the mesh, in its file's order; `u32::MAX`
+    /// where empty.
+    pub ids: [u32; W],
+}
+
+/// A mesh.
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C, align(32))]
+pub struct Mesh {
+    /// Node at the root.
+    pub root: u32,
+    /// First node.
+    pub first_node: u32,
+    /// Nodes.
+    pub node_count: u32,
+    /// First leaf block.
+    pub first_leaf: u32,
+    /// Leaf blocks.
+    pub leaf_count: u32,
+    /// First record of [`Triangle`].
+    pub first_triangle: u32,
+    /// Triangles.
+    pub triangle_count: u32,
+    /// First vertex normal.
+    pub first_normal: u32,
+    /// Vertex normals; 0 where the mesh has none.
+    pub normal_count: u32,
+    /// Largest magnitude of a coordinate: the mesh's units.
+    pub extent: f32,
+    /// Zero.
+    pub reserved: [u32; 6],
+}
+
+/// What an instance places: the values of [`Instance::kind`].
+pub mod kind {
+    /// A mesh, by [`geometry`](super::Instance::geometry).
+    pub const MESH: u32 = 0;
+    /// A spheroid about its own Y axis, by [`radii`](super::Instance::radii).
+    pub const SPHEROID: u32 = 1;
+}
+
+/// The bits of [`Instance::flags`].
+pub mod flag {
+    /// Blocks light.
+    pub const OCCLUDES: u32 = 1;
+    /// Normals are interpolated between vertices.
+    pub const SMOOTH: u32 = 2;
+}
+
+/// A placed shape.
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C, align(32))]
+pub struct Instance {
+    /// One of [`kind`].
+    pub kind: u32,
+    /// Index of the mesh; 0 for other kinds.
+    pub geometry: u32,
+    /// Index of the material, or [`NO_MATERIAL`].
+    pub material: u32,
+    /// Bits of [`flag`].
+    pub flags: u32,
+    /// Equatorial and polar radius: the shape's units.
+    pub radii: [f32; 2],
+    /// Zero.
+    pub reserved: [u32; 2],
+    /// Columns of a 3×3 matrix, then the translation.
+    pub object_from_world: [[f32; 3]; 4],
+    /// Columns of a 3×3 matrix, then the translation.
+    pub world_from_object: [[f32; 3]; 4],
+    /// Least corner of its box, widened for the rounding of the two maps.
+    pub low: [f32; 3],
+    /// Greatest corner.
+    pub high: [f32; 3],
+    /// Zero.
+    pub reserved2: [u32; 2],
+}
+
+/// The bits of [`Material::effects`]: what a surface asks for.
+pub mod effect {
+    /// Diffuse or specular light from light sources.
+    pub const LIT: u32 = 1;
+    /// Mirror reflection.
+    pub const REFLECTION: u32 = 2;
+    /// Refraction.
+    pub const REFRACTION: u32 = 4;
+    /// Beer's absorption.
+    pub const ABSORPTION: u32 = 8;
+}
+
+/// A surface, in Whitted's terms, linear RGB.
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C, align(32))]
+pub struct Material {
+    /// Lambertian reflectance.
+    pub diffuse: [f32; 3],
+    /// Blinn-Phong exponent.
+    pub shininess: f32,
+    /// Blinn-Phong highlight.
+    pub specular: [f32; 3],
+    /// Relative to the surroundings.
+    pub index_of_refraction: f32,
+    /// Mirror reflectance.
+    pub mirror: [f32; 3],
+    /// Bits of [`effect`].
+    pub effects: u32,
+    /// Share of refracted light let through.
+    pub transmission: [f32; 3],
+    /// Zero.
+    pub reserved: u32,
+    /// Per metre.
+    pub absorption: [f32; 3],
+    /// Zero.
+    pub reserved2: [u32; 13],
+}
+
+/// The values of [`Light::kind`].
+pub mod light {
+    /// From a point, the same at any distance.
+    pub const POINT: u32 = 0;
+    /// From a point, by the inverse square of the distance.
+    pub const POINT_INVERSE_SQUARE: u32 = 1;
+    /// From infinitely far.
+    pub const DIRECTIONAL: u32 = 2;
+}
+
+/// A light.
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C, align(32))]
+pub struct Light {
+    /// Position, or the unit vector towards the light.
+    pub place: [f32; 3],
+    /// One of [`light`].
+    pub kind: u32,
+    /// Linear RGB irradiance, at 1 m where it falls off.
+    pub colour: [f32; 3],
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// What shading needs of a triangle beside its corners.
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Triangle {
+    /// Numbers of its corners' normals within the mesh.
+    pub corners: [u32; 3],
+    /// Index of its material.
+    pub material: u32,
+}
+
+const _: () = {
+    assert!(size_of::<Header>() == 192);
+    assert!(size_of::<Node<8>>() == 256 && size_of::<Node<4>>() == 128);
+    assert!(size_of::<LeafBlock<8>>() == 320 && size_of::<LeafBlock<4>>() == 160);
+    assert!(size_of::<Mesh>() == 64);
+    assert!(size_of::<Instance>() == 160);
+    assert!(size_of::<Material>() == 128);
+    assert!(size_of::<Light>() == 32);
+};

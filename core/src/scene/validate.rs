@@ -1,0 +1,462 @@
+use super::Scene;
+use super::format::{
+    ALIGNMENT, COUNT_SHIFT, Header, INDEX, Instance, LEAF, Light, MAGIC, Material, Mesh,
+    NO_MATERIAL, Table, VERSION, kind, light,
+};
+use crate::shape::Spheroid;
+use crate::trace::STACK_ENTRIES;
+use core::fmt;
+use core::ops::Range;
+use heapless::Vec;
+use xxhash_rust::xxh32::xxh32;
+use zerocopy::{FromBytes, Immutable, KnownLayout};
+
+/// Why a blob is not a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Shorter than it says, or than a header.
+    Truncated {
+        /// Bytes that it should have.
+        needed: u64,
+        /// Bytes that it has.
+        found: u64,
+    },
+    /// Not at an address that its records can be used at.
+    Misaligned {
+        /// Bytes to align to.
+        needed: usize,
+    },
+    /// Does not start like a scene.
+    NotAScene,
+    /// Baked by another version of the format.
+    Version {
+        /// In the blob.
+        found: u32,
+        /// That this core reads.
+        supported: u32,
+    },
+    /// Baked for nodes of another width.
+    Width {
+        /// In the blob.
+        found: u32,
+        /// That was asked for.
+        expected: u32,
+    },
+    /// Damaged since it was baked.
+    Checksum {
+        /// In the header.
+        stored: u32,
+        /// Of the bytes.
+        computed: u32,
+    },
+    /// A table that is not inside the blob, or not aligned.
+    Table {
+        /// Which.
+        name: &'static str,
+        /// Its offset: bytes.
+        offset: u32,
+        /// Its length: records.
+        count: u32,
+    },
+    /// An index past its table, or into a part that is another's.
+    Index {
+        /// What it should name.
+        what: &'static str,
+        /// Number of the record that has it.
+        record: u32,
+        /// The index.
+        index: u32,
+    },
+    /// A node whose child is not after it, or that two nodes share.
+    NotATree {
+        /// The node.
+        node: u32,
+    },
+    /// A tree that the traversal stack could not hold.
+    TooDeep {
+        /// Entries needed.
+        needed: u32,
+        /// Entries there are.
+        limit: u32,
+    },
+    /// A value that is NaN, infinite, or outside its range.
+    Value {
+        /// Which.
+        what: &'static str,
+        /// Number of the record that has it.
+        record: u32,
+    },
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Truncated { needed, found } => {
+                write!(f, "the scene is cut off: {found} bytes of {needed}")
+            }
+            Self::Misaligned { needed } => {
+                write!(f, "the scene is not at an address that is a multiple of {needed}")
+            }
+            Self::NotAScene => f.write_str("this is not a baked scene"),
+            Self::Version { found, supported } => write!(
+                f,
+                "the scene has format version {found}, this tracer reads {supported}: bake it again"
+            ),
+            Self::Width { found, expected } => write!(
+                f,
+                "the scene was baked with {found} children a node, this tracer was built for {expected}"
+            ),
+            Self::Checksum { stored, computed } => write!(
+                f,
+                "the scene is damaged: its checksum is {computed:08x}, it should be {stored:08x}"
+            ),
+            Self::Table { name, offset, count } => write!(
+                f,
+                "the table of {name} ({count} records at byte {offset}) is not inside the scene"
+            ),
+            Self::Index { what, record, index } => {
+                write!(f, "record {record} names {what} {index}, which is not its to name")
+            }
+            Self::NotATree { node } => write!(f, "node {node} is not part of a tree"),
+            Self::TooDeep { needed, limit } => write!(
+                f,
+                "tracing would need a stack of {needed} entries, there are {limit}"
+            ),
+            Self::Value { what, record } => {
+                write!(f, "record {record} has {what} out of range or not a number")
+            }
+        }
+    }
+}
+
+impl core::error::Error for SceneError {}
+
+/// The bytes before the part that the checksum covers.
+const CHECKED_FROM: usize = 12;
+
+pub(super) fn header<const W: usize>(bytes: &[u8]) -> Result<&Header, SceneError> {
+    let truncated = |needed| SceneError::Truncated {
+        needed,
+        found: bytes.len() as u64,
+    };
+    let Some(first) = bytes.get(..size_of::<Header>()) else {
+        // Whatever is too short is first of all not a scene.
+        let prefix = bytes.len().min(MAGIC.len());
+        return Err(match (bytes.get(..prefix), MAGIC.get(..prefix)) {
+            (Some(found), Some(magic)) if found == magic => {
+                truncated(size_of::<Header>() as u64)
+            }
+            _ => SceneError::NotAScene,
+        });
+    };
+    if !first.starts_with(&MAGIC) {
+        return Err(SceneError::NotAScene);
+    }
+    let header = Header::ref_from_bytes(first)
+        .map_err(|_| SceneError::Misaligned { needed: ALIGNMENT })?;
+    if header.version != VERSION {
+        return Err(SceneError::Version {
+            found: header.version,
+            supported: VERSION,
+        });
+    }
+    let whole = bytes
+        .get(CHECKED_FROM..header.byte_len as usize)
+        .filter(|checked| checked.len() >= size_of::<Header>() - CHECKED_FROM)
+        .ok_or(truncated(u64::from(header.byte_len)))?;
+    let computed = xxh32(whole, 0);
+    if computed != header.checksum {
+        return Err(SceneError::Checksum {
+            stored: header.checksum,
+            computed,
+        });
+    }
+    if header.width != W as u32 {
+        return Err(SceneError::Width {
+            found: header.width,
+            expected: W as u32,
+        });
+    }
+    Ok(header)
+}
+
+pub(super) fn table<'a, T>(
+    bytes: &'a [u8],
+    table: Table,
+    name: &'static str,
+) -> Result<&'a [T], SceneError>
+where
+    T: FromBytes + Immutable + KnownLayout,
+{
+    let header = bytes.get(20..24).and_then(|b| b.try_into().ok());
+    let end = header.map_or(0, u32::from_le_bytes) as usize;
+    let wrong = SceneError::Table {
+        name,
+        offset: table.offset,
+        count: table.count,
+    };
+    let from = bytes
+        .get(table.offset as usize..end)
+        .filter(|_| table.offset as usize % ALIGNMENT == 0)
+        .ok_or(wrong)?;
+    <[T]>::ref_from_prefix_with_elems(from, table.count as usize)
+        .map(|(records, _)| records)
+        .map_err(|_| wrong)
+}
+
+/// Checks every index and every value that tracing relies on.
+pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
+    let header = scene.header;
+    let fields = header.background;
+    let values = [fields.zenith, fields.horizon, fields.nadir, header.ambient];
+    finite(values.as_flattened(), "a background or ambient colour", 0)?;
+    finite(&[fields.alpha, header.extent], "the background's alpha or the extent", 0)?;
+    for (record, material) in scene.materials.iter().enumerate() {
+        check_material(material, record as u32)?;
+    }
+    for (record, light) in scene.lights.iter().enumerate() {
+        check_light(light, record as u32)?;
+    }
+    let mut deepest = 0;
+    for (record, mesh) in scene.meshes.iter().enumerate() {
+        deepest = deepest.max(check_mesh(scene, mesh, record as u32)?);
+    }
+    for (record, instance) in scene.instances.iter().enumerate() {
+        check_instance(scene, instance, record as u32)?;
+    }
+    let top = Tree {
+        nodes: 0..header.top_nodes,
+        leaves: 0..scene.instances.len() as u32,
+        one_each: true,
+    };
+    let needed = deepest + check_tree(scene, &top, header.root, |_, _| Ok(()))?;
+    if needed > STACK_ENTRIES as u32 || header.stack_entries < needed {
+        return Err(SceneError::TooDeep {
+            needed,
+            limit: header.stack_entries.min(STACK_ENTRIES as u32),
+        });
+    }
+    Ok(())
+}
+
+fn finite(values: &[f32], what: &'static str, record: u32) -> Result<(), SceneError> {
+    if values.iter().all(|value| value.is_finite()) {
+        Ok(())
+    } else {
+        Err(SceneError::Value { what, record })
+    }
+}
+
+fn within(
+    values: &[f32],
+    range: core::ops::RangeInclusive<f32>,
+    what: &'static str,
+    record: u32,
+) -> Result<(), SceneError> {
+    if values.iter().all(|value| range.contains(value)) {
+        Ok(())
+    } else {
+        Err(SceneError::Value { what, record })
+    }
+}
+
+fn check_material(m: &Material, record: u32) -> Result<(), SceneError> {
+    let reflectances = [m.diffuse, m.specular, m.mirror, m.transmission];
+    within(reflectances.as_flattened(), 0.0..=1.0, "a material's reflectance", record)?;
+    within(&m.absorption, 0.0..=1.0e6, "a material's absorption", record)?;
+    within(&[m.shininess], 1.0..=1.0e4, "a material's shininess", record)?;
+    within(&[m.index_of_refraction], 0.05..=20.0, "an index of refraction", record)
+}
+
+fn check_light(light: &Light, record: u32) -> Result<(), SceneError> {
+    within(&light.colour, 0.0..=1.0e12, "a light's colour", record)?;
+    within(&light.place, -1.0e12..=1.0e12, "a light's place", record)?;
+    if light.kind > light::DIRECTIONAL {
+        return Err(SceneError::Value {
+            what: "a light's kind",
+            record,
+        });
+    }
+    Ok(())
+}
+
+/// `start..start + count` if it lies within a table of `length` records.
+fn part(start: u32, count: u32, length: usize) -> Option<Range<u32>> {
+    let end = start.checked_add(count)?;
+    (end as usize <= length).then_some(start..end)
+}
+
+fn check_mesh<const W: usize>(
+    scene: &Scene<'_, W>,
+    mesh: &Mesh,
+    record: u32,
+) -> Result<u32, SceneError> {
+    let outside = |what, index| SceneError::Index {
+        what,
+        record,
+        index,
+    };
+    let nodes = part(mesh.first_node, mesh.node_count, scene.nodes.len())
+        .ok_or(outside("node", mesh.first_node))?;
+    let leaves = part(mesh.first_leaf, mesh.leaf_count, scene.leaves.len())
+        .ok_or(outside("leaf", mesh.first_leaf))?;
+    let triangles = part(mesh.first_triangle, mesh.triangle_count, scene.triangles.len())
+        .ok_or(outside("triangle", mesh.first_triangle))?;
+    part(mesh.first_normal, mesh.normal_count, scene.normals.len())
+        .ok_or(outside("normal", mesh.first_normal))?;
+    finite(&[mesh.extent], "a mesh's extent", record)?;
+    for triangle in scene
+        .triangles
+        .get(triangles.start as usize..triangles.end as usize)
+        .unwrap_or_default()
+    {
+        if mesh.normal_count > 0
+            && let Some(&index) = triangle.corners.iter().find(|&&c| c >= mesh.normal_count)
+        {
+            return Err(outside("normal", index));
+        }
+        if triangle.material as usize >= scene.materials.len() {
+            return Err(outside("material", triangle.material));
+        }
+    }
+    let tree = Tree {
+        nodes,
+        leaves,
+        one_each: false,
+    };
+    check_tree(scene, &tree, mesh.root, |leaf, count| {
+        let block = scene.leaves.get(leaf as usize);
+        let Some(block) = block else {
+            return Err(outside("leaf", leaf));
+        };
+        let wrong = |(lane, id): (usize, &u32)| {
+            let filled = lane < count as usize;
+            (filled && *id >= mesh.triangle_count) || (!filled && *id != u32::MAX)
+        };
+        match block.ids.iter().enumerate().find(|&entry| wrong(entry)) {
+            Some((_, &id)) => Err(outside("triangle", id)),
+            None => Ok(()),
+        }
+    })
+}
+
+fn check_instance<const W: usize>(
+    scene: &Scene<'_, W>,
+    instance: &Instance,
+    record: u32,
+) -> Result<(), SceneError> {
+    let outside = |what, index| SceneError::Index {
+        what,
+        record,
+        index,
+    };
+    let maps = [instance.object_from_world, instance.world_from_object];
+    finite(maps.as_flattened().as_flattened(), "an instance's map", record)?;
+    finite(&instance.low, "an instance's box", record)?;
+    finite(&instance.high, "an instance's box", record)?;
+    if instance.material != NO_MATERIAL && instance.material as usize >= scene.materials.len() {
+        return Err(outside("material", instance.material));
+    }
+    match instance.kind {
+        kind::MESH if (instance.geometry as usize) < scene.meshes.len() => Ok(()),
+        kind::MESH => Err(outside("mesh", instance.geometry)),
+        kind::SPHEROID if instance.material == NO_MATERIAL => {
+            Err(outside("material", instance.material))
+        }
+        kind::SPHEROID if Spheroid::new(instance.radii[0], instance.radii[1]).is_some() => Ok(()),
+        kind::SPHEROID => Err(SceneError::Value {
+            what: "a spheroid's radii",
+            record,
+        }),
+        _ => Err(SceneError::Value {
+            what: "an instance's kind",
+            record,
+        }),
+    }
+}
+
+/// Whether `order` names each of `W` lanes once. A lane named twice would be
+/// visited twice, at every level.
+fn is_permutation<const W: usize>(order: u32) -> bool {
+    let bits = W.trailing_zeros();
+    let named = (0..W as u32).fold(0u32, |named, place| {
+        named | 1 << (order >> (place * bits) & (W as u32 - 1))
+    });
+    named == (1 << W) - 1
+}
+
+/// What a tree may refer to.
+struct Tree {
+    nodes: Range<u32>,
+    leaves: Range<u32>,
+    /// Leaves name one primitive each and carry no count.
+    one_each: bool,
+}
+
+/// Walks a tree once, checks that it is one, and returns the most stack
+/// entries that traversal in any order of children can need.
+fn check_tree<const W: usize>(
+    scene: &Scene<'_, W>,
+    tree: &Tree,
+    root: u32,
+    mut leaf: impl FnMut(u32, u32) -> Result<(), SceneError>,
+) -> Result<u32, SceneError> {
+    if !tree.nodes.contains(&root) {
+        return Err(SceneError::Index {
+            what: "root node",
+            record: 0,
+            index: root,
+        });
+    }
+    let too_deep = |needed| SceneError::TooDeep {
+        needed,
+        limit: STACK_ENTRIES as u32,
+    };
+    // Nodes still to visit, each with the entries that lie below it at worst.
+    let mut pending: Vec<(u32, u32), STACK_ENTRIES> = Vec::new();
+    let _ = pending.push((root, 0));
+    let mut visited = 0u32;
+    let mut deepest = 0;
+    while let Some((number, below)) = pending.pop() {
+        visited += 1;
+        let node = scene.nodes.get(number as usize);
+        let Some(node) = node.filter(|_| visited as usize <= tree.nodes.len()) else {
+            return Err(SceneError::NotATree { node: number });
+        };
+        let used = |lane: usize| !node.is_empty_lane(lane);
+        let children = (0..W).filter(|&lane| used(lane)).count() as u32;
+        if !(0..8).all(|octant| is_permutation::<W>(node.order(octant))) {
+            return Err(SceneError::NotATree { node: number });
+        }
+        // Traversal writes whole vectors: W entries from the top are touched.
+        deepest = deepest.max(below + W as u32);
+        for (lane, &child) in node.child.iter().enumerate() {
+            let index = child & INDEX;
+            if child & LEAF != 0 {
+                let count = (child >> COUNT_SHIFT & 7) + 1;
+                let fits = count as usize <= if tree.one_each { 1 } else { W };
+                if !tree.leaves.contains(&index) || !fits {
+                    return Err(SceneError::Index {
+                        what: "leaf",
+                        record: number,
+                        index,
+                    });
+                }
+                leaf(index, count)?;
+            } else if used(lane) {
+                if !tree.nodes.contains(&child) || child <= number {
+                    return Err(SceneError::NotATree { node: number });
+                }
+                let needed = below + children.saturating_sub(1);
+                pending.push((child, needed)).map_err(|_| too_deep(needed + W as u32))?;
+            } else if child != 0 {
+                return Err(SceneError::NotATree { node: number });
+            }
+        }
+    }
+    if deepest > STACK_ENTRIES as u32 {
+        return Err(too_deep(deepest));
+    }
+    Ok(deepest)
+}

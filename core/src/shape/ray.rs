@@ -1,0 +1,83 @@
+use crate::numeric::largest_magnitude;
+use glam::Vec3;
+
+/// A half-line.
+///
+/// Both parts are finite, and the direction is not zero; it need not be of
+/// unit length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ray {
+    origin: Vec3,
+    direction: Vec3,
+}
+
+impl Ray {
+    /// Coordinates of origins and vertices up to this magnitude, in metres,
+    /// keep every product that intersection forms finite.
+    pub const FARTHEST: f32 = 1.0e12;
+    /// Directions whose largest component is shorter than this have no
+    /// usable reciprocal.
+    pub const SHORTEST_DIRECTION: f32 = 1.0e-30;
+    /// Directions whose largest component is longer than this overflow.
+    pub const LONGEST_DIRECTION: f32 = 1.0e18;
+
+    /// A ray, or `None` where a component is NaN or infinite, the origin is
+    /// farther out than [`FARTHEST`](Self::FARTHEST) or the direction's
+    /// largest component is outside
+    /// [`SHORTEST_DIRECTION`](Self::SHORTEST_DIRECTION) to
+    /// [`LONGEST_DIRECTION`](Self::LONGEST_DIRECTION).
+    #[inline]
+    pub fn new(origin: Vec3, direction: Vec3) -> Option<Self> {
+        let far = largest_magnitude(origin);
+        let long = largest_magnitude(direction);
+        // NaN can hide from the maximum, but not from the sum.
+        let sum = origin.element_sum() + direction.element_sum();
+        let usable = far <= Self::FARTHEST
+            && long >= Self::SHORTEST_DIRECTION
+            && long <= Self::LONGEST_DIRECTION
+            && !sum.is_nan();
+        usable.then_some(Self { origin, direction })
+    }
+
+    /// Where it starts: metres.
+    #[inline(always)]
+    pub const fn origin(&self) -> Vec3 {
+        self.origin
+    }
+
+    /// Where it goes; any length but zero.
+    #[inline(always)]
+    pub const fn direction(&self) -> Vec3 {
+        self.direction
+    }
+
+    /// The point at `t`.
+    #[inline(always)]
+    pub fn at(&self, t: f32) -> Vec3 {
+        self.origin + self.direction * t
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_traced_is_no_ray() {
+        let (o, d) = (Vec3::ZERO, Vec3::NEG_Z);
+        assert!(Ray::new(o, d).is_some());
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0e13] {
+            for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+                assert_eq!(Ray::new(Vec3::select(axis.cmpgt(o), Vec3::splat(bad), o), d), None);
+            }
+        }
+        for bad in [f32::NAN, f32::INFINITY, 1.0e19] {
+            for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+                assert_eq!(Ray::new(o, Vec3::select(axis.cmpgt(o), Vec3::splat(bad), d)), None);
+            }
+        }
+        assert_eq!(Ray::new(o, Vec3::ZERO), None);
+        assert_eq!(Ray::new(o, Vec3::splat(1.0e-31)), None);
+        assert!(Ray::new(o, Vec3::new(1.0e-30, 0.0, -0.0)).is_some());
+    }
+}

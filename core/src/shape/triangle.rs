@@ -1,0 +1,288 @@
+use super::{Ray, Slabs};
+use crate::numeric::{difference_of_products, max, min};
+use glam::Vec3;
+
+/// A triangle by its corners: metres. Both sides are hit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Triangle(pub [Vec3; 3]);
+
+/// Where a ray meets a triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TriangleHit {
+    /// Distance in units of the ray's direction, 0 or more.
+    pub t: f32,
+    /// Weights of the three corners: none negative, sum 1 within 3 ulp. The
+    /// point they give is in the triangle whatever was rounded.
+    pub weights: [f32; 3],
+}
+
+/// A ray made ready for triangles: the axes and the shear that turn it into
+/// the unit vector along z (Woop, Benthin & Wald 2013, "Watertight
+/// Ray/Triangle Intersection").
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shear {
+    /// The ray's main axis last.
+    pub(crate) axes: [usize; 3],
+    pub(crate) shear: [f32; 3],
+}
+
+impl Shear {
+    #[inline(always)]
+    pub(crate) fn new(ray: &Ray) -> Self {
+        let d = ray.direction();
+        let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
+        // Ties go to the first axis. Woop's swap for the winding is left out:
+        // both sides are hit, and sheared x and y only change places.
+        let (axes, [dx, dy, dz]) = if x >= y && x >= z {
+            ([1, 2, 0], [d.y, d.z, d.x])
+        } else if y >= z {
+            ([2, 0, 1], [d.z, d.x, d.y])
+        } else {
+            ([0, 1, 2], [d.x, d.y, d.z])
+        };
+        Self {
+            axes,
+            shear: [dx / dz, dy / dz, 1.0 / dz],
+        }
+    }
+}
+
+/// A triangle in the sheared frame of a ray.
+#[derive(Clone, Copy)]
+struct Sheared {
+    x: [f32; 3],
+    y: [f32; 3],
+    z: [f32; 3],
+}
+
+impl Triangle {
+    /// Watertight closest-hit test.
+    ///
+    /// Edges and corners belong to every triangle that shares them: of a
+    /// closed mesh no ray goes between two triangles. The corners are moved
+    /// by rounding, at most 10·2⁻²⁴·M (see [`Slabs`]), each corner the same
+    /// way in all its triangles; apart from that the decision is exact. Edge
+    /// functions are evaluated in f32, whose rounding cannot turn their
+    /// sign, only make them zero; then the sign is decided by integers. (A
+    /// plain closed f32 test passes watertightness benchmarks and still
+    /// accepts triangles that a far ray misses: 5 % of rays at needles 1,000
+    /// units away.)
+    ///
+    /// A triangle that the ray sees exactly edge-on, or of zero area, is not
+    /// hit. `t` is not less than where the ray enters the triangle's own box,
+    /// so that the least `t` does not depend on which boxes were visited
+    /// first.
+    pub fn intersect(&self, ray: &Ray, extent: f32) -> Option<TriangleHit> {
+        let (slabs, shear) = (Slabs::new(ray, extent), Shear::new(ray));
+        let sheared = self.sheared(ray, &shear);
+        let edges = sheared.edges();
+        let least = min(edges[0], min(edges[1], edges[2]));
+        let most = max(edges[0], max(edges[1], edges[2]));
+        if !(least >= 0.0 || most <= 0.0) {
+            return None;
+        }
+        let t = if least == 0.0 || most == 0.0 {
+            self.exact_distance(ray, &shear)?
+        } else {
+            sheared.distance(edges, &shear)
+        };
+        let t = self.clamp_to_box(t, &slabs)?;
+        Some(TriangleHit {
+            t,
+            weights: self.weights(ray),
+        })
+    }
+
+    #[inline(always)]
+    fn sheared(&self, ray: &Ray, shear: &Shear) -> Sheared {
+        let [kx, ky, kz] = shear.axes;
+        let [sx, sy, _] = shear.shear;
+        let corners = self.0.map(|corner| (corner - ray.origin()).to_array());
+        Sheared {
+            x: corners.map(|c| c[kx] - sx * c[kz]),
+            y: corners.map(|c| c[ky] - sy * c[kz]),
+            z: corners.map(|c| c[kz]),
+        }
+    }
+
+    /// The distance where the f32 edge functions are not all of one sign and
+    /// nonzero, with exact signs; `None` where the triangle is missed.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn exact_distance(&self, ray: &Ray, shear: &Shear) -> Option<f32> {
+        let sheared = self.sheared(ray, shear);
+        let edges = sheared.exact_edges();
+        let same_side = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
+        let largest = max(edges[0].abs(), max(edges[1].abs(), edges[2].abs()));
+        if !same_side || largest == 0.0 {
+            return None;
+        }
+        // Relative to the largest, so that products do not underflow.
+        Some(sheared.distance(edges.map(|e| e / largest), shear))
+    }
+
+    /// `t` moved forward to where the ray enters the triangle's box; `None`
+    /// where the box or `t` is behind the ray's start or `t` is NaN.
+    #[inline(always)]
+    pub(crate) fn clamp_to_box(&self, t: f32, slabs: &Slabs) -> Option<f32> {
+        let [a, b, c] = self.0;
+        let low = lesser(lesser(a, b), c);
+        let high = greater(greater(a, b), c);
+        let (near, far) = slabs.interval(low, high);
+        // + 0.0 turns −0 into 0, so that equal distances have equal bits.
+        let clamped = max(near, t) + 0.0;
+        (t >= 0.0 && far >= 0.0).then_some(clamped)
+    }
+
+    /// The weights of the corners at the point that the ray meets, given
+    /// that it does.
+    pub(crate) fn weights(&self, ray: &Ray) -> [f32; 3] {
+        let edges = self.sheared(ray, &Shear::new(ray)).exact_edges();
+        let edges = edges.map(f32::abs);
+        let largest = max(edges[0], max(edges[1], edges[2]));
+        if largest == 0.0 {
+            return [1.0, 0.0, 0.0];
+        }
+        let edges = edges.map(|e| e / largest);
+        let sum = edges[0] + edges[1] + edges[2];
+        edges.map(|e| e / sum)
+    }
+}
+
+impl Sheared {
+    /// Twice the signed areas of the triangles that each edge spans with the
+    /// ray, opposite corner 0, 1, 2.
+    #[inline(always)]
+    fn edges(&self) -> [f32; 3] {
+        let ([ax, bx, cx], [ay, by, cy]) = (self.x, self.y);
+        [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax]
+    }
+
+    fn exact_edges(&self) -> [f32; 3] {
+        let ([ax, bx, cx], [ay, by, cy]) = (self.x, self.y);
+        [
+            difference_of_products(cx, by, cy, bx),
+            difference_of_products(ax, cy, ay, cx),
+            difference_of_products(bx, ay, by, ax),
+        ]
+    }
+
+    #[inline(always)]
+    fn distance(&self, edges: [f32; 3], shear: &Shear) -> f32 {
+        let [u, v, w] = edges;
+        let [az, bz, cz] = self.z;
+        let determinant = (u + v) + w;
+        ((u * az + v * bz) + w * cz) * shear.shear[2] / determinant
+    }
+}
+
+/// Component by component, with this core's rule for equal and NaN operands.
+#[inline(always)]
+fn lesser(a: Vec3, b: Vec3) -> Vec3 {
+    Vec3::new(min(a.x, b.x), min(a.y, b.y), min(a.z, b.z))
+}
+
+#[inline(always)]
+fn greater(a: Vec3, b: Vec3) -> Vec3 {
+    Vec3::new(max(a.x, b.x), max(a.y, b.y), max(a.z, b.z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn triangle(corners: [[f32; 3]; 3]) -> Triangle {
+        Triangle(corners.map(Vec3::from))
+    }
+
+    const UNIT: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+
+    #[test]
+    fn hits_from_both_sides_with_the_weights_of_the_point() {
+        for z in [2.0, -2.0] {
+            let ray = Ray::new(Vec3::new(0.25, 0.5, z), Vec3::new(0.0, 0.0, -z)).unwrap();
+            let hit = triangle(UNIT).intersect(&ray, 1.0).unwrap();
+            assert_eq!(hit.t, 1.0);
+            assert_eq!(hit.weights, [0.25, 0.25, 0.5]);
+        }
+    }
+
+    #[test]
+    fn edges_and_corners_belong_to_the_triangle() {
+        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)] {
+            let ray = Ray::new(Vec3::new(x, y, 1.0), Vec3::NEG_Z).unwrap();
+            assert!(triangle(UNIT).intersect(&ray, 1.0).is_some(), "{x} {y}");
+        }
+        let past = Ray::new(Vec3::new(0.5, 0.5 + f32::EPSILON, 1.0), Vec3::NEG_Z).unwrap();
+        assert_eq!(triangle(UNIT).intersect(&past, 1.0), None);
+    }
+
+    #[test]
+    fn edge_on_behind_and_degenerate_are_misses() {
+        let along = Ray::new(Vec3::new(-1.0, 0.25, 0.0), Vec3::X).unwrap();
+        assert_eq!(triangle(UNIT).intersect(&along, 1.0), None);
+        let away = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::Z).unwrap();
+        assert_eq!(triangle(UNIT).intersect(&away, 1.0), None);
+        let ray = Ray::new(Vec3::new(0.0, 0.0, 1.0), Vec3::NEG_Z).unwrap();
+        assert_eq!(triangle([[0.0; 3]; 3]).intersect(&ray, 1.0), None);
+    }
+
+    #[test]
+    fn a_start_on_the_surface_is_a_hit_at_positive_zero() {
+        for direction in [Vec3::NEG_Z, Vec3::Z] {
+            let ray = Ray::new(Vec3::new(0.25, 0.25, 0.0), direction).unwrap();
+            let hit = triangle(UNIT).intersect(&ray, 1.0).unwrap();
+            assert_eq!(hit.t.to_bits(), 0);
+        }
+    }
+
+    #[test]
+    fn a_needle_far_away_is_not_hit_beside_it() {
+        // 1e-4 wide and 1,000 units away: f32 edge functions vanish here.
+        let needle = triangle([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0001, 0.0]]);
+        let mut wrong = 0;
+        for i in 0..1000 {
+            let along = i as f32 / 1000.0;
+            let target = Vec3::new(along, along - 0.01, 0.0);
+            let origin = Vec3::new(300.0, -700.0, 650.0);
+            let ray = Ray::new(origin, target - origin).unwrap();
+            wrong += u32::from(needle.intersect(&ray, 1.0).is_some());
+        }
+        assert_eq!(wrong, 0);
+    }
+
+    proptest! {
+        /// The point aimed at and the point found agree within the bound
+        /// that the documentation gives, against f64.
+        #[test]
+        fn distance_is_right(
+            corners in prop::array::uniform3(prop::array::uniform3(-10f32..10.0)),
+            origin in prop::array::uniform3(-100f32..100.0),
+            u in 0.05f64..0.9, v in 0.05f64..0.9,
+        ) {
+            prop_assume!(u + v < 0.95);
+            let corner = |i: usize, a: usize| corners[i][a] as f64;
+            let target: [f64; 3] = core::array::from_fn(|a| {
+                corner(0, a) * (1.0 - u - v) + corner(1, a) * u + corner(2, a) * v
+            });
+            let o = origin.map(f64::from);
+            let direction: [f32; 3] = core::array::from_fn(|a| (target[a] - o[a]) as f32);
+            // Grazing incidence makes t ill-conditioned in any arithmetic.
+            let (e, f): ([f64; 3], [f64; 3]) = (
+                core::array::from_fn(|a| corner(1, a) - corner(0, a)),
+                core::array::from_fn(|a| corner(2, a) - corner(0, a)),
+            );
+            let n = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
+            let length = |v: [f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let d = direction.map(f64::from);
+            let cosine = n.iter().zip(d).map(|(n, d)| n * d).sum::<f64>().abs() / (length(n) * length(d));
+            prop_assume!(cosine > 0.05 && length(n) > 1.0);
+            let Some(ray) = Ray::new(Vec3::from(origin), Vec3::from(direction)) else { return Ok(()) };
+            let hit = triangle(corners).intersect(&ray, 10.0);
+            prop_assert!(hit.is_some());
+            let error = (f64::from(hit.unwrap().t) - 1.0).abs() * length(d);
+            prop_assert!(error < 40.0 * 5.96e-8 * 100.0 / cosine, "{}", error);
+        }
+    }
+}

@@ -1,0 +1,460 @@
+//! The few vector operations that traversal is made of, on each instruction
+//! set.
+//!
+//! [`Lanes`] has one implementation a path, and the traversal kernels are
+//! written once over it. A lane computes exactly what the scalar formula
+//! computes: no fused multiply-add, no approximate reciprocal, `min` and `max`
+//! with x86's rule for NaN. Which path runs is therefore a matter of speed
+//! only, and a test compares them bit for bit.
+//!
+//! This is the one module of the core with `unsafe` in it: calls of
+//! intrinsics, sound because an [`Avx2`] value exists only after the processor
+//! has been asked.
+
+/// Vectors of `W` f32 and what can be done with them. A value of the
+/// implementing type is the proof that its instructions may be used.
+pub trait Lanes<const W: usize>: Copy {
+    /// `W` numbers.
+    type F: Copy;
+    /// `W` truth values.
+    type M: Copy;
+
+    fn splat(self, x: f32) -> Self::F;
+    fn load(self, x: &[f32; W]) -> Self::F;
+    fn store(self, x: Self::F) -> [f32; W];
+    fn add(self, a: Self::F, b: Self::F) -> Self::F;
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F;
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F;
+    fn div(self, a: Self::F, b: Self::F) -> Self::F;
+    /// `a < b ? a : b`
+    fn min(self, a: Self::F, b: Self::F) -> Self::F;
+    /// `a > b ? a : b`
+    fn max(self, a: Self::F, b: Self::F) -> Self::F;
+    /// `a <= b`, false for NaN.
+    fn le(self, a: Self::F, b: Self::F) -> Self::M;
+    /// `a == b`, false for NaN.
+    fn eq(self, a: Self::F, b: Self::F) -> Self::M;
+    fn and(self, a: Self::M, b: Self::M) -> Self::M;
+    fn or(self, a: Self::M, b: Self::M) -> Self::M;
+    /// Lane 0 in the lowest bit.
+    fn bits(self, m: Self::M) -> u32;
+    /// Writes the lanes that are set in `hit`, in the sequence that `order`
+    /// gives, to the front of `distances` and `children`, and says how many
+    /// they are. `order` has `W` lane numbers, the first in the lowest bits:
+    /// of three bits each where `W` is 8, of two where it is 4. What lies
+    /// behind those written is unspecified.
+    fn compress(
+        self,
+        hit: Self::M,
+        order: u32,
+        near: Self::F,
+        child: &[u32; W],
+        distances: &mut [f32; W],
+        children: &mut [u32; W],
+    ) -> usize;
+}
+
+/// Plain Rust on any target; compilers vectorise much of it.
+#[derive(Clone, Copy)]
+pub(crate) struct Portable;
+
+/// Bits of `order` a lane.
+const fn order_bits(width: usize) -> u32 {
+    if width == 8 { 3 } else { 2 }
+}
+
+#[inline(always)]
+fn zip<const W: usize>(a: [f32; W], b: [f32; W], f: impl Fn(f32, f32) -> f32) -> [f32; W] {
+    let mut out = [0.0; W];
+    for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
+        *out = f(a, b);
+    }
+    out
+}
+
+#[inline(always)]
+fn test<const W: usize>(a: [f32; W], b: [f32; W], f: impl Fn(f32, f32) -> bool) -> u32 {
+    let mut out = 0;
+    for (lane, (a, b)) in a.into_iter().zip(b).enumerate() {
+        out |= u32::from(f(a, b)) << lane;
+    }
+    out
+}
+
+impl<const W: usize> Lanes<W> for Portable {
+    type F = [f32; W];
+    type M = u32;
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> [f32; W] {
+        [x; W]
+    }
+    #[inline(always)]
+    fn load(self, x: &[f32; W]) -> [f32; W] {
+        *x
+    }
+    #[inline(always)]
+    fn store(self, x: [f32; W]) -> [f32; W] {
+        x
+    }
+    #[inline(always)]
+    fn add(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
+        zip(a, b, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
+        zip(a, b, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
+        zip(a, b, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn div(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
+        zip(a, b, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn min(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
+        zip(a, b, crate::numeric::min)
+    }
+    #[inline(always)]
+    fn max(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
+        zip(a, b, crate::numeric::max)
+    }
+    #[inline(always)]
+    fn le(self, a: [f32; W], b: [f32; W]) -> u32 {
+        test(a, b, |a, b| a <= b)
+    }
+    #[inline(always)]
+    fn eq(self, a: [f32; W], b: [f32; W]) -> u32 {
+        test(a, b, |a, b| a == b)
+    }
+    #[inline(always)]
+    fn and(self, a: u32, b: u32) -> u32 {
+        a & b
+    }
+    #[inline(always)]
+    fn or(self, a: u32, b: u32) -> u32 {
+        a | b
+    }
+    #[inline(always)]
+    fn bits(self, m: u32) -> u32 {
+        m
+    }
+    #[inline(always)]
+    fn compress(
+        self,
+        hit: u32,
+        order: u32,
+        near: [f32; W],
+        child: &[u32; W],
+        distances: &mut [f32; W],
+        children: &mut [u32; W],
+    ) -> usize {
+        let mut count = 0;
+        if hit == 0 {
+            return 0;
+        }
+        for place in 0..W {
+            let lane = (order >> (place as u32 * order_bits(W))) as usize & (W - 1);
+            if hit >> lane & 1 != 0 {
+                // `count` stays below W; the mask lets the compiler see it.
+                distances[count & (W - 1)] = near[lane];
+                children[count & (W - 1)] = child[lane];
+                count += 1;
+            }
+        }
+        count
+    }
+}
+
+/// AVX2 on x86-64.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+pub(crate) struct Avx2(());
+
+#[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code)]
+mod avx2 {
+    use super::{Avx2, Kernel, Lanes};
+    use core::arch::x86_64::{
+        __m256, __m256i, _CMP_EQ_OQ, _CMP_LE_OQ, _mm_loadl_epi64, _mm256_add_ps, _mm256_and_ps,
+        _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cvtepu8_epi32,
+        _mm256_div_ps, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_ps, _mm256_min_ps,
+        _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permutevar8x32_epi32,
+        _mm256_permutevar8x32_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32,
+        _mm256_srlv_epi32, _mm256_storeu_ps, _mm256_storeu_si256, _mm256_sub_ps,
+    };
+
+    cpufeatures::new!(avx2_detected, "avx2", "bmi1", "bmi2", "popcnt");
+
+    /// For each mask of eight lanes, the numbers of its set lanes, packed to
+    /// the front.
+    static PACKED: [[u8; 8]; 256] = packed();
+
+    const fn packed() -> [[u8; 8]; 256] {
+        let mut table = [[0; 8]; 256];
+        let mut mask = 0;
+        while mask < 256 {
+            let (mut lane, mut count) = (0, 0);
+            while lane < 8 {
+                if mask >> lane & 1 == 1 {
+                    table[mask][count] = lane as u8;
+                    count += 1;
+                }
+                lane += 1;
+            }
+            mask += 1;
+        }
+        table
+    }
+
+    impl Avx2 {
+        /// The proof, if this processor and its operating system have AVX2
+        /// and the bit operations that came with it.
+        pub(crate) fn detect() -> Option<Self> {
+            avx2_detected::get().then_some(Self(()))
+        }
+
+        /// Runs a kernel compiled with AVX2.
+        #[inline(always)]
+        pub(crate) fn run<K: Kernel<8>>(self, kernel: K) -> K::Output {
+            #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
+            fn inner<K: Kernel<8>>(lanes: Avx2, kernel: K) -> K::Output {
+                kernel.run(lanes)
+            }
+            // SAFETY: `self` exists, so `detect` has found all four.
+            unsafe { inner(self, kernel) }
+        }
+    }
+
+    // SAFETY, of every block below: `self` is the proof that AVX2 is there,
+    // and loads and stores go through references of exactly their size.
+    impl Lanes<8> for Avx2 {
+        type F = __m256;
+        type M = __m256;
+
+        #[inline(always)]
+        fn splat(self, x: f32) -> __m256 {
+            unsafe { _mm256_set1_ps(x) }
+        }
+        #[inline(always)]
+        fn load(self, x: &[f32; 8]) -> __m256 {
+            unsafe { _mm256_loadu_ps(x.as_ptr()) }
+        }
+        #[inline(always)]
+        fn store(self, x: __m256) -> [f32; 8] {
+            let mut out = [0.0; 8];
+            unsafe { _mm256_storeu_ps(out.as_mut_ptr(), x) };
+            out
+        }
+        #[inline(always)]
+        fn add(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_add_ps(a, b) }
+        }
+        #[inline(always)]
+        fn sub(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_sub_ps(a, b) }
+        }
+        #[inline(always)]
+        fn mul(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_mul_ps(a, b) }
+        }
+        #[inline(always)]
+        fn div(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_div_ps(a, b) }
+        }
+        #[inline(always)]
+        fn min(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_min_ps(a, b) }
+        }
+        #[inline(always)]
+        fn max(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_max_ps(a, b) }
+        }
+        #[inline(always)]
+        fn le(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(a, b) }
+        }
+        #[inline(always)]
+        fn eq(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_cmp_ps::<_CMP_EQ_OQ>(a, b) }
+        }
+        #[inline(always)]
+        fn and(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_and_ps(a, b) }
+        }
+        #[inline(always)]
+        fn or(self, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_or_ps(a, b) }
+        }
+        #[inline(always)]
+        fn bits(self, m: __m256) -> u32 {
+            unsafe { _mm256_movemask_ps(m) as u32 }
+        }
+        #[inline(always)]
+        fn compress(
+            self,
+            hit: __m256,
+            order: u32,
+            near: __m256,
+            child: &[u32; 8],
+            distances: &mut [f32; 8],
+            children: &mut [u32; 8],
+        ) -> usize {
+            unsafe {
+                // permutevar8x32 looks at the lowest three bits only.
+                let order: __m256i = _mm256_srlv_epi32(
+                    _mm256_set1_epi32(order as i32),
+                    _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21),
+                );
+                let hit = _mm256_castsi256_ps(_mm256_permutevar8x32_epi32(
+                    _mm256_castps_si256(hit),
+                    order,
+                ));
+                let hit = _mm256_movemask_ps(hit) as usize;
+                let packed = _mm256_cvtepu8_epi32(_mm_loadl_epi64(
+                    PACKED[hit & 255].as_ptr().cast::<core::arch::x86_64::__m128i>(),
+                ));
+                let source = _mm256_permutevar8x32_epi32(order, packed);
+                let child = _mm256_loadu_si256(child.as_ptr().cast());
+                _mm256_storeu_si256(
+                    children.as_mut_ptr().cast(),
+                    _mm256_permutevar8x32_epi32(child, source),
+                );
+                _mm256_storeu_ps(
+                    distances.as_mut_ptr(),
+                    _mm256_permutevar8x32_ps(near, source),
+                );
+                hit.count_ones() as usize
+            }
+        }
+    }
+}
+
+/// Code written once over [`Lanes`] and compiled for each path.
+pub trait Kernel<const W: usize> {
+    /// What it computes.
+    type Output;
+    /// Must be `#[inline(always)]`, with all that it calls over `lanes`.
+    fn run<L: Lanes<W>>(self, lanes: L) -> Self::Output;
+}
+
+/// The instruction set that traversal uses. It changes speed, never results.
+#[derive(Clone, Copy)]
+pub struct Simd(Path);
+
+#[derive(Clone, Copy)]
+enum Path {
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Avx2),
+}
+
+impl Simd {
+    /// Plain Rust, on any machine.
+    pub const PORTABLE: Self = Self(Path::Portable);
+
+    /// The fastest that this processor has. Asks it once; keep the value.
+    pub fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx2) = Avx2::detect() {
+            return Self(Path::Avx2(avx2));
+        }
+        Self::PORTABLE
+    }
+
+    /// `portable` or `avx2`.
+    pub const fn name(self) -> &'static str {
+        match self.0 {
+            Path::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Path::Avx2(_) => "avx2",
+        }
+    }
+
+}
+
+/// The widths that scenes are baked in.
+pub trait Runs<const W: usize>: Copy {
+    /// Runs a kernel on this path.
+    fn run<K: Kernel<W>>(self, kernel: K) -> K::Output;
+}
+
+impl Runs<8> for Simd {
+    #[inline(always)]
+    fn run<K: Kernel<8>>(self, kernel: K) -> K::Output {
+        match self.0 {
+            Path::Portable => kernel.run(Portable),
+            #[cfg(target_arch = "x86_64")]
+            Path::Avx2(avx2) => avx2.run(kernel),
+        }
+    }
+}
+
+impl Runs<4> for Simd {
+    #[inline(always)]
+    fn run<K: Kernel<4>>(self, kernel: K) -> K::Output {
+        kernel.run(Portable)
+    }
+}
+
+impl core::fmt::Debug for Simd {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs every operation on awkward operands and returns all bits.
+    struct Everything;
+
+    impl Kernel<8> for Everything {
+        type Output = ([[u32; 8]; 6], [u32; 2], [([u32; 8], [u32; 8], usize); 4]);
+        #[inline(always)]
+        fn run<L: Lanes<8>>(self, l: L) -> Self::Output {
+            let a = l.load(&[1.0, -0.0, f32::NAN, f32::INFINITY, 1e-45, -3.5, 0.0, 7.25]);
+            let b = l.load(&[3.0, 0.0, 1.0, f32::INFINITY, 1e-45, f32::NAN, -0.0, -7.25]);
+            let bits = |x| l.store(x).map(|x| if x.is_nan() { 0x7fc0_0000 } else { x.to_bits() });
+            let child = [10, 11, 12, 13, 14, 15, 16, 17];
+            let near = l.load(&[0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5]);
+            let reversed = 0o0123_4567;
+            let rows = [(1.0, 0o7654_3210), (4.0, reversed), (-1.0, reversed), (9.0, reversed)];
+            let compressed = rows.map(|(limit, order)| {
+                let hit = l.le(near, l.splat(limit));
+                let (mut distances, mut children) = ([0.0; 8], [0; 8]);
+                let n = l.compress(hit, order, near, &child, &mut distances, &mut children);
+                distances[n..].fill(0.0);
+                children[n..].fill(0);
+                (distances.map(f32::to_bits), children, n)
+            });
+            (
+                [
+                    bits(l.add(a, b)),
+                    bits(l.sub(a, b)),
+                    bits(l.mul(a, b)),
+                    bits(l.div(a, b)),
+                    bits(l.min(a, b)),
+                    bits(l.max(a, b)),
+                ],
+                [
+                    l.bits(l.or(l.le(a, b), l.eq(a, a))),
+                    l.bits(l.and(l.le(a, b), l.eq(b, b))),
+                ],
+                compressed,
+            )
+        }
+    }
+
+    #[test]
+    fn every_path_computes_the_same_bits() {
+        let portable = Simd::PORTABLE.run(Everything);
+        assert_eq!(portable.2[0], ([0.5f32.to_bits(), 0, 0, 0, 0, 0, 0, 0], [10, 0, 0, 0, 0, 0, 0, 0], 1));
+        assert_eq!(portable.2[1].1, [13, 12, 11, 10, 0, 0, 0, 0]);
+        assert_eq!(portable.2[3].1, [17, 16, 15, 14, 13, 12, 11, 10]);
+        assert_eq!(Simd::detect().run(Everything), portable);
+    }
+}

@@ -1,0 +1,271 @@
+//! Rays against the triangles of one mesh.
+//!
+//! # What was tried
+//! Measurements: `shisen bench rays`, AVX2, one thread.
+
+use super::hit::MeshHit;
+use super::stack::{TraversalStack, Work};
+use super::walk::{Visitor, leaf_index, walk};
+use crate::scene::Scene;
+use crate::scene::format::{COUNT_SHIFT, LeafBlock, Mesh, Node};
+use crate::shape::{Ray, Shear, Slabs, Triangle};
+use crate::simd::{Kernel, Lanes, Runs, Simd};
+use glam::Vec3;
+
+/// A mesh of a scene, with what tracing it needs.
+#[derive(Clone, Copy)]
+pub(crate) struct MeshView<'a, const W: usize> {
+    pub(crate) nodes: &'a [Node<W>],
+    pub(crate) leaves: &'a [LeafBlock<W>],
+    pub(crate) root: u32,
+    pub(crate) extent: f32,
+}
+
+impl<'a, const W: usize> MeshView<'a, W> {
+    #[inline(always)]
+    pub(crate) fn new(scene: &Scene<'a, W>, mesh: &Mesh) -> Self {
+        Self {
+            nodes: scene.nodes,
+            leaves: scene.leaves,
+            root: mesh.root,
+            extent: mesh.extent,
+        }
+    }
+}
+
+impl<const W: usize> LeafBlock<W> {
+    /// The triangle in a lane; `lane` is taken modulo the width.
+    #[inline(always)]
+    pub(crate) fn triangle(&self, lane: u32) -> Triangle {
+        let lane = lane as usize & (W - 1);
+        Triangle(
+            self.corners
+                .map(|[x, y, z]| Vec3::new(x[lane], y[lane], z[lane])),
+        )
+    }
+}
+
+/// Looks for the nearest triangle, or for any.
+pub(super) struct InMesh<'r, 'a, const W: usize, const ANY: bool> {
+    leaves: &'a [LeafBlock<W>],
+    ray: &'r Ray,
+    slabs: &'r Slabs,
+    /// Computed at the first leaf: most rays meet none.
+    shear: Option<Shear>,
+    /// No hit is nearer than this: where the ray enters the instance's box.
+    start: f32,
+    limit: f32,
+    pub(super) best: MeshHit,
+}
+
+impl<'r, 'a, const W: usize, const ANY: bool> InMesh<'r, 'a, W, ANY> {
+    #[inline(always)]
+    pub(super) fn new(
+        mesh: &MeshView<'a, W>,
+        ray: &'r Ray,
+        slabs: &'r Slabs,
+        start: f32,
+        limit: f32,
+    ) -> Self {
+        Self {
+            leaves: mesh.leaves,
+            ray,
+            slabs,
+            shear: None,
+            start,
+            limit,
+            best: MeshHit::NONE,
+        }
+    }
+
+    /// Takes a triangle whose edge functions passed, at the f32 distance
+    /// `t`, into account. True where the search is over.
+    #[inline(always)]
+    fn accept(&mut self, block: &LeafBlock<W>, leaf: u32, lane: u32, t: f32) -> bool {
+        let Some(t) = block.triangle(lane).clamp_to_box(t, self.slabs) else {
+            return false;
+        };
+        let t = crate::numeric::max(t, self.start);
+        if !(t <= self.limit) {
+            return false;
+        }
+        if ANY {
+            self.best.t = t;
+            return true;
+        }
+        self.best.take_nearer(MeshHit {
+            t,
+            triangle: block.ids[lane as usize & (W - 1)],
+            leaf,
+            lane,
+        });
+        self.limit = crate::numeric::min(self.limit, self.best.t);
+        false
+    }
+
+    /// The lanes whose edge functions vanished somewhere, decided exactly.
+    #[cold]
+    #[inline(never)]
+    fn accept_exactly(&mut self, block: &LeafBlock<W>, leaf: u32, mut lanes: u32) -> bool {
+        let shear = Shear::new(self.ray);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros();
+            lanes &= lanes - 1;
+            if let Some(t) = block.triangle(lane).exact_distance(self.ray, &shear)
+                && self.accept(block, leaf, lane, t)
+            {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.limit
+    }
+
+    /// [`Triangle::intersect`] on all lanes of a block.
+    #[inline(always)]
+    fn leaf<L: Lanes<W>>(
+        &mut self,
+        l: L,
+        child: u32,
+        _near: f32,
+        _stack: &mut TraversalStack,
+        _top: usize,
+        work: &mut Work,
+    ) -> bool {
+        work.steps += (child >> COUNT_SHIFT & 7) + 1;
+        let leaf = leaf_index(child);
+        let Some(block) = self.leaves.get(leaf as usize) else {
+            return false;
+        };
+        let shear = match self.shear {
+            Some(shear) => shear,
+            None => *self.shear.insert(Shear::new(self.ray)),
+        };
+        let [kx, ky, kz] = shear.axes;
+        let [sx, sy, sz] = shear.shear.map(|s| l.splat(s));
+        let o = self.ray.origin().to_array().map(|o| l.splat(o));
+        let component = |corner: usize, axis: usize| {
+            // The axes are 0 to 2.
+            l.sub(l.load(&block.corners[corner][axis % 3]), o[axis % 3])
+        };
+        let az = component(0, kz);
+        let bz = component(1, kz);
+        let cz = component(2, kz);
+        let ax = l.sub(component(0, kx), l.mul(sx, az));
+        let ay = l.sub(component(0, ky), l.mul(sy, az));
+        let bx = l.sub(component(1, kx), l.mul(sx, bz));
+        let by = l.sub(component(1, ky), l.mul(sy, bz));
+        let cx = l.sub(component(2, kx), l.mul(sx, cz));
+        let cy = l.sub(component(2, ky), l.mul(sy, cz));
+        let u = l.sub(l.mul(cx, by), l.mul(cy, bx));
+        let v = l.sub(l.mul(ax, cy), l.mul(ay, cx));
+        let w = l.sub(l.mul(bx, ay), l.mul(by, ax));
+        let zero = l.splat(0.0);
+        let least = l.min(u, l.min(v, w));
+        let most = l.max(u, l.max(v, w));
+        let inside = l.or(l.le(zero, least), l.le(most, zero));
+        let inside_bits = l.bits(inside);
+        if inside_bits == 0 {
+            return false;
+        }
+        let vanished = l.or(l.eq(least, zero), l.eq(most, zero));
+        let exactly = l.bits(l.and(inside, vanished));
+        let determinant = l.add(l.add(u, v), w);
+        let weighted = l.add(l.add(l.mul(u, az), l.mul(v, bz)), l.mul(w, cz));
+        let t = l.div(l.mul(weighted, sz), determinant);
+        let in_range = l.and(l.le(zero, t), l.le(t, l.splat(self.limit)));
+        let mut hits = l.bits(l.and(inside, in_range)) & !exactly;
+        if hits != 0 {
+            let t = l.store(t);
+            while hits != 0 {
+                let lane = hits.trailing_zeros();
+                hits &= hits - 1;
+                if self.accept(block, leaf, lane, t[lane as usize & (W - 1)]) {
+                    return true;
+                }
+            }
+        }
+        exactly != 0 && self.accept_exactly(block, leaf, exactly)
+    }
+}
+
+/// Traces rays against one mesh in its own frame: for benchmarks and tests
+/// of intersection, and for tools that have no scene around their mesh.
+#[derive(Debug, Clone, Copy)]
+pub struct MeshTracer<'a, const W: usize = 8> {
+    nodes: &'a [Node<W>],
+    leaves: &'a [LeafBlock<W>],
+    root: u32,
+    extent: f32,
+    simd: Simd,
+}
+
+struct Nearest<'r, 'a, const W: usize> {
+    mesh: MeshView<'a, W>,
+    ray: &'r Ray,
+    stack: &'r mut TraversalStack,
+    work: Work,
+}
+
+impl<const W: usize> Kernel<W> for Nearest<'_, '_, W> {
+    type Output = (MeshHit, Work);
+    #[inline(always)]
+    fn run<L: Lanes<W>>(mut self, lanes: L) -> (MeshHit, Work) {
+        let slabs = Slabs::new(self.ray, self.mesh.extent);
+        let mut search = InMesh::<W, false>::new(&self.mesh, self.ray, &slabs, 0.0, f32::INFINITY);
+        walk(
+            lanes,
+            self.mesh.nodes,
+            self.mesh.root,
+            &slabs,
+            0.0,
+            &mut search,
+            self.stack,
+            0,
+            &mut self.work,
+        );
+        (search.best, self.work)
+    }
+}
+
+impl<'a, const W: usize> MeshTracer<'a, W>
+where
+    Simd: Runs<W>,
+{
+    /// For mesh number `mesh` of the scene, or `None` where there is none.
+    pub fn new(scene: &Scene<'a, W>, mesh: usize, simd: Simd) -> Option<Self> {
+        let view = MeshView::new(scene, scene.meshes.get(mesh)?);
+        Some(Self {
+            nodes: view.nodes,
+            leaves: view.leaves,
+            root: view.root,
+            extent: view.extent,
+            simd,
+        })
+    }
+
+    /// The nearest triangle and the number of steps it took to find it: one
+    /// a node visited, one a triangle tested.
+    #[inline]
+    pub fn nearest(&self, ray: &Ray, stack: &mut TraversalStack) -> (Option<MeshHit>, u32) {
+        let kernel = Nearest {
+            mesh: MeshView {
+                nodes: self.nodes,
+                leaves: self.leaves,
+                root: self.root,
+                extent: self.extent,
+            },
+            ray,
+            stack,
+            work: Work::default(),
+        };
+        let (hit, work) = self.simd.run(kernel);
+        ((hit.triangle != u32::MAX).then_some(hit), work.steps)
+    }
+}

@@ -1,0 +1,34 @@
+/// Entries of a [`TraversalStack`]. Scenes that could need more are refused
+/// when they are loaded.
+pub const STACK_ENTRIES: usize = 128;
+
+/// Children that traversal has still to visit: 1 KiB that the caller owns, so
+/// that it is neither allocated nor cleared for each ray.
+#[derive(Debug, Clone)]
+pub struct TraversalStack {
+    pub(super) distances: [f32; STACK_ENTRIES],
+    pub(super) children: [u32; STACK_ENTRIES],
+}
+
+impl TraversalStack {
+    /// An empty stack.
+    pub const EMPTY: Self = Self {
+        distances: [0.0; STACK_ENTRIES],
+        children: [0; STACK_ENTRIES],
+    };
+}
+
+impl Default for TraversalStack {
+    fn default() -> Self {
+        Self::EMPTY
+    }
+}
+
+/// Work that traversal has done.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Work {
+    /// Nodes visited and primitives tested.
+    pub(crate) steps: u32,
+    /// The most stack entries in use.
+    pub(crate) deepest: u32,
+}

@@ -1,0 +1,128 @@
+//! The walk down one tree, closest children first.
+
+use super::stack::{TraversalStack, Work};
+use crate::scene::format::{INDEX, LEAF, Node};
+use crate::shape::Slabs;
+use crate::simd::Lanes;
+
+/// What to do at the leaves of a tree.
+pub(super) trait Visitor<const W: usize> {
+    /// The farthest distance still of interest. It only shrinks.
+    fn limit(&self) -> f32;
+
+    /// Looks into a leaf that the ray enters at `near`. `top` is the first
+    /// free entry of the stack. True ends the walk.
+    fn leaf<L: Lanes<W>>(
+        &mut self,
+        lanes: L,
+        child: u32,
+        near: f32,
+        stack: &mut TraversalStack,
+        top: usize,
+        work: &mut Work,
+    ) -> bool;
+}
+
+/// Visits all leaves of the tree at `root` whose boxes the ray enters after
+/// `start` and no farther than the visitor's limit. True where the visitor
+/// ended it.
+///
+/// Bounded by the tree: it is one, its depth fits the stack (both checked
+/// when the scene was loaded), and each node is visited once at most.
+#[inline(always)]
+pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
+    lanes: L,
+    nodes: &[Node<W>],
+    root: u32,
+    slabs: &Slabs,
+    start: f32,
+    visitor: &mut V,
+    stack: &mut TraversalStack,
+    base: usize,
+    work: &mut Work,
+) -> bool {
+    let axis = |axis| {
+        let (reciprocal, near, far) = slabs.coefficients(axis);
+        (lanes.splat(reciprocal), lanes.splat(near), lanes.splat(far))
+    };
+    let ((rx, nx, fx), (ry, ny, fy), (rz, nz, fz)) = (axis(0), axis(1), axis(2));
+    let octant = slabs.octant();
+    let start = lanes.splat(start);
+    let planes = [
+        slabs.near_plane(0),
+        slabs.near_plane(1),
+        slabs.near_plane(2),
+        slabs.far_plane(0),
+        slabs.far_plane(1),
+        slabs.far_plane(2),
+    ];
+    let mut top = base;
+    let mut current = root;
+    loop {
+        work.steps += 1;
+        let Some(node) = nodes.get(current as usize) else {
+            return false;
+        };
+        let plane = |i: usize| lanes.load(&node.planes[planes[i]]);
+        let near_x = lanes.sub(lanes.mul(plane(0), rx), nx);
+        let near_y = lanes.sub(lanes.mul(plane(1), ry), ny);
+        let near_z = lanes.sub(lanes.mul(plane(2), rz), nz);
+        let far_x = lanes.sub(lanes.mul(plane(3), rx), fx);
+        let far_y = lanes.sub(lanes.mul(plane(4), ry), fy);
+        let far_z = lanes.sub(lanes.mul(plane(5), rz), fz);
+        let near = lanes.max(lanes.max(near_x, near_y), lanes.max(near_z, start));
+        let far = lanes.min(
+            lanes.min(far_x, far_y),
+            lanes.min(far_z, lanes.splat(visitor.limit())),
+        );
+        let hit = lanes.le(near, far);
+        // A stack that is full cannot happen in a checked scene.
+        let free = stack
+            .distances
+            .get_mut(top..)
+            .and_then(<[f32]>::first_chunk_mut::<W>)
+            .zip(
+                stack
+                    .children
+                    .get_mut(top..)
+                    .and_then(<[u32]>::first_chunk_mut::<W>),
+            );
+        let Some((distances, children)) = free else {
+            return false;
+        };
+        top += lanes.compress(
+            hit,
+            node.order(octant),
+            near,
+            &node.child,
+            distances,
+            children,
+        );
+        work.deepest = work.deepest.max(top as u32);
+        current = loop {
+            if top == base {
+                return false;
+            }
+            top -= 1;
+            let (Some(&near), Some(&child)) = (stack.distances.get(top), stack.children.get(top))
+            else {
+                return false;
+            };
+            if near > visitor.limit() {
+                continue;
+            }
+            if child & LEAF == 0 {
+                break child;
+            }
+            if visitor.leaf(lanes, child, near, stack, top, work) {
+                return true;
+            }
+        };
+    }
+}
+
+/// The record that a leaf reference names.
+#[inline(always)]
+pub(super) const fn leaf_index(child: u32) -> u32 {
+    child & INDEX
+}

@@ -1,0 +1,475 @@
+//! From a scene in memory to the bytes that the core traces.
+
+mod blob;
+pub mod tree;
+
+use crate::mesh::{Material, MeshError, TriangleMesh};
+use crate::scene::{Background, Light, Object, Scene, Shape};
+use blob::{AlignedBytes, Tables};
+use glam::{DAffine3, DVec3};
+use shisen_core::scene::SceneError;
+use shisen_core::scene::format::{self, Instance, LeafBlock, NO_MATERIAL, effect, flag, kind, light};
+use shisen_core::shape::Spheroid;
+use thiserror::Error;
+use tree::{Bounds, WideTree};
+
+/// A baked scene: the bytes of `shisen_core::scene`, aligned for use in place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Baked<const W: usize = 8> {
+    bytes: AlignedBytes,
+}
+
+/// Why a scene cannot be baked.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum BakeError {
+    /// One of its meshes is not usable.
+    #[error("mesh {mesh} (counted from 0) cannot be used")]
+    Mesh {
+        /// Its index.
+        mesh: usize,
+        /// What is wrong.
+        #[source]
+        source: MeshError,
+    },
+    /// Nothing in it.
+    #[error("the scene has no objects")]
+    NoObjects,
+    /// An object that names what is not there.
+    #[error("object {object} (counted from 0) names {what} {index}, which the scene does not have")]
+    Missing {
+        /// The object.
+        object: usize,
+        /// What it names.
+        what: &'static str,
+        /// By this index.
+        index: usize,
+    },
+    /// A map that flattens, or that is not finite, or that moves things out
+    /// of range.
+    #[error(
+        "object {object} (counted from 0) is placed by a map that cannot be undone, or too far away \
+         (coordinates may be up to {limit:e} m)"
+    )]
+    Transform {
+        /// The object.
+        object: usize,
+        /// The farthest coordinate, metres.
+        limit: f32,
+    },
+    /// A radius out of range.
+    #[error(
+        "object {object} (counted from 0) has a radius outside {:e} to {:e} m",
+        Spheroid::RADII.0,
+        Spheroid::RADII.1
+    )]
+    Radius {
+        /// The object.
+        object: usize,
+    },
+    /// The scene does not pass the core's own check.
+    #[error("the scene holds a value that the tracer refuses: {0}")]
+    Refused(#[from] SceneError),
+    /// More bytes than an offset of the format can name.
+    #[error("the scene would take {bytes} bytes; a scene may have 4 GiB")]
+    TooLarge {
+        /// How many.
+        bytes: u64,
+    },
+}
+
+impl<const W: usize> Baked<W> {
+    /// Bakes a scene for nodes of `W` children. The same scene always gives
+    /// the same bytes.
+    ///
+    /// # Errors
+    /// Whatever the core would refuse, found and named before it is asked.
+    pub fn new(scene: &Scene) -> Result<Self, BakeError> {
+        for (mesh, source) in scene.meshes.iter().enumerate() {
+            source
+                .validate()
+                .map_err(|source| BakeError::Mesh { mesh, source })?;
+        }
+        let mut tables = Tables::<W>::default();
+        tables.materials = scene.materials.iter().map(material).collect();
+        let trees: Vec<WideTree<W>> = scene.meshes.iter().map(mesh_tree).collect();
+        // The tree over instances comes first, whose size is known only once
+        // the instances are.
+        let mut placed = Vec::new();
+        for (number, object) in scene.objects.iter().enumerate() {
+            placed.push(instance(scene, number, object)?);
+        }
+        if placed.is_empty() {
+            return Err(BakeError::NoObjects);
+        }
+        let boxes: Vec<Bounds> = placed
+            .iter()
+            .map(|i| Bounds {
+                low: i.low,
+                high: i.high,
+            })
+            .collect();
+        let top = tree::build::<W>(&boxes, 1);
+        let deepest = trees.iter().map(|tree| tree.stack_entries).max();
+        let stack_entries = top.stack_entries + deepest.unwrap_or(0);
+        tables.top_nodes = top.nodes.len() as u32;
+        for mut node in top.nodes {
+            // Leaves of this tree name instances, not leaf blocks.
+            for child in &mut node.child {
+                if *child & format::LEAF != 0 {
+                    let leaf = (*child & format::INDEX) as usize;
+                    *child = format::LEAF | top.leaves[leaf][0];
+                }
+            }
+            tables.nodes.push(node);
+        }
+        for (mesh, tree) in scene.meshes.iter().zip(&trees) {
+            tables.add_mesh(mesh, tree);
+        }
+        tables.lights = scene.lights.iter().map(baked_light).collect();
+        tables.extent = extent(boxes.iter().flat_map(|b| [b.low, b.high]));
+        tables.instances = placed;
+        tables.background = background(&scene.background);
+        tables.ambient = scene.ambient;
+        tables.stack_entries = stack_entries as u32;
+        tables.add_default_material();
+        let baked = Self {
+            bytes: tables.into_bytes()?,
+        };
+        // Nothing leaves here that the core would not take back.
+        baked.try_scene()?;
+        Ok(baked)
+    }
+
+    /// The bytes, as they go to a file or to flash.
+    pub fn as_bytes(&self) -> &[u8] {
+        self.bytes.as_bytes()
+    }
+
+    /// Takes the bytes of a scene file, aligning them.
+    ///
+    /// # Errors
+    /// What the core finds wrong with them.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SceneError> {
+        let baked = Self {
+            bytes: AlignedBytes::copy_of(bytes),
+        };
+        baked.try_scene()?;
+        Ok(baked)
+    }
+
+    fn try_scene(&self) -> Result<shisen_core::scene::Scene<'_, W>, SceneError> {
+        shisen_core::scene::Scene::from_bytes(self.as_bytes())
+    }
+
+    /// The scene in these bytes.
+    ///
+    /// # Panics
+    /// Never: the bytes were checked when this value was made.
+    pub fn scene(&self) -> shisen_core::scene::Scene<'_, W> {
+        self.try_scene().expect("checked when it was made")
+    }
+}
+
+/// One mesh as a scene of its own, in its own frame.
+pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
+    Scene {
+        name: "mesh".into(),
+        meshes: vec![mesh],
+        materials: Vec::new(),
+        objects: vec![Object {
+            shape: Shape::Mesh(0),
+            material: None,
+            world_from_object: DAffine3::IDENTITY,
+            casts_shadow: true,
+            smooth: false,
+        }],
+        lights: Vec::new(),
+        background: Background::uniform([0.0; 3]),
+        ambient: [0.0; 3],
+    }
+}
+
+fn mesh_tree<const W: usize>(mesh: &TriangleMesh) -> WideTree<W> {
+    let boxes: Vec<Bounds> = mesh
+        .triangles
+        .iter()
+        .map(|corners| Bounds::of_points(&corners.map(|c| mesh.positions[c as usize])))
+        .collect();
+    tree::build(&boxes, W)
+}
+
+fn extent(points: impl Iterator<Item = [f32; 3]>) -> f32 {
+    points.flatten().fold(0.0, |extent, c| extent.max(c.abs()))
+}
+
+impl<const W: usize> Tables<W> {
+    fn add_mesh(&mut self, mesh: &TriangleMesh, tree: &WideTree<W>) {
+        let first_node = self.nodes.len() as u32;
+        let first_leaf = self.leaves.len() as u32;
+        let first_material = self.materials.len() as u32;
+        for node in &tree.nodes {
+            let mut node = *node;
+            for lane in 0..W {
+                if node.child[lane] & format::LEAF != 0 {
+                    node.child[lane] += first_leaf;
+                } else if !node.is_empty_lane(lane) {
+                    node.child[lane] += first_node;
+                }
+            }
+            self.nodes.push(node);
+        }
+        for leaf in &tree.leaves {
+            self.leaves.push(leaf_block(mesh, leaf));
+        }
+        let first_triangle = self.triangles.len() as u32;
+        for (number, &corners) in mesh.triangles.iter().enumerate() {
+            // Resolved to the default material once all materials are there.
+            let material = mesh
+                .triangle_materials
+                .get(number)
+                .map_or(NO_MATERIAL, |m| first_material + m);
+            self.triangles.push(format::Triangle { corners, material });
+        }
+        self.materials.extend(mesh.materials.iter().map(material));
+        let first_normal = self.normals.len() as u32;
+        self.normals.extend(vertex_normals(mesh));
+        self.meshes.push(format::Mesh {
+            root: first_node,
+            first_node,
+            node_count: tree.nodes.len() as u32,
+            first_leaf,
+            leaf_count: tree.leaves.len() as u32,
+            first_triangle,
+            triangle_count: mesh.triangles.len() as u32,
+            first_normal,
+            normal_count: mesh.positions.len() as u32,
+            extent: extent(mesh.positions.iter().copied()),
+            reserved: [0; 6],
+        });
+    }
+
+    fn add_default_material(&mut self) {
+        let default = self.materials.len() as u32;
+        let mut used = self.materials.is_empty();
+        for triangle in &mut self.triangles {
+            if triangle.material == NO_MATERIAL {
+                triangle.material = default;
+                used = true;
+            }
+        }
+        for instance in &mut self.instances {
+            if instance.material == NO_MATERIAL && instance.kind != kind::MESH {
+                instance.material = default;
+                used = true;
+            }
+        }
+        if used {
+            self.materials.push(material(&Material::default()));
+        }
+    }
+}
+
+fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlock<W> {
+    let mut block = LeafBlock {
+        corners: [[[f32::NAN; W]; 3]; 3],
+        ids: [u32::MAX; W],
+    };
+    for (lane, &triangle) in triangles.iter().enumerate() {
+        block.ids[lane] = triangle;
+        for corner in 0..3 {
+            let vertex = mesh.triangles[triangle as usize][corner] as usize;
+            for axis in 0..3 {
+                // + 0.0 leaves no −0 behind, so that equal vertices have
+                // equal bits.
+                block.corners[corner][axis][lane] = mesh.positions[vertex][axis] + 0.0;
+            }
+        }
+    }
+    block
+}
+
+/// The file's own normals, or the mean of the faces around each vertex,
+/// weighted by area and angle-free: the cross products summed.
+fn vertex_normals(mesh: &TriangleMesh) -> Vec<[f32; 3]> {
+    if !mesh.normals.is_empty() {
+        return mesh.normals.clone();
+    }
+    let position = |vertex: u32| DVec3::from(mesh.positions[vertex as usize].map(f64::from));
+    let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
+    for &[a, b, c] in &mesh.triangles {
+        let normal = (position(b) - position(a)).cross(position(c) - position(a));
+        for corner in [a, b, c] {
+            sums[corner as usize] += normal;
+        }
+    }
+    sums.into_iter()
+        .map(|sum| sum.normalize_or(DVec3::Y).as_vec3().to_array())
+        .collect()
+}
+
+fn material(m: &Material) -> format::Material {
+    let any = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
+    let mut effects = 0;
+    if any(m.diffuse) || any(m.specular) {
+        effects |= effect::LIT;
+    }
+    if any(m.transmission) {
+        effects |= effect::REFRACTION;
+        if any(m.absorption) {
+            effects |= effect::ABSORPTION;
+        }
+    } else if any(m.mirror) {
+        effects |= effect::REFLECTION;
+    }
+    format::Material {
+        diffuse: m.diffuse,
+        shininess: m.shininess,
+        specular: m.specular,
+        index_of_refraction: m.index_of_refraction,
+        mirror: m.mirror,
+        effects,
+        transmission: m.transmission,
+        reserved: 0,
+        absorption: m.absorption,
+        reserved2: [0; 13],
+    }
+}
+
+fn baked_light(source: &Light) -> format::Light {
+    let (place, kind, colour) = match *source {
+        Light::Point {
+            position,
+            colour,
+            inverse_square,
+        } => {
+            let kind = if inverse_square {
+                light::POINT_INVERSE_SQUARE
+            } else {
+                light::POINT
+            };
+            (position, kind, colour)
+        }
+        Light::Directional { direction, colour } => {
+            (-direction.normalize_or(DVec3::NEG_Y), light::DIRECTIONAL, colour)
+        }
+    };
+    format::Light {
+        place: place.as_vec3().to_array(),
+        kind,
+        colour,
+        reserved: 0,
+    }
+}
+
+fn background(source: &Background) -> format::Background {
+    format::Background {
+        zenith: source.zenith,
+        alpha: source.alpha,
+        horizon: source.horizon,
+        reserved: 0,
+        nadir: source.nadir,
+        reserved2: 0,
+    }
+}
+
+/// Rounding of the map into the object's frame and back, in units of the
+/// largest number involved: a box widened by this holds what the mapped ray
+/// can hit.
+const MAP_SLACK: f64 = 64.0 * 5.960_464_477_539_063e-8;
+
+fn instance(scene: &Scene, number: usize, object: &Object) -> Result<Instance, BakeError> {
+    let missing = |what, index| BakeError::Missing {
+        object: number,
+        what,
+        index,
+    };
+    let (kind, geometry, radii, (low, high)) = match object.shape {
+        Shape::Mesh(index) => {
+            let mesh = scene.meshes.get(index).ok_or(missing("mesh", index))?;
+            (kind::MESH, index as u32, [0.0; 2], mesh.bounds())
+        }
+        Shape::Sphere { radius } => (kind::SPHEROID, 0, [radius; 2], cube(radius, radius)),
+        Shape::Spheroid {
+            equatorial_radius: e,
+            polar_radius: p,
+        } => (kind::SPHEROID, 0, [e, p], cube(e, p)),
+    };
+    if kind == kind::SPHEROID && Spheroid::new(radii[0], radii[1]).is_none() {
+        return Err(BakeError::Radius { object: number });
+    }
+    if let Some(index) = object.material.filter(|&m| m >= scene.materials.len()) {
+        return Err(missing("material", index));
+    }
+    let bad_map = BakeError::Transform {
+        object: number,
+        limit: TriangleMesh::FARTHEST,
+    };
+    let world_from_object = object.world_from_object;
+    let object_from_world = world_from_object.inverse();
+    let determinant = world_from_object.matrix3.determinant();
+    if !world_from_object.is_finite()
+        || !object_from_world.is_finite()
+        || !determinant.is_normal()
+    {
+        return Err(bad_map);
+    }
+    let corners: Vec<DVec3> = (0..8)
+        .map(|i| {
+            let pick = |axis: usize| f64::from(if i >> axis & 1 == 0 { low } else { high }[axis]);
+            world_from_object.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+        })
+        .collect();
+    let least = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let most = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let farthest = least.abs().max(most.abs()).max_element();
+    if !(farthest <= f64::from(TriangleMesh::FARTHEST)) {
+        return Err(bad_map);
+    }
+    // An ill-conditioned map magnifies what rounding does in its other frame.
+    let norm = |m: glam::DMat3| {
+        m.to_cols_array().iter().map(|c| c * c).sum::<f64>().sqrt()
+    };
+    let condition = norm(world_from_object.matrix3) * norm(object_from_world.matrix3);
+    let translation = world_from_object.translation.abs().max_element();
+    let slack = MAP_SLACK * condition * farthest.max(translation);
+    let opaque = |m: &Material| m.transmission == [0.0; 3];
+    let lets_light_through = match (object.material, object.shape) {
+        (Some(index), _) => !opaque(&scene.materials[index]),
+        (None, Shape::Mesh(index)) => {
+            let materials = &scene.meshes[index].materials;
+            !materials.is_empty() && !materials.iter().any(opaque)
+        }
+        (None, _) => false,
+    };
+    let mut flags = 0;
+    if object.casts_shadow && !lets_light_through {
+        flags |= flag::OCCLUDES;
+    }
+    if object.smooth {
+        flags |= flag::SMOOTH;
+    }
+    Ok(Instance {
+        kind,
+        geometry,
+        material: object.material.map_or(NO_MATERIAL, |m| m as u32),
+        flags,
+        radii,
+        reserved: [0; 2],
+        object_from_world: columns(object_from_world),
+        world_from_object: columns(world_from_object),
+        low: (least - slack).to_array().map(|c| (c as f32).next_down()),
+        high: (most + slack).to_array().map(|c| (c as f32).next_up()),
+        reserved2: [0; 2],
+    })
+}
+
+fn cube(equatorial: f32, polar: f32) -> ([f32; 3], [f32; 3]) {
+    (
+        [-equatorial, -polar, -equatorial],
+        [equatorial, polar, equatorial],
+    )
+}
+
+fn columns(map: DAffine3) -> [[f32; 3]; 4] {
+    map.to_cols_array_2d().map(|column| column.map(|c| c as f32))
+}

@@ -1,0 +1,360 @@
+//! Wide trees over boxes: built binary by `obvhs`, then collapsed.
+
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2;
+use obvhs::{Boundable, BvhBuildParams};
+use shisen_core::scene::format::{COUNT_SHIFT, LEAF, Node};
+use shisen_core::trace::STACK_ENTRIES;
+use std::time::Duration;
+
+/// An axis-aligned box: least and greatest corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Least corner.
+    pub low: [f32; 3],
+    /// Greatest corner.
+    pub high: [f32; 3],
+}
+
+impl Bounds {
+    const EMPTY: Self = Self {
+        low: [f32::INFINITY; 3],
+        high: [f32::NEG_INFINITY; 3],
+    };
+
+    /// The box of some points.
+    pub fn of_points(points: &[[f32; 3]]) -> Self {
+        points.iter().fold(Self::EMPTY, |bounds, &point| {
+            bounds.union(Self {
+                low: point,
+                high: point,
+            })
+        })
+    }
+
+    fn union(self, other: Self) -> Self {
+        Self {
+            low: std::array::from_fn(|a| self.low[a].min(other.low[a])),
+            high: std::array::from_fn(|a| self.high[a].max(other.high[a])),
+        }
+    }
+
+    /// Half the surface, in f64: boxes may be as far out as 10¹² m.
+    fn half_area(self) -> f64 {
+        let [x, y, z] = std::array::from_fn(|a| f64::from(self.high[a]) - f64::from(self.low[a]));
+        x * y + y * z + z * x
+    }
+}
+
+impl Boundable for Bounds {
+    fn aabb(&self) -> Aabb {
+        Aabb::new(self.low.into(), self.high.into())
+    }
+}
+
+/// A tree with up to `W` children a node and up to `leaf_size` primitives a
+/// leaf.
+#[derive(Debug, Clone)]
+pub struct WideTree<const W: usize> {
+    /// Parents before children; the root is the first. Indices are this
+    /// tree's own, from 0.
+    pub nodes: Vec<Node<W>>,
+    /// The primitives of each leaf, ascending.
+    pub leaves: Vec<Vec<u32>>,
+    /// Stack entries that traversal may need.
+    pub stack_entries: usize,
+}
+
+/// Cost of visiting a node; a leaf costs [`LEAF_COST`]. Both are one vector
+/// operation over all lanes, so that the number of lanes in use is free.
+const NODE_COST: f64 = 1.0;
+/// See [`NODE_COST`].
+const LEAF_COST: f64 = 1.0;
+
+/// Builds over the boxes of primitives, of which there is at least one.
+pub fn build<const W: usize>(boxes: &[Bounds], leaf_size: usize) -> WideTree<W> {
+    let parameters = BvhBuildParams {
+        pre_split: false,
+        max_prims_per_leaf: 1,
+        ..BvhBuildParams::very_slow_build()
+    };
+    let mut build_time = Duration::ZERO;
+    let bvh = build_bvh2(boxes, parameters, &mut build_time);
+    let binary = Binary::from_bvh2(&bvh, boxes);
+    let tree = collapse(&binary, leaf_size);
+    if tree.stack_entries <= STACK_ENTRIES / 2 {
+        return tree;
+    }
+    // Nested boxes can make a tree that is a list. Halving the same sequence
+    // of primitives is never deeper than its logarithm.
+    collapse(&Binary::balanced(&binary.primitives(0), boxes), leaf_size)
+}
+
+/// A binary tree, parents before children, the root first.
+struct Binary {
+    nodes: Vec<BinaryNode>,
+}
+
+struct BinaryNode {
+    bounds: Bounds,
+    kind: BinaryKind,
+    primitives: usize,
+}
+
+#[derive(Clone, Copy)]
+enum BinaryKind {
+    Inner([usize; 2]),
+    Leaf(u32),
+}
+
+impl Binary {
+    fn from_bvh2(bvh: &Bvh2, boxes: &[Bounds]) -> Self {
+        let mut tree = Self { nodes: Vec::new() };
+        let mut pending = vec![(0usize, None)];
+        while let Some((source, parent)) = pending.pop() {
+            let node = &bvh.nodes[source];
+            let first = node.first_index as usize;
+            let kind = if node.is_leaf() {
+                BinaryKind::Leaf(bvh.primitive_indices[first])
+            } else {
+                BinaryKind::Inner([0; 2])
+            };
+            let number = tree.push(kind, parent);
+            if !node.is_leaf() {
+                pending.push((first, Some((number, 0))));
+                pending.push((first + 1, Some((number, 1))));
+            }
+        }
+        tree.fit(boxes)
+    }
+
+    /// Halves `order` again and again.
+    fn balanced(order: &[u32], boxes: &[Bounds]) -> Self {
+        let mut tree = Self { nodes: Vec::new() };
+        let mut pending = vec![(order, None)];
+        while let Some((part, parent)) = pending.pop() {
+            if let [primitive] = part {
+                tree.push(BinaryKind::Leaf(*primitive), parent);
+            } else {
+                let number = tree.push(BinaryKind::Inner([0; 2]), parent);
+                let (left, right) = part.split_at(part.len() / 2);
+                pending.push((left, Some((number, 0))));
+                pending.push((right, Some((number, 1))));
+            }
+        }
+        tree.fit(boxes)
+    }
+
+    fn push(&mut self, kind: BinaryKind, parent: Option<(usize, usize)>) -> usize {
+        let number = self.nodes.len();
+        self.nodes.push(BinaryNode {
+            bounds: Bounds::EMPTY,
+            kind,
+            primitives: 0,
+        });
+        if let Some((parent, side)) = parent
+            && let BinaryKind::Inner(children) = &mut self.nodes[parent].kind
+        {
+            children[side] = number;
+        }
+        number
+    }
+
+    /// Boxes and counts from the leaves up.
+    fn fit(mut self, boxes: &[Bounds]) -> Self {
+        for number in (0..self.nodes.len()).rev() {
+            let (bounds, primitives) = match self.nodes[number].kind {
+                BinaryKind::Leaf(primitive) => (boxes[primitive as usize], 1),
+                BinaryKind::Inner([left, right]) => {
+                    let (left, right) = (&self.nodes[left], &self.nodes[right]);
+                    (
+                        left.bounds.union(right.bounds),
+                        left.primitives + right.primitives,
+                    )
+                }
+            };
+            self.nodes[number].bounds = bounds;
+            self.nodes[number].primitives = primitives;
+        }
+        self
+    }
+
+    /// The primitives below a node, from left to right.
+    fn primitives(&self, node: usize) -> Vec<u32> {
+        let mut found = Vec::with_capacity(self.nodes[node].primitives);
+        let mut pending = vec![node];
+        while let Some(number) = pending.pop() {
+            match self.nodes[number].kind {
+                BinaryKind::Leaf(primitive) => found.push(primitive),
+                BinaryKind::Inner([left, right]) => pending.extend([right, left]),
+            }
+        }
+        found
+    }
+}
+
+/// The cheapest ways to stand for a subtree: Ylitie, Karras & Laine 2017,
+/// "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs",
+/// section 3.
+struct Plan<const W: usize> {
+    /// Cost with at most `i + 1` children of the parent, for each node.
+    cost: Vec<[f64; W]>,
+    /// How many of them go to the left subtree; 0 where one fewer is as good.
+    left: Vec<[usize; W]>,
+    /// Whether the node, as one child, is a leaf.
+    leaf: Vec<bool>,
+}
+
+impl<const W: usize> Plan<W> {
+    fn new(tree: &Binary, leaf_size: usize) -> Self {
+        let count = tree.nodes.len();
+        let mut plan = Self {
+            cost: vec![[0.0; W]; count],
+            left: vec![[0; W]; count],
+            leaf: vec![false; count],
+        };
+        for number in (0..count).rev() {
+            let node = &tree.nodes[number];
+            let area = node.bounds.half_area();
+            let as_leaf = if node.primitives <= leaf_size {
+                area * LEAF_COST
+            } else {
+                f64::INFINITY
+            };
+            let BinaryKind::Inner([left, right]) = node.kind else {
+                plan.cost[number] = [as_leaf; W];
+                plan.leaf[number] = true;
+                continue;
+            };
+            let split = |slots: usize| {
+                (1..slots)
+                    .map(|k| (plan.cost[left][k - 1] + plan.cost[right][slots - k - 1], k))
+                    .min_by(|a, b| a.0.total_cmp(&b.0))
+                    .unwrap_or((f64::INFINITY, 1))
+            };
+            let (below, k) = split(W);
+            let as_node = below + area * NODE_COST;
+            let (mut cost, mut choice) = ([0.0; W], [0; W]);
+            // The last place holds the split among the node's own children.
+            choice[W - 1] = k;
+            cost[0] = as_leaf.min(as_node);
+            for slots in 2..W {
+                let (spread, k) = split(slots);
+                if spread < cost[slots - 2] {
+                    (cost[slots - 1], choice[slots - 1]) = (spread, k);
+                } else {
+                    cost[slots - 1] = cost[slots - 2];
+                }
+            }
+            plan.leaf[number] = as_leaf <= as_node;
+            plan.cost[number] = cost;
+            plan.left[number] = choice;
+        }
+        plan
+    }
+
+    /// The binary nodes that become the children of `number`.
+    fn children(&self, tree: &Binary, number: usize) -> Vec<usize> {
+        let mut found = Vec::with_capacity(W);
+        let BinaryKind::Inner([left, right]) = tree.nodes[number].kind else {
+            return vec![number];
+        };
+        let k = self.left[number][W - 1];
+        let mut pending = vec![(right, W - k), (left, k)];
+        while let Some((node, mut slots)) = pending.pop() {
+            while slots > 1 && self.left[node][slots - 1] == 0 {
+                slots -= 1;
+            }
+            match tree.nodes[node].kind {
+                BinaryKind::Inner([left, right]) if slots > 1 => {
+                    let k = self.left[node][slots - 1];
+                    pending.push((right, slots - k));
+                    pending.push((left, k));
+                }
+                _ => found.push(node),
+            }
+        }
+        found
+    }
+}
+
+fn collapse<const W: usize>(binary: &Binary, leaf_size: usize) -> WideTree<W> {
+    let plan = Plan::<W>::new(binary, leaf_size);
+    let mut tree = WideTree {
+        nodes: Vec::new(),
+        leaves: Vec::new(),
+        stack_entries: 0,
+    };
+    // Binary node, where its number goes, and stack entries below it.
+    let mut pending = vec![(0usize, None, 0usize)];
+    while let Some((source, parent, below)) = pending.pop() {
+        let number = tree.nodes.len();
+        let children = plan.children(binary, source);
+        let mut node = Node {
+            planes: [[f32::INFINITY; W]; 6],
+            child: [0; W],
+            order: [0; W],
+        };
+        for plane in [1, 3, 5] {
+            node.planes[plane] = [f32::NEG_INFINITY; W];
+        }
+        tree.stack_entries = tree.stack_entries.max(below + W);
+        for (lane, &child) in children.iter().enumerate() {
+            let bounds = binary.nodes[child].bounds;
+            for axis in 0..3 {
+                node.planes[2 * axis][lane] = bounds.low[axis];
+                node.planes[2 * axis + 1][lane] = bounds.high[axis];
+            }
+            if plan.leaf[child] {
+                let mut primitives = binary.primitives(child);
+                primitives.sort_unstable();
+                let count = primitives.len() as u32 - 1;
+                node.child[lane] = LEAF | count << COUNT_SHIFT | tree.leaves.len() as u32;
+                tree.leaves.push(primitives);
+            } else {
+                pending.push((child, Some((number, lane)), below + children.len() - 1));
+            }
+        }
+        node.order = orders(&node);
+        tree.nodes.push(node);
+        if let Some((parent, lane)) = parent {
+            let parent: &mut Node<W> = &mut tree.nodes[parent];
+            parent.child[lane] = number as u32;
+        }
+    }
+    tree
+}
+
+/// For rays of each octant the lanes, those whose centres lie farthest along
+/// the octant's diagonal first. Lanes without a child come first of all.
+fn orders<const W: usize>(node: &Node<W>) -> [u32; W] {
+    let bits = W.trailing_zeros();
+    let mut packed = [0; W];
+    for octant in 0..8usize {
+        let mut lanes: Vec<usize> = (0..W).collect();
+        let along = |&lane: &usize| {
+            if node.is_empty_lane(lane) {
+                return f64::INFINITY;
+            }
+            (0..3)
+                .map(|axis| {
+                    let centre = f64::from(node.planes[2 * axis][lane])
+                        + f64::from(node.planes[2 * axis + 1][lane]);
+                    if octant >> axis & 1 == 0 { centre } else { -centre }
+                })
+                .sum::<f64>()
+        };
+        lanes.sort_by(|a, b| along(b).total_cmp(&along(a)));
+        let word = lanes
+            .iter()
+            .enumerate()
+            .fold(0, |word, (place, &lane)| word | (lane as u32) << (place as u32 * bits));
+        if W == 8 {
+            packed[octant] = word;
+        } else {
+            packed[octant / 2] |= word << (octant % 2 * 16);
+        }
+    }
+    packed
+}
