@@ -4,3 +4,5 @@ pub mod cave;
 pub mod mesh;
 pub mod picture;
 pub mod scene;
+pub mod viewer;
+pub mod wall_plane;
