@@ -2,6 +2,7 @@
 
 pub mod cave;
 pub mod mesh;
+pub mod net;
 pub mod picture;
 pub mod scene;
 pub mod viewer;
