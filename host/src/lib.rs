@@ -3,5 +3,8 @@
 pub mod bake;
 pub mod cave;
 pub mod mesh;
+pub mod net;
 pub mod picture;
 pub mod scene;
+pub mod viewer;
+pub mod wall_plane;

@@ -1,5 +1,14 @@
 //! Pictures: what was traced, and the files it is written to.
 
+use png::{BitDepth, ColorType, SrgbRenderingIntent};
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+use xxhash_rust::xxh3::Xxh3Default;
+
+/// The most pixels a picture may have: 4 GiB of them.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
 /// Linear RGBA with premultiplied alpha, rows from the top, row by row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
@@ -10,3 +19,394 @@ pub struct Picture {
     /// `width * height` pixels.
     pub pixels: Vec<[f32; 4]>,
 }
+
+/// Why a picture could not be made or written.
+#[derive(Debug, Error)]
+pub enum PictureError {
+    /// More than [`MAX_PIXELS`], or than there is memory for.
+    #[error(
+        "a picture of {width} × {height} pixels is too large: ask for fewer than {MAX_PIXELS} \
+         pixels, and for as many as fit into memory at 16 bytes each"
+    )]
+    TooLarge {
+        /// Columns asked for.
+        width: u32,
+        /// Rows asked for.
+        height: u32,
+    },
+    /// The pixels do not fill the rows and columns.
+    #[error(
+        "a picture of {width} × {height} pixels was given {found} pixels: give width × height \
+         of them, row by row"
+    )]
+    PixelCount {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Pixels given.
+        found: usize,
+    },
+    /// No columns or no rows: image files cannot hold that.
+    #[error("{}: a picture of {width} × {height} pixels cannot be written", path.display())]
+    Empty {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// A metadata key that PNG cannot hold.
+    #[error(
+        "{}: metadata key {key:?} cannot be written: use 1 to 79 printable ASCII characters, no \
+         space at either end and no two spaces in a row",
+        path.display()
+    )]
+    MetadataKey {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// The key.
+        key: String,
+    },
+    /// A metadata value that PNG cannot hold.
+    #[error(
+        "{}: the value of metadata key {key:?} cannot be written: remove its NUL characters",
+        path.display()
+    )]
+    MetadataValue {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// The key whose value it is.
+        key: String,
+    },
+    /// The file could not be written. Whatever was there before still is.
+    #[error("{}: cannot write: {}", path.display(), explain(reason))]
+    Write {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// What the system said; the message has it already.
+        reason: io::Error,
+    },
+}
+
+/// What was wrong and what to do about it.
+fn explain(reason: &io::Error) -> String {
+    let advice = match reason.kind() {
+        io::ErrorKind::NotFound => "the folder does not exist; create it first",
+        io::ErrorKind::NotADirectory => "a part of the path is a file, not a folder",
+        io::ErrorKind::IsADirectory => "a folder has this name; choose another",
+        io::ErrorKind::PermissionDenied => "the folder is not writable; change its permissions",
+        io::ErrorKind::ReadOnlyFilesystem => "the file system is read-only; choose another folder",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "there is no space left; free some, or choose another folder"
+        }
+        _ => return reason.to_string(),
+    };
+    format!("{advice} ({reason})")
+}
+
+impl Picture {
+    /// Transparent black.
+    ///
+    /// # Errors
+    ///
+    /// When the picture has more than [`MAX_PIXELS`] pixels, or there is no
+    /// memory for them.
+    pub fn new(width: u32, height: u32) -> Result<Self, PictureError> {
+        let count = u64::from(width) * u64::from(height);
+        let too_large = PictureError::TooLarge { width, height };
+        let mut pixels = Vec::new();
+        if count > MAX_PIXELS || pixels.try_reserve_exact(count as usize).is_err() {
+            return Err(too_large);
+        }
+        pixels.resize(count as usize, [0.0; 4]);
+        Ok(Self {
+            width,
+            height,
+            pixels,
+        })
+    }
+
+    /// From `width * height` linear premultiplied pixels, rows from the top.
+    ///
+    /// # Errors
+    ///
+    /// When there are more or fewer of them.
+    pub fn from_pixels(
+        width: u32,
+        height: u32,
+        pixels: Vec<[f32; 4]>,
+    ) -> Result<Self, PictureError> {
+        if pixels.len() as u64 == u64::from(width) * u64::from(height) {
+            Ok(Self {
+                width,
+                height,
+                pixels,
+            })
+        } else {
+            Err(PictureError::PixelCount {
+                width,
+                height,
+                found: pixels.len(),
+            })
+        }
+    }
+
+    /// The pixel in column `x` from the left and row `y` from the top;
+    /// `None` outside the picture.
+    pub fn pixel(&self, x: u32, y: u32) -> Option<[f32; 4]> {
+        self.index(x, y)
+            .and_then(|index| self.pixels.get(index).copied())
+    }
+
+    /// Sets a pixel; outside the picture, nothing.
+    pub fn set_pixel(&mut self, x: u32, y: u32, value: [f32; 4]) {
+        if let Some(pixel) = self
+            .index(x, y)
+            .and_then(|index| self.pixels.get_mut(index))
+        {
+            *pixel = value;
+        }
+    }
+
+    fn index(&self, x: u32, y: u32) -> Option<usize> {
+        (x < self.width && y < self.height).then(|| y as usize * self.width as usize + x as usize)
+    }
+
+    /// Bilinear interpolation between pixel centres, which are at half-odd
+    /// coordinates: the picture covers 0 to `width` and 0 to `height` from its
+    /// upper left corner. Beyond the outermost centres the edge goes on.
+    /// Transparent black where the picture has no pixels or a coordinate is
+    /// not a number.
+    pub fn sample(&self, x: f64, y: f64) -> [f32; 4] {
+        if self.width == 0 || self.height == 0 || x.is_nan() || y.is_nan() {
+            return [0.0; 4];
+        }
+        let cell = |coordinate: f64, count: u32| {
+            let last = count - 1;
+            let centre = (coordinate - 0.5).clamp(0.0, f64::from(last));
+            let low = centre as u32;
+            (low, (low + 1).min(last), centre - f64::from(low))
+        };
+        let (left, right, along_x) = cell(x, self.width);
+        let (top, bottom, along_y) = cell(y, self.height);
+        let at = |x, y| self.pixel(x, y).unwrap_or_default();
+        let corners = [
+            (at(left, top), (1.0 - along_x) * (1.0 - along_y)),
+            (at(right, top), along_x * (1.0 - along_y)),
+            (at(left, bottom), (1.0 - along_x) * along_y),
+            (at(right, bottom), along_x * along_y),
+        ];
+        std::array::from_fn(|channel| {
+            corners
+                .iter()
+                // A neighbour without weight must not turn infinity into NaN.
+                .filter(|(_, weight)| *weight != 0.0)
+                .map(|(pixel, weight)| f64::from(pixel[channel]) * weight)
+                .sum::<f64>() as f32
+        })
+    }
+
+    /// A hash of the size and of every bit of the pixels: equal for equal
+    /// pictures on every machine, and different for −0 and 0.
+    pub fn hash(&self) -> u64 {
+        let mut hash = Xxh3Default::new();
+        hash.update(&self.width.to_le_bytes());
+        hash.update(&self.height.to_le_bytes());
+        for channel in self.pixels.as_flattened() {
+            hash.update(&channel.to_bits().to_le_bytes());
+        }
+        hash.digest()
+    }
+
+    /// Writes 8-bit opaque sRGB. The premultiplied colours are taken as they
+    /// are, which is the picture before black; values outside 0 to 1 are
+    /// clipped. `metadata` becomes text chunks, in the order given: tEXt for
+    /// ASCII values, iTXt for others.
+    ///
+    /// The file appears complete or not at all: it is written under another
+    /// name in the same folder and renamed, over an existing file too.
+    ///
+    /// # Errors
+    ///
+    /// When the picture is empty or has the wrong number of pixels, a metadata
+    /// key or value is not allowed, or the file cannot be written.
+    pub fn write_png(&self, path: &Path, metadata: &[(&str, String)]) -> Result<(), PictureError> {
+        self.check(path, metadata)?;
+        let mut bytes = Vec::with_capacity(self.pixels.len() * 3);
+        for &[red, green, blue, _] in &self.pixels {
+            bytes.extend([red, green, blue].map(srgb_from_linear));
+        }
+        write_atomically(path, |file| {
+            self.encode_png(file, &bytes, metadata)
+                .map_err(|error| match error {
+                    // The crate's own conversion forgets the kind.
+                    png::EncodingError::IoError(reason) => reason,
+                    other => io::Error::other(other),
+                })
+        })
+    }
+
+    fn encode_png(
+        &self,
+        file: impl Write,
+        bytes: &[u8],
+        metadata: &[(&str, String)],
+    ) -> Result<(), png::EncodingError> {
+        let mut encoder = png::Encoder::new(file, self.width, self.height);
+        encoder.set_color(ColorType::Rgb);
+        encoder.set_depth(BitDepth::Eight);
+        encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
+        for (key, value) in metadata {
+            if value.is_ascii() {
+                encoder.add_text_chunk((*key).to_owned(), value.clone())?;
+            } else {
+                encoder.add_itxt_chunk((*key).to_owned(), value.clone())?;
+            }
+        }
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(bytes)?;
+        writer.finish()
+    }
+
+    /// Writes linear 32-bit RGBA with premultiplied alpha (which is
+    /// `OpenEXR`'s convention), ZIP-compressed: every bit is kept. `metadata`
+    /// goes into the standard `comments` attribute as lines `key: value` in the
+    /// order given, so that equal pictures give equal files.
+    ///
+    /// The file appears complete or not at all, as for
+    /// [`write_png`](Self::write_png).
+    ///
+    /// # Errors
+    ///
+    /// As for [`write_png`](Self::write_png).
+    pub fn write_exr(&self, path: &Path, metadata: &[(&str, String)]) -> Result<(), PictureError> {
+        use exr::image::write::WritableImage;
+        use exr::prelude::{
+            Blocks, Compression, Encoding, Image, Layer, LayerAttributes, LineOrder,
+            SpecificChannels, Text, Vec2,
+        };
+
+        self.check(path, metadata)?;
+        let mut attributes = LayerAttributes::default();
+        if !metadata.is_empty() {
+            let mut comments = String::new();
+            for (key, value) in metadata {
+                comments.extend([*key, ": ", value, "\n"]);
+            }
+            // OpenEXR's strings are bytes; UTF-8 is what its tools expect.
+            attributes.comments = Some(Text::from_slice_unchecked(comments.as_bytes()));
+        }
+        let width = self.width as usize;
+        let pixel = |position: Vec2<usize>| {
+            let [red, green, blue, alpha] = self
+                .pixels
+                .get(position.y() * width + position.x())
+                .copied()
+                .unwrap_or_default();
+            (red, green, blue, alpha)
+        };
+        let encoding = Encoding {
+            compression: Compression::ZIP16,
+            blocks: Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        };
+        let size = (width, self.height as usize);
+        let layer = Layer::new(size, attributes, encoding, SpecificChannels::rgba(pixel));
+        write_atomically(path, |file| {
+            Image::from_layer(layer)
+                .write()
+                .to_buffered(file)
+                .map_err(|error| match error {
+                    exr::error::Error::Io(reason) => reason,
+                    other => io::Error::other(other),
+                })
+        })
+    }
+
+    /// What both file formats ask for.
+    fn check(&self, path: &Path, metadata: &[(&str, String)]) -> Result<(), PictureError> {
+        let (width, height, found) = (self.width, self.height, self.pixels.len());
+        if found as u64 != u64::from(width) * u64::from(height) {
+            return Err(PictureError::PixelCount {
+                width,
+                height,
+                found,
+            });
+        }
+        if found == 0 {
+            return Err(PictureError::Empty {
+                path: path.to_owned(),
+                width,
+                height,
+            });
+        }
+        for (key, value) in metadata {
+            let printable = key.bytes().all(|byte| (b' '..=b'~').contains(&byte));
+            let spaced = key.trim() != *key || key.contains("  ");
+            if !(1..=79).contains(&key.len()) || !printable || spaced {
+                return Err(PictureError::MetadataKey {
+                    path: path.to_owned(),
+                    key: (*key).to_owned(),
+                });
+            }
+            if value.contains('\0') {
+                return Err(PictureError::MetadataValue {
+                    path: path.to_owned(),
+                    key: (*key).to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The sRGB code of a linear value (IEC 61966-2-1), 0 to 255 for 0 to 1;
+/// clipped outside, 0 for NaN.
+///
+/// The power is computed in software and not by the platform's library, so
+/// that files are the same on every machine.
+pub fn srgb_from_linear(linear: f32) -> u8 {
+    let encoded = if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * libm::powf(linear, 1.0 / 2.4) - 0.055
+    };
+    (encoded * 255.0 + 0.5) as u8
+}
+
+/// Writes a file under a temporary name beside `path`, then renames it, so
+/// that nobody ever sees half of it.
+fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
+) -> Result<(), PictureError> {
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let attempt = || {
+        let mut builder = tempfile::Builder::new();
+        // Temporary files are the owner's alone unless told otherwise; what
+        // was asked for is a regular file, as far as the umask lets it.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let mut file = BufWriter::new(builder.tempfile_in(folder)?);
+        write(&mut file)?;
+        let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+        file.persist(path).map_err(|error| error.error)?;
+        Ok(())
+    };
+    attempt().map_err(|reason| PictureError::Write {
+        path: path.to_owned(),
+        reason,
+    })
+}
+
+/// What the encoders ask of a file.
+trait WriteSeek: Write + Seek {}
+impl<T: Write + Seek> WriteSeek for T {}
+
+#[cfg(test)]
+mod tests;

@@ -1,3 +1,27 @@
 //! Eye and head tracker decoders: bytes in, samples out.
+//!
+//! Each protocol has a module that knows how its bytes are laid out and which
+//! axes its device uses, and hands over the samples of [`sample`], whose axes
+//! are the same for all of them. Reading a port, waiting for a report and
+//! stamping it with a time are the caller's: the decoders run as they are in
+//! firmware and on a host.
+//!
+//! Every decoder keeps to these rules:
+//!
+//! - no allocation, no `unsafe`, no input or output;
+//! - no panic, whatever bytes come in;
+//! - work in proportion to the bytes handed in, and memory that never grows;
+//! - a report is decoded whole or refused with an error that says why; what
+//!   the device did not send is `None`, never a made-up value.
+//!
+//! | Module | Device |
+//! |---|---|
+//! | [`osvr_hdk`] | the head tracker of the OSVR Hacker Dev Kit (USB HID) |
 #![no_std]
 #![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod osvr_hdk;
+pub mod sample;

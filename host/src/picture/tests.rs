@@ -1,0 +1,277 @@
+use super::*;
+use std::fs;
+
+/// Every pixel another value, some outside 0 to 1.
+fn gradient(width: u32, height: u32) -> Picture {
+    let mut picture = Picture::new(width, height).unwrap();
+    for y in 0..height {
+        for x in 0..width {
+            let value = (y * width + x) as f32 / (width * height) as f32;
+            picture.set_pixel(x, y, [value, 1.5 - 2.0 * value, value * value, 0.5]);
+        }
+    }
+    picture
+}
+
+/// The IEC's own decoding, in double precision.
+fn linear_from_srgb(code: u8) -> f64 {
+    let encoded = f64::from(code) / 255.0;
+    if encoded <= 0.04045 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+#[test]
+fn srgb_codes_survive_a_round_trip() {
+    for code in 0..=255 {
+        assert_eq!(srgb_from_linear(linear_from_srgb(code) as f32), code);
+    }
+}
+
+#[test]
+fn srgb_is_monotonic_and_changes_code_half_way() {
+    let mut last = 0;
+    for step in 0..=100_000 {
+        let code = srgb_from_linear(step as f32 / 100_000.0);
+        assert!(code == last || code == last + 1, "{step}");
+        last = code;
+    }
+    assert_eq!(last, 255);
+    // Half-way between code 0 and 1 on the linear part: 0.5 / 255 / 12.92.
+    assert_eq!(srgb_from_linear(0.000_151), 0);
+    assert_eq!(srgb_from_linear(0.000_153), 1);
+}
+
+#[test]
+fn srgb_clips_what_is_no_colour() {
+    for value in [-1.0, -0.0, f32::NEG_INFINITY, f32::NAN] {
+        assert_eq!(srgb_from_linear(value), 0, "{value}");
+    }
+    for value in [1.0, 1.001, 1e30, f32::INFINITY] {
+        assert_eq!(srgb_from_linear(value), 255, "{value}");
+    }
+}
+
+#[test]
+fn pixel_count_is_checked() {
+    assert!(Picture::from_pixels(2, 3, vec![[0.0; 4]; 6]).is_ok());
+    let error = Picture::from_pixels(2, 3, vec![[0.0; 4]; 5]).unwrap_err();
+    assert!(error.to_string().contains("2 × 3"), "{error}");
+    assert!(error.to_string().contains("given 5"), "{error}");
+    assert!(matches!(
+        Picture::new(u32::MAX, u32::MAX),
+        Err(PictureError::TooLarge { .. })
+    ));
+}
+
+#[test]
+fn sample_is_exact_at_centres_and_halfway_between() {
+    let picture = gradient(4, 3);
+    for y in 0..3 {
+        for x in 0..4 {
+            let sample = picture.sample(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            assert_eq!(Some(sample), picture.pixel(x, y));
+        }
+    }
+    let between = picture.sample(2.0, 1.0)[0];
+    let mean = [(1, 0), (2, 0), (1, 1), (2, 1)]
+        .iter()
+        .map(|&(x, y)| picture.pixel(x, y).unwrap()[0] / 4.0)
+        .sum::<f32>();
+    assert!((between - mean).abs() < 1e-7);
+}
+
+#[test]
+fn sample_goes_on_beyond_the_edge() {
+    let picture = gradient(4, 3);
+    assert_eq!(Some(picture.sample(-9.0, 0.2)), picture.pixel(0, 0));
+    assert_eq!(Some(picture.sample(1e300, 1e300)), picture.pixel(3, 2));
+    assert_eq!(picture.sample(f64::NAN, 0.0), [0.0; 4]);
+    assert_eq!(Picture::new(0, 0).unwrap().sample(0.0, 0.0), [0.0; 4]);
+}
+
+#[test]
+fn hash_sees_every_bit_and_the_shape() {
+    let picture = gradient(6, 4);
+    assert_eq!(picture.hash(), picture.clone().hash());
+    let mut negated_zero = picture.clone();
+    negated_zero.pixels[0][0] = -0.0;
+    assert_eq!(picture.pixels[0][0], 0.0);
+    assert_ne!(picture.hash(), negated_zero.hash());
+    let reshaped = Picture::from_pixels(4, 6, picture.pixels.clone()).unwrap();
+    assert_ne!(picture.hash(), reshaped.hash());
+    // Files of hashes are compared between machines and versions.
+    let white = Picture::from_pixels(1, 1, vec![[1.0; 4]]).unwrap();
+    assert_eq!(white.hash(), WHITE_PIXEL);
+}
+
+/// XXH3 64 of the reference implementation, 0.8.4, over the 24 bytes that are hashed.
+const WHITE_PIXEL: u64 = 0x2f18_3d07_4f0b_0c31;
+
+#[test]
+fn png_holds_the_encoded_colours_and_the_metadata() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wall.png");
+    let picture = gradient(7, 5);
+    let metadata = [
+        ("Scene", "cornell".to_owned()),
+        ("Viewer", "頭 0.1 m".to_owned()),
+    ];
+    picture.write_png(&path, &metadata).unwrap();
+
+    let mut reader = png::Decoder::new(io::BufReader::new(fs::File::open(&path).unwrap()))
+        .read_info()
+        .unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    assert_eq!((info.width, info.height), (7, 5));
+    assert_eq!(info.color_type, ColorType::Rgb);
+    let expected: Vec<u8> = picture
+        .pixels
+        .iter()
+        .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]].map(srgb_from_linear))
+        .collect();
+    assert_eq!(bytes, expected);
+    let info = reader.info();
+    assert!(info.srgb.is_some());
+    assert_eq!(info.uncompressed_latin1_text[0].keyword, "Scene");
+    assert_eq!(info.uncompressed_latin1_text[0].text, "cornell");
+    assert_eq!(info.utf8_text[0].get_text().unwrap(), "頭 0.1 m");
+}
+
+#[test]
+fn exr_keeps_every_bit_and_the_metadata() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wall.exr");
+    let mut picture = gradient(33, 21);
+    picture.pixels[5] = [-0.0, f32::MAX, f32::MIN_POSITIVE, 1e-42];
+    let metadata = [("scene", "cornell".to_owned()), ("viewer", "頭".to_owned())];
+    picture.write_exr(&path, &metadata).unwrap();
+
+    let image = exr::prelude::read_first_rgba_layer_from_file(
+        &path,
+        |size, _| Picture::new(size.width() as u32, size.height() as u32).unwrap(),
+        |picture, at, (red, green, blue, alpha): (f32, f32, f32, f32)| {
+            picture.set_pixel(at.x() as u32, at.y() as u32, [red, green, blue, alpha]);
+        },
+    )
+    .unwrap();
+    let read = &image.layer_data.channel_data.pixels;
+    assert_eq!(read.hash(), picture.hash());
+    let comments = image.layer_data.attributes.comments.unwrap();
+    assert_eq!(
+        comments.as_slice(),
+        "scene: cornell\nviewer: 頭\n".as_bytes()
+    );
+
+    let again = folder.path().join("again.exr");
+    picture.write_exr(&again, &metadata).unwrap();
+    assert_eq!(fs::read(path).unwrap(), fs::read(again).unwrap());
+}
+
+#[test]
+fn failures_name_the_path_and_leave_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = gradient(2, 2);
+    let missing = folder.path().join("missing").join("wall.png");
+    for error in [
+        picture.write_png(&missing, &[]).unwrap_err(),
+        picture.write_exr(&missing, &[]).unwrap_err(),
+    ] {
+        let message = error.to_string();
+        assert!(message.contains("missing/wall.png"), "{message}");
+        assert!(message.contains("create it first"), "{message}");
+    }
+    // A folder in the file's place makes the rename fail at the very end.
+    let taken = folder.path().join("taken.png");
+    fs::create_dir(&taken).unwrap();
+    let error = picture.write_png(&taken, &[]).unwrap_err();
+    assert!(error.to_string().contains("choose another"), "{error}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn failed_encoder_keeps_the_old_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wall.png");
+    fs::write(&path, "old").unwrap();
+    let error = write_atomically(&path, |file| {
+        file.write_all(b"half")?;
+        Err(io::ErrorKind::StorageFull.into())
+    })
+    .unwrap_err();
+    assert!(error.to_string().contains("no space left"), "{error}");
+    assert_eq!(fs::read(&path).unwrap(), b"old");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+/// A disk with no room left.
+struct Full;
+
+impl Write for Full {
+    fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+        Err(io::ErrorKind::StorageFull.into())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn png_encoder_tells_a_full_disk_from_other_errors() {
+    let picture = gradient(2, 2);
+    let error = picture.encode_png(Full, &[0; 12], &[]).unwrap_err();
+    assert!(
+        matches!(&error, png::EncodingError::IoError(reason)
+            if reason.kind() == io::ErrorKind::StorageFull),
+        "{error:?}"
+    );
+}
+
+#[test]
+fn what_the_formats_cannot_hold_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wall.png");
+    let picture = gradient(2, 2);
+    for key in ["", " a", "a ", "a  b", "a\n", "é", &"k".repeat(80)] {
+        let error = picture.write_png(&path, &[(key, String::new())]);
+        assert!(
+            matches!(error, Err(PictureError::MetadataKey { .. })),
+            "{key:?}"
+        );
+    }
+    assert!(matches!(
+        picture.write_exr(&path, &[("key", "a\0b".to_owned())]),
+        Err(PictureError::MetadataValue { .. })
+    ));
+    for (width, height) in [(0, 0), (0, 4), (4, 0)] {
+        let empty = Picture::new(width, height).unwrap();
+        assert!(matches!(
+            empty.write_png(&path, &[]),
+            Err(PictureError::Empty { .. })
+        ));
+    }
+    let mut torn = picture;
+    torn.pixels.pop();
+    assert!(matches!(
+        torn.write_exr(&path, &[]),
+        Err(PictureError::PixelCount { .. })
+    ));
+    assert!(!path.exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn files_are_readable_as_the_umask_allows() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let plain = folder.path().join("plain");
+    fs::write(&plain, "").unwrap();
+    let path = folder.path().join("wall.png");
+    gradient(2, 2).write_png(&path, &[]).unwrap();
+    let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
+    assert_eq!(mode(&path), mode(&plain));
+}

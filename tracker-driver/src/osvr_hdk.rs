@@ -1,0 +1,385 @@
+//! The head tracker of the OSVR Hacker Dev Kit: a USB HID device that sends
+//! its orientation without being asked, [`REPORT_RATE`] times a second.
+//!
+//! # Report
+//!
+//! From the maker's [description]; all 16-bit values are little-endian two's
+//! complement.
+//!
+//! | Byte | Content |
+//! |---|---|
+//! | 0 | bits 0 to 3: version, 1 to 3; version 3 only: bit 4 video detected, bit 5 portrait |
+//! | 1 | sequence number |
+//! | 2, 4, 6, 8 | unit quaternion i, j, k, real: 14 fractional bits |
+//! | 10, 12, 14 | version 2 and 3: angular velocity x, y, z in rad/s, about the sensor's axes: 9 fractional bits |
+//! | 16 to 31 | reserved, or not sent |
+//!
+//! [description]: https://github.com/OSVR/OSVR-Docs/blob/master/Developing/OSVRhdk.md
+//!
+//! # Axes
+//!
+//! The description is silent about axes. The two drivers that map the device
+//! to a head agree on them: OSVR-Core (its descriptor
+//! `com_osvr_Multiserver_OSVRHackerDevKit.json`, applied as in
+//! `JSONTransformVisitor.cpp`) and Monado (`hdk_device.cpp`). The quaternion
+//! turns the sensor's axes into a right-handed reference frame with +Z up; in
+//! the worn device the sensor's +X points to the right, +Y down and +Z
+//! forward. [`Report::sample`] changes both to the axes of [`HeadSample`];
+//! a [`Report`] keeps the device's. Where the reference's other two axes
+//! point depends on how the device woke up; Monado turns them a quarter
+//! further, which here is left to whoever knows the room.
+
+use crate::sample::HeadSample;
+use core::fmt;
+use glam::{Quat, Vec3};
+
+/// USB vendor and product ids under which the device appears: the regular
+/// ones, then those of early units.
+pub const USB_IDS: [(u16, u16); 2] = [(0x1532, 0x0B00), (0x03EB, 0x2421)];
+
+/// Reports per second; early units send fewer, and none come while the video
+/// input changes state.
+pub const REPORT_RATE: u32 = 400;
+
+/// Bytes that every report has.
+pub const REPORT_LENGTH: usize = 16;
+
+/// Bytes of a report that is sent with its reserved half.
+pub const PADDED_REPORT_LENGTH: usize = 32;
+
+/// How far the norm of a reported quaternion may be from 1.
+///
+/// Rounding to 14 fractional bits accounts for less than 0.0001; the rest
+/// leaves room for the device's own fixed-point arithmetic. What is further
+/// off is no rotation but damaged or misread bytes.
+pub const NORM_TOLERANCE: f32 = 0.01;
+
+/// One in the quaternion's fixed-point format.
+const QUATERNION_ONE: f32 = 16_384.0;
+/// One rad/s in the angular velocity's fixed-point format.
+const ANGULAR_VELOCITY_ONE: f32 = 512.0;
+
+const VERSION_MASK: u8 = 0x0F;
+const VIDEO_DETECTED: u8 = 1 << 4;
+const PORTRAIT: u8 = 1 << 5;
+
+/// `head_from_sensor`: half a turn about X.
+const HEAD_FROM_SENSOR: Quat = Quat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+/// A quarter turn about −X: from +Z up to +Y up.
+const Y_UP_FROM_Z_UP: Quat = Quat::from_xyzw(
+    -core::f32::consts::FRAC_1_SQRT_2,
+    0.0,
+    0.0,
+    core::f32::consts::FRAC_1_SQRT_2,
+);
+
+/// One report, in the device's own axes (see the [module](self)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Report {
+    /// Counts the reports; wraps at 256.
+    pub sequence: u8,
+    /// Unit quaternion, `reference_from_sensor`.
+    pub orientation: Quat,
+    /// What the report's version adds to the orientation.
+    pub payload: Payload,
+}
+
+/// What a report holds beside the orientation, by its version.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Payload {
+    /// Nothing.
+    Version1,
+    /// The gyroscope.
+    Version2 {
+        /// Radians per second about the sensor's axes, within ±64.
+        angular_velocity: Vec3,
+    },
+    /// The gyroscope and the display's input.
+    Version3 {
+        /// Radians per second about the sensor's axes, within ±64.
+        angular_velocity: Vec3,
+        /// Whether the display receives a picture.
+        video_detected: bool,
+        /// Whether that picture is taller than wide.
+        portrait: bool,
+    },
+}
+
+impl Report {
+    /// The report as a device-independent sample: the head's axes, and a
+    /// reference frame with +Y up.
+    pub fn sample(&self) -> HeadSample {
+        let (angular_velocity, video_detected, portrait) = match self.payload {
+            Payload::Version1 => (None, None, None),
+            Payload::Version2 { angular_velocity } => (Some(angular_velocity), None, None),
+            Payload::Version3 {
+                angular_velocity,
+                video_detected,
+                portrait,
+            } => (Some(angular_velocity), Some(video_detected), Some(portrait)),
+        };
+        HeadSample {
+            orientation: Y_UP_FROM_Z_UP * self.orientation * HEAD_FROM_SENSOR.conjugate(),
+            // Half a turn about X, without the products' rounding.
+            angular_velocity: angular_velocity.map(|v| Vec3::new(v.x, -v.y, -v.z)),
+            sequence: u32::from(self.sequence),
+            video_detected,
+            portrait,
+        }
+    }
+}
+
+/// Why a report was refused.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ReportError {
+    /// Neither 16 nor 32 bytes.
+    Length {
+        /// Bytes handed in.
+        found: usize,
+    },
+    /// A version other than 1, 2 and 3.
+    UnknownVersion {
+        /// The version, 0 to 15.
+        version: u8,
+    },
+    /// The quaternion's norm is further than [`NORM_TOLERANCE`] from 1.
+    NotUnit {
+        /// The report's sequence number.
+        sequence: u8,
+        /// The norm found.
+        norm: f32,
+    },
+}
+
+impl fmt::Display for ReportError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Length { found } => write!(
+                f,
+                "an OSVR HDK report of {found} bytes, not {REPORT_LENGTH} or \
+                 {PADDED_REPORT_LENGTH}: check that the HID device is the head tracker and that \
+                 no report id byte was put before the report"
+            ),
+            Self::UnknownVersion { version } => write!(
+                f,
+                "an OSVR HDK report of version {version} in byte 0, where 1 to 3 are known: \
+                 update the head tracker's firmware, or this decoder"
+            ),
+            Self::NotUnit { sequence, norm } => write!(
+                f,
+                "the quaternion in bytes 2 to 9 of OSVR HDK report {sequence} has norm {norm}, \
+                 not 1 ± {NORM_TOLERANCE}: the report is damaged, or not from the head tracker"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ReportError {}
+
+/// Decodes one report of [`REPORT_LENGTH`] or [`PADDED_REPORT_LENGTH`] bytes,
+/// without a HID report id before it (the device uses none).
+///
+/// # Errors
+///
+/// When the length is another, the version is unknown, or the quaternion is
+/// not a rotation.
+pub fn decode(report: &[u8]) -> Result<Report, ReportError> {
+    let length = ReportError::Length {
+        found: report.len(),
+    };
+    if report.len() != REPORT_LENGTH && report.len() != PADDED_REPORT_LENGTH {
+        return Err(length);
+    }
+    let Some(&[flags, sequence, ref values @ ..]) = report.first_chunk::<REPORT_LENGTH>() else {
+        return Err(length);
+    };
+    let version = flags & VERSION_MASK;
+    if !(1..=3).contains(&version) {
+        return Err(ReportError::UnknownVersion { version });
+    }
+    let [i0, i1, j0, j1, k0, k1, r0, r1, x0, x1, y0, y1, z0, z1] = *values;
+    let orientation = orientation([[i0, i1], [j0, j1], [k0, k1], [r0, r1]])
+        .map_err(|norm| ReportError::NotUnit { sequence, norm })?;
+    let angular_velocity = Vec3::new(
+        fixed_point([x0, x1], ANGULAR_VELOCITY_ONE),
+        fixed_point([y0, y1], ANGULAR_VELOCITY_ONE),
+        fixed_point([z0, z1], ANGULAR_VELOCITY_ONE),
+    );
+    let payload = match version {
+        1 => Payload::Version1,
+        2 => Payload::Version2 { angular_velocity },
+        _ => Payload::Version3 {
+            angular_velocity,
+            video_detected: flags & VIDEO_DETECTED != 0,
+            portrait: flags & PORTRAIT != 0,
+        },
+    };
+    Ok(Report {
+        sequence,
+        orientation,
+        payload,
+    })
+}
+
+/// The report's first [`REPORT_LENGTH`] bytes, as the device sends them.
+///
+/// Values outside the fixed-point ranges (±2 for the quaternion's parts, ±64
+/// rad/s) become the nearest value inside, NaN becomes 0.
+pub fn encode(report: &Report) -> [u8; REPORT_LENGTH] {
+    let (flags, angular_velocity) = match report.payload {
+        Payload::Version1 => (1, Vec3::ZERO),
+        Payload::Version2 { angular_velocity } => (2, angular_velocity),
+        Payload::Version3 {
+            angular_velocity,
+            video_detected,
+            portrait,
+        } => {
+            let video = if video_detected { VIDEO_DETECTED } else { 0 };
+            let portrait = if portrait { PORTRAIT } else { 0 };
+            (3 | video | portrait, angular_velocity)
+        }
+    };
+    let [i0, i1] = bytes(report.orientation.x, QUATERNION_ONE);
+    let [j0, j1] = bytes(report.orientation.y, QUATERNION_ONE);
+    let [k0, k1] = bytes(report.orientation.z, QUATERNION_ONE);
+    let [r0, r1] = bytes(report.orientation.w, QUATERNION_ONE);
+    let [x0, x1] = bytes(angular_velocity.x, ANGULAR_VELOCITY_ONE);
+    let [y0, y1] = bytes(angular_velocity.y, ANGULAR_VELOCITY_ONE);
+    let [z0, z1] = bytes(angular_velocity.z, ANGULAR_VELOCITY_ONE);
+    [
+        flags,
+        report.sequence,
+        i0,
+        i1,
+        j0,
+        j1,
+        k0,
+        k1,
+        r0,
+        r1,
+        x0,
+        x1,
+        y0,
+        y1,
+        z0,
+        z1,
+    ]
+}
+
+fn fixed_point(bytes: [u8; 2], one: f32) -> f32 {
+    f32::from(i16::from_le_bytes(bytes)) / one
+}
+
+fn bytes(value: f32, one: f32) -> [u8; 2] {
+    (libm::roundf(value * one) as i16).to_le_bytes()
+}
+
+/// The normalised quaternion, or the norm that is too far from 1.
+fn orientation(parts: [[u8; 2]; 4]) -> Result<Quat, f32> {
+    let parts = parts.map(|part| fixed_point(part, QUATERNION_ONE));
+    let [i, j, k, real] = parts;
+    let norm = libm::sqrtf(i * i + j * j + k * k + real * real);
+    if (norm - 1.0).abs() > NORM_TOLERANCE {
+        return Err(norm);
+    }
+    Ok(Quat::from_xyzw(i / norm, j / norm, k / norm, real / norm))
+}
+
+/// What a [`Decoder`] has seen since it was made. The counts stop at their
+/// largest value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Reports handed over.
+    pub accepted: u64,
+    /// Reports that carried the sequence number of the one before.
+    pub duplicates: u64,
+    /// Reports missing between those that came. A gap of 256 or more counts
+    /// as its remainder modulo 256: the sequence number tells no more.
+    pub lost: u64,
+    /// Reports refused for their length.
+    pub rejected_length: u64,
+    /// Reports refused for their version.
+    pub rejected_version: u64,
+    /// Reports refused for their quaternion.
+    pub rejected_not_unit: u64,
+}
+
+/// Decodes the reports of one device and keeps count of those that did not
+/// make it.
+#[derive(Debug, Clone, Default)]
+pub struct Decoder {
+    last_sequence: Option<u8>,
+    counts: Counts,
+}
+
+impl Decoder {
+    /// A decoder that has seen no report.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Decodes the next report, as [`decode`] does; `None` where it only
+    /// repeats the report before.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`decode`].
+    pub fn push(&mut self, report: &[u8]) -> Result<Option<Report>, ReportError> {
+        match decode(report) {
+            Ok(report) => {
+                if self.arrived(report.sequence) {
+                    increment(&mut self.counts.accepted);
+                    Ok(Some(report))
+                } else {
+                    increment(&mut self.counts.duplicates);
+                    Ok(None)
+                }
+            }
+            Err(error) => {
+                match error {
+                    ReportError::Length { .. } => increment(&mut self.counts.rejected_length),
+                    ReportError::UnknownVersion { .. } => {
+                        increment(&mut self.counts.rejected_version);
+                    }
+                    ReportError::NotUnit { sequence, .. } => {
+                        // It did arrive: without this the next good report
+                        // would count it a second time, as lost.
+                        self.arrived(sequence);
+                        increment(&mut self.counts.rejected_not_unit);
+                    }
+                }
+                Err(error)
+            }
+        }
+    }
+
+    /// What came and what did not.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Forgets the last sequence number, so that a device that was plugged in
+    /// again does not count as a gap. The counts stay.
+    pub fn reconnected(&mut self) {
+        self.last_sequence = None;
+    }
+
+    /// Notes a sequence number and the gap before it; false where it is the
+    /// last one again.
+    fn arrived(&mut self, sequence: u8) -> bool {
+        let step = self
+            .last_sequence
+            .replace(sequence)
+            .map_or(1, |last| sequence.wrapping_sub(last));
+        let lost = u64::from(step.saturating_sub(1));
+        self.counts.lost = self.counts.lost.saturating_add(lost);
+        step != 0
+    }
+}
+
+fn increment(count: &mut u64) {
+    *count = count.saturating_add(1);
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,319 @@
+use super::*;
+use core::f32::consts::FRAC_1_SQRT_2;
+use proptest::prelude::*;
+use std::format;
+
+/// Version 1, sequence 7: no rotation.
+const VERSION_1: [u8; 16] = [
+    0x01, 7, 0, 0, 0, 0, 0, 0, 0x00, 0x40, 0xAA, 0xBB, 0xCC, 0xDD, 0xEE, 0xFF,
+];
+/// Version 2, sequence 255: i = −1; 1, −1.5 and −64 rad/s.
+const VERSION_2: [u8; 16] = [
+    0x02, 255, 0x00, 0xC0, 0, 0, 0, 0, 0, 0, 0x00, 0x02, 0x00, 0xFD, 0x00, 0x80,
+];
+/// Version 3, sequence 0, video and portrait: all parts −0.5 but the real
+/// one; 63.998 rad/s, −1/512 rad/s and 0.
+const VERSION_3: [u8; 16] = [
+    0x33, 0, 0x00, 0xE0, 0x00, 0xE0, 0x00, 0xE0, 0x00, 0x20, 0xFF, 0x7F, 0xFF, 0xFF, 0, 0,
+];
+
+fn padded(report: [u8; 16]) -> [u8; 32] {
+    let mut padded = [0x5A; 32];
+    padded[..16].copy_from_slice(&report);
+    padded
+}
+
+#[test]
+fn version_1_holds_the_orientation_only() {
+    let report = decode(&VERSION_1).unwrap();
+    assert_eq!(
+        report,
+        Report {
+            sequence: 7,
+            orientation: Quat::IDENTITY,
+            payload: Payload::Version1,
+        }
+    );
+    assert_eq!(decode(&padded(VERSION_1)), Ok(report));
+    let sample = report.sample();
+    assert_eq!(sample.angular_velocity, None);
+    assert_eq!(sample.video_detected, None);
+    assert_eq!(sample.portrait, None);
+}
+
+#[test]
+fn version_2_adds_the_angular_velocity() {
+    assert_eq!(
+        decode(&VERSION_2),
+        Ok(Report {
+            sequence: 255,
+            orientation: Quat::from_xyzw(-1.0, 0.0, 0.0, 0.0),
+            payload: Payload::Version2 {
+                angular_velocity: Vec3::new(1.0, -1.5, -64.0),
+            },
+        })
+    );
+}
+
+#[test]
+fn version_3_adds_the_video_status() {
+    let report = decode(&VERSION_3).unwrap();
+    assert_eq!(
+        report,
+        Report {
+            sequence: 0,
+            orientation: Quat::from_xyzw(-0.5, -0.5, -0.5, 0.5),
+            payload: Payload::Version3 {
+                angular_velocity: Vec3::new(32_767.0 / 512.0, -1.0 / 512.0, 0.0),
+                video_detected: true,
+                portrait: true,
+            },
+        }
+    );
+    for (flags, video, portrait) in [
+        (0x03, false, false),
+        (0x13, true, false),
+        (0x23, false, true),
+        // Bits 6 and 7 mean nothing.
+        (0xD3, true, false),
+    ] {
+        let mut bytes = VERSION_3;
+        bytes[0] = flags;
+        let sample = decode(&bytes).unwrap().sample();
+        assert_eq!(sample.video_detected, Some(video), "{flags:#x}");
+        assert_eq!(sample.portrait, Some(portrait), "{flags:#x}");
+    }
+}
+
+#[test]
+fn status_bits_of_older_versions_are_ignored() {
+    let mut bytes = VERSION_2;
+    bytes[0] = 0xF2;
+    assert_eq!(decode(&bytes), decode(&VERSION_2));
+}
+
+#[test]
+fn every_other_length_is_refused() {
+    let bytes = [padded(VERSION_1), padded(VERSION_1)].concat();
+    for length in 0..=33 {
+        let decoded = decode(&bytes[..length]);
+        if length == 16 || length == 32 {
+            assert!(decoded.is_ok(), "{length}");
+        } else {
+            assert_eq!(decoded, Err(ReportError::Length { found: length }));
+        }
+    }
+}
+
+#[test]
+fn every_other_version_is_refused() {
+    for version in 0..=15 {
+        let mut bytes = VERSION_1;
+        bytes[0] = 0x30 | version;
+        let decoded = decode(&bytes);
+        if (1..=3).contains(&version) {
+            assert!(decoded.is_ok(), "{version}");
+        } else {
+            assert_eq!(decoded, Err(ReportError::UnknownVersion { version }));
+        }
+    }
+}
+
+#[test]
+fn norm_is_held_to_its_tolerance() {
+    let with_real = |real: i16| {
+        let mut bytes = VERSION_1;
+        bytes[8..10].copy_from_slice(&real.to_le_bytes());
+        decode(&bytes)
+    };
+    // 16384 × 0.01 = 163.84.
+    for real in [16_384 - 163, 16_384 + 163, -16_384 - 163] {
+        let orientation = with_real(real).unwrap().orientation;
+        assert_eq!(orientation.w.abs(), 1.0);
+    }
+    for real in [16_384 - 164, 16_384 + 164, 0, i16::MIN, i16::MAX] {
+        let norm = f32::from(real).abs() / 16_384.0;
+        assert_eq!(
+            with_real(real),
+            Err(ReportError::NotUnit { sequence: 7, norm })
+        );
+    }
+}
+
+#[test]
+fn errors_say_what_was_found() {
+    let message = format!("{}", decode(&[0; 17]).unwrap_err());
+    assert!(message.contains("17 bytes"), "{message}");
+    let message = format!("{}", decode(&[0; 16]).unwrap_err());
+    assert!(message.contains("version 0"), "{message}");
+    let mut bytes = VERSION_1;
+    bytes[9] = 0x20;
+    let message = format!("{}", decode(&bytes).unwrap_err());
+    assert!(message.contains("report 7 has norm 0.5"), "{message}");
+}
+
+/// The sensor's +X points right, +Y down, +Z forward; the reference is Z up.
+#[test]
+fn sample_has_the_heads_axes() {
+    let sample = |i: f32, j: f32, k: f32, real: f32| {
+        Report {
+            sequence: 0,
+            orientation: Quat::from_xyzw(i, j, k, real),
+            payload: Payload::Version2 {
+                angular_velocity: Vec3::new(1.0, 2.0, 3.0),
+            },
+        }
+        .sample()
+    };
+    let near = |a: Vec3, b: Vec3| assert!(a.distance(b) < 1e-6, "{a} is not {b}");
+
+    // The sensor's axes are the reference's: its forward is the sky.
+    let up = sample(0.0, 0.0, 0.0, 1.0);
+    near(up.orientation * Vec3::NEG_Z, Vec3::Y);
+    near(up.orientation * Vec3::X, Vec3::X);
+
+    // A quarter turn about −X brings the sensor's +Z from up to the
+    // reference's +Y, level: that is the reference's forward, −Z once Y is up.
+    let level = sample(-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2);
+    near(level.orientation * Vec3::NEG_Z, Vec3::NEG_Z);
+    near(level.orientation * Vec3::Y, Vec3::Y);
+
+    // From there a quarter turn to the left about the reference's up.
+    let left = Quat::from_xyzw(0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2)
+        * Quat::from_xyzw(-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2);
+    let left = sample(left.x, left.y, left.z, left.w);
+    near(left.orientation * Vec3::NEG_Z, Vec3::NEG_X);
+    near(left.orientation * Vec3::Y, Vec3::Y);
+
+    assert_eq!(up.angular_velocity, Some(Vec3::new(1.0, -2.0, -3.0)));
+}
+
+#[test]
+fn decoder_counts_gaps_across_the_wrap() {
+    let mut decoder = Decoder::new();
+    let mut push = |sequence: u8| {
+        let mut bytes = VERSION_1;
+        bytes[1] = sequence;
+        decoder.push(&bytes).map(|report| report.is_some())
+    };
+    // 254 is first; 255 and 0 follow on; 1 is a repeat once; 2 and 3 are
+    // missing; from 4 to 3 all others are.
+    for sequence in [254, 255, 0, 1] {
+        assert_eq!(push(sequence), Ok(true));
+    }
+    assert_eq!(push(1), Ok(false));
+    assert_eq!(push(4), Ok(true));
+    assert_eq!(push(3), Ok(true));
+    assert_eq!(
+        decoder.counts(),
+        Counts {
+            accepted: 6,
+            duplicates: 1,
+            lost: 2 + 254,
+            ..Counts::default()
+        }
+    );
+    decoder.reconnected();
+    let mut bytes = VERSION_1;
+    bytes[1] = 100;
+    assert!(decoder.push(&bytes).unwrap().is_some());
+    assert_eq!(decoder.counts().lost, 256);
+}
+
+#[test]
+fn decoder_counts_refusals_by_reason() {
+    let mut decoder = Decoder::new();
+    let mut damaged = VERSION_1;
+    damaged[1] = 8;
+    damaged[9] = 0;
+    let mut next = VERSION_1;
+    next[1] = 9;
+    assert!(decoder.push(&VERSION_1).unwrap().is_some());
+    assert!(decoder.push(&damaged).is_err());
+    assert!(decoder.push(&[0; 3]).is_err());
+    assert!(decoder.push(&[0x0F; 16]).is_err());
+    assert!(decoder.push(&next).unwrap().is_some());
+    assert_eq!(
+        decoder.counts(),
+        Counts {
+            accepted: 2,
+            rejected_length: 1,
+            rejected_version: 1,
+            rejected_not_unit: 1,
+            ..Counts::default()
+        }
+    );
+}
+
+#[test]
+fn encode_keeps_to_the_fixed_point_ranges() {
+    let report = Report {
+        sequence: 1,
+        orientation: Quat::IDENTITY,
+        payload: Payload::Version2 {
+            angular_velocity: Vec3::new(1000.0, f32::NEG_INFINITY, f32::NAN),
+        },
+    };
+    assert_eq!(encode(&report)[10..], [0xFF, 0x7F, 0x00, 0x80, 0x00, 0x00]);
+}
+
+#[test]
+fn encode_gives_the_bytes_of_the_device() {
+    for bytes in [VERSION_2, VERSION_3] {
+        assert_eq!(encode(&decode(&bytes).unwrap()), bytes);
+    }
+}
+
+fn payload() -> impl Strategy<Value = Payload> {
+    // On the grid of the format, so that a round trip is exact.
+    let angular_velocity = [any::<i16>(), any::<i16>(), any::<i16>()]
+        .prop_map(|v| Vec3::from_array(v.map(|part| f32::from(part) / 512.0)));
+    (1..=3, angular_velocity, any::<bool>(), any::<bool>()).prop_map(
+        |(version, angular_velocity, video_detected, portrait)| match version {
+            1 => Payload::Version1,
+            2 => Payload::Version2 { angular_velocity },
+            _ => Payload::Version3 {
+                angular_velocity,
+                video_detected,
+                portrait,
+            },
+        },
+    )
+}
+
+proptest! {
+    #[test]
+    fn reports_survive_the_wire(
+        sequence: u8,
+        parts in prop::array::uniform4(-1.0_f32..1.0),
+        payload in payload(),
+    ) {
+        let orientation = Quat::from_array(parts);
+        prop_assume!(orientation.length() > 0.01);
+        let report = Report { sequence, orientation: orientation.normalize(), payload };
+        let decoded = decode(&encode(&report)).unwrap();
+        prop_assert_eq!(decoded.sequence, sequence);
+        prop_assert_eq!(decoded.payload, payload);
+        // Half a step a part, and as much again for the normalisation.
+        let error = (decoded.orientation - report.orientation).length();
+        prop_assert!(error < 2.0 / 16_384.0, "{}", error);
+        prop_assert!(decoded.orientation.is_normalized());
+    }
+
+    #[test]
+    fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..40)) {
+        let mut decoder = Decoder::new();
+        if let Ok(report) = decode(&bytes) {
+            prop_assert!(report.orientation.is_normalized());
+            prop_assert!(report.sample().orientation.is_normalized());
+        }
+        let _ = decoder.push(&bytes);
+    }
+
+    #[test]
+    fn no_report_sized_bytes_panic(bytes in prop::array::uniform16(any::<u8>())) {
+        if let Ok(report) = decode(&bytes) {
+            prop_assert!(report.orientation.is_normalized());
+        }
+    }
+}
