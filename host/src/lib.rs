@@ -3,6 +3,7 @@
 mod angle;
 pub mod cave;
 pub mod description;
+pub mod look;
 pub mod mesh;
 pub mod picture;
 pub mod scene;
