@@ -36,7 +36,7 @@ impl<F> Located<F> {
     pub fn line(&self) -> Option<usize> {
         let text = self.source_code.inner().as_bytes();
         let start = self.span?.offset().min(text.len());
-        Some(1 + text[..start].iter().filter(|&&byte| byte == b'\n').count())
+        Some(text[..start].split(|&byte| byte == b'\n').count())
     }
 }
 
