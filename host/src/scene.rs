@@ -1,6 +1,7 @@
 //! A scene in memory: what a scene file or a built-in scene describes and
 //! what is baked.
 
+pub mod builtin;
 pub mod file;
 mod placement;
 
