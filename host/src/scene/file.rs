@@ -17,7 +17,7 @@
 //! | rotations | −360 to 360 |
 //!
 //! A positive yaw turns what points to −Z towards −X, a positive pitch
-//! raises it ([`Placement`](super::Placement)). `normals` and `normalise`
+//! raises it ([`Placement`]). `normals` and `normalise`
 //! are for meshes only. A scene has at least one object and may have no
 //! light. Meshes and materials are numbered by name in the [`Scene`],
 //! objects and lights by place in the file. A key that is not described here
