@@ -1,6 +1,24 @@
 //! The walls of a CAVE and the eyes before them.
+//!
+//! A wall is three corners and a number of pixels. Which way it faces
+//! follows from the corners: its viewer stands on the side from which lower
+//! left, lower right and upper left run counter-clockwise. The picture's
+//! first row is at the upper edge, its first column at the left one, and
+//! pixel (x, y) has its centre x + ½ columns and y + ½ rows from there.
+
+mod file;
+mod view;
+mod viewer;
+
+pub use file::{CaveFileError, CaveFileFault};
+pub use view::{Frustum, WallView};
+pub use viewer::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer};
 
 use glam::DVec3;
+use miette::Diagnostic;
+use std::collections::HashSet;
+use std::str::FromStr;
+use thiserror::Error;
 
 /// A flat screen, by three corners as its viewer sees them.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,3 +34,367 @@ pub struct Wall {
     /// Columns and rows.
     pub pixels: [u32; 2],
 }
+
+/// Why a wall cannot be used, or not from where the eye is.
+#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+pub enum WallError {
+    /// A name that cannot be part of a file's name.
+    #[error("the wall name \"{}\" {reason}", .wall.escape_debug())]
+    #[diagnostic(help(
+        "pictures are named after their walls: use letters, digits, '-' and '_', such as \"front\""
+    ))]
+    Name {
+        /// The name.
+        wall: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// Two walls whose pictures would overwrite each other.
+    #[error("two walls are named \"{wall}\"")]
+    #[diagnostic(help(
+        "pictures are named after their walls: give each its own name, different in more than upper and lower case"
+    ))]
+    DuplicateName {
+        /// The name, as the second has it.
+        wall: String,
+    },
+    /// A corner that is not a place in a room.
+    #[error(
+        "wall \"{wall}\": its {corner} corner is at {}, {}, {}",
+        .position.x, .position.y, .position.z
+    )]
+    #[diagnostic(help("coordinates are metres from -{limit} to {limit}", limit = Wall::FARTHEST))]
+    Corner {
+        /// The wall's name.
+        wall: String,
+        /// Which corner.
+        corner: &'static str,
+        /// Where it is said to be, metres.
+        position: DVec3,
+    },
+    /// No width or no height.
+    #[error("wall \"{wall}\" has no {dimension}: it measures {length} m")]
+    #[diagnostic(help(
+        "lower_left, lower_right and upper_left are three different corners, as the viewer sees them"
+    ))]
+    ZeroSize {
+        /// The wall's name.
+        wall: String,
+        /// "width" or "height".
+        dimension: &'static str,
+        /// Metres.
+        length: f64,
+    },
+    /// Three corners on one line.
+    #[error("wall \"{wall}\": its three corners lie on one line")]
+    #[diagnostic(help(
+        "the edge from lower_left to upper_left stands on the edge from lower_left to lower_right"
+    ))]
+    Collinear {
+        /// The wall's name.
+        wall: String,
+    },
+    /// Too few or too many columns or rows.
+    #[error("wall \"{wall}\" has {} × {} pixels", .pixels[0], .pixels[1])]
+    #[diagnostic(help("each side has 1 to {limit} pixels", limit = Wall::MOST_PIXELS))]
+    Pixels {
+        /// The wall's name.
+        wall: String,
+        /// Columns and rows.
+        pixels: [u32; 2],
+    },
+    /// Edges that do not meet at a right angle, where a frustum needs one.
+    #[error("wall \"{wall}\" is no rectangle: its edges meet at {degrees}°")]
+    #[diagnostic(help(
+        "a frustum's near plane is a rectangle; measure the three corners again, or use the wall's rays"
+    ))]
+    NotRectangular {
+        /// The wall's name.
+        wall: String,
+        /// The angle at the lower left corner.
+        degrees: f64,
+    },
+    /// An eye that is not a place in a room.
+    #[error(
+        "wall \"{wall}\" cannot be seen from {}, {}, {}",
+        .eye.x, .eye.y, .eye.z
+    )]
+    #[diagnostic(help(
+        "the eye's coordinates are metres from -{limit} to {limit}",
+        limit = Wall::FARTHEST
+    ))]
+    Eye {
+        /// The wall's name.
+        wall: String,
+        /// Where the eye is said to be, metres.
+        eye: DVec3,
+    },
+    /// An eye that does not see the wall's front.
+    #[error(
+        "wall \"{wall}\" does not face the eye at {}, {}, {}: the eye is {}",
+        .eye.x, .eye.y, .eye.z, place(*.distance)
+    )]
+    #[diagnostic(help(
+        "move the head before the wall; if it is there, the wall's corners are given as seen from behind: exchange left and right"
+    ))]
+    Behind {
+        /// The wall's name.
+        wall: String,
+        /// Where the eye is, metres.
+        eye: DVec3,
+        /// From the wall's plane to the eye, metres; negative is behind.
+        distance: f64,
+    },
+    /// A near plane that is not before the eye.
+    #[error("wall \"{wall}\": the frustum's near plane is {near} m from the eye")]
+    #[diagnostic(help(
+        "give a distance above 0 and at most {limit} m",
+        limit = Wall::FARTHEST
+    ))]
+    Near {
+        /// The wall's name.
+        wall: String,
+        /// Metres.
+        near: f64,
+    },
+}
+
+/// Where an eye is that is `distance` metres before a wall's plane, in words.
+fn place(distance: f64) -> String {
+    if distance < -Wall::CLOSEST {
+        format!("{} m behind its plane", -distance)
+    } else {
+        "in its plane".to_owned()
+    }
+}
+
+impl Wall {
+    /// Largest magnitude of a corner's or an eye's coordinate, metres.
+    pub const FARTHEST: f64 = 1.0e6;
+    /// Most pixels along a side.
+    pub const MOST_PIXELS: u32 = 16_384;
+    /// Shortest edge, and the distance from its plane up to which an eye
+    /// counts as in it, metres.
+    pub const CLOSEST: f64 = 1.0e-6;
+    /// Most bytes in a name; leaves room for the eye and the file type.
+    pub const LONGEST_NAME: usize = 100;
+
+    /// A wall that is known to be usable.
+    ///
+    /// Corners are metres in the room, as the wall's viewer sees them;
+    /// `pixels` are columns and rows, 1 to [`Self::MOST_PIXELS`] each.
+    ///
+    /// # Errors
+    /// As [`Self::validate`].
+    pub fn new(
+        name: impl Into<String>,
+        lower_left: DVec3,
+        lower_right: DVec3,
+        upper_left: DVec3,
+        pixels: [u32; 2],
+    ) -> Result<Self, WallError> {
+        let wall = Self {
+            name: name.into(),
+            lower_left,
+            lower_right,
+            upper_left,
+            pixels,
+        };
+        wall.validate()?;
+        Ok(wall)
+    }
+
+    /// Checks everything that views of the wall rely on.
+    ///
+    /// # Errors
+    /// The first fault found: a name that is not usable in a file name, a
+    /// corner that is not finite or farther than [`Self::FARTHEST`] out, no
+    /// width or height, corners on one line, a number of pixels out of range.
+    pub fn validate(&self) -> Result<(), WallError> {
+        let wall = || self.name.clone();
+        if let Some(reason) = name_fault(&self.name) {
+            return Err(WallError::Name {
+                wall: wall(),
+                reason,
+            });
+        }
+        for (corner, position) in [
+            ("lower left", self.lower_left),
+            ("lower right", self.lower_right),
+            ("upper left", self.upper_left),
+        ] {
+            if !is_in_a_room(position) {
+                return Err(WallError::Corner {
+                    wall: wall(),
+                    corner,
+                    position,
+                });
+            }
+        }
+        let (across, upward) = (self.across(), self.upward());
+        for (dimension, length) in [("width", across.length()), ("height", upward.length())] {
+            if length < Self::CLOSEST {
+                return Err(WallError::ZeroSize {
+                    wall: wall(),
+                    dimension,
+                    length,
+                });
+            }
+        }
+        if across.normalize().cross(upward.normalize()).length() < 1.0e-9 {
+            return Err(WallError::Collinear { wall: wall() });
+        }
+        if self
+            .pixels
+            .iter()
+            .any(|&side| !(1..=Self::MOST_PIXELS).contains(&side))
+        {
+            return Err(WallError::Pixels {
+                wall: wall(),
+                pixels: self.pixels,
+            });
+        }
+        Ok(())
+    }
+
+    /// The lower edge, from left to right, metres.
+    fn across(&self) -> DVec3 {
+        self.lower_right - self.lower_left
+    }
+
+    /// The left edge, from bottom to top, metres.
+    fn upward(&self) -> DVec3 {
+        self.upper_left - self.lower_left
+    }
+}
+
+/// Whether every coordinate is finite and near enough.
+fn is_in_a_room(position: DVec3) -> bool {
+    position
+        .to_array()
+        .iter()
+        .all(|c| c.abs() <= Wall::FARTHEST)
+}
+
+/// What keeps a name from being part of a file's name on some system.
+fn name_fault(name: &str) -> Option<&'static str> {
+    if name.is_empty() {
+        Some("is empty")
+    } else if name.len() > Wall::LONGEST_NAME {
+        Some("is longer than 100 bytes")
+    } else if name.starts_with('.') {
+        Some("starts with a full stop, which hides files")
+    } else if name.trim() != name || name.ends_with('.') {
+        Some("starts or ends with a character that file systems drop")
+    } else if name
+        .chars()
+        .any(|c| c.is_control() || "/\\:*?\"<>|".contains(c))
+    {
+        Some("has a character that file names cannot have")
+    } else {
+        None
+    }
+}
+
+/// The walls of one room.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cave {
+    /// In the order of their pictures.
+    pub walls: Vec<Wall>,
+}
+
+/// A room that needs no file. A 3 m cube centred on the origin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BuiltInCave {
+    /// `three-wall`: front, right and floor.
+    ThreeWall,
+    /// `cube`: front, left, right, back, floor and ceiling.
+    Cube,
+}
+
+impl BuiltInCave {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::ThreeWall, Self::Cube];
+
+    /// What it is called.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ThreeWall => "three-wall",
+            Self::Cube => "cube",
+        }
+    }
+}
+
+/// A name that no built-in room has.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("there is no built-in CAVE \"{given}\": use three-wall or cube")]
+pub struct UnknownCave {
+    /// What was given.
+    pub given: String,
+}
+
+impl FromStr for BuiltInCave {
+    type Err = UnknownCave;
+
+    fn from_str(name: &str) -> Result<Self, UnknownCave> {
+        Self::ALL
+            .into_iter()
+            .find(|cave| cave.name() == name)
+            .ok_or_else(|| UnknownCave { given: name.into() })
+    }
+}
+
+impl Cave {
+    /// A room of usable walls with names of their own.
+    ///
+    /// # Errors
+    /// The first wall that [`Wall::validate`] rejects or whose name another
+    /// has already, upper and lower case being the same.
+    pub fn new(walls: Vec<Wall>) -> Result<Self, WallError> {
+        let mut names = HashSet::new();
+        for wall in &walls {
+            wall.validate()?;
+            if !names.insert(wall.name.to_lowercase()) {
+                return Err(WallError::DuplicateName {
+                    wall: wall.name.clone(),
+                });
+            }
+        }
+        Ok(Self { walls })
+    }
+
+    /// A built-in room, every wall with `pixels` columns and rows.
+    ///
+    /// # Errors
+    /// [`WallError::Pixels`] where a side is 0 or above
+    /// [`Wall::MOST_PIXELS`].
+    pub fn built_in(which: BuiltInCave, pixels: [u32; 2]) -> Result<Self, WallError> {
+        let wall = |name: &str, lower_left: [f64; 3], lower_right: [f64; 3], upper_left| {
+            Wall::new(
+                name,
+                1.5 * DVec3::from(lower_left),
+                1.5 * DVec3::from(lower_right),
+                1.5 * DVec3::from_array(upper_left),
+                pixels,
+            )
+        };
+        // Seen from the middle. Of the floor and the ceiling, the edge at
+        // the front wall is the upper one and the lower one.
+        let front = wall("front", [-1., -1., -1.], [1., -1., -1.], [-1., 1., -1.])?;
+        let right = wall("right", [1., -1., -1.], [1., -1., 1.], [1., 1., -1.])?;
+        let floor = wall("floor", [-1., -1., 1.], [1., -1., 1.], [-1., -1., -1.])?;
+        let walls = match which {
+            BuiltInCave::ThreeWall => vec![front, right, floor],
+            BuiltInCave::Cube => {
+                let left = wall("left", [-1., -1., 1.], [-1., -1., -1.], [-1., 1., 1.])?;
+                let back = wall("back", [1., -1., 1.], [-1., -1., 1.], [1., 1., 1.])?;
+                let ceiling = wall("ceiling", [-1., 1., -1.], [1., 1., -1.], [-1., 1., 1.])?;
+                vec![front, left, right, back, floor, ceiling]
+            }
+        };
+        Self::new(walls)
+    }
+}
+
+#[cfg(test)]
+mod tests;

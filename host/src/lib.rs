@@ -1,7 +1,10 @@
 //! Shisen on a desk: meshes and scenes in, CAVE walls out.
 
 pub mod bake;
+mod angle;
 pub mod cave;
+pub mod description;
+pub mod look;
 pub mod mesh;
 pub mod net;
 pub mod picture;

@@ -1,6 +1,12 @@
 //! A scene in memory: what a scene file or a built-in scene describes and
 //! what is baked.
 
+pub mod builtin;
+pub mod file;
+mod placement;
+
+pub use placement::{Normalisation, Placement};
+
 use crate::mesh::{Material, TriangleMesh};
 use glam::{DAffine3, DVec3};
 

@@ -1,0 +1,296 @@
+//! Rooms, eyes, rays and frusta against what geometry says they are.
+
+use super::*;
+use glam::{Quat, Vec3};
+use shisen_core::gaze::HeadPose;
+
+fn oblique_wall() -> Wall {
+    Wall::new(
+        "oblique",
+        DVec3::new(-1.0, -0.5, -2.0),
+        DVec3::new(1.4, -0.5, -3.8),
+        DVec3::new(-1.0, 1.3, -2.0),
+        [31, 17],
+    )
+    .unwrap()
+}
+
+/// The direction of a pixel's ray, from the parts of its view.
+fn direction(view: &WallView, x: u32, y: u32) -> DVec3 {
+    let vector = |v: [f32; 3]| Vec3::from_array(v).as_dvec3();
+    vector(view.first_pixel)
+        + f64::from(x) * vector(view.column_step)
+        + f64::from(y) * vector(view.row_step)
+}
+
+#[test]
+fn every_built_in_wall_faces_the_middle_and_bounds_the_cube() {
+    for which in BuiltInCave::ALL {
+        for wall in Cave::built_in(which, [4, 4]).unwrap().walls {
+            let view = wall.view_from(DVec3::ZERO).unwrap();
+            let normal = wall.across().cross(wall.upward()).normalize();
+            assert_eq!(-normal.dot(wall.lower_left), 1.5, "{}", wall.name);
+            assert_eq!(wall.across().length(), 3.0);
+            assert_eq!(wall.upward().length(), 3.0);
+            // The mean of the four middle rays is straight at the wall.
+            let middle = (direction(&view, 1, 1) + direction(&view, 2, 2)) / 2.0;
+            assert!((middle + 1.5 * normal).length() < 1e-6, "{}", wall.name);
+        }
+    }
+}
+
+#[test]
+fn the_paper_s_floor_starts_at_the_front_edge_and_runs_right() {
+    let cave = Cave::built_in(BuiltInCave::ThreeWall, [256, 256]).unwrap();
+    let names: Vec<&str> = cave.walls.iter().map(|wall| wall.name.as_str()).collect();
+    assert_eq!(names, ["front", "right", "floor"]);
+    assert_eq!(cave.walls[2].upper_left, DVec3::splat(-1.5));
+    let floor = cave.walls[2].view_from(DVec3::ZERO).unwrap();
+    let pixel = 3.0 / 256.0;
+    let first = direction(&floor, 0, 0);
+    let expected = DVec3::new(-1.5 + pixel / 2.0, -1.5, -1.5 + pixel / 2.0);
+    assert!((first - expected).length() < 1e-6, "{first}");
+    assert_eq!(floor.column_step, [pixel as f32, 0.0, 0.0]);
+    assert_eq!(floor.row_step, [0.0, 0.0, pixel as f32]);
+}
+
+#[test]
+fn neighbouring_walls_of_the_cube_share_edges() {
+    let cave = Cave::built_in(BuiltInCave::Cube, [8, 8]).unwrap();
+    let wall = |name: &str| cave.walls.iter().find(|wall| wall.name == name).unwrap();
+    let upper_right = |wall: &Wall| wall.lower_right + wall.upward();
+    // Turning right from the front, each right edge is the next left edge.
+    for (from, to) in [
+        ("front", "right"),
+        ("right", "back"),
+        ("back", "left"),
+        ("left", "front"),
+    ] {
+        assert_eq!(wall(from).lower_right, wall(to).lower_left, "{from}-{to}");
+        assert_eq!(upper_right(wall(from)), wall(to).upper_left, "{from}-{to}");
+    }
+    assert_eq!(wall("ceiling").lower_left, wall("front").upper_left);
+    assert_eq!(wall("ceiling").lower_right, upper_right(wall("front")));
+    assert_eq!(wall("floor").upper_left, wall("front").lower_left);
+    assert_eq!(upper_right(wall("floor")), wall("front").lower_right);
+}
+
+#[test]
+fn rays_end_at_pixel_centres_on_an_oblique_wall() {
+    let wall = oblique_wall();
+    let eye = DVec3::new(0.3, 0.2, 0.9);
+    let view = wall.view_from(eye).unwrap();
+    for (x, y) in [(0, 0), (30, 0), (0, 16), (30, 16), (12, 5)] {
+        let hit = eye + direction(&view, x, y);
+        let expected = wall.upper_left + (f64::from(x) + 0.5) / 31.0 * wall.across()
+            - (f64::from(y) + 0.5) / 17.0 * wall.upward();
+        assert!((hit - expected).length() < 2e-6, "pixel {x}, {y}: {hit}");
+    }
+}
+
+#[test]
+fn rays_agree_with_the_frustum() {
+    let wall = oblique_wall();
+    let (right, up) = (wall.across().normalize(), wall.upward().normalize());
+    let back = right.cross(up);
+    for eye in [
+        DVec3::ZERO,
+        DVec3::new(0.032, 0.0, 0.4),
+        DVec3::new(-0.7, 1.1, -1.2),
+    ] {
+        let view = wall.view_from(eye).unwrap();
+        let frustum = wall.frustum(eye, 0.1).unwrap();
+        for (x, y) in [(0, 0), (30, 16), (7, 11)] {
+            let ray = direction(&view, x, y);
+            let on_near = ray * frustum.near / -ray.dot(back);
+            let u = (f64::from(x) + 0.5) / 31.0;
+            let v = (f64::from(y) + 0.5) / 17.0;
+            let expected_x = frustum.left + u * (frustum.right - frustum.left);
+            let expected_y = frustum.top - v * (frustum.top - frustum.bottom);
+            assert!((on_near.dot(right) - expected_x).abs() < 1e-6);
+            assert!((on_near.dot(up) - expected_y).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn an_eye_in_the_middle_has_a_symmetric_frustum() {
+    let cave = Cave::built_in(BuiltInCave::ThreeWall, [2, 2]).unwrap();
+    let frustum = cave.walls[0].frustum(DVec3::ZERO, 0.5).unwrap();
+    assert_eq!(
+        frustum,
+        Frustum {
+            left: -0.5,
+            right: 0.5,
+            bottom: -0.5,
+            top: 0.5,
+            near: 0.5
+        }
+    );
+}
+
+#[test]
+fn a_frustum_needs_a_rectangle_and_a_near_plane() {
+    let mut wall = oblique_wall();
+    assert!(matches!(
+        wall.frustum(DVec3::ZERO, 0.0),
+        Err(WallError::Near { .. })
+    ));
+    assert!(matches!(
+        wall.frustum(DVec3::ZERO, f64::NAN),
+        Err(WallError::Near { .. })
+    ));
+    wall.upper_left += 0.01 * wall.across();
+    assert!(wall.view_from(DVec3::ZERO).is_ok());
+    assert!(matches!(
+        wall.frustum(DVec3::ZERO, 0.1),
+        Err(WallError::NotRectangular { .. })
+    ));
+}
+
+#[test]
+fn eyes_in_or_behind_the_plane_are_named_with_the_wall() {
+    let cave = Cave::built_in(BuiltInCave::ThreeWall, [2, 2]).unwrap();
+    let front = &cave.walls[0];
+    assert!(front.view_from(DVec3::new(0.0, 0.0, -1.499_99)).is_ok());
+    for z in [-1.5, -1.499_999_5, -1.500_000_5, -2.0] {
+        let error = front.view_from(DVec3::new(0.0, 0.0, z)).unwrap_err();
+        assert!(matches!(error, WallError::Behind { .. }), "{error:?}");
+        assert!(error.to_string().contains("\"front\""), "{error}");
+    }
+    for eye in [DVec3::NAN, DVec3::new(0.0, f64::INFINITY, 0.0)] {
+        assert!(matches!(front.view_from(eye), Err(WallError::Eye { .. })));
+    }
+}
+
+#[test]
+fn unusable_walls_are_rejected() {
+    let good = oblique_wall();
+    let fault = |change: &dyn Fn(&mut Wall)| {
+        let mut wall = good.clone();
+        change(&mut wall);
+        wall.validate().unwrap_err()
+    };
+    assert!(matches!(
+        fault(&|wall| wall.lower_right.y = f64::NAN),
+        WallError::Corner {
+            corner: "lower right",
+            ..
+        }
+    ));
+    assert!(matches!(
+        fault(&|wall| wall.upper_left.y = 1e300),
+        WallError::Corner { .. }
+    ));
+    assert!(matches!(
+        fault(&|wall| wall.lower_right = wall.lower_left),
+        WallError::ZeroSize {
+            dimension: "width",
+            ..
+        }
+    ));
+    assert!(matches!(
+        fault(&|wall| wall.upper_left = wall.lower_left + 3.0 * wall.across()),
+        WallError::Collinear { .. }
+    ));
+    for pixels in [[0, 4], [4, 0], [16_385, 4], [4, u32::MAX]] {
+        assert!(matches!(
+            fault(&|wall| wall.pixels = pixels),
+            WallError::Pixels { .. }
+        ));
+    }
+    for name in ["", ".", "..", "a/b", "a\\b", "a\n", " a", "a.", "c:", "*"] {
+        assert!(matches!(
+            fault(&|wall| wall.name = name.into()),
+            WallError::Name { .. }
+        ));
+    }
+    assert!(matches!(
+        fault(&|wall| wall.name = "x".repeat(101)),
+        WallError::Name { .. }
+    ));
+}
+
+#[test]
+fn names_that_differ_in_case_only_are_the_same() {
+    let mut second = oblique_wall();
+    second.name = "Oblique".into();
+    assert_eq!(
+        Cave::new(vec![oblique_wall(), second]),
+        Err(WallError::DuplicateName {
+            wall: "Oblique".into()
+        })
+    );
+}
+
+#[test]
+fn eyes_turn_with_the_head() {
+    let mut viewer = Viewer::default();
+    assert_eq!(viewer.eye(Eye::Left), DVec3::new(-0.032, 0.0, 0.0));
+    assert_eq!(viewer.eye(Eye::Right), DVec3::new(0.032, 0.0, 0.0));
+    viewer.pose = HeadPose {
+        position: Vec3::new(0.25, 1.5, -0.5),
+        // To the left by 90°: the right eye is in front, along −Z.
+        orientation: Quat::from_rotation_y(std::f32::consts::FRAC_PI_2),
+    };
+    let middle = DVec3::new(0.25, 1.5, -0.5);
+    assert_eq!(viewer.eye(Eye::Centre), middle);
+    let right = viewer.eye(Eye::Right) - middle;
+    assert!((right - DVec3::new(0.0, 0.0, -0.032)).length() < 1e-8);
+    let left = viewer.eye(Eye::Left) - middle;
+    assert!((left + right).length() < 1e-12);
+}
+
+const ROOM: &str = r#"
+[[wall]]
+name = "front"
+lower_left = [-1, -1, -1]
+lower_right = [1, -1, -1]
+upper_left = [-1, 1, -1]
+
+[[wall]]
+name = "floor"
+lower_left = [-1.0, -1.0, 1.0]
+lower_right = [1.0, -1.0, 1.0]
+upper_left = [-1.0, -1.0, -1.0]
+pixels = [640, 480]
+"#;
+
+#[test]
+fn walls_come_from_toml() {
+    let cave = Cave::from_toml(ROOM, "room.toml", [100, 50]).unwrap();
+    assert_eq!(cave.walls[0].pixels, [100, 50]);
+    assert_eq!(cave.walls[1].pixels, [640, 480]);
+    assert_eq!(cave.walls[0].upper_left, DVec3::new(-1.0, 1.0, -1.0));
+}
+
+#[test]
+fn faults_in_toml_point_at_their_line() {
+    for (from, to, line, message) in [
+        ("\"floor\"", "\"Front\"", Some(9), "two walls"),
+        ("\"floor\"", "\"a/b\"", Some(9), "\"a/b\""),
+        ("\"floor\"", "\"\"", Some(9), "is empty"),
+        ("[640, 480]", "[640, 0]", Some(13), "640 × 0"),
+        ("[640, 480]", "[640, -1]", Some(13), "-1"),
+        ("pixels", "pixel", Some(13), "unknown field `pixel`"),
+        ("upper_left = [-1, 1, -1]", "", Some(2), "upper_left"),
+        ("[-1, 1, -1]", "[-1, -1, -1]", Some(6), "no height"),
+        ("[-1, 1, -1]", "[-1, nan, -1]", Some(6), "upper left corner"),
+        ("[-1, 1, -1]", "[3, -1, -1]", Some(6), "on one line"),
+        ("[-1, 1, -1]", "[-1, 1]", Some(6), "invalid length 2"),
+        (ROOM, "", None, "no walls"),
+    ] {
+        assert!(ROOM.contains(from), "{from}");
+        let text = ROOM.replacen(from, to, 1);
+        let error = Cave::from_toml(&text, "room.toml", [9, 9]).unwrap_err();
+        assert!(error.to_string().contains(message), "{from}: {error}");
+        assert_eq!(error.line(), line, "{from}: {error}");
+        assert!(Diagnostic::help(&error).is_some(), "{from}: {error}");
+    }
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let error = Cave::load(std::path::Path::new("no/such/room.toml"), [9, 9]).unwrap_err();
+    assert!(error.to_string().contains("room.toml"), "{error}");
+}

@@ -1,0 +1,262 @@
+//! The four scenes of Mochizuki and Makino's Table 2, whatever the mesh.
+//!
+//! Eight animals, 2 m long, around a 3 m CAVE, or all behind its front wall;
+//! one point light without fall-off. The paper gives a picture of each;
+//! places and yaws are those of `tests/reference/cave-scenes.json`.
+
+use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};
+use crate::mesh::{Material, TriangleMesh};
+use glam::DVec3;
+use std::str::FromStr;
+use thiserror::Error;
+
+/// One of the paper's scenes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PaperScene {
+    /// Mirrors behind the front, right and floor walls.
+    A,
+    /// Diffuse, behind the front, right and floor walls.
+    B,
+    /// Mirrors behind the front wall only.
+    C,
+    /// Diffuse, behind the front wall only.
+    D,
+}
+
+/// A letter that no scene has.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("there is no built-in scene \"{given}\": use A, B, C or D")]
+pub struct UnknownPaperScene {
+    /// What was given.
+    pub given: String,
+}
+
+/// A mesh that no scale makes as long as the scene needs it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error(
+    "the mesh is flat along x, so it cannot be scaled to the scene; \
+     turn it so that it is long along x"
+)]
+pub struct FlatMesh;
+
+/// Where an animal stands, metres, and its yaw, degrees.
+type Stand = ([f64; 3], f64);
+
+const AROUND: [Stand; 8] = [
+    ([-1.7, -0.85, -3.0], 20.0),
+    ([0.0, 1.05, -3.0], -15.0),
+    ([1.7, -0.85, -3.0], 35.0),
+    ([3.0, -0.85, -1.7], 110.0),
+    ([3.0, 1.05, 0.0], 75.0),
+    ([3.0, -0.85, 1.7], 125.0),
+    ([-0.95, -2.35, -0.75], 20.0),
+    ([0.95, -2.35, 0.75], -30.0),
+];
+
+const IN_FRONT: [Stand; 8] = [
+    ([-2.223, -0.936, -3.9], 20.0),
+    ([-0.741, -0.936, -3.9], -15.0),
+    ([0.741, -0.936, -3.9], 35.0),
+    ([2.223, -0.936, -3.9], -25.0),
+    ([-2.223, 0.936, -3.9], -30.0),
+    ([-0.741, 0.936, -3.9], 10.0),
+    ([0.741, 0.936, -3.9], -20.0),
+    ([2.223, 0.936, -3.9], 25.0),
+];
+
+/// An animal's extent along x before it is turned, metres.
+const LENGTH: f64 = 2.0;
+
+const LIGHT: [f64; 3] = [0.0, 2.5, 0.5];
+
+impl PaperScene {
+    /// In the order of the paper.
+    pub const ALL: [Self; 4] = [Self::A, Self::B, Self::C, Self::D];
+
+    /// Its letter.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::A => "A",
+            Self::B => "B",
+            Self::C => "C",
+            Self::D => "D",
+        }
+    }
+
+    const fn stands(self) -> &'static [Stand; 8] {
+        match self {
+            Self::A | Self::B => &AROUND,
+            Self::C | Self::D => &IN_FRONT,
+        }
+    }
+
+    const fn is_mirror(self) -> bool {
+        matches!(self, Self::A | Self::C)
+    }
+
+    /// Chrome with a cold tint, or clay.
+    const fn material(self) -> Material {
+        let (diffuse, specular, shininess, mirror) = if self.is_mirror() {
+            ([0.10, 0.11, 0.13], [0.6; 3], 200.0, [0.80, 0.81, 0.83])
+        } else {
+            ([0.74, 0.44, 0.26], [0.15; 3], 40.0, [0.0; 3])
+        };
+        Material {
+            diffuse,
+            specular,
+            shininess,
+            mirror,
+            transmission: [0.0; 3],
+            index_of_refraction: 1.5,
+            absorption: [0.0; 3],
+        }
+    }
+}
+
+impl FromStr for PaperScene {
+    type Err = UnknownPaperScene;
+
+    /// Its letter, of either case.
+    fn from_str(text: &str) -> Result<Self, UnknownPaperScene> {
+        Self::ALL
+            .into_iter()
+            .find(|scene| scene.name().eq_ignore_ascii_case(text))
+            .ok_or_else(|| UnknownPaperScene { given: text.into() })
+    }
+}
+
+/// One of the paper's scenes with eight of `mesh`, which is centred and
+/// scaled to 2 m along x.
+///
+/// # Errors
+/// [`FlatMesh`] where the mesh has no vertices or no extent along x.
+pub fn paper_scene(which: PaperScene, mesh: TriangleMesh) -> Result<Scene, FlatMesh> {
+    let normalisation = Normalisation::of(&mesh).ok_or(FlatMesh)?;
+    let objects = which
+        .stands()
+        .iter()
+        .map(|&(position, yaw)| {
+            let placement = Placement {
+                position: DVec3::from_array(position),
+                rotation_degrees: [yaw, 0.0, 0.0],
+                scale: DVec3::splat(LENGTH),
+            };
+            Object {
+                shape: Shape::Mesh(0),
+                material: Some(0),
+                world_from_object: placement.world_from_object(&normalisation),
+                casts_shadow: true,
+                smooth: true,
+            }
+        })
+        .collect();
+    Ok(Scene {
+        name: which.name().into(),
+        meshes: vec![mesh],
+        materials: vec![which.material()],
+        objects,
+        lights: vec![Light::Point {
+            position: DVec3::from_array(LIGHT),
+            colour: [1.0; 3],
+            inverse_square: false,
+        }],
+        // Chrome shows nothing but what it mirrors: a bright band between a
+        // light sky and a darker ground draws its shape.
+        background: Background {
+            zenith: [0.30, 0.50, 0.85],
+            horizon: [0.90, 0.90, 0.87],
+            nadir: [0.17, 0.14, 0.11],
+            alpha: 1.0,
+        },
+        ambient: [0.12; 3],
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::Value;
+
+    const REFERENCE: &str = include_str!("../../../tests/reference/cave-scenes.json");
+
+    fn vector(value: &Value) -> DVec3 {
+        DVec3::from_array([0, 1, 2].map(|i| value[i].as_f64().unwrap()))
+    }
+
+    /// Two vertices at opposite corners of the reference model's box.
+    fn box_of_reference(reference: &Value) -> TriangleMesh {
+        let centre = vector(&reference["bbox_centre"]);
+        let half = DVec3::new(reference["xlen"].as_f64().unwrap() / 2.0, 3.0, 1.5);
+        TriangleMesh {
+            positions: vec![
+                (centre - half).as_vec3().to_array(),
+                (centre + half).as_vec3().to_array(),
+            ],
+            ..TriangleMesh::default()
+        }
+    }
+
+    #[test]
+    fn places_are_those_of_the_reference() {
+        let reference: Value = serde_json::from_str(REFERENCE).unwrap();
+        let centre = vector(&reference["bbox_centre"]);
+        let extent = reference["xlen"].as_f64().unwrap();
+        for which in PaperScene::ALL {
+            let expected = &reference["scenes"][which.name()];
+            let scene = paper_scene(which, box_of_reference(&reference)).unwrap();
+            let objects = expected["objects"].as_array().unwrap();
+            assert_eq!(objects.len(), scene.objects.len());
+            assert_eq!(
+                which.is_mirror(),
+                expected["material"].as_str().unwrap() == "mirror"
+            );
+            for ((found, stand), expected) in scene.objects.iter().zip(which.stands()).zip(objects)
+            {
+                let position = vector(&expected["pos"]);
+                let yaw = expected["yaw"].as_f64().unwrap();
+                let scale = expected["scale"].as_f64().unwrap();
+                assert_eq!(DVec3::from_array(stand.0), position);
+                assert_eq!((stand.1, LENGTH), (yaw, scale));
+                // The reference's transform, as it is written there.
+                let (s, c) = yaw.to_radians().sin_cos();
+                for v in [DVec3::ZERO, DVec3::new(5.0, -3.0, 2.0), DVec3::Z] {
+                    let unit = (v - centre) / extent;
+                    let turned =
+                        DVec3::new(c * unit.x + s * unit.z, unit.y, -s * unit.x + c * unit.z);
+                    let placed = found.world_from_object.transform_point3(v);
+                    // The box's corners above are rounded to f32.
+                    let distance = (placed - (turned * scale + position)).length();
+                    assert!(distance < 1e-6, "{}: {v} is {distance} off", which.name());
+                }
+            }
+        }
+        let light = vector(&reference["light"]["pos"]);
+        assert_eq!(DVec3::from_array(LIGHT), light);
+    }
+
+    #[test]
+    fn materials_reflect_no_more_than_they_get() {
+        for which in PaperScene::ALL {
+            let material = which.material();
+            for channel in 0..3 {
+                assert!(material.diffuse[channel] + material.mirror[channel] <= 1.0);
+            }
+        }
+    }
+
+    #[test]
+    fn letters_of_either_case() {
+        assert_eq!("a".parse(), Ok(PaperScene::A));
+        assert_eq!("D".parse(), Ok(PaperScene::D));
+        let error = "AB".parse::<PaperScene>().unwrap_err();
+        assert!(error.to_string().contains("\"AB\""), "{error}");
+    }
+
+    #[test]
+    fn flat_meshes_are_refused() {
+        assert_eq!(
+            paper_scene(PaperScene::A, TriangleMesh::default()),
+            Err(FlatMesh)
+        );
+    }
+}

@@ -1,0 +1,425 @@
+//! Scenes that people write, in TOML.
+//!
+//! Lengths are metres, angles degrees; +X is right, +Y up, −Z forward.
+//! Colours are linear red, green and blue. This describes a whole scene, and
+//! the comments say what holds where a key is left out:
+//!
+#![doc = concat!("```toml\n", include_str!("example.toml"), "```")]
+//!
+//! | value | range |
+//! |---|---|
+//! | `diffuse`, `specular`, `mirror`, `transmission`, `alpha` | 0 to 1 |
+//! | `shininess` | 1 to 10,000 |
+//! | `index_of_refraction` | 0.01 to 100 |
+//! | colours of lights and background, `ambient`, `absorption` | 0 to 1,000,000 |
+//! | radii, `scale` | 0.000001 to 1,000,000 |
+//! | `position`, `direction` | −1,000,000 to 1,000,000; a direction is not zero |
+//! | rotations | −360 to 360 |
+//!
+//! A positive yaw turns what points to −Z towards −X, a positive pitch
+//! raises it ([`Placement`]). `normals` and `normalise`
+//! are for meshes only. A scene has at least one object and may have no
+//! light. Meshes and materials are numbered by name in the [`Scene`],
+//! objects and lights by place in the file. A key that is not described here
+//! is an error, not ignored.
+
+mod entries;
+mod fault;
+
+pub use fault::{SceneFault, SceneFileError};
+
+use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};
+use crate::description::{Located, Source};
+use crate::mesh::{Material, TriangleMesh};
+use entries::{BackgroundEntry, LightEntry, MaterialEntry, MeshEntry, ObjectEntry, SceneEntry};
+use fault::{
+    ABSORPTION, Check, DEGREES, EXPONENT, INDEX_OF_REFRACTION, LENGTH, POSITION, RADIANCE, SHARE,
+};
+use glam::DVec3;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// Where a scene's mesh comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum MeshSource {
+    /// A file: the path as written, from the scene file's folder.
+    File(PathBuf),
+    /// One that needs no file.
+    BuiltIn(BuiltInMesh),
+}
+
+/// A mesh that needs no file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BuiltInMesh {
+    /// `quadruped`: an animal on four legs.
+    Quadruped,
+}
+
+impl Scene {
+    /// Reads a scene file; `load_mesh` brings the meshes that it names.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or as [`Self::from_toml`].
+    pub fn load<E>(
+        path: &Path,
+        load_mesh: impl FnMut(&MeshSource) -> Result<TriangleMesh, E>,
+    ) -> Result<Self, SceneFileError>
+    where
+        E: Into<Box<dyn std::error::Error + Send + Sync>>,
+    {
+        let text = std::fs::read_to_string(path).map_err(|source| SceneFileError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Ok(Self::from_toml(
+            &text,
+            &path.to_string_lossy(),
+            folder,
+            load_mesh,
+        )?)
+    }
+
+    /// A scene from the text of a scene file.
+    ///
+    /// `source_name` is what messages call the text, `base_dir` where its
+    /// relative paths start. `load_mesh` is called once for each mesh, in
+    /// the order of their names.
+    ///
+    /// # Errors
+    /// The first fault found and its place: text that is not TOML, unknown
+    /// or missing keys, values out of range, names that nothing has, meshes
+    /// that cannot be loaded or used, no objects.
+    pub fn from_toml<E>(
+        text: &str,
+        source_name: &str,
+        base_dir: &Path,
+        mut load_mesh: impl FnMut(&MeshSource) -> Result<TriangleMesh, E>,
+    ) -> Result<Self, Located<SceneFault>>
+    where
+        E: Into<Box<dyn std::error::Error + Send + Sync>>,
+    {
+        let source = Source {
+            name: source_name,
+            text,
+        };
+        let entry: SceneEntry = source.parse(|message| SceneFault::Syntax { message })?;
+        let check = Check { source };
+        if entry.object.is_empty() {
+            return Err(check.fault(SceneFault::NoObjects, None));
+        }
+        let material_numbers = numbers(&entry.materials);
+        let mesh_numbers = numbers(&entry.meshes);
+        let ambient = check.colour_or("ambient", entry.ambient.as_ref(), RADIANCE, [0.0; 3])?;
+        let background = entry
+            .background
+            .as_ref()
+            .map_or(Ok(Background::uniform([0.0; 3])), |entry| {
+                read_background(&check, entry)
+            })?;
+        let materials = entry
+            .materials
+            .values()
+            .map(|entry| read_material(&check, entry))
+            .collect::<Result<_, _>>()?;
+        let lights = entry
+            .light
+            .iter()
+            .map(|entry| read_light(&check, entry))
+            .collect::<Result<_, _>>()?;
+        // What is written is checked before anything large is loaded.
+        let mut placed = Vec::with_capacity(entry.object.len());
+        for object in &entry.object {
+            placed.push(read_object(
+                &check,
+                object,
+                &mesh_numbers,
+                &material_numbers,
+            )?);
+        }
+        let meshes = entry
+            .meshes
+            .iter()
+            .map(|(name, entry)| {
+                let source = read_mesh_source(&check, name, entry, base_dir)?;
+                let fault = |fault| check.fault(fault, Some(entry.span()));
+                let name = || name.as_ref().clone();
+                let mesh = load_mesh(&source).map_err(|error| {
+                    fault(SceneFault::Mesh {
+                        mesh: name(),
+                        source: error.into(),
+                    })
+                })?;
+                mesh.validate().map_err(|source| {
+                    fault(SceneFault::InvalidMesh {
+                        mesh: name(),
+                        source,
+                    })
+                })?;
+                Ok(mesh)
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        for ((object, placement), entry) in placed.iter_mut().zip(&entry.object) {
+            let normalisation = match (object.shape, &entry.as_ref().normalise) {
+                (Shape::Mesh(mesh), Some(normalise)) if *normalise.as_ref() => {
+                    Normalisation::of(&meshes[mesh])
+                        .ok_or_else(|| check.fault(SceneFault::Flat, Some(normalise.span())))?
+                }
+                _ => Normalisation::NONE,
+            };
+            object.world_from_object = placement.world_from_object(&normalisation);
+        }
+        let file_name = || {
+            Path::new(source_name)
+                .file_stem()
+                .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+        };
+        Ok(Self {
+            name: entry.name.unwrap_or_else(file_name),
+            meshes,
+            materials,
+            objects: placed.into_iter().map(|(object, _)| object).collect(),
+            lights,
+            background,
+            ambient,
+        })
+    }
+}
+
+/// Each name's place in the order of names.
+fn numbers<T>(entries: &BTreeMap<Spanned<String>, T>) -> BTreeMap<&str, usize> {
+    entries
+        .keys()
+        .map(|name| name.as_ref().as_str())
+        .zip(0..)
+        .collect()
+}
+
+fn read_background(
+    check: &Check<'_>,
+    entry: &Spanned<BackgroundEntry>,
+) -> Result<Background, Located<SceneFault>> {
+    let BackgroundEntry {
+        colour,
+        zenith,
+        horizon,
+        nadir,
+        alpha,
+    } = entry.as_ref();
+    let mut background = match (colour, zenith, horizon, nadir) {
+        (Some(colour), None, None, None) => {
+            Background::uniform(check.colour("colour", colour, RADIANCE)?)
+        }
+        (None, Some(zenith), Some(horizon), Some(nadir)) => Background {
+            zenith: check.colour("zenith", zenith, RADIANCE)?,
+            horizon: check.colour("horizon", horizon, RADIANCE)?,
+            nadir: check.colour("nadir", nadir, RADIANCE)?,
+            alpha: 1.0,
+        },
+        _ => {
+            let fault = SceneFault::Choice {
+                owner: "the background",
+                choice: "either `colour`, or `zenith`, `horizon` and `nadir`",
+            };
+            return Err(check.fault(fault, Some(entry.span())));
+        }
+    };
+    background.alpha = check.number_or("alpha", alpha.as_ref(), SHARE, 1.0)? as f32;
+    Ok(background)
+}
+
+fn read_material(
+    check: &Check<'_>,
+    entry: &MaterialEntry,
+) -> Result<Material, Located<SceneFault>> {
+    let default = Material::default();
+    let share = |key, value: &Option<Spanned<[f64; 3]>>, default| {
+        check.colour_or(key, value.as_ref(), SHARE, default)
+    };
+    Ok(Material {
+        diffuse: share("diffuse", &entry.diffuse, default.diffuse)?,
+        specular: share("specular", &entry.specular, default.specular)?,
+        shininess: check.number_or(
+            "shininess",
+            entry.shininess.as_ref(),
+            EXPONENT,
+            default.shininess.into(),
+        )? as f32,
+        mirror: share("mirror", &entry.mirror, default.mirror)?,
+        transmission: share("transmission", &entry.transmission, default.transmission)?,
+        index_of_refraction: check.number_or(
+            "index_of_refraction",
+            entry.index_of_refraction.as_ref(),
+            INDEX_OF_REFRACTION,
+            default.index_of_refraction.into(),
+        )? as f32,
+        absorption: check.colour_or(
+            "absorption",
+            entry.absorption.as_ref(),
+            ABSORPTION,
+            default.absorption,
+        )?,
+    })
+}
+
+fn read_mesh_source(
+    check: &Check<'_>,
+    name: &Spanned<String>,
+    entry: &Spanned<MeshEntry>,
+    base_dir: &Path,
+) -> Result<MeshSource, Located<SceneFault>> {
+    let MeshEntry { file, builtin } = entry.as_ref();
+    match (file, builtin) {
+        (Some(file), None) => Ok(MeshSource::File(base_dir.join(file))),
+        (None, Some(builtin)) => {
+            let known = [("quadruped", BuiltInMesh::Quadruped)];
+            check
+                .named("built-in mesh", builtin, &known.into())
+                .map(MeshSource::BuiltIn)
+        }
+        _ => {
+            let fault = SceneFault::Choice {
+                owner: "a mesh",
+                choice: "one of `file` and `builtin`",
+            };
+            Err(check.fault(fault, Some(name.span())))
+        }
+    }
+}
+
+/// An object but for its map to the world, which its mesh has a part in.
+fn read_object(
+    check: &Check<'_>,
+    entry: &Spanned<ObjectEntry>,
+    meshes: &BTreeMap<&str, usize>,
+    materials: &BTreeMap<&str, usize>,
+) -> Result<(Object, Placement), Located<SceneFault>> {
+    let object = entry.as_ref();
+    let choice = |choice| {
+        let owner = "an object";
+        check.fault(SceneFault::Choice { owner, choice }, Some(entry.span()))
+    };
+    let length = |key, value| Ok(check.number(key, value, LENGTH)? as f32);
+    let shape = match (&object.mesh, &object.sphere, &object.spheroid) {
+        (Some(name), None, None) => Shape::Mesh(check.named("mesh", name, meshes)?),
+        (None, Some(sphere), None) => Shape::Sphere {
+            radius: length("radius", &sphere.radius)?,
+        },
+        (None, None, Some(spheroid)) => Shape::Spheroid {
+            equatorial_radius: length("equatorial_radius", &spheroid.equatorial_radius)?,
+            polar_radius: length("polar_radius", &spheroid.polar_radius)?,
+        },
+        _ => return Err(choice("one of `mesh`, `sphere` and `spheroid`")),
+    };
+    if object.mesh.is_none() {
+        let spans = [
+            ("normals", object.normals.as_ref().map(Spanned::span)),
+            ("normalise", object.normalise.as_ref().map(Spanned::span)),
+        ];
+        for (key, span) in spans {
+            if span.is_some() {
+                let owner = "objects with a mesh";
+                return Err(check.fault(SceneFault::NotHere { key, owner }, span));
+            }
+        }
+    }
+    let rotation_degrees = match (&object.yaw_degrees, &object.rotation_degrees) {
+        (None, None) => [0.0; 3],
+        (Some(yaw), None) => [check.number("yaw_degrees", yaw, DEGREES)?, 0.0, 0.0],
+        (None, Some(rotation)) => check.numbers("rotation_degrees", rotation, DEGREES)?,
+        (Some(_), Some(_)) => {
+            return Err(choice(
+                "at most one of `yaw_degrees` and `rotation_degrees`",
+            ));
+        }
+    };
+    let placement = Placement {
+        position: check.vector_or("position", object.position.as_ref(), DVec3::ZERO)?,
+        rotation_degrees,
+        scale: match &object.scale {
+            None => DVec3::ONE,
+            Some(scale) => {
+                let factors = Spanned::new(scale.span(), scale.as_ref().0);
+                DVec3::from_array(check.numbers("scale", &factors, LENGTH)?)
+            }
+        },
+    };
+    let smooth = match &object.normals {
+        None => true,
+        Some(normals) => {
+            let known = [("smooth", true), ("flat", false)];
+            check.named("kind of normals", normals, &known.into())?
+        }
+    };
+    let material = match &object.material {
+        None => None,
+        Some(name) => Some(check.named("material", name, materials)?),
+    };
+    let object = Object {
+        shape,
+        material,
+        world_from_object: placement.world_from_object(&Normalisation::NONE),
+        casts_shadow: object.casts_shadow.unwrap_or(true),
+        smooth,
+    };
+    Ok((object, placement))
+}
+
+fn read_light(
+    check: &Check<'_>,
+    entry: &Spanned<LightEntry>,
+) -> Result<Light, Located<SceneFault>> {
+    let light = entry.as_ref();
+    let colour = check.colour_or("colour", light.colour.as_ref(), RADIANCE, [1.0; 3])?;
+    let missing =
+        |owner, key| check.fault(SceneFault::Missing { owner, key }, Some(light.kind.span()));
+    let not_here = |owner, key, span| check.fault(SceneFault::NotHere { key, owner }, Some(span));
+    let is_point = check.named(
+        "type of light",
+        &light.kind,
+        &[("point", true), ("directional", false)].into(),
+    )?;
+    if is_point {
+        if let Some(direction) = &light.direction {
+            return Err(not_here(
+                "directional lights",
+                "direction",
+                direction.span(),
+            ));
+        }
+        let position = light
+            .position
+            .as_ref()
+            .ok_or_else(|| missing("a point light", "position"))?;
+        return Ok(Light::Point {
+            position: DVec3::from_array(check.numbers("position", position, POSITION)?),
+            colour,
+            inverse_square: light.inverse_square.as_ref().is_some_and(|on| *on.as_ref()),
+        });
+    }
+    let spans = [
+        ("position", light.position.as_ref().map(Spanned::span)),
+        (
+            "inverse_square",
+            light.inverse_square.as_ref().map(Spanned::span),
+        ),
+    ];
+    for (key, span) in spans {
+        if let Some(span) = span {
+            return Err(not_here("point lights", key, span));
+        }
+    }
+    let written = light
+        .direction
+        .as_ref()
+        .ok_or_else(|| missing("a directional light", "direction"))?;
+    let direction = DVec3::from_array(check.numbers("direction", written, POSITION)?);
+    if direction == DVec3::ZERO {
+        return Err(check.fault(SceneFault::ZeroDirection, Some(written.span())));
+    }
+    Ok(Light::Directional { direction, colour })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,255 @@
+//! What can be wrong in a scene file, and the checks that find it.
+
+use crate::description::{Located, Source, suggestion};
+use crate::mesh::MeshError;
+use glam::DVec3;
+use miette::Diagnostic;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::PathBuf;
+use thiserror::Error;
+use toml::Spanned;
+
+/// What is wrong in a scene file.
+#[derive(Debug, Error, Diagnostic)]
+pub enum SceneFault {
+    /// Not TOML, or not the keys and types that a scene has.
+    #[error("{message}")]
+    #[diagnostic(help(
+        "a scene file has name, ambient, [background], [materials.NAME], [meshes.NAME], [[object]] and [[light]]"
+    ))]
+    Syntax {
+        /// The TOML reader's message.
+        message: String,
+    },
+    /// Nothing to see.
+    #[error("the scene has no objects")]
+    #[diagnostic(help("add an [[object]] with a mesh, a sphere or a spheroid"))]
+    NoObjects,
+    /// A number that is not finite or not within its limits.
+    #[error("`{key}` is {value}, but it must be from {low} to {high}")]
+    #[diagnostic(help("give a number from {low} to {high}"))]
+    OutOfRange {
+        /// The key it is the value of.
+        key: &'static str,
+        /// The number.
+        value: f64,
+        /// The least it may be.
+        low: f64,
+        /// The most it may be.
+        high: f64,
+    },
+    /// A name that nothing has.
+    #[error("there is no {kind} \"{given}\"")]
+    UnknownName {
+        /// What should have the name.
+        kind: &'static str,
+        /// The name.
+        given: String,
+        /// The nearest name, or all.
+        #[help]
+        suggestion: String,
+    },
+    /// Keys that exclude each other, or none of those of which one must be.
+    #[error("{owner} has {choice}")]
+    #[diagnostic(help("leave out or add keys until it does"))]
+    Choice {
+        /// What has the keys.
+        owner: &'static str,
+        /// Which it must have.
+        choice: &'static str,
+    },
+    /// A key that is not there.
+    #[error("{owner} needs `{key}`")]
+    #[diagnostic(help("add `{key} = [x, y, z]`"))]
+    Missing {
+        /// What needs it.
+        owner: &'static str,
+        /// The key.
+        key: &'static str,
+    },
+    /// A key in the wrong table.
+    #[error("`{key}` is for {owner} only")]
+    #[diagnostic(help("remove it here"))]
+    NotHere {
+        /// The key.
+        key: &'static str,
+        /// What may have it.
+        owner: &'static str,
+    },
+    /// A direction that points nowhere.
+    #[error("the light's `direction` is zero")]
+    #[diagnostic(help("give the way the light travels, such as [0, -1, 0] for straight down"))]
+    ZeroDirection,
+    /// A mesh that cannot be loaded.
+    #[error("the mesh \"{mesh}\" cannot be loaded")]
+    #[diagnostic(help("relative paths start at the folder of the scene file"))]
+    Mesh {
+        /// Its name in the scene.
+        mesh: String,
+        /// Why.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A mesh that was loaded but cannot be traced.
+    #[error("the mesh \"{mesh}\" cannot be used")]
+    #[diagnostic(help("repair it in the program that wrote it, or use another"))]
+    InvalidMesh {
+        /// Its name in the scene.
+        mesh: String,
+        /// Why.
+        source: MeshError,
+    },
+    /// A mesh without width, which no scale makes 1 m wide.
+    #[error("the mesh is flat along x, so it cannot be normalised")]
+    #[diagnostic(help("leave out `normalise` and give the `scale` itself, or turn the mesh"))]
+    Flat,
+}
+
+/// Why a scene could not be had from a file.
+#[derive(Debug, Error, Diagnostic)]
+pub enum SceneFileError {
+    /// The file could not be read.
+    #[error("cannot read the scene in {}", .path.display())]
+    #[diagnostic(help("give the path of a TOML file that describes a scene"))]
+    Read {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It was read, and there is a fault in it.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Fault(#[from] Located<SceneFault>),
+}
+
+/// The least and the most a number may be.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limits(f64, f64);
+
+pub(super) const SHARE: Limits = Limits(0.0, 1.0);
+pub(super) const RADIANCE: Limits = Limits(0.0, 1.0e6);
+pub(super) const ABSORPTION: Limits = Limits(0.0, 1.0e6);
+pub(super) const EXPONENT: Limits = Limits(1.0, 1.0e4);
+pub(super) const INDEX_OF_REFRACTION: Limits = Limits(0.01, 100.0);
+pub(super) const LENGTH: Limits = Limits(1.0e-6, 1.0e6);
+pub(super) const POSITION: Limits = Limits(-1.0e6, 1.0e6);
+pub(super) const DEGREES: Limits = Limits(-360.0, 360.0);
+
+/// Checks values, and makes faults that point into the file.
+pub(super) struct Check<'a> {
+    pub(super) source: Source<'a>,
+}
+
+impl Check<'_> {
+    pub(super) fn fault(
+        &self,
+        fault: SceneFault,
+        span: Option<Range<usize>>,
+    ) -> Located<SceneFault> {
+        Located::new(fault, &self.source, span)
+    }
+
+    pub(super) fn number(
+        &self,
+        key: &'static str,
+        value: &Spanned<f64>,
+        limits: Limits,
+    ) -> Result<f64, Located<SceneFault>> {
+        let span = value.span();
+        self.within(key, *value.as_ref(), limits, &span)
+    }
+
+    pub(super) fn number_or(
+        &self,
+        key: &'static str,
+        value: Option<&Spanned<f64>>,
+        limits: Limits,
+        default: f64,
+    ) -> Result<f64, Located<SceneFault>> {
+        value.map_or(Ok(default), |value| self.number(key, value, limits))
+    }
+
+    pub(super) fn numbers(
+        &self,
+        key: &'static str,
+        values: &Spanned<[f64; 3]>,
+        limits: Limits,
+    ) -> Result<[f64; 3], Located<SceneFault>> {
+        let span = values.span();
+        for &value in values.as_ref() {
+            self.within(key, value, limits, &span)?;
+        }
+        Ok(*values.as_ref())
+    }
+
+    pub(super) fn vector_or(
+        &self,
+        key: &'static str,
+        value: Option<&Spanned<[f64; 3]>>,
+        default: DVec3,
+    ) -> Result<DVec3, Located<SceneFault>> {
+        value.map_or(Ok(default), |value| {
+            self.numbers(key, value, POSITION).map(DVec3::from_array)
+        })
+    }
+
+    pub(super) fn colour(
+        &self,
+        key: &'static str,
+        value: &Spanned<[f64; 3]>,
+        limits: Limits,
+    ) -> Result<[f32; 3], Located<SceneFault>> {
+        let channels = self.numbers(key, value, limits)?;
+        Ok(channels.map(|channel| channel as f32))
+    }
+
+    pub(super) fn colour_or(
+        &self,
+        key: &'static str,
+        value: Option<&Spanned<[f64; 3]>>,
+        limits: Limits,
+        default: [f32; 3],
+    ) -> Result<[f32; 3], Located<SceneFault>> {
+        value.map_or(Ok(default), |value| self.colour(key, value, limits))
+    }
+
+    /// What goes by a name.
+    pub(super) fn named<T: Copy>(
+        &self,
+        kind: &'static str,
+        name: &Spanned<String>,
+        known: &BTreeMap<&str, T>,
+    ) -> Result<T, Located<SceneFault>> {
+        let given = name.as_ref();
+        known.get(given.as_str()).copied().ok_or_else(|| {
+            let suggestion = suggestion(given, known.keys().copied())
+                .unwrap_or_else(|| format!("the file describes no {kind}"));
+            let fault = SceneFault::UnknownName {
+                kind,
+                given: given.clone(),
+                suggestion,
+            };
+            self.fault(fault, Some(name.span()))
+        })
+    }
+
+    fn within(
+        &self,
+        key: &'static str,
+        value: f64,
+        Limits(low, high): Limits,
+        span: &Range<usize>,
+    ) -> Result<f64, Located<SceneFault>> {
+        if (low..=high).contains(&value) {
+            return Ok(value);
+        }
+        let fault = SceneFault::OutOfRange {
+            key,
+            value,
+            low,
+            high,
+        };
+        Err(self.fault(fault, Some(span.clone())))
+    }
+}

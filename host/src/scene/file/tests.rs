@@ -1,0 +1,291 @@
+//! The documented example, and faults at their lines.
+
+use super::*;
+use crate::mesh::MeshError;
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
+use std::convert::Infallible;
+
+const EXAMPLE: &str = include_str!("../example.toml");
+
+/// 4 wide, 2 high, 2 deep, its least corner at the origin.
+fn tetrahedron() -> TriangleMesh {
+    TriangleMesh {
+        positions: vec![
+            [0.0, 0.0, 0.0],
+            [4.0, 0.0, 0.0],
+            [0.0, 2.0, 0.0],
+            [0.0, 0.0, 2.0],
+        ],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        ..TriangleMesh::default()
+    }
+}
+
+fn read(text: &str) -> Result<Scene, Located<SceneFault>> {
+    Scene::from_toml(text, "lawn.toml", Path::new("scenes"), |_| {
+        Ok::<_, Infallible>(tetrahedron())
+    })
+}
+
+#[test]
+fn the_documented_example_is_a_scene() {
+    let mut sources = Vec::new();
+    let scene = Scene::from_toml(EXAMPLE, "lawn.toml", Path::new("scenes"), |source| {
+        sources.push(source.clone());
+        Ok::<_, Infallible>(tetrahedron())
+    })
+    .unwrap();
+    // By name: animal before cow, chrome before glass.
+    assert_eq!(
+        sources,
+        [
+            MeshSource::BuiltIn(BuiltInMesh::Quadruped),
+            MeshSource::File("scenes/meshes/cow.obj".into()),
+        ]
+    );
+    assert_eq!(scene.name, "chrome on a lawn");
+    assert_eq!(scene.materials[0].shininess, 200.0);
+    assert_eq!(scene.materials[1].absorption, [0.2, 0.05, 0.1]);
+    assert_eq!(scene.materials[1].shininess, 32.0);
+    assert_eq!(scene.background.nadir, [0.12, 0.2, 0.08]);
+    assert_eq!(scene.objects.len(), 4);
+    let [cow, animal, sphere, spheroid] = &scene.objects[..] else {
+        panic!("four objects were described");
+    };
+    assert_eq!((cow.shape, cow.material), (Shape::Mesh(1), Some(0)));
+    assert_eq!((animal.shape, animal.material), (Shape::Mesh(0), None));
+    assert_eq!(sphere.shape, Shape::Sphere { radius: 0.5 });
+    assert!(sphere.casts_shadow && !spheroid.casts_shadow);
+    // The cow's box is centred on its place and 2 m wide.
+    let centre = cow
+        .world_from_object
+        .transform_point3(DVec3::new(2.0, 1.0, 1.0));
+    assert!((centre - DVec3::new(0.0, 1.0, -3.0)).length() < 1e-12);
+    let across = cow
+        .world_from_object
+        .transform_vector3(DVec3::new(4.0, 0.0, 0.0));
+    assert!((across.length() - 2.0).abs() < 1e-12);
+    assert_eq!(
+        scene.lights[1],
+        Light::Directional {
+            direction: DVec3::new(0.3, -1.0, -0.2),
+            colour: [0.3, 0.3, 0.25],
+        }
+    );
+}
+
+#[test]
+fn the_least_scene_is_one_object() {
+    let scene = read("[[object]]\nsphere = { radius = 1 }\nscale = [1, 2, 3]").unwrap();
+    assert_eq!(scene.name, "lawn");
+    assert!(scene.lights.is_empty());
+    assert_eq!(scene.background, Background::uniform([0.0; 3]));
+    assert_eq!(
+        scene.objects[0].world_from_object.matrix3.to_cols_array(),
+        [1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0]
+    );
+}
+
+/// The line of the example that has `text` first.
+fn line_of(text: &str) -> usize {
+    let place = EXAMPLE.find(text).expect("the example has this text");
+    1 + EXAMPLE[..place].matches('\n').count()
+}
+
+#[test]
+fn faults_point_at_their_line_and_help() {
+    for (from, to, message) in [
+        (
+            "ambient = [0.1, 0.1",
+            "ambient = [-0.1, 0.1",
+            "`ambient` is -0.1",
+        ),
+        ("ambient", "ambiant", "unknown field `ambiant`"),
+        ("[0.25, 0.45, 0.85]", "[0.25, inf, 0.85]", "`zenith` is inf"),
+        ("[0.25, 0.45, 0.85]", "[0.25, 0.45]", "invalid length 2"),
+        ("alpha = 1.0", "alpha = 1.01", "from 0 to 1"),
+        ("shininess = 200", "shininess = 0", "from 1 to 10000"),
+        ("shininess = 200", "shininess = \"high\"", "string"),
+        (
+            "index_of_refraction = 1.52",
+            "index_of_refraction = nan",
+            "0.01 to 100",
+        ),
+        ("diffuse = [0.1", "diffus = [0.1", "unknown field `diffus`"),
+        (
+            "builtin = \"quadruped\"",
+            "builtin = \"quadripod\"",
+            "no built-in mesh",
+        ),
+        ("mesh = \"cow\"", "mesh = \"crow\"", "no mesh \"crow\""),
+        (
+            "material = \"glass\"",
+            "material = \"gloss\"",
+            "no material \"gloss\"",
+        ),
+        ("scale = 2", "scale = 0", "`scale` is 0"),
+        ("scale = 2", "scale = [1, 1]", "invalid length 2"),
+        ("scale = 2", "scale = [1, 1, 1, 1]", "invalid length 4"),
+        ("scale = 2", "scale = [1, -1, 1]", "`scale` is -1"),
+        (
+            "position = [0, 1.0, -3.0]",
+            "position = [0, 1e7, 0]",
+            "`position` is 10000000",
+        ),
+        ("yaw_degrees = -15", "yaw_degrees = 361", "from -360 to 360"),
+        (
+            "normals = \"smooth\"",
+            "normals = \"smoth\"",
+            "no kind of normals",
+        ),
+        ("radius = 0.5", "radius = 0", "`radius` is 0"),
+        ("radius = 0.5", "radius = 0.5, normals = 1", "unknown field"),
+        (
+            "casts_shadow = false",
+            "normalise = true",
+            "`normalise` is for",
+        ),
+        (
+            "casts_shadow = false",
+            "normals = \"flat\"",
+            "`normals` is for",
+        ),
+        (
+            "type = \"point\"",
+            "type = \"spot\"",
+            "no type of light \"spot\"",
+        ),
+        (
+            "direction = [0.3, -1, -0.2]",
+            "direction = [0, 0, -0.0]",
+            "is zero",
+        ),
+    ] {
+        let text = EXAMPLE.replacen(from, to, 1);
+        let error = read(&text).unwrap_err();
+        assert!(error.to_string().contains(message), "{to}: {error}");
+        assert!(Diagnostic::help(&error).is_some(), "{to}: {error}");
+        assert_eq!(error.line(), Some(line_of(from)), "{to}: {error}");
+    }
+}
+
+#[test]
+fn lights_have_what_their_type_has() {
+    for (from, to, place, message) in [
+        (
+            "\"directional\"",
+            "\"point\"",
+            "direction = [0.3",
+            "`direction` is for directional lights only",
+        ),
+        (
+            "\"point\"",
+            "\"directional\"",
+            "position = [0, 2.5",
+            "`position` is for point lights only",
+        ),
+        (
+            "position = [0, 2.5, 0.5]",
+            "",
+            "type = \"point\"",
+            "a point light needs `position`",
+        ),
+        (
+            "direction = [0.3, -1, -0.2]",
+            "inverse_square = false",
+            "direction = [0.3",
+            "`inverse_square` is for point lights only",
+        ),
+        (
+            "direction = [0.3, -1, -0.2]",
+            "",
+            "type = \"directional\"",
+            "a directional light needs `direction`",
+        ),
+    ] {
+        let error = read(&EXAMPLE.replacen(from, to, 1)).unwrap_err();
+        assert_eq!(error.to_string(), message);
+        assert_eq!(error.line(), Some(line_of(place)), "{message}");
+    }
+}
+
+#[test]
+fn exactly_one_of_keys_that_exclude_each_other() {
+    for (from, to) in [
+        ("nadir   = [0.12, 0.20, 0.08]", ""),
+        ("alpha = 1.0", "colour = [0, 0, 0]"),
+        ("file = \"meshes/cow.obj\"", ""),
+        ("builtin =", "file = \"a.ply\"\nbuiltin ="),
+        ("sphere = { radius = 0.5 }", ""),
+        ("mesh = \"cow\"", "mesh = \"cow\"\nsphere = { radius = 1 }"),
+        (
+            "yaw_degrees = -15",
+            "yaw_degrees = 0\nrotation_degrees = [0, 0, 0]",
+        ),
+    ] {
+        assert!(EXAMPLE.contains(from), "{from}");
+        let error = read(&EXAMPLE.replacen(from, to, 1)).unwrap_err();
+        assert!(
+            matches!(error.fault(), SceneFault::Choice { .. }),
+            "{to}: {error}"
+        );
+        assert!(error.line().is_some_and(|line| line > 1), "{to}: {error}");
+    }
+}
+
+#[test]
+fn a_scene_without_objects_is_none() {
+    let error = read("ambient = [1, 1, 1]").unwrap_err();
+    assert!(matches!(error.fault(), SceneFault::NoObjects));
+    assert_eq!(error.line(), None);
+}
+
+#[test]
+fn the_nearest_name_is_suggested() {
+    let error = read(&EXAMPLE.replacen("\"chrome\" ", "\"crome\" ", 1)).unwrap_err();
+    let help = Diagnostic::help(&error).unwrap().to_string();
+    assert_eq!(help, "did you mean \"chrome\"?");
+    let mut report = String::new();
+    GraphicalReportHandler::new_themed(GraphicalTheme::none())
+        .render_report(&mut report, &error)
+        .unwrap();
+    assert!(report.contains("lawn.toml:30:12"), "{report}");
+    assert!(report.contains("material = \"crome\""), "{report}");
+    let error = read("[[object]]\nmesh = \"cow\"").unwrap_err();
+    let help = Diagnostic::help(&error).unwrap().to_string();
+    assert_eq!(help, "the file describes no mesh");
+}
+
+#[test]
+fn meshes_that_cannot_be_loaded_or_used_are_named() {
+    let read = |mesh: fn() -> Result<TriangleMesh, std::io::Error>| {
+        Scene::from_toml(EXAMPLE, "lawn.toml", Path::new(""), |_| mesh()).unwrap_err()
+    };
+    let error = read(|| Err(std::io::ErrorKind::NotFound.into()));
+    assert!(error.to_string().contains("\"animal\""), "{error}");
+    assert_eq!(error.line(), Some(line_of("[meshes.animal]")));
+    let error = read(|| Ok(TriangleMesh::default()));
+    assert!(matches!(
+        error.fault(),
+        SceneFault::InvalidMesh {
+            source: MeshError::NoTriangles,
+            ..
+        }
+    ));
+    let error = read(|| {
+        let mut flat = tetrahedron();
+        flat.positions[1] = [0.0, 1.0, 1.0];
+        Ok(flat)
+    });
+    assert!(matches!(error.fault(), SceneFault::Flat));
+    assert_eq!(error.line(), Some(line_of("normalise = true")));
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let error = Scene::load(Path::new("no/such/lawn.toml"), |_| {
+        Ok::<_, Infallible>(tetrahedron())
+    })
+    .unwrap_err();
+    assert!(error.to_string().contains("lawn.toml"), "{error}");
+}
