@@ -3,4 +3,5 @@
 pub mod cave;
 pub mod mesh;
 pub mod picture;
+pub mod quadruped;
 pub mod scene;
