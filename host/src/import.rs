@@ -61,12 +61,12 @@ pub enum ImportError {
         path: PathBuf,
     },
     /// A file that is not there or cannot be read.
-    #[error("{}: cannot be read; check its name and permissions", .path.display())]
+    #[error("{}: {fault}; check the file's name and permissions", .path.display())]
     Read {
         /// The file: the mesh itself, or one that it refers to.
         path: PathBuf,
         /// What the system says.
-        source: std::io::Error,
+        fault: std::io::Error,
     },
     /// Contents that are not the format's.
     #[error("{place}: {problem}")]
@@ -109,12 +109,12 @@ pub enum ImportError {
         last: i64,
     },
     /// Well-formed contents that make no usable mesh.
-    #[error("{place}: {source}; repair the mesh in a modelling program and export it again")]
+    #[error("{place}: {fault}; repair the mesh in a modelling program and export it again")]
     Mesh {
         /// Where.
         place: Place,
         /// What is wrong with it.
-        source: MeshError,
+        fault: MeshError,
     },
 }
 
@@ -175,9 +175,9 @@ fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
             ))
         }
     });
-    contents.map_err(|source| ImportError::Read {
+    contents.map_err(|fault| ImportError::Read {
         path: path.to_owned(),
-        source,
+        fault,
     })
 }
 
@@ -196,8 +196,8 @@ fn validated(
 ) -> Result<TriangleMesh, ImportError> {
     match mesh.validate() {
         Ok(()) => Ok(mesh),
-        Err(source) => {
-            let line = match source {
+        Err(fault) => {
+            let line = match fault {
                 MeshError::IndexOutOfRange { triangle, .. }
                 | MeshError::RepeatedVertex { triangle, .. } => line_of(triangle),
                 _ => None,
@@ -205,7 +205,7 @@ fn validated(
             let path = path.to_owned();
             Err(ImportError::Mesh {
                 place: Place { path, line },
-                source,
+                fault,
             })
         }
     }

@@ -1,5 +1,6 @@
 //! glTF 2.0, as JSON with external or embedded buffers and as GLB.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -17,7 +18,7 @@ const SMOOTH: f32 = 0.3;
 
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportError> {
     let (json, blob) = split(path, bytes)?;
-    let document = document(path, json)?;
+    let document = document(path, &json)?;
     let importer = Importer {
         path,
         buffers: Buffers::read(path, &document, blob)?,
@@ -26,11 +27,10 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportErr
     validated(mesh, path, |_| None)
 }
 
-/// The JSON and the binary chunk of a GLB file, or all of a JSON file.
-fn split<'a>(
-    path: &Path,
-    bytes: &'a [u8],
-) -> Result<(std::borrow::Cow<'a, [u8]>, Option<Vec<u8>>), ImportError> {
+/// The JSON, and the binary chunk of a GLB file.
+type Chunks<'a> = (Cow<'a, [u8]>, Option<Vec<u8>>);
+
+fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, ImportError> {
     if !bytes.starts_with(b"glTF") {
         return Ok((bytes.into(), None));
     }
@@ -51,7 +51,7 @@ fn split<'a>(
         });
     }
     let glb = gltf::Glb::from_slice(bytes).map_err(|error| malformed(path, &error))?;
-    Ok((glb.json, glb.bin.map(std::borrow::Cow::into_owned)))
+    Ok((glb.json, glb.bin.map(Cow::into_owned)))
 }
 
 fn malformed(path: &Path, error: &gltf::Error) -> ImportError {
@@ -61,9 +61,9 @@ fn malformed(path: &Path, error: &gltf::Error) -> ImportError {
     )
 }
 
-fn document(path: &Path, json: std::borrow::Cow<'_, [u8]>) -> Result<Document, ImportError> {
+fn document(path: &Path, json: &[u8]) -> Result<Document, ImportError> {
     let root: json::Root =
-        json::deserialize::from_slice(&json).map_err(|error| malformed(path, &error.into()))?;
+        json::deserialize::from_slice(json).map_err(|error| malformed(path, &error.into()))?;
     // The validator looks positions up before it has checked their index.
     let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let accessors = root.accessors.len();
@@ -104,14 +104,15 @@ impl Buffers {
                     contents.push(blob);
                     contents.len() - 1
                 }
-                buffer::Source::Uri(uri) => match by_uri.get(uri) {
-                    Some(&place) => place,
-                    None => {
+                buffer::Source::Uri(uri) => {
+                    if let Some(&place) = by_uri.get(uri) {
+                        place
+                    } else {
                         contents.push(read_uri(path, uri)?);
                         by_uri.insert(uri, contents.len() - 1);
                         contents.len() - 1
                     }
-                },
+                }
             };
             let available = contents[place].len();
             if buffer.length() > available {
@@ -232,14 +233,13 @@ impl Importer<'_> {
         };
         let first = mesh.positions.len();
         let count = accessor.count();
+        let positions = self.items::<[f32; 3]>(accessor, Dimensions::Vec3, DataType::F32)?;
         // Any number of nodes may share the accessors.
         if count > (3 * TriangleMesh::MOST_TRIANGLES).saturating_sub(first) {
             return Err(self.too_many(first.saturating_add(count) / 3));
         }
-        mesh.positions.extend(
-            self.items::<[f32; 3]>(accessor, Dimensions::Vec3, DataType::F32)?
-                .map(|p| transform.transform_point3(Vec3::from_array(p)).to_array()),
-        );
+        mesh.positions
+            .extend(positions.map(|p| transform.transform_point3(Vec3::from_array(p)).to_array()));
         match primitive.get(&Semantic::Normals) {
             Some(accessor) if accessor.count() == count => {
                 let matrix = normal_matrix(transform);
@@ -311,7 +311,7 @@ impl Importer<'_> {
     fn too_many(&self, count: usize) -> ImportError {
         ImportError::Mesh {
             place: Place::file(self.path),
-            source: MeshError::TooMany {
+            fault: MeshError::TooMany {
                 count,
                 limit: TriangleMesh::MOST_TRIANGLES,
             },
@@ -473,4 +473,4 @@ fn absorption(volume: &gltf::material::Volume<'_>) -> [f32; 3] {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

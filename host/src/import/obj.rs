@@ -108,7 +108,7 @@ impl Geometry {
                     material = geometry.names.len() as u32;
                 }
                 "mtllib" if !rest.trim().is_empty() => {
-                    geometry.libraries.push(rest.trim().to_owned())
+                    geometry.libraries.push(rest.trim().to_owned());
                 }
                 _ => {}
             }
@@ -127,7 +127,7 @@ impl Geometry {
             .ok_or_else(|| syntax(place(), "a vertex needs three coordinates that are numbers"))?;
         let vertex = self.positions.len();
         let limit = TriangleMesh::FARTHEST;
-        let source = if position.iter().any(|c| !c.is_finite()) {
+        let fault = if position.iter().any(|c| !c.is_finite()) {
             MeshError::NotFinite { vertex, position }
         } else if position.iter().any(|c| c.abs() > limit) {
             MeshError::TooFar { vertex, limit }
@@ -137,7 +137,7 @@ impl Geometry {
         };
         Err(ImportError::Mesh {
             place: place(),
-            source,
+            fault,
         })
     }
 
@@ -311,7 +311,7 @@ fn from_zero(index: i64, count: usize) -> Option<u32> {
 fn load_library(path: &Path) -> Result<Vec<tobj::Material>, ImportError> {
     let bytes = match super::read(path) {
         Ok(bytes) => bytes,
-        Err(ImportError::Read { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+        Err(ImportError::Read { fault, .. }) if fault.kind() == std::io::ErrorKind::NotFound => {
             return Ok(Vec::new());
         }
         Err(error) => return Err(error),

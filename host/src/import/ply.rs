@@ -127,12 +127,21 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportErr
 
 fn malformed(path: &Path, error: &ParseError) -> ImportError {
     let message = error.to_string();
-    // The message repeats the line's number, and its text below.
-    let message = message.lines().next().unwrap_or_default();
-    let problem = message
+    // The message starts with the line's number again, quotes the line and
+    // ends with the cause; a grammar's cause is of use to programmers only.
+    let summary = message.lines().next().unwrap_or_default();
+    let summary = summary
         .strip_prefix("Line ")
         .and_then(|rest| rest.split_once(": "))
-        .map_or(message, |(_, problem)| problem);
+        .map_or(summary, |(_, summary)| summary);
+    let problem = message
+        .rsplit_once("Error: ")
+        .map_or(summary, |(_, cause)| cause.lines().next().unwrap_or(cause));
+    let problem = if problem.starts_with("ParseError") {
+        summary
+    } else {
+        problem
+    };
     let place = Place {
         path: path.to_owned(),
         line: error.line(),
@@ -211,10 +220,15 @@ fn check_properties(path: &Path, header: &Header) -> Result<bool, ImportError> {
         .ok_or_else(|| missing("element 'face'"))?;
     let is_corner_list = |name: &&str| {
         let property = face.properties.get(*name);
-        property.is_some_and(|p| matches!(p.data_type, PropertyType::List(..)))
+        property.is_some_and(|property| {
+            let PropertyType::List(_, scalar) = &property.data_type else {
+                return false;
+            };
+            !matches!(scalar, ScalarType::Float | ScalarType::Double)
+        })
     };
     if !CORNER_LISTS.iter().any(is_corner_list) {
-        return Err(missing("list property 'vertex_indices' of 'face'"));
+        return Err(missing("list of integers 'vertex_indices' of 'face'"));
     }
     Ok(["nx", "ny", "nz"]
         .iter()
@@ -342,9 +356,16 @@ mod tests {
         assert!(fault(&ascii(&["3 0 -1 2"])).contains("names vertex -1, but"));
         assert!(fault(&ascii(&["3 0 1 1"])).contains("names vertex 1 twice"));
         assert!(fault(&ascii(&["2 0 1"])).contains("2 corners"));
-        assert!(fault(&ascii(&["3 0 1"])).starts_with("a.ply:14: "));
+        let short = fault(&ascii(&["3 0 1"]));
+        assert!(short.starts_with("a.ply:14: "), "{short}");
+        assert!(
+            short.ends_with("Expected 3 list elements, but found only 2."),
+            "{short}"
+        );
         assert!(fault(&ascii(&["3 0 1 2"]).replace("double z", "double w")).contains("'z'"));
-        assert!(fault(&ascii(&["3 0 1 2"]).replace("uchar int", "uchar float")).contains("face"));
+        assert!(
+            fault(&ascii(&["3 0 1 2"]).replace("uchar int", "uchar float")).contains("integers")
+        );
         assert!(fault(&ascii(&["3 0 1 2"]).replace("1 1 0", "1 1e999 0")).contains("finite"));
     }
 
