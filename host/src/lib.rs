@@ -10,6 +10,7 @@ pub mod mesh;
 pub mod net;
 pub mod picture;
 pub mod quadruped;
+pub mod render;
 pub mod scene;
 pub mod viewer;
 pub mod wall_plane;
