@@ -10,7 +10,7 @@ use shisen::bake::{Baked, lone_mesh};
 use shisen::mesh::TriangleMesh;
 use shisen_core::Simd;
 use shisen_core::shape::Ray;
-use shisen_core::trace::{MeshTracer, TraversalStack};
+use shisen_core::trace::{MeshTracer, TileRays, TraversalStack};
 use shisen_tests::meshes::{icosphere, normalised};
 use shisen_tests::rays::{Random, RawRay, bounce, incoherent, pinhole};
 use std::time::{Duration, Instant};
@@ -65,8 +65,9 @@ fn main() {
             .iter()
             .map(|&[a, b, c, d, e, f]| PeerRay::new_inf([a, b, c].into(), [d, e, f].into()))
             .collect();
-        let mut times = vec![Vec::new(); 4];
-        let mut counts = [0u32; 4];
+        let tiles = matches!(*name, "zoom" | "primary").then(|| to_tiles(raw));
+        let mut times = vec![Vec::new(); 5];
+        let mut counts = [0u32; 5];
         for _ in 0..REPEAT {
             for (i, tracer) in [&avx2, &portable].into_iter().enumerate() {
                 times[i].push(timed(|| counts[i] = ours(tracer, &rays)));
@@ -83,20 +84,37 @@ fn main() {
                     })
                     .count() as u32;
             }));
+            if let Some(tiles) = &tiles {
+                times[4].push(timed(|| {
+                    let mut stack = TraversalStack::EMPTY;
+                    counts[4] = tiles
+                        .iter()
+                        .map(|tile| {
+                            let (hits, _) = avx2.nearest_of_tile(tile, &mut stack);
+                            (0..64).filter(|i| hits.at(i % 8, i / 8).is_some()).count() as u32
+                        })
+                        .sum();
+                }));
+            }
         }
         let rate = |i: usize| {
             let mut sorted = times[i].clone();
             sorted.sort_by(f64::total_cmp);
+            if sorted.is_empty() {
+                return f64::NAN;
+            }
             rays.len() as f64 / sorted[REPEAT / 2] / 1e6
         };
         println!(
-            "{name:>10}: {} {:6.2}  portable {:6.2}  4 wide {:6.2}  obvhs {:6.2}  ratio {:.2}  hits {counts:?}",
+            "{name:>10}: {} {:6.2}  portable {:6.2}  4 wide {:6.2}  obvhs {:6.2}  ratio {:.2}  tile {:6.2} ({:.2} of single) hits {counts:?}",
             Simd::detect().name(),
             rate(0),
             rate(1),
             rate(2),
             rate(3),
             rate(0) / rate(3),
+            rate(4),
+            rate(4) / rate(0),
         );
     }
 }
@@ -107,6 +125,20 @@ where
 {
     let mut stack = TraversalStack::EMPTY;
     rays.iter().filter(|ray| tracer.nearest(ray, &mut stack).0.is_some()).count() as u32
+}
+
+/// Blocks of 8×8 pixels of a picture of 1024².
+fn to_tiles(raw: &[RawRay]) -> Vec<TileRays> {
+    (0..128 * 128)
+        .map(|tile| {
+            let first = tile / 128 * 8 * 1024 + tile % 128 * 8;
+            let [a, b, c, ..] = raw[first];
+            TileRays::new([a, b, c].into(), |column, row| {
+                let [.., d, e, f] = raw[first + row * 1024 + column];
+                [d, e, f].into()
+            })
+        })
+        .collect()
 }
 
 fn timed(work: impl FnOnce()) -> f64 {

@@ -55,6 +55,21 @@ impl Slabs {
         }
     }
 
+    /// From what [`new`](Self::new) has computed elsewhere.
+    pub(crate) const fn from_parts(
+        reciprocal: [f32; 3],
+        near: [f32; 3],
+        far: [f32; 3],
+        negative: [usize; 3],
+    ) -> Self {
+        Self {
+            reciprocal,
+            near,
+            far,
+            negative,
+        }
+    }
+
     /// 0 to 7: bit `a` is set where the direction is negative on axis `a`.
     #[inline(always)]
     pub(crate) fn octant(&self) -> usize {

@@ -125,13 +125,18 @@ impl Triangle {
     /// where the box or `t` is behind the ray's start or `t` is NaN.
     #[inline(always)]
     pub(crate) fn clamp_to_box(&self, t: f32, slabs: &Slabs) -> Option<f32> {
-        let [a, b, c] = self.0;
-        let low = lesser(lesser(a, b), c);
-        let high = greater(greater(a, b), c);
+        let (low, high) = self.bounds();
         let (near, far) = slabs.interval(low, high);
         // + 0.0 turns −0 into 0, so that equal distances have equal bits.
         let clamped = max(near, t) + 0.0;
         (t >= 0.0 && far >= 0.0).then_some(clamped)
+    }
+
+    /// Least and greatest corner of its box.
+    #[inline(always)]
+    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
+        let [a, b, c] = self.0;
+        (lesser(lesser(a, b), c), greater(greater(a, b), c))
     }
 
     /// The weights of the corners at the point that the ray meets, given

@@ -3,8 +3,9 @@
 //! # What was tried
 //! Measurements: `shisen bench rays`, AVX2, one thread.
 
-use super::hit::MeshHit;
+use super::hit::{Hit, MeshHit};
 use super::stack::{TraversalStack, Work};
+use super::tile::{TileHits, TileInMeshSearch, TileRays};
 use super::walk::{Visitor, leaf_index, walk};
 use crate::scene::Scene;
 use crate::scene::format::{COUNT_SHIFT, LeafBlock, Mesh, Node};
@@ -267,5 +268,40 @@ where
         };
         let (hit, work) = self.simd.run(kernel);
         ((hit.triangle != u32::MAX).then_some(hit), work.steps)
+    }
+
+    /// The nearest triangles for the rays of a tile, as
+    /// [`nearest`](Self::nearest) finds them, and the number of steps: one a
+    /// node or a triangle for all rays together, where they can go together.
+    #[inline]
+    pub fn nearest_of_tile(&self, rays: &TileRays, stack: &mut TraversalStack) -> (TileHits, u32) {
+        let mut hits = TileHits::NONE;
+        let work = <Simd as Runs<8>>::run(
+            self.simd,
+            TileInMeshSearch::<W> {
+                nodes: self.nodes,
+                leaves: self.leaves,
+                root: self.root,
+                extent: self.extent,
+                rays,
+                hits: &mut hits,
+                stack: &mut *stack,
+            },
+        );
+        if let Some(work) = work {
+            return (hits, work.steps);
+        }
+        let mut steps = 0;
+        for (group, lane) in (0..8).flat_map(|group| (0..8).map(move |lane| (group, lane))) {
+            let Some(ray) = rays.ray(group, lane) else {
+                continue;
+            };
+            let (hit, work) = self.nearest(&ray, stack);
+            steps += work;
+            if let Some(on) = hit {
+                hits.set(group, lane, Hit { instance: 0, on });
+            }
+        }
+        (hits, steps)
     }
 }
