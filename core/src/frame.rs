@@ -1,23 +1,233 @@
-//! STUB for the command: constants and counts of the tile renderer.
+//! Tiles of pixels: resumable, within a budget.
+//!
+//! A wall is a [`View`]; a [`TileJob`] is a rectangle of it on its way to being
+//! finished. The caller owns the pixels and the [`Workspace`], deals out the
+//! [`Budget`], and calls [`TileJob::render`] until it says
+//! [`Outcome::Finished`]. Every pixel is a function of the scene, the view, the
+//! [`Settings`] and its place in the view only: not of tiles, their order, or
+//! how often rendering was interrupted.
 
-/// The most reflections and refractions one after another.
-pub const MAX_DEPTH: u8 = 16;
-/// The most samples a pixel.
+mod block;
+mod view;
+
+pub use crate::trace::{
+    Budget, LEAST_WEIGHT, MAX_DEPTH, Pixel, Statistics, Tracer, Workspace,
+};
+use block::{BLOCK, Block};
+use core::fmt;
+pub use view::{View, ViewError};
+
+use crate::scene::Scene;
+use crate::simd::{Runs, Simd};
+
+/// Most samples of a pixel.
 pub const MAX_SAMPLES: u16 = 4096;
 
-/// What tracing took.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Statistics {
-    /// Rays from the eye.
-    pub primary: u64,
-    /// Mirrored rays.
-    pub reflected: u64,
-    /// Refracted rays.
-    pub refracted: u64,
-    /// Rays to lights.
-    pub shadow: u64,
-    /// Nodes visited and primitives tested.
-    pub steps: u64,
-    /// The most traversal stack entries in use.
-    pub deepest_stack: u32,
+/// How good a picture to make.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// Reflections and refractions after one another, 0 to [`MAX_DEPTH`].
+    pub depth: u8,
+    /// Rays a pixel, 1 to [`MAX_SAMPLES`], in a fixed pattern (Hammersley's
+    /// points); a single one goes through the centre.
+    pub samples: u16,
+    /// How primary rays go.
+    pub mode: Mode,
+}
+
+impl Default for Settings {
+    /// The paper's three bounces, one ray a pixel.
+    fn default() -> Self {
+        Self {
+            depth: 3,
+            samples: 1,
+            mode: Mode::Tile,
+        }
+    }
+}
+
+/// How primary rays go through the scene. It changes the number of steps,
+/// never a pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// One at a time: the finest budget and the least memory.
+    Single,
+    /// Blocks of 8×8 pixels of a view together: a node or a primitive counts
+    /// one step for the whole block.
+    Tile,
+}
+
+/// A rectangle of pixels of a view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tile {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns, above 0.
+    pub width: u32,
+    /// Rows, above 0.
+    pub height: u32,
+}
+
+/// Why a tile cannot be rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum TileError {
+    /// Not inside the view, or empty.
+    Outside,
+    /// Not as many pixels as the tile has.
+    Pixels {
+        /// How many it has.
+        needed: usize,
+        /// How many were given.
+        given: usize,
+    },
+}
+
+impl fmt::Display for TileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Outside => f.write_str("the tile is empty or not inside the view"),
+            Self::Pixels { needed, given } => {
+                write!(f, "the tile has {needed} pixels, but there is room for {given}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for TileError {}
+
+/// How a call of [`TileJob::render`] ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// All pixels are there.
+    Finished,
+    /// The budget ran out; call again to go on where it stopped. Pixels not
+    /// reached are as they were.
+    BudgetSpent,
+}
+
+/// Renders views of a scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Renderer<'a, const W: usize = 8> {
+    tracer: Tracer<'a, W>,
+    settings: Settings,
+}
+
+impl<'a, const W: usize> Renderer<'a, W>
+where
+    Simd: Runs<W>,
+{
+    /// Settings out of range are moved to the nearest that is in it.
+    pub fn new(scene: Scene<'a, W>, simd: Simd, settings: Settings) -> Self {
+        let settings = Settings {
+            depth: settings.depth.min(MAX_DEPTH),
+            samples: settings.samples.max(1).min(MAX_SAMPLES),
+            mode: settings.mode,
+        };
+        Self {
+            tracer: Tracer::new(scene, simd, settings.depth),
+            settings,
+        }
+    }
+}
+
+/// A tile on its way to being finished.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TileJob {
+    tile: Tile,
+    /// Pixels finished, in the order of blocks and rows within them.
+    finished: u32,
+}
+
+impl TileJob {
+    /// Not begun.
+    pub const fn new(tile: Tile) -> Self {
+        Self { tile, finished: 0 }
+    }
+
+    /// The rectangle.
+    pub const fn tile(&self) -> Tile {
+        self.tile
+    }
+
+    /// Renders pixels into `pixels` (rows of the tile, from the top) until
+    /// the tile is finished or the budget spent.
+    ///
+    /// The budget is looked at before each pixel, in tile mode before each
+    /// block of 8×8 and each of its pixels: a call does at most its budget
+    /// and one pixel's ray tree, or one block's primary rays, more. A budget
+    /// that is spent already does nothing.
+    ///
+    /// # Errors
+    /// A tile that is not inside the view; `pixels` of another length than
+    /// the tile.
+    pub fn render<const W: usize>(
+        &mut self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        pixels: &mut [Pixel],
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Result<Outcome, TileError>
+    where
+        Simd: Runs<W>,
+    {
+        let tile = self.tile;
+        let inside = |first: u32, count: u32, all: u32| {
+            count > 0 && first.checked_add(count).is_some_and(|end| end <= all)
+        };
+        if !inside(tile.x, tile.width, view.columns()) || !inside(tile.y, tile.height, view.rows())
+        {
+            return Err(TileError::Outside);
+        }
+        let needed = tile.width as usize * tile.height as usize;
+        if pixels.len() != needed {
+            return Err(TileError::Pixels {
+                needed,
+                given: pixels.len(),
+            });
+        }
+        // Blocks are of the view's grid, cut off at the tile's borders.
+        let mut before = 0;
+        let mut y = tile.y;
+        while y < tile.y + tile.height {
+            let rows = (BLOCK - y % BLOCK).min(tile.y + tile.height - y);
+            let mut x = tile.x;
+            while x < tile.x + tile.width {
+                let columns = (BLOCK - x % BLOCK).min(tile.x + tile.width - x);
+                let area = rows * columns;
+                if self.finished < before + area {
+                    if budget.is_spent() {
+                        return Ok(Outcome::BudgetSpent);
+                    }
+                    let block = Block {
+                        x,
+                        y,
+                        columns,
+                        rows,
+                    };
+                    let first = self.finished - before;
+                    let place = |column: u32, row: u32| {
+                        let row = (y - tile.y + row) as usize;
+                        row * tile.width as usize + (x - tile.x + column) as usize
+                    };
+                    let done = block.render(renderer, view, first, budget, workspace, |c, r, p| {
+                        if let Some(pixel) = pixels.get_mut(place(c, r)) {
+                            *pixel = p;
+                        }
+                    });
+                    self.finished += done;
+                    if self.finished < before + area {
+                        return Ok(Outcome::BudgetSpent);
+                    }
+                }
+                before += area;
+                x += columns;
+            }
+            y += rows;
+        }
+        Ok(Outcome::Finished)
+    }
 }

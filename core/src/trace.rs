@@ -1,11 +1,18 @@
 //! What a ray meets, and the light that comes back along it.
 
+mod budget;
 mod hit;
 mod mesh;
+mod optics;
 mod stack;
+mod surface;
+mod tracer;
 mod walk;
 mod world;
 
+pub use budget::{Budget, Statistics};
 pub use hit::{Hit, MeshHit};
 pub use mesh::MeshTracer;
+pub use optics::{Refraction, reflect, refract};
 pub use stack::{STACK_ENTRIES, TraversalStack};
+pub use tracer::{LEAST_WEIGHT, MAX_DEPTH, Pixel, Tracer, Workspace};

@@ -1,56 +1,75 @@
-//! STUB for the command: the background as each wall sees it.
+//! All walls and eyes of a frame, on all cores.
 
-use crate::cave::{Cave, Eye, WallError};
+use crate::cave::{Cave, Eye, WallError, WallView};
 use crate::picture::{Picture, PictureError};
-use glam::{DVec3, Vec3};
-use shisen_core::Simd;
-use shisen_core::frame::Statistics;
+use glam::DVec3;
+use rayon::prelude::*;
+use shisen_core::frame::{
+    Budget, Pixel, Renderer, Settings, Statistics, Tile, TileJob, View, ViewError, Workspace,
+};
 use shisen_core::scene::Scene;
+use shisen_core::{Runs, Simd};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 use thiserror::Error;
+use xxhash_rust::xxh3::Xxh3;
 
-/// How to render.
-#[derive(Debug, Clone)]
+/// How to render a frame. Only `settings` changes what is in it.
+#[derive(Debug, Clone, Copy)]
 pub struct Options {
-    /// Reflections and refractions one after another.
-    pub depth: u8,
-    /// Samples a pixel.
-    pub samples: u16,
+    /// Bounces, samples, and how primary rays go.
+    pub settings: Settings,
     /// Threads, 1 or more.
     pub threads: usize,
-    /// Pixels along a tile's side.
+    /// Pixels a side of the tiles that threads take, 1 or more.
     pub tile: u32,
-    /// Instruction set.
+    /// The instruction set to use.
     pub simd: Simd,
 }
 
-/// A wall as one eye sees it.
-#[derive(Debug, Clone)]
+impl Default for Options {
+    /// All cores, tiles of 32 pixels.
+    fn default() -> Self {
+        Self {
+            settings: Settings::default(),
+            threads: std::thread::available_parallelism().map_or(1, Into::into),
+            tile: 32,
+            simd: Simd::detect(),
+        }
+    }
+}
+
+/// What one eye sees on one wall.
+#[derive(Debug, Clone, PartialEq)]
 pub struct WallPicture {
-    /// Index into the walls.
+    /// Index of the wall.
     pub wall: usize,
-    /// Whose picture it is.
+    /// The eye.
     pub eye: Eye,
-    /// The picture.
+    /// Linear light.
     pub picture: Picture,
 }
 
-/// All walls, all eyes.
-#[derive(Debug, Clone)]
+/// All walls for all eyes.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Eye by eye, wall by wall.
+    /// Wall by wall, and eye by eye in each.
     pub pictures: Vec<WallPicture>,
-    /// What it took.
+    /// Rays and steps.
     pub statistics: Statistics,
-    /// Time it took.
+    /// From the first ray to the last pixel, wall-clock time.
     pub seconds: f64,
 }
 
 impl Frame {
-    /// Of all pixels.
+    /// XXH3-64 over the pictures' hashes, in order: the same for any number
+    /// of threads, any size of tiles and any instruction set.
     pub fn hash(&self) -> u64 {
-        self.pictures.iter().fold(0, |hash, p| {
-            hash.rotate_left(7) ^ p.picture.hash()
-        })
+        let mut hash = Xxh3::new();
+        for picture in &self.pictures {
+            hash.update(&picture.picture.hash().to_le_bytes());
+        }
+        hash.digest()
     }
 }
 
@@ -60,12 +79,25 @@ pub enum RenderError {
     /// An eye that does not see a wall.
     #[error(transparent)]
     Wall(#[from] WallError),
-    /// A wall with too many pixels.
+    /// A wall's rays that cannot be traced.
+    #[error("wall \"{wall}\" cannot be traced")]
+    View {
+        /// Its name.
+        wall: String,
+        /// Why.
+        #[source]
+        source: ViewError,
+    },
+    /// A picture that cannot be kept in memory.
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// No threads to be had.
+    #[error("the threads could not be started: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Renders.
+/// Renders what each eye (with its place in the room, metres) sees on each
+/// wall. `progress` is called with the tiles finished so far and their total.
 ///
 /// # Errors
 /// See [`RenderError`].
@@ -75,36 +107,96 @@ pub fn cave<const W: usize>(
     eyes: &[(Eye, DVec3)],
     options: &Options,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Frame, RenderError> {
-    let start = std::time::Instant::now();
-    let mut statistics = Statistics::default();
+) -> Result<Frame, RenderError>
+where
+    Simd: Runs<W>,
+{
+    let mut views = Vec::new();
     let mut pictures = Vec::new();
-    let total = eyes.len() * cave.walls.len();
-    for &(eye, position) in eyes {
-        for (wall, shape) in cave.walls.iter().enumerate() {
-            let view = shape.view_from(position)?;
-            let mut picture = Picture::new(view.columns, view.rows)?;
-            for y in 0..view.rows {
-                for x in 0..view.columns {
-                    let d = Vec3::from(view.first_pixel)
-                        + x as f32 * Vec3::from(view.column_step)
-                        + y as f32 * Vec3::from(view.row_step);
-                    let up = d.normalize().y;
-                    let b = scene.background();
-                    let end = Vec3::from(if up > 0.0 { b.zenith } else { b.nadir });
-                    let c = Vec3::from(b.horizon).lerp(end, up.abs());
-                    picture.set_pixel(x, y, [c.x, c.y, c.z, 1.0]);
-                }
-            }
-            statistics.primary += u64::from(view.columns) * u64::from(view.rows);
-            pictures.push(WallPicture { wall, eye, picture });
-            progress(pictures.len(), total);
+    for (number, wall) in cave.walls.iter().enumerate() {
+        for &(eye, place) in eyes {
+            let view = core_view(&wall.view_from(place)?).map_err(|source| RenderError::View {
+                wall: wall.name.clone(),
+                source,
+            })?;
+            pictures.push(WallPicture {
+                wall: number,
+                eye,
+                picture: Picture::new(view.columns(), view.rows())?,
+            });
+            views.push(view);
         }
     }
-    statistics.primary *= u64::from(options.samples);
+    let jobs: Vec<(usize, Tile)> = views
+        .iter()
+        .enumerate()
+        .flat_map(|(picture, view)| tiles(view, options.tile).map(move |tile| (picture, tile)))
+        .collect();
+    let renderer = Renderer::new(*scene, options.simd, options.settings);
+    let finished = AtomicUsize::new(0);
+    let render = |workspace: &mut Workspace, &(picture, tile): &(usize, Tile)| {
+        workspace.statistics = Statistics::default();
+        let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
+        // Tiles of a view's own grid fit it, and no budget ends this one.
+        let outcome = TileJob::new(tile).render(
+            &renderer,
+            &views[picture],
+            &mut pixels,
+            &mut Budget::UNLIMITED.clone(),
+            workspace,
+        );
+        debug_assert!(outcome.is_ok());
+        progress(finished.fetch_add(1, Ordering::Relaxed) + 1, jobs.len());
+        (pixels, workspace.statistics)
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads)
+        .build()?;
+    let start = Instant::now();
+    let done: Vec<(Vec<Pixel>, Statistics)> =
+        pool.install(|| jobs.par_iter().map_init(Workspace::new, render).collect());
+    let seconds = start.elapsed().as_secs_f64();
+    let mut statistics = Statistics::default();
+    for ((picture, tile), (pixels, part)) in jobs.iter().zip(&done) {
+        statistics.add(part);
+        let picture = &mut pictures[*picture].picture;
+        for (row, from) in (tile.y..).zip(pixels.chunks_exact(tile.width as usize)) {
+            for (column, pixel) in (tile.x..).zip(from) {
+                picture.set_pixel(
+                    column,
+                    row,
+                    [pixel.red, pixel.green, pixel.blue, pixel.alpha],
+                );
+            }
+        }
+    }
     Ok(Frame {
         pictures,
         statistics,
-        seconds: start.elapsed().as_secs_f64(),
+        seconds,
+    })
+}
+
+fn core_view(view: &WallView) -> Result<View, ViewError> {
+    View::new(
+        view.eye.into(),
+        view.first_pixel.into(),
+        view.column_step.into(),
+        view.row_step.into(),
+        [view.columns, view.rows],
+    )
+}
+
+/// The tiles of a view, in rows.
+fn tiles(view: &View, side: u32) -> impl Iterator<Item = Tile> + use<> {
+    let (columns, rows) = (view.columns(), view.rows());
+    let step = side.max(1) as usize;
+    (0..rows).step_by(step).flat_map(move |y| {
+        (0..columns).step_by(step).map(move |x| Tile {
+            x,
+            y,
+            width: side.max(1).min(columns - x),
+            height: side.max(1).min(rows - y),
+        })
     })
 }

@@ -213,8 +213,11 @@ pub struct Instance {
     pub flags: u32,
     /// Equatorial and polar radius: the shape's units.
     pub radii: [f32; 2],
+    /// Product of the norms of the two maps, which rounding in the object's
+    /// frame is magnified by: 1 or more.
+    pub condition: f32,
     /// Zero.
-    pub reserved: [u32; 2],
+    pub reserved: u32,
     /// Columns of a 3×3 matrix, then the translation.
     pub object_from_world: [[f32; 3]; 4],
     /// Columns of a 3×3 matrix, then the translation.

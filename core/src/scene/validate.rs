@@ -355,6 +355,7 @@ fn check_instance<const W: usize>(
     finite(maps.as_flattened().as_flattened(), "an instance's map", record)?;
     finite(&instance.low, "an instance's box", record)?;
     finite(&instance.high, "an instance's box", record)?;
+    within(&[instance.condition], 1.0..=1.0e12, "an instance's condition", record)?;
     if instance.material != NO_MATERIAL && instance.material as usize >= scene.materials.len() {
         return Err(outside("material", instance.material));
     }

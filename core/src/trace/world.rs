@@ -1,0 +1,167 @@
+//! Rays against all instances of a scene.
+
+use super::hit::{Hit, MeshHit};
+use super::mesh::{InMesh, MeshView};
+use super::stack::{TraversalStack, Work};
+use super::walk::{Visitor, leaf_index, walk};
+use crate::numeric::{max, min};
+use crate::scene::Scene;
+use crate::scene::format::{Instance, flag, kind};
+use crate::shape::{Ray, Slabs, Spheroid};
+use crate::simd::{Kernel, Lanes};
+use glam::Vec3;
+
+/// A point or a direction through a baked map: columns, then translation.
+#[inline(always)]
+pub(crate) fn map_vector(map: &[[f32; 3]; 4], v: Vec3) -> Vec3 {
+    let [x, y, z, _] = map.map(Vec3::from_array);
+    x * v.x + y * v.y + z * v.z
+}
+
+#[inline(always)]
+pub(crate) fn map_point(map: &[[f32; 3]; 4], p: Vec3) -> Vec3 {
+    map_vector(map, p) + Vec3::from_array(map[3])
+}
+
+/// Looks for the nearest hit, or for any that blocks light.
+struct InWorld<'r, 'a, const W: usize, const ANY: bool> {
+    scene: &'r Scene<'a, W>,
+    ray: &'r Ray,
+    limit: f32,
+    best: Hit,
+}
+
+impl<const W: usize, const ANY: bool> InWorld<'_, '_, W, ANY> {
+    #[inline(always)]
+    fn take_nearer(&mut self, instance: u32, on: MeshHit) {
+        let best = &self.best;
+        if on.t < best.on.t || (on.t == best.on.t && instance < best.instance) {
+            self.best = Hit { instance, on };
+            self.limit = min(self.limit, on.t);
+        }
+    }
+}
+
+/// The hits of a ray on a spheroid, first and second, that lie after `start`.
+#[inline(always)]
+fn on_spheroid(instance: &Instance, ray: &Ray, start: f32) -> Option<MeshHit> {
+    let [equatorial, polar] = instance.radii;
+    let hits = Spheroid::new(equatorial, polar)?.intersect(ray)?;
+    let [first, second] = hits.t;
+    let (t, side) = if first >= 0.0 {
+        (first, 0)
+    } else {
+        (second, 1)
+    };
+    (t >= 0.0).then_some(MeshHit {
+        t: max(t, start) + 0.0,
+        triangle: side,
+        leaf: 0,
+        lane: 0,
+    })
+}
+
+impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.limit
+    }
+
+    #[inline(always)]
+    fn leaf<L: Lanes<W>>(
+        &mut self,
+        lanes: L,
+        child: u32,
+        near: f32,
+        stack: &mut TraversalStack,
+        top: usize,
+        work: &mut Work,
+    ) -> bool {
+        let number = leaf_index(child);
+        let Some(instance) = self.scene.instances.get(number as usize) else {
+            return false;
+        };
+        if ANY && instance.flags & flag::OCCLUDES == 0 {
+            return false;
+        }
+        work.steps += 1;
+        // The direction keeps its mapped length, so that distances agree.
+        let ray = Ray::new(
+            map_point(&instance.object_from_world, self.ray.origin()),
+            map_vector(&instance.object_from_world, self.ray.direction()),
+        );
+        let Some(ray) = ray else {
+            return false;
+        };
+        let on = if instance.kind == kind::MESH {
+            let Some(mesh) = self.scene.meshes.get(instance.geometry as usize) else {
+                return false;
+            };
+            let mesh = MeshView::new(self.scene, mesh);
+            let slabs = Slabs::new(&ray, mesh.extent);
+            let mut search = InMesh::<W, ANY>::new(&mesh, &ray, &slabs, near, self.limit);
+            walk(
+                lanes,
+                mesh.nodes,
+                mesh.root,
+                &slabs,
+                0.0,
+                &mut search,
+                stack,
+                top,
+                work,
+            );
+            search.best
+        } else {
+            match on_spheroid(instance, &ray, near) {
+                Some(on) if on.t <= self.limit => on,
+                _ => return false,
+            }
+        };
+        if ANY {
+            return on.t <= self.limit;
+        }
+        self.take_nearer(number, on);
+        false
+    }
+}
+
+/// One search through a scene.
+pub(super) struct Search<'r, 'a, const W: usize, const ANY: bool> {
+    pub(super) scene: &'r Scene<'a, W>,
+    pub(super) ray: &'r Ray,
+    /// Hits farther than this are of no interest.
+    pub(super) limit: f32,
+    pub(super) stack: &'r mut TraversalStack,
+}
+
+impl<const W: usize, const ANY: bool> Kernel<W> for Search<'_, '_, W, ANY> {
+    type Output = (Hit, Work);
+
+    #[inline(always)]
+    fn run<L: Lanes<W>>(self, lanes: L) -> (Hit, Work) {
+        let mut work = Work::default();
+        let slabs = Slabs::new(self.ray, self.scene.header.extent);
+        let mut visitor = InWorld::<W, ANY> {
+            scene: self.scene,
+            ray: self.ray,
+            limit: self.limit,
+            best: Hit::NONE,
+        };
+        let found = walk(
+            lanes,
+            self.scene.nodes,
+            self.scene.header.root,
+            &slabs,
+            0.0,
+            &mut visitor,
+            self.stack,
+            0,
+            &mut work,
+        );
+        if ANY && found {
+            visitor.best.instance = 0;
+        }
+        (visitor.best, work)
+    }
+}

@@ -211,15 +211,11 @@ pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
         .ok_or_else(|| format!("give a number from 1 to {MOST_THREADS}"))
 }
 
-/// As many as the machine runs at once.
-pub(super) fn all_threads() -> NonZeroUsize {
-    std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::Vec3;
+    use std::path::Path;
 
     #[test]
     fn letters_and_names_come_before_files() {
@@ -228,7 +224,7 @@ mod tests {
             assert!(matches!(name, SceneName::Paper(scene) if scene == letter));
         }
         let name = SceneName::from(OsString::from("./A"));
-        assert!(matches!(name, SceneName::File(path) if path == PathBuf::from("./A")));
+        assert!(matches!(name, SceneName::File(path) if path == Path::new("./A")));
         let name = WallsName::from(OsString::from("cube"));
         assert!(matches!(name, WallsName::BuiltIn(BuiltInCave::Cube)));
         let name = WallsName::from(OsString::from("cube.toml"));

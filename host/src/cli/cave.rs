@@ -5,30 +5,27 @@ mod progress;
 mod report;
 
 use super::arguments::{
-    HeadReport, Model, PictureSize, SceneName, WallsName, all_threads, field_of_view,
-    interpupillary_distance, threads,
+    HeadReport, Model, PictureSize, SceneName, WallsName, field_of_view, interpupillary_distance,
+    threads,
 };
 use super::failure::{Failure, Fault};
 use super::print;
 use super::source::{Loaded, Source};
 use clap::Args;
 use glam::DVec3;
-use pictures::{View, Writer};
+use pictures::Writer;
 use progress::Progress;
 use report::Report;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
 use shisen::look::{Point, ViewDirection};
 use shisen::render::{self, Frame, Options};
+use shisen::viewer::{CameraError, ViewerCamera};
 use shisen_core::Simd;
 use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES};
 use shisen_core::gaze::HeadPose;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-
-/// Pixels along a tile's side: small enough to spread over all threads, and
-/// a picture does not depend on it.
-const TILE: u32 = 16;
 
 /// Renders a frame for the walls of a CAVE
 ///
@@ -89,7 +86,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "METRES", default_value_t = DEFAULT_INTERPUPILLARY_DISTANCE,
           allow_hyphen_values = true, value_parser = interpupillary_distance)]
     ipd: f64,
-    /// Write linear OpenEXR files with alpha, too
+    /// Write linear `OpenEXR` files with alpha, too
     #[arg(long)]
     exr: bool,
     /// Columns and rows of viewer.png
@@ -121,6 +118,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             wall.view_from(position)?;
         }
     }
+    let camera = camera(arguments, pose, &eyes).map_err(Failure::from_error)?;
     let source = Source::load(&arguments.scene, &arguments.model)?;
     let baked = match source.scene {
         Loaded::Baked(baked) => baked,
@@ -129,13 +127,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     };
     make_writable(&arguments.out)?;
-    let options = Options {
-        depth: arguments.depth,
-        samples: arguments.samples,
-        threads: arguments.threads.unwrap_or_else(all_threads).get(),
-        tile: TILE,
-        simd: Simd::detect(),
-    };
+    let mut options = Options::default();
+    options.settings.depth = arguments.depth;
+    options.settings.samples = arguments.samples;
+    if let Some(threads) = arguments.threads {
+        options.threads = threads.get();
+    }
     let progress = Progress::new(arguments.quiet || arguments.json);
     let frame = render_frame(&baked, &cave, &eyes, &options, &progress)?;
     progress.finish();
@@ -148,7 +145,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         title: &title,
         exr: arguments.exr,
     };
-    let written = writer.write(&frame, &cave, &view(arguments, pose, &eyes))?;
+    let written = writer.write(&frame, &cave, first_eye(&eyes), &camera)?;
     let report = Report {
         seconds: frame.seconds,
         rays: frame.statistics.into(),
@@ -207,31 +204,33 @@ fn eyes(arguments: &Arguments, pose: HeadPose) -> Vec<(Eye, DVec3)> {
     which.iter().map(|&eye| (eye, viewer.eye(eye))).collect()
 }
 
-/// The view of viewer.png. A head that a tracker measured may be tilted; a
+/// The eye whose pictures are put together.
+fn first_eye(eyes: &[(Eye, DVec3)]) -> Eye {
+    eyes.first().map_or(Eye::Centre, |&(eye, _)| eye)
+}
+
+/// The camera of viewer.png. A head that a tracker measured may be tilted; a
 /// direction that somebody gives is looked at upright.
-fn view(arguments: &Arguments, pose: HeadPose, eyes: &[(Eye, DVec3)]) -> View {
+fn camera(
+    arguments: &Arguments,
+    pose: HeadPose,
+    eyes: &[(Eye, DVec3)],
+) -> Result<ViewerCamera, CameraError> {
     let (forward, up) = match (arguments.look, arguments.head_report) {
         (None, Some(_)) => {
-            let turn = pose.orientation.as_dquat();
-            (turn * DVec3::NEG_Z, turn * DVec3::Y)
+            let room_from_head = pose.orientation.as_dquat();
+            (room_from_head * DVec3::NEG_Z, room_from_head * DVec3::Y)
         }
         (look, _) => {
             let basis = look.unwrap_or(ViewDirection::FRONT).basis();
             (basis.forward, basis.up)
         }
     };
-    let (eye, position) = eyes
+    let place = eyes
         .first()
-        .copied()
-        .unwrap_or((Eye::Centre, pose.position.as_dvec3()));
-    View {
-        eye,
-        position,
-        forward,
-        up,
-        field_of_view: arguments.view_fov.to_radians(),
-        size: arguments.view_size.0,
-    }
+        .map_or(pose.position.as_dvec3(), |&(_, place)| place);
+    let field_of_view = arguments.view_fov.to_radians();
+    ViewerCamera::new(place, forward, up, field_of_view, arguments.view_size.0)
 }
 
 /// Makes the folder and finds out whether files can be written to it, before

@@ -2,29 +2,12 @@
 
 use super::report::{Image, Written, hexadecimal};
 use crate::cli::failure::Failure;
-use glam::DVec3;
 use shisen::cave::{Cave, Eye, Wall};
 use shisen::net;
 use shisen::picture::Picture;
 use shisen::render::Frame;
 use shisen::viewer::{self, ViewerCamera};
 use std::path::Path;
-
-/// What viewer.png looks at.
-pub(super) struct View {
-    /// Whose pictures it shows.
-    pub(super) eye: Eye,
-    /// Where that eye is: metres, in the room.
-    pub(super) position: DVec3,
-    /// Where it looks.
-    pub(super) forward: DVec3,
-    /// What is up in the picture.
-    pub(super) up: DVec3,
-    /// Horizontal: radians.
-    pub(super) field_of_view: f64,
-    /// Columns and rows.
-    pub(super) size: [u32; 2],
-}
 
 /// Where pictures go and what is noted in them.
 pub(super) struct Writer<'a> {
@@ -37,7 +20,8 @@ pub(super) struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Writes all pictures of a frame, the walls' own first.
+    /// Writes all pictures of a frame, the walls' own first; those of one
+    /// `eye` are put together, as `camera` sees them too.
     ///
     /// # Errors
     /// A file that cannot be written, or a composite that cannot be made.
@@ -45,7 +29,8 @@ impl Writer<'_> {
         &self,
         frame: &Frame,
         cave: &Cave,
-        view: &View,
+        eye: Eye,
+        camera: &ViewerCamera,
     ) -> Result<Written, Failure> {
         let mut images = Vec::new();
         let mut exr = Vec::new();
@@ -54,7 +39,7 @@ impl Writer<'_> {
             let Some(wall) = cave.walls.get(one.wall) else {
                 continue;
             };
-            if one.eye == view.eye {
+            if one.eye == eye {
                 seen.push((wall, &one.picture));
             }
             let name = format!("{}-{}", wall.name, one.eye);
@@ -75,18 +60,10 @@ impl Writer<'_> {
             });
         }
         let net = net::unfold(&seen).map_err(Failure::from_error)?;
-        let note = format!("{}, all walls, {} eye", self.title, view.eye);
+        let note = format!("{}, all walls, {eye} eye", self.title);
         let cave = self.write_png("cave", &net, note)?;
-        let camera = ViewerCamera::new(
-            view.position,
-            view.forward,
-            view.up,
-            view.field_of_view,
-            view.size,
-        )
-        .map_err(Failure::from_error)?;
-        let seen = viewer::render(&camera, &seen).map_err(Failure::from_error)?;
-        let note = format!("{}, as the {} eye sees the walls", self.title, view.eye);
+        let seen = viewer::render(camera, &seen).map_err(Failure::from_error)?;
+        let note = format!("{}, as the {eye} eye sees the walls", self.title);
         let viewer = self.write_png("viewer", &seen, note)?;
         Ok(Written {
             images,

@@ -1,0 +1,108 @@
+//! The surface at a hit: where exactly, which way it faces, what it is.
+
+use super::hit::Hit;
+use super::world::{map_point, map_vector};
+use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, normalize};
+use crate::scene::Scene;
+use crate::scene::format::{Instance, Material, NO_MATERIAL, flag, kind};
+use crate::shape::{Ray, Spheroid};
+use glam::Vec3;
+
+/// What shading needs to know of a hit.
+#[derive(Clone, Copy)]
+pub(super) struct Surface<'a> {
+    /// On the surface to rounding, whatever the distance of the ray's start:
+    /// from the corners' weights, not from the ray.
+    pub(super) point: Vec3,
+    /// Unit, outward, of the true shape.
+    pub(super) geometric_normal: Vec3,
+    /// Unit, outward, interpolated where the instance asks for it.
+    pub(super) shading_normal: Vec3,
+    pub(super) material: &'a Material,
+    /// How far from the surface `point` may be, and a ray started there as
+    /// the instance's own frame sees it: metres.
+    error: f32,
+}
+
+impl<'a> Surface<'a> {
+    /// `None` only where a scene's bytes make no sense.
+    pub(super) fn new<const W: usize>(scene: &Scene<'a, W>, ray: &Ray, hit: &Hit) -> Option<Self> {
+        let instance = scene.instances.get(hit.instance as usize)?;
+        let object_ray = Ray::new(
+            map_point(&instance.object_from_world, ray.origin()),
+            map_vector(&instance.object_from_world, ray.direction()),
+        )?;
+        let (point, normal, smooth, material) = if instance.kind == kind::MESH {
+            let mesh = scene.meshes.get(instance.geometry as usize)?;
+            let block = scene.leaves.get(hit.on.leaf as usize)?;
+            let triangle = block.triangle(hit.on.lane);
+            let weights = triangle.weights(&object_ray);
+            let [a, b, c] = triangle.0;
+            let record = mesh.first_triangle.checked_add(hit.on.triangle)?;
+            let record = scene.triangles.get(record as usize)?;
+            let normal = (b - a).cross(c - a);
+            let smooth = if instance.flags & flag::SMOOTH != 0 && mesh.normal_count > 0 {
+                let corner = |i: usize| {
+                    let number = mesh.first_normal.checked_add(record.corners[i])?;
+                    scene.normals.get(number as usize).map(|&n| Vec3::from_array(n))
+                };
+                corner(0)? * weights[0] + corner(1)? * weights[1] + corner(2)? * weights[2]
+            } else {
+                normal
+            };
+            let point = a * weights[0] + b * weights[1] + c * weights[2];
+            (point, normal, smooth, record.material)
+        } else {
+            let [equatorial, polar] = instance.radii;
+            let spheroid = Spheroid::new(equatorial, polar)?;
+            let point = spheroid.project(object_ray.at(hit.on.t));
+            let normal = spheroid.normal(point);
+            (point, normal, normal, NO_MATERIAL)
+        };
+        let number = if instance.material == NO_MATERIAL {
+            material
+        } else {
+            instance.material
+        };
+        let material = scene.materials.get(number as usize)?;
+        let geometric_normal = world_normal(instance, normal)?;
+        let point = map_point(&instance.world_from_object, point);
+        let shading_normal = world_normal(instance, smooth)
+            .filter(|n| n.dot(geometric_normal) > 0.0)
+            .unwrap_or(geometric_normal);
+        let translation = Vec3::from_array(instance.world_from_object[3]);
+        let size = largest_magnitude(point) + largest_magnitude(translation);
+        Some(Self {
+            point,
+            geometric_normal,
+            shading_normal,
+            material,
+            error: Self::SLACK * UNIT_ROUNDOFF * instance.condition * size,
+        })
+    }
+
+    /// Multiples of the unit roundoff: 7 for the weighted corners, 4 for each
+    /// of the maps out and back (times their condition), and as much again for
+    /// the triangle test's own 10 of a start this near.
+    const SLACK: f32 = 32.0;
+
+    /// Where a ray that leaves towards `direction` must start to be clear of
+    /// this surface.
+    #[inline]
+    pub(super) fn start(&self, direction: Vec3) -> Vec3 {
+        let side = if direction.dot(self.geometric_normal) >= 0.0 {
+            self.error
+        } else {
+            -self.error
+        };
+        self.point + self.geometric_normal * side
+    }
+}
+
+/// Normals go by the inverse transpose; both maps are stored.
+fn world_normal(instance: &Instance, normal: Vec3) -> Option<Vec3> {
+    let [x, y, z, _] = instance.object_from_world.map(Vec3::from_array);
+    // Unit first: the products of tiny triangles' edges underflow.
+    let normal = normalize(normal)?;
+    normalize(Vec3::new(x.dot(normal), y.dot(normal), z.dot(normal)))
+}

@@ -1,0 +1,393 @@
+//! Whitted's ray tree (1980), on an explicit stack.
+
+use super::budget::{Budget, Statistics};
+use super::hit::Hit;
+use super::optics::{reflect, refract};
+use super::stack::{TraversalStack, Work};
+use super::surface::Surface;
+use super::world::Search;
+use crate::numeric::{max, normalize, sqrt};
+use crate::scene::Scene;
+use crate::scene::format::{effect, light};
+use crate::shape::Ray;
+use crate::simd::{Runs, Simd};
+use glam::Vec3;
+use heapless::Vec;
+
+/// Most bounces of a ray tree.
+pub const MAX_DEPTH: u8 = 16;
+
+/// Rays that add less than this to every channel of a pixel are not traced:
+/// a quarter of a step of an eight-bit picture.
+pub const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
+
+/// Each ray leaves at most two behind and is itself done by then.
+const MOST_PENDING: usize = MAX_DEPTH as usize + 2;
+
+/// Linear light and coverage, premultiplied.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct Pixel {
+    /// Red.
+    pub red: f32,
+    /// Green.
+    pub green: f32,
+    /// Blue.
+    pub blue: f32,
+    /// 0 where only a transparent background is seen, 1 where it is not.
+    pub alpha: f32,
+}
+
+/// The memory that tracing needs: the caller's, about 3 KiB, used for one ray
+/// after another.
+#[derive(Debug, Clone, Default)]
+pub struct Workspace {
+    pub(crate) stack: TraversalStack,
+    pending: Vec<Pending, MOST_PENDING>,
+    /// What has been done with this workspace; the caller's to clear.
+    pub statistics: Statistics,
+}
+
+impl Workspace {
+    /// With nothing done yet.
+    pub const fn new() -> Self {
+        Self {
+            stack: TraversalStack::EMPTY,
+            pending: Vec::new(),
+            statistics: Statistics {
+                primary: 0,
+                reflected: 0,
+                refracted: 0,
+                shadow: 0,
+                steps: 0,
+                deepest_stack: 0,
+            },
+        }
+    }
+
+    pub(crate) fn account(&mut self, work: Work, budget: &mut Budget) {
+        self.statistics.steps += u64::from(work.steps);
+        self.statistics.deepest_stack = self.statistics.deepest_stack.max(work.deepest);
+        budget.spend(work.steps);
+    }
+}
+
+/// A ray of the tree that is still to be traced.
+#[derive(Debug, Clone, Copy)]
+struct Pending {
+    ray: Ray,
+    /// What its light counts for in the pixel.
+    weight: Vec3,
+    /// What the background behind it takes from the pixel's coverage.
+    uncovered: f32,
+    bounces: u8,
+}
+
+/// Traces the rays of a scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Tracer<'a, const W: usize = 8> {
+    scene: Scene<'a, W>,
+    simd: Simd,
+    depth: u8,
+}
+
+impl<'a, const W: usize> Tracer<'a, W>
+where
+    Simd: Runs<W>,
+{
+    /// Follows at most `depth` reflections and refractions after one another,
+    /// never more than [`MAX_DEPTH`].
+    pub fn new(scene: Scene<'a, W>, simd: Simd, depth: u8) -> Self {
+        Self {
+            scene,
+            simd,
+            depth: depth.min(MAX_DEPTH),
+        }
+    }
+
+    /// The scene traced.
+    pub const fn scene(&self) -> &Scene<'a, W> {
+        &self.scene
+    }
+
+    pub(crate) const fn simd(&self) -> Simd {
+        self.simd
+    }
+
+    /// The nearest hit.
+    pub fn nearest(
+        &self,
+        ray: &Ray,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Option<Hit> {
+        let (hit, work) = self.simd.run(Search::<W, false> {
+            scene: &self.scene,
+            ray,
+            limit: f32::INFINITY,
+            stack: &mut workspace.stack,
+        });
+        workspace.account(work, budget);
+        (hit.instance != u32::MAX).then_some(hit)
+    }
+
+    /// Whether anything blocks light between the ray's start and `limit`, in
+    /// units of its direction.
+    pub fn is_occluded(
+        &self,
+        ray: &Ray,
+        limit: f32,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> bool {
+        let (hit, work) = self.simd.run(Search::<W, true> {
+            scene: &self.scene,
+            ray,
+            limit,
+            stack: &mut workspace.stack,
+        });
+        workspace.account(work, budget);
+        workspace.statistics.shadow += 1;
+        hit.instance != u32::MAX
+    }
+
+    /// The light that comes back along a ray from the eye.
+    pub fn radiance(&self, ray: &Ray, budget: &mut Budget, workspace: &mut Workspace) -> Pixel {
+        let hit = self.nearest(ray, budget, workspace);
+        self.radiance_from(ray, hit, budget, workspace)
+    }
+
+    /// As [`radiance`](Self::radiance), the primary ray's hit being known.
+    pub(crate) fn radiance_from(
+        &self,
+        ray: &Ray,
+        hit: Option<Hit>,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Pixel {
+        workspace.statistics.primary += 1;
+        let mut gathered = Gathered {
+            light: Vec3::ZERO,
+            alpha: 1.0,
+        };
+        let primary = Pending {
+            ray: *ray,
+            weight: Vec3::ONE,
+            uncovered: 1.0,
+            bounces: 0,
+        };
+        workspace.pending.clear();
+        self.shade(&primary, hit, &mut gathered, budget, workspace);
+        // Every ray has more bounces than its parent: the loop ends.
+        while let Some(next) = workspace.pending.pop() {
+            let hit = self.nearest(&next.ray, budget, workspace);
+            self.shade(&next, hit, &mut gathered, budget, workspace);
+        }
+        Pixel {
+            red: gathered.light.x,
+            green: gathered.light.y,
+            blue: gathered.light.z,
+            alpha: gathered.alpha,
+        }
+    }
+
+    fn shade(
+        &self,
+        from: &Pending,
+        hit: Option<Hit>,
+        gathered: &mut Gathered,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) {
+        let direction = from.ray.direction();
+        let surface = hit.and_then(|hit| Surface::new(&self.scene, &from.ray, &hit));
+        let (Some(hit), Some(surface)) = (hit, surface) else {
+            gathered.light += from.weight * self.background(direction);
+            gathered.alpha -= from.uncovered * (1.0 - self.scene.header.background.alpha);
+            return;
+        };
+        let material = surface.material;
+        let length = sqrt(direction.dot(direction));
+        let direction = direction / length;
+        let inside = direction.dot(surface.geometric_normal) > 0.0;
+        let weight = if inside && material.effects & effect::ABSORPTION != 0 {
+            let distance = hit.on.t * length;
+            let [r, g, b] = material.absorption.map(|a| libm::expf(-a * distance));
+            from.weight * Vec3::new(r, g, b)
+        } else {
+            from.weight
+        };
+        let facing = if inside { -1.0 } else { 1.0 };
+        let normal = surface.shading_normal * facing;
+        if material.effects & effect::LIT != 0 {
+            gathered.light += weight
+                * self.lit(&surface, direction, normal, facing, budget, workspace);
+        }
+        if from.bounces >= self.depth {
+            return;
+        }
+        let bounces = from.bounces + 1;
+        if material.effects & effect::REFRACTION != 0 {
+            let index = material.index_of_refraction;
+            let ratio = if inside { index } else { 1.0 / index };
+            let refraction = refract(direction, normal, ratio);
+            let let_through = Vec3::from_array(material.transmission);
+            if let Some(refracted) = refraction.direction {
+                let share = let_through * (1.0 - refraction.reflectance);
+                let ray = Ray::new(surface.start(refracted), refracted);
+                let next = Next {
+                    ray,
+                    weight: weight * share,
+                    uncovered: from.uncovered * share.max_element(),
+                    bounces,
+                };
+                if next.push(workspace) {
+                    workspace.statistics.refracted += 1;
+                }
+            }
+            let reflected = above(reflect(direction, normal), surface.geometric_normal * facing);
+            let next = Next {
+                ray: Ray::new(surface.start(reflected), reflected),
+                weight: weight * refraction.reflectance,
+                // Inside, what is reflected is still on its way through.
+                uncovered: if inside {
+                    from.uncovered * refraction.reflectance
+                } else {
+                    0.0
+                },
+                bounces,
+            };
+            if next.push(workspace) {
+                workspace.statistics.reflected += 1;
+            }
+        } else if material.effects & effect::REFLECTION != 0 {
+            let reflected = above(reflect(direction, normal), surface.geometric_normal * facing);
+            let next = Next {
+                ray: Ray::new(surface.start(reflected), reflected),
+                weight: weight * Vec3::from_array(material.mirror),
+                uncovered: 0.0,
+                bounces,
+            };
+            if next.push(workspace) {
+                workspace.statistics.reflected += 1;
+            }
+        }
+    }
+
+    /// What a ray that meets nothing sees: a gradient over the sine of its
+    /// elevation.
+    fn background(&self, direction: Vec3) -> Vec3 {
+        let background = self.scene.background();
+        let height = normalize(direction).map_or(0.0, |d| d.y);
+        let far = if height >= 0.0 {
+            background.zenith
+        } else {
+            background.nadir
+        };
+        let horizon = Vec3::from_array(background.horizon);
+        // Exactly the horizon's colour where all are equal.
+        horizon + (Vec3::from_array(far) - horizon) * height.abs()
+    }
+
+    /// Light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
+    fn lit(
+        &self,
+        surface: &Surface<'_>,
+        direction: Vec3,
+        normal: Vec3,
+        facing: f32,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Vec3 {
+        let material = surface.material;
+        let diffuse = Vec3::from_array(material.diffuse);
+        let specular = Vec3::from_array(material.specular);
+        let mut sum = Vec3::from_array(self.scene.header.ambient) * diffuse;
+        for source in self.scene.lights {
+            let place = Vec3::from_array(source.place);
+            let (to_light, limit) = if source.kind == light::DIRECTIONAL {
+                (place, f32::INFINITY)
+            } else {
+                (place - surface.point, 1.0)
+            };
+            let Some(unit) = normalize(to_light) else {
+                continue;
+            };
+            let cosine = normal.dot(unit);
+            if cosine <= 0.0 || surface.geometric_normal.dot(unit) * facing <= 0.0 {
+                continue;
+            }
+            let start = surface.start(unit);
+            // To the light's own place from where the ray starts.
+            let along = if source.kind == light::DIRECTIONAL {
+                unit
+            } else {
+                place - start
+            };
+            let Some(ray) = Ray::new(start, along) else {
+                continue;
+            };
+            if self.is_occluded(&ray, limit, budget, workspace) {
+                continue;
+            }
+            let mut colour = Vec3::from_array(source.colour);
+            if source.kind == light::POINT_INVERSE_SQUARE {
+                colour /= to_light.dot(to_light);
+            }
+            let mut answer = diffuse * cosine;
+            if specular != Vec3::ZERO
+                && let Some(half) = normalize(unit - direction)
+            {
+                let along_half = max(normal.dot(half), 0.0);
+                answer += specular * libm::powf(along_half, material.shininess);
+            }
+            sum += colour * answer;
+        }
+        sum
+    }
+}
+
+struct Gathered {
+    light: Vec3,
+    alpha: f32,
+}
+
+/// A ray about to be added to the tree.
+struct Next {
+    ray: Option<Ray>,
+    weight: Vec3,
+    uncovered: f32,
+    bounces: u8,
+}
+
+impl Next {
+    /// Whether it is worth tracing, and was put down for it.
+    fn push(self, workspace: &mut Workspace) -> bool {
+        let Some(ray) = self.ray else {
+            return false;
+        };
+        if self.weight.max_element() < LEAST_WEIGHT {
+            return false;
+        }
+        workspace
+            .pending
+            .push(Pending {
+                ray,
+                weight: self.weight,
+                uncovered: self.uncovered,
+                bounces: self.bounces,
+            })
+            .is_ok()
+    }
+}
+
+/// A reflection off an interpolated normal can point into the surface; it is
+/// turned back out, continuously.
+fn above(direction: Vec3, normal: Vec3) -> Vec3 {
+    let depth = direction.dot(normal);
+    if depth < 0.0 {
+        direction - normal * (2.0 * depth)
+    } else {
+        direction
+    }
+}
