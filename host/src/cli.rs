@@ -39,14 +39,15 @@ pub(crate) fn main() -> ExitCode {
         let options = miette::MietteHandlerOpts::new();
         Box::new(options.wrap_lines(wrap).break_words(false).build())
     }));
-    let result = Shisen::try_parse()
-        .map_err(Failure::from_clap)
-        .and_then(|command| match command {
-            Shisen::Cave(arguments) => cave::run(&arguments),
-            Shisen::Bake(arguments) => bake::run(&arguments),
-            Shisen::Inspect(arguments) => inspect::run(&arguments),
-            Shisen::Bench(bench::Bench::Rays(arguments)) => bench::run(&arguments),
-        });
+    let result =
+        Shisen::try_parse()
+            .map_err(Failure::from_clap)
+            .and_then(|command| match command {
+                Shisen::Cave(arguments) => cave::run(&arguments),
+                Shisen::Bake(arguments) => bake::run(&arguments),
+                Shisen::Inspect(arguments) => inspect::run(&arguments),
+                Shisen::Bench(bench::Bench::Rays(arguments)) => bench::run(&arguments),
+            });
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.print(),

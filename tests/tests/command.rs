@@ -19,7 +19,12 @@ fn folder() -> TempDir {
 /// Runs a command that must succeed, and reads the one JSON object that it
 /// prints.
 fn report(command: &mut Command) -> Value {
-    let output = command.arg("--json").assert().success().get_output().clone();
+    let output = command
+        .arg("--json")
+        .assert()
+        .success()
+        .get_output()
+        .clone();
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(text.lines().count(), 1, "{text}");
     serde_json::from_str(&text).unwrap()
@@ -33,7 +38,12 @@ fn cave(folder: &Path, arguments: &[&str]) -> Value {
 }
 
 fn keys(value: &Value) -> Vec<&str> {
-    value.as_object().unwrap().keys().map(String::as_str).collect()
+    value
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect()
 }
 
 #[test]
@@ -81,7 +91,9 @@ fn a_frame_is_reported_and_written() {
     named.extend(exr.iter().map(|path| path.as_str().unwrap()));
     named.push(report["cave"].as_str().unwrap());
     named.push(report["viewer"].as_str().unwrap());
-    let found = fs::read_dir(folder.path().join("some/out")).unwrap().count();
+    let found = fs::read_dir(folder.path().join("some/out"))
+        .unwrap()
+        .count();
     assert_eq!(found, named.len(), "no other files");
     for path in named {
         assert!(folder.path().join(path).is_file(), "{path}");
@@ -98,7 +110,12 @@ fn a_frame_without_json_is_told_in_words() {
         .get_output()
         .clone();
     let text = String::from_utf8(output.stdout).unwrap();
-    for expected in ["scene A of quadruped", "3 walls, 1 eye", "192 primary", "shisen-out"] {
+    for expected in [
+        "scene A of quadruped",
+        "3 walls, 1 eye",
+        "192 primary",
+        "shisen-out",
+    ] {
         assert!(text.contains(expected), "{expected}: {text}");
     }
     assert!(output.stderr.is_empty(), "no progress where nobody watches");
@@ -155,7 +172,11 @@ fn negative_numbers_follow_flags() {
 fn difference(a: &Path, b: &Path) -> f64 {
     let [a, b] = [a, b].map(|path| image::open(path).unwrap().into_rgb8().into_raw());
     assert_eq!(a.len(), b.len());
-    let sum: u64 = a.iter().zip(&b).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    let sum: u64 = a
+        .iter()
+        .zip(&b)
+        .map(|(a, b)| u64::from(a.abs_diff(*b)))
+        .sum();
     sum as f64 / a.len() as f64
 }
 
@@ -183,11 +204,16 @@ fn a_head_report_turns_the_head() {
     };
     let first = turned(&spaced, "turned", &[]);
     let padded = hex.concat() + &"00".repeat(16);
-    assert_eq!(first["frame_hash"], turned(&padded, "padded", &[])["frame_hash"]);
+    assert_eq!(
+        first["frame_hash"],
+        turned(&padded, "padded", &[])["frame_hash"]
+    );
 
     // The left eye of a head turned to the right is towards the front wall.
     let mut command = shisen(folder.path());
-    command.args(["cave", "--eyes", "1", "--head", "0,0,-0.2", "--look", "right"]);
+    command.args([
+        "cave", "--eyes", "1", "--head", "0,0,-0.2", "--look", "right",
+    ]);
     report(command.args(["--size", "64", "--out", "moved"]));
     let file = |path: &str| folder.path().join(path);
     for (left, centre) in [
@@ -198,7 +224,10 @@ fn a_head_report_turns_the_head() {
         let near = difference(&file(left), &file(centre));
         assert!(near < 0.5, "{left} and {centre} differ by {near}");
     }
-    let far = difference(&file("turned/front-right.png"), &file("moved/front-centre.png"));
+    let far = difference(
+        &file("turned/front-right.png"),
+        &file("moved/front-centre.png"),
+    );
     assert!(far > 2.0, "the other eye is elsewhere: {far}");
 
     // The view direction is the head's unless it is given.
@@ -258,7 +287,10 @@ fn baked_scenes_give_the_frames_of_their_sources() {
             assert!(total < bytes.len() as u64 && total > bytes.len() as u64 / 2);
 
             let found = cave(folder.path(), &["--scene", "baked.shisen"]);
-            assert_eq!(found["frame_hash"], expected["frame_hash"], "{source} {layout}");
+            assert_eq!(
+                found["frame_hash"], expected["frame_hash"],
+                "{source} {layout}"
+            );
             assert_eq!(found["mesh"], Value::Null);
         }
     }
@@ -269,11 +301,13 @@ fn several_meshes_become_objects_and_baking_repeats() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), TWO_TRIANGLES).unwrap();
     fs::write(folder.path().join("b.OBJ"), TWO_TRIANGLES).unwrap();
-    let bake = |out: &str| {
-        report(shisen(folder.path()).args(["bake", "a.obj", "b.OBJ", "--output", out]))
-    };
+    let bake =
+        |out: &str| report(shisen(folder.path()).args(["bake", "a.obj", "b.OBJ", "--output", out]));
     let baked = bake("one.shisen");
-    assert_eq!((&baked["objects"], &baked["triangles"]), (&2.into(), &4.into()));
+    assert_eq!(
+        (&baked["objects"], &baked["triangles"]),
+        (&2.into(), &4.into())
+    );
     bake("two.shisen");
     let [one, two] = ["one.shisen", "two.shisen"].map(|f| fs::read(folder.path().join(f)).unwrap());
     assert_eq!(one, two);
@@ -317,10 +351,17 @@ fn rays_are_traced_and_their_hits_written() {
         command.args(["--hits", "hits.bin", "--repeat", "3", "--simd", simd]);
         command.args(["--layout", layout, "--threads", &threads.to_string()]);
         let found = report(&mut command);
-        assert_eq!(fs::read(folder.path().join("hits.bin")).unwrap(), expected, "{found}");
+        assert_eq!(
+            fs::read(folder.path().join("hits.bin")).unwrap(),
+            expected,
+            "{found}"
+        );
         assert_eq!((&found["rays"], &found["hits"]), (&5.into(), &2.into()));
         assert_eq!(found["threads"], threads);
-        assert_eq!((&found["repeat"], &found["layout"]), (&3.into(), &layout.into()));
+        assert_eq!(
+            (&found["repeat"], &found["layout"]),
+            (&3.into(), &layout.into())
+        );
         let rate = |key: &str| found["mrays_per_second"][key].as_f64().unwrap();
         assert!(0.0 < rate("min") && rate("min") <= rate("median"));
         assert!(rate("median") <= rate("max"));

@@ -40,7 +40,10 @@ fn refused(folder: &Path, command: &mut Command, code: i32, expected: &[&str]) {
     let output = command.assert().code(code).get_output().clone();
     let message = String::from_utf8(output.stderr).unwrap();
     for expected in expected {
-        assert!(message.contains(expected), "{expected:?} is not in: {message}");
+        assert!(
+            message.contains(expected),
+            "{expected:?} is not in: {message}"
+        );
     }
     assert!(!message.contains("panicked"), "{message}");
     // A remedy is part of every message.
@@ -70,35 +73,72 @@ fn what_there_is_not_is_usage() {
         (&["cave", "--ipd", "-0.1"], "metres from 0 to 1"),
         (&["cave", "--view-size", "0x10"], "1 to 16384"),
         (&["cave", "--view-fov", "180"], "degrees from 1 to 179"),
-        (&["cave", "--head-report", "xyz"], "'x' is no hexadecimal digit"),
+        (
+            &["cave", "--head-report", "xyz"],
+            "'x' is no hexadecimal digit",
+        ),
         (&["cave", "--head-report", "010"], "3 hexadecimal digits"),
         (&["cave", "--head-report", "01 02"], "2 bytes, not 16 or 32"),
-        (&["cave", "--head-report", "04000000000000000040000000000000"], "version 4"),
-        (&["cave", "--head-report", "01000000000000000020000000000000"], "norm 0.5"),
+        (
+            &["cave", "--head-report", "04000000000000000040000000000000"],
+            "version 4",
+        ),
+        (
+            &["cave", "--head-report", "01000000000000000020000000000000"],
+            "norm 0.5",
+        ),
         (&["cave", "--normals", "wavy"], "smooth, flat"),
         (&["cave", "--scene", "s.toml", "--mesh", "m.obj"], "--mesh"),
         (&["bake", "A"], "--output"),
         (&["bake", "-o", "x.shisen"], "INPUT"),
         (&["bake", "A", "B", "-o", "x.shisen"], "one scene at a time"),
-        (&["bake", "a.obj", "--mesh", "b.obj", "-o", "x.shisen"], "--mesh"),
-        (&["bake", "A", "-o", "x.shisen", "--layout", "wide"], "fast, compact"),
+        (
+            &["bake", "a.obj", "--mesh", "b.obj", "-o", "x.shisen"],
+            "--mesh",
+        ),
+        (
+            &["bake", "A", "-o", "x.shisen", "--layout", "wide"],
+            "fast, compact",
+        ),
         (&["bench", "rays", "--mesh", "m.obj"], "--rays"),
-        (&["bench", "rays", "--mesh", "m.obj", "--rays", "r", "--repeat", "0"], "--repeat"),
+        (
+            &[
+                "bench", "rays", "--mesh", "m.obj", "--rays", "r", "--repeat", "0",
+            ],
+            "--repeat",
+        ),
         (&["bench"], "Usage"),
         (&["paint"], "paint"),
         (&[], "Usage"),
     ] {
-        refused(folder.path(), shisen(folder.path()).args(arguments), 2, &[expected]);
+        refused(
+            folder.path(),
+            shisen(folder.path()).args(arguments),
+            2,
+            &[expected],
+        );
     }
 }
 
 #[test]
 fn help_and_version_are_no_failure() {
     let folder = folder();
-    for arguments in [&["--help"][..], &["--version"], &["cave", "--help"], &["bench", "rays", "-h"]]
-    {
-        let output = shisen(folder.path()).args(arguments).assert().success().get_output().clone();
-        assert!(!output.stdout.is_empty() && output.stderr.is_empty(), "{arguments:?}");
+    for arguments in [
+        &["--help"][..],
+        &["--version"],
+        &["cave", "--help"],
+        &["bench", "rays", "-h"],
+    ] {
+        let output = shisen(folder.path())
+            .args(arguments)
+            .assert()
+            .success()
+            .get_output()
+            .clone();
+        assert!(
+            !output.stdout.is_empty() && output.stderr.is_empty(),
+            "{arguments:?}"
+        );
     }
 }
 
@@ -126,16 +166,35 @@ fn broken_meshes_are_named() {
         fs::write(folder.path().join(name), text).unwrap();
         let out = ["--out", "new"];
         let mut cave = shisen(folder.path());
-        refused(folder.path(), cave.args(["cave", "--mesh", name]).args(out), 1, &[name, expected]);
+        refused(
+            folder.path(),
+            cave.args(["cave", "--mesh", name]).args(out),
+            1,
+            &[name, expected],
+        );
         let mut bake = shisen(folder.path());
         bake.args(["bake", "A", "--mesh", name, "-o", "new.shisen"]);
         refused(folder.path(), &mut bake, 1, &[name, expected]);
     }
     let mut missing = shisen(folder.path());
-    refused(folder.path(), missing.args(["cave", "--mesh", "no.obj"]), 1, &["no.obj", "check"]);
-    fs::write(folder.path().join("flat.obj"), "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n").unwrap();
+    refused(
+        folder.path(),
+        missing.args(["cave", "--mesh", "no.obj"]),
+        1,
+        &["no.obj", "check"],
+    );
+    fs::write(
+        folder.path().join("flat.obj"),
+        "v 0 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n",
+    )
+    .unwrap();
     let mut flat = shisen(folder.path());
-    refused(folder.path(), flat.args(["cave", "--mesh", "flat.obj"]), 1, &["flat.obj", "turn it"]);
+    refused(
+        folder.path(),
+        flat.args(["cave", "--mesh", "flat.obj"]),
+        1,
+        &["flat.obj", "turn it"],
+    );
 }
 
 #[test]
@@ -143,10 +202,22 @@ fn broken_scenes_are_named() {
     let folder = folder();
     let object = "[[object]]\nsphere = { radius = 1 }\n";
     for (name, text, expected) in [
-        ("syntax.toml", "[[object]\n".to_owned(), &["syntax.toml:1"][..]),
-        ("empty.toml", String::new(), &["no objects"]),
-        ("key.toml", format!("colour = 1\n{object}"), &["key.toml:1", "colour"]),
-        ("radius.toml", object.replace('1', "-1"), &["radius.toml:2", "radius"]),
+        (
+            "syntax.toml",
+            "[[object]\n".to_owned(),
+            &["syntax.toml:1"][..],
+        ),
+        ("empty.toml", String::new(), &["empty.toml", "no objects"]),
+        (
+            "key.toml",
+            format!("colour = 1\n{object}"),
+            &["key.toml:1", "colour"],
+        ),
+        (
+            "radius.toml",
+            object.replace('1', "-1"),
+            &["radius.toml:2", "radius"],
+        ),
         (
             "mesh.toml",
             "[meshes.cow]\nfile = \"no.obj\"\n[[object]]\nmesh = \"cow\"\n".to_owned(),
@@ -155,10 +226,32 @@ fn broken_scenes_are_named() {
     ] {
         fs::write(folder.path().join(name), text).unwrap();
         let mut cave = shisen(folder.path());
-        refused(folder.path(), cave.args(["cave", "--scene", name]), 1, expected);
+        refused(
+            folder.path(),
+            cave.args(["cave", "--scene", name]),
+            1,
+            expected,
+        );
         let mut bake = shisen(folder.path());
-        refused(folder.path(), bake.args(["bake", name, "-o", "new.shisen"]), 1, expected);
+        refused(
+            folder.path(),
+            bake.args(["bake", name, "-o", "new.shisen"]),
+            1,
+            expected,
+        );
     }
+    let far = format!("v 1e11 0 0\n{TRIANGLE}f 1 2 3\n");
+    fs::write(folder.path().join("far.obj"), far).unwrap();
+    let text = "[meshes.far]\nfile = \"far.obj\"\n[[object]]\nmesh = \"far\"\nscale = 1e3\n";
+    fs::write(folder.path().join("far.toml"), text).unwrap();
+    let mut cave = shisen(folder.path());
+    let expected = ["far.toml cannot be baked", "object 0", "too far"];
+    refused(
+        folder.path(),
+        cave.args(["cave", "--scene", "far.toml"]),
+        1,
+        &expected,
+    );
     fs::write(folder.path().join("bytes"), [0xFF, 0xFE, 0x00]).unwrap();
     fs::create_dir(folder.path().join("folder")).unwrap();
     for (name, expected) in [
@@ -169,16 +262,27 @@ fn broken_scenes_are_named() {
         ("cow.obj", "--mesh FILE"),
     ] {
         let mut cave = shisen(folder.path());
-        refused(folder.path(), cave.args(["cave", "--scene", name]), 1, &[name, expected]);
+        refused(
+            folder.path(),
+            cave.args(["cave", "--scene", name]),
+            1,
+            &[name, expected],
+        );
     }
 }
 
 #[test]
 fn damaged_blobs_are_named() {
     let folder = folder();
-    fs::write(folder.path().join("one.obj"), format!("{TRIANGLE}f 1 2 3\n")).unwrap();
+    fs::write(
+        folder.path().join("one.obj"),
+        format!("{TRIANGLE}f 1 2 3\n"),
+    )
+    .unwrap();
     let mut bake = shisen(folder.path());
-    bake.args(["bake", "one.obj", "-o", "whole.shisen"]).assert().success();
+    bake.args(["bake", "one.obj", "-o", "whole.shisen"])
+        .assert()
+        .success();
     let whole = fs::read(folder.path().join("whole.shisen")).unwrap();
     let mut flipped = whole.clone();
     flipped[whole.len() / 2] ^= 0x10;
@@ -194,16 +298,31 @@ fn damaged_blobs_are_named() {
         fs::write(folder.path().join(name), bytes).unwrap();
         for arguments in [&["cave", "--scene", name][..], &["inspect", name]] {
             let mut command = shisen(folder.path());
-            refused(folder.path(), command.args(arguments), 1, &[name, expected, "bake"]);
+            refused(
+                folder.path(),
+                command.args(arguments),
+                1,
+                &[name, expected, "bake"],
+            );
         }
     }
     for (name, expected) in [("one.obj", "not a baked scene"), ("no.shisen", "no.shisen")] {
         let mut command = shisen(folder.path());
-        refused(folder.path(), command.args(["inspect", name]), 1, &[name, expected]);
+        refused(
+            folder.path(),
+            command.args(["inspect", name]),
+            1,
+            &[name, expected],
+        );
     }
     let mut again = shisen(folder.path());
     again.args(["bake", "whole.shisen", "-o", "again.shisen"]);
-    refused(folder.path(), &mut again, 1, &["whole.shisen is baked already"]);
+    refused(
+        folder.path(),
+        &mut again,
+        1,
+        &["whole.shisen is baked already"],
+    );
 }
 
 #[test]
@@ -216,13 +335,37 @@ fn unusable_walls_are_named() {
         )
     };
     for (name, text, expected) in [
-        ("width.toml", wall("[-1, -1, -1]", "[-1, 1, -1]"), "no width"),
-        ("height.toml", wall("[1, -1, -1]", "[-1, -1, -1]"), "no height"),
-        ("line.toml", wall("[1, -1, -1]", "[3, -1, -1]"), "on one line"),
-        ("behind.toml", wall("[-1, -1, 1]", "[-1, -1, -3]"), "on one line"),
-        ("turned.toml", wall("[-1, 1, -1]", "[1, -1, -1]"), "behind its plane"),
+        (
+            "width.toml",
+            wall("[-1, -1, -1]", "[-1, 1, -1]"),
+            "no width",
+        ),
+        (
+            "height.toml",
+            wall("[1, -1, -1]", "[-1, -1, -1]"),
+            "no height",
+        ),
+        (
+            "line.toml",
+            wall("[1, -1, -1]", "[3, -1, -1]"),
+            "on one line",
+        ),
+        (
+            "behind.toml",
+            wall("[-1, -1, 1]", "[-1, -1, -3]"),
+            "on one line",
+        ),
+        (
+            "turned.toml",
+            wall("[-1, 1, -1]", "[1, -1, -1]"),
+            "behind its plane",
+        ),
         ("nan.toml", wall("[nan, -1, -1]", "[-1, 1, -1]"), "NaN"),
-        ("pixels.toml", wall("[1, -1, -1]", "[-1, 1, -1]") + "pixels = [0, 9]\n", "0 × 9"),
+        (
+            "pixels.toml",
+            wall("[1, -1, -1]", "[-1, 1, -1]") + "pixels = [0, 9]\n",
+            "0 × 9",
+        ),
         ("none.toml", String::new(), "[[wall]]"),
     ] {
         fs::write(folder.path().join(name), &text).unwrap();
@@ -232,7 +375,12 @@ fn unusable_walls_are_named() {
         refused(folder.path(), command, 1, &[wall, expected]);
     }
     let mut missing = shisen(folder.path());
-    refused(folder.path(), missing.args(["cave", "--walls", "no.toml"]), 1, &["no.toml"]);
+    refused(
+        folder.path(),
+        missing.args(["cave", "--walls", "no.toml"]),
+        1,
+        &["no.toml"],
+    );
     for (head, wall, expected) in [
         ("0,0,-1.5", "front", "in its plane"),
         ("-0.5,0,-2", "front", "behind its plane"),
@@ -251,7 +399,11 @@ fn outputs_that_cannot_be_written_are_named_and_nothing_is_left() {
     let folder = folder();
     fs::write(folder.path().join("file"), "kept").unwrap();
     fs::create_dir_all(folder.path().join("out/front-left.png")).unwrap();
-    for (out, expected) in [("file", "file"), ("file/below", "--out"), ("out", "front-left.png")] {
+    for (out, expected) in [
+        ("file", "file"),
+        ("file/below", "--out"),
+        ("out", "front-left.png"),
+    ] {
         let mut command = shisen(folder.path());
         command.args(["cave", "--size", "8", "--out", out]);
         refused(folder.path(), &mut command, 1, &[out, expected]);
@@ -274,7 +426,11 @@ fn outputs_that_cannot_be_written_are_named_and_nothing_is_left() {
 #[test]
 fn rays_that_are_none_are_named() {
     let folder = folder();
-    fs::write(folder.path().join("one.obj"), format!("{TRIANGLE}f 1 2 3\n")).unwrap();
+    fs::write(
+        folder.path().join("one.obj"),
+        format!("{TRIANGLE}f 1 2 3\n"),
+    )
+    .unwrap();
     fs::write(folder.path().join("rays.bin"), [0; 24]).unwrap();
     fs::write(folder.path().join("odd.bin"), [0; 25]).unwrap();
     fs::write(folder.path().join("empty.bin"), []).unwrap();
@@ -285,12 +441,19 @@ fn rays_that_are_none_are_named() {
         ("no.obj", "rays.bin", "no.obj"),
     ] {
         let mut command = shisen(folder.path());
-        command.args(["bench", "rays", "--mesh", mesh, "--rays", rays, "--hits", "hits.bin"]);
+        command.args([
+            "bench", "rays", "--mesh", mesh, "--rays", rays, "--hits", "hits.bin",
+        ]);
         refused(folder.path(), &mut command, 1, &[expected]);
     }
     let mut command = shisen(folder.path());
     command.args(["bench", "rays", "--mesh", "one.obj", "--rays", "rays.bin"]);
-    refused(folder.path(), command.args(["--hits", "no/hits.bin"]), 1, &["no/hits.bin"]);
+    refused(
+        folder.path(),
+        command.args(["--hits", "no/hits.bin"]),
+        1,
+        &["no/hits.bin"],
+    );
 }
 
 #[cfg(target_os = "linux")]
@@ -306,7 +469,10 @@ fn a_report_that_cannot_be_printed_is_a_failure() {
             .output()
             .unwrap()
     };
-    let full = run(fs::OpenOptions::new().write(true).open("/dev/full").unwrap());
+    let full = run(fs::OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .unwrap());
     let message = String::from_utf8(full.stderr).unwrap();
     assert_eq!(full.status.code(), Some(1), "{message}");
     assert!(message.contains("standard output"), "{message}");

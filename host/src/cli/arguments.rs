@@ -9,6 +9,7 @@ use shisen_core::Simd;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::osvr_hdk;
 use std::ffi::OsString;
+use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -30,6 +31,16 @@ impl From<OsString> for SceneName {
         match name.to_str().map(PaperScene::from_str) {
             Some(Ok(scene)) => Self::Paper(scene),
             _ => Self::File(name.into()),
+        }
+    }
+}
+
+impl fmt::Display for SceneName {
+    /// The letter, or the path as given.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Paper(which) => f.write_str(which.name()),
+            Self::File(path) => path.display().fmt(f),
         }
     }
 }

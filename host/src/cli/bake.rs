@@ -3,7 +3,7 @@
 use super::arguments::{LayoutChoice, Model, SceneName};
 use super::failure::{Failure, Fault};
 use super::print;
-use super::source::{Loaded, Source, is_mesh, load_mesh, scene_of_meshes};
+use super::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
 use clap::Args;
 use serde::Serialize;
 use shisen::bake::{Baked, BakedScene, Layout};
@@ -55,7 +55,8 @@ struct Report {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
     let scene = load(arguments)?;
-    let baked = BakedScene::new(&scene, arguments.layout.0).map_err(Failure::from_error)?;
+    let names: Vec<String> = arguments.input.iter().map(ToString::to_string).collect();
+    let baked = bake(&scene, &names.join(", "), arguments.layout.0)?;
     let path = &arguments.output;
     write_atomically(path, |file| file.write_all(baked.as_bytes())).map_err(Fault::write(path))?;
     let report = match &baked {
@@ -78,11 +79,8 @@ fn load(arguments: &Arguments) -> Result<Scene, Failure> {
         [name] if meshes.is_empty() => match Source::load(name, model)?.scene {
             Loaded::Described(scene) => Ok(scene),
             Loaded::Baked(_) => {
-                let path = match name {
-                    SceneName::File(path) => path.clone(),
-                    SceneName::Paper(which) => which.name().into(),
-                };
-                Err(Fault::AlreadyBaked { path }.into())
+                let name = name.to_string();
+                Err(Fault::AlreadyBaked { name }.into())
             }
         },
         all if meshes.len() == all.len() => {

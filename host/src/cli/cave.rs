@@ -10,7 +10,7 @@ use super::arguments::{
 };
 use super::failure::{Failure, Fault};
 use super::print;
-use super::source::{Loaded, Source};
+use super::source::{Loaded, Source, bake};
 use clap::Args;
 use glam::DVec3;
 use pictures::Writer;
@@ -60,7 +60,12 @@ pub(super) struct Arguments {
           value_parser = clap::value_parser!(u8).range(1..=2))]
     eyes: u8,
     /// Where the head is: metres, in the room
-    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        default_value = "0,0,0",
+        allow_hyphen_values = true
+    )]
     head: Point,
     /// How the head is turned: an OSVR HDK report of 16 or 32 bytes, in
     /// hexadecimal
@@ -122,9 +127,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let source = Source::load(&arguments.scene, &arguments.model)?;
     let baked = match source.scene {
         Loaded::Baked(baked) => baked,
-        Loaded::Described(scene) => {
-            BakedScene::new(&scene, Layout::Fast).map_err(Failure::from_error)?
-        }
+        Loaded::Described(scene) => bake(&scene, &source.name, Layout::Fast)?,
     };
     make_writable(&arguments.out)?;
     let mut options = Options::default();

@@ -1,6 +1,7 @@
 //! Why a command ends without having done what it was asked to.
 
 use miette::Diagnostic;
+use shisen::bake::BakeError;
 use shisen::output::explain;
 use shisen_core::scene::SceneError;
 use std::io::{self, Write};
@@ -34,7 +35,9 @@ pub(super) enum Fault {
     },
     /// A mesh where a scene belongs.
     #[error("{} is a mesh, not a scene", path.display())]
-    #[diagnostic(help("place it in a built-in scene with --scene A --mesh FILE, or bake it first"))]
+    #[diagnostic(help(
+        "place it in a built-in scene with --scene A --mesh FILE, or bake it first"
+    ))]
     MeshAsScene {
         /// The file.
         path: PathBuf,
@@ -56,11 +59,20 @@ pub(super) enum Fault {
         source: SceneError,
     },
     /// A baked scene that is to be baked.
-    #[error("{} is baked already", path.display())]
+    #[error("{name} is baked already")]
     #[diagnostic(help("give what it was baked from"))]
     AlreadyBaked {
         /// The file.
-        path: PathBuf,
+        name: String,
+    },
+    /// A scene that was read but cannot be baked.
+    #[error("{name} cannot be baked")]
+    #[diagnostic(help("change what is named above, in the scene or in its mesh"))]
+    Bake {
+        /// What was read.
+        name: String,
+        /// Why.
+        source: BakeError,
     },
     /// A mesh that the built-in scenes cannot scale.
     #[error("{mesh}: the mesh is flat along x, so it cannot be scaled to the scene")]

@@ -3,7 +3,7 @@
 use super::arguments::{Model, Normals, SceneName};
 use super::failure::{Failure, Fault};
 use glam::{DAffine3, DVec3};
-use shisen::bake::BakedScene;
+use shisen::bake::{BakedScene, Layout};
 use shisen::import::{self, ImportError};
 use shisen::mesh::TriangleMesh;
 use shisen::quadruped::quadruped;
@@ -55,7 +55,7 @@ impl Source {
                 }
                 Ok(Self {
                     scene: Loaded::Described(scene),
-                    name: which.name().to_owned(),
+                    name: name.to_string(),
                     mesh: Some(mesh_name),
                 })
             }
@@ -68,12 +68,23 @@ impl Source {
                 }
                 Ok(Self {
                     scene: load_scene(path)?,
-                    name: path.display().to_string(),
+                    name: name.to_string(),
                     mesh: None,
                 })
             }
         }
     }
+}
+
+/// Bakes a scene that reports call `name`.
+///
+/// # Errors
+/// What keeps the core from tracing it.
+pub(super) fn bake(scene: &Scene, name: &str, layout: Layout) -> Result<BakedScene, Fault> {
+    BakedScene::new(scene, layout).map_err(|source| {
+        let name = name.to_owned();
+        Fault::Bake { name, source }
+    })
 }
 
 /// Loads a mesh file.
