@@ -1,7 +1,10 @@
 //! From a scene in memory to the bytes that the core traces.
 
 mod blob;
+mod layout;
 pub mod tree;
+
+pub use layout::{BakedScene, Layout};
 
 use crate::mesh::{Material, MeshError, TriangleMesh};
 use crate::scene::{Background, Light, Object, Scene, Shape};

@@ -1,4 +1,5 @@
 //! What the tests that cross crates share: meshes, ray files, random numbers.
 
+pub mod command;
 pub mod meshes;
 pub mod rays;
