@@ -18,13 +18,19 @@ use std::time::{Duration, Instant};
 const REPEAT: usize = 7;
 
 fn main() {
-    let file = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
+    let file = std::env::args()
+        .skip(1)
+        .find(|argument| !argument.starts_with('-'));
     let mesh = file.map_or_else(|| icosphere(4), |path| read_obj(&path));
     let mesh = normalised(mesh, 10.0);
     println!("{} triangles", mesh.triangles.len());
     let start = Instant::now();
     let baked = Baked::<8>::new(&lone_mesh(mesh.clone())).expect("bakes");
-    println!("ours: baked in {:?}, {} bytes", start.elapsed(), baked.as_bytes().len());
+    println!(
+        "ours: baked in {:?}, {} bytes",
+        start.elapsed(),
+        baked.as_bytes().len()
+    );
     let compact = Baked::<4>::new(&lone_mesh(mesh.clone())).expect("bakes");
     let (scene, compact) = (baked.scene(), compact.scene());
     let avx2 = MeshTracer::new(&scene, 0, Simd::detect()).expect("a mesh");
@@ -41,8 +47,11 @@ fn main() {
         .collect();
     let mut build = Duration::ZERO;
     let peer = build_cwbvh_from_tris(&triangles, BvhBuildParams::very_slow_build(), &mut build);
-    let peer_triangles: Vec<PeerTriangle> =
-        peer.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
+    let peer_triangles: Vec<PeerTriangle> = peer
+        .primitive_indices
+        .iter()
+        .map(|&i| triangles[i as usize])
+        .collect();
     println!("obvhs: built in {build:?}");
 
     let mut random = Random::new(1);
@@ -50,12 +59,19 @@ fn main() {
     let mut stack = TraversalStack::EMPTY;
     let hits: Vec<_> = to_rays(&primary)
         .iter()
-        .map(|ray| avx2.nearest(ray, &mut stack).0.map(|hit| (hit.t, hit.triangle)))
+        .map(|ray| {
+            avx2.nearest(ray, &mut stack)
+                .0
+                .map(|hit| (hit.t, hit.triangle))
+        })
         .collect();
     let sets = [
         ("zoom", pinhole(1024, 0.12)),
         ("incoherent", incoherent(&mesh, 1 << 20, &mut random)),
-        ("bounce", bounce(&mesh, &primary, &hits, 1 << 20, &mut random)),
+        (
+            "bounce",
+            bounce(&mesh, &primary, &hits, 1 << 20, &mut random),
+        ),
         ("primary", primary),
     ];
     println!("Mrays/s, median of {REPEAT}, one thread; ratio: ours / obvhs");
@@ -124,7 +140,9 @@ where
     Simd: shisen_core::Runs<W>,
 {
     let mut stack = TraversalStack::EMPTY;
-    rays.iter().filter(|ray| tracer.nearest(ray, &mut stack).0.is_some()).count() as u32
+    rays.iter()
+        .filter(|ray| tracer.nearest(ray, &mut stack).0.is_some())
+        .count() as u32
 }
 
 /// Blocks of 8×8 pixels of a picture of 1024².
@@ -160,9 +178,9 @@ fn read_obj(path: &str) -> TriangleMesh {
         let words: Vec<&str> = line.split_whitespace().collect();
         match words.as_slice() {
             ["v", x, y, z, ..] => mesh.positions.push([x, y, z].map(|c| c.parse().unwrap())),
-            ["f", a, b, c] => mesh.triangles.push(
-                [a, b, c].map(|i| i.split('/').next().unwrap().parse::<u32>().unwrap() - 1),
-            ),
+            ["f", a, b, c] => mesh
+                .triangles
+                .push([a, b, c].map(|i| i.split('/').next().unwrap().parse::<u32>().unwrap() - 1)),
             _ => {}
         }
     }

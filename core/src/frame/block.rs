@@ -105,7 +105,11 @@ impl Block {
         }
         if samples > 1 {
             for (number, sum) in (0..self.columns * self.rows).zip(&sums) {
-                write(number % self.columns, number / self.columns, sum.mean(samples));
+                write(
+                    number % self.columns,
+                    number / self.columns,
+                    sum.mean(samples),
+                );
             }
         }
         self.columns * self.rows

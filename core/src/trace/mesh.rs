@@ -7,6 +7,7 @@ use super::hit::{Hit, MeshHit};
 use super::stack::{TraversalStack, Work};
 use super::tile::{TileHits, TileInMeshSearch, TileRays};
 use super::walk::{Visitor, leaf_index, walk};
+use crate::numeric::map3;
 use crate::scene::Scene;
 use crate::scene::format::{COUNT_SHIFT, LeafBlock, Mesh, Node};
 use crate::shape::{Ray, Shear, Slabs, Triangle};
@@ -39,10 +40,10 @@ impl<const W: usize> LeafBlock<W> {
     #[inline(always)]
     pub(crate) fn triangle(&self, lane: u32) -> Triangle {
         let lane = lane as usize & (W - 1);
-        Triangle(
-            self.corners
-                .map(|[x, y, z]| Vec3::new(x[lane], y[lane], z[lane])),
-        )
+        Triangle(map3([0, 1, 2], |corner| {
+            let [x, y, z] = &self.corners[corner];
+            Vec3::new(x[lane], y[lane], z[lane])
+        }))
     }
 }
 
@@ -149,8 +150,8 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
             None => *self.shear.insert(Shear::new(self.ray)),
         };
         let [kx, ky, kz] = shear.axes;
-        let [sx, sy, sz] = shear.shear.map(|s| l.splat(s));
-        let o = self.ray.origin().to_array().map(|o| l.splat(o));
+        let [sx, sy, sz] = map3(shear.shear, |s| l.splat(s));
+        let o = map3(self.ray.origin().to_array(), |o| l.splat(o));
         let component = |corner: usize, axis: usize| {
             // The axes are 0 to 2.
             l.sub(l.load(&block.corners[corner][axis % 3]), o[axis % 3])

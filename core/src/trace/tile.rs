@@ -15,7 +15,7 @@ use super::hit::{Hit, MeshHit};
 use super::stack::{TraversalStack, Work};
 use super::walk::leaf_index;
 use super::world::map_point;
-use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, max, min};
+use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, min};
 use crate::scene::Scene;
 use crate::scene::format::{COUNT_SHIFT, Instance, LEAF, LeafBlock, Node, kind};
 use crate::shape::{Ray, Shear, Slabs, Triangle};
@@ -201,12 +201,18 @@ impl TileSlabs {
             };
         }
         let magnitude = |axis: usize, x: L::F| {
-            if slabs.negative[axis] == 0 { x } else { l.sub(zero, x) }
+            if slabs.negative[axis] == 0 {
+                x
+            } else {
+                l.sub(zero, x)
+            }
         };
         let mut extremes = [(l.splat(f32::INFINITY), l.splat(f32::NEG_INFINITY)); 3];
         for group in 0..EIGHT {
-            let d = [0, 1, 2].map(|axis| l.load(&rays.direction[axis][group]));
-            let m = [0, 1, 2].map(|axis| magnitude(axis, d[axis]));
+            let d = map3([0, 1, 2], |axis: usize| {
+                l.load(&rays.direction[axis][group])
+            });
+            let m = map3([0, 1, 2], |axis: usize| magnitude(axis, d[axis]));
             let largest = l.max(m[0], l.max(m[1], m[2]));
             let least = l.max(
                 l.mul(largest, l.splat(1.0e-18)),
@@ -267,9 +273,16 @@ impl TileSlabs {
     #[inline(always)]
     fn planes(&self, low: [f32; 3], high: [f32; 3]) -> ([f32; 3], [f32; 3]) {
         let pick = |axis: usize, far: usize| {
-            if self.negative[axis] == far { low[axis] } else { high[axis] }
+            if self.negative[axis] == far {
+                low[axis]
+            } else {
+                high[axis]
+            }
         };
-        ([0, 1, 2].map(|a| pick(a, 0)), [0, 1, 2].map(|a| pick(a, 1)))
+        (
+            map3([0, 1, 2], |a| pick(a, 0)),
+            map3([0, 1, 2], |a| pick(a, 1)),
+        )
     }
 }
 
@@ -292,7 +305,11 @@ trait TileVisitor {
 /// A node's planes as eight lanes, those past its width empty.
 #[inline(always)]
 fn widened<const W: usize>(planes: &[[f32; W]; 6], plane: usize) -> [f32; EIGHT] {
-    let empty = if plane & 1 == 0 { f32::INFINITY } else { f32::NEG_INFINITY };
+    let empty = if plane & 1 == 0 {
+        f32::INFINITY
+    } else {
+        f32::NEG_INFINITY
+    };
     let mut lanes = [empty; EIGHT];
     for (lane, &value) in lanes.iter_mut().zip(&planes[plane % 6]) {
         *lane = value;
@@ -315,10 +332,10 @@ fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
 ) {
     let octant = slabs.octant();
     let zero = l.splat(0.0);
-    let interval = slabs.interval.map(|(low, high, slack)| {
+    let interval = map3(slabs.interval, |(low, high, slack)| {
         (l.splat(low), l.splat(high), l.splat(slack))
     });
-    let origin = slabs.origin.map(|o| l.splat(o));
+    let origin = map3(slabs.origin, |o| l.splat(o));
     let mut top = base;
     let mut current = root;
     let mut active = groups;
@@ -338,8 +355,14 @@ fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
         for axis in 0..3 {
             let (low, high, slack) = interval[axis];
             let negative = slabs.negative[axis];
-            let n = l.sub(l.load(&widened(&node.planes, 2 * axis + negative)), origin[axis]);
-            let f = l.sub(l.load(&widened(&node.planes, 2 * axis + 1 - negative)), origin[axis]);
+            let n = l.sub(
+                l.load(&widened(&node.planes, 2 * axis + negative)),
+                origin[axis],
+            );
+            let f = l.sub(
+                l.load(&widened(&node.planes, 2 * axis + 1 - negative)),
+                origin[axis],
+            );
             let n = l.min(l.mul(n, low), l.mul(n, high));
             let f = l.max(l.mul(f, low), l.mul(f, high));
             near = l.max(near, l.sub(n, slack));
@@ -357,7 +380,9 @@ fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
                 }
                 let plane = |p: usize| node.planes[p % 6][lane];
                 let planes = |far: usize| {
-                    [0, 1, 2].map(|axis| plane(2 * axis + (slabs.negative[axis] ^ far)))
+                    map3([0, 1, 2], |axis: usize| {
+                        plane(2 * axis + (slabs.negative[axis] ^ far))
+                    })
                 };
                 let (n, f) = (planes(0), planes(1));
                 let mut entered = 0u8;
@@ -444,7 +469,8 @@ impl<const W: usize> TileInMesh<'_, '_, W> {
             let Some(t) = triangle.exact_distance(&ray, &shear) else {
                 continue;
             };
-            let at = |rows: &[PerRay; 3]| [0, 1, 2].map(|axis| rows[axis][group % EIGHT][lane]);
+            let at =
+                |rows: &[PerRay; 3]| map3([0, 1, 2], |axis: usize| rows[axis][group % EIGHT][lane]);
             let slabs = Slabs::from_parts(
                 at(&self.slabs.reciprocal),
                 at(&self.slabs.near),
@@ -487,9 +513,8 @@ impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
         let zero = l.splat(0.0);
         for lane in 0..count {
             let triangle = block.triangle(lane);
-            let corners = triangle.0.map(|c| (c - self.rays.origin).to_array());
-            let component =
-                |corner: usize, axis: usize| l.splat(corners[corner][axis % 3]);
+            let corners = map3(triangle.0, |c| (c - self.rays.origin).to_array());
+            let component = |corner: usize, axis: usize| l.splat(corners[corner][axis % 3]);
             let (akx, aky, az) = (component(0, kx), component(0, ky), component(0, kz));
             let (bkx, bky, bz) = (component(1, kx), component(1, ky), component(1, kz));
             let (ckx, cky, cz) = (component(2, kx), component(2, ky), component(2, kz));
@@ -659,15 +684,17 @@ fn mapped<L: Lanes<EIGHT>>(l: L, rays: &TileRays, instance: &Instance) -> Option
     let zero = l.splat(0.0);
     let magnitude = |x: L::F| l.max(x, l.sub(zero, x));
     for group in 0..EIGHT {
-        let d = [0, 1, 2].map(|axis| l.load(&rays.direction[axis][group]));
-        let d = [0, 1, 2].map(|axis| {
+        let d = map3([0, 1, 2], |axis: usize| {
+            l.load(&rays.direction[axis][group])
+        });
+        let d = map3([0, 1, 2], |axis: usize| {
             // The order of map_vector's sums.
             let x = l.mul(l.splat(map[0][axis]), d[0]);
             let y = l.mul(l.splat(map[1][axis]), d[1]);
             let z = l.mul(l.splat(map[2][axis]), d[2]);
             l.add(l.add(x, y), z)
         });
-        let [x, y, z] = d.map(magnitude);
+        let [x, y, z] = map3(d, magnitude);
         let largest = l.max(x, l.max(y, z));
         let usable = l.and(
             l.le(l.splat(Ray::SHORTEST_DIRECTION), largest),
@@ -693,8 +720,10 @@ fn shears<L: Lanes<EIGHT>>(l: L, rays: &TileRays) -> Option<([usize; 3], [PerRay
     let zero = l.splat(0.0);
     let mut shear = [[[0.0; EIGHT]; EIGHT]; 3];
     for group in 0..EIGHT {
-        let d = [kx, ky, kz].map(|axis| l.load(&rays.direction[axis % 3][group]));
-        let [x, y, z] = d.map(|d| l.max(d, l.sub(zero, d)));
+        let d = map3([kx, ky, kz], |axis| {
+            l.load(&rays.direction[axis % 3][group])
+        });
+        let [x, y, z] = map3(d, |d| l.max(d, l.sub(zero, d)));
         // Where two are equal the first axis rules: leave those to Shear.
         if l.bits(l.or(l.le(z, x), l.le(z, y))) != 0 {
             return None;

@@ -271,8 +271,8 @@ where
         let facing = if inside { -1.0 } else { 1.0 };
         let normal = surface.shading_normal * facing;
         if material.effects & effect::LIT != 0 {
-            gathered.light += weight
-                * self.lit(&surface, direction, normal, facing, budget, workspace);
+            gathered.light +=
+                weight * self.lit(&surface, direction, normal, facing, budget, workspace);
         }
         if from.bounces >= self.depth {
             return;
@@ -296,7 +296,10 @@ where
                     workspace.statistics.refracted += 1;
                 }
             }
-            let reflected = above(reflect(direction, normal), surface.geometric_normal * facing);
+            let reflected = above(
+                reflect(direction, normal),
+                surface.geometric_normal * facing,
+            );
             let next = Next {
                 ray: Ray::new(surface.start(reflected), reflected),
                 weight: weight * refraction.reflectance,
@@ -312,7 +315,10 @@ where
                 workspace.statistics.reflected += 1;
             }
         } else if material.effects & effect::REFLECTION != 0 {
-            let reflected = above(reflect(direction, normal), surface.geometric_normal * facing);
+            let reflected = above(
+                reflect(direction, normal),
+                surface.geometric_normal * facing,
+            );
             let next = Next {
                 ray: Ray::new(surface.start(reflected), reflected),
                 weight: weight * Vec3::from_array(material.mirror),
