@@ -11,12 +11,14 @@ pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 /// The correctly rounded square root; NaN below zero.
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
-    #[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
+    // The hard-float ABI of bare-metal ARM has the instruction; that a target
+    // feature is on cannot be asked of ARM in stable Rust.
+    #[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
     #[allow(unsafe_code)]
     {
         let root: f32;
         // SAFETY: one register in, one out; vsqrt traps on nothing and is
-        // there wherever `vfp2` is enabled. libm's loop takes 52 instructions.
+        // there by the target's ABI. libm's loop takes 52 instructions.
         unsafe {
             core::arch::asm!(
                 "vsqrt.f32 {root}, {x}",
@@ -27,7 +29,7 @@ pub fn sqrt(x: f32) -> f32 {
         }
         root
     }
-    #[cfg(not(all(target_arch = "arm", target_feature = "vfp2")))]
+    #[cfg(not(all(target_arch = "arm", target_os = "none", target_abi = "eabihf")))]
     {
         libm::sqrtf(x)
     }

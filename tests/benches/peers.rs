@@ -111,18 +111,23 @@ fn main() {
         ];
         let rate = interleaved(&contenders).map(|seconds| rays.len() as f64 / seconds / 1e6);
         print!("{name:>10}");
-        for (number, rate) in rate.iter().enumerate() {
-            match number {
-                3 if tiles.is_empty() => print!(" {:>9}", "-"),
-                _ => print!(" {rate:9.2}"),
-            }
-        }
-        print!(" {:11.2}", rate[0] / rate[4]);
-        match tiles.is_empty() {
-            true => println!(" {:>11}", "-"),
-            false => println!(" {:11.2}", rate[3] / rate[0]),
+        print_row(&rate, !tiles.is_empty());
+    }
+}
+
+fn print_row(rate: &[f64; 5], tiled: bool) {
+    for (number, rate) in rate.iter().enumerate() {
+        if number == 3 && !tiled {
+            print!(" {:>9}", "-");
+        } else {
+            print!(" {rate:9.2}");
         }
     }
+    print!(" {:11.2}", rate[0] / rate[4]);
+    if tiled {
+        print!(" {:11.2}", rate[3] / rate[0]);
+    }
+    println!();
 }
 
 /// The median seconds of each contender, who take turns.
