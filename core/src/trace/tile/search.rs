@@ -248,6 +248,9 @@ fn mapped<L: Lanes<EIGHT>>(l: L, rays: &TileRays, instance: &Instance) -> Option
     let zero = l.splat(0.0);
     let magnitude = |x: L::F| l.max(x, l.sub(zero, x));
     for group in 0..EIGHT {
+        let d = map3([0, 1, 2], |axis: usize| {
+            l.load(&rays.direction[axis][group])
+        });
         let d = [
             mapped_axis(l, map, 0, &d),
             mapped_axis(l, map, 1, &d),
