@@ -33,6 +33,10 @@ impl Slabs {
     /// [`Ray::FARTHEST`] is finite, and so are sums of three such.
     const LEAST_COMPONENT: f32 = 1.0e-26;
 
+    /// Extents up to this keep the widening of all planes finite, so that a
+    /// box from +∞ to −∞ is never entered.
+    pub const LARGEST_EXTENT: f32 = 1.0e17;
+
     /// Multiples of u·M by which boxes are widened.
     pub const SLACK: f32 = 32.0;
 
