@@ -64,7 +64,10 @@ where
 {
     let tracer = MeshTracer::new(&scene, 0, simd).expect("a scene with a mesh");
     let mut stack = TraversalStack::EMPTY;
-    (name::<W>(simd), Box::new(move |ray| tracer.nearest(ray, &mut stack).0))
+    (
+        name::<W>(simd),
+        Box::new(move |ray| tracer.nearest(ray, &mut stack).0),
+    )
 }
 
 fn in_scene<const W: usize>(scene: shisen_core::scene::Scene<'_, W>, simd: Simd) -> Search<'_, Hit>
@@ -73,8 +76,7 @@ where
 {
     let tracer = Tracer::new(scene, simd, 0);
     let mut workspace = Workspace::new();
-    let search = move |ray: &Ray| {
-        tracer.nearest(ray, &mut Budget::UNLIMITED.clone(), &mut workspace)
-    };
+    let search =
+        move |ray: &Ray| tracer.nearest(ray, &mut Budget::UNLIMITED.clone(), &mut workspace);
     (name::<W>(simd), Box::new(search))
 }

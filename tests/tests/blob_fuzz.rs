@@ -19,7 +19,12 @@ use xxhash_rust::xxh32::xxh32;
 /// Everything that a scene can have, little of each.
 fn small_scene() -> Scene {
     let tetrahedron = TriangleMesh {
-        positions: vec![[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]],
+        positions: vec![
+            [1.0, 1.0, 1.0],
+            [1.0, -1.0, -1.0],
+            [-1.0, 1.0, -1.0],
+            [-1.0, -1.0, 1.0],
+        ],
         triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
         materials: vec![Material::default()],
         triangle_materials: vec![0; 4],
@@ -117,7 +122,11 @@ fn rays(count: usize) -> Vec<Ray> {
             2 => (target - origin) * 1e15,
             _ => target - origin,
         };
-        let origin = if rays.len() % 9 == 0 { origin * 1e11 } else { origin };
+        let origin = if rays.len() % 9 == 0 {
+            origin * 1e11
+        } else {
+            origin
+        };
         rays.extend(Ray::new(origin, direction));
     }
     rays
@@ -208,7 +217,10 @@ where
         }
     }
     // Both must come up, or one of the two was not tested.
-    assert!(refused > 100 && traced > 100, "{refused} refused, {traced} traced");
+    assert!(
+        refused > 100 && traced > 100,
+        "{refused} refused, {traced} traced"
+    );
 }
 
 const BITS: [fn(u8) -> u8; 8] = [
@@ -269,7 +281,7 @@ fn words_replaced_together() {
         let seed = 0xF0_0000 + case as u64;
         let mut random = Random::new(seed);
         let bytes = copy.bytes();
-        for _ in 0..1 + random.below(4) {
+        for _ in 0..=random.below(4) {
             // Past magic, checksum, version, width and length.
             let at = 4 * (6 + random.below(words - 6));
             let word = match random.below(3) {
@@ -309,7 +321,10 @@ where
             let bytes = cut.bytes();
             bytes[20..24].copy_from_slice(&(length as u32).to_le_bytes());
             mend_checksum(bytes);
-            assert!(try_out::<W>(bytes, "cut off", &[]).is_err(), "{length} bytes");
+            assert!(
+                try_out::<W>(bytes, "cut off", &[]).is_err(),
+                "{length} bytes"
+            );
         }
     }
 }
@@ -328,14 +343,22 @@ fn each_fault_of_the_whole_has_its_error() {
 
     let mut longer = baked.as_bytes().to_vec();
     longer.extend([0xA5; 77]);
-    assert_eq!(load(Aligned::new(&longer).bytes()), Ok(()), "what follows is not the scene's");
+    assert_eq!(
+        load(Aligned::new(&longer).bytes()),
+        Ok(()),
+        "what follows is not the scene's"
+    );
 
     for offset in [1, 2, 4, 8, 16] {
         let mut shifted = vec![0; offset];
         shifted.extend_from_slice(baked.as_bytes());
         let mut shifted = Aligned::new(&shifted);
         let found = load(&shifted.bytes()[offset..]);
-        assert_eq!(found, Err(SceneError::Misaligned { needed: ALIGNMENT }), "{offset}");
+        assert_eq!(
+            found,
+            Err(SceneError::Misaligned { needed: ALIGNMENT }),
+            "{offset}"
+        );
     }
 
     let mut other = Aligned::new(baked.as_bytes());
@@ -347,7 +370,10 @@ fn each_fault_of_the_whole_has_its_error() {
     other.bytes()[12..16].copy_from_slice(&found.to_le_bytes());
     mend_checksum(other.bytes());
     let supported = VERSION;
-    assert_eq!(load(other.bytes()), Err(SceneError::Version { found, supported }));
+    assert_eq!(
+        load(other.bytes()),
+        Err(SceneError::Version { found, supported })
+    );
 
     let compact = Baked::<4>::new(&small_scene()).expect("a scene");
     let expected = SceneError::Width {
@@ -365,11 +391,17 @@ fn each_fault_of_the_whole_has_its_error() {
     other.bytes()[28..32].copy_from_slice(&f32::MAX.to_le_bytes());
     mend_checksum(other.bytes());
     let what = "the scene's extent";
-    assert_eq!(load(other.bytes()), Err(SceneError::Value { what, record: 0 }));
+    assert_eq!(
+        load(other.bytes()),
+        Err(SceneError::Value { what, record: 0 })
+    );
 
     let mut other = Aligned::new(baked.as_bytes());
     let last = other.bytes().len() - 1;
     other.bytes()[last] ^= 1;
     let found = load(other.bytes());
-    assert!(matches!(found, Err(SceneError::Checksum { .. })), "{found:?}");
+    assert!(
+        matches!(found, Err(SceneError::Checksum { .. })),
+        "{found:?}"
+    );
 }

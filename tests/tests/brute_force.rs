@@ -85,9 +85,15 @@ impl Soup {
             return shisen_tests::meshes::gridded_cube(cells);
         }
         let mut mesh = TriangleMesh::default();
-        for _ in 0..1 + random.below(60) {
-            let corners = self.corners(random).map(|corner| corner.as_vec3().to_array());
-            let copies = if let Self::Duplicates = self { 1 + random.below(12) } else { 1 };
+        for _ in 0..=random.below(60) {
+            let corners = self
+                .corners(random)
+                .map(|corner| corner.as_vec3().to_array());
+            let copies = if let Self::Duplicates = self {
+                1 + random.below(12)
+            } else {
+                1
+            };
             for copy in 0..copies {
                 let first = mesh.positions.len() as u32;
                 mesh.positions.extend(corners);
@@ -147,7 +153,10 @@ fn ray(mesh: &TriangleMesh, size: f64, random: &mut Random) -> Option<Ray> {
 /// The least (t, id) over all triangles.
 fn brute_force(mesh: &TriangleMesh, ray: &Ray) -> Option<(f32, u32)> {
     let (low, high) = mesh.bounds();
-    let extent = low.iter().chain(&high).fold(0.0f32, |extent, c| extent.max(c.abs()));
+    let extent = low
+        .iter()
+        .chain(&high)
+        .fold(0.0f32, |extent, c| extent.max(c.abs()));
     let mut best: Option<(f32, u32)> = None;
     for (id, corners) in (0..).zip(&mesh.triangles) {
         let hit = triangle(mesh, *corners).intersect(ray, extent);
@@ -174,9 +183,13 @@ fn every_path_finds_the_least_distance_and_number() {
         let soup = SOUPS[case % SOUPS.len()];
         let mesh = soup.mesh(&mut random);
         let paths = Paths::new(&lone_mesh(mesh.clone()));
-        let rays_here: Vec<_> =
-            (0..40).filter_map(|_| ray(&mesh, soup.size(), &mut random)).collect();
-        let expected: Vec<_> = rays_here.iter().map(|ray| brute_force(&mesh, ray)).collect();
+        let rays_here: Vec<_> = (0..40)
+            .filter_map(|_| ray(&mesh, soup.size(), &mut random))
+            .collect();
+        let expected: Vec<_> = rays_here
+            .iter()
+            .map(|ray| brute_force(&mesh, ray))
+            .collect();
         for (path, mut search) in paths.in_mesh() {
             for (ray, expected) in rays_here.iter().zip(&expected) {
                 let found = search(ray).map(|hit| (hit.t.to_bits(), hit.triangle));
@@ -201,7 +214,10 @@ fn triangles_are_accepted_as_exact_arithmetic_says() {
         let mesh = if let Soup::Grid = soup {
             shisen_tests::meshes::gridded_cube(2)
         } else {
-            let positions = soup.corners(&mut random).map(|c| c.as_vec3().to_array()).to_vec();
+            let positions = soup
+                .corners(&mut random)
+                .map(|c| c.as_vec3().to_array())
+                .to_vec();
             TriangleMesh {
                 positions,
                 triangles: vec![[0, 1, 2]],
@@ -212,7 +228,10 @@ fn triangles_are_accepted_as_exact_arithmetic_says() {
             continue;
         };
         let (low, high) = mesh.bounds();
-        let extent = low.iter().chain(&high).fold(0.0f32, |extent, c| extent.max(c.abs()));
+        let extent = low
+            .iter()
+            .chain(&high)
+            .fold(0.0f32, |extent, c| extent.max(c.abs()));
         let corners = mesh.triangles[random.below(mesh.triangles.len())];
         let triangle = triangle(&mesh, corners);
         let found = triangle.intersect(&ray, extent);
@@ -230,7 +249,11 @@ fn triangles_are_accepted_as_exact_arithmetic_says() {
                 counts[2] += 1;
                 let hit = found.unwrap_or_else(|| panic!("{}: a hit at {t}", context()));
                 let off = (f64::from(hit.t) - t).abs();
-                assert!(off <= error, "{}: {off:e} off {t}, allowed {error:e}", context());
+                assert!(
+                    off <= error,
+                    "{}: {off:e} off {t}, allowed {error:e}",
+                    context()
+                );
                 let sum: f32 = hit.weights.iter().sum();
                 assert!(hit.weights.iter().all(|&w| w >= 0.0), "{}", context());
                 assert!((sum - 1.0).abs() <= 3.0 * f32::EPSILON, "{}", context());
@@ -270,7 +293,7 @@ fn many_instances_give_the_nearest_of_each_alone() {
             objects: Vec::new(),
             ..lone_mesh(icosphere(0))
         };
-        for _ in 0..1 + random.below(30) {
+        for _ in 0..=random.below(30) {
             let shape = match random.below(4) {
                 0 => Shape::Sphere { radius: 0.7 },
                 1 => Shape::Spheroid {

@@ -91,10 +91,17 @@ fn assert_one_hash(name: &str, scene: &Scene, side: u32, tiles: &[u32]) {
     }
     for (threads, tile, mode, simd) in ways {
         let options = options(threads, tile, mode, simd);
-        for (width, found) in [(8, frame(&fast, side, &options)), (4, frame(&compact, side, &options))] {
+        for (width, found) in [
+            (8, frame(&fast, side, &options)),
+            (4, frame(&compact, side, &options)),
+        ] {
             let way = format!("{name}, {width} wide, {options:?}");
             assert_eq!(found.hash(), reference.hash(), "{way}");
-            assert_eq!(rays(&found.statistics), rays(&reference.statistics), "{way}");
+            assert_eq!(
+                rays(&found.statistics),
+                rays(&reference.statistics),
+                "{way}"
+            );
             if width == 8 && mode == Mode::Single {
                 assert_eq!(found.statistics, reference.statistics, "{way}");
             }
@@ -156,7 +163,11 @@ fn view() -> View {
 
 /// Calls a job until it is finished; returns pixels, total statistics and
 /// the most steps of a call beyond its budget.
-fn in_instalments(renderer: &Renderer<'_>, tile: Tile, budget: u64) -> (Vec<Pixel>, Statistics, u64) {
+fn in_instalments(
+    renderer: &Renderer<'_>,
+    tile: Tile,
+    budget: u64,
+) -> (Vec<Pixel>, Statistics, u64) {
     let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
     let mut workspace = Workspace::new();
     let mut job = TileJob::new(tile);
@@ -168,14 +179,21 @@ fn in_instalments(renderer: &Renderer<'_>, tile: Tile, budget: u64) -> (Vec<Pixe
             .render(renderer, &view(), &mut pixels, &mut left, &mut workspace)
             .expect("a tile of the view");
         let steps = workspace.statistics.steps - before.steps;
-        assert_eq!(left.left(), budget.saturating_sub(steps), "the budget counts all steps");
+        assert_eq!(
+            left.left(),
+            budget.saturating_sub(steps),
+            "the budget counts all steps"
+        );
         most_over = most_over.max(steps.saturating_sub(budget));
         calls += 1;
         if outcome == Outcome::Finished {
             return (pixels, workspace.statistics, most_over);
         }
         assert!(left.is_spent(), "stopped with budget left");
-        assert!(calls <= u64::from(tile.width * tile.height) * 3, "no progress");
+        assert!(
+            calls <= u64::from(tile.width * tile.height) * 3,
+            "no progress"
+        );
     }
 }
 
@@ -230,9 +248,15 @@ fn interrupted_rendering_gives_the_same_pixels_within_the_budget() {
             assert_eq!(pixels, whole.0, "{mode:?}, {budget} steps a call");
             assert!(statistics.rays() >= whole.1.rays());
             if mode == Mode::Single {
-                assert_eq!(statistics, whole.1, "{budget} steps a call: work done twice");
+                assert_eq!(
+                    statistics, whole.1,
+                    "{budget} steps a call: work done twice"
+                );
             }
-            assert!(most_over <= allowed, "{mode:?}: {most_over} over {budget}, {allowed} allowed");
+            assert!(
+                most_over <= allowed,
+                "{mode:?}: {most_over} over {budget}, {allowed} allowed"
+            );
         }
     }
 }

@@ -118,7 +118,10 @@ fn seen(scene: &Scene, depth: u8, origin: [f32; 3], direction: [f32; 3]) -> Pixe
 
 #[track_caller]
 fn assert_near(found: f32, expected: f64, tolerance: f64) {
-    assert!((f64::from(found) - expected).abs() <= tolerance, "{found}, expected {expected}");
+    assert!(
+        (f64::from(found) - expected).abs() <= tolerance,
+        "{found}, expected {expected}"
+    );
 }
 
 #[test]
@@ -129,7 +132,12 @@ fn parallel_mirrors_give_a_geometric_series_that_ends_at_the_depth() {
             mirror: [mirror; 3],
             ..matt([0.25, 0.25, 0.25])
         };
-        add_box(&mut scene, [-5.0, -5.0, -2.0], [5.0, 5.0, -1.0], chrome.clone());
+        add_box(
+            &mut scene,
+            [-5.0, -5.0, -2.0],
+            [5.0, 5.0, -1.0],
+            chrome.clone(),
+        );
         add_box(&mut scene, [-5.0, -5.0, 1.0], [5.0, 5.0, 2.0], chrome);
         let m = f64::from(mirror);
         for depth in 0..=MAX_DEPTH {
@@ -150,8 +158,18 @@ fn parallel_mirrors_give_a_geometric_series_that_ends_at_the_depth() {
 /// eye).
 fn slab(index: f32) -> Scene {
     let mut scene = empty();
-    add_box(&mut scene, [-9.0, -9.0, -0.5], [9.0, 9.0, 0.5], glass(index));
-    add_box(&mut scene, [-9.0, -9.0, -4.0], [9.0, 9.0, -3.0], matt(GREEN));
+    add_box(
+        &mut scene,
+        [-9.0, -9.0, -0.5],
+        [9.0, 9.0, 0.5],
+        glass(index),
+    );
+    add_box(
+        &mut scene,
+        [-9.0, -9.0, -4.0],
+        [9.0, 9.0, -3.0],
+        matt(GREEN),
+    );
     add_box(&mut scene, [-9.0, -9.0, 5.0], [9.0, 9.0, 6.0], matt(RED));
     scene
 }
@@ -164,7 +182,13 @@ fn a_slab_splits_light_into_fresnels_series() {
         let scene = slab(index);
         for depth in 0..=8u8 {
             // Through after 2, 4, 6 … borders; back after 1, 3, 5 ….
-            let kept = |weight: f64| if weight >= f64::from(LEAST_WEIGHT) { weight } else { 0.0 };
+            let kept = |weight: f64| {
+                if weight >= f64::from(LEAST_WEIGHT) {
+                    weight
+                } else {
+                    0.0
+                }
+            };
             let (mut through, mut back) = (0.0, 0.0);
             if depth >= 1 {
                 back += r;
@@ -172,8 +196,11 @@ fn a_slab_splits_light_into_fresnels_series() {
             let mut inside = 1.0 - r;
             for borders in 2..=depth {
                 // What does not leave here goes on inside.
-                *(if borders % 2 == 0 { &mut through } else { &mut back }) +=
-                    kept(inside * (1.0 - r));
+                *(if borders % 2 == 0 {
+                    &mut through
+                } else {
+                    &mut back
+                }) += kept(inside * (1.0 - r));
                 inside = kept(inside * r);
             }
             let pixel = seen(&scene, depth, [0.3, 0.2, 3.0], [0.0, 0.0, -1.0]);
@@ -228,7 +255,12 @@ fn a_prism_turns_light_by_total_reflection() {
         &[1, 2, 5, 4],
     ];
     add_body(&mut scene, &positions, &faces, glass(1.5));
-    add_box(&mut scene, [-5.0, -3.0, -5.0], [5.0, -2.0, 5.0], matt(GREEN));
+    add_box(
+        &mut scene,
+        [-5.0, -3.0, -5.0],
+        [5.0, -2.0, 5.0],
+        matt(GREEN),
+    );
     add_box(&mut scene, [3.0, -1.0, -5.0], [4.0, 5.0, 5.0], matt(RED));
     let r = 0.04f64;
     let view = |depth| seen(&scene, depth, [-2.0, 0.4, 0.1], [1.0, 0.0, 0.0]);
@@ -308,7 +340,12 @@ fn spheres_and_spheroids_face_along_their_gradient() {
         equatorial_radius: 1.0,
         polar_radius: 0.5,
     };
-    add(&mut scene, spheroid, matt([1.0; 3]), DAffine3::from_quat(turn));
+    add(
+        &mut scene,
+        spheroid,
+        matt([1.0; 3]),
+        DAffine3::from_quat(turn),
+    );
     let mut lit = 0;
     for i in 0..200 {
         let (x, y) = (-0.9 + 0.009 * f64::from(i), 0.31 - 0.002 * f64::from(i));
@@ -334,7 +371,12 @@ fn point_lights_fall_off_and_cast_shadows() {
     let floor = |light: Light| {
         let mut scene = empty();
         scene.ambient = [0.0; 3];
-        add_box(&mut scene, [-50.0, -1.0, -50.0], [50.0, 0.0, 50.0], matt([0.5; 3]));
+        add_box(
+            &mut scene,
+            [-50.0, -1.0, -50.0],
+            [50.0, 0.0, 50.0],
+            matt([0.5; 3]),
+        );
         scene.lights.push(light);
         scene
     };
@@ -353,7 +395,12 @@ fn point_lights_fall_off_and_cast_shadows() {
             assert_near(look(&scene), expected, 1e-6 * expected);
             // Something past the light, or beside the way, changes nothing.
             add_sphere(&mut scene, 0.1, 1.2 * position, matt([1.0; 3]));
-            add_sphere(&mut scene, 0.1, DVec3::new(x - 0.4, 0.5 * height, 0.0), matt([1.0; 3]));
+            add_sphere(
+                &mut scene,
+                0.1,
+                DVec3::new(x - 0.4, 0.5 * height, 0.0),
+                matt([1.0; 3]),
+            );
             assert_near(look(&scene), expected, 1e-6 * expected);
             add_sphere(&mut scene, 0.1, 0.5 * position, matt([1.0; 3]));
             assert_eq!(look(&scene), 0.0, "a ball between them");
@@ -371,7 +418,12 @@ fn point_lights_fall_off_and_cast_shadows() {
 fn directional_light_passes_a_mesh_through_its_box_alone() {
     let mut scene = empty();
     scene.ambient = [0.0; 3];
-    add_box(&mut scene, [-50.0, -1.0, -50.0], [50.0, 0.0, 50.0], matt([0.5; 3]));
+    add_box(
+        &mut scene,
+        [-50.0, -1.0, -50.0],
+        [50.0, 0.0, 50.0],
+        matt([0.5; 3]),
+    );
     scene.lights.push(Light::Directional {
         direction: DVec3::NEG_Y,
         colour: [1.0; 3],
@@ -401,7 +453,11 @@ fn the_background_is_a_gradient_over_the_sine_of_elevation() {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let direction = Vec3::new(0.0, sin as f32, -cos as f32) * 3.0;
         let pixel = seen(&scene, 3, [1.0, 2.0, 3.0], direction.to_array());
-        let far = if sin >= 0.0 { scene.background.zenith } else { scene.background.nadir };
+        let far = if sin >= 0.0 {
+            scene.background.zenith
+        } else {
+            scene.background.nadir
+        };
         for (channel, found) in [pixel.red, pixel.green, pixel.blue].into_iter().enumerate() {
             let horizon = f64::from(scene.background.horizon[channel]);
             let expected = horizon + (f64::from(far[channel]) - horizon) * sin.abs();
@@ -434,10 +490,19 @@ fn glass_before_a_transparent_background_covers_what_it_reflects() {
         assert_eq!(past, Pixel::default());
     }
     // A mirror and a matt body cover all, whatever they show.
-    for material in [matt(RED), Material { mirror: [0.5; 3], ..black() }] {
+    for material in [
+        matt(RED),
+        Material {
+            mirror: [0.5; 3],
+            ..black()
+        },
+    ] {
         let mut scene = empty();
         scene.background.alpha = 0.0;
         add_sphere(&mut scene, 1.0, DVec3::ZERO, material);
-        assert_eq!(seen(&scene, 3, [0.1, 0.2, 3.0], [0.0, 0.0, -1.0]).alpha, 1.0);
+        assert_eq!(
+            seen(&scene, 3, [0.1, 0.2, 3.0], [0.0, 0.0, -1.0]).alpha,
+            1.0
+        );
     }
 }

@@ -17,7 +17,9 @@ fn ellipsoid() -> TriangleMesh {
         * DMat3::from_diagonal(DVec3::new(1.0, 2.3, 0.37));
     let mut mesh = icosphere(5);
     for position in &mut mesh.positions {
-        *position = (map * Vec3::from(*position).as_dvec3()).as_vec3().to_array();
+        *position = (map * Vec3::from(*position).as_dvec3())
+            .as_vec3()
+            .to_array();
     }
     mesh
 }
@@ -34,7 +36,10 @@ fn edges(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
             *sides.entry([p.min(q), p.max(q)]).or_insert(0) += if p < q { 1 } else { -1 };
         }
     }
-    assert!(sides.values().all(|&sum| sum == 0), "a mesh that is not closed");
+    assert!(
+        sides.values().all(|&sum| sum == 0),
+        "a mesh that is not closed"
+    );
     let mut edges: Vec<_> = sides.into_keys().collect();
     edges.sort_unstable();
     edges
@@ -53,7 +58,9 @@ impl Targets {
                 .into_iter()
                 .map(|edge| 0.5 * edge.map(|v| position(mesh, v)).iter().sum::<DVec3>())
                 .collect(),
-            vertices: (0..mesh.positions.len() as u32).map(|v| position(mesh, v)).collect(),
+            vertices: (0..mesh.positions.len() as u32)
+                .map(|v| position(mesh, v))
+                .collect(),
         }
     }
 }
@@ -100,15 +107,25 @@ fn edges_and_vertices_of_an_ellipsoid() {
     let mesh = ellipsoid();
     let targets = Targets::of(&mesh);
     let paths = Paths::new(&lone_mesh(mesh));
-    let count = cases("rays at edge midpoints, and at vertices", 200_000, 5_000_000);
+    let count = cases(
+        "rays at edge midpoints, and at vertices",
+        200_000,
+        5_000_000,
+    );
     for (what, targets) in [
         ("edge midpoints", &targets.edge_midpoints),
         ("vertices", &targets.vertices),
     ] {
-        assert_none_lost(what, paths.in_mesh(), |hit| hit.t, count, |random| {
-            let target = targets[random.below(targets.len())];
-            aimed(near_centre(random), target).expect("a finite direction")
-        });
+        assert_none_lost(
+            what,
+            paths.in_mesh(),
+            |hit| hit.t,
+            count,
+            |random| {
+                let target = targets[random.below(targets.len())];
+                aimed(near_centre(random), target).expect("a finite direction")
+            },
+        );
     }
 }
 
@@ -121,19 +138,32 @@ fn edges_and_vertices_through_instances() {
     for (scale, moved) in [
         (DVec3::splat(1.0), DVec3::ZERO),
         (DVec3::new(0.2, 3.0, 1.7), DVec3::new(3.0, -2.0, 0.5)),
-        (DVec3::new(40.0, 55.0, 30.0), DVec3::new(-500.0, 800.0, 300.0)),
+        (
+            DVec3::new(40.0, 55.0, 30.0),
+            DVec3::new(-500.0, 800.0, 300.0),
+        ),
         (DVec3::new(1e-3, 2e-3, 1e-3), DVec3::new(0.1, 0.0, -0.2)),
     ] {
         let map = DAffine3::from_scale_rotation_translation(scale, rotation, moved);
         scene.objects[0].world_from_object = map;
         let paths = Paths::new(&scene);
-        let count = cases("rays at edges, and at vertices, of an instance", 25_000, 500_000);
+        let count = cases(
+            "rays at edges, and at vertices, of an instance",
+            25_000,
+            500_000,
+        );
         for targets in [&targets.edge_midpoints, &targets.vertices] {
-            assert_none_lost(&format!("{map}"), paths.in_scene(), |hit| hit.on.t, count, |random| {
-                let target = map.transform_point3(targets[random.below(targets.len())]);
-                let origin = map.transform_point3(near_centre(random));
-                aimed(origin, target).expect("a finite direction")
-            });
+            assert_none_lost(
+                &format!("{map}"),
+                paths.in_scene(),
+                |hit| hit.on.t,
+                count,
+                |random| {
+                    let target = map.transform_point3(targets[random.below(targets.len())]);
+                    let origin = map.transform_point3(near_centre(random));
+                    aimed(origin, target).expect("a finite direction")
+                },
+            );
         }
     }
 }
@@ -148,29 +178,35 @@ fn grid_lines_of_a_cube() {
             let i = 1 + random.below(cells as usize - 1);
             (2.0 * i as f64 / f64::from(cells) - 1.0) as f32
         };
-        assert_none_lost(&format!("{cells} cells"), paths.in_mesh(), |hit| hit.t, count, |random| {
-            let axis = random.below(3);
-            let mut origin = [0.0; 3];
-            let mut direction = [0.0f32; 3];
-            for component in &mut direction {
-                *component = if random.bits() & 1 == 0 { 0.0 } else { -0.0 };
-            }
-            direction[axis] = if random.bits() & 1 == 0 { 1.0 } else { -1.0 };
-            direction[axis] *= random.range(0.3, 3.0) as f32;
-            origin[axis] = random.range(-0.99, 0.99) as f32;
-            let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-            origin[u] = line(random);
-            origin[v] = match random.below(4) {
-                // On a line only, and on diagonals.
-                0 => random.range(-0.99, 0.99) as f32,
-                1 => origin[u],
-                _ => line(random),
-            };
-            if random.bits() & 1 == 0 {
-                origin.swap(u, v);
-            }
-            Ray::new(origin.into(), direction.into()).expect("a finite ray")
-        });
+        assert_none_lost(
+            &format!("{cells} cells"),
+            paths.in_mesh(),
+            |hit| hit.t,
+            count,
+            |random| {
+                let axis = random.below(3);
+                let mut origin = [0.0; 3];
+                let mut direction = [0.0f32; 3];
+                for component in &mut direction {
+                    *component = if random.bits() & 1 == 0 { 0.0 } else { -0.0 };
+                }
+                direction[axis] = if random.bits() & 1 == 0 { 1.0 } else { -1.0 };
+                direction[axis] *= random.range(0.3, 3.0) as f32;
+                origin[axis] = random.range(-0.99, 0.99) as f32;
+                let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+                origin[u] = line(random);
+                origin[v] = match random.below(4) {
+                    // On a line only, and on diagonals.
+                    0 => random.range(-0.99, 0.99) as f32,
+                    1 => origin[u],
+                    _ => line(random),
+                };
+                if random.bits() & 1 == 0 {
+                    origin.swap(u, v);
+                }
+                Ray::new(origin.into(), direction.into()).expect("a finite ray")
+            },
+        );
     }
 }
 
@@ -206,9 +242,8 @@ fn inside_points(mesh: &TriangleMesh, count: usize, random: &mut Random) -> Vec<
         let point = (a + b + c) / 3.0 - normal * depth;
         // The rounded point is where rays start.
         let point = point.as_vec3().as_dvec3();
-        let is_inside = (0..3).all(|_| {
-            crosses_oddly(mesh, point, random.direction().into()) == Some(true)
-        });
+        let is_inside =
+            (0..3).all(|_| crosses_oddly(mesh, point, random.direction().into()) == Some(true));
         if is_inside {
             points.push(point);
         }
@@ -222,16 +257,26 @@ fn no_ray_escapes_from_an_animal() {
         let targets = Targets::of(&mesh);
         let origins = inside_points(&mesh, 500, &mut Random::new(7));
         let paths = Paths::new(&lone_mesh(mesh));
-        let count = cases("rays at edges, and at vertices, from inside", 100_000, 5_000_000);
+        let count = cases(
+            "rays at edges, and at vertices, from inside",
+            100_000,
+            5_000_000,
+        );
         for (what, targets) in [
             ("edge midpoints", &targets.edge_midpoints),
             ("vertices", &targets.vertices),
         ] {
-            assert_none_lost(&format!("{name}, {what}"), paths.in_mesh(), |hit| hit.t, count, |random| {
-                let origin = origins[random.below(origins.len())];
-                let target = targets[random.below(targets.len())];
-                aimed(origin, target).expect("a finite direction")
-            });
+            assert_none_lost(
+                &format!("{name}, {what}"),
+                paths.in_mesh(),
+                |hit| hit.t,
+                count,
+                |random| {
+                    let origin = origins[random.below(origins.len())];
+                    let target = targets[random.below(targets.len())];
+                    aimed(origin, target).expect("a finite direction")
+                },
+            );
         }
     }
 }

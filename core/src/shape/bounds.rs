@@ -47,11 +47,7 @@ impl Slabs {
         let (o, d) = (ray.origin(), ray.direction());
         let least = max(largest_magnitude(d) * 1.0e-18, Self::LEAST_COMPONENT);
         let clamped = |d: f32| max(d.abs(), least).copysign(d);
-        let reciprocal = Vec3::new(
-            1.0 / clamped(d.x),
-            1.0 / clamped(d.y),
-            1.0 / clamped(d.z),
-        );
+        let reciprocal = Vec3::new(1.0 / clamped(d.x), 1.0 / clamped(d.y), 1.0 / clamped(d.z));
         let delta = Self::SLACK * UNIT_ROUNDOFF * max(extent, largest_magnitude(o));
         let centre = o * reciprocal;
         let slack = reciprocal.abs() * delta;
@@ -94,9 +90,7 @@ impl Slabs {
     #[inline(always)]
     pub fn interval(&self, low: Vec3, high: Vec3) -> (f32, f32) {
         let planes = [low.x, high.x, low.y, high.y, low.z, high.z];
-        let near = |axis| {
-            planes[self.near_plane(axis)] * self.reciprocal[axis] - self.near[axis]
-        };
+        let near = |axis| planes[self.near_plane(axis)] * self.reciprocal[axis] - self.near[axis];
         let far = |axis| planes[self.far_plane(axis)] * self.reciprocal[axis] - self.far[axis];
         (
             max(max(near(0), near(1)), near(2)),

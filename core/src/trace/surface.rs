@@ -45,7 +45,10 @@ impl<'a> Surface<'a> {
             let smooth = if instance.flags & flag::SMOOTH != 0 && mesh.normal_count > 0 {
                 let corner = |i: usize| {
                     let number = mesh.first_normal.checked_add(record.corners[i])?;
-                    scene.normals.get(number as usize).map(|&n| Vec3::from_array(n))
+                    scene
+                        .normals
+                        .get(number as usize)
+                        .map(|&n| Vec3::from_array(n))
                 };
                 corner(0)? * weights[0] + corner(1)? * weights[1] + corner(2)? * weights[2]
             } else {
@@ -61,7 +64,13 @@ impl<'a> Surface<'a> {
             let spheroid = Spheroid::new(equatorial, polar)?;
             let point = spheroid.project(object_ray.at(hit.on.t));
             let normal = spheroid.normal(point);
-            (point, normal, normal, NO_MATERIAL, largest_magnitude(to_world(point)))
+            (
+                point,
+                normal,
+                normal,
+                NO_MATERIAL,
+                largest_magnitude(to_world(point)),
+            )
         };
         let number = if instance.material == NO_MATERIAL {
             material

@@ -42,7 +42,11 @@ impl Product {
     }
 
     fn sign(&self) -> Ordering {
-        if self.negative { Ordering::Less } else { Ordering::Greater }
+        if self.negative {
+            Ordering::Less
+        } else {
+            Ordering::Greater
+        }
     }
 }
 
@@ -65,8 +69,13 @@ fn sign_of_difference(a: f32, b: f32, c: f32, d: f32) -> Ordering {
         (None, Some(right)) => right.sign().reverse(),
         (Some(left), Some(right)) if left.negative != right.negative => left.sign(),
         (Some(left), Some(right)) => {
-            let larger = (left.exponent, left.significand).cmp(&(right.exponent, right.significand));
-            if left.negative { larger.reverse() } else { larger }
+            let larger =
+                (left.exponent, left.significand).cmp(&(right.exponent, right.significand));
+            if left.negative {
+                larger.reverse()
+            } else {
+                larger
+            }
         }
     }
 }
@@ -77,7 +86,13 @@ const ROUNDOFF: f64 = 1.0 / (1u64 << 24) as f64;
 pub(crate) fn verdict(triangle: &Triangle, ray: &Ray) -> Verdict {
     let d = ray.direction().to_array();
     let o = ray.origin().to_array();
-    let longest = (0..3).fold(0, |best, axis| if d[axis].abs() > d[best].abs() { axis } else { best });
+    let longest = (0..3).fold(0, |best, axis| {
+        if d[axis].abs() > d[best].abs() {
+            axis
+        } else {
+            best
+        }
+    });
     let (kx, ky, kz) = ((longest + 1) % 3, (longest + 2) % 3, longest);
     let (sx, sy, sz) = (d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz]);
     let sheared = triangle.0.map(|corner| {
@@ -97,11 +112,18 @@ pub(crate) fn verdict(triangle: &Triangle, ray: &Ray) -> Verdict {
     // Each product and the difference are rounded once, or underflow.
     let smallest = f64::from(f32::from_bits(1));
     let roundings = opposite.map(|(c, b)| {
-        2.0 * ROUNDOFF * ((wide(c[0]) * wide(b[1])).abs() + (wide(c[1]) * wide(b[0])).abs()) + 2.0 * smallest
+        2.0 * ROUNDOFF * ((wide(c[0]) * wide(b[1])).abs() + (wide(c[1]) * wide(b[0])).abs())
+            + 2.0 * smallest
     });
     let sum: f64 = areas.iter().sum();
     let depths = sheared.map(|[_, _, z]| wide(z));
-    let t = areas.iter().zip(depths).map(|(area, z)| area * z).sum::<f64>() / sum * wide(sz);
+    let t = areas
+        .iter()
+        .zip(depths)
+        .map(|(area, z)| area * z)
+        .sum::<f64>()
+        / sum
+        * wide(sz);
     let least = depths.iter().copied().fold(f64::INFINITY, f64::min);
     let most = depths.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let farthest = most.abs().max(least.abs());
@@ -110,7 +132,11 @@ pub(crate) fn verdict(triangle: &Triangle, ray: &Ray) -> Verdict {
     // Three products of an area and a depth, and their sums, underflow.
     let rounded = 16.0 * ROUNDOFF * farthest + 3.0 * smallest / sum.abs();
     // The distance may be moved on to the triangle's box, widened.
-    let extent = triangle.0.iter().chain([&ray.origin()]).fold(0.0f32, |m, c| m.max(c.abs().max_element()));
+    let extent = triangle
+        .0
+        .iter()
+        .chain([&ray.origin()])
+        .fold(0.0f32, |m, c| m.max(c.abs().max_element()));
     let slack = f64::from(Slabs::SLACK) * ROUNDOFF * wide(extent);
     Verdict::Hit {
         t,
