@@ -10,9 +10,7 @@
 mod block;
 mod view;
 
-pub use crate::trace::{
-    Budget, LEAST_WEIGHT, MAX_DEPTH, Pixel, Statistics, Tracer, Workspace,
-};
+pub use crate::trace::{Budget, LEAST_WEIGHT, MAX_DEPTH, Pixel, Statistics, Tracer, Workspace};
 use block::{BLOCK, Block};
 use core::fmt;
 pub use view::{View, ViewError};
@@ -90,7 +88,10 @@ impl fmt::Display for TileError {
         match self {
             Self::Outside => f.write_str("the tile is empty or not inside the view"),
             Self::Pixels { needed, given } => {
-                write!(f, "the tile has {needed} pixels, but there is room for {given}")
+                write!(
+                    f,
+                    "the tile has {needed} pixels, but there is room for {given}"
+                )
             }
         }
     }

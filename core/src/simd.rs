@@ -314,7 +314,9 @@ mod avx2 {
                 ));
                 let hit = _mm256_movemask_ps(hit) as usize;
                 let packed = _mm256_cvtepu8_epi32(_mm_loadl_epi64(
-                    PACKED[hit & 255].as_ptr().cast::<core::arch::x86_64::__m128i>(),
+                    PACKED[hit & 255]
+                        .as_ptr()
+                        .cast::<core::arch::x86_64::__m128i>(),
                 ));
                 let source = _mm256_permutevar8x32_epi32(order, packed);
                 let child = _mm256_loadu_si256(child.as_ptr().cast());
@@ -372,7 +374,6 @@ impl Simd {
             Path::Avx2(_) => "avx2",
         }
     }
-
 }
 
 /// The widths that scenes are baked in.
@@ -418,11 +419,19 @@ mod tests {
         fn run<L: Lanes<8>>(self, l: L) -> Self::Output {
             let a = l.load(&[1.0, -0.0, f32::NAN, f32::INFINITY, 1e-45, -3.5, 0.0, 7.25]);
             let b = l.load(&[3.0, 0.0, 1.0, f32::INFINITY, 1e-45, f32::NAN, -0.0, -7.25]);
-            let bits = |x| l.store(x).map(|x| if x.is_nan() { 0x7fc0_0000 } else { x.to_bits() });
+            let bits = |x| {
+                l.store(x)
+                    .map(|x| if x.is_nan() { 0x7fc0_0000 } else { x.to_bits() })
+            };
             let child = [10, 11, 12, 13, 14, 15, 16, 17];
             let near = l.load(&[0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5]);
             let reversed = 0o0123_4567;
-            let rows = [(1.0, 0o7654_3210), (4.0, reversed), (-1.0, reversed), (9.0, reversed)];
+            let rows = [
+                (1.0, 0o7654_3210),
+                (4.0, reversed),
+                (-1.0, reversed),
+                (9.0, reversed),
+            ];
             let compressed = rows.map(|(limit, order)| {
                 let hit = l.le(near, l.splat(limit));
                 let (mut distances, mut children) = ([0.0; 8], [0; 8]);
@@ -452,7 +461,14 @@ mod tests {
     #[test]
     fn every_path_computes_the_same_bits() {
         let portable = Simd::PORTABLE.run(Everything);
-        assert_eq!(portable.2[0], ([0.5f32.to_bits(), 0, 0, 0, 0, 0, 0, 0], [10, 0, 0, 0, 0, 0, 0, 0], 1));
+        assert_eq!(
+            portable.2[0],
+            (
+                [0.5f32.to_bits(), 0, 0, 0, 0, 0, 0, 0],
+                [10, 0, 0, 0, 0, 0, 0, 0],
+                1
+            )
+        );
         assert_eq!(portable.2[1].1, [13, 12, 11, 10, 0, 0, 0, 0]);
         assert_eq!(portable.2[3].1, [17, 16, 15, 14, 13, 12, 11, 10]);
         assert_eq!(Simd::detect().run(Everything), portable);

@@ -1,14 +1,19 @@
 //! From a scene in memory to the bytes that the core traces.
 
 mod blob;
+mod layout;
 pub mod tree;
+
+pub use layout::{BakedScene, Layout};
 
 use crate::mesh::{Material, MeshError, TriangleMesh};
 use crate::scene::{Background, Light, Object, Scene, Shape};
 use blob::{AlignedBytes, Tables};
 use glam::{DAffine3, DVec3};
 use shisen_core::scene::SceneError;
-use shisen_core::scene::format::{self, Instance, LeafBlock, NO_MATERIAL, effect, flag, kind, light};
+use shisen_core::scene::format::{
+    self, Instance, LeafBlock, NO_MATERIAL, effect, flag, kind, light,
+};
 use shisen_core::shape::Spheroid;
 use thiserror::Error;
 use tree::{Bounds, WideTree};
@@ -349,9 +354,11 @@ fn baked_light(source: &Light) -> format::Light {
             };
             (position, kind, colour)
         }
-        Light::Directional { direction, colour } => {
-            (-direction.normalize_or(DVec3::NEG_Y), light::DIRECTIONAL, colour)
-        }
+        Light::Directional { direction, colour } => (
+            -direction.normalize_or(DVec3::NEG_Y),
+            light::DIRECTIONAL,
+            colour,
+        ),
     };
     format::Light {
         place: place.as_vec3().to_array(),
@@ -407,9 +414,7 @@ fn instance(scene: &Scene, number: usize, object: &Object) -> Result<Instance, B
     let world_from_object = object.world_from_object;
     let object_from_world = world_from_object.inverse();
     let determinant = world_from_object.matrix3.determinant();
-    if !world_from_object.is_finite()
-        || !object_from_world.is_finite()
-        || !determinant.is_normal()
+    if !world_from_object.is_finite() || !object_from_world.is_finite() || !determinant.is_normal()
     {
         return Err(bad_map);
     }
@@ -420,15 +425,16 @@ fn instance(scene: &Scene, number: usize, object: &Object) -> Result<Instance, B
         })
         .collect();
     let least = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-    let most = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let most = corners
+        .iter()
+        .copied()
+        .fold(DVec3::NEG_INFINITY, DVec3::max);
     let farthest = least.abs().max(most.abs()).max_element();
     if !(farthest <= f64::from(TriangleMesh::FARTHEST)) {
         return Err(bad_map);
     }
     // An ill-conditioned map magnifies what rounding does in its other frame.
-    let norm = |m: glam::DMat3| {
-        m.to_cols_array().iter().map(|c| c * c).sum::<f64>().sqrt()
-    };
+    let norm = |m: glam::DMat3| m.to_cols_array().iter().map(|c| c * c).sum::<f64>().sqrt();
     let condition = norm(world_from_object.matrix3) * norm(object_from_world.matrix3);
     let translation = world_from_object.translation.abs().max_element();
     let slack = MAP_SLACK * condition * farthest.max(translation);
@@ -472,5 +478,6 @@ fn cube(equatorial: f32, polar: f32) -> ([f32; 3], [f32; 3]) {
 }
 
 fn columns(map: DAffine3) -> [[f32; 3]; 4] {
-    map.to_cols_array_2d().map(|column| column.map(|c| c as f32))
+    map.to_cols_array_2d()
+        .map(|column| column.map(|c| c as f32))
 }

@@ -7,7 +7,8 @@ use std::ops::Range;
 
 /// A fault in a text file and the place it is at.
 ///
-/// Prints as the fault itself; as a [`Diagnostic`] it also shows the line.
+/// Prints as the fault itself, after the file's name where the fault is of the
+/// whole file; as a [`Diagnostic`] it also shows the line.
 #[derive(Debug)]
 pub struct Located<F> {
     fault: Box<F>,
@@ -42,6 +43,9 @@ impl<F> Located<F> {
 
 impl<F: fmt::Display> fmt::Display for Located<F> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.span.is_none() {
+            write!(f, "{}: ", self.source_code.name())?;
+        }
         self.fault.fmt(f)
     }
 }

@@ -1,13 +1,14 @@
 //! Shisen on a desk: meshes and scenes in, CAVE walls out.
 
-pub mod bake;
 mod angle;
+pub mod bake;
 pub mod cave;
 pub mod description;
-pub mod look;
 pub mod import;
+pub mod look;
 pub mod mesh;
 pub mod net;
+pub mod output;
 pub mod picture;
 pub mod quadruped;
 pub mod render;

@@ -1,7 +1,8 @@
 //! Pictures: what was traced, and the files it is written to.
 
+use crate::output::{WriteSeek, explain, write_atomically};
 use png::{BitDepth, ColorType, SrgbRenderingIntent};
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3Default;
@@ -88,22 +89,6 @@ pub enum PictureError {
         /// What the system said; the message has it already.
         reason: io::Error,
     },
-}
-
-/// What was wrong and what to do about it.
-fn explain(reason: &io::Error) -> String {
-    let advice = match reason.kind() {
-        io::ErrorKind::NotFound => "the folder does not exist; create it first",
-        io::ErrorKind::NotADirectory => "a part of the path is a file, not a folder",
-        io::ErrorKind::IsADirectory => "a folder has this name; choose another",
-        io::ErrorKind::PermissionDenied => "the folder is not writable; change its permissions",
-        io::ErrorKind::ReadOnlyFilesystem => "the file system is read-only; choose another folder",
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "there is no space left; free some, or choose another folder"
-        }
-        _ => return reason.to_string(),
-    };
-    format!("{advice} ({reason})")
 }
 
 impl Picture {
@@ -238,7 +223,7 @@ impl Picture {
         for &[red, green, blue, _] in &self.pixels {
             bytes.extend([red, green, blue].map(srgb_from_linear));
         }
-        write_atomically(path, |file| {
+        write_file(path, |file| {
             self.encode_png(file, &bytes, metadata)
                 .map_err(|error| match error {
                     // The crate's own conversion forgets the kind.
@@ -314,7 +299,7 @@ impl Picture {
         };
         let size = (width, self.height as usize);
         let layer = Layer::new(size, attributes, encoding, SpecificChannels::rgba(pixel));
-        write_atomically(path, |file| {
+        write_file(path, |file| {
             Image::from_layer(layer)
                 .write()
                 .to_buffered(file)
@@ -376,37 +361,15 @@ pub fn srgb_from_linear(linear: f32) -> u8 {
     (encoded * 255.0 + 0.5) as u8
 }
 
-/// Writes a file under a temporary name beside `path`, then renames it, so
-/// that nobody ever sees half of it.
-fn write_atomically(
+fn write_file(
     path: &Path,
     write: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> Result<(), PictureError> {
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let attempt = || {
-        let mut builder = tempfile::Builder::new();
-        // Temporary files are the owner's alone unless told otherwise; what
-        // was asked for is a regular file, as far as the umask lets it.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let mut file = BufWriter::new(builder.tempfile_in(folder)?);
-        write(&mut file)?;
-        let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
-        file.persist(path).map_err(|error| error.error)?;
-        Ok(())
-    };
-    attempt().map_err(|reason| PictureError::Write {
+    write_atomically(path, write).map_err(|reason| PictureError::Write {
         path: path.to_owned(),
         reason,
     })
 }
-
-/// What the encoders ask of a file.
-trait WriteSeek: Write + Seek {}
-impl<T: Write + Seek> WriteSeek for T {}
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,6 @@
 //! What the tests that cross crates share: meshes, ray files, random numbers.
 
+pub mod command;
 pub mod meshes;
 pub mod paths;
 pub mod rays;

@@ -74,7 +74,10 @@ pub fn pinhole(side: u32, half_width: f64) -> Vec<RawRay> {
     (0..side * side)
         .map(|i| {
             let (x, y) = (at(i % side), -at(i / side));
-            ray(eye, std::array::from_fn(|a| forward[a] + right[a] * x + up[a] * y))
+            ray(
+                eye,
+                std::array::from_fn(|a| forward[a] + right[a] * x + up[a] * y),
+            )
         })
         .collect()
 }
@@ -101,7 +104,11 @@ pub fn bounce(
     count: usize,
     random: &mut Random,
 ) -> Vec<RawRay> {
-    let found: Vec<_> = rays.iter().zip(hits).filter_map(|(r, h)| Some((r, (*h)?))).collect();
+    let found: Vec<_> = rays
+        .iter()
+        .zip(hits)
+        .filter_map(|(r, h)| Some((r, (*h)?)))
+        .collect();
     (0..count)
         .map(|i| {
             let (from, (t, triangle)) = found[i * found.len() / count];

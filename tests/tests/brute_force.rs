@@ -5,10 +5,14 @@ mod exact;
 
 use exact::Verdict;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use shisen::bake::lone_mesh;
+use shisen::bake::{Baked, lone_mesh};
 use shisen::mesh::TriangleMesh;
 use shisen::scene::{Object, Scene, Shape};
 use shisen_core::shape::{Ray, Triangle};
+use shisen_core::trace::{
+    Budget, Hit, MeshHit, MeshTracer, TileRays, Tracer, TraversalStack, Workspace,
+};
+use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::icosphere;
 use shisen_tests::paths::Paths;
 use shisen_tests::rays::Random;
@@ -342,4 +346,89 @@ fn many_instances_give_the_nearest_of_each_alone() {
         found_hits += expected.iter().flatten().count();
     }
     assert!(found_hits > 1000, "{found_hits}");
+}
+
+/// 64 rays from the start of `ray` around its direction, `spread` apart at
+/// its end.
+fn tile_around(ray: &Ray, spread: f32, random: &mut Random) -> TileRays {
+    let axis = |random: &mut Random| Vec3::from(random.direction().map(|c| c as f32)) * spread;
+    let (across, down) = (axis(random), axis(random));
+    TileRays::new(ray.origin(), |column, row| {
+        ray.direction() + across * (column as f32 - 3.5) + down * (row as f32 - 3.5)
+    })
+}
+
+fn places() -> impl Iterator<Item = (usize, usize)> {
+    (0..8).flat_map(|row| (0..8).map(move |column| (column, row)))
+}
+
+fn assert_tile_is_its_rays<const W: usize>(
+    scene: &Scene,
+    simd: Simd,
+    tiles: &[TileRays],
+    context: &str,
+) -> usize
+where
+    Simd: Runs<W>,
+{
+    let baked = Baked::<W>::new(scene).expect("a scene");
+    let in_mesh = MeshTracer::new(&baked.scene(), 0, simd).expect("a mesh");
+    let in_scene = Tracer::new(baked.scene(), simd, 0);
+    let mut stack = TraversalStack::EMPTY;
+    let mut workspace = Workspace::new();
+    let mut budget = Budget::UNLIMITED;
+    let mut hits = 0;
+    for tile in tiles {
+        let (mesh_hits, _) = in_mesh.nearest_of_tile(tile, &mut stack);
+        let scene_hits = in_scene.nearest_of_tile(tile, &mut budget, &mut workspace);
+        for (column, row) in places() {
+            let Some(ray) = tile.at(column, row) else {
+                continue;
+            };
+            let what = format!("{context}, {simd:?} {W} wide, {column} {row}: {ray:?}");
+            let together = mesh_hits.at(column, row).map(|hit| hit.on);
+            let alone = in_mesh.nearest(&ray, &mut stack).0;
+            let bits = |hit: MeshHit| (hit.t.to_bits(), hit.triangle);
+            assert_eq!(together.map(bits), alone.map(bits), "{what}");
+            let alone = in_scene.nearest(&ray, &mut budget, &mut workspace);
+            let together = scene_hits.at(column, row);
+            let bits = |hit: Hit| (hit.on.t.to_bits(), hit.instance, hit.on.triangle);
+            assert_eq!(together.map(bits), alone.map(bits), "{what}");
+            hits += usize::from(alone.is_some());
+        }
+    }
+    hits
+}
+
+#[test]
+fn tiles_find_what_their_rays_find_alone() {
+    let mut hits = 0;
+    for case in 0..cases("scenes by tiles", 700, 20_000) {
+        let seed = 0x71_0000 + case as u64;
+        let mut random = Random::new(seed);
+        let soup = SOUPS[case % SOUPS.len()];
+        let mut scene = lone_mesh(soup.mesh(&mut random));
+        let tiles: Vec<TileRays> = (0..6)
+            .filter_map(|_| {
+                let ray = ray(&scene.meshes[0], soup.size(), &mut random)?;
+                let by = 10f64.powf(random.range(-6.0, -0.5)) as f32;
+                let spread = by * ray.direction().abs().max_element();
+                Some(tile_around(&ray, spread, &mut random))
+            })
+            .collect();
+        for _ in 0..random.below(25) {
+            let shape = match random.below(3) {
+                0 => Shape::Sphere { radius: 0.7 },
+                _ => Shape::Mesh(0),
+            };
+            let object = placed(shape, &mut random);
+            scene.objects.push(object);
+        }
+        let context = format!("seed {seed:#x}, {soup:?}");
+        for simd in [Simd::detect(), Simd::PORTABLE] {
+            hits += assert_tile_is_its_rays::<8>(&scene, simd, &tiles, &context);
+        }
+        hits += assert_tile_is_its_rays::<4>(&scene, Simd::detect(), &tiles, &context);
+    }
+    assert!(hits > 10_000, "{hits}");
 }

@@ -1,8 +1,8 @@
 //! A block of pixels that go through the scene together.
 
-use super::{Renderer, View};
+use super::{Mode, Renderer, View};
 use crate::simd::{Runs, Simd};
-use crate::trace::{Budget, Pixel, Workspace};
+use crate::trace::{Budget, Pixel, TileRays, Workspace};
 
 /// Pixels a side.
 pub(super) const BLOCK: u32 = 8;
@@ -27,46 +27,131 @@ impl Block {
         first: u32,
         budget: &mut Budget,
         workspace: &mut Workspace,
+        write: impl FnMut(u32, u32, Pixel),
+    ) -> u32
+    where
+        Simd: Runs<W>,
+    {
+        // What is left of a block that was interrupted goes ray by ray.
+        if renderer.settings.mode == Mode::Tile && first == 0 {
+            self.render_together(renderer, view, budget, workspace, write)
+        } else {
+            self.render_singly(renderer, view, first, budget, workspace, write)
+        }
+    }
+
+    fn render_singly<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        first: u32,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
         mut write: impl FnMut(u32, u32, Pixel),
     ) -> u32
     where
         Simd: Runs<W>,
     {
-        let mut done = 0;
         for number in first..self.columns * self.rows {
             if budget.is_spent() {
-                return done;
+                return number - first;
             }
             let (column, row) = (number % self.columns, number / self.columns);
             let samples = renderer.settings.samples;
-            let mut sum = Pixel::default();
+            let mut sum = Sum::default();
             for sample in 0..samples {
-                let (dx, dy) = offset(sample, samples);
-                let x = (self.x + column) as f32 + dx;
-                let y = (self.y + row) as f32 + dy;
-                let pixel = view
-                    .ray(x, y)
-                    .map(|ray| renderer.tracer.radiance(&ray, budget, workspace))
-                    .unwrap_or_default();
-                sum.red += pixel.red;
-                sum.green += pixel.green;
-                sum.blue += pixel.blue;
-                sum.alpha += pixel.alpha;
+                let (x, y) = self.at(column, row, offset(sample, samples));
+                if let Some(ray) = view.ray(x, y) {
+                    sum.add(renderer.tracer.radiance(&ray, budget, workspace));
+                }
             }
-            let share = 1.0 / f32::from(samples);
-            write(
-                column,
-                row,
-                Pixel {
-                    red: sum.red * share,
-                    green: sum.green * share,
-                    blue: sum.blue * share,
-                    alpha: sum.alpha * share,
-                },
-            );
-            done += 1;
+            write(column, row, sum.mean(samples));
         }
-        done
+        self.columns * self.rows - first
+    }
+
+    fn render_together<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        mut write: impl FnMut(u32, u32, Pixel),
+    ) -> u32
+    where
+        Simd: Runs<W>,
+    {
+        let samples = renderer.settings.samples;
+        let mut sums = [Sum::default(); (BLOCK * BLOCK) as usize];
+        for sample in 0..samples {
+            let rays = self.rays(view, offset(sample, samples));
+            let hits = renderer.tracer.nearest_of_tile(&rays, budget, workspace);
+            for (number, sum) in (0..self.columns * self.rows).zip(&mut sums) {
+                // With one sample a pixel is finished here, and the block may
+                // stop before the next.
+                if samples == 1 && budget.is_spent() && number > 0 {
+                    return number;
+                }
+                let (column, row) = (number % self.columns, number / self.columns);
+                let at = (column as usize, row as usize);
+                if let Some(ray) = rays.at(at.0, at.1) {
+                    let hit = hits.at(at.0, at.1);
+                    sum.add(renderer.tracer.radiance_from(&ray, hit, budget, workspace));
+                }
+                if samples == 1 {
+                    write(column, row, sum.mean(samples));
+                }
+            }
+        }
+        if samples > 1 {
+            for (number, sum) in (0..self.columns * self.rows).zip(&sums) {
+                write(
+                    number % self.columns,
+                    number / self.columns,
+                    sum.mean(samples),
+                );
+            }
+        }
+        self.columns * self.rows
+    }
+
+    /// A point of a pixel of this block, in pixels of the view.
+    fn at(&self, column: u32, row: u32, (dx, dy): (f32, f32)) -> (f32, f32) {
+        ((self.x + column) as f32 + dx, (self.y + row) as f32 + dy)
+    }
+
+    /// All 64 rays; those past a cut-off block's borders repeat its last
+    /// column and row.
+    fn rays(&self, view: &View, offset: (f32, f32)) -> TileRays {
+        TileRays::new(view.eye(), |column, row| {
+            let column = (column as u32).min(self.columns - 1);
+            let row = (row as u32).min(self.rows - 1);
+            let (x, y) = self.at(column, row, offset);
+            view.direction(x, y)
+        })
+    }
+}
+
+/// Samples of a pixel, in their order.
+#[derive(Clone, Copy, Default)]
+struct Sum(Pixel);
+
+impl Sum {
+    fn add(&mut self, pixel: Pixel) {
+        self.0.red += pixel.red;
+        self.0.green += pixel.green;
+        self.0.blue += pixel.blue;
+        self.0.alpha += pixel.alpha;
+    }
+
+    fn mean(self, samples: u16) -> Pixel {
+        let share = 1.0 / f32::from(samples);
+        Pixel {
+            red: self.0.red * share,
+            green: self.0.green * share,
+            blue: self.0.blue * share,
+            alpha: self.0.alpha * share,
+        }
     }
 }
 

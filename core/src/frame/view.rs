@@ -126,9 +126,18 @@ mod tests {
         assert!(new(eye, first, [2, 2]).is_ok());
         assert_eq!(new(eye, first, [0, 2]), Err(ViewError::Size));
         assert_eq!(new(eye, first, [2, 65_537]), Err(ViewError::Size));
-        assert_eq!(new(Vec3::splat(f32::NAN), first, [2, 2]), Err(ViewError::Eye));
-        assert_eq!(new(eye, Vec3::new(-0.5, 0.5, 0.0), [2, 2]), Err(ViewError::Screen));
-        assert_eq!(new(eye, Vec3::splat(f32::INFINITY), [2, 2]), Err(ViewError::Screen));
+        assert_eq!(
+            new(Vec3::splat(f32::NAN), first, [2, 2]),
+            Err(ViewError::Eye)
+        );
+        assert_eq!(
+            new(eye, Vec3::new(-0.5, 0.5, 0.0), [2, 2]),
+            Err(ViewError::Screen)
+        );
+        assert_eq!(
+            new(eye, Vec3::splat(f32::INFINITY), [2, 2]),
+            Err(ViewError::Screen)
+        );
         assert_eq!(
             View::new(eye, first, Vec3::X, Vec3::X, [2, 2]),
             Err(ViewError::Screen)

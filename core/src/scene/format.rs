@@ -125,7 +125,11 @@ impl<const W: usize> Node<W> {
     /// no ray enters, NaN in the others' arithmetic or not.
     pub fn is_empty_lane(&self, lane: usize) -> bool {
         self.planes.iter().enumerate().all(|(plane, lanes)| {
-            let empty = if plane & 1 == 0 { f32::INFINITY } else { f32::NEG_INFINITY };
+            let empty = if plane & 1 == 0 {
+                f32::INFINITY
+            } else {
+                f32::NEG_INFINITY
+            };
             lanes.get(lane) == Some(&empty)
         })
     }

@@ -96,7 +96,10 @@ impl fmt::Display for SceneError {
                 write!(f, "the scene is cut off: {found} bytes of {needed}")
             }
             Self::Misaligned { needed } => {
-                write!(f, "the scene is not at an address that is a multiple of {needed}")
+                write!(
+                    f,
+                    "the scene is not at an address that is a multiple of {needed}"
+                )
             }
             Self::NotAScene => f.write_str("this is not a baked scene"),
             Self::Version { found, supported } => write!(
@@ -111,12 +114,23 @@ impl fmt::Display for SceneError {
                 f,
                 "the scene is damaged: its checksum is {computed:08x}, it should be {stored:08x}"
             ),
-            Self::Table { name, offset, count } => write!(
+            Self::Table {
+                name,
+                offset,
+                count,
+            } => write!(
                 f,
                 "the table of {name} ({count} records at byte {offset}) is not inside the scene"
             ),
-            Self::Index { what, record, index } => {
-                write!(f, "record {record} names {what} {index}, which is not its to name")
+            Self::Index {
+                what,
+                record,
+                index,
+            } => {
+                write!(
+                    f,
+                    "record {record} names {what} {index}, which is not its to name"
+                )
             }
             Self::NotATree { node } => write!(f, "node {node} is not part of a tree"),
             Self::TooDeep { needed, limit } => write!(
@@ -144,17 +158,15 @@ pub(super) fn header<const W: usize>(bytes: &[u8]) -> Result<&Header, SceneError
         // Whatever is too short is first of all not a scene.
         let prefix = bytes.len().min(MAGIC.len());
         return Err(match (bytes.get(..prefix), MAGIC.get(..prefix)) {
-            (Some(found), Some(magic)) if found == magic => {
-                truncated(size_of::<Header>() as u64)
-            }
+            (Some(found), Some(magic)) if found == magic => truncated(size_of::<Header>() as u64),
             _ => SceneError::NotAScene,
         });
     };
     if !first.starts_with(&MAGIC) {
         return Err(SceneError::NotAScene);
     }
-    let header = Header::ref_from_bytes(first)
-        .map_err(|_| SceneError::Misaligned { needed: ALIGNMENT })?;
+    let header =
+        Header::ref_from_bytes(first).map_err(|_| SceneError::Misaligned { needed: ALIGNMENT })?;
     if header.version != VERSION {
         return Err(SceneError::Version {
             found: header.version,
@@ -212,7 +224,12 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
     let values = [fields.zenith, fields.horizon, fields.nadir, header.ambient];
     finite(values.as_flattened(), "a background or ambient colour", 0)?;
     finite(&[fields.alpha], "the background's alpha", 0)?;
-    within(&[header.extent], 0.0..=Slabs::LARGEST_EXTENT, "the scene's extent", 0)?;
+    within(
+        &[header.extent],
+        0.0..=Slabs::LARGEST_EXTENT,
+        "the scene's extent",
+        0,
+    )?;
     for (record, material) in scene.materials.iter().enumerate() {
         check_material(material, record as u32)?;
     }
@@ -264,10 +281,30 @@ fn within(
 
 fn check_material(m: &Material, record: u32) -> Result<(), SceneError> {
     let reflectances = [m.diffuse, m.specular, m.mirror, m.transmission];
-    within(reflectances.as_flattened(), 0.0..=1.0, "a material's reflectance", record)?;
-    within(&m.absorption, 0.0..=1.0e6, "a material's absorption", record)?;
-    within(&[m.shininess], 1.0..=1.0e4, "a material's shininess", record)?;
-    within(&[m.index_of_refraction], 0.05..=20.0, "an index of refraction", record)
+    within(
+        reflectances.as_flattened(),
+        0.0..=1.0,
+        "a material's reflectance",
+        record,
+    )?;
+    within(
+        &m.absorption,
+        0.0..=1.0e6,
+        "a material's absorption",
+        record,
+    )?;
+    within(
+        &[m.shininess],
+        1.0..=1.0e4,
+        "a material's shininess",
+        record,
+    )?;
+    within(
+        &[m.index_of_refraction],
+        0.05..=20.0,
+        "an index of refraction",
+        record,
+    )
 }
 
 fn check_light(light: &Light, record: u32) -> Result<(), SceneError> {
@@ -302,11 +339,20 @@ fn check_mesh<const W: usize>(
         .ok_or(outside("node", mesh.first_node))?;
     let leaves = part(mesh.first_leaf, mesh.leaf_count, scene.leaves.len())
         .ok_or(outside("leaf", mesh.first_leaf))?;
-    let triangles = part(mesh.first_triangle, mesh.triangle_count, scene.triangles.len())
-        .ok_or(outside("triangle", mesh.first_triangle))?;
+    let triangles = part(
+        mesh.first_triangle,
+        mesh.triangle_count,
+        scene.triangles.len(),
+    )
+    .ok_or(outside("triangle", mesh.first_triangle))?;
     part(mesh.first_normal, mesh.normal_count, scene.normals.len())
         .ok_or(outside("normal", mesh.first_normal))?;
-    within(&[mesh.extent], 0.0..=Slabs::LARGEST_EXTENT, "a mesh's extent", record)?;
+    within(
+        &[mesh.extent],
+        0.0..=Slabs::LARGEST_EXTENT,
+        "a mesh's extent",
+        record,
+    )?;
     for triangle in scene
         .triangles
         .get(triangles.start as usize..triangles.end as usize)
@@ -353,10 +399,19 @@ fn check_instance<const W: usize>(
         index,
     };
     let maps = [instance.object_from_world, instance.world_from_object];
-    finite(maps.as_flattened().as_flattened(), "an instance's map", record)?;
+    finite(
+        maps.as_flattened().as_flattened(),
+        "an instance's map",
+        record,
+    )?;
     finite(&instance.low, "an instance's box", record)?;
     finite(&instance.high, "an instance's box", record)?;
-    within(&[instance.condition], 1.0..=1.0e12, "an instance's condition", record)?;
+    within(
+        &[instance.condition],
+        1.0..=1.0e12,
+        "an instance's condition",
+        record,
+    )?;
     if instance.material != NO_MATERIAL && instance.material as usize >= scene.materials.len() {
         return Err(outside("material", instance.material));
     }
@@ -451,7 +506,9 @@ fn check_tree<const W: usize>(
                     return Err(SceneError::NotATree { node: number });
                 }
                 let needed = below + children.saturating_sub(1);
-                pending.push((child, needed)).map_err(|_| too_deep(needed + W as u32))?;
+                pending
+                    .push((child, needed))
+                    .map_err(|_| too_deep(needed + W as u32))?;
             } else if child != 0 {
                 return Err(SceneError::NotATree { node: number });
             }

@@ -31,7 +31,7 @@ pub struct Slabs {
 impl Slabs {
     /// The least magnitude of a clamped component: its reciprocal times
     /// [`Ray::FARTHEST`] is finite, and so are sums of three such.
-    const LEAST_COMPONENT: f32 = 1.0e-26;
+    pub(crate) const LEAST_COMPONENT: f32 = 1.0e-26;
 
     /// Extents up to this keep the widening of all planes finite, so that a
     /// box from +∞ to −∞ is never entered.
@@ -57,6 +57,21 @@ impl Slabs {
             near: (centre + slack).to_array(),
             far: (centre - slack).to_array(),
             negative: [sign(d.x), sign(d.y), sign(d.z)],
+        }
+    }
+
+    /// From what [`new`](Self::new) has computed elsewhere.
+    pub(crate) const fn from_parts(
+        reciprocal: [f32; 3],
+        near: [f32; 3],
+        far: [f32; 3],
+        negative: [usize; 3],
+    ) -> Self {
+        Self {
+            reciprocal,
+            near,
+            far,
+            negative,
         }
     }
 

@@ -68,12 +68,18 @@ mod tests {
         assert!(Ray::new(o, d).is_some());
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0e13] {
             for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-                assert_eq!(Ray::new(Vec3::select(axis.cmpgt(o), Vec3::splat(bad), o), d), None);
+                assert_eq!(
+                    Ray::new(Vec3::select(axis.cmpgt(o), Vec3::splat(bad), o), d),
+                    None
+                );
             }
         }
         for bad in [f32::NAN, f32::INFINITY, 1.0e19] {
             for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-                assert_eq!(Ray::new(o, Vec3::select(axis.cmpgt(o), Vec3::splat(bad), d)), None);
+                assert_eq!(
+                    Ray::new(o, Vec3::select(axis.cmpgt(o), Vec3::splat(bad), d)),
+                    None
+                );
             }
         }
         assert_eq!(Ray::new(o, Vec3::ZERO), None);

@@ -93,7 +93,8 @@ mod tests {
     /// Both hits in f64, by the textbook quadratic.
     fn reference(e: f64, p: f64, o: [f64; 3], d: [f64; 3]) -> Option<[f64; 2]> {
         let s = [e, p, e];
-        let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|i| a[i] * b[i] / (s[i] * s[i])).sum::<f64>();
+        let dot =
+            |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|i| a[i] * b[i] / (s[i] * s[i])).sum::<f64>();
         let (a, h, c) = (dot(&d, &d), dot(&o, &d), dot(&o, &o) - 1.0);
         let root = h * h - a * c;
         (root >= 0.0).then(|| [(-h - root.sqrt()) / a, (-h + root.sqrt()) / a])
@@ -118,7 +119,10 @@ mod tests {
             let ray = Ray::new(Vec3::new(0.0, 0.5, far), Vec3::NEG_Z).unwrap();
             let [t, _] = sphere.intersect(&ray).unwrap().t;
             let expected = f64::from(far) - 0.75f64.sqrt();
-            assert!((f64::from(t) - expected).abs() <= expected * 1.2e-7, "10^{exponent}");
+            assert!(
+                (f64::from(t) - expected).abs() <= expected * 1.2e-7,
+                "10^{exponent}"
+            );
         }
     }
 

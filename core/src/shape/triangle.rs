@@ -1,5 +1,5 @@
 use super::{Ray, Slabs};
-use crate::numeric::{difference_of_products, max, min};
+use crate::numeric::{difference_of_products, map3, max, min};
 use glam::Vec3;
 
 /// A triangle by its corners: metres. Both sides are hit.
@@ -97,11 +97,11 @@ impl Triangle {
     fn sheared(&self, ray: &Ray, shear: &Shear) -> Sheared {
         let [kx, ky, kz] = shear.axes;
         let [sx, sy, _] = shear.shear;
-        let corners = self.0.map(|corner| (corner - ray.origin()).to_array());
+        let corners = map3(self.0, |corner| (corner - ray.origin()).to_array());
         Sheared {
-            x: corners.map(|c| c[kx] - sx * c[kz]),
-            y: corners.map(|c| c[ky] - sy * c[kz]),
-            z: corners.map(|c| c[kz]),
+            x: map3(corners, |c| c[kx] - sx * c[kz]),
+            y: map3(corners, |c| c[ky] - sy * c[kz]),
+            z: map3(corners, |c| c[kz]),
         }
     }
 
@@ -118,34 +118,39 @@ impl Triangle {
             return None;
         }
         // Relative to the largest, so that products do not underflow.
-        Some(sheared.distance(edges.map(|e| e / largest), shear))
+        Some(sheared.distance(map3(edges, |e| e / largest), shear))
     }
 
     /// `t` moved forward to where the ray enters the triangle's box; `None`
     /// where the box or `t` is behind the ray's start or `t` is NaN.
     #[inline(always)]
     pub(crate) fn clamp_to_box(&self, t: f32, slabs: &Slabs) -> Option<f32> {
-        let [a, b, c] = self.0;
-        let low = lesser(lesser(a, b), c);
-        let high = greater(greater(a, b), c);
+        let (low, high) = self.bounds();
         let (near, far) = slabs.interval(low, high);
         // + 0.0 turns −0 into 0, so that equal distances have equal bits.
         let clamped = max(near, t) + 0.0;
         (t >= 0.0 && far >= 0.0).then_some(clamped)
     }
 
+    /// Least and greatest corner of its box.
+    #[inline(always)]
+    pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
+        let [a, b, c] = self.0;
+        (lesser(lesser(a, b), c), greater(greater(a, b), c))
+    }
+
     /// The weights of the corners at the point that the ray meets, given
     /// that it does.
     pub(crate) fn weights(&self, ray: &Ray) -> [f32; 3] {
         let edges = self.sheared(ray, &Shear::new(ray)).exact_edges();
-        let edges = edges.map(f32::abs);
+        let edges = map3(edges, f32::abs);
         let largest = max(edges[0], max(edges[1], edges[2]));
         if largest == 0.0 {
             return [1.0, 0.0, 0.0];
         }
-        let edges = edges.map(|e| e / largest);
+        let edges = map3(edges, |e| e / largest);
         let sum = edges[0] + edges[1] + edges[2];
-        edges.map(|e| e / sum)
+        map3(edges, |e| e / sum)
     }
 }
 
@@ -212,7 +217,14 @@ mod tests {
 
     #[test]
     fn edges_and_corners_belong_to_the_triangle() {
-        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)] {
+        for (x, y) in [
+            (0.0, 0.0),
+            (1.0, 0.0),
+            (0.0, 1.0),
+            (0.5, 0.0),
+            (0.0, 0.5),
+            (0.5, 0.5),
+        ] {
             let ray = Ray::new(Vec3::new(x, y, 1.0), Vec3::NEG_Z).unwrap();
             assert!(triangle(UNIT).intersect(&ray, 1.0).is_some(), "{x} {y}");
         }

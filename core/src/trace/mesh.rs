@@ -3,9 +3,11 @@
 //! # What was tried
 //! Measurements: `shisen bench rays`, AVX2, one thread.
 
-use super::hit::MeshHit;
+use super::hit::{Hit, MeshHit};
 use super::stack::{TraversalStack, Work};
+use super::tile::{TileHits, TileInMeshSearch, TileRays};
 use super::walk::{Visitor, leaf_index, walk};
+use crate::numeric::map3;
 use crate::scene::Scene;
 use crate::scene::format::{COUNT_SHIFT, LeafBlock, Mesh, Node};
 use crate::shape::{Ray, Shear, Slabs, Triangle};
@@ -38,10 +40,10 @@ impl<const W: usize> LeafBlock<W> {
     #[inline(always)]
     pub(crate) fn triangle(&self, lane: u32) -> Triangle {
         let lane = lane as usize & (W - 1);
-        Triangle(
-            self.corners
-                .map(|[x, y, z]| Vec3::new(x[lane], y[lane], z[lane])),
-        )
+        Triangle(map3([0, 1, 2], |corner| {
+            let [x, y, z] = &self.corners[corner];
+            Vec3::new(x[lane], y[lane], z[lane])
+        }))
     }
 }
 
@@ -148,8 +150,8 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
             None => *self.shear.insert(Shear::new(self.ray)),
         };
         let [kx, ky, kz] = shear.axes;
-        let [sx, sy, sz] = shear.shear.map(|s| l.splat(s));
-        let o = self.ray.origin().to_array().map(|o| l.splat(o));
+        let [sx, sy, sz] = map3(shear.shear, |s| l.splat(s));
+        let o = map3(self.ray.origin().to_array(), |o| l.splat(o));
         let component = |corner: usize, axis: usize| {
             // The axes are 0 to 2.
             l.sub(l.load(&block.corners[corner][axis % 3]), o[axis % 3])
@@ -267,5 +269,40 @@ where
         };
         let (hit, work) = self.simd.run(kernel);
         ((hit.triangle != u32::MAX).then_some(hit), work.steps)
+    }
+
+    /// The nearest triangles for the rays of a tile, as
+    /// [`nearest`](Self::nearest) finds them, and the number of steps: one a
+    /// node or a triangle for all rays together, where they can go together.
+    #[inline]
+    pub fn nearest_of_tile(&self, rays: &TileRays, stack: &mut TraversalStack) -> (TileHits, u32) {
+        let mut hits = TileHits::NONE;
+        let work = <Simd as Runs<8>>::run(
+            self.simd,
+            TileInMeshSearch::<W> {
+                nodes: self.nodes,
+                leaves: self.leaves,
+                root: self.root,
+                extent: self.extent,
+                rays,
+                hits: &mut hits,
+                stack: &mut *stack,
+            },
+        );
+        if let Some(work) = work {
+            return (hits, work.steps);
+        }
+        let mut steps = 0;
+        for (group, lane) in (0..8).flat_map(|group| (0..8).map(move |lane| (group, lane))) {
+            let Some(ray) = rays.ray(group, lane) else {
+                continue;
+            };
+            let (hit, work) = self.nearest(&ray, stack);
+            steps += work;
+            if let Some(on) = hit {
+                hits.set(group, lane, Hit { instance: 0, on });
+            }
+        }
+        (hits, steps)
     }
 }

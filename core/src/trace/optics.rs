@@ -87,7 +87,10 @@ mod tests {
 
     #[test]
     fn reflection_turns_the_normal_component_only() {
-        assert_eq!(reflect(Vec3::new(1.0, -2.0, 3.0), Vec3::Y), Vec3::new(1.0, 2.0, 3.0));
+        assert_eq!(
+            reflect(Vec3::new(1.0, -2.0, 3.0), Vec3::Y),
+            Vec3::new(1.0, 2.0, 3.0)
+        );
     }
 
     proptest! {

@@ -2,12 +2,14 @@
 /// when they are loaded.
 pub const STACK_ENTRIES: usize = 128;
 
-/// Children that traversal has still to visit: 1 KiB that the caller owns, so
-/// that it is neither allocated nor cleared for each ray.
+/// Children that traversal has still to visit: a little over 1 KiB that the
+/// caller owns, so that it is neither allocated nor cleared for each ray.
 #[derive(Debug, Clone)]
 pub struct TraversalStack {
     pub(super) distances: [f32; STACK_ENTRIES],
     pub(super) children: [u32; STACK_ENTRIES],
+    /// Which groups of a tile enter the child.
+    pub(super) groups: [u8; STACK_ENTRIES],
 }
 
 impl TraversalStack {
@@ -15,6 +17,7 @@ impl TraversalStack {
     pub const EMPTY: Self = Self {
         distances: [0.0; STACK_ENTRIES],
         children: [0; STACK_ENTRIES],
+        groups: [0; STACK_ENTRIES],
     };
 }
 

@@ -5,7 +5,8 @@ use super::hit::Hit;
 use super::optics::{reflect, refract};
 use super::stack::{TraversalStack, Work};
 use super::surface::Surface;
-use super::world::Search;
+use super::tile::{ALL_INSTANCES, TileHits, TileRays, TileSearch};
+use super::world::{Search, SearchInstance};
 use crate::numeric::{max, normalize, sqrt};
 use crate::scene::Scene;
 use crate::scene::format::{effect, light};
@@ -110,10 +111,6 @@ where
         &self.scene
     }
 
-    pub(crate) const fn simd(&self) -> Simd {
-        self.simd
-    }
-
     /// The nearest hit.
     pub fn nearest(
         &self,
@@ -129,6 +126,60 @@ where
         });
         workspace.account(work, budget);
         (hit.instance != u32::MAX).then_some(hit)
+    }
+
+    /// The nearest hits of the rays of a tile: those that
+    /// [`nearest`](Self::nearest) finds, and faster.
+    pub fn nearest_of_tile(
+        &self,
+        rays: &TileRays,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> TileHits {
+        let mut hits = TileHits::NONE;
+        let work = <Simd as Runs<8>>::run(
+            self.simd,
+            TileSearch::<W> {
+                scene: &self.scene,
+                rays,
+                hits: &mut hits,
+                stack: &mut workspace.stack,
+            },
+        );
+        let all = [(ALL_INSTANCES, u8::MAX)];
+        let deferred = hits.deferred.clone();
+        let left = match work {
+            Some(work) => {
+                workspace.account(work, budget);
+                deferred.as_slice()
+            }
+            None => all.as_slice(),
+        };
+        for &(instance, groups) in left {
+            for (group, lane) in (0..8).flat_map(|group| (0..8).map(move |lane| (group, lane))) {
+                if groups >> group & 1 == 0 {
+                    continue;
+                }
+                let Some(ray) = rays.ray(group, lane) else {
+                    continue;
+                };
+                let hit = if instance == ALL_INSTANCES {
+                    self.nearest(&ray, budget, workspace).unwrap_or(Hit::NONE)
+                } else {
+                    let (hit, work) = self.simd.run(SearchInstance::<W> {
+                        scene: &self.scene,
+                        ray: &ray,
+                        instance,
+                        best: hits.get(group, lane),
+                        stack: &mut workspace.stack,
+                    });
+                    workspace.account(work, budget);
+                    hit
+                };
+                hits.set(group, lane, hit);
+            }
+        }
+        hits
     }
 
     /// Whether anything blocks light between the ray's start and `limit`, in
@@ -220,8 +271,8 @@ where
         let facing = if inside { -1.0 } else { 1.0 };
         let normal = surface.shading_normal * facing;
         if material.effects & effect::LIT != 0 {
-            gathered.light += weight
-                * self.lit(&surface, direction, normal, facing, budget, workspace);
+            gathered.light +=
+                weight * self.lit(&surface, direction, normal, facing, budget, workspace);
         }
         if from.bounces >= self.depth {
             return;
@@ -245,7 +296,10 @@ where
                     workspace.statistics.refracted += 1;
                 }
             }
-            let reflected = above(reflect(direction, normal), surface.geometric_normal * facing);
+            let reflected = above(
+                reflect(direction, normal),
+                surface.geometric_normal * facing,
+            );
             let next = Next {
                 ray: Ray::new(surface.start(reflected), reflected),
                 weight: weight * refraction.reflectance,
@@ -261,7 +315,10 @@ where
                 workspace.statistics.reflected += 1;
             }
         } else if material.effects & effect::REFLECTION != 0 {
-            let reflected = above(reflect(direction, normal), surface.geometric_normal * facing);
+            let reflected = above(
+                reflect(direction, normal),
+                surface.geometric_normal * facing,
+            );
             let next = Next {
                 ray: Ray::new(surface.start(reflected), reflected),
                 weight: weight * Vec3::from_array(material.mirror),

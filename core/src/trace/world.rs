@@ -169,3 +169,36 @@ impl<const W: usize, const ANY: bool> Kernel<W> for Search<'_, '_, W, ANY> {
         (visitor.best, work)
     }
 }
+
+/// One ray through one instance, for rays that could not go together.
+pub(super) struct SearchInstance<'r, 'a, const W: usize> {
+    pub(super) scene: &'r Scene<'a, W>,
+    pub(super) ray: &'r Ray,
+    pub(super) instance: u32,
+    pub(super) best: Hit,
+    pub(super) stack: &'r mut TraversalStack,
+}
+
+impl<const W: usize> Kernel<W> for SearchInstance<'_, '_, W> {
+    type Output = (Hit, Work);
+
+    #[inline(always)]
+    fn run<L: Lanes<W>>(self, lanes: L) -> (Hit, Work) {
+        let mut work = Work::default();
+        let mut visitor = InWorld::<W, false> {
+            scene: self.scene,
+            ray: self.ray,
+            limit: self.best.on.t,
+            best: self.best,
+        };
+        if let Some(instance) = self.scene.instances.get(self.instance as usize) {
+            let slabs = Slabs::new(self.ray, self.scene.header.extent);
+            let (near, far) = slabs.interval(instance.low.into(), instance.high.into());
+            let near = max(near, 0.0);
+            if near <= min(far, visitor.limit) {
+                visitor.leaf(lanes, self.instance, near, self.stack, 0, &mut work);
+            }
+        }
+        (visitor.best, work)
+    }
+}

@@ -341,15 +341,18 @@ fn orders<const W: usize>(node: &Node<W>) -> [u32; W] {
                 .map(|axis| {
                     let centre = f64::from(node.planes[2 * axis][lane])
                         + f64::from(node.planes[2 * axis + 1][lane]);
-                    if octant >> axis & 1 == 0 { centre } else { -centre }
+                    if octant >> axis & 1 == 0 {
+                        centre
+                    } else {
+                        -centre
+                    }
                 })
                 .sum::<f64>()
         };
         lanes.sort_by(|a, b| along(b).total_cmp(&along(a)));
-        let word = lanes
-            .iter()
-            .enumerate()
-            .fold(0, |word, (place, &lane)| word | (lane as u32) << (place as u32 * bits));
+        let word = lanes.iter().enumerate().fold(0, |word, (place, &lane)| {
+            word | (lane as u32) << (place as u32 * bits)
+        });
         if W == 8 {
             packed[octant] = word;
         } else {

@@ -197,7 +197,7 @@ fn failed_encoder_keeps_the_old_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("wall.png");
     fs::write(&path, "old").unwrap();
-    let error = write_atomically(&path, |file| {
+    let error = write_file(&path, |file| {
         file.write_all(b"half")?;
         Err(io::ErrorKind::StorageFull.into())
     })

@@ -1,0 +1,103 @@
+//! Baked scenes whose layout is known only when the program runs.
+
+use super::{BakeError, Baked};
+use crate::scene::Scene;
+use shisen_core::scene::SceneError;
+
+/// Which of the two layouts a scene is baked in. Both give the same pictures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// Nodes of eight children, for processors with wide vectors.
+    Fast,
+    /// Nodes of four children, for microcontrollers.
+    Compact,
+}
+
+impl Layout {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Fast, Self::Compact];
+
+    /// `fast` or `compact`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fast => "fast",
+            Self::Compact => "compact",
+        }
+    }
+}
+
+/// A baked scene of either layout.
+#[derive(Debug, Clone, PartialEq)]
+pub enum BakedScene {
+    /// Of [`Layout::Fast`].
+    Fast(Baked<8>),
+    /// Of [`Layout::Compact`].
+    Compact(Baked<4>),
+}
+
+impl BakedScene {
+    /// Bakes a scene. The same scene always gives the same bytes.
+    ///
+    /// # Errors
+    /// As [`Baked::new`].
+    pub fn new(scene: &Scene, layout: Layout) -> Result<Self, BakeError> {
+        match layout {
+            Layout::Fast => Baked::new(scene).map(Self::Fast),
+            Layout::Compact => Baked::new(scene).map(Self::Compact),
+        }
+    }
+
+    /// Takes the bytes of a scene file, aligning them.
+    ///
+    /// # Errors
+    /// What the core finds wrong with them.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SceneError> {
+        match Baked::from_bytes(bytes) {
+            Err(SceneError::Width { found: 4, .. }) => Baked::from_bytes(bytes).map(Self::Compact),
+            fast => fast.map(Self::Fast),
+        }
+    }
+
+    /// The layout it is in.
+    pub const fn layout(&self) -> Layout {
+        match self {
+            Self::Fast(_) => Layout::Fast,
+            Self::Compact(_) => Layout::Compact,
+        }
+    }
+
+    /// The bytes, as they go to a file or to flash.
+    pub fn as_bytes(&self) -> &[u8] {
+        match self {
+            Self::Fast(baked) => baked.as_bytes(),
+            Self::Compact(baked) => baked.as_bytes(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bake::lone_mesh;
+    use crate::mesh::TriangleMesh;
+
+    #[test]
+    fn bytes_of_either_layout_are_told_apart() {
+        let triangle = TriangleMesh {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            ..TriangleMesh::default()
+        };
+        let scene = lone_mesh(triangle);
+        for layout in Layout::ALL {
+            let baked = BakedScene::new(&scene, layout).unwrap();
+            assert_eq!(baked.layout(), layout);
+            let read = BakedScene::from_bytes(baked.as_bytes()).unwrap();
+            assert_eq!(read, baked, "{}", layout.name());
+        }
+        assert_eq!(
+            BakedScene::from_bytes(b"not a scene"),
+            Err(SceneError::NotAScene)
+        );
+    }
+}

@@ -1,0 +1,72 @@
+//! The command line: arguments in, one report or one error out.
+//!
+//! Standard output carries the report, standard error everything else. The
+//! exit code is 0 where the command did what it was asked to, 1 where it
+//! failed and 2 where it was asked for something that there is not.
+
+mod arguments;
+mod bake;
+mod bench;
+mod cave;
+mod failure;
+mod inspect;
+mod source;
+
+use clap::Parser;
+use failure::{Failure, Fault};
+use serde::Serialize;
+use std::fmt;
+use std::io::{self, IsTerminal, Write};
+use std::process::ExitCode;
+
+/// Renders what a viewer sees on the walls of a CAVE.
+#[derive(Debug, Parser)]
+#[command(name = "shisen", version, arg_required_else_help = true)]
+enum Shisen {
+    Cave(Box<cave::Arguments>),
+    Bake(bake::Arguments),
+    Inspect(inspect::Arguments),
+    #[command(subcommand)]
+    Bench(bench::Bench),
+}
+
+/// Runs the command that the process was started with.
+pub(crate) fn main() -> ExitCode {
+    // Wrapped lines are for people; whoever reads a log searches it.
+    let wrap = io::stderr().is_terminal();
+    // It fails only where a hook is set already, and none is.
+    let _ = miette::set_hook(Box::new(move |_| {
+        let options = miette::MietteHandlerOpts::new();
+        Box::new(options.wrap_lines(wrap).break_words(false).build())
+    }));
+    let result =
+        Shisen::try_parse()
+            .map_err(Failure::from_clap)
+            .and_then(|command| match command {
+                Shisen::Cave(arguments) => cave::run(&arguments),
+                Shisen::Bake(arguments) => bake::run(&arguments),
+                Shisen::Inspect(arguments) => inspect::run(&arguments),
+                Shisen::Bench(bench::Bench::Rays(arguments)) => bench::run(&arguments),
+            });
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.print(),
+    }
+}
+
+/// Prints a command's report: as one JSON object on one line, or as text.
+fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<(), Failure> {
+    let text = if json {
+        serde_json::to_string(report).map_err(io::Error::from)
+    } else {
+        Ok(report.to_string())
+    };
+    let mut stdout = io::stdout().lock();
+    match text.and_then(|text| writeln!(stdout, "{text}").and_then(|()| stdout.flush())) {
+        // Whoever closed the pipe has read all that was wanted.
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Fault::Print { reason: error }.into())
+        }
+        _ => Ok(()),
+    }
+}

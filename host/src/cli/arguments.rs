@@ -1,0 +1,286 @@
+//! Values of arguments, and the arguments that commands share.
+
+use clap::builder::{OsStringValueParser, PossibleValue, TypedValueParser};
+use clap::{Args, ValueEnum};
+use shisen::bake::Layout;
+use shisen::cave::{BuiltInCave, Wall};
+use shisen::scene::builtin::PaperScene;
+use shisen_core::Simd;
+use shisen_core::gaze::HeadPose;
+use shisen_tracker::osvr_hdk;
+use std::ffi::OsString;
+use std::fmt;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// The most threads that can be asked for.
+const MOST_THREADS: u64 = 1024;
+
+/// `--scene`: a letter or a file.
+#[derive(Debug, Clone)]
+pub(super) enum SceneName {
+    /// A built-in scene.
+    Paper(PaperScene),
+    /// A description or a baked scene.
+    File(PathBuf),
+}
+
+impl From<OsString> for SceneName {
+    fn from(name: OsString) -> Self {
+        match name.to_str().map(PaperScene::from_str) {
+            Some(Ok(scene)) => Self::Paper(scene),
+            _ => Self::File(name.into()),
+        }
+    }
+}
+
+impl fmt::Display for SceneName {
+    /// The letter, or the path as given.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Paper(which) => f.write_str(which.name()),
+            Self::File(path) => path.display().fmt(f),
+        }
+    }
+}
+
+impl SceneName {
+    /// Any text is a name.
+    pub(super) fn parser() -> impl TypedValueParser<Value = Self> {
+        OsStringValueParser::new().map(Self::from)
+    }
+}
+
+/// `--walls`: a name or a file.
+#[derive(Debug, Clone)]
+pub(super) enum WallsName {
+    /// A built-in room.
+    BuiltIn(BuiltInCave),
+    /// A TOML file of walls.
+    File(PathBuf),
+}
+
+impl From<OsString> for WallsName {
+    fn from(name: OsString) -> Self {
+        match name.to_str().map(BuiltInCave::from_str) {
+            Some(Ok(cave)) => Self::BuiltIn(cave),
+            _ => Self::File(name.into()),
+        }
+    }
+}
+
+impl WallsName {
+    /// Any text is a name.
+    pub(super) fn parser() -> impl TypedValueParser<Value = Self> {
+        OsStringValueParser::new().map(Self::from)
+    }
+}
+
+/// What the built-in scenes show.
+#[derive(Debug, Args)]
+pub(super) struct Model {
+    /// Mesh of the built-in scenes: an OBJ, PLY or glTF file [default: a
+    /// quadruped that is built in]
+    #[arg(long, value_name = "FILE")]
+    pub(super) mesh: Option<PathBuf>,
+    /// Normals of the built-in scenes' mesh [default: smooth]
+    #[arg(long, value_enum)]
+    pub(super) normals: Option<Normals>,
+}
+
+/// How a mesh is shaded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Normals {
+    /// Interpolated between vertices
+    Smooth,
+    /// One a triangle
+    Flat,
+}
+
+/// An instruction set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum SimdChoice {
+    /// The fastest that this processor has
+    Auto,
+    /// Plain code that runs anywhere
+    Portable,
+}
+
+impl SimdChoice {
+    /// The path that it stands for on this machine.
+    pub(super) fn path(self) -> Simd {
+        match self {
+            Self::Auto => Simd::detect(),
+            Self::Portable => Simd::PORTABLE,
+        }
+    }
+}
+
+/// `--layout`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct LayoutChoice(pub(super) Layout);
+
+impl ValueEnum for LayoutChoice {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self(Layout::Fast), Self(Layout::Compact)]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let help = match self.0 {
+            Layout::Fast => "Nodes of eight children, for processors with wide vectors",
+            Layout::Compact => "Nodes of four children, for microcontrollers",
+        };
+        Some(PossibleValue::new(self.0.name()).help(help))
+    }
+}
+
+/// `--head-report`: how a head is turned, as an OSVR HDK measured it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct HeadReport(osvr_hdk::Report);
+
+impl HeadReport {
+    /// The head at `position`, metres.
+    pub(super) fn pose_at(self, position: glam::Vec3) -> HeadPose {
+        self.0.sample().pose_at(position)
+    }
+}
+
+impl FromStr for HeadReport {
+    type Err = String;
+
+    /// Two hexadecimal digits a byte; white space does not count.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let digits = text
+            .chars()
+            .filter(|c| !c.is_whitespace())
+            .map(|c| {
+                c.to_digit(16)
+                    .map(|digit| digit as u8)
+                    .ok_or_else(|| format!("'{}' is no hexadecimal digit", c.escape_debug()))
+            })
+            .collect::<Result<Vec<u8>, _>>()?;
+        if digits.len() % 2 != 0 {
+            return Err(format!(
+                "{} hexadecimal digits are no whole number of bytes: write two a byte",
+                digits.len()
+            ));
+        }
+        let bytes: Vec<u8> = digits
+            .chunks_exact(2)
+            .map(|pair| pair[0] << 4 | pair[1])
+            .collect();
+        osvr_hdk::decode(&bytes)
+            .map(Self)
+            .map_err(|error| error.to_string())
+    }
+}
+
+/// Columns and rows, as `1280x960`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct PictureSize(pub(super) [u32; 2]);
+
+impl FromStr for PictureSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side = |side: &str| {
+            side.parse()
+                .ok()
+                .filter(|pixels| (1..=Wall::MOST_PIXELS).contains(pixels))
+        };
+        text.split_once(['x', '×'])
+            .and_then(|(columns, rows)| Some(Self([side(columns)?, side(rows)?])))
+            .ok_or_else(|| {
+                let limit = Wall::MOST_PIXELS;
+                format!("give columns and rows of 1 to {limit} pixels, such as 1280x960")
+            })
+    }
+}
+
+/// Between the pupils: metres.
+pub(super) fn interpupillary_distance(text: &str) -> Result<f64, String> {
+    number_within(text, 0.0, 1.0).ok_or_else(|| "give metres from 0 to 1, such as 0.064".into())
+}
+
+/// A perspective view's field: degrees.
+pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
+    number_within(text, 1.0, 179.0).ok_or_else(|| "give degrees from 1 to 179, such as 90".into())
+}
+
+fn number_within(text: &str, low: f64, high: f64) -> Option<f64> {
+    let number: f64 = text.trim().parse().ok()?;
+    (low..=high).contains(&number).then_some(number)
+}
+
+/// `--threads`.
+pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    text.trim()
+        .parse()
+        .ok()
+        .filter(|&threads: &NonZeroUsize| threads.get() as u64 <= MOST_THREADS)
+        .ok_or_else(|| format!("give a number from 1 to {MOST_THREADS}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use std::path::Path;
+
+    #[test]
+    fn letters_and_names_come_before_files() {
+        for (text, letter) in [("A", PaperScene::A), ("d", PaperScene::D)] {
+            let name = SceneName::from(OsString::from(text));
+            assert!(matches!(name, SceneName::Paper(scene) if scene == letter));
+        }
+        let name = SceneName::from(OsString::from("./A"));
+        assert!(matches!(name, SceneName::File(path) if path == Path::new("./A")));
+        let name = WallsName::from(OsString::from("cube"));
+        assert!(matches!(name, WallsName::BuiltIn(BuiltInCave::Cube)));
+        let name = WallsName::from(OsString::from("cube.toml"));
+        assert!(matches!(name, WallsName::File(_)));
+    }
+
+    #[test]
+    fn head_reports_are_bytes_in_hexadecimal() {
+        // Sensor axes that are the reference's: the head looks along +Z of a
+        // frame with +Z up, which is the room's +Y.
+        let report: HeadReport = "01 07 0000 0000 0000 0040 AABBCCDDEEff".parse().unwrap();
+        let pose = report.pose_at(Vec3::ONE);
+        assert_eq!(pose.position, Vec3::ONE);
+        let forward = pose.orientation * Vec3::NEG_Z;
+        assert!(forward.distance(Vec3::Y) < 1e-6, "{forward}");
+        for (text, expected) in [
+            ("0g", "'g'"),
+            ("010", "3 hexadecimal digits"),
+            ("01", "1 bytes"),
+            ("09070000000000000040000000000000", "version 9"),
+            ("01070000000000000000000000000000", "norm 0"),
+            ("", "0 bytes"),
+        ] {
+            let error = text.parse::<HeadReport>().unwrap_err();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_refused() {
+        assert_eq!("640x480".parse(), Ok(PictureSize([640, 480])));
+        for text in ["0x1", "1x0", "640", "x", "-1x1", "16385x1", "1x1x1", ""] {
+            assert!(text.parse::<PictureSize>().is_err(), "{text}");
+        }
+        for text in ["0", "-1", "1025", "two", ""] {
+            assert!(threads(text).is_err(), "{text}");
+        }
+        assert_eq!(threads("1024").map(NonZeroUsize::get), Ok(1024));
+        for text in ["nan", "inf", "-0.1", "1.01", ""] {
+            assert!(interpupillary_distance(text).is_err(), "{text}");
+        }
+        assert_eq!(interpupillary_distance("0"), Ok(0.0));
+        for text in ["nan", "0", "180", ""] {
+            assert!(field_of_view(text).is_err(), "{text}");
+        }
+        assert_eq!(field_of_view("90"), Ok(90.0));
+    }
+}

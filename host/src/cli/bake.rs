@@ -1,0 +1,144 @@
+//! `shisen bake`: scenes and meshes to the bytes that the core traces.
+
+use super::arguments::{LayoutChoice, Model, SceneName};
+use super::failure::{Failure, Fault};
+use super::print;
+use super::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
+use clap::Args;
+use serde::Serialize;
+use shisen::bake::{Baked, BakedScene, Layout};
+use shisen::output::write_atomically;
+use shisen::scene::Scene;
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Bakes a scene for tracing
+///
+/// With --json, one object: path, bytes, layout (fast or compact), objects,
+/// triangles (each mesh once), nodes, leaves, `stack_entries` (the most that a
+/// ray can need) and seconds (reading, building and writing).
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// A TOML scene, A, B, C or D, or mesh files, each of which becomes an
+    /// object
+    #[arg(required = true, value_parser = SceneName::parser())]
+    input: Vec<SceneName>,
+    /// Where the baked scene goes
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    model: Model,
+    /// For whom it is laid out
+    #[arg(long, value_enum, default_value = "fast")]
+    layout: LayoutChoice,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was baked.
+#[derive(Debug, Serialize)]
+struct Report {
+    path: String,
+    bytes: usize,
+    layout: &'static str,
+    objects: usize,
+    triangles: usize,
+    nodes: usize,
+    leaves: usize,
+    stack_entries: u32,
+    seconds: f64,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let start = Instant::now();
+    let scene = load(arguments)?;
+    let names: Vec<String> = arguments.input.iter().map(ToString::to_string).collect();
+    let baked = bake(&scene, &names.join(", "), arguments.layout.0)?;
+    let path = &arguments.output;
+    write_atomically(path, |file| file.write_all(baked.as_bytes())).map_err(Fault::write(path))?;
+    let report = match &baked {
+        BakedScene::Fast(baked) => Report::new(arguments, Layout::Fast, baked, start),
+        BakedScene::Compact(baked) => Report::new(arguments, Layout::Compact, baked, start),
+    };
+    print(&report, arguments.json)
+}
+
+fn load(arguments: &Arguments) -> Result<Scene, Failure> {
+    let Arguments { input, model, .. } = arguments;
+    let meshes: Vec<_> = input
+        .iter()
+        .filter_map(|name| match name {
+            SceneName::File(path) if is_mesh(path) => Some(path),
+            _ => None,
+        })
+        .collect();
+    match input.as_slice() {
+        [name] if meshes.is_empty() => match Source::load(name, model)?.scene {
+            Loaded::Described(scene) => Ok(scene),
+            Loaded::Baked(_) => {
+                let name = name.to_string();
+                Err(Fault::AlreadyBaked { name }.into())
+            }
+        },
+        all if meshes.len() == all.len() => {
+            if model.mesh.is_some() || model.normals.is_some() {
+                return Err(Failure::usage(
+                    "--mesh and --normals are for the built-in scenes A to D, not for mesh files",
+                ));
+            }
+            let meshes = meshes
+                .into_iter()
+                .map(|path| load_mesh(path))
+                .collect::<Result<_, _>>()?;
+            Ok(scene_of_meshes(meshes))
+        }
+        _ => Err(Failure::usage(
+            "several inputs must all be meshes (.obj, .ply, .gltf or .glb): bake one scene at a time",
+        )),
+    }
+}
+
+impl Report {
+    fn new<const W: usize>(
+        arguments: &Arguments,
+        layout: Layout,
+        baked: &Baked<W>,
+        start: Instant,
+    ) -> Self {
+        let scene = baked.scene();
+        let (nodes, leaves, triangles) = scene.sizes();
+        Self {
+            path: arguments.output.display().to_string(),
+            bytes: baked.as_bytes().len(),
+            layout: layout.name(),
+            objects: scene.instances().len(),
+            triangles,
+            nodes,
+            leaves,
+            stack_entries: scene.stack_entries(),
+            seconds: start.elapsed().as_secs_f64(),
+        }
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            path,
+            bytes,
+            layout,
+            objects,
+            triangles,
+            seconds,
+            ..
+        } = self;
+        write!(
+            f,
+            "{path}: {objects} objects, {triangles} triangles, {bytes} bytes in the {layout} layout, \
+             baked in {seconds:.2} s"
+        )
+    }
+}

@@ -1,0 +1,264 @@
+//! `shisen cave`: a frame for the walls of a CAVE.
+
+mod pictures;
+mod progress;
+mod report;
+
+use super::arguments::{
+    HeadReport, Model, PictureSize, SceneName, WallsName, field_of_view, interpupillary_distance,
+    threads,
+};
+use super::failure::{Failure, Fault};
+use super::print;
+use super::source::{Loaded, Source, bake};
+use clap::Args;
+use glam::DVec3;
+use pictures::Writer;
+use progress::Progress;
+use report::Report;
+use shisen::bake::{BakedScene, Layout};
+use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
+use shisen::look::{Point, ViewDirection};
+use shisen::render::{self, Frame, Options};
+use shisen::viewer::{CameraError, ViewerCamera};
+use shisen_core::Simd;
+use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES};
+use shisen_core::gaze::HeadPose;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+/// Renders a frame for the walls of a CAVE
+///
+/// Writes a PNG a wall and eye, named after them (front-left.png), cave.png
+/// (the walls of one eye unfolded) and viewer.png (what the viewer sees of
+/// them, looking along --look). Of two eyes, these two show the left one.
+///
+/// With --json, one object: seconds (of tracing), rays (primary, reflected,
+/// refracted, shadow), steps (tree nodes visited and primitives tested),
+/// `deepest_stack`, `frame_hash` (16 hexadecimal digits over all pixels),
+/// images (wall, eye, path and hash each), exr (paths), cave and viewer
+/// (paths), threads, size, scene, mesh (null where the scene file says), simd,
+/// depth and samples.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// A, B, C or D of the paper, a TOML description or a baked scene
+    #[arg(long, value_name = "A|B|C|D|FILE", default_value = "A",
+          value_parser = SceneName::parser())]
+    scene: SceneName,
+    #[command(flatten)]
+    model: Model,
+    /// three-wall (front, right and floor), cube, or a TOML file of walls
+    #[arg(long, value_name = "NAME|FILE", default_value = "three-wall",
+          value_parser = WallsName::parser())]
+    walls: WallsName,
+    /// Pixels along each side of a wall that does not say itself
+    #[arg(long, value_name = "PIXELS", default_value_t = 256,
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
+    size: u32,
+    /// One eye in the middle of the head, or two
+    #[arg(long, value_name = "1|2", default_value_t = 2,
+          value_parser = clap::value_parser!(u8).range(1..=2))]
+    eyes: u8,
+    /// Where the head is: metres, in the room
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        default_value = "0,0,0",
+        allow_hyphen_values = true
+    )]
+    head: Point,
+    /// How the head is turned: an OSVR HDK report of 16 or 32 bytes, in
+    /// hexadecimal
+    #[arg(long, value_name = "HEX", allow_hyphen_values = true)]
+    head_report: Option<HeadReport>,
+    /// Where the viewer looks: front, floor, right, left, back, ceiling,
+    /// YAW,PITCH in degrees (right and up are positive) or a direction X,Y,Z
+    /// [default: as --head-report, or else front]
+    #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
+    look: Option<ViewDirection>,
+    /// Reflections and refractions to follow, one after another
+    #[arg(long, value_name = "N", default_value_t = 3,
+          value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_DEPTH)))]
+    depth: u8,
+    /// Rays a pixel
+    #[arg(long, value_name = "N", default_value_t = 1,
+          value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_SAMPLES)))]
+    samples: u16,
+    /// Threads to trace on [default: as many as the machine runs at once]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    threads: Option<NonZeroUsize>,
+    /// Between the pupils: metres
+    #[arg(long, value_name = "METRES", default_value_t = DEFAULT_INTERPUPILLARY_DISTANCE,
+          allow_hyphen_values = true, value_parser = interpupillary_distance)]
+    ipd: f64,
+    /// Write linear `OpenEXR` files with alpha, too
+    #[arg(long)]
+    exr: bool,
+    /// Columns and rows of viewer.png
+    #[arg(long, value_name = "WxH", default_value = "1280x960")]
+    view_size: PictureSize,
+    /// Horizontal field of view of viewer.png: degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 90.0,
+          allow_hyphen_values = true, value_parser = field_of_view)]
+    view_fov: f64,
+    /// Folder of the pictures; made where it does not exist
+    #[arg(long, value_name = "DIR", default_value = "shisen-out")]
+    out: PathBuf,
+    /// Show no progress
+    #[arg(long)]
+    quiet: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let cave = walls(arguments)?;
+    let pose = head(arguments);
+    let eyes = eyes(arguments, pose);
+    // Seen before anything large is loaded or any file is written.
+    for wall in &cave.walls {
+        for &(_, position) in &eyes {
+            wall.view_from(position)?;
+        }
+    }
+    let camera = camera(arguments, pose, &eyes).map_err(Failure::from_error)?;
+    let source = Source::load(&arguments.scene, &arguments.model)?;
+    let baked = match source.scene {
+        Loaded::Baked(baked) => baked,
+        Loaded::Described(scene) => bake(&scene, &source.name, Layout::Fast)?,
+    };
+    make_writable(&arguments.out)?;
+    let mut options = Options::default();
+    options.settings.depth = arguments.depth;
+    options.settings.samples = arguments.samples;
+    if let Some(threads) = arguments.threads {
+        options.threads = threads.get();
+    }
+    let progress = Progress::new(arguments.quiet || arguments.json);
+    let frame = render_frame(&baked, &cave, &eyes, &options, &progress)?;
+    progress.finish();
+    let title = match &source.mesh {
+        Some(mesh) => format!("scene {}, mesh {mesh}", source.name),
+        None => format!("scene {}", source.name),
+    };
+    let writer = Writer {
+        folder: &arguments.out,
+        title: &title,
+        exr: arguments.exr,
+    };
+    let written = writer.write(&frame, &cave, first_eye(&eyes), &camera)?;
+    let report = Report {
+        seconds: frame.seconds,
+        rays: frame.statistics.into(),
+        steps: frame.statistics.steps,
+        deepest_stack: frame.statistics.deepest_stack,
+        frame_hash: report::hexadecimal(frame.hash()),
+        written,
+        threads: options.threads,
+        size: arguments.size,
+        scene: source.name,
+        mesh: source.mesh,
+        simd: match baked.layout() {
+            Layout::Fast => options.simd.name(),
+            // Four lanes have the portable path only.
+            Layout::Compact => Simd::PORTABLE.name(),
+        },
+        depth: arguments.depth,
+        samples: arguments.samples,
+        folder: arguments.out.display().to_string(),
+        walls: cave.walls.len(),
+        eyes: eyes.len(),
+    };
+    print(&report, arguments.json)
+}
+
+fn walls(arguments: &Arguments) -> Result<Cave, Failure> {
+    let size = [arguments.size; 2];
+    Ok(match &arguments.walls {
+        WallsName::BuiltIn(which) => Cave::built_in(*which, size)?,
+        WallsName::File(path) => Cave::load(path, size)?,
+    })
+}
+
+fn head(arguments: &Arguments) -> HeadPose {
+    let position = arguments.head.0.as_vec3();
+    match arguments.head_report {
+        Some(report) => report.pose_at(position),
+        None => HeadPose {
+            position,
+            ..HeadPose::IDENTITY
+        },
+    }
+}
+
+/// The eyes and where they are: metres, in the room.
+fn eyes(arguments: &Arguments, pose: HeadPose) -> Vec<(Eye, DVec3)> {
+    let viewer = Viewer {
+        pose,
+        interpupillary_distance: arguments.ipd,
+    };
+    let which: &[Eye] = if arguments.eyes == 1 {
+        &[Eye::Centre]
+    } else {
+        &Eye::STEREO
+    };
+    which.iter().map(|&eye| (eye, viewer.eye(eye))).collect()
+}
+
+/// The eye whose pictures are put together.
+fn first_eye(eyes: &[(Eye, DVec3)]) -> Eye {
+    eyes.first().map_or(Eye::Centre, |&(eye, _)| eye)
+}
+
+/// The camera of viewer.png. A head that a tracker measured may be tilted; a
+/// direction that somebody gives is looked at upright.
+fn camera(
+    arguments: &Arguments,
+    pose: HeadPose,
+    eyes: &[(Eye, DVec3)],
+) -> Result<ViewerCamera, CameraError> {
+    let (forward, up) = match (arguments.look, arguments.head_report) {
+        (None, Some(_)) => {
+            let room_from_head = pose.orientation.as_dquat();
+            (room_from_head * DVec3::NEG_Z, room_from_head * DVec3::Y)
+        }
+        (look, _) => {
+            let basis = look.unwrap_or(ViewDirection::FRONT).basis();
+            (basis.forward, basis.up)
+        }
+    };
+    let place = eyes
+        .first()
+        .map_or(pose.position.as_dvec3(), |&(_, place)| place);
+    let field_of_view = arguments.view_fov.to_radians();
+    ViewerCamera::new(place, forward, up, field_of_view, arguments.view_size.0)
+}
+
+/// Makes the folder and finds out whether files can be written to it, before
+/// time goes into pictures.
+fn make_writable(folder: &Path) -> Result<(), Fault> {
+    std::fs::create_dir_all(folder)
+        .and_then(|()| tempfile::tempfile_in(folder))
+        .map(drop)
+        .map_err(|reason| Fault::OutputFolder {
+            path: folder.to_owned(),
+            reason,
+        })
+}
+
+fn render_frame(
+    baked: &BakedScene,
+    cave: &Cave,
+    eyes: &[(Eye, DVec3)],
+    options: &Options,
+    progress: &Progress,
+) -> Result<Frame, Failure> {
+    let show = |done, total| progress.show(done, total);
+    match baked {
+        BakedScene::Fast(baked) => render::cave(&baked.scene(), cave, eyes, options, &show),
+        BakedScene::Compact(baked) => render::cave(&baked.scene(), cave, eyes, options, &show),
+    }
+    .map_err(Failure::from_error)
+}

@@ -1,0 +1,91 @@
+//! The pictures of a frame and the files they go to.
+
+use super::report::{Image, Written, hexadecimal};
+use crate::cli::failure::Failure;
+use shisen::cave::{Cave, Eye, Wall};
+use shisen::net;
+use shisen::picture::Picture;
+use shisen::render::Frame;
+use shisen::viewer::{self, ViewerCamera};
+use std::path::Path;
+
+/// Where pictures go and what is noted in them.
+pub(super) struct Writer<'a> {
+    /// Exists.
+    pub(super) folder: &'a Path,
+    /// What the pictures show.
+    pub(super) title: &'a str,
+    /// Whether to write linear files, too.
+    pub(super) exr: bool,
+}
+
+impl Writer<'_> {
+    /// Writes all pictures of a frame, the walls' own first; those of one
+    /// `eye` are put together, as `camera` sees them too.
+    ///
+    /// # Errors
+    /// A file that cannot be written, or a composite that cannot be made.
+    pub(super) fn write(
+        &self,
+        frame: &Frame,
+        cave: &Cave,
+        eye: Eye,
+        camera: &ViewerCamera,
+    ) -> Result<Written, Failure> {
+        let mut images = Vec::new();
+        let mut exr = Vec::new();
+        let mut seen: Vec<(&Wall, &Picture)> = Vec::new();
+        for one in &frame.pictures {
+            let Some(wall) = cave.walls.get(one.wall) else {
+                continue;
+            };
+            if one.eye == eye {
+                seen.push((wall, &one.picture));
+            }
+            let name = format!("{}-{}", wall.name, one.eye);
+            let note = format!("{}, wall {}, {} eye", self.title, wall.name, one.eye);
+            let path = self.write_png(&name, &one.picture, note.clone())?;
+            if self.exr {
+                let path = self.folder.join(format!("{name}.exr"));
+                one.picture
+                    .write_exr(&path, &metadata(note))
+                    .map_err(Failure::from_error)?;
+                exr.push(path.display().to_string());
+            }
+            images.push(Image {
+                wall: wall.name.clone(),
+                eye: one.eye.name(),
+                path,
+                hash: hexadecimal(one.picture.hash()),
+            });
+        }
+        let net = net::unfold(&seen).map_err(Failure::from_error)?;
+        let note = format!("{}, all walls, {eye} eye", self.title);
+        let cave = self.write_png("cave", &net, note)?;
+        let seen = viewer::render(camera, &seen).map_err(Failure::from_error)?;
+        let note = format!("{}, as the {eye} eye sees the walls", self.title);
+        let viewer = self.write_png("viewer", &seen, note)?;
+        Ok(Written {
+            images,
+            exr,
+            cave,
+            viewer,
+        })
+    }
+
+    /// Writes a PNG and returns its path: the folder as given, and its name.
+    fn write_png(&self, name: &str, picture: &Picture, note: String) -> Result<String, Failure> {
+        let path = self.folder.join(format!("{name}.png"));
+        picture
+            .write_png(&path, &metadata(note))
+            .map_err(Failure::from_error)?;
+        Ok(path.display().to_string())
+    }
+}
+
+/// What is noted in a file: no time or place, so that equal pictures give
+/// equal files.
+fn metadata(note: String) -> [(&'static str, String); 2] {
+    let software = concat!("Shisen ", env!("CARGO_PKG_VERSION"));
+    [("Software", software.to_owned()), ("Description", note)]
+}

@@ -1,0 +1,189 @@
+//! Why a command ends without having done what it was asked to.
+
+use miette::Diagnostic;
+use shisen::bake::BakeError;
+use shisen::output::explain;
+use shisen_core::scene::SceneError;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use thiserror::Error;
+
+/// Why a command ends early.
+#[derive(Debug)]
+pub(super) enum Failure {
+    /// The command line itself is wrong, or asks for help. Boxed: the text is
+    /// large and the case is rare.
+    Usage(Box<clap::Error>),
+    /// Something that it names, or the machine, does not serve.
+    Failed(miette::Report),
+}
+
+/// Faults that only the command can have.
+#[derive(Debug, Error, Diagnostic)]
+pub(super) enum Fault {
+    /// A scene that cannot be read.
+    #[error("cannot read the scene in {}: {reason}", path.display())]
+    #[diagnostic(help(
+        "give A, B, C or D, the path of a TOML description, or that of a scene that `shisen bake` wrote"
+    ))]
+    ReadScene {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// A mesh where a scene belongs.
+    #[error("{} is a mesh, not a scene", path.display())]
+    #[diagnostic(help(
+        "place it in a built-in scene with --scene A --mesh FILE, or bake it first"
+    ))]
+    MeshAsScene {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Neither text nor a baked scene.
+    #[error("{} is neither a TOML description nor a baked scene", path.display())]
+    #[diagnostic(help("if `shisen bake` wrote it, it has been damaged since: bake it again"))]
+    NotAScene {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A baked scene that the core refuses.
+    #[error("{} cannot be used", path.display())]
+    #[diagnostic(help("bake the scene again with `shisen bake`"))]
+    Blob {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: SceneError,
+    },
+    /// A baked scene that is to be baked.
+    #[error("{name} is baked already")]
+    #[diagnostic(help("give what it was baked from"))]
+    AlreadyBaked {
+        /// The file.
+        name: String,
+    },
+    /// A scene that was read but cannot be baked.
+    #[error("{name} cannot be baked")]
+    #[diagnostic(help("change what is named above, in the scene or in its mesh"))]
+    Bake {
+        /// What was read.
+        name: String,
+        /// Why.
+        source: BakeError,
+    },
+    /// A mesh that the built-in scenes cannot scale.
+    #[error("{mesh}: the mesh is flat along x, so it cannot be scaled to the scene")]
+    #[diagnostic(help("turn it so that it is long along x"))]
+    Flat {
+        /// What the mesh is called.
+        mesh: String,
+    },
+    /// A file of rays that cannot be read.
+    #[error("cannot read the rays in {}: {reason}", path.display())]
+    #[diagnostic(help("give the path of a file of rays: six little-endian f32 each"))]
+    ReadRays {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// Bytes that are no whole number of rays, or none.
+    #[error(
+        "{} has {bytes} bytes, which is no whole number of rays above 0",
+        path.display()
+    )]
+    #[diagnostic(help(
+        "a ray takes 24 bytes: origin x, y, z and direction x, y, z as little-endian f32; there is no header"
+    ))]
+    RayBytes {
+        /// The file.
+        path: PathBuf,
+        /// Its length.
+        bytes: usize,
+    },
+    /// A folder that pictures cannot go to.
+    #[error("the pictures cannot go to {}: {}", path.display(), explain(reason))]
+    #[diagnostic(help("give a folder that you may write to with --out"))]
+    OutputFolder {
+        /// The folder.
+        path: PathBuf,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// A file that cannot be written.
+    #[error("{}: cannot write: {}", path.display(), explain(reason))]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// Threads that the system does not give.
+    #[error("cannot start {threads} threads: {reason}")]
+    #[diagnostic(help("ask for fewer with --threads"))]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+        /// What the system said.
+        reason: rayon::ThreadPoolBuildError,
+    },
+    /// A report that cannot be printed.
+    #[error("cannot write the report to standard output: {reason}")]
+    #[diagnostic(help("the files themselves are complete"))]
+    Print {
+        /// What the system said.
+        reason: io::Error,
+    },
+}
+
+impl Fault {
+    /// For the failure of writing `path`.
+    pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |reason| Self::Write {
+            path: path.to_owned(),
+            reason,
+        }
+    }
+}
+
+impl Failure {
+    /// A fault of the command line that no single argument shows.
+    pub(super) fn usage(message: &str) -> Self {
+        let mut command = <super::Shisen as clap::CommandFactory>::command();
+        Self::from_clap(command.error(clap::error::ErrorKind::ArgumentConflict, message))
+    }
+
+    /// What the command line's parser says, which may be the help asked for.
+    pub(super) fn from_clap(error: clap::Error) -> Self {
+        Self::Usage(Box::new(error))
+    }
+
+    /// An error that has no remedy to show beside its message.
+    pub(super) fn from_error(error: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Self::Failed(miette::Report::from_err(error))
+    }
+
+    /// Prints it to standard error, or help to standard output.
+    pub(super) fn print(&self) -> ExitCode {
+        match self {
+            // Nobody is left to tell where even these streams are closed.
+            Self::Usage(error) => {
+                let _ = error.print();
+                u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
+            }
+            Self::Failed(report) => {
+                let _ = writeln!(io::stderr(), "Error: {report:?}");
+                ExitCode::FAILURE
+            }
+        }
+    }
+}
+
+impl<D: Diagnostic + Send + Sync + 'static> From<D> for Failure {
+    fn from(fault: D) -> Self {
+        Self::Failed(fault.into())
+    }
+}

@@ -1,0 +1,179 @@
+//! From what an argument names to a scene.
+
+use super::arguments::{Model, Normals, SceneName};
+use super::failure::{Failure, Fault};
+use glam::{DAffine3, DVec3};
+use shisen::bake::{BakedScene, Layout};
+use shisen::import::{self, ImportError};
+use shisen::mesh::TriangleMesh;
+use shisen::quadruped::quadruped;
+use shisen::scene::builtin::paper_scene;
+use shisen::scene::file::{BuiltInMesh, MeshSource};
+use shisen::scene::{Background, Light, Object, Scene, Shape};
+use shisen_core::scene::format::MAGIC;
+use std::path::Path;
+
+/// What the built-in mesh is called in reports.
+const BUILT_IN_MESH: &str = "quadruped";
+
+/// A scene, and what reports call it.
+pub(super) struct Source {
+    /// The scene.
+    pub(super) scene: Loaded,
+    /// A letter, or the path as given.
+    pub(super) name: String,
+    /// The mesh of a built-in scene: the path as given, or `quadruped`.
+    pub(super) mesh: Option<String>,
+}
+
+/// A scene as it was found.
+pub(super) enum Loaded {
+    /// To be baked.
+    Described(Scene),
+    /// Ready.
+    Baked(BakedScene),
+}
+
+impl Source {
+    /// Loads the scene that `name` names.
+    ///
+    /// # Errors
+    /// Of usage, where `model` is for another kind of scene; whatever is
+    /// wrong with the files.
+    pub(super) fn load(name: &SceneName, model: &Model) -> Result<Self, Failure> {
+        match name {
+            SceneName::Paper(which) => {
+                let (mesh, mesh_name) = match &model.mesh {
+                    Some(path) => (load_mesh(path)?, path.display().to_string()),
+                    None => (quadruped(), BUILT_IN_MESH.to_owned()),
+                };
+                let mut scene = paper_scene(*which, mesh).map_err(|_| Fault::Flat {
+                    mesh: mesh_name.clone(),
+                })?;
+                for object in &mut scene.objects {
+                    object.smooth = model.normals != Some(Normals::Flat);
+                }
+                Ok(Self {
+                    scene: Loaded::Described(scene),
+                    name: name.to_string(),
+                    mesh: Some(mesh_name),
+                })
+            }
+            SceneName::File(path) => {
+                if model.mesh.is_some() || model.normals.is_some() {
+                    return Err(Failure::usage(
+                        "--mesh and --normals are for the built-in scenes A to D: \
+                         a scene file says itself what it shows",
+                    ));
+                }
+                Ok(Self {
+                    scene: load_scene(path)?,
+                    name: name.to_string(),
+                    mesh: None,
+                })
+            }
+        }
+    }
+}
+
+/// Bakes a scene that reports call `name`.
+///
+/// # Errors
+/// What keeps the core from tracing it.
+pub(super) fn bake(scene: &Scene, name: &str, layout: Layout) -> Result<BakedScene, Fault> {
+    BakedScene::new(scene, layout).map_err(|source| {
+        let name = name.to_owned();
+        Fault::Bake { name, source }
+    })
+}
+
+/// Loads a mesh file.
+///
+/// # Errors
+/// Whatever is wrong with it.
+pub(super) fn load_mesh(path: &Path) -> Result<TriangleMesh, Failure> {
+    import::load(path).map_err(Failure::from_error)
+}
+
+/// Loads the bytes of a baked scene.
+///
+/// # Errors
+/// A file that cannot be read, or that the core refuses.
+pub(super) fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
+    baked(path, &read(path)?)
+}
+
+/// Whether a file's name says that it is a mesh.
+pub(super) fn is_mesh(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| {
+        ["obj", "ply", "gltf", "glb"]
+            .iter()
+            .any(|known| extension.eq_ignore_ascii_case(known))
+    })
+}
+
+/// Meshes beside each other as their files place them, under a sun and a sky.
+pub(super) fn scene_of_meshes(meshes: Vec<TriangleMesh>) -> Scene {
+    let objects = (0..meshes.len())
+        .map(|mesh| Object {
+            shape: Shape::Mesh(mesh),
+            material: None,
+            world_from_object: DAffine3::IDENTITY,
+            casts_shadow: true,
+            smooth: true,
+        })
+        .collect();
+    Scene {
+        name: "meshes".to_owned(),
+        meshes,
+        materials: Vec::new(),
+        objects,
+        lights: vec![Light::Directional {
+            direction: DVec3::new(-0.4, -1.0, -0.6),
+            colour: [0.8; 3],
+        }],
+        background: Background::uniform([0.5, 0.6, 0.75]),
+        ambient: [0.2; 3],
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Fault> {
+    std::fs::read(path).map_err(|reason| Fault::ReadScene {
+        path: path.to_owned(),
+        reason,
+    })
+}
+
+fn baked(path: &Path, bytes: &[u8]) -> Result<BakedScene, Failure> {
+    BakedScene::from_bytes(bytes).map_err(|source| {
+        let path = path.to_owned();
+        Fault::Blob { path, source }.into()
+    })
+}
+
+fn load_scene(path: &Path) -> Result<Loaded, Failure> {
+    if is_mesh(path) {
+        let path = path.to_owned();
+        return Err(Fault::MeshAsScene { path }.into());
+    }
+    let bytes = read(path)?;
+    if bytes.starts_with(&MAGIC) {
+        return baked(path, &bytes).map(Loaded::Baked);
+    }
+    let text = String::from_utf8(bytes).map_err(|_| Fault::NotAScene {
+        path: path.to_owned(),
+    })?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let load = |source: &MeshSource| -> Result<TriangleMesh, ImportError> {
+        match source {
+            MeshSource::File(path) => import::load(path),
+            MeshSource::BuiltIn(BuiltInMesh::Quadruped) => Ok(quadruped()),
+        }
+    };
+    Ok(Loaded::Described(Scene::from_toml(
+        &text,
+        &path.to_string_lossy(),
+        folder,
+        load,
+    )?))
+}

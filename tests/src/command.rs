@@ -1,0 +1,41 @@
+//! The `shisen` command as a person runs it.
+
+use assert_cmd::Command;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+/// The command, with `folder` to work in.
+///
+/// Cargo builds a test's own package only, so the first call of a process
+/// builds the command: beside the test's executable, and in its profile.
+///
+/// # Panics
+/// Where the command cannot be built.
+pub fn shisen(folder: &Path) -> Command {
+    static EXECUTABLE: OnceLock<PathBuf> = OnceLock::new();
+    let mut command = Command::new(EXECUTABLE.get_or_init(build));
+    command.current_dir(folder);
+    command
+}
+
+fn build() -> PathBuf {
+    let test = std::env::current_exe().expect("the test's own path");
+    // TARGET/PROFILE/deps/TEST
+    let folder = test.ancestors().nth(2).expect("a profile's folder");
+    let target = folder.parent().expect("a target folder");
+    let profile = match folder.file_name().and_then(|name| name.to_str()) {
+        // The folder that profiles dev and test share.
+        Some("debug") | None => "test",
+        Some(name) => name,
+    };
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = std::process::Command::new(cargo)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["build", "--quiet", "--package", "shisen", "--bin", "shisen"])
+        .args(["--profile", profile, "--target-dir"])
+        .arg(target)
+        .status()
+        .expect("cargo starts");
+    assert!(status.success(), "the command cannot be built: {status}");
+    folder.join(format!("shisen{}", std::env::consts::EXE_SUFFIX))
+}

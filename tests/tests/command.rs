@@ -1,0 +1,374 @@
+//! What the command prints, writes and returns when all is well.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use shisen_tests::command::shisen;
+use shisen_tracker::osvr_hdk::{Payload, Report, encode};
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// Two triangles in the planes z = 0 and z = -1.
+const TWO_TRIANGLES: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 -1\nv 4 0 -1\nv 0 4 -1\n\
+                             f 1 2 3\nf 4 5 6\n";
+
+fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// Runs a command that must succeed, and reads the one JSON object that it
+/// prints.
+fn report(command: &mut Command) -> Value {
+    let output = command
+        .arg("--json")
+        .assert()
+        .success()
+        .get_output()
+        .clone();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(text.lines().count(), 1, "{text}");
+    serde_json::from_str(&text).unwrap()
+}
+
+/// A small frame.
+fn cave(folder: &Path, arguments: &[&str]) -> Value {
+    let mut command = shisen(folder);
+    command.args(["cave", "--size", "24", "--view-size", "32x24"]);
+    report(command.args(arguments))
+}
+
+fn keys(value: &Value) -> Vec<&str> {
+    value
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect()
+}
+
+#[test]
+fn a_frame_is_reported_and_written() {
+    let folder = folder();
+    let report = cave(folder.path(), &["--exr", "--out", "some/./out"]);
+    assert_eq!(
+        keys(&report["rays"]),
+        ["primary", "reflected", "refracted", "shadow"]
+    );
+    assert_eq!(report["rays"]["primary"], 6 * 24 * 24);
+    assert!(report["rays"]["reflected"].as_u64().unwrap() > 0);
+    assert!(report["steps"].as_u64().unwrap() > 0);
+    assert!(report["deepest_stack"].as_u64().unwrap() > 0);
+    assert!(report["seconds"].as_f64().unwrap() > 0.0);
+    assert!(report["threads"].as_u64().unwrap() > 0);
+    for (key, expected) in [("size", 24), ("depth", 3), ("samples", 1)] {
+        assert_eq!(report[key], expected, "{key}");
+    }
+    assert_eq!(report["scene"], "A");
+    assert_eq!(report["mesh"], "quadruped");
+    assert!(["avx2", "portable"].contains(&report["simd"].as_str().unwrap()));
+    let hash = report["frame_hash"].as_str().unwrap();
+    assert!(hash.len() == 16 && u64::from_str_radix(hash, 16).is_ok());
+
+    let mut named: Vec<&str> = Vec::new();
+    let mut hashes = Vec::new();
+    for image in report["images"].as_array().unwrap() {
+        let path = image["path"].as_str().unwrap();
+        let wall = image["wall"].as_str().unwrap();
+        let eye = image["eye"].as_str().unwrap();
+        // The folder as given, not as the system would have it.
+        assert_eq!(path, format!("some/./out/{wall}-{eye}.png"));
+        let picture = image::open(folder.path().join(path)).unwrap();
+        assert_eq!((picture.width(), picture.height()), (24, 24));
+        hashes.push(image["hash"].as_str().unwrap());
+        named.push(path);
+    }
+    assert_eq!(named.len(), 6);
+    hashes.sort_unstable();
+    hashes.dedup();
+    assert_eq!(hashes.len(), 6, "walls and eyes differ");
+    let exr = report["exr"].as_array().unwrap();
+    assert_eq!(exr.len(), 6);
+    named.extend(exr.iter().map(|path| path.as_str().unwrap()));
+    named.push(report["cave"].as_str().unwrap());
+    named.push(report["viewer"].as_str().unwrap());
+    let found = fs::read_dir(folder.path().join("some/out"))
+        .unwrap()
+        .count();
+    assert_eq!(found, named.len(), "no other files");
+    for path in named {
+        assert!(folder.path().join(path).is_file(), "{path}");
+    }
+}
+
+#[test]
+fn a_frame_without_json_is_told_in_words() {
+    let folder = folder();
+    let output = shisen(folder.path())
+        .args(["cave", "--size", "8", "--eyes", "1", "--threads", "1"])
+        .assert()
+        .success()
+        .get_output()
+        .clone();
+    let text = String::from_utf8(output.stdout).unwrap();
+    for expected in [
+        "scene A of quadruped",
+        "3 walls, 1 eye",
+        "192 primary",
+        "shisen-out",
+    ] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    assert!(output.stderr.is_empty(), "no progress where nobody watches");
+    assert!(folder.path().join("shisen-out/front-centre.png").is_file());
+    assert!(!folder.path().join("shisen-out/front-left.png").exists());
+}
+
+#[test]
+fn threads_do_not_change_a_frame() {
+    let folder = folder();
+    let one = cave(folder.path(), &["--threads", "1"]);
+    let two = cave(folder.path(), &["--threads", "2"]);
+    assert_eq!((&one["threads"], &two["threads"]), (&1.into(), &2.into()));
+    assert_eq!(one["frame_hash"], two["frame_hash"]);
+    assert_eq!(one["images"], two["images"]);
+}
+
+#[test]
+fn what_is_asked_for_changes_the_frame() {
+    let folder = folder();
+    let plain = cave(folder.path(), &[]);
+    for arguments in [
+        &["--scene", "B"][..],
+        &["--depth", "0"],
+        &["--samples", "4"],
+        &["--head", "-0.25,0.5,-0.1"],
+        &["--ipd", "0.2"],
+        &["--normals", "flat"],
+        &["--walls", "cube"],
+        &["--eyes", "1"],
+    ] {
+        let other = cave(folder.path(), arguments);
+        assert_ne!(plain["frame_hash"], other["frame_hash"], "{arguments:?}");
+    }
+}
+
+#[test]
+fn negative_numbers_follow_flags() {
+    let folder = folder();
+    let plain = cave(folder.path(), &["--look", "front"]);
+    let viewer = folder.path().join("shisen-out/viewer.png");
+    let front = fs::read(&viewer).unwrap();
+    for look in ["-30,-20", "-1,-0.5,-1", "-0.5,0,-2"] {
+        let turned = cave(folder.path(), &["--look", look]);
+        // Where somebody looks does not change what the walls show.
+        assert_eq!(plain["frame_hash"], turned["frame_hash"], "{look}");
+        assert_ne!(fs::read(&viewer).unwrap(), front, "{look}");
+    }
+    cave(folder.path(), &["--look", "0,0,-3", "--head", "-0,-0,-0"]);
+    assert_eq!(fs::read(&viewer).unwrap(), front);
+}
+
+/// Mean difference of the channels of two files, in 8-bit codes.
+fn difference(a: &Path, b: &Path) -> f64 {
+    let [a, b] = [a, b].map(|path| image::open(path).unwrap().into_rgb8().into_raw());
+    assert_eq!(a.len(), b.len());
+    let sum: u64 = a
+        .iter()
+        .zip(&b)
+        .map(|(a, b)| u64::from(a.abs_diff(*b)))
+        .sum();
+    sum as f64 / a.len() as f64
+}
+
+#[test]
+fn a_head_report_turns_the_head() {
+    // The device's report of a head that looks to the right: turned by a
+    // quarter about the room's −Y, in the sensor's and the reference's axes.
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let room_from_head = glam::Quat::from_xyzw(0.0, -half, 0.0, half);
+    let reference_from_room = glam::Quat::from_xyzw(half, 0.0, 0.0, half);
+    let head_from_sensor = glam::Quat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+    let bytes = encode(&Report {
+        sequence: 9,
+        orientation: reference_from_room * room_from_head * head_from_sensor,
+        payload: Payload::Version1,
+    });
+    let hex: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+    let folder = folder();
+    let spaced = hex.join(" ");
+    let ipd = ["--ipd", "0.4", "--size", "64"];
+    let turned = |report: &str, out: &str, more: &[&str]| {
+        let mut command = shisen(folder.path());
+        command.args(["cave", "--head-report", report, "--out", out]);
+        self::report(command.args(ipd).args(more))
+    };
+    let first = turned(&spaced, "turned", &[]);
+    let padded = hex.concat() + &"00".repeat(16);
+    assert_eq!(
+        first["frame_hash"],
+        turned(&padded, "padded", &[])["frame_hash"]
+    );
+
+    // The left eye of a head turned to the right is towards the front wall.
+    let mut command = shisen(folder.path());
+    command.args([
+        "cave", "--eyes", "1", "--head", "0,0,-0.2", "--look", "right",
+    ]);
+    report(command.args(["--size", "64", "--out", "moved"]));
+    let file = |path: &str| folder.path().join(path);
+    for (left, centre) in [
+        ("turned/front-left.png", "moved/front-centre.png"),
+        ("turned/floor-left.png", "moved/floor-centre.png"),
+        ("turned/viewer.png", "moved/viewer.png"),
+    ] {
+        let near = difference(&file(left), &file(centre));
+        assert!(near < 0.5, "{left} and {centre} differ by {near}");
+    }
+    let far = difference(
+        &file("turned/front-right.png"),
+        &file("moved/front-centre.png"),
+    );
+    assert!(far > 2.0, "the other eye is elsewhere: {far}");
+
+    // The view direction is the head's unless it is given.
+    let looking = turned(&spaced, "looking", &["--look", "front"]);
+    assert_eq!(first["frame_hash"], looking["frame_hash"]);
+    let elsewhere = difference(&file("turned/viewer.png"), &file("looking/viewer.png"));
+    assert!(elsewhere > 2.0, "{elsewhere}");
+}
+
+#[test]
+fn baked_scenes_give_the_frames_of_their_sources() {
+    let folder = folder();
+    fs::write(folder.path().join("two.obj"), TWO_TRIANGLES).unwrap();
+    let description = "ambient = [0.2, 0.2, 0.2]\n\
+        [background]\ncolour = [0.1, 0.2, 0.3]\n\
+        [meshes.two]\nfile = \"two.obj\"\n\
+        [[object]]\nmesh = \"two\"\nposition = [0, 0, -3]\n\
+        [[object]]\nsphere = { radius = 0.5 }\nposition = [2, 0, 0]\n\
+        [[light]]\ntype = \"point\"\nposition = [0, 1, 0]\n";
+    fs::write(folder.path().join("scene.toml"), description).unwrap();
+    for (source, mesh, objects, triangles) in [
+        ("A", Some("two.obj"), 8, 2),
+        ("D", None, 8, 5804),
+        ("scene.toml", None, 2, 2),
+    ] {
+        let of: Vec<&str> = mesh.map_or(vec![], |mesh| vec!["--mesh", mesh]);
+        let mut arguments = vec!["--scene", source];
+        arguments.extend(&of);
+        let expected = cave(folder.path(), &arguments);
+        for layout in ["fast", "compact"] {
+            let mut command = shisen(folder.path());
+            command.args(["bake", source, "-o", "baked.shisen", "--layout", layout]);
+            let baked = report(command.args(&of));
+            assert_eq!(baked["path"], "baked.shisen");
+            assert_eq!(baked["layout"], layout);
+            assert_eq!(baked["objects"], objects);
+            let near = baked["triangles"].as_u64().unwrap().abs_diff(triangles);
+            assert!(near <= 4, "{baked}");
+            let bytes = fs::read(folder.path().join("baked.shisen")).unwrap();
+            assert_eq!(baked["bytes"], bytes.len());
+
+            let inspected = report(shisen(folder.path()).args(["inspect", "baked.shisen"]));
+            for key in ["path", "bytes", "layout", "triangles", "stack_entries"] {
+                assert_eq!(inspected[key], baked[key], "{key}");
+            }
+            assert_eq!(inspected["instances"], objects);
+            assert_eq!(inspected["lights"], 1);
+            assert!(inspected["bytes_per_triangle"].as_f64().unwrap() > 0.0);
+            let tables = inspected["tables"].as_array().unwrap();
+            let records = |name: &str| {
+                let table = tables.iter().find(|table| table["name"] == name).unwrap();
+                table["records"].clone()
+            };
+            assert_eq!(records("nodes"), baked["nodes"]);
+            assert_eq!(records("leaves"), baked["leaves"]);
+            let total: u64 = tables.iter().map(|t| t["bytes"].as_u64().unwrap()).sum();
+            assert!(total < bytes.len() as u64 && total > bytes.len() as u64 / 2);
+
+            let found = cave(folder.path(), &["--scene", "baked.shisen"]);
+            assert_eq!(
+                found["frame_hash"], expected["frame_hash"],
+                "{source} {layout}"
+            );
+            assert_eq!(found["mesh"], Value::Null);
+        }
+    }
+}
+
+#[test]
+fn several_meshes_become_objects_and_baking_repeats() {
+    let folder = folder();
+    fs::write(folder.path().join("a.obj"), TWO_TRIANGLES).unwrap();
+    fs::write(folder.path().join("b.OBJ"), TWO_TRIANGLES).unwrap();
+    let bake =
+        |out: &str| report(shisen(folder.path()).args(["bake", "a.obj", "b.OBJ", "--output", out]));
+    let baked = bake("one.shisen");
+    assert_eq!(
+        (&baked["objects"], &baked["triangles"]),
+        (&2.into(), &4.into())
+    );
+    bake("two.shisen");
+    let [one, two] = ["one.shisen", "two.shisen"].map(|f| fs::read(folder.path().join(f)).unwrap());
+    assert_eq!(one, two);
+}
+
+#[test]
+fn rays_are_traced_and_their_hits_written() {
+    let folder = folder();
+    fs::write(folder.path().join("two.obj"), TWO_TRIANGLES).unwrap();
+    let down = [0.0, 0.0, -2.0_f32];
+    let rays = [
+        ([0.25, 0.25, 1.0], down, Some((0, 0.5))),
+        ([2.0, 1.0, 1.0], down, Some((1, 1.0))),
+        ([3.0, 3.0, 1.0], down, None),
+        ([0.25, 0.25, 1.0], [0.0; 3], None),
+        ([f32::NAN, 0.25, 1.0], down, None),
+    ];
+    let bytes: Vec<u8> = rays
+        .iter()
+        .flat_map(|(origin, direction, _)| [*origin, *direction])
+        .flatten()
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    fs::write(folder.path().join("rays.bin"), bytes).unwrap();
+    let expected: Vec<u8> = rays
+        .iter()
+        .flat_map(|(_, _, hit)| {
+            let (triangle, t): (u32, f32) = hit.unwrap_or((u32::MAX, f32::INFINITY));
+            [triangle.to_le_bytes(), t.to_le_bytes()]
+        })
+        .flatten()
+        .collect();
+    for (simd, layout, threads) in [
+        ("auto", "fast", 1),
+        ("portable", "fast", 2),
+        ("auto", "compact", 1),
+        ("portable", "compact", 3),
+    ] {
+        let mut command = shisen(folder.path());
+        command.args(["bench", "rays", "--mesh", "two.obj", "--rays", "rays.bin"]);
+        command.args(["--hits", "hits.bin", "--repeat", "3", "--simd", simd]);
+        command.args(["--layout", layout, "--threads", &threads.to_string()]);
+        let found = report(&mut command);
+        assert_eq!(
+            fs::read(folder.path().join("hits.bin")).unwrap(),
+            expected,
+            "{found}"
+        );
+        assert_eq!((&found["rays"], &found["hits"]), (&5.into(), &2.into()));
+        assert_eq!(found["threads"], threads);
+        assert_eq!(
+            (&found["repeat"], &found["layout"]),
+            (&3.into(), &layout.into())
+        );
+        let rate = |key: &str| found["mrays_per_second"][key].as_f64().unwrap();
+        assert!(0.0 < rate("min") && rate("min") <= rate("median"));
+        assert!(rate("median") <= rate("max"));
+        assert!(found["steps_per_ray"].as_f64().unwrap() > 0.0);
+        assert!(found["build_seconds"].as_f64().unwrap() > 0.0);
+        if simd == "portable" || layout == "compact" {
+            assert_eq!(found["simd"], "portable");
+        }
+    }
+}
