@@ -117,7 +117,7 @@ impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
                 let determinant = l.add(l.add(u, v), w);
                 let weighted = l.add(l.add(l.mul(u, az), l.mul(v, bz)), l.mul(w, cz));
                 let sz = l.load(&self.shear[2][group]);
-                let t = l.div(l.mul(weighted, sz), determinant);
+                let t = l.mul(l.div(weighted, determinant), sz);
                 let best = l.load(&self.hits.t[group]);
                 let in_range = l.and(l.le(zero, t), l.le(t, best));
                 let mut lanes = l.bits(l.and(inside, in_range)) & !exactly;
