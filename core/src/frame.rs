@@ -124,7 +124,7 @@ where
     pub fn new(scene: Scene<'a, W>, simd: Simd, settings: Settings) -> Self {
         let settings = Settings {
             depth: settings.depth.min(MAX_DEPTH),
-            samples: settings.samples.max(1).min(MAX_SAMPLES),
+            samples: settings.samples.clamp(1, MAX_SAMPLES),
             mode: settings.mode,
         };
         Self {

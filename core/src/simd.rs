@@ -178,7 +178,7 @@ pub(crate) struct Avx2(());
 mod avx2 {
     use super::{Avx2, Kernel, Lanes};
     use core::arch::x86_64::{
-        __m256, __m256i, _CMP_EQ_OQ, _CMP_LE_OQ, _mm_loadl_epi64, _mm256_add_ps, _mm256_and_ps,
+        __m256, __m256i, _CMP_EQ_OQ, _CMP_LE_OQ, _mm_cvtsi64_si128, _mm256_add_ps, _mm256_and_ps,
         _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cvtepu8_epi32,
         _mm256_div_ps, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_ps, _mm256_min_ps,
         _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permutevar8x32_epi32,
@@ -313,11 +313,8 @@ mod avx2 {
                     order,
                 ));
                 let hit = _mm256_movemask_ps(hit) as usize;
-                let packed = _mm256_cvtepu8_epi32(_mm_loadl_epi64(
-                    PACKED[hit & 255]
-                        .as_ptr()
-                        .cast::<core::arch::x86_64::__m128i>(),
-                ));
+                let packed = i64::from_le_bytes(PACKED[hit & 255]);
+                let packed = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(packed));
                 let source = _mm256_permutevar8x32_epi32(order, packed);
                 let child = _mm256_loadu_si256(child.as_ptr().cast());
                 _mm256_storeu_si256(

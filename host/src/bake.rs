@@ -94,8 +94,10 @@ impl<const W: usize> Baked<W> {
                 .validate()
                 .map_err(|source| BakeError::Mesh { mesh, source })?;
         }
-        let mut tables = Tables::<W>::default();
-        tables.materials = scene.materials.iter().map(material).collect();
+        let mut tables = Tables::<W> {
+            materials: scene.materials.iter().map(material).collect(),
+            ..Tables::default()
+        };
         let trees: Vec<WideTree<W>> = scene.meshes.iter().map(mesh_tree).collect();
         // The tree over instances comes first, whose size is known only once
         // the instances are.

@@ -3,16 +3,17 @@
 //! optionally with `-- FILE.obj` for a mesh of one's own.
 
 use obvhs::BvhBuildParams;
+use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
 use obvhs::ray::{Ray as PeerRay, RayHit};
 use obvhs::triangle::Triangle as PeerTriangle;
 use shisen::bake::{Baked, lone_mesh};
-use shisen::mesh::TriangleMesh;
 use shisen_core::Simd;
 use shisen_core::shape::Ray;
 use shisen_core::trace::{MeshTracer, TileRays, TraversalStack};
 use shisen_tests::meshes::{icosphere, normalised};
 use shisen_tests::rays::{Random, RawRay, bounce, incoherent, pinhole};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 const REPEAT: usize = 7;
@@ -21,7 +22,10 @@ fn main() {
     let file = std::env::args()
         .skip(1)
         .find(|argument| !argument.starts_with('-'));
-    let mesh = file.map_or_else(|| icosphere(4), |path| read_obj(&path));
+    let mesh = file.map_or_else(
+        || icosphere(4),
+        |path| shisen::import::load(Path::new(&path)).expect("a mesh file"),
+    );
     let mesh = normalised(mesh, 10.0);
     println!("{} triangles", mesh.triangles.len());
     let start = Instant::now();
@@ -74,65 +78,91 @@ fn main() {
         ),
         ("primary", primary),
     ];
-    println!("Mrays/s, median of {REPEAT}, one thread; ratio: ours / obvhs");
+    println!("Mrays/s, median of {REPEAT}, one thread");
+    println!(
+        "{:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>11} {:>11}",
+        "rays",
+        Simd::detect().name(),
+        "portable",
+        "4 wide",
+        "8x8 tile",
+        "obvhs",
+        "ours/obvhs",
+        "tile/single",
+    );
     for (name, raw) in &sets {
         let rays = to_rays(raw);
         let peer_rays: Vec<PeerRay> = raw
             .iter()
             .map(|&[a, b, c, d, e, f]| PeerRay::new_inf([a, b, c].into(), [d, e, f].into()))
             .collect();
-        let tiles = matches!(*name, "zoom" | "primary").then(|| to_tiles(raw));
-        let mut times = vec![Vec::new(); 5];
-        let mut counts = [0u32; 5];
-        for _ in 0..REPEAT {
-            for (i, tracer) in [&avx2, &portable].into_iter().enumerate() {
-                times[i].push(timed(|| counts[i] = ours(tracer, &rays)));
-            }
-            times[2].push(timed(|| counts[2] = ours(&four, &rays)));
-            times[3].push(timed(|| {
-                counts[3] = peer_rays
-                    .iter()
-                    .filter(|ray| {
-                        let mut hit = RayHit::none();
-                        peer.ray_traverse(**ray, &mut hit, |ray, id| {
-                            peer_triangles[id].intersect(ray)
-                        })
-                    })
-                    .count() as u32;
-            }));
-            if let Some(tiles) = &tiles {
-                times[4].push(timed(|| {
-                    let mut stack = TraversalStack::EMPTY;
-                    counts[4] = tiles
-                        .iter()
-                        .map(|tile| {
-                            let (hits, _) = avx2.nearest_of_tile(tile, &mut stack);
-                            (0..64).filter(|i| hits.at(i % 8, i / 8).is_some()).count() as u32
-                        })
-                        .sum();
-                }));
-            }
-        }
-        let rate = |i: usize| {
-            let mut sorted = times[i].clone();
-            sorted.sort_by(f64::total_cmp);
-            if sorted.is_empty() {
-                return f64::NAN;
-            }
-            rays.len() as f64 / sorted[REPEAT / 2] / 1e6
+        // Only pictures come in blocks.
+        let tiles = if matches!(*name, "zoom" | "primary") {
+            to_tiles(raw)
+        } else {
+            Vec::new()
         };
-        println!(
-            "{name:>10}: {} {:6.2}  portable {:6.2}  4 wide {:6.2}  obvhs {:6.2}  ratio {:.2}  tile {:6.2} ({:.2} of single) hits {counts:?}",
-            Simd::detect().name(),
-            rate(0),
-            rate(1),
-            rate(2),
-            rate(3),
-            rate(0) / rate(3),
-            rate(4),
-            rate(4) / rate(0),
-        );
+        let contenders: [&dyn Fn() -> u32; 5] = [
+            &|| ours(&avx2, &rays),
+            &|| ours(&portable, &rays),
+            &|| ours(&four, &rays),
+            &|| in_tiles(&avx2, &tiles),
+            &|| theirs(&peer, &peer_triangles, &peer_rays),
+        ];
+        let rate = interleaved(&contenders).map(|seconds| rays.len() as f64 / seconds / 1e6);
+        print!("{name:>10}");
+        print_row(&rate, !tiles.is_empty());
     }
+}
+
+fn print_row(rate: &[f64; 5], tiled: bool) {
+    for (number, rate) in rate.iter().enumerate() {
+        if number == 3 && !tiled {
+            print!(" {:>9}", "-");
+        } else {
+            print!(" {rate:9.2}");
+        }
+    }
+    print!(" {:11.2}", rate[0] / rate[4]);
+    if tiled {
+        print!(" {:11.2}", rate[3] / rate[0]);
+    }
+    println!();
+}
+
+/// The median seconds of each contender, who take turns.
+fn interleaved<const N: usize>(contenders: &[&dyn Fn() -> u32; N]) -> [f64; N] {
+    let mut times = [[0.0; REPEAT]; N];
+    for round in 0..REPEAT {
+        for (contender, times) in contenders.iter().zip(&mut times) {
+            let start = Instant::now();
+            std::hint::black_box(contender());
+            times[round] = start.elapsed().as_secs_f64();
+        }
+    }
+    times.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[REPEAT / 2]
+    })
+}
+
+fn theirs(peer: &CwBvh, triangles: &[PeerTriangle], rays: &[PeerRay]) -> u32 {
+    let hits = rays.iter().filter(|ray| {
+        let mut hit = RayHit::none();
+        peer.ray_traverse(**ray, &mut hit, |ray, id| triangles[id].intersect(ray))
+    });
+    hits.count() as u32
+}
+
+fn in_tiles(tracer: &MeshTracer<'_>, tiles: &[TileRays]) -> u32 {
+    let mut stack = TraversalStack::EMPTY;
+    tiles
+        .iter()
+        .map(|tile| {
+            let (hits, _) = tracer.nearest_of_tile(tile, &mut stack);
+            (0..64).filter(|i| hits.at(i % 8, i / 8).is_some()).count() as u32
+        })
+        .sum()
 }
 
 fn ours<const W: usize>(tracer: &MeshTracer<'_, W>, rays: &[Ray]) -> u32
@@ -159,30 +189,8 @@ fn to_tiles(raw: &[RawRay]) -> Vec<TileRays> {
         .collect()
 }
 
-fn timed(work: impl FnOnce()) -> f64 {
-    let start = Instant::now();
-    work();
-    start.elapsed().as_secs_f64()
-}
-
 fn to_rays(raw: &[RawRay]) -> Vec<Ray> {
     raw.iter()
         .map(|&[a, b, c, d, e, f]| Ray::new([a, b, c].into(), [d, e, f].into()).expect("finite"))
         .collect()
-}
-
-fn read_obj(path: &str) -> TriangleMesh {
-    let text = std::fs::read_to_string(path).expect("an OBJ file");
-    let mut mesh = TriangleMesh::default();
-    for line in text.lines() {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        match words.as_slice() {
-            ["v", x, y, z, ..] => mesh.positions.push([x, y, z].map(|c| c.parse().unwrap())),
-            ["f", a, b, c] => mesh
-                .triangles
-                .push([a, b, c].map(|i| i.split('/').next().unwrap().parse::<u32>().unwrap() - 1)),
-            _ => {}
-        }
-    }
-    mesh
 }

@@ -210,7 +210,7 @@ where
     };
     let from = bytes
         .get(table.offset as usize..end)
-        .filter(|_| table.offset as usize % ALIGNMENT == 0)
+        .filter(|_| (table.offset as usize).is_multiple_of(ALIGNMENT))
         .ok_or(wrong)?;
     <[T]>::ref_from_prefix_with_elems(from, table.count as usize)
         .map(|(records, _)| records)

@@ -33,8 +33,7 @@ impl Ray {
         // NaN can hide from the maximum, but not from the sum.
         let sum = origin.element_sum() + direction.element_sum();
         let usable = far <= Self::FARTHEST
-            && long >= Self::SHORTEST_DIRECTION
-            && long <= Self::LONGEST_DIRECTION
+            && (Self::SHORTEST_DIRECTION..=Self::LONGEST_DIRECTION).contains(&long)
             && !sum.is_nan();
         usable.then_some(Self { origin, direction })
     }

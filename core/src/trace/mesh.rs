@@ -6,7 +6,7 @@
 use super::hit::{Hit, MeshHit};
 use super::stack::{TraversalStack, Work};
 use super::tile::{TileHits, TileInMeshSearch, TileRays};
-use super::walk::{Visitor, leaf_index, walk};
+use super::walk::{Path, Visitor, leaf_index, walk};
 use crate::numeric::map3;
 use crate::scene::Scene;
 use crate::scene::format::{COUNT_SHIFT, LeafBlock, Mesh, Node};
@@ -131,16 +131,8 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
 
     /// [`Triangle::intersect`] on all lanes of a block.
     #[inline(always)]
-    fn leaf<L: Lanes<W>>(
-        &mut self,
-        l: L,
-        child: u32,
-        _near: f32,
-        _stack: &mut TraversalStack,
-        _top: usize,
-        work: &mut Work,
-    ) -> bool {
-        work.steps += (child >> COUNT_SHIFT & 7) + 1;
+    fn leaf<L: Lanes<W>>(&mut self, l: L, child: u32, _near: f32, path: &mut Path<'_>) -> bool {
+        path.work.steps += (child >> COUNT_SHIFT & 7) + 1;
         let leaf = leaf_index(child);
         let Some(block) = self.leaves.get(leaf as usize) else {
             return false;
@@ -212,27 +204,18 @@ struct Nearest<'r, 'a, const W: usize> {
     mesh: MeshView<'a, W>,
     ray: &'r Ray,
     stack: &'r mut TraversalStack,
-    work: Work,
 }
 
 impl<const W: usize> Kernel<W> for Nearest<'_, '_, W> {
     type Output = (MeshHit, Work);
     #[inline(always)]
-    fn run<L: Lanes<W>>(mut self, lanes: L) -> (MeshHit, Work) {
+    fn run<L: Lanes<W>>(self, lanes: L) -> (MeshHit, Work) {
         let slabs = Slabs::new(self.ray, self.mesh.extent);
         let mut search = InMesh::<W, false>::new(&self.mesh, self.ray, &slabs, 0.0, f32::INFINITY);
-        walk(
-            lanes,
-            self.mesh.nodes,
-            self.mesh.root,
-            &slabs,
-            0.0,
-            &mut search,
-            self.stack,
-            0,
-            &mut self.work,
-        );
-        (search.best, self.work)
+        let mut path = Path::new(self.stack);
+        let (nodes, root) = (self.mesh.nodes, self.mesh.root);
+        walk(lanes, nodes, root, &slabs, &mut search, &mut path);
+        (search.best, path.work)
     }
 }
 
@@ -265,7 +248,6 @@ where
             },
             ray,
             stack,
-            work: Work::default(),
         };
         let (hit, work) = self.simd.run(kernel);
         ((hit.triangle != u32::MAX).then_some(hit), work.steps)

@@ -10,22 +10,30 @@ pub(super) trait Visitor<const W: usize> {
     /// The farthest distance still of interest. It only shrinks.
     fn limit(&self) -> f32;
 
-    /// Looks into a leaf that the ray enters at `near`. `top` is the first
-    /// free entry of the stack. True ends the walk.
-    fn leaf<L: Lanes<W>>(
-        &mut self,
-        lanes: L,
-        child: u32,
-        near: f32,
-        stack: &mut TraversalStack,
-        top: usize,
-        work: &mut Work,
-    ) -> bool;
+    /// Looks into a leaf that the ray enters at `near`. True ends the walk.
+    fn leaf<L: Lanes<W>>(&mut self, lanes: L, child: u32, near: f32, path: &mut Path<'_>) -> bool;
 }
 
-/// Visits all leaves of the tree at `root` whose boxes the ray enters after
-/// `start` and no farther than the visitor's limit. True where the visitor
-/// ended it.
+/// The memory of a walk, and its account.
+pub(super) struct Path<'s> {
+    pub(super) stack: &'s mut TraversalStack,
+    /// The first entry of the stack that is free.
+    pub(super) base: usize,
+    pub(super) work: Work,
+}
+
+impl<'s> Path<'s> {
+    pub(super) fn new(stack: &'s mut TraversalStack) -> Self {
+        Self {
+            stack,
+            base: 0,
+            work: Work::default(),
+        }
+    }
+}
+
+/// Visits all leaves of the tree at `root` whose boxes the ray enters no farther
+/// than the visitor's limit. True where the visitor ended it.
 ///
 /// Bounded by the tree: it is one, its depth fits the stack (both checked
 /// when the scene was loaded), and each node is visited once at most.
@@ -35,11 +43,8 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
     nodes: &[Node<W>],
     root: u32,
     slabs: &Slabs,
-    start: f32,
     visitor: &mut V,
-    stack: &mut TraversalStack,
-    base: usize,
-    work: &mut Work,
+    path: &mut Path<'_>,
 ) -> bool {
     let axis = |axis| {
         let (reciprocal, near, far) = slabs.coefficients(axis);
@@ -47,7 +52,8 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
     };
     let ((rx, nx, fx), (ry, ny, fy), (rz, nz, fz)) = (axis(0), axis(1), axis(2));
     let octant = slabs.octant();
-    let start = lanes.splat(start);
+    let start = lanes.splat(0.0);
+    let base = path.base;
     let planes = [
         slabs.near_plane(0),
         slabs.near_plane(1),
@@ -59,7 +65,7 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
     let mut top = base;
     let mut current = root;
     loop {
-        work.steps += 1;
+        path.work.steps += 1;
         let Some(node) = nodes.get(current as usize) else {
             return false;
         };
@@ -77,12 +83,13 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
         );
         let hit = lanes.le(near, far);
         // A stack that is full cannot happen in a checked scene.
-        let free = stack
+        let free = path
+            .stack
             .distances
             .get_mut(top..)
             .and_then(<[f32]>::first_chunk_mut::<W>)
             .zip(
-                stack
+                path.stack
                     .children
                     .get_mut(top..)
                     .and_then(<[u32]>::first_chunk_mut::<W>),
@@ -98,13 +105,14 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
             distances,
             children,
         );
-        work.deepest = work.deepest.max(top as u32);
+        path.work.deepest = path.work.deepest.max(top as u32);
         current = loop {
             if top == base {
                 return false;
             }
             top -= 1;
-            let (Some(&near), Some(&child)) = (stack.distances.get(top), stack.children.get(top))
+            let (Some(&near), Some(&child)) =
+                (path.stack.distances.get(top), path.stack.children.get(top))
             else {
                 return false;
             };
@@ -114,7 +122,10 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
             if child & LEAF == 0 {
                 break child;
             }
-            if visitor.leaf(lanes, child, near, stack, top, work) {
+            path.base = top;
+            let over = visitor.leaf(lanes, child, near, path);
+            path.base = base;
+            if over {
                 return true;
             }
         };

@@ -3,7 +3,7 @@
 use super::hit::{Hit, MeshHit};
 use super::mesh::{InMesh, MeshView};
 use super::stack::{TraversalStack, Work};
-use super::walk::{Visitor, leaf_index, walk};
+use super::walk::{Path, Visitor, leaf_index, walk};
 use crate::numeric::{max, min};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, flag, kind};
@@ -68,15 +68,7 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
     }
 
     #[inline(always)]
-    fn leaf<L: Lanes<W>>(
-        &mut self,
-        lanes: L,
-        child: u32,
-        near: f32,
-        stack: &mut TraversalStack,
-        top: usize,
-        work: &mut Work,
-    ) -> bool {
+    fn leaf<L: Lanes<W>>(&mut self, lanes: L, child: u32, near: f32, path: &mut Path<'_>) -> bool {
         let number = leaf_index(child);
         let Some(instance) = self.scene.instances.get(number as usize) else {
             return false;
@@ -84,7 +76,7 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
         if ANY && instance.flags & flag::OCCLUDES == 0 {
             return false;
         }
-        work.steps += 1;
+        path.work.steps += 1;
         // The direction keeps its mapped length, so that distances agree.
         let ray = Ray::new(
             map_point(&instance.object_from_world, self.ray.origin()),
@@ -100,17 +92,7 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
             let mesh = MeshView::new(self.scene, mesh);
             let slabs = Slabs::new(&ray, mesh.extent);
             let mut search = InMesh::<W, ANY>::new(&mesh, &ray, &slabs, near, self.limit);
-            let found = walk(
-                lanes,
-                mesh.nodes,
-                mesh.root,
-                &slabs,
-                0.0,
-                &mut search,
-                stack,
-                top,
-                work,
-            );
+            let found = walk(lanes, mesh.nodes, mesh.root, &slabs, &mut search, path);
             // No hit is at infinity, where a limit can be too.
             if !found && search.best == MeshHit::NONE {
                 return false;
@@ -144,7 +126,6 @@ impl<const W: usize, const ANY: bool> Kernel<W> for Search<'_, '_, W, ANY> {
 
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L) -> (Hit, Work) {
-        let mut work = Work::default();
         let slabs = Slabs::new(self.ray, self.scene.header.extent);
         let mut visitor = InWorld::<W, ANY> {
             scene: self.scene,
@@ -152,21 +133,13 @@ impl<const W: usize, const ANY: bool> Kernel<W> for Search<'_, '_, W, ANY> {
             limit: self.limit,
             best: Hit::NONE,
         };
-        let found = walk(
-            lanes,
-            self.scene.nodes,
-            self.scene.header.root,
-            &slabs,
-            0.0,
-            &mut visitor,
-            self.stack,
-            0,
-            &mut work,
-        );
+        let mut path = Path::new(self.stack);
+        let (nodes, root) = (self.scene.nodes, self.scene.header.root);
+        let found = walk(lanes, nodes, root, &slabs, &mut visitor, &mut path);
         if ANY && found {
             visitor.best.instance = 0;
         }
-        (visitor.best, work)
+        (visitor.best, path.work)
     }
 }
 
@@ -184,7 +157,7 @@ impl<const W: usize> Kernel<W> for SearchInstance<'_, '_, W> {
 
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L) -> (Hit, Work) {
-        let mut work = Work::default();
+        let mut path = Path::new(self.stack);
         let mut visitor = InWorld::<W, false> {
             scene: self.scene,
             ray: self.ray,
@@ -196,9 +169,9 @@ impl<const W: usize> Kernel<W> for SearchInstance<'_, '_, W> {
             let (near, far) = slabs.interval(instance.low.into(), instance.high.into());
             let near = max(near, 0.0);
             if near <= min(far, visitor.limit) {
-                visitor.leaf(lanes, self.instance, near, self.stack, 0, &mut work);
+                visitor.leaf(lanes, self.instance, near, &mut path);
             }
         }
-        (visitor.best, work)
+        (visitor.best, path.work)
     }
 }

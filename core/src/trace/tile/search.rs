@@ -1,0 +1,366 @@
+use super::slabs::TileSlabs;
+use super::walk::{TileVisitor, walk_tile};
+use super::{EIGHT, PerRay, TileHits, TileRays};
+use crate::numeric::{map3, max};
+use crate::scene::Scene;
+use crate::scene::format::{COUNT_SHIFT, Instance, LeafBlock, Node, kind};
+use crate::shape::{Ray, Shear, Slabs, Triangle};
+use crate::simd::{Kernel, Lanes};
+use crate::trace::hit::{Hit, MeshHit};
+use crate::trace::stack::{TraversalStack, Work};
+use crate::trace::walk::{Path, leaf_index};
+use crate::trace::world::map_point;
+use glam::Vec3;
+
+/// Against the triangles of one instance.
+struct TileInMesh<'r, 'a, const W: usize> {
+    leaves: &'a [LeafBlock<W>],
+    rays: &'r TileRays,
+    slabs: &'r TileSlabs,
+    axes: [usize; 3],
+    shear: [PerRay; 3],
+    /// Where each ray enters the instance's box.
+    start: &'r PerRay,
+    instance: u32,
+    hits: &'r mut TileHits,
+}
+
+impl<const W: usize> TileInMesh<'_, '_, W> {
+    /// Lanes of a group whose edge functions vanished, decided exactly.
+    #[cold]
+    #[inline(never)]
+    fn accept_exactly(&mut self, triangle: &Triangle, hit: Hit, group: usize, mut lanes: u32) {
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let Some(ray) = self.rays.ray(group, lane) else {
+                continue;
+            };
+            let shear = Shear::new(&ray);
+            let Some(t) = triangle.exact_distance(&ray, &shear) else {
+                continue;
+            };
+            let at =
+                |rows: &[PerRay; 3]| map3([0, 1, 2], |axis: usize| rows[axis][group % EIGHT][lane]);
+            let slabs = Slabs::from_parts(
+                at(&self.slabs.reciprocal),
+                at(&self.slabs.near),
+                at(&self.slabs.far),
+                self.slabs.negative,
+            );
+            if let Some(t) = triangle.clamp_to_box(t, &slabs) {
+                let mut hit = hit;
+                hit.on.t = max(t, self.start[group % EIGHT][lane]);
+                self.hits.take_nearer(group, lane, hit);
+            }
+        }
+        self.hits.update_limit(group);
+    }
+}
+
+impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
+    #[inline(always)]
+    fn hits(&mut self) -> &mut TileHits {
+        self.hits
+    }
+
+    #[inline(always)]
+    fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>) {
+        let count = (child >> COUNT_SHIFT & 7) + 1;
+        path.work.steps += count;
+        let leaf = leaf_index(child);
+        let Some(block) = self.leaves.get(leaf as usize) else {
+            return;
+        };
+        let [kx, ky, kz] = self.axes;
+        let zero = l.splat(0.0);
+        for lane in 0..count {
+            let triangle = block.triangle(lane);
+            let corners = map3(triangle.0, |c| (c - self.rays.origin).to_array());
+            let component = |corner: usize, axis: usize| l.splat(corners[corner][axis % 3]);
+            let (akx, aky, az) = (component(0, kx), component(0, ky), component(0, kz));
+            let (bkx, bky, bz) = (component(1, kx), component(1, ky), component(1, kz));
+            let (ckx, cky, cz) = (component(2, kx), component(2, ky), component(2, kz));
+            for group in 0..EIGHT {
+                if groups >> group & 1 == 0 {
+                    continue;
+                }
+                let sx = l.load(&self.shear[0][group]);
+                let sy = l.load(&self.shear[1][group]);
+                let ax = l.sub(akx, l.mul(sx, az));
+                let ay = l.sub(aky, l.mul(sy, az));
+                let bx = l.sub(bkx, l.mul(sx, bz));
+                let by = l.sub(bky, l.mul(sy, bz));
+                let cx = l.sub(ckx, l.mul(sx, cz));
+                let cy = l.sub(cky, l.mul(sy, cz));
+                let u = l.sub(l.mul(cx, by), l.mul(cy, bx));
+                let v = l.sub(l.mul(ax, cy), l.mul(ay, cx));
+                let w = l.sub(l.mul(bx, ay), l.mul(by, ax));
+                let least = l.min(u, l.min(v, w));
+                let most = l.max(u, l.max(v, w));
+                let inside = l.or(l.le(zero, least), l.le(most, zero));
+                let inside_bits = l.bits(inside);
+                if inside_bits == 0 {
+                    continue;
+                }
+                let hit = Hit {
+                    instance: self.instance,
+                    on: MeshHit {
+                        t: 0.0,
+                        triangle: block.ids[lane as usize & (W - 1)],
+                        leaf,
+                        lane,
+                    },
+                };
+                let vanished = l.or(l.eq(least, zero), l.eq(most, zero));
+                let exactly = l.bits(l.and(inside, vanished));
+                let determinant = l.add(l.add(u, v), w);
+                let weighted = l.add(l.add(l.mul(u, az), l.mul(v, bz)), l.mul(w, cz));
+                let sz = l.load(&self.shear[2][group]);
+                let t = l.mul(l.div(weighted, determinant), sz);
+                let best = l.load(&self.hits.t[group]);
+                let in_range = l.and(l.le(zero, t), l.le(t, best));
+                let mut lanes = l.bits(l.and(inside, in_range)) & !exactly;
+                if lanes != 0 {
+                    // Triangle::clamp_to_box, and the instance's own box.
+                    let (low, high) = triangle.bounds();
+                    let (near, far) = self.slabs.planes(low.to_array(), high.to_array());
+                    let (near, far) = self.slabs.of_group(l, group, near, far);
+                    let clamped = l.add(l.max(near, t), zero);
+                    let clamped = l.max(clamped, l.load(&self.start[group]));
+                    lanes &= l.bits(l.and(l.le(zero, far), l.le(clamped, best)));
+                    let clamped = l.store(clamped);
+                    while lanes != 0 {
+                        let ray = lanes.trailing_zeros() as usize % EIGHT;
+                        lanes &= lanes - 1;
+                        let mut hit = hit;
+                        hit.on.t = clamped[ray];
+                        self.hits.take_nearer(group, ray, hit);
+                    }
+                    self.hits.update_limit(group);
+                }
+                if exactly != 0 {
+                    self.accept_exactly(&triangle, hit, group, exactly);
+                }
+            }
+        }
+    }
+}
+
+/// Against the instances of a scene.
+struct TileInWorld<'r, 'a, const W: usize> {
+    scene: &'r Scene<'a, W>,
+    rays: &'r TileRays,
+    slabs: &'r TileSlabs,
+    hits: &'r mut TileHits,
+}
+
+impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
+    #[inline(always)]
+    fn hits(&mut self) -> &mut TileHits {
+        self.hits
+    }
+
+    #[inline(always)]
+    fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>) {
+        let number = leaf_index(child);
+        let Some(instance) = self.scene.instances.get(number as usize) else {
+            return;
+        };
+        let mesh = match instance.kind {
+            kind::MESH => self.scene.meshes.get(instance.geometry as usize),
+            _ => None,
+        };
+        let together = mesh.is_some_and(|mesh| {
+            let Some(rays) = mapped(l, self.rays, instance) else {
+                return false;
+            };
+            let Some((axes, shear)) = shears(l, &rays) else {
+                return false;
+            };
+            let Some(slabs) = TileSlabs::new(l, &rays, mesh.extent) else {
+                return false;
+            };
+            let (near, far) = self.slabs.planes(instance.low, instance.high);
+            let mut start = [[0.0; EIGHT]; EIGHT];
+            for (group, start) in start.iter_mut().enumerate() {
+                let (near, far) = self.slabs.of_group(l, group, near, far);
+                let (near, far) = (l.store(l.max(near, l.splat(0.0))), l.store(far));
+                for (start, (near, far)) in start.iter_mut().zip(near.into_iter().zip(far)) {
+                    // Alone, a ray that misses the box never looks inside:
+                    // NaN fails every comparison to come.
+                    *start = if near <= far { near } else { f32::NAN };
+                }
+            }
+            path.work.steps += 1;
+            let mut search = TileInMesh::<W> {
+                leaves: self.scene.leaves,
+                rays: &rays,
+                slabs: &slabs,
+                axes,
+                shear,
+                start: &start,
+                instance: number,
+                hits: &mut *self.hits,
+            };
+            walk_tile(
+                l,
+                self.scene.nodes,
+                mesh.root,
+                &slabs,
+                groups,
+                &mut search,
+                path,
+            );
+            true
+        });
+        if !together && self.hits.deferred.push((number, groups)).is_err() {
+            // More than the list holds: merge into an entry for everything.
+            self.hits.deferred.clear();
+            let _ = self.hits.deferred.push((ALL_INSTANCES, u8::MAX));
+        }
+    }
+}
+
+/// Stands for all instances in a [`Deferred`] list that was too short.
+pub(in crate::trace) const ALL_INSTANCES: u32 = u32::MAX;
+
+/// The rays in an instance's frame; `None` where one cannot be traced there.
+#[inline(always)]
+fn mapped<L: Lanes<EIGHT>>(l: L, rays: &TileRays, instance: &Instance) -> Option<TileRays> {
+    let map = &instance.object_from_world;
+    let mut inside = TileRays {
+        origin: map_point(map, rays.origin),
+        direction: [[[0.0; EIGHT]; EIGHT]; 3],
+    };
+    Ray::new(inside.origin, Vec3::X)?;
+    let zero = l.splat(0.0);
+    let magnitude = |x: L::F| l.max(x, l.sub(zero, x));
+    for group in 0..EIGHT {
+        let d = map3([0, 1, 2], |axis: usize| {
+            l.load(&rays.direction[axis][group])
+        });
+        let d = map3([0, 1, 2], |axis: usize| {
+            // The order of map_vector's sums.
+            let x = l.mul(l.splat(map[0][axis]), d[0]);
+            let y = l.mul(l.splat(map[1][axis]), d[1]);
+            let z = l.mul(l.splat(map[2][axis]), d[2]);
+            l.add(l.add(x, y), z)
+        });
+        let [x, y, z] = map3(d, magnitude);
+        let largest = l.max(x, l.max(y, z));
+        let usable = l.and(
+            l.le(l.splat(Ray::SHORTEST_DIRECTION), largest),
+            l.le(largest, l.splat(Ray::LONGEST_DIRECTION)),
+        );
+        if l.bits(usable) != 0xff {
+            return None;
+        }
+        for axis in 0..3 {
+            inside.direction[axis][group] = l.store(d[axis]);
+        }
+    }
+    Some(inside)
+}
+
+/// The main axis that all rays share, last, and their shears; `None` where
+/// they do not.
+#[inline(always)]
+fn shears<L: Lanes<EIGHT>>(l: L, rays: &TileRays) -> Option<([usize; 3], [PerRay; 3])> {
+    let first = rays.ray(0, 0)?;
+    let axes = Shear::new(&first).axes;
+    let [kx, ky, kz] = axes;
+    let zero = l.splat(0.0);
+    let mut shear = [[[0.0; EIGHT]; EIGHT]; 3];
+    for group in 0..EIGHT {
+        let d = map3([kx, ky, kz], |axis| {
+            l.load(&rays.direction[axis % 3][group])
+        });
+        let [x, y, z] = map3(d, |d| l.max(d, l.sub(zero, d)));
+        // Where two are equal the first axis rules: leave those to Shear.
+        if l.bits(l.or(l.le(z, x), l.le(z, y))) != 0 {
+            return None;
+        }
+        shear[0][group] = l.store(l.div(d[0], d[2]));
+        shear[1][group] = l.store(l.div(d[1], d[2]));
+        shear[2][group] = l.store(l.div(l.splat(1.0), d[2]));
+    }
+    Some((axes, shear))
+}
+
+/// All rays of a tile through a scene.
+pub(in crate::trace) struct TileSearch<'r, 'a, const W: usize> {
+    pub(in crate::trace) scene: &'r Scene<'a, W>,
+    pub(in crate::trace) rays: &'r TileRays,
+    pub(in crate::trace) hits: &'r mut TileHits,
+    pub(in crate::trace) stack: &'r mut TraversalStack,
+}
+
+impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
+    /// `None` where the rays cannot go together.
+    type Output = Option<Work>;
+
+    #[inline(always)]
+    fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
+        let mut path = Path::new(self.stack);
+        let slabs = TileSlabs::new(l, self.rays, self.scene.header.extent)?;
+        let mut visitor = TileInWorld::<W> {
+            scene: self.scene,
+            rays: self.rays,
+            slabs: &slabs,
+            hits: self.hits,
+        };
+        walk_tile(
+            l,
+            self.scene.nodes,
+            self.scene.header.root,
+            &slabs,
+            u8::MAX,
+            &mut visitor,
+            &mut path,
+        );
+        Some(path.work)
+    }
+}
+
+/// All rays of a tile against one mesh in its own frame.
+pub(in crate::trace) struct TileInMeshSearch<'r, 'a, const W: usize> {
+    pub(in crate::trace) nodes: &'a [Node<W>],
+    pub(in crate::trace) leaves: &'a [LeafBlock<W>],
+    pub(in crate::trace) root: u32,
+    pub(in crate::trace) extent: f32,
+    pub(in crate::trace) rays: &'r TileRays,
+    pub(in crate::trace) hits: &'r mut TileHits,
+    pub(in crate::trace) stack: &'r mut TraversalStack,
+}
+
+impl<const W: usize> Kernel<EIGHT> for TileInMeshSearch<'_, '_, W> {
+    type Output = Option<Work>;
+
+    #[inline(always)]
+    fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
+        let mut path = Path::new(self.stack);
+        let (axes, shear) = shears(l, self.rays)?;
+        let slabs = TileSlabs::new(l, self.rays, self.extent)?;
+        let mut search = TileInMesh::<W> {
+            leaves: self.leaves,
+            rays: self.rays,
+            slabs: &slabs,
+            axes,
+            shear,
+            start: &[[0.0; EIGHT]; EIGHT],
+            instance: 0,
+            hits: self.hits,
+        };
+        walk_tile(
+            l,
+            self.nodes,
+            self.root,
+            &slabs,
+            u8::MAX,
+            &mut search,
+            &mut path,
+        );
+        Some(path.work)
+    }
+}

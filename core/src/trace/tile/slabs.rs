@@ -1,0 +1,132 @@
+use super::{EIGHT, PerRay, TileRays};
+use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, min};
+use crate::shape::Slabs;
+use crate::simd::Lanes;
+
+/// [`Slabs`] of all rays of a tile, and the interval that they span.
+pub(super) struct TileSlabs {
+    pub(super) origin: [f32; 3],
+    pub(super) reciprocal: [PerRay; 3],
+    pub(super) near: [PerRay; 3],
+    pub(super) far: [PerRay; 3],
+    pub(super) negative: [usize; 3],
+    /// Per axis the least and the greatest reciprocal, and what the interval
+    /// test widens boxes by.
+    pub(super) interval: [(f32, f32, f32); 3],
+}
+
+impl TileSlabs {
+    /// `None` where the signs of the directions differ, or one is zero.
+    #[inline(always)]
+    pub(super) fn new<L: Lanes<EIGHT>>(l: L, rays: &TileRays, extent: f32) -> Option<Self> {
+        let o = rays.origin;
+        let delta = Slabs::SLACK * UNIT_ROUNDOFF * max(extent, largest_magnitude(o));
+        let zero = l.splat(0.0);
+        let mut slabs = Self {
+            origin: o.to_array(),
+            reciprocal: [[[0.0; EIGHT]; EIGHT]; 3],
+            near: [[[0.0; EIGHT]; EIGHT]; 3],
+            far: [[[0.0; EIGHT]; EIGHT]; 3],
+            negative: [0; 3],
+            interval: [(0.0, 0.0, 0.0); 3],
+        };
+        for axis in 0..3 {
+            let mut positive = 0xff;
+            let mut negative = 0xff;
+            for direction in &rays.direction[axis] {
+                let direction = l.load(direction);
+                positive &= !l.bits(l.le(direction, zero));
+                negative &= !l.bits(l.le(zero, direction));
+            }
+            // Not a comparison of signs: zeros of either sign fail both.
+            slabs.negative[axis] = match (positive & 0xff, negative & 0xff) {
+                (0xff, _) => 0,
+                (_, 0xff) => 1,
+                _ => return None,
+            };
+        }
+        let magnitude = |axis: usize, x: L::F| {
+            if slabs.negative[axis] == 0 {
+                x
+            } else {
+                l.sub(zero, x)
+            }
+        };
+        let mut extremes = [(l.splat(f32::INFINITY), l.splat(f32::NEG_INFINITY)); 3];
+        for group in 0..EIGHT {
+            let d = map3([0, 1, 2], |axis: usize| {
+                l.load(&rays.direction[axis][group])
+            });
+            let m = map3([0, 1, 2], |axis: usize| magnitude(axis, d[axis]));
+            let largest = l.max(m[0], l.max(m[1], m[2]));
+            let least = l.max(
+                l.mul(largest, l.splat(1.0e-18)),
+                l.splat(Slabs::LEAST_COMPONENT),
+            );
+            for axis in 0..3 {
+                let clamped = magnitude(axis, l.max(m[axis], least));
+                let reciprocal = l.div(l.splat(1.0), clamped);
+                let centre = l.mul(l.splat(slabs.origin[axis]), reciprocal);
+                let slack = l.mul(magnitude(axis, reciprocal), l.splat(delta));
+                slabs.reciprocal[axis][group] = l.store(reciprocal);
+                slabs.near[axis][group] = l.store(l.add(centre, slack));
+                slabs.far[axis][group] = l.store(l.sub(centre, slack));
+                let (low, high) = extremes[axis];
+                extremes[axis] = (l.min(low, reciprocal), l.max(high, reciprocal));
+            }
+        }
+        for axis in 0..3 {
+            let (low, high) = extremes[axis];
+            let low = l.store(low).into_iter().fold(f32::INFINITY, min);
+            let high = l.store(high).into_iter().fold(f32::NEG_INFINITY, max);
+            // Twice a ray's own slack: here the origin is subtracted first,
+            // whose rounding a ray's own test does not have.
+            let slack = 2.0 * delta * max(high, -low);
+            slabs.interval[axis] = (low, high, slack);
+        }
+        Some(slabs)
+    }
+
+    #[inline(always)]
+    pub(super) fn octant(&self) -> usize {
+        self.negative[0] | self.negative[1] << 1 | self.negative[2] << 2
+    }
+
+    /// Near and far distance of a box for the rays of a group, not clipped.
+    #[inline(always)]
+    pub(super) fn of_group<L: Lanes<EIGHT>>(
+        &self,
+        l: L,
+        group: usize,
+        near: [f32; 3],
+        far: [f32; 3],
+    ) -> (L::F, L::F) {
+        let g = group % EIGHT;
+        let at = |plane: f32, axis: usize, offset: &[PerRay; 3]| {
+            let reciprocal = l.load(&self.reciprocal[axis][g]);
+            l.sub(l.mul(l.splat(plane), reciprocal), l.load(&offset[axis][g]))
+        };
+        let near = |axis: usize| at(near[axis], axis, &self.near);
+        let far = |axis: usize| at(far[axis], axis, &self.far);
+        (
+            l.max(l.max(near(0), near(1)), near(2)),
+            l.min(l.min(far(0), far(1)), far(2)),
+        )
+    }
+
+    /// Least and greatest corner as nearer and farther planes.
+    #[inline(always)]
+    pub(super) fn planes(&self, low: [f32; 3], high: [f32; 3]) -> ([f32; 3], [f32; 3]) {
+        let pick = |axis: usize, far: usize| {
+            if self.negative[axis] == far {
+                low[axis]
+            } else {
+                high[axis]
+            }
+        };
+        (
+            map3([0, 1, 2], |a| pick(a, 0)),
+            map3([0, 1, 2], |a| pick(a, 1)),
+        )
+    }
+}

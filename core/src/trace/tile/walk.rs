@@ -1,0 +1,198 @@
+use super::slabs::TileSlabs;
+use super::{EIGHT, TileHits};
+use crate::numeric::{map3, max};
+use crate::scene::format::{LEAF, Node};
+use crate::simd::Lanes;
+use crate::trace::walk::Path;
+
+/// What to do at the leaves of a tree that some groups of a tile enter.
+pub(super) trait TileVisitor {
+    /// The farthest hit of each group.
+    fn hits(&mut self) -> &mut TileHits;
+    /// Looks into a leaf.
+    fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>);
+}
+
+/// A node's planes as eight lanes, those past its width empty.
+#[inline(always)]
+fn widened<const W: usize>(planes: &[[f32; W]; 6], plane: usize) -> [f32; EIGHT] {
+    let empty = if plane & 1 == 0 {
+        f32::INFINITY
+    } else {
+        f32::NEG_INFINITY
+    };
+    let mut lanes = [empty; EIGHT];
+    for (lane, &value) in lanes.iter_mut().zip(&planes[plane % 6]) {
+        *lane = value;
+    }
+    lanes
+}
+
+/// The interval that the rays of a tile span, ready for a node's children.
+struct Interval<F> {
+    origin: [F; 3],
+    reciprocal: [(F, F); 3],
+    slack: [F; 3],
+}
+
+impl<F: Copy> Interval<F> {
+    #[inline(always)]
+    fn new<L: Lanes<EIGHT, F = F>>(l: L, slabs: &TileSlabs) -> Self {
+        Self {
+            origin: map3(slabs.origin, |o| l.splat(o)),
+            reciprocal: map3(slabs.interval, |(low, high, _)| {
+                (l.splat(low), l.splat(high))
+            }),
+            slack: map3(slabs.interval, |(_, _, slack)| l.splat(slack)),
+        }
+    }
+
+    /// The children that a ray may enter before `limit`, a bit a lane, and a
+    /// lower bound of where.
+    #[inline(always)]
+    fn children<const W: usize, L: Lanes<EIGHT, F = F>>(
+        &self,
+        l: L,
+        node: &Node<W>,
+        slabs: &TileSlabs,
+        limit: f32,
+    ) -> (u32, [f32; EIGHT]) {
+        let (mut near, mut far) = (l.splat(0.0), l.splat(limit));
+        for axis in 0..3 {
+            let (low, high) = self.reciprocal[axis];
+            let negative = slabs.negative[axis];
+            let n = l.load(&widened(&node.planes, 2 * axis + negative));
+            let f = l.load(&widened(&node.planes, 2 * axis + 1 - negative));
+            let (n, f) = (l.sub(n, self.origin[axis]), l.sub(f, self.origin[axis]));
+            let n = l.min(l.mul(n, low), l.mul(n, high));
+            let f = l.max(l.mul(f, low), l.mul(f, high));
+            near = l.max(near, l.sub(n, self.slack[axis]));
+            far = l.min(far, l.add(f, self.slack[axis]));
+        }
+        (l.bits(l.le(near, far)), l.store(near))
+    }
+}
+
+/// The groups among `active` of which a ray enters the child in `lane`.
+#[inline(always)]
+fn groups_that_enter<const W: usize, L: Lanes<EIGHT>>(
+    l: L,
+    node: &Node<W>,
+    lane: usize,
+    slabs: &TileSlabs,
+    hits: &TileHits,
+    active: u8,
+) -> u8 {
+    let planes = |far: usize| {
+        map3([0, 1, 2], |axis: usize| {
+            node.planes[(2 * axis + (slabs.negative[axis] ^ far)) % 6][lane]
+        })
+    };
+    let (near, far) = (planes(0), planes(1));
+    let mut entered = 0;
+    for group in 0..EIGHT {
+        if active >> group & 1 != 0 {
+            let (near, far) = slabs.of_group(l, group, near, far);
+            let near = l.max(near, l.splat(0.0));
+            let far = l.min(far, l.load(&hits.t[group]));
+            entered |= u8::from(l.bits(l.le(near, far)) != 0) << group;
+        }
+    }
+    entered
+}
+
+/// The groups among `groups` that have something to find at `near` or behind.
+#[inline(always)]
+fn groups_within(hits: &TileHits, groups: u8, near: f32) -> u8 {
+    let mut within = 0;
+    for group in 0..EIGHT {
+        let reaches = groups >> group & 1 != 0 && near <= hits.limit[group];
+        within |= u8::from(reaches) << group;
+    }
+    within
+}
+
+/// Visits all leaves of the tree at `root` that any ray of `groups` enters no
+/// farther than its group's farthest hit. Bounded as the walk of one ray is.
+#[inline(always)]
+pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
+    l: L,
+    nodes: &[Node<W>],
+    root: u32,
+    slabs: &TileSlabs,
+    groups: u8,
+    visitor: &mut V,
+    path: &mut Path<'_>,
+) {
+    let interval = Interval::new(l, slabs);
+    let octant = slabs.octant();
+    let lane_bits = W.trailing_zeros();
+    let base = path.base;
+    let mut top = base;
+    let mut current = root;
+    let mut active = groups;
+    loop {
+        path.work.steps += 1;
+        let Some(node) = nodes.get(current as usize) else {
+            return;
+        };
+        let hits = visitor.hits();
+        let mut limit = 0.0;
+        for group in 0..EIGHT {
+            if active >> group & 1 != 0 {
+                limit = max(limit, hits.limit[group]);
+            }
+        }
+        let (candidates, near) = interval.children(l, node, slabs, limit);
+        let mut order = node.order(octant);
+        // Empty where nothing is a candidate, which is most often.
+        let places = if candidates == 0 { 0 } else { W };
+        for _ in 0..places {
+            let lane = order as usize & (W - 1);
+            order >>= lane_bits;
+            if candidates >> lane & 1 == 0 {
+                continue;
+            }
+            let entered = groups_that_enter(l, node, lane, slabs, hits, active);
+            if entered == 0 {
+                continue;
+            }
+            let (Some(distance), Some(child), Some(groups)) = (
+                path.stack.distances.get_mut(top),
+                path.stack.children.get_mut(top),
+                path.stack.groups.get_mut(top),
+            ) else {
+                return;
+            };
+            *distance = near[lane];
+            *child = node.child[lane];
+            *groups = entered;
+            top += 1;
+        }
+        path.work.deepest = path.work.deepest.max(top as u32);
+        current = loop {
+            if top == base {
+                return;
+            }
+            top -= 1;
+            let (Some(&near), Some(&child), Some(&entered)) = (
+                path.stack.distances.get(top),
+                path.stack.children.get(top),
+                path.stack.groups.get(top),
+            ) else {
+                return;
+            };
+            // Hits found since may have overtaken it.
+            active = groups_within(visitor.hits(), entered, near);
+            if active == 0 {
+                continue;
+            }
+            if child & LEAF == 0 {
+                break child;
+            }
+            path.base = top;
+            visitor.leaf(l, child, active, path);
+            path.base = base;
+        };
+    }
+}
