@@ -12,18 +12,22 @@ pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
     // The hard-float ABI of bare-metal ARM has the instruction; that a target
-    // feature is on cannot be asked of ARM in stable Rust.
+    // feature is on cannot be asked of ARM in stable Rust, nor can a float
+    // register be named but as one that is overwritten.
     #[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
     #[allow(unsafe_code)]
     {
         let root: f32;
-        // SAFETY: one register in, one out; vsqrt traps on nothing and is
-        // there by the target's ABI. libm's loop takes 52 instructions.
+        // SAFETY: one register in, one out, s0 declared as overwritten; vsqrt
+        // traps on nothing and is there by the target's ABI. libm's loop
+        // takes 52 instructions.
         unsafe {
             core::arch::asm!(
-                "vsqrt.f32 {root}, {x}",
-                root = out(sreg) root,
-                x = in(sreg) x,
+                "vmov s0, {x}",
+                "vsqrt.f32 s0, s0",
+                "vmov {x}, s0",
+                x = inout(reg) x => root,
+                out("s0") _,
                 options(pure, nomem, nostack, preserves_flags)
             );
         }
