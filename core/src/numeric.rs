@@ -11,31 +11,41 @@ pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 /// The correctly rounded square root; NaN below zero.
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
-    // The hard-float ABI of bare-metal ARM has the instruction; that a target
-    // feature is on cannot be asked of ARM in stable Rust, nor can a float
-    // register be named but as one that is overwritten.
     #[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
-    #[allow(unsafe_code)]
-    {
-        let root: f32;
-        // SAFETY: one register in, one out, s0 declared as overwritten; vsqrt
-        // traps on nothing and is there by the target's ABI. libm's loop
-        // takes 52 instructions.
-        unsafe {
-            core::arch::asm!(
-                "vmov s0, {x}",
-                "vsqrt.f32 s0, s0",
-                "vmov {x}, s0",
-                x = inout(reg) x => root,
-                out("s0") _,
-                options(pure, nomem, nostack, preserves_flags)
-            );
-        }
-        root
-    }
+    return hard_float_arm::sqrt(x);
     #[cfg(not(all(target_arch = "arm", target_os = "none", target_abi = "eabihf")))]
-    {
-        libm::sqrtf(x)
+    libm::sqrtf(x)
+}
+
+/// The square root instruction of Cortex-M4F and M7, which libm does not use:
+/// its loop takes 52 instructions, this call 3.
+///
+/// Stable Rust has neither a way to ask for the feature on ARM nor registers
+/// of floats in `asm!` without it; the hard-float ABI implies both.
+#[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
+#[allow(unsafe_code)]
+mod hard_float_arm {
+    core::arch::global_asm!(
+        ".pushsection .text.shisen_vsqrt,\"ax\",%progbits",
+        ".global shisen_vsqrt",
+        ".type shisen_vsqrt,%function",
+        ".thumb",
+        ".thumb_func",
+        "shisen_vsqrt:",
+        "vsqrt.f32 s0, s0",
+        "bx lr",
+        ".popsection",
+    );
+
+    unsafe extern "C" {
+        fn shisen_vsqrt(x: f32) -> f32;
+    }
+
+    #[inline(always)]
+    pub(super) fn sqrt(x: f32) -> f32 {
+        // SAFETY: argument and result are in s0 by the hard-float ABI, and
+        // nothing else is touched.
+        unsafe { shisen_vsqrt(x) }
     }
 }
 
