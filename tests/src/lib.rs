@@ -2,4 +2,6 @@
 
 pub mod command;
 pub mod meshes;
+pub mod paths;
 pub mod rays;
+pub mod sizes;

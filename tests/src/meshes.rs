@@ -3,6 +3,58 @@
 
 use shisen::mesh::TriangleMesh;
 use std::collections::HashMap;
+use std::path::Path;
+
+/// The generated quadruped, and the cow where `SHISEN_COW` names its file.
+///
+/// # Panics
+/// Where that file cannot be read.
+pub fn meshes() -> Vec<(&'static str, TriangleMesh)> {
+    let mut meshes = vec![("quadruped", shisen::quadruped::quadruped())];
+    meshes.extend(cow().map(|cow| ("cow", cow)));
+    meshes
+}
+
+/// The cow, where `SHISEN_COW` names its file; else says that it is missing.
+///
+/// # Panics
+/// Where that file cannot be read.
+pub fn cow() -> Option<TriangleMesh> {
+    let Some(file) = std::env::var_os("SHISEN_COW") else {
+        println!("cow: not given");
+        return None;
+    };
+    Some(shisen::import::load(Path::new(&file)).expect("SHISEN_COW names a mesh"))
+}
+
+/// A cube from −1 to 1, its faces cut into `cells`² squares of two triangles.
+pub fn gridded_cube(cells: u32) -> TriangleMesh {
+    let mut numbers = HashMap::new();
+    let mut mesh = TriangleMesh::default();
+    let at = |i: u32| (2.0 * f64::from(i) / f64::from(cells) - 1.0) as f32;
+    for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, cells)]) {
+        let mut vertex = |i: u32, j: u32| {
+            let mut place = [0; 3];
+            place[axis] = side;
+            place[(axis + 1) % 3] = i;
+            place[(axis + 2) % 3] = j;
+            *numbers.entry(place).or_insert_with(|| {
+                mesh.positions.push(place.map(at));
+                mesh.positions.len() as u32 - 1
+            })
+        };
+        for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
+            let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+            let [a, b, c, d] = corners.map(|(i, j)| vertex(i, j));
+            mesh.triangles.extend(if side == 0 {
+                [[a, c, b], [a, d, c]]
+            } else {
+                [[a, b, c], [a, c, d]]
+            });
+        }
+    }
+    mesh
+}
 
 /// The vertices moved and scaled so that the box's centre is the origin and
 /// the farthest vertex is at `radius`.

@@ -3,7 +3,7 @@ use super::format::{
     ALIGNMENT, COUNT_SHIFT, Header, INDEX, Instance, LEAF, Light, MAGIC, Material, Mesh,
     NO_MATERIAL, Table, VERSION, kind, light,
 };
-use crate::shape::Spheroid;
+use crate::shape::{Slabs, Spheroid};
 use crate::trace::STACK_ENTRIES;
 use core::fmt;
 use core::ops::Range;
@@ -223,9 +223,11 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
     let fields = header.background;
     let values = [fields.zenith, fields.horizon, fields.nadir, header.ambient];
     finite(values.as_flattened(), "a background or ambient colour", 0)?;
-    finite(
-        &[fields.alpha, header.extent],
-        "the background's alpha or the extent",
+    finite(&[fields.alpha], "the background's alpha", 0)?;
+    within(
+        &[header.extent],
+        0.0..=Slabs::LARGEST_EXTENT,
+        "the scene's extent",
         0,
     )?;
     for (record, material) in scene.materials.iter().enumerate() {
@@ -345,7 +347,12 @@ fn check_mesh<const W: usize>(
     .ok_or(outside("triangle", mesh.first_triangle))?;
     part(mesh.first_normal, mesh.normal_count, scene.normals.len())
         .ok_or(outside("normal", mesh.first_normal))?;
-    finite(&[mesh.extent], "a mesh's extent", record)?;
+    within(
+        &[mesh.extent],
+        0.0..=Slabs::LARGEST_EXTENT,
+        "a mesh's extent",
+        record,
+    )?;
     for triangle in scene
         .triangles
         .get(triangles.start as usize..triangles.end as usize)

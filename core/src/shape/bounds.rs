@@ -13,7 +13,8 @@ use glam::Vec3;
 /// its vertices displaced by at most 10·u·M (2 for the subtraction of the
 /// origin, 8 for the shear), and this arithmetic rounds by at most 7·u·M;
 /// δ = 32·u·M covers both. Directions are clamped away from zero so that no
-/// product is 0·∞.
+/// product is 0·∞ or overflows; against the ray's largest component by 10⁻⁸
+/// at most, which moves the ray by less than 1·u·M where boxes are.
 ///
 /// Every step is monotone in the planes: a box inside another is entered, as
 /// computed, no earlier and left no later. Traversal relies on it for results
@@ -28,6 +29,14 @@ pub struct Slabs {
 }
 
 impl Slabs {
+    /// The least magnitude of a clamped component: its reciprocal times
+    /// [`Ray::FARTHEST`] is finite, and so are sums of three such.
+    pub(crate) const LEAST_COMPONENT: f32 = 1.0e-26;
+
+    /// Extents up to this keep the widening of all planes finite, so that a
+    /// box from +∞ to −∞ is never entered.
+    pub const LARGEST_EXTENT: f32 = 1.0e17;
+
     /// Multiples of u·M by which boxes are widened.
     pub const SLACK: f32 = 32.0;
 
@@ -36,7 +45,7 @@ impl Slabs {
     #[inline(always)]
     pub fn new(ray: &Ray, extent: f32) -> Self {
         let (o, d) = (ray.origin(), ray.direction());
-        let least = max(largest_magnitude(d) * 1.0e-18, Ray::SHORTEST_DIRECTION);
+        let least = max(largest_magnitude(d) * 1.0e-18, Self::LEAST_COMPONENT);
         let clamped = |d: f32| max(d.abs(), least).copysign(d);
         let reciprocal = Vec3::new(1.0 / clamped(d.x), 1.0 / clamped(d.y), 1.0 / clamped(d.z));
         let delta = Self::SLACK * UNIT_ROUNDOFF * max(extent, largest_magnitude(o));

@@ -16,8 +16,8 @@ impl Ray {
     /// keep every product that intersection forms finite.
     pub const FARTHEST: f32 = 1.0e12;
     /// Directions whose largest component is shorter than this have no
-    /// usable reciprocal.
-    pub const SHORTEST_DIRECTION: f32 = 1.0e-30;
+    /// usable reciprocals: see [`Slabs`](super::Slabs).
+    pub const SHORTEST_DIRECTION: f32 = 1.0e-18;
     /// Directions whose largest component is longer than this overflow.
     pub const LONGEST_DIRECTION: f32 = 1.0e18;
 
@@ -82,7 +82,7 @@ mod tests {
             }
         }
         assert_eq!(Ray::new(o, Vec3::ZERO), None);
-        assert_eq!(Ray::new(o, Vec3::splat(1.0e-31)), None);
-        assert!(Ray::new(o, Vec3::new(1.0e-30, 0.0, -0.0)).is_some());
+        assert_eq!(Ray::new(o, Vec3::splat(9.0e-19)), None);
+        assert!(Ray::new(o, Vec3::new(1.0e-18, 0.0, -0.0)).is_some());
     }
 }

@@ -177,7 +177,9 @@ impl Sheared {
         let [u, v, w] = edges;
         let [az, bz, cz] = self.z;
         let determinant = (u + v) + w;
-        ((u * az + v * bz) + w * cz) * shear.shear[2] / determinant
+        // Divided first: the reciprocal of a short direction times a far
+        // triangle's sum overflows.
+        ((u * az + v * bz) + w * cz) / determinant * shear.shear[2]
     }
 }
 

@@ -172,7 +172,7 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
         let exactly = l.bits(l.and(inside, vanished));
         let determinant = l.add(l.add(u, v), w);
         let weighted = l.add(l.add(l.mul(u, az), l.mul(v, bz)), l.mul(w, cz));
-        let t = l.div(l.mul(weighted, sz), determinant);
+        let t = l.mul(l.div(weighted, determinant), sz);
         let in_range = l.and(l.le(zero, t), l.le(t, l.splat(self.limit)));
         let mut hits = l.bits(l.and(inside, in_range)) & !exactly;
         if hits != 0 {

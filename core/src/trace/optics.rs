@@ -47,10 +47,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Reflectance and the sine beyond, in f64.
-    ///
-    /// Both sine and cosine come in: either, from the other rounded to f32,
-    /// would be the less exact of the two.
+    /// Reflectance and the sine beyond, in f64. Each from the sine and the
+    /// cosine given: one from the other would magnify their f32 rounding.
     fn reference(sin_in: f64, cos_in: f64, ratio: f64) -> Option<(f64, f64)> {
         let sin_out = sin_in * ratio;
         (sin_out < 1.0).then(|| {
@@ -103,10 +101,7 @@ mod tests {
             let sine = f64::from(sin) * f64::from(ratio);
             // Within 1e-5 of the critical angle reflectance has no bound slope.
             prop_assume!((sine - 1.0).abs() > 1e-5);
-            match (
-                reference(f64::from(sin), f64::from(cos), f64::from(ratio)),
-                found.direction,
-            ) {
+            match (reference(f64::from(sin), f64::from(cos), f64::from(ratio)), found.direction) {
                 (Some((reflectance, sin_out)), Some(direction)) => {
                     prop_assert!((f64::from(found.reflectance) - reflectance).abs() < 3e-4);
                     prop_assert!((f64::from(direction.x) - sin_out).abs() < 1e-6);

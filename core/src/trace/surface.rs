@@ -2,7 +2,7 @@
 
 use super::hit::Hit;
 use super::world::{map_point, map_vector};
-use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, normalize};
+use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, max, normalize};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, Material, NO_MATERIAL, flag, kind};
 use crate::shape::{Ray, Spheroid};
@@ -32,7 +32,8 @@ impl<'a> Surface<'a> {
             map_point(&instance.object_from_world, ray.origin()),
             map_vector(&instance.object_from_world, ray.direction()),
         )?;
-        let (point, normal, smooth, material) = if instance.kind == kind::MESH {
+        let to_world = |p| map_point(&instance.world_from_object, p);
+        let (point, normal, smooth, material, reach) = if instance.kind == kind::MESH {
             let mesh = scene.meshes.get(instance.geometry as usize)?;
             let block = scene.leaves.get(hit.on.leaf as usize)?;
             let triangle = block.triangle(hit.on.lane);
@@ -54,13 +55,22 @@ impl<'a> Surface<'a> {
                 normal
             };
             let point = a * weights[0] + b * weights[1] + c * weights[2];
-            (point, normal, smooth, record.material)
+            // The point may be at the origin, and is no more exact for it.
+            let reach = [a, b, c].map(|corner| largest_magnitude(to_world(corner)));
+            let reach = max(reach[0], max(reach[1], reach[2]));
+            (point, normal, smooth, record.material, reach)
         } else {
             let [equatorial, polar] = instance.radii;
             let spheroid = Spheroid::new(equatorial, polar)?;
             let point = spheroid.project(object_ray.at(hit.on.t));
             let normal = spheroid.normal(point);
-            (point, normal, normal, NO_MATERIAL)
+            (
+                point,
+                normal,
+                normal,
+                NO_MATERIAL,
+                largest_magnitude(to_world(point)),
+            )
         };
         let number = if instance.material == NO_MATERIAL {
             material
@@ -69,12 +79,12 @@ impl<'a> Surface<'a> {
         };
         let material = scene.materials.get(number as usize)?;
         let geometric_normal = world_normal(instance, normal)?;
-        let point = map_point(&instance.world_from_object, point);
+        let point = to_world(point);
         let shading_normal = world_normal(instance, smooth)
             .filter(|n| n.dot(geometric_normal) > 0.0)
             .unwrap_or(geometric_normal);
         let translation = Vec3::from_array(instance.world_from_object[3]);
-        let size = largest_magnitude(point) + largest_magnitude(translation);
+        let size = reach + largest_magnitude(translation);
         Some(Self {
             point,
             geometric_normal,

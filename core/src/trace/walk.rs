@@ -46,11 +46,9 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
     visitor: &mut V,
     path: &mut Path<'_>,
 ) -> bool {
-    let axis = |axis| {
-        let (reciprocal, near, far) = slabs.coefficients(axis);
-        (lanes.splat(reciprocal), lanes.splat(near), lanes.splat(far))
-    };
-    let ((rx, nx, fx), (ry, ny, fy), (rz, nz, fz)) = (axis(0), axis(1), axis(2));
+    let (rx, nx, fx) = coefficients(lanes, slabs, 0);
+    let (ry, ny, fy) = coefficients(lanes, slabs, 1);
+    let (rz, nz, fz) = coefficients(lanes, slabs, 2);
     let octant = slabs.octant();
     let start = lanes.splat(0.0);
     let base = path.base;
@@ -130,6 +128,18 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
             }
         };
     }
+}
+
+/// A ray's numbers for one axis, in every lane. A function, not a closure in
+/// the walk: those are not always inlined, and then leave the instruction set.
+#[inline(always)]
+fn coefficients<const W: usize, L: Lanes<W>>(
+    lanes: L,
+    slabs: &Slabs,
+    axis: usize,
+) -> (L::F, L::F, L::F) {
+    let (reciprocal, near, far) = slabs.coefficients(axis);
+    (lanes.splat(reciprocal), lanes.splat(near), lanes.splat(far))
 }
 
 /// The record that a leaf reference names.

@@ -92,7 +92,11 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
             let mesh = MeshView::new(self.scene, mesh);
             let slabs = Slabs::new(&ray, mesh.extent);
             let mut search = InMesh::<W, ANY>::new(&mesh, &ray, &slabs, near, self.limit);
-            walk(lanes, mesh.nodes, mesh.root, &slabs, &mut search, path);
+            let found = walk(lanes, mesh.nodes, mesh.root, &slabs, &mut search, path);
+            // No hit is at infinity, where a limit can be too.
+            if !found && search.best == MeshHit::NONE {
+                return false;
+            }
             search.best
         } else {
             match on_spheroid(instance, &ray, near) {
@@ -101,7 +105,7 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
             }
         };
         if ANY {
-            return on.t <= self.limit;
+            return true;
         }
         self.take_nearer(number, on);
         false

@@ -3,7 +3,7 @@ use super::walk::{TileVisitor, walk_tile};
 use super::{EIGHT, PerRay, TileHits, TileRays};
 use crate::numeric::{map3, max};
 use crate::scene::Scene;
-use crate::scene::format::{COUNT_SHIFT, Instance, LeafBlock, Node, kind};
+use crate::scene::format::{COUNT_SHIFT, Instance, LeafBlock, Mesh, Node, kind};
 use crate::shape::{Ray, Shear, Slabs, Triangle};
 use crate::simd::{Kernel, Lanes};
 use crate::trace::hit::{Hit, MeshHit};
@@ -117,7 +117,7 @@ impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
                 let determinant = l.add(l.add(u, v), w);
                 let weighted = l.add(l.add(l.mul(u, az), l.mul(v, bz)), l.mul(w, cz));
                 let sz = l.load(&self.shear[2][group]);
-                let t = l.div(l.mul(weighted, sz), determinant);
+                let t = l.mul(l.div(weighted, determinant), sz);
                 let best = l.load(&self.hits.t[group]);
                 let in_range = l.and(l.le(zero, t), l.le(t, best));
                 let mut lanes = l.bits(l.and(inside, in_range)) & !exactly;
@@ -155,6 +155,56 @@ struct TileInWorld<'r, 'a, const W: usize> {
     hits: &'r mut TileHits,
 }
 
+impl<const W: usize> TileInWorld<'_, '_, W> {
+    /// False where the rays cannot go together in the mesh's frame.
+    #[inline(always)]
+    fn in_mesh<L: Lanes<EIGHT>>(
+        &mut self,
+        l: L,
+        mesh: &Mesh,
+        number: u32,
+        instance: &Instance,
+        groups: u8,
+        path: &mut Path<'_>,
+    ) -> bool {
+        let Some(rays) = mapped(l, self.rays, instance) else {
+            return false;
+        };
+        let Some((axes, shear)) = shears(l, &rays) else {
+            return false;
+        };
+        let Some(slabs) = TileSlabs::new(l, &rays, mesh.extent) else {
+            return false;
+        };
+        let (near, far) = self.slabs.planes(instance.low, instance.high);
+        let mut start = [[0.0; EIGHT]; EIGHT];
+        for group in 0..EIGHT {
+            let (near, far) = self.slabs.of_group(l, group, near, far);
+            let (near, far) = (l.store(l.max(near, l.splat(0.0))), l.store(far));
+            for lane in 0..EIGHT {
+                // Alone, a ray that misses the box never looks inside: NaN
+                // fails every comparison to come.
+                let enters = near[lane] <= far[lane];
+                start[group][lane] = if enters { near[lane] } else { f32::NAN };
+            }
+        }
+        path.work.steps += 1;
+        let mut search = TileInMesh::<W> {
+            leaves: self.scene.leaves,
+            rays: &rays,
+            slabs: &slabs,
+            axes,
+            shear,
+            start: &start,
+            instance: number,
+            hits: &mut *self.hits,
+        };
+        let (nodes, root) = (self.scene.nodes, mesh.root);
+        walk_tile(l, nodes, root, &slabs, groups, &mut search, path);
+        true
+    }
+}
+
 impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
     #[inline(always)]
     fn hits(&mut self) -> &mut TileHits {
@@ -171,49 +221,10 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
             kind::MESH => self.scene.meshes.get(instance.geometry as usize),
             _ => None,
         };
-        let together = mesh.is_some_and(|mesh| {
-            let Some(rays) = mapped(l, self.rays, instance) else {
-                return false;
-            };
-            let Some((axes, shear)) = shears(l, &rays) else {
-                return false;
-            };
-            let Some(slabs) = TileSlabs::new(l, &rays, mesh.extent) else {
-                return false;
-            };
-            let (near, far) = self.slabs.planes(instance.low, instance.high);
-            let mut start = [[0.0; EIGHT]; EIGHT];
-            for (group, start) in start.iter_mut().enumerate() {
-                let (near, far) = self.slabs.of_group(l, group, near, far);
-                let (near, far) = (l.store(l.max(near, l.splat(0.0))), l.store(far));
-                for (start, (near, far)) in start.iter_mut().zip(near.into_iter().zip(far)) {
-                    // Alone, a ray that misses the box never looks inside:
-                    // NaN fails every comparison to come.
-                    *start = if near <= far { near } else { f32::NAN };
-                }
-            }
-            path.work.steps += 1;
-            let mut search = TileInMesh::<W> {
-                leaves: self.scene.leaves,
-                rays: &rays,
-                slabs: &slabs,
-                axes,
-                shear,
-                start: &start,
-                instance: number,
-                hits: &mut *self.hits,
-            };
-            walk_tile(
-                l,
-                self.scene.nodes,
-                mesh.root,
-                &slabs,
-                groups,
-                &mut search,
-                path,
-            );
-            true
-        });
+        let together = match mesh {
+            Some(mesh) => self.in_mesh(l, mesh, number, instance, groups, path),
+            None => false,
+        };
         if !together && self.hits.deferred.push((number, groups)).is_err() {
             // More than the list holds: merge into an entry for everything.
             self.hits.deferred.clear();
@@ -240,13 +251,11 @@ fn mapped<L: Lanes<EIGHT>>(l: L, rays: &TileRays, instance: &Instance) -> Option
         let d = map3([0, 1, 2], |axis: usize| {
             l.load(&rays.direction[axis][group])
         });
-        let d = map3([0, 1, 2], |axis: usize| {
-            // The order of map_vector's sums.
-            let x = l.mul(l.splat(map[0][axis]), d[0]);
-            let y = l.mul(l.splat(map[1][axis]), d[1]);
-            let z = l.mul(l.splat(map[2][axis]), d[2]);
-            l.add(l.add(x, y), z)
-        });
+        let d = [
+            mapped_axis(l, map, 0, &d),
+            mapped_axis(l, map, 1, &d),
+            mapped_axis(l, map, 2, &d),
+        ];
         let [x, y, z] = map3(d, magnitude);
         let largest = l.max(x, l.max(y, z));
         let usable = l.and(
@@ -261,6 +270,15 @@ fn mapped<L: Lanes<EIGHT>>(l: L, rays: &TileRays, instance: &Instance) -> Option
         }
     }
     Some(inside)
+}
+
+/// One component of mapped directions, summed in the order of `map_vector`.
+#[inline(always)]
+fn mapped_axis<L: Lanes<EIGHT>>(l: L, map: &[[f32; 3]; 4], axis: usize, d: &[L::F; 3]) -> L::F {
+    let x = l.mul(l.splat(map[0][axis]), d[0]);
+    let y = l.mul(l.splat(map[1][axis]), d[1]);
+    let z = l.mul(l.splat(map[2][axis]), d[2]);
+    l.add(l.add(x, y), z)
 }
 
 /// The main axis that all rays share, last, and their shears; `None` where

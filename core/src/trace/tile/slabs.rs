@@ -1,6 +1,6 @@
 use super::{EIGHT, PerRay, TileRays};
 use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, min};
-use crate::shape::{Ray, Slabs};
+use crate::shape::Slabs;
 use crate::simd::Lanes;
 
 /// [`Slabs`] of all rays of a tile, and the interval that they span.
@@ -61,7 +61,7 @@ impl TileSlabs {
             let largest = l.max(m[0], l.max(m[1], m[2]));
             let least = l.max(
                 l.mul(largest, l.splat(1.0e-18)),
-                l.splat(Ray::SHORTEST_DIRECTION),
+                l.splat(Slabs::LEAST_COMPONENT),
             );
             for axis in 0..3 {
                 let clamped = magnitude(axis, l.max(m[axis], least));

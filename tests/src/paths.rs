@@ -1,0 +1,82 @@
+//! One scene on every instruction set and in both layouts.
+
+use shisen::bake::Baked;
+use shisen::scene::Scene;
+use shisen_core::shape::Ray;
+use shisen_core::trace::{Budget, Hit, MeshHit, MeshTracer, Tracer, TraversalStack, Workspace};
+use shisen_core::{Runs, Simd};
+
+/// A scene baked in both layouts.
+#[derive(Debug)]
+pub struct Paths {
+    /// Eight wide.
+    pub fast: Baked<8>,
+    /// Four wide.
+    pub compact: Baked<4>,
+}
+
+/// A search for the nearest hit, and what to call it in a message.
+pub type Search<'a, T> = (String, Box<dyn FnMut(&Ray) -> Option<T> + 'a>);
+
+impl Paths {
+    /// Bakes the scene twice.
+    ///
+    /// # Panics
+    /// Where it cannot be baked.
+    pub fn new(scene: &Scene) -> Self {
+        Self {
+            fast: Baked::new(scene).expect("a scene that can be baked"),
+            compact: Baked::new(scene).expect("a scene that can be baked"),
+        }
+    }
+
+    /// The nearest triangle of the first mesh, in its own frame.
+    pub fn in_mesh(&self) -> Vec<Search<'_, MeshHit>> {
+        let mut searches = Vec::new();
+        for simd in [Simd::detect(), Simd::PORTABLE] {
+            searches.push(in_mesh(self.fast.scene(), simd));
+            searches.push(in_mesh(self.compact.scene(), simd));
+        }
+        searches
+    }
+
+    /// The nearest hit in the scene.
+    pub fn in_scene(&self) -> Vec<Search<'_, Hit>> {
+        let mut searches = Vec::new();
+        for simd in [Simd::detect(), Simd::PORTABLE] {
+            searches.push(in_scene(self.fast.scene(), simd));
+            searches.push(in_scene(self.compact.scene(), simd));
+        }
+        searches
+    }
+}
+
+fn name<const W: usize>(simd: Simd) -> String {
+    format!("{} {W} wide", simd.name())
+}
+
+fn in_mesh<const W: usize>(
+    scene: shisen_core::scene::Scene<'_, W>,
+    simd: Simd,
+) -> Search<'_, MeshHit>
+where
+    Simd: Runs<W>,
+{
+    let tracer = MeshTracer::new(&scene, 0, simd).expect("a scene with a mesh");
+    let mut stack = TraversalStack::EMPTY;
+    (
+        name::<W>(simd),
+        Box::new(move |ray| tracer.nearest(ray, &mut stack).0),
+    )
+}
+
+fn in_scene<const W: usize>(scene: shisen_core::scene::Scene<'_, W>, simd: Simd) -> Search<'_, Hit>
+where
+    Simd: Runs<W>,
+{
+    let tracer = Tracer::new(scene, simd, 0);
+    let mut workspace = Workspace::new();
+    let search =
+        move |ray: &Ray| tracer.nearest(ray, &mut Budget::UNLIMITED.clone(), &mut workspace);
+    (name::<W>(simd), Box::new(search))
+}

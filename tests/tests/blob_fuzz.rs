@@ -1,0 +1,407 @@
+//! Damaged scenes: each is refused, or traces without a panic in bounded
+//! time.
+
+use glam::{DAffine3, DVec3, Vec3};
+use shisen::bake::Baked;
+use shisen::mesh::{Material, TriangleMesh};
+use shisen::scene::{Background, Light, Object, Scene, Shape};
+use shisen_core::scene::format::{ALIGNMENT, VERSION};
+use shisen_core::scene::{self, SceneError};
+use shisen_core::shape::Ray;
+use shisen_core::trace::{Budget, MeshTracer, Tracer, TraversalStack, Workspace};
+use shisen_core::{Runs, Simd};
+use shisen_tests::meshes::icosphere;
+use shisen_tests::rays::Random;
+use shisen_tests::sizes::cases;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use xxhash_rust::xxh32::xxh32;
+
+/// Everything that a scene can have, little of each.
+fn small_scene() -> Scene {
+    let tetrahedron = TriangleMesh {
+        positions: vec![
+            [1.0, 1.0, 1.0],
+            [1.0, -1.0, -1.0],
+            [-1.0, 1.0, -1.0],
+            [-1.0, -1.0, 1.0],
+        ],
+        triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+        materials: vec![Material::default()],
+        triangle_materials: vec![0; 4],
+        ..TriangleMesh::default()
+    };
+    let glass = Material {
+        transmission: [0.9; 3],
+        absorption: [0.1, 0.2, 0.3],
+        ..Material::default()
+    };
+    let chrome = Material {
+        mirror: [0.8; 3],
+        specular: [0.5; 3],
+        ..Material::default()
+    };
+    let object = |shape, material, at: [f64; 3], smooth| Object {
+        shape,
+        material,
+        world_from_object: DAffine3::from_translation(DVec3::from(at)),
+        casts_shadow: true,
+        smooth,
+    };
+    let spheroid = Shape::Spheroid {
+        equatorial_radius: 0.7,
+        polar_radius: 0.4,
+    };
+    Scene {
+        name: "small".into(),
+        meshes: vec![tetrahedron, icosphere(0)],
+        materials: vec![glass, chrome],
+        objects: vec![
+            object(Shape::Mesh(0), None, [0.0, 0.0, -3.0], false),
+            object(Shape::Mesh(1), Some(1), [1.5, 0.0, -4.0], true),
+            object(Shape::Mesh(1), Some(0), [-1.5, 0.5, -4.0], false),
+            object(spheroid, Some(0), [0.0, 0.0, -1.5], false),
+        ],
+        lights: vec![
+            Light::Point {
+                position: DVec3::new(0.0, 3.0, 0.0),
+                colour: [9.0; 3],
+                inverse_square: true,
+            },
+            Light::Directional {
+                direction: DVec3::new(1.0, -2.0, -1.0),
+                colour: [0.5; 3],
+            },
+        ],
+        background: Background::uniform([0.2; 3]),
+        ambient: [0.1; 3],
+    }
+}
+
+/// Bytes at an aligned address, and one byte of room behind them.
+#[derive(Clone)]
+struct Aligned {
+    memory: Vec<u8>,
+    start: usize,
+    length: usize,
+}
+
+impl Aligned {
+    fn new(bytes: &[u8]) -> Self {
+        let mut memory = vec![0; bytes.len() + 2 * ALIGNMENT];
+        let start = memory.as_ptr().align_offset(ALIGNMENT);
+        memory[start..start + bytes.len()].copy_from_slice(bytes);
+        Self {
+            memory,
+            start,
+            length: bytes.len(),
+        }
+    }
+
+    fn bytes(&mut self) -> &mut [u8] {
+        &mut self.memory[self.start..self.start + self.length]
+    }
+}
+
+/// As the header says: of all that follows the field, to the scene's length.
+fn mend_checksum(bytes: &mut [u8]) {
+    let length = u32::from_le_bytes([20, 21, 22, 23].map(|i| bytes[i])) as usize;
+    let checked = bytes.get(12..length).unwrap_or(&bytes[12..]);
+    let checksum = xxh32(checked, 0);
+    bytes[8..12].copy_from_slice(&checksum.to_le_bytes());
+}
+
+fn rays(count: usize) -> Vec<Ray> {
+    let mut random = Random::new(3);
+    let mut rays = Vec::new();
+    while rays.len() < count {
+        let origin = Vec3::from(random.direction().map(|c| (c * 2.0) as f32));
+        let target = Vec3::new(0.0, 0.0, -3.0) + Vec3::from(random.direction().map(|c| c as f32));
+        let direction = match rays.len() % 8 {
+            0 => Vec3::new(0.0, -0.0, -1.0),
+            1 => (target - origin) * 1e-17,
+            2 => (target - origin) * 1e15,
+            _ => target - origin,
+        };
+        let origin = if rays.len() % 9 == 0 {
+            origin * 1e11
+        } else {
+            origin
+        };
+        rays.extend(Ray::new(origin, direction));
+    }
+    rays
+}
+
+/// Rays of all kinds. Panics where a step count passes its bound.
+fn trace<const W: usize>(scene: scene::Scene<'_, W>, simd: Simd, rays: &[Ray])
+where
+    Simd: Runs<W>,
+{
+    let depth = 3;
+    let (nodes, _, _) = scene.sizes();
+    // A lane of a node is a leaf block of eight triangles or an instance.
+    let in_mesh = (nodes * (1 + 8 * W)) as u64;
+    let in_scene = (nodes * (1 + W)) as u64 * (1 + in_mesh);
+    // Each hit leaves two rays and one to each light.
+    let in_tree = 15 * (1 + scene.lights().len() as u64) * in_scene;
+    let tracer = Tracer::new(scene, simd, depth);
+    let mut workspace = Workspace::new();
+    let mut stack = TraversalStack::EMPTY;
+    let mut steps = |what: &str, bound: u64, work: &mut dyn FnMut(&mut Budget, &mut Workspace)| {
+        let before = workspace.statistics.steps;
+        work(&mut Budget::UNLIMITED.clone(), &mut workspace);
+        let steps = workspace.statistics.steps - before;
+        assert!(steps <= bound, "{what}: {steps} steps, at most {bound}");
+    };
+    for ray in rays {
+        steps("radiance", in_tree, &mut |budget, workspace| {
+            tracer.radiance(ray, budget, workspace);
+        });
+        steps("nearest", in_scene, &mut |budget, workspace| {
+            tracer.nearest(ray, budget, workspace);
+        });
+        for limit in [1.0, f32::INFINITY] {
+            steps("occluded", in_scene, &mut |budget, workspace| {
+                tracer.is_occluded(ray, limit, budget, workspace);
+            });
+        }
+        for mesh in 0..scene.meshes().len() {
+            let tracer = MeshTracer::new(&scene, mesh, simd).expect("one of its meshes");
+            let (_, steps) = tracer.nearest(ray, &mut stack);
+            assert!(u64::from(steps) <= in_mesh, "{steps} steps in a mesh");
+        }
+    }
+}
+
+/// Loads and traces; says whether it was a scene.
+fn try_out<const W: usize>(bytes: &[u8], what: &str, rays: &[Ray]) -> Result<(), SceneError>
+where
+    Simd: Runs<W>,
+{
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        let scene = scene::Scene::<W>::from_bytes(bytes)?;
+        trace(scene, Simd::detect(), rays);
+        Ok(())
+    }));
+    outcome.unwrap_or_else(|_| panic!("{W} wide, {what}: a panic"))
+}
+
+/// Damages one byte after another, as `damage` says how.
+fn damage_every_byte<const W: usize>(name: &str, damage: &[fn(u8) -> u8])
+where
+    Simd: Runs<W>,
+{
+    let baked = Baked::<W>::new(&small_scene()).expect("a scene");
+    let original = baked.as_bytes().to_vec();
+    let rays = rays(cases("rays a damaged scene", 60, 200));
+    assert_eq!(try_out::<W>(baked.as_bytes(), "whole", &rays), Ok(()));
+    let mut copy = Aligned::new(&original);
+    let (mut refused, mut traced) = (0, 0);
+    for place in 0..original.len() {
+        for (number, damage) in damage.iter().enumerate() {
+            let damaged = damage(original[place]);
+            if damaged == original[place] {
+                continue;
+            }
+            let what = format!("{name}: byte {place} is {damaged:#x} (damage {number})");
+            let bytes = copy.bytes();
+            bytes[place] = damaged;
+            let as_is = try_out::<W>(bytes, &what, &rays);
+            assert!(as_is.is_err(), "{W} wide, {what}: taken for a whole scene");
+            mend_checksum(bytes);
+            match try_out::<W>(bytes, &what, &rays) {
+                Ok(()) => traced += 1,
+                Err(_) => refused += 1,
+            }
+            bytes.copy_from_slice(&original);
+        }
+    }
+    // Both must come up, or one of the two was not tested.
+    assert!(
+        refused > 100 && traced > 100,
+        "{refused} refused, {traced} traced"
+    );
+}
+
+const BITS: [fn(u8) -> u8; 8] = [
+    |b| b ^ 1,
+    |b| b ^ 2,
+    |b| b ^ 4,
+    |b| b ^ 8,
+    |b| b ^ 16,
+    |b| b ^ 32,
+    |b| b ^ 64,
+    |b| b ^ 128,
+];
+
+const VALUES: [fn(u8) -> u8; 5] = [|_| 0, |_| 0xff, |_| 0x7f, |_| 0x80, |b| b.wrapping_add(1)];
+
+#[test]
+fn every_bit_of_the_fast_layout() {
+    damage_every_byte::<8>("bits", &BITS);
+}
+
+#[test]
+fn every_bit_of_the_compact_layout() {
+    damage_every_byte::<4>("bits", &BITS);
+}
+
+#[test]
+fn every_byte_of_the_fast_layout() {
+    damage_every_byte::<8>("values", &VALUES);
+}
+
+#[test]
+fn every_byte_of_the_compact_layout() {
+    damage_every_byte::<4>("values", &VALUES);
+}
+
+/// Several words at once: what single bits cannot break together.
+#[test]
+fn words_replaced_together() {
+    const WORDS: [u32; 10] = [
+        0,
+        1,
+        7,
+        0x7fff_ffff,
+        0x8000_0000,
+        0xffff_ffff,
+        0x7f80_0000,
+        0xff80_0000,
+        0x7f7f_ffff,
+        0x0000_0001,
+    ];
+    let baked = Baked::<4>::new(&small_scene()).expect("a scene");
+    let original = baked.as_bytes().to_vec();
+    let rays = rays(24);
+    let mut copy = Aligned::new(&original);
+    let words = original.len() / 4;
+    let mut traced = 0;
+    for case in 0..cases("scenes with words replaced", 20_000, 500_000) {
+        let seed = 0xF0_0000 + case as u64;
+        let mut random = Random::new(seed);
+        let bytes = copy.bytes();
+        for _ in 0..=random.below(4) {
+            // Past magic, checksum, version, width and length.
+            let at = 4 * (6 + random.below(words - 6));
+            let word = match random.below(3) {
+                0 => WORDS[random.below(WORDS.len())],
+                1 => random.below(40) as u32,
+                _ => {
+                    let other = 4 * random.below(words);
+                    u32::from_le_bytes([0, 1, 2, 3].map(|i| original[other + i]))
+                }
+            };
+            bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
+        }
+        mend_checksum(bytes);
+        traced += usize::from(try_out::<4>(bytes, &format!("seed {seed:#x}"), &rays).is_ok());
+        bytes.copy_from_slice(&original);
+    }
+    assert!(traced > 1000, "{traced}");
+}
+
+fn every_length<const W: usize>()
+where
+    Simd: Runs<W>,
+{
+    let baked = Baked::<W>::new(&small_scene()).expect("a scene");
+    let whole = baked.as_bytes();
+    for length in 0..whole.len() {
+        let mut cut = Aligned::new(&whole[..length]);
+        let error = try_out::<W>(cut.bytes(), "cut off", &[]).expect_err("a scene cut off");
+        let expected = if length == 0 {
+            matches!(error, SceneError::Truncated { .. } | SceneError::NotAScene)
+        } else {
+            matches!(error, SceneError::Truncated { found, .. } if found == length as u64)
+        };
+        assert!(expected, "{length} bytes: {error:?}");
+        // A header that owns up to it.
+        if length >= 24 {
+            let bytes = cut.bytes();
+            bytes[20..24].copy_from_slice(&(length as u32).to_le_bytes());
+            mend_checksum(bytes);
+            assert!(
+                try_out::<W>(bytes, "cut off", &[]).is_err(),
+                "{length} bytes"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_truncation_is_refused() {
+    every_length::<8>();
+    every_length::<4>();
+}
+
+#[test]
+fn each_fault_of_the_whole_has_its_error() {
+    let baked = Baked::<8>::new(&small_scene()).expect("a scene");
+    let rays = rays(24);
+    let load = |bytes: &[u8]| try_out::<8>(bytes, "whole", &rays);
+
+    let mut longer = baked.as_bytes().to_vec();
+    longer.extend([0xA5; 77]);
+    assert_eq!(
+        load(Aligned::new(&longer).bytes()),
+        Ok(()),
+        "what follows is not the scene's"
+    );
+
+    for offset in [1, 2, 4, 8, 16] {
+        let mut shifted = vec![0; offset];
+        shifted.extend_from_slice(baked.as_bytes());
+        let mut shifted = Aligned::new(&shifted);
+        let found = load(&shifted.bytes()[offset..]);
+        assert_eq!(
+            found,
+            Err(SceneError::Misaligned { needed: ALIGNMENT }),
+            "{offset}"
+        );
+    }
+
+    let mut other = Aligned::new(baked.as_bytes());
+    other.bytes()[0] = b's';
+    assert_eq!(load(other.bytes()), Err(SceneError::NotAScene));
+
+    let mut other = Aligned::new(baked.as_bytes());
+    let found = VERSION + 1;
+    other.bytes()[12..16].copy_from_slice(&found.to_le_bytes());
+    mend_checksum(other.bytes());
+    let supported = VERSION;
+    assert_eq!(
+        load(other.bytes()),
+        Err(SceneError::Version { found, supported })
+    );
+
+    let compact = Baked::<4>::new(&small_scene()).expect("a scene");
+    let expected = SceneError::Width {
+        found: 4,
+        expected: 8,
+    };
+    assert_eq!(load(compact.as_bytes()), Err(expected));
+
+    // Seven children leave one lane empty, which rays must not enter for a
+    // widening that is infinite: it would lead back to its own node.
+    let mut seven = small_scene();
+    seven.objects = vec![seven.objects[3].clone(); 7];
+    let seven = Baked::<8>::new(&seven).expect("a scene");
+    let mut other = Aligned::new(seven.as_bytes());
+    other.bytes()[28..32].copy_from_slice(&f32::MAX.to_le_bytes());
+    mend_checksum(other.bytes());
+    let what = "the scene's extent";
+    assert_eq!(
+        load(other.bytes()),
+        Err(SceneError::Value { what, record: 0 })
+    );
+
+    let mut other = Aligned::new(baked.as_bytes());
+    let last = other.bytes().len() - 1;
+    other.bytes()[last] ^= 1;
+    let found = load(other.bytes());
+    assert!(
+        matches!(found, Err(SceneError::Checksum { .. })),
+        "{found:?}"
+    );
+}

@@ -1,0 +1,338 @@
+//! One frame, one hash: whatever the threads, tiles, layout, instruction set
+//! and mode, and however often rendering is interrupted.
+
+use glam::{DAffine3, DVec3, Vec3};
+use shisen::bake::Baked;
+use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
+use shisen::mesh::Material;
+use shisen::render::{Frame, Options, cave};
+use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::scene::{Background, Object, Scene, Shape};
+use shisen_core::frame::{
+    Budget, Mode, Outcome, Pixel, Renderer, Settings, Statistics, Tile, TileError, TileJob, View,
+    Workspace,
+};
+use shisen_core::{Runs, Simd};
+use shisen_tests::meshes::{icosphere, meshes};
+
+const MODES: [Mode; 2] = [Mode::Single, Mode::Tile];
+
+/// Glass, mirrors and a spheroid around the viewer, one thing beside another.
+fn glass_and_mirrors() -> Scene {
+    let mut scene = paper_scene(PaperScene::A, icosphere(3)).expect("a scene");
+    scene.materials.push(Material {
+        diffuse: [0.0; 3],
+        transmission: [0.9, 0.95, 1.0],
+        absorption: [0.3, 0.2, 0.0],
+        ..Material::default()
+    });
+    scene.background = Background {
+        alpha: 0.25,
+        ..scene.background
+    };
+    for (number, object) in scene.objects.iter_mut().enumerate() {
+        object.smooth = number % 2 == 0;
+        object.material = Some(number % 3 % 2);
+    }
+    for x in [-1.0, 0.4, 1.3] {
+        scene.objects.push(Object {
+            shape: Shape::Spheroid {
+                equatorial_radius: 0.5,
+                polar_radius: 0.8,
+            },
+            material: Some(usize::from(x > 0.0)),
+            world_from_object: DAffine3::from_rotation_x(x)
+                * DAffine3::from_translation(DVec3::new(x, -0.2, -1.8)),
+            casts_shadow: true,
+            smooth: false,
+        });
+    }
+    scene
+}
+
+fn frame<const W: usize>(baked: &Baked<W>, side: u32, options: &Options) -> Frame
+where
+    Simd: Runs<W>,
+{
+    let room = Cave::built_in(BuiltInCave::ThreeWall, [side; 2]).expect("a room");
+    let viewer = Viewer::default();
+    let eyes = Eye::STEREO.map(|eye| (eye, viewer.eye(eye)));
+    cave(&baked.scene(), &room, &eyes, options, &|_, _| {}).expect("a frame")
+}
+
+fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
+    Options {
+        threads,
+        tile,
+        simd,
+        settings: Settings {
+            mode,
+            ..Settings::default()
+        },
+    }
+}
+
+/// Renders the scene in every way and compares; `side` pixels a wall.
+fn assert_one_hash(name: &str, scene: &Scene, side: u32, tiles: &[u32]) {
+    let fast = Baked::<8>::new(scene).expect("a scene");
+    let compact = Baked::<4>::new(scene).expect("a scene");
+    let reference = frame(&fast, side, &options(1, 32, Mode::Single, Simd::PORTABLE));
+    let rays = |statistics: &Statistics| Statistics {
+        steps: 0,
+        deepest_stack: 0,
+        ..*statistics
+    };
+    let mut ways = Vec::new();
+    for mode in MODES {
+        for simd in [Simd::detect(), Simd::PORTABLE] {
+            ways.extend(tiles.iter().map(|&tile| (2, tile, mode, simd)));
+            ways.extend([(1, tiles[0], mode, simd), (3, tiles[0], mode, simd)]);
+        }
+    }
+    for (threads, tile, mode, simd) in ways {
+        let options = options(threads, tile, mode, simd);
+        for (width, found) in [
+            (8, frame(&fast, side, &options)),
+            (4, frame(&compact, side, &options)),
+        ] {
+            let way = format!("{name}, {width} wide, {options:?}");
+            assert_eq!(found.hash(), reference.hash(), "{way}");
+            assert_eq!(
+                rays(&found.statistics),
+                rays(&reference.statistics),
+                "{way}"
+            );
+            if width == 8 && mode == Mode::Single {
+                assert_eq!(found.statistics, reference.statistics, "{way}");
+            }
+        }
+    }
+}
+
+#[test]
+fn papers_scenes_have_one_hash() {
+    for (name, mesh) in meshes() {
+        for which in PaperScene::ALL {
+            let scene = paper_scene(which, mesh.clone()).expect("a scene");
+            let name = format!("{name}, {}", which.name());
+            assert_one_hash(&name, &scene, 64, &[13, 7, 8, 32, 256]);
+        }
+    }
+}
+
+#[test]
+fn glass_has_one_hash() {
+    let scene = glass_and_mirrors();
+    assert_one_hash("glass", &scene, 64, &[13, 7, 8, 32, 256]);
+    assert_one_hash("glass", &scene, 9, &[1, 2, 100]);
+}
+
+#[test]
+fn different_pictures_have_different_hashes() {
+    let scene = glass_and_mirrors();
+    let baked = Baked::<8>::new(&scene).expect("a scene");
+    let mut hashes: Vec<u64> = [(0, 1), (1, 1), (3, 1), (3, 2)]
+        .into_iter()
+        .map(|(depth, samples)| {
+            let mut options = options(2, 32, Mode::Tile, Simd::detect());
+            options.settings.depth = depth;
+            options.settings.samples = samples;
+            frame(&baked, 32, &options).hash()
+        })
+        .collect();
+    hashes.sort_unstable();
+    hashes.dedup();
+    assert_eq!(hashes.len(), 4);
+}
+
+const SIDE: u32 = 27;
+
+/// A view whose edges are no edges of blocks.
+fn view() -> View {
+    let step = 2.0 / SIDE as f32;
+    let first = Vec3::new(-1.0 + 0.5 * step, 1.0 - 0.5 * step, -1.0);
+    View::new(
+        Vec3::new(0.01, 0.02, 0.03),
+        first,
+        Vec3::X * step,
+        Vec3::NEG_Y * step,
+        [SIDE; 2],
+    )
+    .expect("a view")
+}
+
+/// Calls a job until it is finished; returns pixels, total statistics and
+/// the most steps of a call beyond its budget.
+fn in_instalments(
+    renderer: &Renderer<'_>,
+    tile: Tile,
+    budget: u64,
+) -> (Vec<Pixel>, Statistics, u64) {
+    let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
+    let mut workspace = Workspace::new();
+    let mut job = TileJob::new(tile);
+    let (mut most_over, mut calls) = (0, 0u64);
+    loop {
+        let before = workspace.statistics;
+        let mut left = Budget::steps(budget);
+        let outcome = job
+            .render(renderer, &view(), &mut pixels, &mut left, &mut workspace)
+            .expect("a tile of the view");
+        let steps = workspace.statistics.steps - before.steps;
+        assert_eq!(
+            left.left(),
+            budget.saturating_sub(steps),
+            "the budget counts all steps"
+        );
+        most_over = most_over.max(steps.saturating_sub(budget));
+        calls += 1;
+        if outcome == Outcome::Finished {
+            return (pixels, workspace.statistics, most_over);
+        }
+        assert!(left.is_spent(), "stopped with budget left");
+        assert!(
+            calls <= u64::from(tile.width * tile.height) * 3,
+            "no progress"
+        );
+    }
+}
+
+#[test]
+fn interrupted_rendering_gives_the_same_pixels_within_the_budget() {
+    let scene = glass_and_mirrors();
+    let baked = Baked::<8>::new(&scene).expect("a scene");
+    let tile = Tile {
+        x: 3,
+        y: 5,
+        width: 21,
+        height: 19,
+    };
+    for mode in MODES {
+        let settings = Settings {
+            mode,
+            ..Settings::default()
+        };
+        let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
+        let whole = in_instalments(&renderer, tile, u64::MAX);
+        assert_eq!(whole.2, 0);
+        // What one pixel and one block cost alone.
+        let single = Settings {
+            mode: Mode::Single,
+            ..settings
+        };
+        let alone = Renderer::new(baked.scene(), Simd::detect(), single);
+        let cost = |x, y, width, height| {
+            let part = Tile {
+                x,
+                y,
+                width,
+                height,
+            };
+            in_instalments(&alone, part, u64::MAX).1.steps
+        };
+        let most = |side: u32| {
+            let places = (0..SIDE).step_by(side as usize);
+            places
+                .clone()
+                .flat_map(|y| places.clone().map(move |x| (x, y)))
+                .map(|(x, y)| cost(x, y, side.min(SIDE - x), side.min(SIDE - y)))
+                .max()
+                .unwrap_or(0)
+        };
+        let allowed = match mode {
+            Mode::Single => most(1),
+            Mode::Tile => most(8).max(most(1)),
+        };
+        for budget in [1, 7, 1000] {
+            let (pixels, statistics, most_over) = in_instalments(&renderer, tile, budget);
+            assert_eq!(pixels, whole.0, "{mode:?}, {budget} steps a call");
+            assert!(statistics.rays() >= whole.1.rays());
+            if mode == Mode::Single {
+                assert_eq!(
+                    statistics, whole.1,
+                    "{budget} steps a call: work done twice"
+                );
+            }
+            assert!(
+                most_over <= allowed,
+                "{mode:?}: {most_over} over {budget}, {allowed} allowed"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_spent_budget_renders_nothing() {
+    let baked = Baked::<8>::new(&glass_and_mirrors()).expect("a scene");
+    let tile = Tile {
+        x: 0,
+        y: 0,
+        width: 9,
+        height: 9,
+    };
+    for mode in MODES {
+        let settings = Settings {
+            mode,
+            ..Settings::default()
+        };
+        let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
+        let untouched = Pixel {
+            red: -1.0,
+            ..Pixel::default()
+        };
+        let mut pixels = [untouched; 81];
+        let mut workspace = Workspace::new();
+        let mut job = TileJob::new(tile);
+        let mut spent = Budget::steps(0);
+        let outcome = job.render(&renderer, &view(), &mut pixels, &mut spent, &mut workspace);
+        assert_eq!(outcome, Ok(Outcome::BudgetSpent));
+        assert_eq!(pixels, [untouched; 81]);
+        assert_eq!(workspace.statistics, Statistics::default());
+        assert_eq!(job, TileJob::new(tile));
+        // Finished jobs stay so, at no cost, and touch nothing.
+        let mut all = Budget::UNLIMITED;
+        let done = job.render(&renderer, &view(), &mut pixels, &mut all, &mut workspace);
+        assert_eq!(done, Ok(Outcome::Finished));
+        let mut again = [untouched; 81];
+        let done = job.render(&renderer, &view(), &mut again, &mut spent, &mut workspace);
+        assert_eq!(done, Ok(Outcome::Finished));
+        assert_eq!(again, [untouched; 81]);
+    }
+}
+
+#[test]
+fn tiles_that_are_none_are_refused() {
+    let baked = Baked::<8>::new(&glass_and_mirrors()).expect("a scene");
+    let renderer = Renderer::new(baked.scene(), Simd::detect(), Settings::default());
+    let render = |[x, y, width, height]: [u32; 4], room: usize| {
+        let tile = Tile {
+            x,
+            y,
+            width,
+            height,
+        };
+        TileJob::new(tile).render(
+            &renderer,
+            &view(),
+            &mut vec![Pixel::default(); room],
+            &mut Budget::UNLIMITED.clone(),
+            &mut Workspace::new(),
+        )
+    };
+    for outside in [
+        [0, 0, 0, 1],
+        [0, 0, 1, 0],
+        [SIDE, 0, 1, 1],
+        [0, SIDE - 1, 1, 2],
+        [u32::MAX, 0, 2, 1],
+        [1, 0, u32::MAX, 1],
+    ] {
+        assert_eq!(render(outside, 4), Err(TileError::Outside), "{outside:?}");
+    }
+    let wrong = TileError::Pixels {
+        needed: 4,
+        given: 5,
+    };
+    assert_eq!(render([0, 0, 2, 2], 5), Err(wrong));
+    assert_eq!(render([SIDE - 2, SIDE - 2, 2, 2], 4), Ok(Outcome::Finished));
+}

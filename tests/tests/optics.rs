@@ -1,0 +1,508 @@
+//! Closed forms of light: what a picture must show, worked out by hand.
+//!
+//! Panels without lights shine with the ambient light times their colour,
+//! which makes them emitters of known radiance.
+
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use shisen::bake::Baked;
+use shisen::mesh::{Material, TriangleMesh};
+use shisen::scene::{Background, Light, Object, Scene, Shape};
+use shisen_core::Simd;
+use shisen_core::frame::LEAST_WEIGHT;
+use shisen_core::shape::Ray;
+use shisen_core::trace::{Budget, MAX_DEPTH, Pixel, Tracer, Workspace};
+
+const RED: [f32; 3] = [1.0, 0.0, 0.0];
+const GREEN: [f32; 3] = [0.0, 1.0, 0.0];
+
+fn empty() -> Scene {
+    Scene {
+        name: "optics".into(),
+        meshes: Vec::new(),
+        materials: Vec::new(),
+        objects: Vec::new(),
+        lights: Vec::new(),
+        background: Background::uniform([0.0; 3]),
+        ambient: [1.0; 3],
+    }
+}
+
+fn black() -> Material {
+    Material {
+        diffuse: [0.0; 3],
+        ..Material::default()
+    }
+}
+
+fn matt(colour: [f32; 3]) -> Material {
+    Material {
+        diffuse: colour,
+        ..Material::default()
+    }
+}
+
+fn glass(index_of_refraction: f32) -> Material {
+    Material {
+        transmission: [1.0; 3],
+        index_of_refraction,
+        ..black()
+    }
+}
+
+fn add(scene: &mut Scene, shape: Shape, material: Material, map: DAffine3) {
+    scene.materials.push(material);
+    scene.objects.push(Object {
+        shape,
+        material: Some(scene.materials.len() - 1),
+        world_from_object: map,
+        casts_shadow: true,
+        smooth: false,
+    });
+}
+
+fn add_sphere(scene: &mut Scene, radius: f32, centre: DVec3, material: Material) {
+    let map = DAffine3::from_translation(centre);
+    add(scene, Shape::Sphere { radius }, material, map);
+}
+
+/// The convex body of the half-spaces' corners, as a fan of quadrilaterals.
+fn add_body(scene: &mut Scene, positions: &[[f32; 3]], faces: &[&[u32]], material: Material) {
+    let triangles = faces
+        .iter()
+        .flat_map(|face| (2..face.len()).map(|i| [face[0], face[i - 1], face[i]]))
+        .collect();
+    scene.meshes.push(TriangleMesh {
+        positions: positions.to_vec(),
+        triangles,
+        ..TriangleMesh::default()
+    });
+    let mesh = Shape::Mesh(scene.meshes.len() - 1);
+    add(scene, mesh, material, DAffine3::IDENTITY);
+}
+
+/// A box from corner to corner, faces outwards.
+fn add_box(scene: &mut Scene, low: [f32; 3], high: [f32; 3], material: Material) {
+    let corners: Vec<[f32; 3]> = (0..8)
+        .map(|i| [0, 1, 2].map(|axis| if i >> axis & 1 == 0 { low } else { high }[axis]))
+        .collect();
+    let faces: [&[u32]; 6] = [
+        &[0, 4, 6, 2],
+        &[1, 3, 7, 5],
+        &[0, 1, 5, 4],
+        &[2, 6, 7, 3],
+        &[0, 2, 3, 1],
+        &[4, 5, 7, 6],
+    ];
+    add_body(scene, &corners, &faces, material);
+}
+
+/// What the eye sees, the same in both layouts.
+fn seen(scene: &Scene, depth: u8, origin: [f32; 3], direction: [f32; 3]) -> Pixel {
+    let ray = Ray::new(origin.into(), direction.into()).expect("a ray");
+    let mut workspace = Workspace::new();
+    let fast = Baked::<8>::new(scene).expect("a scene");
+    let pixel = Tracer::new(fast.scene(), Simd::detect(), depth).radiance(
+        &ray,
+        &mut Budget::UNLIMITED.clone(),
+        &mut workspace,
+    );
+    let compact = Baked::<4>::new(scene).expect("a scene");
+    let other = Tracer::new(compact.scene(), Simd::PORTABLE, depth).radiance(
+        &ray,
+        &mut Budget::UNLIMITED.clone(),
+        &mut workspace,
+    );
+    assert_eq!(pixel, other);
+    pixel
+}
+
+#[track_caller]
+fn assert_near(found: f32, expected: f64, tolerance: f64) {
+    assert!(
+        (f64::from(found) - expected).abs() <= tolerance,
+        "{found}, expected {expected}"
+    );
+}
+
+#[test]
+fn parallel_mirrors_give_a_geometric_series_that_ends_at_the_depth() {
+    for mirror in [0.9f32, 0.5] {
+        let mut scene = empty();
+        let chrome = Material {
+            mirror: [mirror; 3],
+            ..matt([0.25, 0.25, 0.25])
+        };
+        add_box(
+            &mut scene,
+            [-5.0, -5.0, -2.0],
+            [5.0, 5.0, -1.0],
+            chrome.clone(),
+        );
+        add_box(&mut scene, [-5.0, -5.0, 1.0], [5.0, 5.0, 2.0], chrome);
+        let m = f64::from(mirror);
+        for depth in 0..=MAX_DEPTH {
+            // A little askew, so that no ray meets its own start.
+            let pixel = seen(&scene, depth, [0.1, -0.2, 0.3], [0.01, 0.02, -1.0]);
+            let expected: f64 = (0..=i32::from(depth))
+                .map(|k| m.powi(k))
+                .filter(|&weight| weight >= f64::from(LEAST_WEIGHT))
+                .map(|weight| 0.25 * weight)
+                .sum();
+            assert_near(pixel.red, expected, 1e-6 * expected);
+            assert_eq!(pixel.alpha, 1.0);
+        }
+    }
+}
+
+/// Glass from z = −0.5 to 0.5, green behind it and red before it (behind the
+/// eye).
+fn slab(index: f32) -> Scene {
+    let mut scene = empty();
+    add_box(
+        &mut scene,
+        [-9.0, -9.0, -0.5],
+        [9.0, 9.0, 0.5],
+        glass(index),
+    );
+    add_box(
+        &mut scene,
+        [-9.0, -9.0, -4.0],
+        [9.0, 9.0, -3.0],
+        matt(GREEN),
+    );
+    add_box(&mut scene, [-9.0, -9.0, 5.0], [9.0, 9.0, 6.0], matt(RED));
+    scene
+}
+
+#[test]
+fn a_slab_splits_light_into_fresnels_series() {
+    for index in [1.33f32, 1.5, 2.4] {
+        let n = f64::from(index);
+        let r = ((n - 1.0) / (n + 1.0)).powi(2);
+        let scene = slab(index);
+        for depth in 0..=8u8 {
+            // Through after 2, 4, 6 … borders; back after 1, 3, 5 ….
+            let kept = |weight: f64| {
+                if weight >= f64::from(LEAST_WEIGHT) {
+                    weight
+                } else {
+                    0.0
+                }
+            };
+            let (mut through, mut back) = (0.0, 0.0);
+            if depth >= 1 {
+                back += r;
+            }
+            let mut inside = 1.0 - r;
+            for borders in 2..=depth {
+                // What does not leave here goes on inside.
+                *(if borders % 2 == 0 {
+                    &mut through
+                } else {
+                    &mut back
+                }) += kept(inside * (1.0 - r));
+                inside = kept(inside * r);
+            }
+            let pixel = seen(&scene, depth, [0.3, 0.2, 3.0], [0.0, 0.0, -1.0]);
+            assert_near(pixel.green, through, 2e-6);
+            assert_near(pixel.red, back, 2e-6);
+        }
+    }
+}
+
+#[test]
+fn a_slab_under_an_angle_agrees_with_fresnel_and_leaves_the_direction() {
+    for degrees in [20.0f64, 50.0, 75.0] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let n = 1.5;
+        let sin_inside = sin / n;
+        let cos_inside = (1.0 - sin_inside * sin_inside).sqrt();
+        let s = (cos - n * cos_inside) / (cos + n * cos_inside);
+        let p = (cos_inside - n * cos) / (cos_inside + n * cos);
+        let r = f64::midpoint(s * s, p * p);
+        let mut scene = empty();
+        add_box(&mut scene, [-9.0, -9.0, -0.5], [9.0, 9.0, 0.5], glass(1.5));
+        // A small target where the shifted ray, of the same direction, goes.
+        let entry = 0.0;
+        let leaves = entry + sin_inside / cos_inside;
+        let target = DVec3::new(leaves + 3.0 * sin / cos, 0.01, -3.5);
+        add_sphere(&mut scene, 0.005, target, matt(GREEN));
+        let origin = [(entry - sin / cos) as f32, 0.01, 1.5];
+        let pixel = seen(&scene, 2, origin, [sin as f32, 0.0, -cos as f32]);
+        assert_near(pixel.green, (1.0 - r).powi(2), 3e-6);
+    }
+}
+
+#[test]
+fn a_prism_turns_light_by_total_reflection() {
+    // A right angle at the origin; legs along +x and +y, light enters the
+    // leg x = 0 … along +x, turns at the hypotenuse and leaves by y = 0.
+    let mut scene = empty();
+    let corner = |x: f32, y: f32, z: f32| [x, y, z];
+    let positions = [
+        corner(0.0, 0.0, -1.0),
+        corner(1.0, 0.0, -1.0),
+        corner(0.0, 1.0, -1.0),
+        corner(0.0, 0.0, 1.0),
+        corner(1.0, 0.0, 1.0),
+        corner(0.0, 1.0, 1.0),
+    ];
+    let faces: [&[u32]; 5] = [
+        &[0, 2, 1],
+        &[3, 4, 5],
+        &[0, 1, 4, 3],
+        &[0, 3, 5, 2],
+        &[1, 2, 5, 4],
+    ];
+    add_body(&mut scene, &positions, &faces, glass(1.5));
+    add_box(
+        &mut scene,
+        [-5.0, -3.0, -5.0],
+        [5.0, -2.0, 5.0],
+        matt(GREEN),
+    );
+    add_box(&mut scene, [3.0, -1.0, -5.0], [4.0, 5.0, 5.0], matt(RED));
+    let r = 0.04f64;
+    let view = |depth| seen(&scene, depth, [-2.0, 0.4, 0.1], [1.0, 0.0, 0.0]);
+    assert_near(view(3).green, (1.0 - r).powi(2), 2e-6);
+    assert_eq!(view(3).red, 0.0, "light got through the hypotenuse");
+    assert_eq!(view(2).green, 0.0, "three borders take three bounces");
+    // Below the critical index of √2 some light goes on, bent away.
+    scene.materials[0].index_of_refraction = 1.3;
+    assert!(view_of(&scene).red > 0.5);
+}
+
+fn view_of(scene: &Scene) -> Pixel {
+    seen(scene, 3, [-2.0, 0.4, 0.1], [1.0, 0.0, 0.0])
+}
+
+#[test]
+fn glass_absorbs_by_beers_law() {
+    for absorption in [0.1f32, 1.0, 3.0] {
+        for (direction, length) in [([0.0, 0.0, -1.0], 1.0), ([0.6, 0.0, -0.8], 1.25f64)] {
+            let mut scene = slab(1.0);
+            scene.materials[0].absorption = [0.0, absorption, 0.0];
+            let pixel = seen(&scene, 2, [0.3, 0.2, 3.0], direction);
+            // Rays start clear of the surface, by some 50 µm where corners are
+            // 9 m out.
+            let deep = f64::from(absorption) * length;
+            assert_near(pixel.green, (-deep).exp(), 2e-4 * deep * (-deep).exp());
+            assert_eq!(pixel.red, 0.0, "no border, no reflection");
+        }
+    }
+    // Directions of any length, and a map that scales, are still metres.
+    let mut scene = slab(1.0);
+    scene.materials[0].absorption = [1.0; 3];
+    scene.objects[0].world_from_object = DAffine3::from_scale(DVec3::new(1.0, 1.0, 2.0));
+    let pixel = seen(&scene, 2, [0.3, 0.2, 3.0], [0.0, 0.0, -7.0]);
+    assert_near(pixel.green, (-2.0f64).exp(), 1e-4);
+}
+
+#[test]
+fn a_ball_focuses_a_parallel_beam() {
+    for index in [1.3f32, 1.5, 1.8] {
+        let n = f64::from(index);
+        let focal_length = n / (2.0 * (n - 1.0));
+        let height = 0.02;
+        // A ray misses the axis by height/f a metre off the focus: a target
+        // this large shows the focus to 1.5 %.
+        let target = 0.015 * height;
+        let meets = |at: f64| {
+            let mut scene = empty();
+            add_sphere(&mut scene, 1.0, DVec3::ZERO, glass(index));
+            let centre = DVec3::new(0.0, 0.0, -at);
+            add_sphere(&mut scene, target as f32, centre, matt(GREEN));
+            (0..8).all(|i| {
+                let (sin, cos) = (f64::from(i) * 0.8).sin_cos();
+                let origin = [(height * cos) as f32, (height * sin) as f32, 3.0];
+                seen(&scene, 2, origin, [0.0, 0.0, -1.0]).green > 0.8
+            })
+        };
+        assert!(meets(focal_length), "{index}: no focus at {focal_length}");
+        for wrong in [0.96, 1.04] {
+            let at = focal_length * wrong;
+            assert!(at < 1.0 || !meets(at), "{index}: in focus at {at}");
+        }
+    }
+}
+
+#[test]
+fn spheres_and_spheroids_face_along_their_gradient() {
+    let light = DVec3::new(1.0, 2.0, 3.0).normalize();
+    let mut scene = empty();
+    scene.ambient = [0.0; 3];
+    scene.lights.push(Light::Directional {
+        direction: -light,
+        colour: [1.0; 3],
+    });
+    let turn = DQuat::from_rotation_z(0.5);
+    let spheroid = Shape::Spheroid {
+        equatorial_radius: 1.0,
+        polar_radius: 0.5,
+    };
+    add(
+        &mut scene,
+        spheroid,
+        matt([1.0; 3]),
+        DAffine3::from_quat(turn),
+    );
+    let mut lit = 0;
+    for i in 0..200 {
+        let (x, y) = (-0.9 + 0.009 * f64::from(i), 0.31 - 0.002 * f64::from(i));
+        let pixel = seen(&scene, 0, [x as f32, y as f32, 5.0], [0.0, 0.0, -1.0]);
+        // The quadratic in z, in the turned frame, in f64.
+        let scale = DVec3::new(1.0, 0.5, 1.0);
+        let (o, d) = (DVec3::new(x, y, 5.0), DVec3::NEG_Z);
+        let (o, d) = (turn.inverse() * o / scale, turn.inverse() * d / scale);
+        let (a, h, c) = (d.dot(d), o.dot(d), o.dot(o) - 1.0);
+        let Some(root) = Some(h * h - a * c).filter(|&root| root > 1e-3) else {
+            continue;
+        };
+        let point = o + d * ((-h - root.sqrt()) / a);
+        let normal = (turn * (point / scale)).normalize();
+        assert_near(pixel.red, normal.dot(light).max(0.0), 1e-5);
+        lit += i32::from(pixel.red > 0.0);
+    }
+    assert!(lit > 100, "{lit}");
+}
+
+#[test]
+fn point_lights_fall_off_and_cast_shadows() {
+    let floor = |light: Light| {
+        let mut scene = empty();
+        scene.ambient = [0.0; 3];
+        add_box(
+            &mut scene,
+            [-50.0, -1.0, -50.0],
+            [50.0, 0.0, 50.0],
+            matt([0.5; 3]),
+        );
+        scene.lights.push(light);
+        scene
+    };
+    let look = |scene: &Scene| seen(scene, 0, [0.0, 3.0, 4.0], [0.0, -3.0, -4.0]).green;
+    for (x, height) in [(0.0f64, 1.0f64), (0.0, 5.0), (2.0, 3.0), (30.0, 40.0)] {
+        let position = DVec3::new(x, height, 0.0);
+        let distance2 = position.length_squared();
+        let cosine = height / distance2.sqrt();
+        for inverse_square in [true, false] {
+            let mut scene = floor(Light::Point {
+                position,
+                colour: [8.0; 3],
+                inverse_square,
+            });
+            let expected = 0.5 * 8.0 * cosine / if inverse_square { distance2 } else { 1.0 };
+            assert_near(look(&scene), expected, 1e-6 * expected);
+            // Something past the light, or beside the way, changes nothing.
+            add_sphere(&mut scene, 0.1, 1.2 * position, matt([1.0; 3]));
+            add_sphere(
+                &mut scene,
+                0.1,
+                DVec3::new(x - 0.4, 0.5 * height, 0.0),
+                matt([1.0; 3]),
+            );
+            assert_near(look(&scene), expected, 1e-6 * expected);
+            add_sphere(&mut scene, 0.1, 0.5 * position, matt([1.0; 3]));
+            assert_eq!(look(&scene), 0.0, "a ball between them");
+            // Neither glass nor what is told not to casts a shadow.
+            scene.objects.last_mut().expect("the ball").casts_shadow = false;
+            assert_near(look(&scene), expected, 1e-6 * expected);
+            *scene.materials.last_mut().expect("the ball's") = glass(1.5);
+            scene.objects.last_mut().expect("the ball").casts_shadow = true;
+            assert_near(look(&scene), expected, 1e-6 * expected);
+        }
+    }
+}
+
+#[test]
+fn directional_light_passes_a_mesh_through_its_box_alone() {
+    let mut scene = empty();
+    scene.ambient = [0.0; 3];
+    add_box(
+        &mut scene,
+        [-50.0, -1.0, -50.0],
+        [50.0, 0.0, 50.0],
+        matt([0.5; 3]),
+    );
+    scene.lights.push(Light::Directional {
+        direction: DVec3::NEG_Y,
+        colour: [1.0; 3],
+    });
+    // A slanted triangle whose box covers the spot, itself beside or over it.
+    for (side, expected) in [(1.0f32, 0.5), (-1.0, 0.0)] {
+        let mut scene = scene.clone();
+        let positions = [[-2.0, 1.0, -2.0], [2.0, 2.0, -2.0], [-2.0, 2.0, 2.0]];
+        let positions = positions.map(|[x, y, z]| [x * side, y, z * side]);
+        add_body(&mut scene, &positions, &[&[0, 1, 2]], matt([1.0; 3]));
+        let pixel = seen(&scene, 0, [0.5, 0.5, 0.5 - 1.0], [0.0, -0.5, 1.0]);
+        assert_near(pixel.red, expected, 1e-6);
+    }
+}
+
+#[test]
+fn the_background_is_a_gradient_over_the_sine_of_elevation() {
+    let mut scene = empty();
+    scene.background = Background {
+        zenith: [0.1, 0.2, 0.9],
+        horizon: [0.8, 0.7, 0.6],
+        nadir: [0.3, 0.0, 0.1],
+        alpha: 1.0,
+    };
+    add_sphere(&mut scene, 0.1, DVec3::new(0.0, 0.0, 900.0), black());
+    for degrees in [-90.0f64, -60.0, -5.0, 0.0, 10.0, 45.0, 90.0] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let direction = Vec3::new(0.0, sin as f32, -cos as f32) * 3.0;
+        let pixel = seen(&scene, 3, [1.0, 2.0, 3.0], direction.to_array());
+        let far = if sin >= 0.0 {
+            scene.background.zenith
+        } else {
+            scene.background.nadir
+        };
+        for (channel, found) in [pixel.red, pixel.green, pixel.blue].into_iter().enumerate() {
+            let horizon = f64::from(scene.background.horizon[channel]);
+            let expected = horizon + (f64::from(far[channel]) - horizon) * sin.abs();
+            assert_near(found, expected, 1e-6);
+        }
+    }
+}
+
+#[test]
+fn glass_before_a_transparent_background_covers_what_it_reflects() {
+    for (index, transmission) in [(1.0f32, 1.0f32), (1.0, 0.7), (1.5, 1.0), (1.5, 0.9)] {
+        let mut scene = empty();
+        scene.background.alpha = 0.0;
+        let material = Material {
+            transmission: [transmission; 3],
+            ..glass(index)
+        };
+        add_box(&mut scene, [-9.0, -9.0, -0.5], [9.0, 9.0, 0.5], material);
+        let n = f64::from(index);
+        let r = ((n - 1.0) / (n + 1.0)).powi(2);
+        let border = f64::from(transmission) * (1.0 - r);
+        // What goes in comes out on one side or the other: only the light off
+        // the first border is the glass's own.
+        for (depth, series) in [(2, 1.0), (3, 1.0 + r), (4, 1.0 + r + r * r)] {
+            let through = border * border * series;
+            let pixel = seen(&scene, depth, [0.3, 0.2, 3.0], [0.0, 0.0, -1.0]);
+            assert_near(pixel.alpha, 1.0 - through, 2e-6);
+        }
+        let past = seen(&scene, 4, [20.0, 0.2, 3.0], [0.0, 0.0, -1.0]);
+        assert_eq!(past, Pixel::default());
+    }
+    // A mirror and a matt body cover all, whatever they show.
+    for material in [
+        matt(RED),
+        Material {
+            mirror: [0.5; 3],
+            ..black()
+        },
+    ] {
+        let mut scene = empty();
+        scene.background.alpha = 0.0;
+        add_sphere(&mut scene, 1.0, DVec3::ZERO, material);
+        assert_eq!(
+            seen(&scene, 3, [0.1, 0.2, 3.0], [0.0, 0.0, -1.0]).alpha,
+            1.0
+        );
+    }
+}

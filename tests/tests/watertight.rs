@@ -1,0 +1,282 @@
+//! From inside a closed mesh every ray hits something: aimed at edges, at
+//! vertices, along grid lines, through instances, on every path.
+
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use shisen::bake::lone_mesh;
+use shisen::mesh::TriangleMesh;
+use shisen_core::shape::Ray;
+use shisen_tests::meshes::{gridded_cube, icosphere, meshes};
+use shisen_tests::paths::Paths;
+use shisen_tests::rays::Random;
+use shisen_tests::sizes::cases;
+use std::collections::HashMap;
+
+/// A turned ellipsoid with no symmetry to help.
+fn ellipsoid() -> TriangleMesh {
+    let map = DMat3::from_quat(DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(1.1))
+        * DMat3::from_diagonal(DVec3::new(1.0, 2.3, 0.37));
+    let mut mesh = icosphere(5);
+    for position in &mut mesh.positions {
+        *position = (map * Vec3::from(*position).as_dvec3())
+            .as_vec3()
+            .to_array();
+    }
+    mesh
+}
+
+fn position(mesh: &TriangleMesh, vertex: u32) -> DVec3 {
+    Vec3::from(mesh.positions[vertex as usize]).as_dvec3()
+}
+
+/// Each edge, once; every one must have two sides.
+fn edges(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
+    let mut sides = HashMap::new();
+    for &[a, b, c] in &mesh.triangles {
+        for [p, q] in [[a, b], [b, c], [c, a]] {
+            *sides.entry([p.min(q), p.max(q)]).or_insert(0) += if p < q { 1 } else { -1 };
+        }
+    }
+    assert!(
+        sides.values().all(|&sum| sum == 0),
+        "a mesh that is not closed"
+    );
+    let mut edges: Vec<_> = sides.into_keys().collect();
+    edges.sort_unstable();
+    edges
+}
+
+/// What rays are aimed at.
+struct Targets {
+    edge_midpoints: Vec<DVec3>,
+    vertices: Vec<DVec3>,
+}
+
+impl Targets {
+    fn of(mesh: &TriangleMesh) -> Self {
+        Self {
+            edge_midpoints: edges(mesh)
+                .into_iter()
+                .map(|edge| 0.5 * edge.map(|v| position(mesh, v)).iter().sum::<DVec3>())
+                .collect(),
+            vertices: (0..mesh.positions.len() as u32)
+                .map(|v| position(mesh, v))
+                .collect(),
+        }
+    }
+}
+
+/// Aimed in f64, rounded to f32.
+fn aimed(origin: DVec3, target: DVec3) -> Option<Ray> {
+    Ray::new(origin.as_vec3(), (target - origin).as_vec3())
+}
+
+/// A point inside the turned ellipsoid: well inside its inscribed ball.
+fn near_centre(random: &mut Random) -> DVec3 {
+    DVec3::from(random.direction()) * random.range(0.0, 0.3)
+}
+
+/// Counts the rays that each path loses and asserts that it is none.
+fn assert_none_lost<T>(
+    what: &str,
+    searches: Vec<shisen_tests::paths::Search<'_, T>>,
+    distance: impl Fn(&T) -> f32,
+    count: usize,
+    mut next: impl FnMut(&mut Random) -> Ray,
+) {
+    for (path, mut search) in searches {
+        // The same rays on every path.
+        let mut random = Random::new(0x5EED);
+        let mut lost = Vec::new();
+        for number in 0..count {
+            let ray = next(&mut random);
+            if !search(&ray).is_some_and(|hit| distance(&hit).is_finite()) {
+                lost.push((number, ray));
+            }
+        }
+        assert!(
+            lost.is_empty(),
+            "{what}, {path}: {} of {count} rays lost; the first is number {:?}",
+            lost.len(),
+            lost.first()
+        );
+    }
+}
+
+#[test]
+fn edges_and_vertices_of_an_ellipsoid() {
+    let mesh = ellipsoid();
+    let targets = Targets::of(&mesh);
+    let paths = Paths::new(&lone_mesh(mesh));
+    let count = cases(
+        "rays at edge midpoints, and at vertices",
+        200_000,
+        5_000_000,
+    );
+    for (what, targets) in [
+        ("edge midpoints", &targets.edge_midpoints),
+        ("vertices", &targets.vertices),
+    ] {
+        assert_none_lost(
+            what,
+            paths.in_mesh(),
+            |hit| hit.t,
+            count,
+            |random| {
+                let target = targets[random.below(targets.len())];
+                aimed(near_centre(random), target).expect("a finite direction")
+            },
+        );
+    }
+}
+
+#[test]
+fn edges_and_vertices_through_instances() {
+    let mesh = ellipsoid();
+    let targets = Targets::of(&mesh);
+    let mut scene = lone_mesh(mesh);
+    let rotation = DQuat::from_euler(glam::EulerRot::YXZ, 0.4, -1.2, 2.5);
+    for (scale, moved) in [
+        (DVec3::splat(1.0), DVec3::ZERO),
+        (DVec3::new(0.2, 3.0, 1.7), DVec3::new(3.0, -2.0, 0.5)),
+        (
+            DVec3::new(40.0, 55.0, 30.0),
+            DVec3::new(-500.0, 800.0, 300.0),
+        ),
+        (DVec3::new(1e-3, 2e-3, 1e-3), DVec3::new(0.1, 0.0, -0.2)),
+    ] {
+        let map = DAffine3::from_scale_rotation_translation(scale, rotation, moved);
+        scene.objects[0].world_from_object = map;
+        let paths = Paths::new(&scene);
+        let count = cases(
+            "rays at edges, and at vertices, of an instance",
+            25_000,
+            500_000,
+        );
+        for targets in [&targets.edge_midpoints, &targets.vertices] {
+            assert_none_lost(
+                &format!("{map}"),
+                paths.in_scene(),
+                |hit| hit.on.t,
+                count,
+                |random| {
+                    let target = map.transform_point3(targets[random.below(targets.len())]);
+                    let origin = map.transform_point3(near_centre(random));
+                    aimed(origin, target).expect("a finite direction")
+                },
+            );
+        }
+    }
+}
+
+#[test]
+fn grid_lines_of_a_cube() {
+    // Powers of two put the grid lines on exact numbers, 40 and 100 do not.
+    for cells in [16, 40, 64, 100] {
+        let paths = Paths::new(&lone_mesh(gridded_cube(cells)));
+        let count = cases("rays along the grid lines of a cube", 25_000, 250_000);
+        let line = |random: &mut Random| {
+            let i = 1 + random.below(cells as usize - 1);
+            (2.0 * i as f64 / f64::from(cells) - 1.0) as f32
+        };
+        assert_none_lost(
+            &format!("{cells} cells"),
+            paths.in_mesh(),
+            |hit| hit.t,
+            count,
+            |random| {
+                let axis = random.below(3);
+                let mut origin = [0.0; 3];
+                let mut direction = [0.0f32; 3];
+                for component in &mut direction {
+                    *component = if random.bits() & 1 == 0 { 0.0 } else { -0.0 };
+                }
+                direction[axis] = if random.bits() & 1 == 0 { 1.0 } else { -1.0 };
+                direction[axis] *= random.range(0.3, 3.0) as f32;
+                origin[axis] = random.range(-0.99, 0.99) as f32;
+                let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+                origin[u] = line(random);
+                origin[v] = match random.below(4) {
+                    // On a line only, and on diagonals.
+                    0 => random.range(-0.99, 0.99) as f32,
+                    1 => origin[u],
+                    _ => line(random),
+                };
+                if random.bits() & 1 == 0 {
+                    origin.swap(u, v);
+                }
+                Ray::new(origin.into(), direction.into()).expect("a finite ray")
+            },
+        );
+    }
+}
+
+/// Whether a line from `origin` crosses the mesh an odd number of times, in
+/// f64; `None` where it comes too close to an edge to tell.
+fn crosses_oddly(mesh: &TriangleMesh, origin: DVec3, direction: DVec3) -> Option<bool> {
+    let mut odd = false;
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|v| position(mesh, v) - origin);
+        let volumes = [b.cross(c), c.cross(a), a.cross(b)].map(|n| n.dot(direction));
+        if volumes.iter().any(|v| v.abs() < 1e-12) {
+            return None;
+        }
+        let same = volumes.iter().all(|v| *v > 0.0) || volumes.iter().all(|v| *v < 0.0);
+        let determinant: f64 = volumes.iter().sum();
+        if same && a.dot(b.cross(c)) / determinant > 0.0 {
+            odd = !odd;
+        }
+    }
+    Some(odd)
+}
+
+/// Points a little below the surface that several lines agree are inside.
+fn inside_points(mesh: &TriangleMesh, count: usize, random: &mut Random) -> Vec<DVec3> {
+    let (low, high) = mesh.bounds();
+    let size = (Vec3::from(high) - Vec3::from(low)).as_dvec3().length();
+    let mut points = Vec::new();
+    while points.len() < count {
+        let triangle = mesh.triangles[random.below(mesh.triangles.len())];
+        let [a, b, c] = triangle.map(|v| position(mesh, v));
+        let normal = (b - a).cross(c - a).normalize();
+        let depth = size * 10f64.powf(random.range(-4.0, -1.5));
+        let point = (a + b + c) / 3.0 - normal * depth;
+        // The rounded point is where rays start.
+        let point = point.as_vec3().as_dvec3();
+        let is_inside =
+            (0..3).all(|_| crosses_oddly(mesh, point, random.direction().into()) == Some(true));
+        if is_inside {
+            points.push(point);
+        }
+    }
+    points
+}
+
+#[test]
+fn no_ray_escapes_from_an_animal() {
+    for (name, mesh) in meshes() {
+        let targets = Targets::of(&mesh);
+        let origins = inside_points(&mesh, 500, &mut Random::new(7));
+        let paths = Paths::new(&lone_mesh(mesh));
+        let count = cases(
+            "rays at edges, and at vertices, from inside",
+            100_000,
+            5_000_000,
+        );
+        for (what, targets) in [
+            ("edge midpoints", &targets.edge_midpoints),
+            ("vertices", &targets.vertices),
+        ] {
+            assert_none_lost(
+                &format!("{name}, {what}"),
+                paths.in_mesh(),
+                |hit| hit.t,
+                count,
+                |random| {
+                    let origin = origins[random.below(origins.len())];
+                    let target = targets[random.below(targets.len())];
+                    aimed(origin, target).expect("a finite direction")
+                },
+            );
+        }
+    }
+}
