@@ -1,0 +1,108 @@
+//! The README's commands, files and links, as a reader would try them.
+
+use serde_json::Value;
+use shisen_tests::command::shisen;
+use shisen_tests::meshes::icosphere;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn readme() -> String {
+    fs::read_to_string(root().join("README.md")).unwrap()
+}
+
+/// Each fenced block of a language, with the text before it.
+fn blocks<'a>(text: &'a str, language: &str) -> Vec<(&'a str, &'a str)> {
+    let fence = format!("\n```{language}\n");
+    text.match_indices(&fence)
+        .map(|(start, _)| {
+            let block = &text[start + fence.len()..];
+            (&text[..start], &block[..block.find("\n```").unwrap() + 1])
+        })
+        .collect()
+}
+
+/// A mesh and rays that meet it, under the names that the README uses.
+fn write_inputs(folder: &Path) {
+    let mesh = icosphere(2);
+    let mut text = String::new();
+    for [x, y, z] in &mesh.positions {
+        writeln!(text, "v {x} {y} {z}").unwrap();
+    }
+    for [a, b, c] in mesh.triangles.iter().map(|t| t.map(|i| i + 1)) {
+        writeln!(text, "f {a} {b} {c}").unwrap();
+    }
+    fs::write(folder.join("cow.obj"), text).unwrap();
+    let rays: Vec<u8> = (0..100)
+        .flat_map(|i| [0.0, 0.0, 9.0, i as f32 * 1e-4, 0.0, -1.0])
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    fs::write(folder.join("rays.bin"), rays).unwrap();
+}
+
+#[test]
+fn every_command_runs_on_the_files_shown() {
+    let text = readme();
+    let folder = tempfile::tempdir().unwrap();
+    write_inputs(folder.path());
+    let files = blocks(&text, "toml");
+    assert_eq!(files.len(), 2);
+    for (before, file) in files {
+        let name = before.rsplit('`').nth(1).unwrap();
+        assert!(Path::new(name).extension().is_some_and(|e| e == "toml"));
+        fs::write(folder.path().join(name), file).unwrap();
+    }
+    let commands: Vec<&str> = blocks(&text, "sh")
+        .into_iter()
+        .flat_map(|(_, block)| block.lines())
+        .filter_map(|line| line.strip_prefix("shisen "))
+        .collect();
+    assert_eq!(commands.len(), 6);
+    for command in commands {
+        shisen(folder.path())
+            .args(command.split_whitespace())
+            .assert()
+            .success();
+    }
+    let hits = fs::read(folder.path().join("hits.bin")).unwrap();
+    assert_eq!(hits.len(), 800);
+    assert!(folder.path().join("frame/cave.png").is_file());
+}
+
+#[test]
+fn every_key_of_the_report_is_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = shisen(folder.path())
+        .args(["cave", "--size", "8", "--json"])
+        .assert()
+        .success()
+        .get_output()
+        .clone();
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let text = readme();
+    let section = &text[text.find("### The report of `cave --json`").unwrap()..];
+    let section = &section[..section.find("\n## ").unwrap()];
+    for object in [&report, &report["rays"], &report["images"][0]] {
+        for key in object.as_object().unwrap().keys() {
+            assert!(section.contains(&format!("`{key}`")), "{key}");
+        }
+    }
+}
+
+#[test]
+fn every_link_leads_to_a_file() {
+    let text = readme();
+    let links: Vec<&str> = text
+        .split("](")
+        .skip(1)
+        .map(|rest| &rest[..rest.find(')').unwrap()])
+        .collect();
+    assert!(links.len() >= 4, "{links:?}");
+    for link in links {
+        assert!(root().join(link).is_file(), "{link}");
+    }
+}
