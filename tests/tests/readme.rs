@@ -21,7 +21,7 @@ fn blocks<'a>(text: &'a str, language: &str) -> Vec<(&'a str, &'a str)> {
     text.match_indices(&fence)
         .map(|(start, _)| {
             let block = &text[start + fence.len()..];
-            (&text[..start], &block[..block.find("\n```").unwrap() + 1])
+            (&text[..start], &block[..=block.find("\n```").unwrap()])
         })
         .collect()
 }
@@ -105,4 +105,14 @@ fn every_link_leads_to_a_file() {
     for link in links {
         assert!(root().join(link).is_file(), "{link}");
     }
+}
+
+#[test]
+fn nothing_is_left_to_be_filled_in() {
+    let text = readme();
+    let places: Vec<&str> = text
+        .split_whitespace()
+        .filter(|word| word.len() > 2 && word.starts_with('@') && word.ends_with('@'))
+        .collect();
+    assert_eq!(places, Vec::<&str>::new());
 }

@@ -67,7 +67,7 @@ impl Workspace {
     }
 
     pub(crate) fn account(&mut self, work: Work, budget: &mut Budget) {
-        self.statistics.steps += u64::from(work.steps);
+        self.statistics.steps += work.steps;
         self.statistics.deepest_stack = self.statistics.deepest_stack.max(work.deepest);
         budget.spend(work.steps);
     }
@@ -253,8 +253,12 @@ where
         let direction = from.ray.direction();
         let surface = hit.and_then(|hit| Surface::new(&self.scene, &from.ray, &hit));
         let (Some(hit), Some(surface)) = (hit, surface) else {
-            gathered.light += from.weight * self.background(direction);
-            gathered.alpha -= from.uncovered * (1.0 - self.scene.header.background.alpha);
+            let alpha = self.scene.header.background.alpha;
+            // Seen directly or through glass it counts as far as it covers;
+            // seen in a mirror it is part of the mirror.
+            let share = if from.uncovered > 0.0 { alpha } else { 1.0 };
+            gathered.light += from.weight * self.background(direction) * share;
+            gathered.alpha -= from.uncovered * (1.0 - alpha);
             return;
         };
         let material = surface.material;
