@@ -396,6 +396,25 @@ fn each_fault_of_the_whole_has_its_error() {
         Err(SceneError::Value { what, record: 0 })
     );
 
+    // The empty lane made a copy of another: an eighth leaf in a scene of
+    // seven instances, as a tree would have that names one again and again.
+    let mut other = Aligned::new(seven.as_bytes());
+    let bytes = other.bytes();
+    let node = u32::from_le_bytes([bytes[40], bytes[41], bytes[42], bytes[43]]) as usize;
+    let empty = (0..8).find(|lane| bytes[node + 192 + 4 * lane..][..4] == [0; 4]);
+    let empty = empty.expect("a lane without a child");
+    for row in 0..7 {
+        let at = |lane: usize| node + 32 * row + 4 * lane;
+        let full = at((empty + 1) % 8);
+        bytes.copy_within(full..full + 4, at(empty));
+    }
+    mend_checksum(bytes);
+    let found = load(other.bytes());
+    assert!(
+        matches!(found, Err(SceneError::Index { what: "leaf", .. })),
+        "{found:?}"
+    );
+
     let mut other = Aligned::new(baked.as_bytes());
     let last = other.bytes().len() - 1;
     other.bytes()[last] ^= 1;

@@ -531,3 +531,16 @@ fn a_half_covering_background_is_premultiplied_but_whole_in_a_mirror() {
         [0.5, 1.0, 2.0, 1.0]
     );
 }
+
+#[test]
+fn every_index_that_a_scene_file_may_give_is_traced() {
+    for index in [0.01, 0.04, 30.0, 100.0] {
+        let mut scene = empty();
+        add_box(&mut scene, [-1.0; 3], [1.0; 3], glass(index));
+        let pixel = seen(&scene, 4, [0.1, 0.2, 3.0], [0.0, 0.0, -1.0]);
+        assert!(
+            pixel.red.is_finite() && pixel.alpha == 1.0,
+            "{index}: {pixel:?}"
+        );
+    }
+}
