@@ -7,7 +7,7 @@ use super::hit::{Hit, MeshHit};
 use super::stack::{TraversalStack, Work};
 use super::tile::{TileHits, TileInMeshSearch, TileRays};
 use super::walk::{Path, Visitor, leaf_index, walk};
-use crate::numeric::map3;
+use crate::numeric::{map3, max, min};
 use crate::scene::Scene;
 use crate::scene::format::{COUNT_SHIFT, LeafBlock, Mesh, Node};
 use crate::shape::{Ray, Shear, Slabs, Triangle};
@@ -80,47 +80,88 @@ impl<'r, 'a, const W: usize, const ANY: bool> InMesh<'r, 'a, W, ANY> {
         }
     }
 
-    /// Takes a triangle whose edge functions passed, at the f32 distance
-    /// `t`, into account. True where the search is over.
+    /// Takes a hit within the limit into account. True where the search is
+    /// over.
     #[inline(always)]
-    fn accept(&mut self, block: &LeafBlock<W>, leaf: u32, lane: u32, t: f32) -> bool {
-        let Some(t) = block.triangle(lane).clamp_to_box(t, self.slabs) else {
-            return false;
-        };
-        let t = crate::numeric::max(t, self.start);
-        if !(t <= self.limit) {
-            return false;
-        }
-        if ANY {
-            self.best.t = t;
-            return true;
-        }
-        self.best.take_nearer(MeshHit {
-            t,
-            triangle: block.ids[lane as usize & (W - 1)],
-            leaf,
-            lane,
-        });
-        self.limit = crate::numeric::min(self.limit, self.best.t);
-        false
+    fn accept(&mut self, hit: MeshHit) -> bool {
+        self.best.take_nearer(hit);
+        self.limit = min(self.limit, self.best.t);
+        ANY
     }
+}
 
-    /// The lanes whose edge functions vanished somewhere, decided exactly.
-    #[cold]
-    #[inline(never)]
-    fn accept_exactly(&mut self, block: &LeafBlock<W>, leaf: u32, mut lanes: u32) -> bool {
-        let shear = Shear::new(self.ray);
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros();
-            lanes &= lanes - 1;
-            if let Some(t) = block.triangle(lane).exact_distance(self.ray, &shear)
-                && self.accept(block, leaf, lane, t)
-            {
-                return true;
-            }
+/// The nearest of the lanes whose edge functions vanished somewhere, decided
+/// exactly. Takes what it needs by value: a search whose address were known
+/// here would have to be kept in memory all through the walk.
+#[cold]
+#[inline(never)]
+fn nearest_exactly<const W: usize>(
+    block: &LeafBlock<W>,
+    mut lanes: u32,
+    leaf: u32,
+    ray: Ray,
+    slabs: Slabs,
+    start: f32,
+) -> MeshHit {
+    let shear = Shear::new(&ray);
+    let mut best = MeshHit::NONE;
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros();
+        lanes &= lanes - 1;
+        let triangle = block.triangle(lane);
+        let t = triangle.exact_distance(&ray, &shear);
+        if let Some(t) = t.and_then(|t| triangle.clamp_to_box(t, &slabs)) {
+            best.take_nearer(MeshHit {
+                t: max(t, start),
+                triangle: block.ids[lane as usize & (W - 1)],
+                leaf,
+                lane,
+            });
         }
-        false
     }
+    best
+}
+
+/// Where the ray of `slabs` enters and leaves the box of each of a block's
+/// triangles: [`Slabs::interval`] in every lane.
+#[inline(always)]
+fn box_interval<const W: usize, L: Lanes<W>>(
+    l: L,
+    block: &LeafBlock<W>,
+    slabs: &Slabs,
+) -> (L::F, L::F) {
+    let (near_x, far_x) = axis_interval(l, block, slabs, 0);
+    let (near_y, far_y) = axis_interval(l, block, slabs, 1);
+    let (near_z, far_z) = axis_interval(l, block, slabs, 2);
+    (
+        l.max(l.max(near_x, near_y), near_z),
+        l.min(l.min(far_x, far_y), far_z),
+    )
+}
+
+#[inline(always)]
+fn axis_interval<const W: usize, L: Lanes<W>>(
+    l: L,
+    block: &LeafBlock<W>,
+    slabs: &Slabs,
+    axis: usize,
+) -> (L::F, L::F) {
+    let a = l.load(&block.corners[0][axis]);
+    let b = l.load(&block.corners[1][axis]);
+    let c = l.load(&block.corners[2][axis]);
+    let low = l.min(l.min(a, b), c);
+    let high = l.max(l.max(a, b), c);
+    let (reciprocal, near, far) = slabs.coefficients(axis);
+    let (first, last) = if slabs.is_negative(axis) {
+        (high, low)
+    } else {
+        (low, high)
+    };
+    let reciprocal = l.splat(reciprocal);
+    (
+        l.sub(l.mul(first, reciprocal), l.splat(near)),
+        l.sub(l.mul(last, reciprocal), l.splat(far)),
+    )
 }
 
 impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
@@ -173,19 +214,35 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
         let determinant = l.add(l.add(u, v), w);
         let weighted = l.add(l.add(l.mul(u, az), l.mul(v, bz)), l.mul(w, cz));
         let t = l.mul(l.div(weighted, determinant), sz);
-        let in_range = l.and(l.le(zero, t), l.le(t, l.splat(self.limit)));
-        let mut hits = l.bits(l.and(inside, in_range)) & !exactly;
-        if hits != 0 {
+        let limit = l.splat(self.limit);
+        let in_range = l.and(l.le(zero, t), l.le(t, limit));
+        let hits = l.and(inside, in_range);
+        if l.bits(hits) & !exactly != 0 {
+            // Triangle::clamp_to_box, and the instance's own box.
+            let (near, far) = box_interval(l, block, self.slabs);
+            let t = l.max(l.add(l.max(near, t), zero), l.splat(self.start));
+            let hits = l.and(hits, l.and(l.le(zero, far), l.le(t, limit)));
+            let mut lanes = l.bits(hits) & !exactly;
             let t = l.store(t);
-            while hits != 0 {
-                let lane = hits.trailing_zeros();
-                hits &= hits - 1;
-                if self.accept(block, leaf, lane, t[lane as usize & (W - 1)]) {
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros();
+                lanes &= lanes - 1;
+                let hit = MeshHit {
+                    t: t[lane as usize & (W - 1)],
+                    triangle: block.ids[lane as usize & (W - 1)],
+                    leaf,
+                    lane,
+                };
+                if self.accept(hit) {
                     return true;
                 }
             }
         }
-        exactly != 0 && self.accept_exactly(block, leaf, exactly)
+        if exactly != 0 {
+            let hit = nearest_exactly(block, exactly, leaf, *self.ray, *self.slabs, self.start);
+            return hit.t <= self.limit && hit.triangle != u32::MAX && self.accept(hit);
+        }
+        false
     }
 }
 
