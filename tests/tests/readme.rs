@@ -21,7 +21,7 @@ fn blocks<'a>(text: &'a str, language: &str) -> Vec<(&'a str, &'a str)> {
     text.match_indices(&fence)
         .map(|(start, _)| {
             let block = &text[start + fence.len()..];
-            (&text[..start], &block[..block.find("\n```").unwrap() + 1])
+            (&text[..start], &block[..=block.find("\n```").unwrap()])
         })
         .collect()
 }
