@@ -157,9 +157,9 @@ impl TileJob {
     /// the tile is finished or the budget spent.
     ///
     /// The budget is looked at before each pixel, in tile mode before each
-    /// block of 8×8 and each of its pixels: a call does at most its budget
-    /// and one pixel's ray tree, or one block's primary rays, more. A budget
-    /// that is spent already does nothing.
+    /// block of 8×8 and each ray tree in it. A call does at most its budget
+    /// and all samples of one pixel more; in tile mode, besides, one sample's
+    /// primary rays of a block. A budget that is spent already does nothing.
     ///
     /// # Errors
     /// A tile that is not inside the view; `pixels` of another length than

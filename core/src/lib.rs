@@ -1,4 +1,44 @@
 //! Shisen's ray tracer core: `no_std`, no allocation, a fixed budget.
+//!
+//! A baked [`Scene`](scene::Scene) is checked once and used in place. A
+//! [`View`](frame::View) gives the rays of a screen, a
+//! [`TileJob`](frame::TileJob) renders a rectangle of it into the caller's
+//! pixels, and stops at a pixel's border when its
+//! [`Budget`](frame::Budget) is spent.
+//!
+//! ```
+//! use glam::Vec3;
+//! use shisen_core::Simd;
+//! use shisen_core::frame::{Budget, Outcome, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace};
+//! use shisen_core::scene::{Scene, SceneError};
+//!
+//! /// A picture of 32×32 pixels, a million steps at a time.
+//! fn render(blob: &[u8], pixels: &mut [Pixel; 1024]) -> Result<(), SceneError> {
+//!     let scene: Scene = Scene::from_bytes(blob)?;
+//!     let renderer = Renderer::new(scene, Simd::detect(), Settings::default());
+//!     let (right, down) = (Vec3::X / 16.0, Vec3::NEG_Y / 16.0);
+//!     let first = Vec3::new(-1.0, 1.0, -1.5) + (right + down) / 2.0;
+//!     let view = View::new(Vec3::ZERO, first, right, down, [32, 32]).expect("a screen");
+//!     let mut job = TileJob::new(Tile { x: 0, y: 0, width: 32, height: 32 });
+//!     let mut workspace = Workspace::new();
+//!     loop {
+//!         let mut budget = Budget::steps(1_000_000);
+//!         match job.render(&renderer, &view, pixels, &mut budget, &mut workspace) {
+//!             Ok(Outcome::BudgetSpent) => {} // Something else has its turn here.
+//!             other => return Ok(assert_eq!(other, Ok(Outcome::Finished))),
+//!         }
+//!     }
+//! }
+//! # assert_eq!(render(b"not a scene", &mut [Pixel::default(); 1024]), Err(SceneError::NotAScene));
+//! ```
+//!
+//! # What holds everywhere
+//! - Nothing here panics, allocates, recurses, blocks or reads a clock.
+//! - Results are the same bits on every target, thread and instruction set.
+//! - Right-handed axes, +X right, +Y up, −Z forward; metres; linear RGB.
+//! - `unsafe` stands in two modules: `simd`, and the square root of
+//!   hard-float ARM in [`numeric`].
+
 #![no_std]
 
 pub mod frame;

@@ -163,19 +163,8 @@ pub fn load(path: &Path) -> Result<TriangleMesh, ImportError> {
     parse(path, &read(path)?)
 }
 
-/// Reads a whole regular file: a device or a pipe might never end.
 fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
-    let contents = std::fs::metadata(path).and_then(|metadata| {
-        if metadata.is_file() {
-            std::fs::read(path)
-        } else {
-            Err(std::io::Error::new(
-                std::io::ErrorKind::InvalidInput,
-                "not a regular file",
-            ))
-        }
-    });
-    contents.map_err(|fault| ImportError::Read {
+    crate::input::read(path).map_err(|fault| ImportError::Read {
         path: path.to_owned(),
         fault,
     })

@@ -5,6 +5,7 @@ pub mod bake;
 pub mod cave;
 pub mod description;
 pub mod import;
+pub mod input;
 pub mod look;
 pub mod mesh;
 pub mod net;

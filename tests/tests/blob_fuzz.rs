@@ -168,7 +168,7 @@ where
         for mesh in 0..scene.meshes().len() {
             let tracer = MeshTracer::new(&scene, mesh, simd).expect("one of its meshes");
             let (_, steps) = tracer.nearest(ray, &mut stack);
-            assert!(u64::from(steps) <= in_mesh, "{steps} steps in a mesh");
+            assert!(steps <= in_mesh, "{steps} steps in a mesh");
         }
     }
 }

@@ -207,41 +207,42 @@ fn interrupted_rendering_gives_the_same_pixels_within_the_budget() {
         width: 21,
         height: 19,
     };
-    for mode in MODES {
+    for (mode, samples) in MODES.into_iter().flat_map(|mode| [(mode, 1), (mode, 5)]) {
         let settings = Settings {
             mode,
+            samples,
             ..Settings::default()
         };
         let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
         let whole = in_instalments(&renderer, tile, u64::MAX);
         assert_eq!(whole.2, 0);
-        // What one pixel and one block cost alone.
-        let single = Settings {
-            mode: Mode::Single,
-            ..settings
-        };
-        let alone = Renderer::new(baked.scene(), Simd::detect(), single);
-        let cost = |x, y, width, height| {
-            let part = Tile {
-                x,
-                y,
-                width,
-                height,
+        // What one pixel costs alone, and a block with one sample of each.
+        let alone = |samples: u16, side: u32| {
+            let settings = Settings {
+                mode: Mode::Single,
+                samples,
+                ..settings
             };
-            in_instalments(&alone, part, u64::MAX).1.steps
-        };
-        let most = |side: u32| {
+            let alone = Renderer::new(baked.scene(), Simd::detect(), settings);
             let places = (0..SIDE).step_by(side as usize);
             places
                 .clone()
                 .flat_map(|y| places.clone().map(move |x| (x, y)))
-                .map(|(x, y)| cost(x, y, side.min(SIDE - x), side.min(SIDE - y)))
+                .map(|(x, y)| {
+                    let part = Tile {
+                        x,
+                        y,
+                        width: side.min(SIDE - x),
+                        height: side.min(SIDE - y),
+                    };
+                    in_instalments(&alone, part, u64::MAX).1.steps
+                })
                 .max()
                 .unwrap_or(0)
         };
         let allowed = match mode {
-            Mode::Single => most(1),
-            Mode::Tile => most(8).max(most(1)),
+            Mode::Single => alone(samples, 1),
+            Mode::Tile => alone(samples, 1) + alone(1, 8),
         };
         for budget in [1, 7, 1000] {
             let (pixels, statistics, most_over) = in_instalments(&renderer, tile, budget);

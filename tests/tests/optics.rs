@@ -506,3 +506,28 @@ fn glass_before_a_transparent_background_covers_what_it_reflects() {
         );
     }
 }
+
+#[test]
+fn a_half_covering_background_is_premultiplied_but_whole_in_a_mirror() {
+    let mut scene = empty();
+    scene.background = Background {
+        alpha: 0.25,
+        ..Background::uniform([0.5, 1.0, 2.0])
+    };
+    let mirror = Material {
+        diffuse: [0.0; 3],
+        mirror: [1.0; 3],
+        ..Material::default()
+    };
+    add_box(&mut scene, [-1.0, -1.0, -2.0], [1.0, 1.0, -1.0], mirror);
+    let past = seen(&scene, 1, [5.0, 0.0, 3.0], [0.0, 0.0, -1.0]);
+    assert_eq!(
+        [past.red, past.green, past.blue, past.alpha],
+        [0.125, 0.25, 0.5, 0.25]
+    );
+    let mirrored = seen(&scene, 1, [0.1, 0.2, 3.0], [0.0, 0.0, -1.0]);
+    assert_eq!(
+        [mirrored.red, mirrored.green, mirrored.blue, mirrored.alpha],
+        [0.5, 1.0, 2.0, 1.0]
+    );
+}

@@ -106,3 +106,13 @@ fn every_link_leads_to_a_file() {
         assert!(root().join(link).is_file(), "{link}");
     }
 }
+
+#[test]
+fn nothing_is_left_to_be_filled_in() {
+    let text = readme();
+    let places: Vec<&str> = text
+        .split_whitespace()
+        .filter(|word| word.len() > 2 && word.starts_with('@') && word.ends_with('@'))
+        .collect();
+    assert_eq!(places, Vec::<&str>::new());
+}

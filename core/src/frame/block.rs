@@ -57,17 +57,33 @@ impl Block {
                 return number - first;
             }
             let (column, row) = (number % self.columns, number / self.columns);
-            let samples = renderer.settings.samples;
-            let mut sum = Sum::default();
-            for sample in 0..samples {
-                let (x, y) = self.at(column, row, offset(sample, samples));
-                if let Some(ray) = view.ray(x, y) {
-                    sum.add(renderer.tracer.radiance(&ray, budget, workspace));
-                }
-            }
-            write(column, row, sum.mean(samples));
+            let pixel = self.pixel(renderer, view, (column, row), budget, workspace);
+            write(column, row, pixel);
         }
         self.columns * self.rows - first
+    }
+
+    /// All samples of a pixel, one ray after the other.
+    fn pixel<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        (column, row): (u32, u32),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Pixel
+    where
+        Simd: Runs<W>,
+    {
+        let samples = renderer.settings.samples;
+        let mut sum = Sum::default();
+        for sample in 0..samples {
+            let (x, y) = self.at(column, row, offset(sample, samples));
+            if let Some(ray) = view.ray(x, y) {
+                sum.add(renderer.tracer.radiance(&ray, budget, workspace));
+            }
+        }
+        sum.mean(samples)
     }
 
     fn render_together<const W: usize>(
@@ -86,30 +102,27 @@ impl Block {
         for sample in 0..samples {
             let rays = self.rays(view, offset(sample, samples));
             let hits = renderer.tracer.nearest_of_tile(&rays, budget, workspace);
+            let last = sample + 1 == samples;
             for (number, sum) in (0..self.columns * self.rows).zip(&mut sums) {
-                // With one sample a pixel is finished here, and the block may
-                // stop before the next.
-                if samples == 1 && budget.is_spent() && number > 0 {
+                let (column, row) = (number % self.columns, number / self.columns);
+                if budget.is_spent() && number > 0 && last {
                     return number;
                 }
-                let (column, row) = (number % self.columns, number / self.columns);
+                if budget.is_spent() && !last {
+                    // No pixel has all its samples yet, and none would by
+                    // starting over: one is finished alone, and the block is
+                    // no longer whole.
+                    write(0, 0, self.pixel(renderer, view, (0, 0), budget, workspace));
+                    return 1;
+                }
                 let at = (column as usize, row as usize);
                 if let Some(ray) = rays.at(at.0, at.1) {
                     let hit = hits.at(at.0, at.1);
                     sum.add(renderer.tracer.radiance_from(&ray, hit, budget, workspace));
                 }
-                if samples == 1 {
+                if last {
                     write(column, row, sum.mean(samples));
                 }
-            }
-        }
-        if samples > 1 {
-            for (number, sum) in (0..self.columns * self.rows).zip(&sums) {
-                write(
-                    number % self.columns,
-                    number / self.columns,
-                    sum.mean(samples),
-                );
             }
         }
         self.columns * self.rows

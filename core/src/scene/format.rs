@@ -256,7 +256,7 @@ pub struct Material {
     pub shininess: f32,
     /// Blinn-Phong highlight.
     pub specular: [f32; 3],
-    /// Relative to the surroundings.
+    /// Relative to the surroundings: 0.01 to 100.
     pub index_of_refraction: f32,
     /// Mirror reflectance.
     pub mirror: [f32; 3],

@@ -222,8 +222,13 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
     let header = scene.header;
     let fields = header.background;
     let values = [fields.zenith, fields.horizon, fields.nadir, header.ambient];
-    finite(values.as_flattened(), "a background or ambient colour", 0)?;
-    finite(&[fields.alpha], "the background's alpha", 0)?;
+    within(
+        values.as_flattened(),
+        0.0..=1.0e12,
+        "a background or ambient colour",
+        0,
+    )?;
+    within(&[fields.alpha], 0.0..=1.0, "the background's alpha", 0)?;
     within(
         &[header.extent],
         0.0..=Slabs::LARGEST_EXTENT,
@@ -301,7 +306,7 @@ fn check_material(m: &Material, record: u32) -> Result<(), SceneError> {
     )?;
     within(
         &[m.index_of_refraction],
-        0.05..=20.0,
+        0.01..=100.0,
         "an index of refraction",
         record,
     )

@@ -25,8 +25,8 @@ impl Budget {
     }
 
     /// Takes steps off; what is not there is not owed.
-    pub(crate) const fn spend(&mut self, steps: u32) {
-        self.left = self.left.saturating_sub(steps as u64);
+    pub(crate) const fn spend(&mut self, steps: u64) {
+        self.left = self.left.saturating_sub(steps);
     }
 }
 

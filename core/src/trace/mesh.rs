@@ -187,7 +187,7 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
     /// [`Triangle::intersect`] on all lanes of a block.
     #[inline(always)]
     fn leaf<L: Lanes<W>>(&mut self, l: L, child: u32, _near: f32, path: &mut Path<'_>) -> bool {
-        path.work.steps += (child >> COUNT_SHIFT & 7) + 1;
+        path.work.steps += u64::from((child >> COUNT_SHIFT & 7) + 1);
         let leaf = leaf_index(child);
         let Some(block) = self.leaves.get(leaf as usize) else {
             return false;
@@ -309,7 +309,7 @@ where
     /// The nearest triangle and the number of steps it took to find it: one
     /// a node visited, one a triangle tested.
     #[inline]
-    pub fn nearest(&self, ray: &Ray, stack: &mut TraversalStack) -> (Option<MeshHit>, u32) {
+    pub fn nearest(&self, ray: &Ray, stack: &mut TraversalStack) -> (Option<MeshHit>, u64) {
         let kernel = Nearest {
             mesh: MeshView {
                 nodes: self.nodes,
@@ -328,7 +328,7 @@ where
     /// [`nearest`](Self::nearest) finds them, and the number of steps: one a
     /// node or a triangle for all rays together, where they can go together.
     #[inline]
-    pub fn nearest_of_tile(&self, rays: &TileRays, stack: &mut TraversalStack) -> (TileHits, u32) {
+    pub fn nearest_of_tile(&self, rays: &TileRays, stack: &mut TraversalStack) -> (TileHits, u64) {
         let mut hits = TileHits::NONE;
         let work = <Simd as Runs<8>>::run(
             self.simd,

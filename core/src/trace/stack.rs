@@ -31,7 +31,7 @@ impl Default for TraversalStack {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Work {
     /// Nodes visited and primitives tested.
-    pub(crate) steps: u32,
+    pub(crate) steps: u64,
     /// The most stack entries in use.
     pub(crate) deepest: u32,
 }

@@ -39,7 +39,7 @@ pub struct Pixel {
     pub alpha: f32,
 }
 
-/// The memory that tracing needs: the caller's, about 3 KiB, used for one ray
+/// The memory that tracing needs: the caller's, 2 KiB, used for one ray
 /// after another.
 #[derive(Debug, Clone, Default)]
 pub struct Workspace {
@@ -67,7 +67,7 @@ impl Workspace {
     }
 
     pub(crate) fn account(&mut self, work: Work, budget: &mut Budget) {
-        self.statistics.steps += u64::from(work.steps);
+        self.statistics.steps += work.steps;
         self.statistics.deepest_stack = self.statistics.deepest_stack.max(work.deepest);
         budget.spend(work.steps);
     }
@@ -253,8 +253,12 @@ where
         let direction = from.ray.direction();
         let surface = hit.and_then(|hit| Surface::new(&self.scene, &from.ray, &hit));
         let (Some(hit), Some(surface)) = (hit, surface) else {
-            gathered.light += from.weight * self.background(direction);
-            gathered.alpha -= from.uncovered * (1.0 - self.scene.header.background.alpha);
+            let alpha = self.scene.header.background.alpha;
+            // Seen directly or through glass it counts as far as it covers;
+            // seen in a mirror it is part of the mirror.
+            let share = if from.uncovered > 0.0 { alpha } else { 1.0 };
+            gathered.light += from.weight * self.background(direction) * share;
+            gathered.alpha -= from.uncovered * (1.0 - alpha);
             return;
         };
         let material = surface.material;
@@ -455,5 +459,34 @@ fn above(direction: Vec3, normal: Vec3) -> Vec3 {
         direction - normal * (2.0 * depth)
     } else {
         direction
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_workspace_is_as_small_as_documented() {
+        let size = size_of::<Workspace>();
+        assert!(size <= 2 * 1024 + 64, "{size} bytes");
+    }
+
+    #[test]
+    fn highlights_are_a_power_down_to_a_ten_millionth() {
+        assert_eq!(highlight(1.0, 50.0), 1.0);
+        assert!((highlight(0.9, 20.0) - 0.9f32.powi(20)).abs() < 1e-6);
+        assert_eq!(highlight(-0.5, 2.0), 0.0);
+        for shininess in [1.0, 30.0, 1.0e4] {
+            let cut = 1.0 - 16.0 / shininess;
+            assert!(cut <= 0.0 || libm::powf(cut, shininess) < 1.2e-7);
+        }
+    }
+
+    #[test]
+    fn reflections_into_the_surface_come_back_out() {
+        let bent = above(Vec3::new(0.8, -0.6, 0.0), Vec3::Y);
+        assert_eq!(bent, Vec3::new(0.8, 0.6, 0.0));
+        assert_eq!(above(bent, Vec3::Y), bent);
     }
 }

@@ -83,7 +83,7 @@ impl Cave {
     /// # Errors
     /// A file that cannot be read, or as [`Self::from_toml`].
     pub fn load(path: &Path, size: [u32; 2]) -> Result<Self, CaveFileError> {
-        let text = std::fs::read_to_string(path).map_err(|source| CaveFileError::Read {
+        let text = crate::input::read_text(path).map_err(|source| CaveFileError::Read {
             path: path.to_owned(),
             source,
         })?;

@@ -130,7 +130,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// The rays of a file; `None` for those that cannot be traced.
 fn read_rays(path: &Path) -> Result<Vec<Option<Ray>>, Fault> {
-    let bytes = std::fs::read(path).map_err(|reason| Fault::ReadRays {
+    let bytes = shisen::input::read(path).map_err(|reason| Fault::ReadRays {
         path: path.to_owned(),
         reason,
     })?;
@@ -225,7 +225,7 @@ where
                 for (ray, hit) in rays.iter().zip(hits) {
                     let Some(ray) = ray else { continue };
                     let (nearest, steps) = tracer.nearest(ray, stack);
-                    total += u64::from(steps);
+                    total += steps;
                     *hit = nearest.map_or(RayHit::MISS, |nearest| RayHit {
                         triangle: nearest.triangle,
                         t: nearest.t,

@@ -68,7 +68,7 @@ impl Scene {
     where
         E: Into<Box<dyn std::error::Error + Send + Sync>>,
     {
-        let text = std::fs::read_to_string(path).map_err(|source| SceneFileError::Read {
+        let text = crate::input::read_text(path).map_err(|source| SceneFileError::Read {
             path: path.to_owned(),
             source,
         })?;

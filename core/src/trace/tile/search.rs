@@ -67,7 +67,7 @@ impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
     #[inline(always)]
     fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>) {
         let count = (child >> COUNT_SHIFT & 7) + 1;
-        path.work.steps += count;
+        path.work.steps += u64::from(count);
         let leaf = leaf_index(child);
         let Some(block) = self.leaves.get(leaf as usize) else {
             return;
