@@ -31,7 +31,11 @@ fn build() -> PathBuf {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = std::process::Command::new(cargo)
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["build", "--quiet", "--package", "shisen", "--bin", "shisen"])
+        // A test among the targets, and all packages: else Cargo would leave
+        // out the features that tests alone ask for, and compile most
+        // libraries a second time.
+        .args(["build", "--quiet", "--workspace"])
+        .args(["--bin", "shisen", "--test", "command"])
         .args(["--profile", profile, "--target-dir"])
         .arg(target)
         .status()
