@@ -8,7 +8,9 @@
 pub mod format;
 mod validate;
 
-use format::{Background, Header, Instance, LeafBlock, Light, Material, Mesh, Node, Triangle};
+use format::{
+    Background, Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Triangle,
+};
 pub use validate::SceneError;
 use zerocopy::FromBytes;
 
@@ -26,6 +28,8 @@ pub struct Scene<'a, const W: usize = 8> {
     pub(crate) lights: &'a [Light],
     pub(crate) triangles: &'a [Triangle],
     pub(crate) normals: &'a [[f32; 3]],
+    pub(crate) id_leaves: &'a [IdLeaf],
+    pub(crate) positions: &'a [[f32; 3]],
 }
 
 impl<'a, const W: usize> Scene<'a, W> {
@@ -46,6 +50,8 @@ impl<'a, const W: usize> Scene<'a, W> {
             lights: validate::table(bytes, header.lights, "lights")?,
             triangles: validate::table(bytes, header.triangles, "triangles")?,
             normals: validate::table(bytes, header.normals, "normals")?,
+            id_leaves: validate::table(bytes, header.id_leaves, "leaves of numbers")?,
+            positions: validate::table(bytes, header.positions, "positions")?,
         };
         validate::contents(&scene)?;
         Ok(scene)

@@ -251,7 +251,9 @@ impl<const W: usize> Tables<W> {
             first_normal,
             normal_count: mesh.positions.len() as u32,
             extent: extent(mesh.positions.iter().copied()),
-            reserved: [0; 6],
+            rungs: 1,
+            faces: mesh.triangles.len() as u32,
+            reserved: [0; 4],
         });
     }
 

@@ -13,7 +13,7 @@ compile_error!("scenes are little-endian and used in place: big-endian targets a
 pub const MAGIC: [u8; 8] = *b"SHISEN\r\n";
 
 /// Raised by any change to the records in this module.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Bytes to which a blob and each of its tables are aligned.
 pub const ALIGNMENT: usize = 32;
@@ -101,8 +101,15 @@ pub struct Header {
     pub background: Background,
     /// Light from everywhere, linear RGB.
     pub ambient: [f32; 3],
+    /// Leaves of four lanes: triangle numbers alone, see [`IdLeaf`].
+    pub id_leaves: Table,
+    /// Vertex positions, which those leaves look up; one a normal.
+    pub positions: Table,
+    /// Meshes of a ladder of polygon levels, the full one included; 1 where
+    /// there are none.
+    pub rungs: u32,
     /// Zero.
-    pub reserved: [u32; 7],
+    pub reserved: [u32; 2],
 }
 
 /// An inner node: the boxes of up to `W` children.
@@ -159,6 +166,11 @@ pub struct LeafBlock<const W: usize> {
     pub ids: [u32; W],
 }
 
+/// A leaf of the compact layout: up to four triangle numbers of a mesh,
+/// ascending; `u32::MAX` where empty. Corners are looked up by the triangle's
+/// record, so that the rungs of a ladder share them.
+pub type IdLeaf = [u32; 4];
+
 /// A mesh.
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C, align(32))]
@@ -183,8 +195,13 @@ pub struct Mesh {
     pub normal_count: u32,
     /// Largest magnitude of a coordinate: the mesh's units.
     pub extent: f32,
+    /// Meshes from this one on that are the same surface with ever fewer
+    /// faces, itself included. They share triangles and normals.
+    pub rungs: u32,
+    /// Faces that a ray may meet; `triangle_count` counts those of all rungs.
+    pub faces: u32,
     /// Zero.
-    pub reserved: [u32; 6],
+    pub reserved: [u32; 4],
 }
 
 /// What an instance places: the values of [`Instance::kind`].

@@ -1,7 +1,7 @@
 use super::BakeError;
 use shisen_core::scene::format::{
-    ALIGNMENT, Background, Header, Instance, LeafBlock, Light, MAGIC, Material, Mesh, Node, Table,
-    Triangle, VERSION,
+    ALIGNMENT, Background, Header, IdLeaf, Instance, LeafBlock, Light, MAGIC, Material, Mesh, Node,
+    Table, Triangle, VERSION,
 };
 use xxhash_rust::xxh32::xxh32;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
@@ -45,6 +45,9 @@ pub(super) struct Tables<const W: usize> {
     pub(super) lights: Vec<Light>,
     pub(super) triangles: Vec<Triangle>,
     pub(super) normals: Vec<[f32; 3]>,
+    pub(super) id_leaves: Vec<IdLeaf>,
+    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) rungs: u32,
     pub(super) background: Background,
     pub(super) ambient: [f32; 3],
 }
@@ -63,6 +66,9 @@ impl<const W: usize> Default for Tables<W> {
             lights: Vec::new(),
             triangles: Vec::new(),
             normals: Vec::new(),
+            id_leaves: Vec::new(),
+            positions: Vec::new(),
+            rungs: 1,
             background: Background {
                 zenith: [0.0; 3],
                 alpha: 1.0,
@@ -100,6 +106,8 @@ impl<const W: usize> Tables<W> {
         let lights = append_records(&mut bytes, &self.lights);
         let triangles = append_records(&mut bytes, &self.triangles);
         let normals = append_records(&mut bytes, &self.normals);
+        let id_leaves = append_records(&mut bytes, &self.id_leaves);
+        let positions = append_records(&mut bytes, &self.positions);
         let byte_len = u32::try_from(bytes.len()).map_err(|_| BakeError::TooLarge {
             bytes: bytes.len() as u64,
         })?;
@@ -123,7 +131,10 @@ impl<const W: usize> Tables<W> {
             normals,
             background: self.background,
             ambient: self.ambient,
-            reserved: [0; 7],
+            id_leaves,
+            positions,
+            rungs: self.rungs,
+            reserved: [0; 2],
         };
         bytes[..size_of::<Header>()].copy_from_slice(header.as_bytes());
         let checksum = xxh32(&bytes[12..], 0);
