@@ -8,11 +8,16 @@
 //! how often rendering was interrupted.
 
 mod block;
+mod detail;
 mod view;
 
-pub use crate::trace::{Budget, LEAST_WEIGHT, MAX_DEPTH, Pixel, Statistics, Tracer, Workspace};
+pub use crate::trace::{
+    Budget, LEAST_WEIGHT, MAX_DEPTH, Pixel, RayDetail, Statistics, Tracer, Workspace,
+};
 use block::{BLOCK, Block};
 use core::fmt;
+use detail::BlockDetail;
+pub use detail::{FACE_TOLERANCE, LevelOfDetail};
 pub use view::{View, ViewError};
 
 use crate::scene::Scene;
@@ -114,6 +119,7 @@ pub enum Outcome {
 pub struct Renderer<'a, const W: usize = 8> {
     tracer: Tracer<'a, W>,
     settings: Settings,
+    lod: Option<LevelOfDetail>,
 }
 
 impl<'a, const W: usize> Renderer<'a, W>
@@ -130,6 +136,42 @@ where
         Self {
             tracer: Tracer::new(scene, simd, settings.depth),
             settings,
+            lod: None,
+        }
+    }
+
+    /// The same renderer with a detail that follows the gaze. Where a pixel is
+    /// outside the visual field it shows what a ray sees that meets nothing;
+    /// in the central field it is what it would be without.
+    #[must_use]
+    pub const fn with_level_of_detail(mut self, lod: LevelOfDetail) -> Self {
+        self.lod = Some(lod);
+        self
+    }
+
+    /// What traces its rays.
+    pub const fn tracer(&self) -> &Tracer<'a, W> {
+        &self.tracer
+    }
+
+    /// How pixel (x, y) of a view is traced; `None` where it is not, or where
+    /// the view has no such pixel.
+    pub fn detail(&self, view: &View, x: u32, y: u32) -> Option<RayDetail> {
+        if x >= view.columns() || y >= view.rows() {
+            return None;
+        }
+        self.block_detail(view, x, y).at(x % BLOCK, y % BLOCK)
+    }
+
+    /// Of the block of the view's grid that pixel (x, y) is in.
+    fn block_detail(&self, view: &View, x: u32, y: u32) -> BlockDetail {
+        let most = self.tracer.detail();
+        match &self.lod {
+            None => BlockDetail::Equal(most),
+            Some(lod) => {
+                let rungs = self.tracer.scene().rungs();
+                BlockDetail::new(lod, self.tracer.simd(), view, (x, y), most, rungs)
+            }
         }
     }
 }

@@ -72,6 +72,23 @@ impl<'a, const W: usize> Scene<'a, W> {
         self.meshes
     }
 
+    /// Meshes of a ladder of polygon levels, the full one included; 1 where
+    /// the scene was baked without.
+    pub const fn rungs(&self) -> u8 {
+        self.header.rungs as u8
+    }
+
+    /// A mesh as rays of a rung see it: itself where it has no such rung.
+    #[inline(always)]
+    pub(crate) fn mesh_at(&self, geometry: u32, rung: u8) -> Option<&'a Mesh> {
+        let full = self.meshes.get(geometry as usize)?;
+        let rung = u32::from(rung);
+        if rung == 0 || rung >= full.rungs {
+            return Some(full);
+        }
+        self.meshes.get(geometry.checked_add(rung)? as usize)
+    }
+
     /// The materials.
     pub const fn materials(&self) -> &'a [Material] {
         self.materials

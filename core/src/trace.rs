@@ -16,5 +16,7 @@ pub use hit::{Hit, MeshHit};
 pub use mesh::MeshTracer;
 pub use optics::{Refraction, reflect, refract};
 pub use stack::{STACK_ENTRIES, TraversalStack};
+pub(crate) use tile::NOT_TRACED;
 pub use tile::{TileHits, TileRays};
-pub use tracer::{LEAST_WEIGHT, MAX_DEPTH, Pixel, Tracer, Workspace};
+pub(crate) use tracer::heights;
+pub use tracer::{LEAST_WEIGHT, MAX_DEPTH, Pixel, RayDetail, Tracer, Workspace};

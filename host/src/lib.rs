@@ -6,6 +6,7 @@ pub mod cave;
 pub mod description;
 pub mod import;
 pub mod input;
+pub mod lod;
 pub mod look;
 pub mod mesh;
 pub mod net;

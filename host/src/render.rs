@@ -1,11 +1,12 @@
 //! All walls and eyes of a frame, on all cores.
 
-use crate::cave::{Cave, Eye, WallError, WallView};
+use crate::cave::{Cave, Eye, Wall, WallError};
 use crate::picture::{Picture, PictureError};
 use glam::DVec3;
 use rayon::prelude::*;
 use shisen_core::frame::{
-    Budget, Pixel, Renderer, Settings, Statistics, Tile, TileJob, View, ViewError, Workspace,
+    Budget, LevelOfDetail, Pixel, Renderer, Settings, Statistics, Tile, TileJob, View, ViewError,
+    Workspace,
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
@@ -35,6 +36,29 @@ impl Default for Options {
             threads: std::thread::available_parallelism().map_or(1, Into::into),
             tile: 32,
             simd: Simd::detect(),
+        }
+    }
+}
+
+/// One of the viewer's eyes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observer {
+    /// Which.
+    pub eye: Eye,
+    /// Where it is: metres, in the room.
+    pub place: DVec3,
+    /// The detail that follows its gaze, if any does. The two eyes may have one
+    /// line of sight, as in the paper, or one each.
+    pub lod: Option<LevelOfDetail>,
+}
+
+impl Observer {
+    /// An eye for which everything is traced in full.
+    pub const fn new(eye: Eye, place: DVec3) -> Self {
+        Self {
+            eye,
+            place,
+            lod: None,
         }
     }
 }
@@ -96,15 +120,15 @@ pub enum RenderError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Renders what each eye (with its place in the room, metres) sees on each
-/// wall. `progress` is called with the tiles finished so far and their total.
+/// Renders what each eye sees on each wall. All threads share all tiles, so
+/// that a wall that is looked at does not wait for its own. `progress` is called with the tiles finished so far and their total.
 ///
 /// # Errors
 /// See [`RenderError`].
 pub fn cave<const W: usize>(
     scene: &Scene<'_, W>,
     cave: &Cave,
-    eyes: &[(Eye, DVec3)],
+    eyes: &[Observer],
     options: &Options,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Frame, RenderError>
@@ -114,33 +138,30 @@ where
     let mut views = Vec::new();
     let mut pictures = Vec::new();
     for (number, wall) in cave.walls.iter().enumerate() {
-        for &(eye, place) in eyes {
-            let view = core_view(&wall.view_from(place)?).map_err(|source| RenderError::View {
-                wall: wall.name.clone(),
-                source,
-            })?;
+        for observer in eyes {
+            let view = view(wall, observer)?;
             pictures.push(WallPicture {
                 wall: number,
-                eye,
+                eye: observer.eye,
                 picture: Picture::new(view.columns(), view.rows())?,
             });
-            views.push(view);
+            views.push((view, renderer(scene, observer, options)));
         }
     }
     let jobs: Vec<(usize, Tile)> = views
         .iter()
         .enumerate()
-        .flat_map(|(picture, view)| tiles(view, options.tile).map(move |tile| (picture, tile)))
+        .flat_map(|(picture, (view, _))| tiles(view, options.tile).map(move |tile| (picture, tile)))
         .collect();
-    let renderer = Renderer::new(*scene, options.simd, options.settings);
     let finished = AtomicUsize::new(0);
     let render = |workspace: &mut Workspace, &(picture, tile): &(usize, Tile)| {
         workspace.statistics = Statistics::default();
         let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
+        let (view, renderer) = &views[picture];
         // Tiles of a view's own grid fit it, and no budget ends this one.
         let outcome = TileJob::new(tile).render(
-            &renderer,
-            &views[picture],
+            renderer,
+            view,
             &mut pixels,
             &mut Budget::UNLIMITED.clone(),
             workspace,
@@ -177,7 +198,28 @@ where
     })
 }
 
-fn core_view(view: &WallView) -> Result<View, ViewError> {
+/// The renderer for what an eye sees.
+pub fn renderer<'a, const W: usize>(
+    scene: &Scene<'a, W>,
+    observer: &Observer,
+    options: &Options,
+) -> Renderer<'a, W>
+where
+    Simd: Runs<W>,
+{
+    let renderer = Renderer::new(*scene, options.simd, options.settings);
+    match observer.lod {
+        Some(lod) => renderer.with_level_of_detail(lod),
+        None => renderer,
+    }
+}
+
+/// The rays through a wall's pixels from an eye.
+///
+/// # Errors
+/// [`RenderError::Wall`] and [`RenderError::View`].
+pub fn view(wall: &Wall, observer: &Observer) -> Result<View, RenderError> {
+    let view = wall.view_from(observer.place)?;
     View::new(
         view.eye.into(),
         view.first_pixel.into(),
@@ -185,6 +227,10 @@ fn core_view(view: &WallView) -> Result<View, ViewError> {
         view.row_step.into(),
         [view.columns, view.rows],
     )
+    .map_err(|source| RenderError::View {
+        wall: wall.name.clone(),
+        source,
+    })
 }
 
 /// The tiles of a view, in rows.

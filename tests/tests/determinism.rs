@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::mesh::Material;
-use shisen::render::{Frame, Options, cave};
+use shisen::render::{Frame, Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen_core::frame::{
@@ -56,7 +56,7 @@ where
 {
     let room = Cave::built_in(BuiltInCave::ThreeWall, [side; 2]).expect("a room");
     let viewer = Viewer::default();
-    let eyes = Eye::STEREO.map(|eye| (eye, viewer.eye(eye)));
+    let eyes = Eye::STEREO.map(|eye| Observer::new(eye, viewer.eye(eye)));
     cave(&baked.scene(), &room, &eyes, options, &|_, _| {}).expect("a frame")
 }
 

@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::picture::Picture;
-use shisen::render::{Options, cave};
+use shisen::render::{Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::viewer::{ViewerCamera, render};
 use shisen_core::Simd;
@@ -152,7 +152,7 @@ fn compare(which: PaperScene) {
         let [coarse, fine] = [256, 512].map(|side| {
             let room = Cave::built_in(BuiltInCave::ThreeWall, [side; 2]).expect("a room");
             let options = Options::default();
-            let eyes = [(Eye::Left, eye)];
+            let eyes = [Observer::new(Eye::Left, eye)];
             let frame = cave(&baked.scene(), &room, &eyes, &options, &|_, _| {}).expect("a frame");
             let walls: Vec<_> = frame
                 .pictures
@@ -205,7 +205,7 @@ fn a_wrong_eye_is_noticed() {
     let baked = Baked::<8>::new(&scene).expect("a scene");
     let room = Cave::built_in(BuiltInCave::ThreeWall, [512; 2]).expect("a room");
     let eye = DVec3::new(0.1, 0.2, -0.15);
-    let eyes = [(Eye::Left, eye)];
+    let eyes = [Observer::new(Eye::Left, eye)];
     let frame = cave(
         &baked.scene(),
         &room,

@@ -1,8 +1,9 @@
 //! A block of pixels that go through the scene together.
 
+use super::detail::BlockDetail;
 use super::{Mode, Renderer, View};
-use crate::simd::{Runs, Simd};
-use crate::trace::{Budget, Pixel, TileRays, Workspace};
+use crate::simd::{Kernel, Lanes, Runs, Simd};
+use crate::trace::{self, Budget, NOT_TRACED, Pixel, RayDetail, TileRays, Workspace};
 
 /// Pixels a side.
 pub(super) const BLOCK: u32 = 8;
@@ -52,15 +53,21 @@ impl Block {
     where
         Simd: Runs<W>,
     {
+        let detail = renderer.block_detail(view, self.x, self.y);
         for number in first..self.columns * self.rows {
             if budget.is_spent() {
                 return number - first;
             }
-            let (column, row) = (number % self.columns, number / self.columns);
-            let pixel = self.pixel(renderer, view, (column, row), budget, workspace);
-            write(column, row, pixel);
+            let at = (number % self.columns, number / self.columns);
+            let pixel = self.pixel(renderer, view, at, &detail, budget, workspace);
+            write(at.0, at.1, pixel);
         }
         self.columns * self.rows - first
+    }
+
+    /// Of the pixel at a column and row of this block.
+    fn detail(&self, block: &BlockDetail, (column, row): (u32, u32)) -> Option<RayDetail> {
+        block.at((self.x + column) % BLOCK, (self.y + row) % BLOCK)
     }
 
     /// All samples of a pixel, one ray after the other.
@@ -69,6 +76,7 @@ impl Block {
         renderer: &Renderer<'_, W>,
         view: &View,
         (column, row): (u32, u32),
+        detail: &BlockDetail,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Pixel
@@ -76,11 +84,16 @@ impl Block {
         Simd: Runs<W>,
     {
         let samples = renderer.settings.samples;
+        let detail = self.detail(detail, (column, row));
+        let tracer = &renderer.tracer;
         let mut sum = Sum::default();
         for sample in 0..samples {
             let (x, y) = self.at(column, row, offset(sample, samples));
-            if let Some(ray) = view.ray(x, y) {
-                sum.add(renderer.tracer.radiance(&ray, budget, workspace));
+            match (detail, view.ray(x, y)) {
+                (Some(detail), Some(ray)) => {
+                    sum.add(tracer.radiance_with(&ray, detail, budget, workspace));
+                }
+                _ => sum.add(tracer.missed(view.direction(x, y))),
             }
         }
         sum.mean(samples)
@@ -97,14 +110,23 @@ impl Block {
     where
         Simd: Runs<W>,
     {
-        let samples = renderer.settings.samples;
+        let Renderer {
+            tracer, settings, ..
+        } = renderer;
+        let samples = settings.samples;
+        let detail = renderer.block_detail(view, self.x, self.y);
         let mut sums = [Sum::default(); (BLOCK * BLOCK) as usize];
         for sample in 0..samples {
-            let rays = self.rays(view, offset(sample, samples));
-            let hits = renderer.tracer.nearest_of_tile(&rays, budget, workspace);
+            let offset = offset(sample, samples);
+            let found = detail.is_traced().then(|| {
+                let rays = self.rays(view, offset, &detail);
+                let hits = tracer.nearest_of_tile(&rays, budget, workspace);
+                (rays, hits)
+            });
+            let heights = self.heights(tracer.simd(), view, offset);
             let last = sample + 1 == samples;
             for (number, sum) in (0..self.columns * self.rows).zip(&mut sums) {
-                let (column, row) = (number % self.columns, number / self.columns);
+                let at = (number % self.columns, number / self.columns);
                 if budget.is_spent() && number > 0 && last {
                     return number;
                 }
@@ -112,20 +134,46 @@ impl Block {
                     // No pixel has all its samples yet, and none would by
                     // starting over: one is finished alone, and the block is
                     // no longer whole.
-                    write(0, 0, self.pixel(renderer, view, (0, 0), budget, workspace));
+                    let pixel = self.pixel(renderer, view, (0, 0), &detail, budget, workspace);
+                    write(0, 0, pixel);
                     return 1;
                 }
-                let at = (column as usize, row as usize);
-                if let Some(ray) = rays.at(at.0, at.1) {
-                    let hit = hits.at(at.0, at.1);
-                    sum.add(renderer.tracer.radiance_from(&ray, hit, budget, workspace));
+                let own = self.detail(&detail, at);
+                let (column, row) = (at.0 as usize, at.1 as usize);
+                let hit = found.as_ref().and_then(|(rays, hits)| {
+                    Some((rays.at(column, row)?, hits.at(column, row)?, own?))
+                });
+                if let Some((ray, hit, own)) = hit {
+                    sum.add(tracer.radiance_from(&ray, Some(hit), own, budget, workspace));
+                } else {
+                    workspace.statistics.primary += u64::from(own.is_some());
+                    let height = heights.as_ref().and_then(|rows| rows.get(row)?.get(column));
+                    sum.add(if let Some(height) = height {
+                        tracer.missed_at(*height)
+                    } else {
+                        let (x, y) = self.at(at.0, at.1, offset);
+                        tracer.missed(view.direction(x, y))
+                    });
                 }
                 if last {
-                    write(column, row, sum.mean(samples));
+                    write(at.0, at.1, sum.mean(samples));
                 }
             }
         }
         self.columns * self.rows
+    }
+
+    /// How high each pixel's direction points, by row, then column; `None`
+    /// where one cannot be computed together with the others.
+    fn heights(&self, simd: Simd, view: &View, offset: (f32, f32)) -> Option<[[f32; 8]; 8]> {
+        <Simd as Runs<8>>::run(
+            simd,
+            Heights {
+                block: self,
+                view,
+                offset,
+            },
+        )
     }
 
     /// A point of a pixel of this block, in pixels of the view.
@@ -135,13 +183,45 @@ impl Block {
 
     /// All 64 rays; those past a cut-off block's borders repeat its last
     /// column and row.
-    fn rays(&self, view: &View, offset: (f32, f32)) -> TileRays {
-        TileRays::new(view.eye(), |column, row| {
-            let column = (column as u32).min(self.columns - 1);
-            let row = (row as u32).min(self.rows - 1);
+    fn rays(&self, view: &View, offset: (f32, f32), detail: &BlockDetail) -> TileRays {
+        let inside = |column: usize, row: usize| {
+            (
+                (column as u32).min(self.columns - 1),
+                (row as u32).min(self.rows - 1),
+            )
+        };
+        let rays = TileRays::new(view.eye(), |column, row| {
+            let (column, row) = inside(column, row);
             let (x, y) = self.at(column, row, offset);
             view.direction(x, y)
-        })
+        });
+        match detail {
+            BlockDetail::Equal(detail) => rays.on_rung(detail.rung),
+            BlockDetail::Own(_) => rays.on_rungs(|column, row| {
+                let detail = self.detail(detail, inside(column, row));
+                detail.map_or(NOT_TRACED, |detail| detail.rung)
+            }),
+        }
+    }
+}
+
+struct Heights<'r> {
+    block: &'r Block,
+    view: &'r View,
+    offset: (f32, f32),
+}
+
+impl Kernel<8> for Heights<'_> {
+    type Output = Option<[[f32; 8]; 8]>;
+
+    #[inline(always)]
+    fn run<L: Lanes<8>>(self, l: L) -> Option<[[f32; 8]; 8]> {
+        let mut rows = [[0.0; 8]; 8];
+        for (row, heights) in (self.block.y..).zip(&mut rows) {
+            let directions = self.view.directions(l, (self.block.x, row), self.offset);
+            *heights = l.store(trace::heights(l, directions)?);
+        }
+        Some(rows)
     }
 }
 

@@ -1,4 +1,6 @@
+use crate::numeric::map3;
 use crate::shape::Ray;
+use crate::simd::Lanes;
 use core::fmt;
 use glam::Vec3;
 
@@ -105,6 +107,32 @@ impl View {
     #[inline(always)]
     pub fn direction(&self, x: f32, y: f32) -> Vec3 {
         (self.first_pixel + self.column_step * x) + self.row_step * y
+    }
+
+    /// [`direction`](Self::direction) of eight pixels of a row from `(x, y)`
+    /// on, at an offset from their centres. Those past the view's borders
+    /// repeat its last column and row.
+    #[inline(always)]
+    pub(super) fn directions<L: Lanes<8>>(
+        &self,
+        l: L,
+        (x, y): (u32, u32),
+        (dx, dy): (f32, f32),
+    ) -> [L::F; 3] {
+        let mut columns = [0.0; 8];
+        for (column, place) in (x..).zip(&mut columns) {
+            *place = column.min(self.columns - 1) as f32 + dx;
+        }
+        let columns = l.load(&columns);
+        let row = l.splat(y.min(self.rows - 1) as f32 + dy);
+        let first = self.first_pixel.to_array();
+        let column_step = self.column_step.to_array();
+        let row_step = self.row_step.to_array();
+        map3([0, 1, 2], |axis: usize| {
+            let along = l.mul(l.splat(column_step[axis]), columns);
+            let down = l.mul(l.splat(row_step[axis]), row);
+            l.add(l.add(l.splat(first[axis]), along), down)
+        })
     }
 
     /// The ray through a point of the screen, in pixels from the centre of

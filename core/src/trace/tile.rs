@@ -33,7 +33,21 @@ type PerRay = [[f32; EIGHT]; EIGHT];
 pub struct TileRays {
     origin: Vec3,
     direction: [PerRay; 3],
+    rungs: Rungs,
 }
+
+/// The rungs of the ladders of polygon levels that rays see.
+#[derive(Debug, Clone)]
+enum Rungs {
+    /// The same for all.
+    Equal(u8),
+    /// By group, then lane; [`NOT_TRACED`] for rays that are not. The least
+    /// and the greatest of the others come first.
+    Own(u8, u8, [[u8; EIGHT]; EIGHT]),
+}
+
+/// Stands for the rung of a ray that is not to be traced.
+pub(crate) const NOT_TRACED: u8 = u8::MAX;
 
 /// Group and lane of a place in the tile: a group is four columns wide and
 /// two rows high, so that its rays are close together.
@@ -43,12 +57,14 @@ const fn place(column: usize, row: usize) -> (usize, usize) {
 }
 
 impl TileRays {
-    /// Rays from `origin` along `direction(column, row)`, each from 0 to 7.
+    /// Rays from `origin` along `direction(column, row)`, each from 0 to 7,
+    /// through the finest meshes.
     #[inline(always)]
     pub fn new(origin: Vec3, mut direction: impl FnMut(usize, usize) -> Vec3) -> Self {
         let mut rays = Self {
             origin,
             direction: [[[0.0; EIGHT]; EIGHT]; 3],
+            rungs: Rungs::Equal(0),
         };
         for row in 0..EIGHT {
             for column in 0..EIGHT {
@@ -60,6 +76,71 @@ impl TileRays {
             }
         }
         rays
+    }
+
+    /// The same rays through the meshes of a rung.
+    #[must_use]
+    pub const fn on_rung(mut self, rung: u8) -> Self {
+        self.rungs = Rungs::Equal(rung);
+        self
+    }
+
+    /// The same rays, each through the meshes of its own rung, `NOT_TRACED`
+    /// for those that are not to be traced.
+    pub(crate) fn on_rungs(mut self, rung: impl Fn(usize, usize) -> u8) -> Self {
+        let mut own = [[NOT_TRACED; EIGHT]; EIGHT];
+        let (mut least, mut most, mut all) = (NOT_TRACED, 0, true);
+        for row in 0..EIGHT {
+            for column in 0..EIGHT {
+                let (group, lane) = place(column, row);
+                let rung = rung(column, row);
+                own[group][lane] = rung;
+                all &= rung != NOT_TRACED;
+                if rung != NOT_TRACED {
+                    (least, most) = (least.min(rung), most.max(rung));
+                }
+            }
+        }
+        self.rungs = if all && least == most {
+            Rungs::Equal(least)
+        } else {
+            Rungs::Own(least, most, own)
+        };
+        self
+    }
+
+    /// The rung that a ray sees; `None` for one that is not to be traced.
+    #[inline(always)]
+    pub(super) fn rung(&self, group: usize, lane: usize) -> Option<u8> {
+        match &self.rungs {
+            Rungs::Equal(rung) => Some(*rung),
+            Rungs::Own(_, _, own) => {
+                Some(own[group % EIGHT][lane % EIGHT]).filter(|&rung| rung != NOT_TRACED)
+            }
+        }
+    }
+
+    /// The groups with a ray for which `test` holds.
+    #[inline(always)]
+    fn groups_with(own: &[[u8; EIGHT]; EIGHT], test: impl Fn(u8) -> bool) -> u8 {
+        let mut groups = 0;
+        for group in 0..EIGHT {
+            let mut any = false;
+            for lane in 0..EIGHT {
+                any |= test(own[group][lane]);
+            }
+            groups |= u8::from(any) << group;
+        }
+        groups
+    }
+
+    /// The groups with a ray that is to be traced.
+    #[inline(always)]
+    fn groups(&self) -> u8 {
+        match &self.rungs {
+            Rungs::Equal(_) => u8::MAX,
+            Rungs::Own(_, _, own) => Self::groups_with(own, |rung| rung != NOT_TRACED),
+        }
     }
 
     /// The ray at a place, or `None` where it cannot be traced.
@@ -103,6 +184,23 @@ impl TileHits {
         limit: [f32::INFINITY; EIGHT],
         deferred: Vec::new(),
     };
+
+    /// Before any search: nothing is as near as what a ray that is not to be
+    /// traced has found.
+    pub(super) fn none_of(rays: &TileRays) -> Self {
+        let mut hits = Self::NONE;
+        if let Rungs::Own(_, _, own) = &rays.rungs {
+            for group in 0..EIGHT {
+                for lane in 0..EIGHT {
+                    if own[group][lane] == NOT_TRACED {
+                        hits.t[group][lane] = -1.0;
+                    }
+                }
+                hits.update_limit(group);
+            }
+        }
+        hits
+    }
 
     /// The nearest hit of the ray at a place, columns and rows from 0 to 7.
     #[inline(always)]

@@ -11,7 +11,7 @@ use crate::numeric::{normalize, sqrt};
 use crate::scene::Scene;
 use crate::scene::format::{effect, light};
 use crate::shape::Ray;
-use crate::simd::{Runs, Simd};
+use crate::simd::{Lanes, Runs, Simd};
 use glam::Vec3;
 use heapless::Vec;
 
@@ -73,6 +73,16 @@ impl Workspace {
     }
 }
 
+/// How much is spent on a primary ray and on all that it leaves behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RayDetail {
+    /// Most reflections and refractions after one another.
+    pub depth: u8,
+    /// The rung of each mesh's ladder of polygon levels, the finest being 0.
+    /// A mesh that has no such rung is seen as it is.
+    pub rung: u8,
+}
+
 /// A ray of the tree that is still to be traced.
 #[derive(Debug, Clone, Copy)]
 struct Pending {
@@ -89,7 +99,7 @@ struct Pending {
 pub struct Tracer<'a, const W: usize = 8> {
     scene: Scene<'a, W>,
     simd: Simd,
-    depth: u8,
+    detail: RayDetail,
 }
 
 impl<'a, const W: usize> Tracer<'a, W>
@@ -97,13 +107,33 @@ where
     Simd: Runs<W>,
 {
     /// Follows at most `depth` reflections and refractions after one another,
-    /// never more than [`MAX_DEPTH`].
+    /// never more than [`MAX_DEPTH`], through the finest meshes.
     pub fn new(scene: Scene<'a, W>, simd: Simd, depth: u8) -> Self {
         Self {
             scene,
             simd,
-            depth: depth.min(MAX_DEPTH),
+            detail: RayDetail {
+                depth: depth.min(MAX_DEPTH),
+                rung: 0,
+            },
         }
+    }
+
+    /// The same tracer for rays through the meshes of a rung.
+    #[must_use]
+    pub const fn at_rung(mut self, rung: u8) -> Self {
+        self.detail.rung = rung;
+        self
+    }
+
+    /// The instruction set it uses.
+    pub const fn simd(&self) -> Simd {
+        self.simd
+    }
+
+    /// What its own rays are traced with.
+    pub const fn detail(&self) -> RayDetail {
+        self.detail
     }
 
     /// The scene traced.
@@ -118,8 +148,19 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Option<Hit> {
+        self.nearest_on(self.detail.rung, ray, budget, workspace)
+    }
+
+    fn nearest_on(
+        &self,
+        rung: u8,
+        ray: &Ray,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Option<Hit> {
         let (hit, work) = self.simd.run(Search::<W, false> {
             scene: &self.scene,
+            rung,
             ray,
             limit: f32::INFINITY,
             stack: &mut workspace.stack,
@@ -128,15 +169,15 @@ where
         (hit.instance != u32::MAX).then_some(hit)
     }
 
-    /// The nearest hits of the rays of a tile: those that
-    /// [`nearest`](Self::nearest) finds, and faster.
+    /// The nearest hits of the rays of a tile, through the meshes of their own
+    /// rungs: those that [`nearest`](Self::nearest) finds, and faster.
     pub fn nearest_of_tile(
         &self,
         rays: &TileRays,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> TileHits {
-        let mut hits = TileHits::NONE;
+        let mut hits = TileHits::none_of(rays);
         let work = <Simd as Runs<8>>::run(
             self.simd,
             TileSearch::<W> {
@@ -160,14 +201,17 @@ where
                 if groups >> group & 1 == 0 {
                     continue;
                 }
-                let Some(ray) = rays.ray(group, lane) else {
+                let (Some(ray), Some(rung)) = (rays.ray(group, lane), rays.rung(group, lane))
+                else {
                     continue;
                 };
                 let hit = if instance == ALL_INSTANCES {
-                    self.nearest(&ray, budget, workspace).unwrap_or(Hit::NONE)
+                    self.nearest_on(rung, &ray, budget, workspace)
+                        .unwrap_or(Hit::NONE)
                 } else {
                     let (hit, work) = self.simd.run(SearchInstance::<W> {
                         scene: &self.scene,
+                        rung,
                         ray: &ray,
                         instance,
                         best: hits.get(group, lane),
@@ -191,8 +235,20 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> bool {
+        self.is_occluded_on(self.detail.rung, ray, limit, budget, workspace)
+    }
+
+    fn is_occluded_on(
+        &self,
+        rung: u8,
+        ray: &Ray,
+        limit: f32,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> bool {
         let (hit, work) = self.simd.run(Search::<W, true> {
             scene: &self.scene,
+            rung,
             ray,
             limit,
             stack: &mut workspace.stack,
@@ -205,7 +261,19 @@ where
     /// The light that comes back along a ray from the eye.
     pub fn radiance(&self, ray: &Ray, budget: &mut Budget, workspace: &mut Workspace) -> Pixel {
         let hit = self.nearest(ray, budget, workspace);
-        self.radiance_from(ray, hit, budget, workspace)
+        self.radiance_from(ray, hit, self.detail, budget, workspace)
+    }
+
+    /// As [`radiance`](Self::radiance), with a detail of its own.
+    pub(crate) fn radiance_with(
+        &self,
+        ray: &Ray,
+        detail: RayDetail,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Pixel {
+        let hit = self.nearest_on(detail.rung, ray, budget, workspace);
+        self.radiance_from(ray, hit, detail, budget, workspace)
     }
 
     /// As [`radiance`](Self::radiance), the primary ray's hit being known.
@@ -213,10 +281,14 @@ where
         &self,
         ray: &Ray,
         hit: Option<Hit>,
+        detail: RayDetail,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Pixel {
         workspace.statistics.primary += 1;
+        if hit.is_none() {
+            return self.missed(ray.direction());
+        }
         let mut gathered = Gathered {
             light: Vec3::ZERO,
             alpha: 1.0,
@@ -228,11 +300,11 @@ where
             bounces: 0,
         };
         workspace.pending.clear();
-        self.shade(&primary, hit, &mut gathered, budget, workspace);
+        self.shade(&primary, hit, detail, &mut gathered, budget, workspace);
         // Every ray has more bounces than its parent: the loop ends.
         while let Some(next) = workspace.pending.pop() {
-            let hit = self.nearest(&next.ray, budget, workspace);
-            self.shade(&next, hit, &mut gathered, budget, workspace);
+            let hit = self.nearest_on(detail.rung, &next.ray, budget, workspace);
+            self.shade(&next, hit, detail, &mut gathered, budget, workspace);
         }
         Pixel {
             red: gathered.light.x,
@@ -242,10 +314,28 @@ where
         }
     }
 
+    /// What is seen along a direction from the eye past all objects.
+    pub(crate) fn missed(&self, direction: Vec3) -> Pixel {
+        self.missed_at(height(direction))
+    }
+
+    /// As [`missed`](Self::missed), by [`height`].
+    pub(crate) fn missed_at(&self, height: f32) -> Pixel {
+        let alpha = self.scene.header.background.alpha;
+        let light = self.background(height) * alpha;
+        Pixel {
+            red: light.x,
+            green: light.y,
+            blue: light.z,
+            alpha: 1.0 - (1.0 - alpha),
+        }
+    }
+
     fn shade(
         &self,
         from: &Pending,
         hit: Option<Hit>,
+        detail: RayDetail,
         gathered: &mut Gathered,
         budget: &mut Budget,
         workspace: &mut Workspace,
@@ -257,7 +347,7 @@ where
             // Seen directly or through glass it counts as far as it covers;
             // seen in a mirror it is part of the mirror.
             let share = if from.uncovered > 0.0 { alpha } else { 1.0 };
-            gathered.light += from.weight * self.background(direction) * share;
+            gathered.light += from.weight * self.background(height(direction)) * share;
             gathered.alpha -= from.uncovered * (1.0 - alpha);
             return;
         };
@@ -275,10 +365,18 @@ where
         let facing = if inside { -1.0 } else { 1.0 };
         let normal = surface.shading_normal * facing;
         if material.effects & effect::LIT != 0 {
-            gathered.light +=
-                weight * self.lit(&surface, direction, normal, facing, budget, workspace);
+            gathered.light += weight
+                * self.lit(
+                    &surface,
+                    direction,
+                    normal,
+                    facing,
+                    detail.rung,
+                    budget,
+                    workspace,
+                );
         }
-        if from.bounces >= self.depth {
+        if from.bounces >= detail.depth {
             return;
         }
         let bounces = from.bounces + 1;
@@ -335,11 +433,9 @@ where
         }
     }
 
-    /// What a ray that meets nothing sees: a gradient over the sine of its
-    /// elevation.
-    fn background(&self, direction: Vec3) -> Vec3 {
+    /// What a ray that meets nothing sees: a gradient over its [`height`].
+    fn background(&self, height: f32) -> Vec3 {
         let background = self.scene.background();
-        let height = normalize(direction).map_or(0.0, |d| d.y);
         let far = if height >= 0.0 {
             background.zenith
         } else {
@@ -357,6 +453,7 @@ where
         direction: Vec3,
         normal: Vec3,
         facing: f32,
+        rung: u8,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Vec3 {
@@ -388,7 +485,7 @@ where
             let Some(ray) = Ray::new(start, along) else {
                 continue;
             };
-            if self.is_occluded(&ray, limit, budget, workspace) {
+            if self.is_occluded_on(rung, &ray, limit, budget, workspace) {
                 continue;
             }
             let mut colour = Vec3::from_array(source.colour);
@@ -405,6 +502,28 @@ where
         }
         sum
     }
+}
+
+/// The sine of a direction's elevation.
+fn height(direction: Vec3) -> f32 {
+    normalize(direction).map_or(0.0, |direction| direction.y)
+}
+
+/// [`height`] in every lane; `None` where a direction is too short or too long
+/// for [`normalize`] to take it as it is.
+#[inline(always)]
+pub(crate) fn heights<L: Lanes<8>>(l: L, [x, y, z]: [L::F; 3]) -> Option<L::F> {
+    let largest = l.max(l.abs(x), l.max(l.abs(y), l.abs(z)));
+    let usable = l.and(
+        l.le(l.splat(Ray::SHORTEST_DIRECTION), largest),
+        l.le(largest, l.splat(Ray::LONGEST_DIRECTION)),
+    );
+    if l.bits(usable) != 0xff {
+        return None;
+    }
+    let (x, y, z) = (l.div(x, largest), l.div(y, largest), l.div(z, largest));
+    let square = l.add(l.add(l.mul(x, x), l.mul(y, y)), l.mul(z, z));
+    Some(l.div(y, l.sqrt(square)))
 }
 
 /// Blinn-Phong's cosⁿ, or 0 where it is under e⁻¹⁶, a ten-millionth: there

@@ -26,6 +26,7 @@ pub(crate) fn map_point(map: &[[f32; 3]; 4], p: Vec3) -> Vec3 {
 /// Looks for the nearest hit, or for any that blocks light.
 struct InWorld<'r, 'a, const W: usize, const ANY: bool> {
     scene: &'r Scene<'a, W>,
+    rung: u8,
     ray: &'r Ray,
     limit: f32,
     best: Hit,
@@ -86,7 +87,7 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
             return false;
         };
         let on = if instance.kind == kind::MESH {
-            let Some(mesh) = self.scene.meshes.get(instance.geometry as usize) else {
+            let Some(mesh) = self.scene.mesh_at(instance.geometry, self.rung) else {
                 return false;
             };
             let mesh = MeshView::new(self.scene, mesh);
@@ -115,6 +116,8 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
 /// One search through a scene.
 pub(super) struct Search<'r, 'a, const W: usize, const ANY: bool> {
     pub(super) scene: &'r Scene<'a, W>,
+    /// Of the ladders of meshes.
+    pub(super) rung: u8,
     pub(super) ray: &'r Ray,
     /// Hits farther than this are of no interest.
     pub(super) limit: f32,
@@ -129,6 +132,7 @@ impl<const W: usize, const ANY: bool> Kernel<W> for Search<'_, '_, W, ANY> {
         let slabs = Slabs::new(self.ray, self.scene.header.extent);
         let mut visitor = InWorld::<W, ANY> {
             scene: self.scene,
+            rung: self.rung,
             ray: self.ray,
             limit: self.limit,
             best: Hit::NONE,
@@ -146,6 +150,8 @@ impl<const W: usize, const ANY: bool> Kernel<W> for Search<'_, '_, W, ANY> {
 /// One ray through one instance, for rays that could not go together.
 pub(super) struct SearchInstance<'r, 'a, const W: usize> {
     pub(super) scene: &'r Scene<'a, W>,
+    /// Of the ladders of meshes.
+    pub(super) rung: u8,
     pub(super) ray: &'r Ray,
     pub(super) instance: u32,
     pub(super) best: Hit,
@@ -160,6 +166,7 @@ impl<const W: usize> Kernel<W> for SearchInstance<'_, '_, W> {
         let mut path = Path::new(self.stack);
         let mut visitor = InWorld::<W, false> {
             scene: self.scene,
+            rung: self.rung,
             ray: self.ray,
             limit: self.best.on.t,
             best: self.best,

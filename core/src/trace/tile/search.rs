@@ -1,6 +1,6 @@
 use super::slabs::TileSlabs;
 use super::walk::{TileVisitor, walk_tile};
-use super::{EIGHT, PerRay, TileHits, TileRays};
+use super::{EIGHT, PerRay, Rungs, TileHits, TileRays};
 use crate::numeric::{map3, max};
 use crate::scene::Scene;
 use crate::scene::format::{COUNT_SHIFT, Instance, LeafBlock, Mesh, Node, kind};
@@ -156,7 +156,8 @@ struct TileInWorld<'r, 'a, const W: usize> {
 }
 
 impl<const W: usize> TileInWorld<'_, '_, W> {
-    /// False where the rays cannot go together in the mesh's frame.
+    /// False where the rays cannot go together in the mesh's frame. Those of
+    /// another rung than `rung`, if one is given, do not go.
     #[inline(always)]
     fn in_mesh<L: Lanes<EIGHT>>(
         &mut self,
@@ -164,6 +165,7 @@ impl<const W: usize> TileInWorld<'_, '_, W> {
         mesh: &Mesh,
         number: u32,
         instance: &Instance,
+        rung: Option<u8>,
         groups: u8,
         path: &mut Path<'_>,
     ) -> bool {
@@ -184,7 +186,8 @@ impl<const W: usize> TileInWorld<'_, '_, W> {
             for lane in 0..EIGHT {
                 // Alone, a ray that misses the box never looks inside: NaN
                 // fails every comparison to come.
-                let enters = near[lane] <= far[lane];
+                let enters = near[lane] <= far[lane]
+                    && rung.is_none_or(|rung| self.rays.rung(group, lane) == Some(rung));
                 start[group][lane] = if enters { near[lane] } else { f32::NAN };
             }
         }
@@ -217,14 +220,28 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
         let Some(instance) = self.scene.instances.get(number as usize) else {
             return;
         };
-        let mesh = match instance.kind {
-            kind::MESH => self.scene.meshes.get(instance.geometry as usize),
-            _ => None,
+        let (least, most, own) = match &self.rays.rungs {
+            Rungs::Equal(rung) => (*rung, *rung, None),
+            Rungs::Own(least, most, own) => (*least, *most, Some(own)),
         };
-        let together = match mesh {
-            Some(mesh) => self.in_mesh(l, mesh, number, instance, groups, path),
-            None => false,
-        };
+        // Whether rays go together in a mesh's frame is the same on each rung.
+        let mut together = instance.kind == kind::MESH;
+        for rung in least..=most {
+            let groups = match own {
+                Some(own) if least != most => {
+                    groups & TileRays::groups_with(own, |other| other == rung)
+                }
+                _ => groups,
+            };
+            if !together || groups == 0 {
+                continue;
+            }
+            let only = (least != most).then_some(rung);
+            together = match self.scene.mesh_at(instance.geometry, rung) {
+                Some(mesh) => self.in_mesh(l, mesh, number, instance, only, groups, path),
+                None => false,
+            };
+        }
         if !together && self.hits.deferred.push((number, groups)).is_err() {
             // More than the list holds: merge into an entry for everything.
             self.hits.deferred.clear();
@@ -243,6 +260,7 @@ fn mapped<L: Lanes<EIGHT>>(l: L, rays: &TileRays, instance: &Instance) -> Option
     let mut inside = TileRays {
         origin: map_point(map, rays.origin),
         direction: [[[0.0; EIGHT]; EIGHT]; 3],
+        rungs: Rungs::Equal(0),
     };
     Ray::new(inside.origin, Vec3::X)?;
     let zero = l.splat(0.0);
@@ -333,7 +351,7 @@ impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
             self.scene.nodes,
             self.scene.header.root,
             &slabs,
-            u8::MAX,
+            self.rays.groups(),
             &mut visitor,
             &mut path,
         );

@@ -1,0 +1,174 @@
+//! The level of detail that `shisen cave` is asked for, and what it did.
+
+use super::super::arguments::Faces;
+use super::super::failure::Failure;
+use super::report::LevelsReport;
+use clap::{Args, ValueEnum};
+use glam::DVec3;
+use shisen::cave::{Cave, Eye, Wall};
+use shisen::look::Point;
+use shisen::picture::Picture;
+use shisen::render::{self, Frame, Observer, Options};
+use shisen::{lod, net};
+use shisen_core::frame::LevelOfDetail;
+use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
+use shisen_core::scene::Scene;
+use shisen_core::{Runs, Simd};
+
+/// How detail follows the gaze.
+#[derive(Debug, Args)]
+pub(super) struct LodArguments {
+    /// What follows the gaze: detail falls with the distance from the line of
+    /// sight, and nothing outside the visual field is traced
+    #[arg(long, value_enum, default_value = "off")]
+    lod: Choice,
+    /// Faces of each mesh at the rim of the field and in its centre, such as
+    /// 500..5804; with --lod only [default: 500 to all that it has]
+    #[arg(long, value_name = "MIN..MAX")]
+    faces: Option<Faces>,
+    /// Meshes between the two, both included [default: 16]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=64))]
+    levels: Option<u8>,
+    /// What is up for the viewer [default: as --look and --head-report say]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    up: Option<Point>,
+    /// A point that both eyes look at, metres, in the room: each then has a
+    /// line of sight of its own [default: one for both, along --look]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    fixate: Option<Point>,
+}
+
+/// `--lod`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Choice {
+    /// Nothing: everything is traced in full
+    Off,
+    /// The paper's levels, with the border of the field as it prints it
+    Paper,
+    /// The paper's levels, with the border of the field as the half-ellipses
+    /// that it describes
+    PaperEllipse,
+}
+
+impl Choice {
+    /// As it is written on a command line.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Paper => "paper",
+            Self::PaperEllipse => "paper-ellipse",
+        }
+    }
+}
+
+impl LodArguments {
+    /// The polygon levels to bake, where any are asked for.
+    ///
+    /// # Errors
+    /// Of usage: levels without a gaze that they could follow.
+    pub(super) fn polygon_levels(&self) -> Result<Option<PolygonLevels>, Failure> {
+        if self.lod == Choice::Off {
+            let given = [("faces", self.faces.is_some()), ("levels", self.levels.is_some())];
+            return match given.iter().find(|(_, given)| *given) {
+                Some((name, _)) => Err(Failure::usage(format!(
+                    "--{name} is for --lod paper or paper-ellipse: with --lod off all rays see \
+                     every face"
+                ))),
+                None => Ok(None),
+            };
+        }
+        todo!()
+    }
+
+    /// The eyes, with what follows their gaze. Without `--up` and `--fixate`
+    /// the viewer looks along `forward` and holds `up` up.
+    ///
+    /// # Errors
+    /// Of usage, where a line of sight is none.
+    pub(super) fn observers(
+        &self,
+        eyes: &[(Eye, DVec3)],
+        forward: DVec3,
+        up: DVec3,
+    ) -> Result<Vec<Observer>, Failure> {
+        let up = self.up.map_or(up, |up| up.0);
+        let boundary = match self.lod {
+            Choice::Off => None,
+            Choice::Paper => Some(Boundary::Printed),
+            Choice::PaperEllipse => Some(Boundary::Ellipse),
+        };
+        eyes.iter()
+            .map(|&(eye, place)| {
+                let forward = self.fixate.map_or(forward, |point| point.0 - place);
+                let line = LineOfSight::new(place.as_vec3(), forward.as_vec3(), up.as_vec3())
+                    .map_err(|error| Failure::usage(error.to_string()))?;
+                let lod = boundary.map(|boundary| {
+                    LevelOfDetail::new(Gaze::new(line, VisualField::PAPER.with_boundary(boundary)))
+                });
+                Ok(Observer { eye, place, lod })
+            })
+            .collect()
+    }
+
+    /// What was asked for.
+    pub(super) const fn choice(&self) -> Choice {
+        self.lod
+    }
+}
+
+/// What one eye's level of detail did, wall beside wall.
+pub(super) struct LodPictures {
+    /// The level of each pixel.
+    pub(super) levels: Picture,
+    /// The faces that each pixel's rays see.
+    pub(super) polygons: Picture,
+    /// Against full tracing.
+    pub(super) difference: Picture,
+}
+
+impl LodPictures {
+    /// Of `frame`, whose like without level of detail is `full`, for one eye.
+    ///
+    /// # Errors
+    /// A picture that cannot be made.
+    pub(super) fn new<const W: usize>(
+        scene: &Scene<'_, W>,
+        cave: &Cave,
+        (observer, lod): (&Observer, &LevelOfDetail),
+        options: &Options,
+        (frame, full): (&Frame, &Frame),
+    ) -> Result<Self, Failure>
+    where
+        Simd: Runs<W>,
+    {
+        let renderer = render::renderer(scene, observer, options);
+        let (mut levels, mut polygons, mut difference) = (Vec::new(), Vec::new(), Vec::new());
+        for (number, wall) in cave.walls.iter().enumerate() {
+            let view = render::view(wall, observer).map_err(Failure::from_error)?;
+            let made = |picture: Result<Picture, _>| {
+                picture.map(|picture| (wall, picture)).map_err(Failure::from_error)
+            };
+            levels.push(made(lod::levels(&view, lod))?);
+            polygons.push(made(lod::polygons(scene, &renderer, &view))?);
+            let of = |frame: &Frame| {
+                let mut pictures = frame.pictures.iter();
+                pictures
+                    .find(|one| one.wall == number && one.eye == observer.eye)
+                    .map(|one| one.picture.clone())
+            };
+            if let (Some(a), Some(b)) = (of(frame), of(full)) {
+                difference.push(made(lod::difference(&a, &b))?);
+            }
+        }
+        Ok(Self {
+            levels: unfold(&levels)?,
+            polygons: unfold(&polygons)?,
+            difference: unfold(&difference)?,
+        })
+    }
+}
+
+fn unfold(walls: &[(&Wall, Picture)]) -> Result<Picture, Failure> {
+    let walls: Vec<_> = walls.iter().map(|(wall, picture)| (*wall, picture)).collect();
+    net::unfold(&walls).map_err(Failure::from_error)
+}
