@@ -8,8 +8,10 @@ pub use layout::{BakedScene, Layout};
 
 use crate::mesh::{Material, MeshError, TriangleMesh};
 use crate::scene::{Background, Light, Object, Scene, Shape};
+use crate::simplify::{Ladder, LadderError, PolygonLevels};
 use blob::{AlignedBytes, Tables};
 use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{
     self, Instance, LeafBlock, NO_MATERIAL, effect, flag, kind, light,
@@ -35,6 +37,15 @@ pub enum BakeError {
         /// What is wrong.
         #[source]
         source: MeshError,
+    },
+    /// One of its meshes has no polygon levels of the kind asked for.
+    #[error("mesh {mesh} (counted from 0) cannot be baked at these polygon levels")]
+    Ladder {
+        /// Its index.
+        mesh: usize,
+        /// What is wrong.
+        #[source]
+        source: LadderError,
     },
     /// Nothing in it.
     #[error("the scene has no objects")]
@@ -89,21 +100,45 @@ impl<const W: usize> Baked<W> {
     /// # Errors
     /// Whatever the core would refuse, found and named before it is asked.
     pub fn new(scene: &Scene) -> Result<Self, BakeError> {
-        for (mesh, source) in scene.meshes.iter().enumerate() {
-            source
-                .validate()
-                .map_err(|source| BakeError::Mesh { mesh, source })?;
-        }
+        validate(scene)?;
+        let ladders: Vec<_> = scene.meshes.iter().map(Ladder::single).collect();
+        Self::with_ladders(scene, &ladders, 1)
+    }
+
+    /// As [`new`](Self::new), with each mesh at several polygon levels.
+    ///
+    /// # Errors
+    /// Also where a mesh cannot be simplified that far.
+    pub fn with_levels(scene: &Scene, levels: &PolygonLevels) -> Result<Self, BakeError> {
+        validate(scene)?;
+        let ladders: Vec<_> = scene
+            .meshes
+            .par_iter()
+            .enumerate()
+            .map(|(mesh, source)| {
+                Ladder::new(source, levels).map_err(|source| BakeError::Ladder { mesh, source })
+            })
+            .collect::<Result<_, _>>()?;
+        Self::with_ladders(scene, &ladders, levels.rungs())
+    }
+
+    fn with_ladders(scene: &Scene, ladders: &[Ladder<'_>], rungs: u32) -> Result<Self, BakeError> {
         let mut tables = Tables::<W> {
             materials: scene.materials.iter().map(material).collect(),
             ..Tables::default()
         };
-        let trees: Vec<WideTree<W>> = scene.meshes.iter().map(mesh_tree).collect();
+        let trees: Vec<Vec<WideTree<W>>> = ladders.par_iter().map(trees).collect();
         // The tree over instances comes first, whose size is known only once
         // the instances are.
         let mut placed = Vec::new();
         for (number, object) in scene.objects.iter().enumerate() {
-            placed.push(instance(scene, number, object)?);
+            let mut instance = instance(scene, number, object)?;
+            if let Shape::Mesh(mesh) = object.shape {
+                // Past the rungs of all meshes before it.
+                let before = trees[..mesh].iter().map(Vec::len).sum::<usize>();
+                instance.geometry = before as u32;
+            }
+            placed.push(instance);
         }
         if placed.is_empty() {
             return Err(BakeError::NoObjects);
@@ -116,7 +151,7 @@ impl<const W: usize> Baked<W> {
             })
             .collect();
         let top = tree::build::<W>(&boxes, 1);
-        let deepest = trees.iter().map(|tree| tree.stack_entries).max();
+        let deepest = trees.iter().flatten().map(|tree| tree.stack_entries).max();
         let stack_entries = top.stack_entries + deepest.unwrap_or(0);
         tables.top_nodes = top.nodes.len() as u32;
         for mut node in top.nodes {
@@ -129,9 +164,10 @@ impl<const W: usize> Baked<W> {
             }
             tables.nodes.push(node);
         }
-        for (mesh, tree) in scene.meshes.iter().zip(&trees) {
-            tables.add_mesh(mesh, tree);
+        for (ladder, trees) in ladders.iter().zip(&trees) {
+            tables.add_mesh(ladder, trees);
         }
+        tables.rungs = rungs;
         tables.lights = scene.lights.iter().map(baked_light).collect();
         tables.extent = extent(boxes.iter().flat_map(|b| [b.low, b.high]));
         tables.instances = placed;
@@ -196,13 +232,31 @@ pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
     }
 }
 
-fn mesh_tree<const W: usize>(mesh: &TriangleMesh) -> WideTree<W> {
-    let boxes: Vec<Bounds> = mesh
-        .triangles
-        .iter()
-        .map(|corners| Bounds::of_points(&corners.map(|c| mesh.positions[c as usize])))
-        .collect();
-    tree::build(&boxes, W)
+fn validate(scene: &Scene) -> Result<(), BakeError> {
+    for (mesh, source) in scene.meshes.iter().enumerate() {
+        source
+            .validate()
+            .map_err(|source| BakeError::Mesh { mesh, source })?;
+    }
+    Ok(())
+}
+
+/// One tree a rung.
+fn trees<const W: usize>(ladder: &Ladder<'_>) -> Vec<WideTree<W>> {
+    let mesh = ladder.versions();
+    let tree = |rung: &Vec<u32>| {
+        let bounds = |&triangle: &u32| {
+            let corners = mesh.triangles[triangle as usize];
+            Bounds::of_points(&corners.map(|c| mesh.positions[c as usize]))
+        };
+        let boxes: Vec<Bounds> = rung.iter().map(bounds).collect();
+        let mut tree = tree::build(&boxes, W);
+        for number in tree.leaves.iter_mut().flatten() {
+            *number = rung[*number as usize];
+        }
+        tree
+    };
+    ladder.rungs().par_iter().map(tree).collect()
 }
 
 fn extent(points: impl Iterator<Item = [f32; 3]>) -> f32 {
@@ -210,25 +264,12 @@ fn extent(points: impl Iterator<Item = [f32; 3]>) -> f32 {
 }
 
 impl<const W: usize> Tables<W> {
-    fn add_mesh(&mut self, mesh: &TriangleMesh, tree: &WideTree<W>) {
-        let first_node = self.nodes.len() as u32;
-        let first_leaf = self.leaves.len() as u32;
-        let first_material = self.materials.len() as u32;
-        for node in &tree.nodes {
-            let mut node = *node;
-            for lane in 0..W {
-                if node.child[lane] & format::LEAF != 0 {
-                    node.child[lane] += first_leaf;
-                } else if !node.is_empty_lane(lane) {
-                    node.child[lane] += first_node;
-                }
-            }
-            self.nodes.push(node);
-        }
-        for leaf in &tree.leaves {
-            self.leaves.push(leaf_block(mesh, leaf));
-        }
+    /// Adds a ladder, of which `trees` has one tree a rung.
+    fn add_mesh(&mut self, ladder: &Ladder<'_>, trees: &[WideTree<W>]) {
+        let mesh = ladder.versions();
         let first_triangle = self.triangles.len() as u32;
+        let first_normal = self.normals.len() as u32;
+        let first_material = self.materials.len() as u32;
         for (number, &corners) in mesh.triangles.iter().enumerate() {
             // Resolved to the default material once all materials are there.
             let material = mesh
@@ -238,23 +279,49 @@ impl<const W: usize> Tables<W> {
             self.triangles.push(format::Triangle { corners, material });
         }
         self.materials.extend(mesh.materials.iter().map(material));
-        let first_normal = self.normals.len() as u32;
-        self.normals.extend(vertex_normals(mesh));
-        self.meshes.push(format::Mesh {
-            root: first_node,
-            first_node,
-            node_count: tree.nodes.len() as u32,
-            first_leaf,
-            leaf_count: tree.leaves.len() as u32,
-            first_triangle,
-            triangle_count: mesh.triangles.len() as u32,
-            first_normal,
-            normal_count: mesh.positions.len() as u32,
-            extent: extent(mesh.positions.iter().copied()),
-            rungs: 1,
-            faces: mesh.triangles.len() as u32,
-            reserved: [0; 4],
-        });
+        self.normals.extend_from_slice(&mesh.vertex_normals());
+        let extent = extent(mesh.positions.iter().copied());
+        for (rung, tree) in trees.iter().enumerate() {
+            let rungs = (trees.len() - rung) as u32;
+            let faces = &ladder.rungs()[rung];
+            // What could not be simplified further needs no second tree.
+            if rung > 0 && *faces == ladder.rungs()[rung - 1] {
+                let finer = *self.meshes.last().expect("the rung before");
+                self.meshes.push(format::Mesh { rungs, ..finer });
+                continue;
+            }
+            let first_node = self.nodes.len() as u32;
+            let first_leaf = self.leaves.len() as u32;
+            for node in &tree.nodes {
+                let mut node = *node;
+                for lane in 0..W {
+                    if node.child[lane] & format::LEAF != 0 {
+                        node.child[lane] += first_leaf;
+                    } else if !node.is_empty_lane(lane) {
+                        node.child[lane] += first_node;
+                    }
+                }
+                self.nodes.push(node);
+            }
+            for leaf in &tree.leaves {
+                self.leaves.push(leaf_block(mesh, leaf));
+            }
+            self.meshes.push(format::Mesh {
+                root: first_node,
+                first_node,
+                node_count: tree.nodes.len() as u32,
+                first_leaf,
+                leaf_count: tree.leaves.len() as u32,
+                first_triangle,
+                triangle_count: mesh.triangles.len() as u32,
+                first_normal,
+                normal_count: mesh.positions.len() as u32,
+                extent,
+                rungs,
+                faces: faces.len() as u32,
+                reserved: [0; 4],
+            });
+        }
     }
 
     fn add_default_material(&mut self) {
@@ -295,25 +362,6 @@ fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlo
         }
     }
     block
-}
-
-/// The file's own normals, or the mean of the faces around each vertex,
-/// weighted by area and angle-free: the cross products summed.
-fn vertex_normals(mesh: &TriangleMesh) -> Vec<[f32; 3]> {
-    if !mesh.normals.is_empty() {
-        return mesh.normals.clone();
-    }
-    let position = |vertex: u32| DVec3::from(mesh.positions[vertex as usize].map(f64::from));
-    let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
-    for &[a, b, c] in &mesh.triangles {
-        let normal = (position(b) - position(a)).cross(position(c) - position(a));
-        for corner in [a, b, c] {
-            sums[corner as usize] += normal;
-        }
-    }
-    sums.into_iter()
-        .map(|sum| sum.normalize_or(DVec3::Y).as_vec3().to_array())
-        .collect()
 }
 
 fn material(m: &Material) -> format::Material {

@@ -15,5 +15,6 @@ pub mod picture;
 pub mod quadruped;
 pub mod render;
 pub mod scene;
+pub mod simplify;
 pub mod viewer;
 pub mod wall_plane;

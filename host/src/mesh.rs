@@ -1,5 +1,7 @@
 //! A triangle mesh as imported or generated, before it is baked.
 
+use glam::DVec3;
+use std::borrow::Cow;
 use thiserror::Error;
 
 /// How a surface answers light: Whitted's terms (1980), linear RGB.
@@ -192,6 +194,25 @@ impl TriangleMesh {
             });
         }
         Ok(())
+    }
+
+    /// The mesh's own normals, or the mean of the faces around each vertex,
+    /// weighted by area and angle-free: the cross products summed.
+    pub fn vertex_normals(&self) -> Cow<'_, [[f32; 3]]> {
+        if !self.normals.is_empty() {
+            return Cow::Borrowed(&self.normals);
+        }
+        let position = |vertex: u32| DVec3::from(self.positions[vertex as usize].map(f64::from));
+        let mut sums = vec![DVec3::ZERO; self.positions.len()];
+        for &[a, b, c] in &self.triangles {
+            let normal = (position(b) - position(a)).cross(position(c) - position(a));
+            for corner in [a, b, c] {
+                sums[corner as usize] += normal;
+            }
+        }
+        sums.into_iter()
+            .map(|sum| sum.normalize_or(DVec3::Y).as_vec3().to_array())
+            .collect()
     }
 
     /// The least and the greatest corner of the vertices' box.

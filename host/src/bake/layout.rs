@@ -2,6 +2,7 @@
 
 use super::{BakeError, Baked};
 use crate::scene::Scene;
+use crate::simplify::PolygonLevels;
 use shisen_core::scene::SceneError;
 
 /// Which of the two layouts a scene is baked in. Both give the same pictures.
@@ -44,6 +45,21 @@ impl BakedScene {
         match layout {
             Layout::Fast => Baked::new(scene).map(Self::Fast),
             Layout::Compact => Baked::new(scene).map(Self::Compact),
+        }
+    }
+
+    /// As [`new`](Self::new), with each mesh at several polygon levels.
+    ///
+    /// # Errors
+    /// As [`Baked::with_levels`].
+    pub fn with_levels(
+        scene: &Scene,
+        levels: &PolygonLevels,
+        layout: Layout,
+    ) -> Result<Self, BakeError> {
+        match layout {
+            Layout::Fast => Baked::with_levels(scene, levels).map(Self::Fast),
+            Layout::Compact => Baked::with_levels(scene, levels).map(Self::Compact),
         }
     }
 
