@@ -198,6 +198,37 @@ impl FromStr for PictureSize {
     }
 }
 
+/// `--faces`: the fewest and the most faces of a mesh, as `500..5804`, or
+/// `500..` for all that it has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Faces {
+    /// At the rim of the visual field.
+    pub(super) min: u32,
+    /// In its centre; `u32::MAX` for all.
+    pub(super) max: u32,
+}
+
+impl FromStr for Faces {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |text: &str, open: u32| match text.trim() {
+            "" => Some(open),
+            digits => digits.parse().ok(),
+        };
+        let (min, max) = text
+            .split_once("..")
+            .and_then(|(min, max)| Some((number(min, 0)?, number(max, u32::MAX)?)))
+            .ok_or("give the fewest and the most faces, such as 500..5804, or 500.. for all")?;
+        if min == 0 || min > max {
+            return Err(format!(
+                "{min} to {max} is no range of faces: the fewest, 1 or more, come first"
+            ));
+        }
+        Ok(Self { min, max })
+    }
+}
+
 /// Between the pupils: metres.
 pub(super) fn interpupillary_distance(text: &str) -> Result<f64, String> {
     number_within(text, 0.0, 1.0).ok_or_else(|| "give metres from 0 to 1, such as 0.064".into())

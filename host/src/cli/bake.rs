@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
     let scene = load(arguments)?;
     let names: Vec<String> = arguments.input.iter().map(ToString::to_string).collect();
-    let baked = bake(&scene, &names.join(", "), arguments.layout.0)?;
+    let baked = bake(&scene, &names.join(", "), arguments.layout.0, None)?;
     let path = &arguments.output;
     write_atomically(path, |file| file.write_all(baked.as_bytes())).map_err(Fault::write(path))?;
     let report = match &baked {

@@ -1,5 +1,6 @@
 //! `shisen cave`: a frame for the walls of a CAVE.
 
+mod lod;
 mod pictures;
 mod progress;
 mod report;
@@ -13,6 +14,7 @@ use super::print;
 use super::source::{Loaded, Source, bake};
 use clap::Args;
 use glam::DVec3;
+use lod::{LodArguments, LodPictures};
 use pictures::Writer;
 use progress::Progress;
 use report::Report;
@@ -76,8 +78,11 @@ pub(super) struct Arguments {
     /// [default: as --head-report, or else front]
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     look: Option<ViewDirection>,
-    /// Reflections and refractions to follow, one after another
-    #[arg(long, value_name = "N", default_value_t = 3,
+    #[command(flatten)]
+    lod: LodArguments,
+    /// Reflections and refractions to follow, one after another; with --lod
+    /// those of the centre of the field
+    #[arg(long, visible_alias = "reflect-max", value_name = "N", default_value_t = 3,
           value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_DEPTH)))]
     depth: u8,
     /// Rays a pixel
@@ -117,17 +122,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let cave = walls(arguments)?;
     let pose = head(arguments);
     let eyes = eyes(arguments, pose);
+    let (forward, up) = directions(arguments, pose);
+    let observers = arguments.lod.observers(&eyes, forward, up)?;
+    let levels = arguments.lod.polygon_levels()?;
     // Seen before anything large is loaded or any file is written.
     for wall in &cave.walls {
         for &(_, position) in &eyes {
             wall.view_from(position)?;
         }
     }
-    let camera = camera(arguments, pose, &eyes).map_err(Failure::from_error)?;
+    let place = observers.first().map_or(DVec3::ZERO, |eye| eye.place);
+    let field_of_view = arguments.view_fov.to_radians();
+    let camera = ViewerCamera::new(place, forward, up, field_of_view, arguments.view_size.0)
+        .map_err(Failure::from_error)?;
     let source = Source::load(&arguments.scene, &arguments.model)?;
     let baked = match source.scene {
         Loaded::Baked(baked) => baked,
-        Loaded::Described(scene) => bake(&scene, &source.name, Layout::Fast)?,
+        Loaded::Described(scene) => bake(&scene, &source.name, Layout::Fast, levels.as_ref())?,
     };
     make_writable(&arguments.out)?;
     let mut options = Options::default();
@@ -137,7 +148,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         options.threads = threads.get();
     }
     let progress = Progress::new(arguments.quiet || arguments.json);
-    let frame = render_frame(&baked, &cave, &eyes, &options, &progress)?;
+    let frame = render_frame(&baked, &cave, &observers, &options, &progress)?;
     progress.finish();
     let title = match &source.mesh {
         Some(mesh) => format!("scene {}, mesh {mesh}", source.name),
@@ -148,7 +159,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         title: &title,
         exr: arguments.exr,
     };
-    let written = writer.write(&frame, &cave, first_eye(&eyes), &camera)?;
+    let written = writer.write(&frame, &cave, &observers, &camera)?;
     let report = Report {
         seconds: frame.seconds,
         rays: frame.statistics.into(),
@@ -207,19 +218,10 @@ fn eyes(arguments: &Arguments, pose: HeadPose) -> Vec<(Eye, DVec3)> {
     which.iter().map(|&eye| (eye, viewer.eye(eye))).collect()
 }
 
-/// The eye whose pictures are put together.
-fn first_eye(eyes: &[(Eye, DVec3)]) -> Eye {
-    eyes.first().map_or(Eye::Centre, |&(eye, _)| eye)
-}
-
-/// The camera of viewer.png. A head that a tracker measured may be tilted; a
-/// direction that somebody gives is looked at upright.
-fn camera(
-    arguments: &Arguments,
-    pose: HeadPose,
-    eyes: &[(Eye, DVec3)],
-) -> Result<ViewerCamera, CameraError> {
-    let (forward, up) = match (arguments.look, arguments.head_report) {
+/// Where the viewer looks, and what is up then. A head that a tracker measured
+/// may be tilted; a direction that somebody gives is looked at upright.
+fn directions(arguments: &Arguments, pose: HeadPose) -> (DVec3, DVec3) {
+    match (arguments.look, arguments.head_report) {
         (None, Some(_)) => {
             let room_from_head = pose.orientation.as_dquat();
             (room_from_head * DVec3::NEG_Z, room_from_head * DVec3::Y)
@@ -228,12 +230,7 @@ fn camera(
             let basis = look.unwrap_or(ViewDirection::FRONT).basis();
             (basis.forward, basis.up)
         }
-    };
-    let place = eyes
-        .first()
-        .map_or(pose.position.as_dvec3(), |&(_, place)| place);
-    let field_of_view = arguments.view_fov.to_radians();
-    ViewerCamera::new(place, forward, up, field_of_view, arguments.view_size.0)
+    }
 }
 
 /// Makes the folder and finds out whether files can be written to it, before
@@ -251,7 +248,7 @@ fn make_writable(folder: &Path) -> Result<(), Fault> {
 fn render_frame(
     baked: &BakedScene,
     cave: &Cave,
-    eyes: &[(Eye, DVec3)],
+    eyes: &[Observer],
     options: &Options,
     progress: &Progress,
 ) -> Result<Frame, Failure> {

@@ -10,6 +10,7 @@ use shisen::quadruped::quadruped;
 use shisen::scene::builtin::paper_scene;
 use shisen::scene::file::{BuiltInMesh, MeshSource};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
+use shisen::simplify::PolygonLevels;
 use shisen_core::scene::format::MAGIC;
 use std::path::Path;
 
@@ -80,8 +81,17 @@ impl Source {
 ///
 /// # Errors
 /// What keeps the core from tracing it.
-pub(super) fn bake(scene: &Scene, name: &str, layout: Layout) -> Result<BakedScene, Fault> {
-    BakedScene::new(scene, layout).map_err(|source| {
+pub(super) fn bake(
+    scene: &Scene,
+    name: &str,
+    layout: Layout,
+    levels: Option<&PolygonLevels>,
+) -> Result<BakedScene, Fault> {
+    match levels {
+        Some(levels) => BakedScene::with_levels(scene, layout, levels),
+        None => BakedScene::new(scene, layout),
+    }
+    .map_err(|source| {
         let name = name.to_owned();
         Fault::Bake { name, source }
     })

@@ -2,13 +2,13 @@
 
 use super::super::arguments::Faces;
 use super::super::failure::Failure;
-use super::report::LevelsReport;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use shisen::cave::{Cave, Eye, Wall};
 use shisen::look::Point;
 use shisen::picture::Picture;
 use shisen::render::{self, Frame, Observer, Options};
+use shisen::simplify::PolygonLevels;
 use shisen::{lod, net};
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
@@ -70,14 +70,20 @@ impl LodArguments {
         if self.lod == Choice::Off {
             let given = [("faces", self.faces.is_some()), ("levels", self.levels.is_some())];
             return match given.iter().find(|(_, given)| *given) {
-                Some((name, _)) => Err(Failure::usage(format!(
+                Some((name, _)) => Err(Failure::usage(&format!(
                     "--{name} is for --lod paper or paper-ellipse: with --lod off all rays see \
                      every face"
                 ))),
                 None => Ok(None),
             };
         }
-        todo!()
+        let faces = self.faces.map_or(PolygonLevels::FEWEST_FACES..=u32::MAX, |faces| {
+            faces.min..=faces.max
+        });
+        let rungs = self.levels.map_or(PolygonLevels::DEFAULT_RUNGS, u32::from);
+        PolygonLevels::new(faces, rungs)
+            .map(Some)
+            .map_err(|error| Failure::usage(&error.to_string()))
     }
 
     /// The eyes, with what follows their gaze. Without `--up` and `--fixate`
@@ -101,7 +107,7 @@ impl LodArguments {
             .map(|&(eye, place)| {
                 let forward = self.fixate.map_or(forward, |point| point.0 - place);
                 let line = LineOfSight::new(place.as_vec3(), forward.as_vec3(), up.as_vec3())
-                    .map_err(|error| Failure::usage(error.to_string()))?;
+                    .map_err(|error| Failure::usage(&error.to_string()))?;
                 let lod = boundary.map(|boundary| {
                     LevelOfDetail::new(Gaze::new(line, VisualField::PAPER.with_boundary(boundary)))
                 });
