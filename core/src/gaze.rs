@@ -1,7 +1,23 @@
-//! Where the viewer is and where the viewer looks.
+//! Where the viewer is and where the viewer looks, and how much detail a ray
+//! deserves for it.
 //!
-//! Trackers produce these types and the tracer consumes them; they are the
-//! whole interface between the two.
+//! Trackers produce a pose and a line of sight, and the tracer consumes them;
+//! they are the whole interface between the two. A [`Gaze`] gives each
+//! primary ray a level from 0 to 1, by its angle to the line of sight; the
+//! ray's whole tree inherits the level, and [`Detail`] says what it buys.
+//!
+//! Equation numbers are those of Mochizuki & Makino, "An Efficient Ray
+//! Tracing with LOD Control by Human Eyesight for Immersive Display System".
+
+mod detail;
+mod level;
+mod line_of_sight;
+mod visual_field;
+
+pub use detail::{Detail, FaceRange, FaceRangeError};
+pub use level::{Gaze, Sight, Zone};
+pub use line_of_sight::{LineOfSight, LineOfSightError};
+pub use visual_field::{Boundary, VisualField, VisualFieldError, VisualFieldLimits};
 
 use glam::{Quat, Vec3};
 

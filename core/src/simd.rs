@@ -30,6 +30,12 @@ pub trait Lanes<const W: usize>: Copy {
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
     /// `a > b ? a : b`
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
+    /// Correctly rounded; NaN below zero.
+    fn sqrt(self, x: Self::F) -> Self::F;
+    /// Without its sign.
+    fn abs(self, x: Self::F) -> Self::F;
+    /// `m ? a : b`
+    fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
     /// `a <= b`, false for NaN.
     fn le(self, a: Self::F, b: Self::F) -> Self::M;
     /// `a == b`, false for NaN.
@@ -122,6 +128,24 @@ impl<const W: usize> Lanes<W> for Portable {
         zip(a, b, crate::numeric::max)
     }
     #[inline(always)]
+    fn sqrt(self, x: [f32; W]) -> [f32; W] {
+        zip(x, x, |x, _| crate::numeric::sqrt(x))
+    }
+    #[inline(always)]
+    fn abs(self, x: [f32; W]) -> [f32; W] {
+        zip(x, x, |x, _| x.abs())
+    }
+    #[inline(always)]
+    fn select(self, m: u32, a: [f32; W], b: [f32; W]) -> [f32; W] {
+        let mut out = b;
+        for lane in 0..W {
+            if m >> lane & 1 != 0 {
+                out[lane] = a[lane];
+            }
+        }
+        out
+    }
+    #[inline(always)]
     fn le(self, a: [f32; W], b: [f32; W]) -> u32 {
         test(a, b, |a, b| a <= b)
     }
@@ -179,11 +203,12 @@ mod avx2 {
     use super::{Avx2, Kernel, Lanes};
     use core::arch::x86_64::{
         __m256, __m256i, _CMP_EQ_OQ, _CMP_LE_OQ, _mm_cvtsi64_si128, _mm256_add_ps, _mm256_and_ps,
-        _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cvtepu8_epi32,
-        _mm256_div_ps, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_ps, _mm256_min_ps,
-        _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permutevar8x32_epi32,
-        _mm256_permutevar8x32_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32,
-        _mm256_srlv_epi32, _mm256_storeu_ps, _mm256_storeu_si256, _mm256_sub_ps,
+        _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castsi256_ps,
+        _mm256_cmp_ps, _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_loadu_ps, _mm256_loadu_si256,
+        _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps,
+        _mm256_permutevar8x32_epi32, _mm256_permutevar8x32_ps, _mm256_set1_epi32, _mm256_set1_ps,
+        _mm256_setr_epi32, _mm256_sqrt_ps, _mm256_srlv_epi32, _mm256_storeu_ps,
+        _mm256_storeu_si256, _mm256_sub_ps,
     };
 
     cpufeatures::new!(avx2_detected, "avx2", "bmi1", "bmi2", "popcnt");
@@ -271,6 +296,18 @@ mod avx2 {
         #[inline(always)]
         fn max(self, a: __m256, b: __m256) -> __m256 {
             unsafe { _mm256_max_ps(a, b) }
+        }
+        #[inline(always)]
+        fn sqrt(self, x: __m256) -> __m256 {
+            unsafe { _mm256_sqrt_ps(x) }
+        }
+        #[inline(always)]
+        fn abs(self, x: __m256) -> __m256 {
+            unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), x) }
+        }
+        #[inline(always)]
+        fn select(self, m: __m256, a: __m256, b: __m256) -> __m256 {
+            unsafe { _mm256_blendv_ps(b, a, m) }
         }
         #[inline(always)]
         fn le(self, a: __m256, b: __m256) -> __m256 {
@@ -411,7 +448,7 @@ mod tests {
     struct Everything;
 
     impl Kernel<8> for Everything {
-        type Output = ([[u32; 8]; 6], [u32; 2], [([u32; 8], [u32; 8], usize); 4]);
+        type Output = ([[u32; 8]; 9], [u32; 2], [([u32; 8], [u32; 8], usize); 4]);
         #[inline(always)]
         fn run<L: Lanes<8>>(self, l: L) -> Self::Output {
             let a = l.load(&[1.0, -0.0, f32::NAN, f32::INFINITY, 1e-45, -3.5, 0.0, 7.25]);
@@ -445,6 +482,9 @@ mod tests {
                     bits(l.div(a, b)),
                     bits(l.min(a, b)),
                     bits(l.max(a, b)),
+                    bits(l.sqrt(a)),
+                    bits(l.abs(a)),
+                    bits(l.select(l.le(a, b), a, b)),
                 ],
                 [
                     l.bits(l.or(l.le(a, b), l.eq(a, a))),
@@ -466,6 +506,15 @@ mod tests {
                 1
             )
         );
+        let [.., sqrt, abs, select] = portable.0;
+        let nan = 0x7fc0_0000;
+        let infinity = f32::INFINITY.to_bits();
+        assert_eq!(sqrt[..4], [1.0f32.to_bits(), 0x8000_0000, nan, infinity]);
+        assert_eq!(sqrt[5], nan);
+        assert_eq!(abs[..4], [1.0f32.to_bits(), 0, nan, infinity]);
+        assert_eq!(abs[5..], [3.5f32, 0.0, 7.25].map(f32::to_bits));
+        assert_eq!(select[..3], [1.0f32, -0.0, 1.0].map(f32::to_bits));
+        assert_eq!(select[5..], [nan, 0, (-7.25f32).to_bits()]);
         assert_eq!(portable.2[1].1, [13, 12, 11, 10, 0, 0, 0, 0]);
         assert_eq!(portable.2[3].1, [17, 16, 15, 14, 13, 12, 11, 10]);
         assert_eq!(Simd::detect().run(Everything), portable);

@@ -1,0 +1,209 @@
+use core::fmt;
+
+/// What a level buys: the depth, the polygons and the samples of a ray tree.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct Detail(f32);
+
+impl Detail {
+    /// Everything: level 1.
+    pub const FULL: Self = Self(1.0);
+
+    /// Of a level from 0 to 1; `None` for others and NaN.
+    pub fn of_level(level: f32) -> Option<Self> {
+        (0.0..=1.0).contains(&level).then_some(Self(level))
+    }
+
+    /// The level, 0 to 1.
+    pub const fn level(self) -> f32 {
+        self.0
+    }
+
+    /// Whether there is a ray at all: the level is above 0.
+    pub fn is_traced(self) -> bool {
+        self.0 > 0.0
+    }
+
+    /// Reflections and refractions along a path, of `most`: equation 9,
+    /// rounded down, since step 6 of the paper ends a path where their number
+    /// "exceeds" it. All of them only at level 1.
+    pub fn bounces(self, most: u8) -> u8 {
+        (self.0 * f32::from(most)) as u8
+    }
+
+    /// Faces of a mesh: equation 10 in steps of two faces, which is what a
+    /// closed mesh loses at a time. From `range`'s least to its most, which
+    /// level 1 always gets.
+    pub fn faces(self, range: FaceRange) -> u32 {
+        // 32 bits after the point: exact down to level 2⁻⁸, and far below any
+        // face beyond.
+        let level = (self.0 * 4_294_967_296.0) as u64;
+        // No overflow: the difference is below 2³² − 1.
+        let removed = u64::from(range.max - range.min) * level;
+        let pairs = (removed + (1 << 32)) >> 33;
+        // The last pair of an odd number is a single face.
+        (range.min + 2 * pairs as u32).min(range.max)
+    }
+
+    /// Samples of a pixel, of `most`: `most` at level 1, 1 towards the field's
+    /// rim, 0 where nothing is traced. For antialiasing that follows the gaze;
+    /// the paper has none.
+    pub fn samples(self, most: u16) -> u16 {
+        let more = f32::from(most.saturating_sub(1)) * self.0;
+        u16::from(self.is_traced()).min(most) + more as u16
+    }
+
+    /// Wavelengths among which a pixel's samples are split, of `most`: `most`
+    /// at level 1, 1 towards the field's rim, 0 where nothing is traced.
+    pub fn wavelengths(self, most: u8) -> u8 {
+        let more = f32::from(most.saturating_sub(1)) * self.0;
+        u8::from(self.is_traced()).min(most) + more as u8
+    }
+}
+
+/// The least and the most faces that a mesh is shown with: `N_min` and `N_max`
+/// of equation 10.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FaceRange {
+    min: u32,
+    max: u32,
+}
+
+/// Why two numbers are no range of faces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FaceRangeError {
+    /// A least number of 0.
+    Zero,
+    /// A least number above the most.
+    Reversed {
+        /// The least.
+        min: u32,
+        /// The most.
+        max: u32,
+    },
+}
+
+impl fmt::Display for FaceRangeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Zero => f.write_str("a mesh cannot be shown with 0 faces: give at least 1"),
+            Self::Reversed { min, max } => write!(
+                f,
+                "the least number of faces, {min}, is above the most, {max}: exchange them"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for FaceRangeError {}
+
+impl FaceRange {
+    /// From `min` to `max` faces.
+    ///
+    /// # Errors
+    /// A `min` that is 0 or above `max`.
+    pub const fn new(min: u32, max: u32) -> Result<Self, FaceRangeError> {
+        if min == 0 {
+            Err(FaceRangeError::Zero)
+        } else if min > max {
+            Err(FaceRangeError::Reversed { min, max })
+        } else {
+            Ok(Self { min, max })
+        }
+    }
+
+    /// Faces at level 0.
+    pub const fn min(self) -> u32 {
+        self.min
+    }
+
+    /// Faces at level 1.
+    pub const fn max(self) -> u32 {
+        self.max
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn detail(level: f32) -> Detail {
+        Detail::of_level(level).unwrap()
+    }
+
+    #[test]
+    fn levels_are_from_0_to_1() {
+        for bad in [
+            f32::NAN,
+            -f32::MIN_POSITIVE,
+            1.0 + f32::EPSILON,
+            f32::INFINITY,
+        ] {
+            assert_eq!(Detail::of_level(bad), None);
+        }
+        assert_eq!(Detail::of_level(1.0), Some(Detail::FULL));
+        assert!(!detail(0.0).is_traced() && !detail(-0.0).is_traced());
+        assert!(detail(f32::from_bits(1)).is_traced());
+    }
+
+    #[test]
+    fn all_bounces_only_at_level_1() {
+        let below = 1.0 - f32::EPSILON / 2.0;
+        for most in [1, 3, 16, 255] {
+            assert_eq!(Detail::FULL.bounces(most), most);
+            assert_eq!(detail(below).bounces(most), most - 1);
+            assert_eq!(detail(0.0).bounces(most), 0);
+        }
+        assert_eq!(detail(1.0 / 7.0).bounces(3), 0);
+        assert_eq!(detail(0.34).bounces(3), 1);
+        assert_eq!(detail(0.66).bounces(3), 1);
+        assert_eq!(detail(0.67).bounces(3), 2);
+        assert_eq!(Detail::FULL.bounces(0), 0);
+    }
+
+    #[test]
+    fn faces_go_in_pairs_from_the_least_to_the_most() {
+        let cow = FaceRange::new(500, 5804).unwrap();
+        assert_eq!(detail(0.0).faces(cow), 500);
+        assert_eq!(detail(0.5).faces(cow), 3152);
+        assert_eq!(Detail::FULL.faces(cow), 5804);
+        for (min, max) in [(1, 1), (1, 2), (4, 9), (1, u32::MAX), (u32::MAX, u32::MAX)] {
+            let range = FaceRange::new(min, max).unwrap();
+            assert_eq!(detail(0.0).faces(range), min);
+            assert_eq!(Detail::FULL.faces(range), max);
+        }
+    }
+
+    #[test]
+    fn a_range_needs_a_face_and_an_order() {
+        assert_eq!(FaceRange::new(0, 5), Err(FaceRangeError::Zero));
+        let error = FaceRange::new(6, 5).unwrap_err();
+        assert_eq!(error, FaceRangeError::Reversed { min: 6, max: 5 });
+        let range = FaceRange::new(5, 6).unwrap();
+        assert_eq!((range.min(), range.max()), (5, 6));
+    }
+
+    #[test]
+    fn samples_and_wavelengths_thin_out_to_one() {
+        let faint = detail(1.0e-6);
+        assert_eq!((faint.samples(64), faint.wavelengths(8)), (1, 1));
+        assert_eq!((faint.samples(1), faint.wavelengths(0)), (1, 0));
+        assert_eq!(detail(0.5).samples(5), 3);
+        assert_eq!(detail(0.0).samples(9), 0);
+        assert_eq!(detail(0.0).wavelengths(9), 0);
+        assert_eq!(Detail::FULL.samples(u16::MAX), u16::MAX);
+        assert_eq!(Detail::FULL.wavelengths(u8::MAX), u8::MAX);
+    }
+
+    proptest! {
+        #[test]
+        fn faces_are_equation_10(level in 0f32..=1.0, min in 1u32..100_000, more in 0u32..1_000_000) {
+            let range = FaceRange::new(min, min + 2 * more).unwrap();
+            let exact = f64::from(level) * f64::from(more);
+            let found = f64::from(detail(level).faces(range) - min) / 2.0;
+            prop_assert_eq!(found.fract(), 0.0);
+            prop_assert!((found - exact).abs() <= 0.5 + 1e-3, "{} {}", found, exact);
+        }
+    }
+}

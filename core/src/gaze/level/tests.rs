@@ -1,0 +1,264 @@
+use super::*;
+use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
+
+fn gaze(direction: Vec3, up: Vec3) -> Gaze {
+    let sight = LineOfSight::new(Vec3::ZERO, direction, up).unwrap();
+    Gaze::new(sight, VisualField::PAPER)
+}
+
+/// Axes that round nothing: right, up and back are x, y and z.
+fn front() -> Gaze {
+    gaze(Vec3::NEG_Z, Vec3::Y)
+}
+
+#[test]
+fn along_the_line_of_sight_all_is_there() {
+    for z in [-1.0, -1.0e-45, -3.0e38] {
+        let sight = front().sight(Vec3::new(0.0, -0.0, z)).unwrap();
+        assert_eq!((sight.m_alpha, sight.m_beta, sight.l), (0.0, 0.0, 0.0));
+        assert_eq!(sight.big_l, VisualField::PAPER.limits().right);
+        assert_eq!((sight.level, sight.zone), (1.0, Zone::Central));
+    }
+}
+
+#[test]
+fn next_to_the_line_of_sight_the_boundary_is_known() {
+    let limits = VisualField::PAPER.limits();
+    for small in [1.0e-7, 1.0e-20, 1.0e-30, 1.0e-40] {
+        for (direction, expected) in [
+            (Vec3::new(small, 0.0, -1.0), limits.right),
+            (Vec3::new(0.0, small, -1.0), limits.up),
+            (Vec3::new(0.0, -small, -1.0), limits.down),
+        ] {
+            let sight = front().sight(direction).unwrap();
+            assert!(
+                (sight.big_l - expected).abs() < 5e-7,
+                "{direction}: {sight:?}"
+            );
+            assert!(
+                (sight.l / small - 1.0).abs() < 1e-3,
+                "{direction}: {sight:?}"
+            );
+            assert_eq!((sight.level, sight.zone), (1.0, Zone::Central));
+        }
+    }
+}
+
+#[test]
+fn straight_up_and_down_is_outside() {
+    for (y, beta) in [(1.0, FRAC_PI_2), (-1.0, -FRAC_PI_2)] {
+        let sight = front().sight(Vec3::new(0.0, y, -0.0)).unwrap();
+        assert_eq!((sight.m_alpha, sight.m_beta), (0.0, beta));
+        assert_eq!((sight.level, sight.zone), (0.0, Zone::Outside));
+    }
+}
+
+#[test]
+fn straight_to_the_side_is_traced_without_bounces() {
+    for x in [1.0, -1.0, 1.0e-40, -1.0e38] {
+        let sight = front().sight(Vec3::new(x, 0.0, 0.0)).unwrap();
+        assert_eq!((sight.m_alpha, sight.m_beta), (FRAC_PI_2, 0.0));
+        assert!((sight.level - 1.0 / 7.0).abs() < 5e-7, "{sight:?}");
+        assert_eq!(sight.zone, Zone::Peripheral);
+    }
+}
+
+#[test]
+fn straight_behind_is_outside() {
+    for y in [0.0, -0.0] {
+        let sight = front().sight(Vec3::new(0.0, y, 1.0)).unwrap();
+        assert_eq!((sight.m_alpha, sight.m_beta), (PI, 0.0));
+        assert_eq!((sight.level, sight.zone), (0.0, Zone::Outside));
+    }
+}
+
+#[test]
+fn what_has_no_direction_has_no_level() {
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+            let direction = Vec3::select(axis.cmpgt(Vec3::ZERO), Vec3::splat(bad), Vec3::ONE);
+            assert_eq!(front().level(direction), None);
+            assert_eq!(front().sight(direction), None);
+        }
+    }
+    assert_eq!(front().level(Vec3::ZERO), None);
+    assert_eq!(front().level(-Vec3::ZERO), None);
+}
+
+/// The directions at `radius` along (`across`, `along`) in the plane of the two
+/// angles, in front.
+fn direction_at(radius: f64, across: f64, along: f64) -> Vec3 {
+    let (alpha, beta) = (radius * across, radius * along);
+    Vec3::new(alpha.tan() as f32, beta.tan() as f32, -1.0)
+}
+
+#[test]
+fn borders_of_the_zones_are_exact() {
+    let zones = |l: f64, (across, along): (f64, f64)| {
+        let sight = front().sight(direction_at(l, across, along)).unwrap();
+        (sight.level, sight.zone)
+    };
+    for step in 0..64 {
+        let (across, along) = (f64::from(step) / 64.0 * core::f64::consts::TAU).sin_cos();
+        let a = 100f64.to_radians();
+        let b = if along < 0.0 { 70f64 } else { 60.0 }.to_radians();
+        let limit = (a * a * across * across + b * b * along * along).sqrt();
+        let way = (across, along);
+        assert_eq!(zones(30f64.to_radians() - 1e-6, way), (1.0, Zone::Central));
+        let (level, zone) = zones(30f64.to_radians() + 1e-6, way);
+        assert!(level < 1.0 && level > 0.9999, "{level}");
+        assert_eq!(zone, Zone::Peripheral);
+        // The boundary, where it is before the viewer.
+        if limit * across.abs().max(along.abs()) < 1.5 {
+            let (level, zone) = zones(limit - 1e-6, way);
+            assert!(level > 0.0 && level < 1e-5, "{way:?}: {level}");
+            assert_eq!(zone, Zone::Peripheral);
+            assert_eq!(zones(limit + 1e-6, way), (0.0, Zone::Outside));
+        }
+    }
+}
+
+#[test]
+fn sides_and_halves_have_their_own_limits() {
+    let limits = VisualFieldLimits {
+        central: 0.1,
+        up: 0.3,
+        down: 0.4,
+        left: 0.5,
+        right: 0.6,
+    };
+    for boundary in [Boundary::Printed, Boundary::Ellipse] {
+        let field = VisualField::new(limits, boundary).unwrap();
+        let gaze = Gaze::new(front().line_of_sight(), field);
+        for (x, y, limit) in [
+            (0.0, 0.2, 0.3),
+            (0.0, -0.2, 0.4),
+            (-0.2, 0.0, 0.5),
+            (0.2, 0.0, 0.6),
+        ] {
+            let sight = gaze.sight(Vec3::new(x, y, -1.0)).unwrap();
+            assert!((sight.big_l - limit).abs() < 2e-7, "{sight:?}");
+            let expected = (limit - 0.2f32.atan()) / (limit - 0.1);
+            assert!((sight.level - expected).abs() < 1e-6, "{sight:?}");
+        }
+    }
+}
+
+#[test]
+fn the_ellipse_lies_within_the_printed_curve() {
+    let printed = front();
+    let field = VisualField::PAPER.with_boundary(Boundary::Ellipse);
+    let ellipse = Gaze::new(printed.line_of_sight(), field);
+    // Where the paper's upper half differs most.
+    let angle = 41.24f64.to_radians();
+    let direction = direction_at(0.9, angle.cos(), angle.sin());
+    let [printed, ellipse] = [printed, ellipse].map(|g| g.sight(direction).unwrap());
+    let difference = (printed.big_l - ellipse.big_l).to_degrees();
+    assert!((difference - 9.853).abs() < 0.001, "{difference}");
+    assert!(printed.level > ellipse.level);
+    assert_eq!(printed.l, ellipse.l);
+}
+
+#[test]
+fn length_does_not_matter() {
+    let gaze = gaze(Vec3::new(1.0, 2.0, -3.0), Vec3::new(0.1, 1.0, 0.2));
+    let direction = Vec3::new(0.3, -0.75, -1.5);
+    let sight = gaze.sight(direction).unwrap();
+    assert_eq!(sight.zone, Zone::Peripheral);
+    for power in (-120..=120).step_by(8) {
+        assert_eq!(
+            gaze.sight(direction * 2f32.powi(power)),
+            Some(sight),
+            "{power}"
+        );
+    }
+}
+
+#[test]
+fn an_eighth_of_a_turn_is_known() {
+    let sight = front().sight(Vec3::new(-1.0, -1.0, -1.0)).unwrap();
+    assert!((sight.m_alpha - FRAC_PI_4).abs() < 1e-7);
+    assert!((sight.m_beta + FRAC_PI_4).abs() < 1e-7);
+    assert!((sight.l - FRAC_PI_4 * 2f32.sqrt()).abs() < 2e-7);
+    let limits = VisualField::PAPER.limits();
+    let big_l = limits.right.powi(2).midpoint(limits.down.powi(2)).sqrt();
+    assert!((sight.big_l - big_l).abs() < 2e-7);
+    let level = (big_l - sight.l) / (big_l - FRAC_PI_6);
+    assert!((sight.level - level).abs() < 5e-7);
+}
+
+/// How many [`directions`] are.
+const COUNT: usize = 13 * 13 * 13;
+
+/// Directions that leave no lane, no length and no axis out.
+fn directions() -> impl Iterator<Item = Vec3> {
+    let components = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        0.37,
+        -0.61,
+        2.9,
+        1.0e-3,
+        1.0e-25,
+        -1.0e-40,
+        3.0e38,
+        f32::NAN,
+        f32::INFINITY,
+    ];
+    let of = move |i: usize| components[i % components.len()];
+    (0..COUNT).map(move |i| Vec3::new(of(i), of(i / 13), of(i / 169)))
+}
+
+#[test]
+fn lanes_are_the_scalar_form_bit_for_bit() {
+    let gazes = [
+        front(),
+        gaze(Vec3::new(0.2, -0.9, 0.3), Vec3::X),
+        Gaze::new(
+            front().line_of_sight(),
+            VisualField::PAPER.with_boundary(Boundary::Ellipse),
+        ),
+    ];
+    let (mut x, mut y, mut z) = ([0.0; COUNT], [0.0; COUNT], [0.0; COUNT]);
+    for (i, direction) in directions().enumerate() {
+        [x[i], y[i], z[i]] = direction.to_array();
+    }
+    for gaze in gazes {
+        for simd in [Simd::PORTABLE, Simd::detect()] {
+            let mut levels = [f32::NAN; COUNT];
+            gaze.levels_of_row(simd, &x, &y, &z, &mut levels);
+            for (direction, level) in directions().zip(levels) {
+                let expected = gaze.level(direction).unwrap_or(0.0);
+                assert_eq!(level.to_bits(), expected.to_bits(), "{direction} {simd:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn rows_are_as_long_as_their_shortest_slice() {
+    let ahead = [-1.0; 19];
+    let mut levels = [0.5; 21];
+    front().levels_of_row(Simd::detect(), &[0.0; 20], &[0.0; 30], &ahead, &mut levels);
+    assert_eq!(levels[..19], [1.0; 19]);
+    assert_eq!(levels[19..], [0.5; 2]);
+}
+
+#[test]
+fn traced_is_what_lies_within_the_boundary() {
+    for direction in directions() {
+        let Some(sight) = front().sight(direction) else {
+            continue;
+        };
+        assert_eq!(front().level(direction), Some(sight.level));
+        assert!((0.0..=1.0).contains(&sight.level), "{direction}");
+        assert_eq!(sight.level > 0.0, sight.l < sight.big_l, "{direction}");
+        assert_eq!(
+            sight.level > 0.0,
+            sight.zone != Zone::Outside,
+            "{direction}"
+        );
+    }
+}

@@ -1,0 +1,244 @@
+use crate::numeric::{DoubleFloat, scale_to_one};
+use core::fmt;
+use glam::Vec3;
+
+/// Where the viewer looks from, and the axes of equations 1 to 3: unit
+/// vectors in the room, at right angles, each component within an ulp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineOfSight {
+    position: Vec3,
+    forward: Vec3,
+    right: Vec3,
+    up: Vec3,
+}
+
+/// Why there is no line of sight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LineOfSightError {
+    /// A coordinate of the position is NaN or infinite.
+    Position,
+    /// A component of the direction is NaN or infinite.
+    Direction,
+    /// The direction is (0, 0, 0).
+    ZeroDirection,
+    /// A component of up is NaN or infinite.
+    Up,
+    /// Up is (0, 0, 0).
+    ZeroUp,
+    /// Up is along the direction or against it, within
+    /// [`LineOfSight::PARALLEL`].
+    Parallel,
+}
+
+impl fmt::Display for LineOfSightError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Position => "the viewer's position is not finite: give metres in the room",
+            Self::Direction => "the direction of sight is not finite: give three finite numbers",
+            Self::ZeroDirection => {
+                "the direction of sight is zero and points nowhere: \
+                 give a vector of any length but zero"
+            }
+            Self::Up => "up is not finite: give three finite numbers",
+            Self::ZeroUp => "up is zero and points nowhere: give a vector of any length but zero",
+            Self::Parallel => {
+                "up is parallel to the direction of sight, so which way is right cannot be told: \
+                 give the way that the top of the head points"
+            }
+        })
+    }
+}
+
+impl core::error::Error for LineOfSightError {}
+
+impl LineOfSight {
+    /// The sine of the angle between direction and up, 2⁻²², up to which they
+    /// count as parallel: the rounding of their components can make as much.
+    pub const PARALLEL: f32 = f32::EPSILON * 2.0;
+
+    /// From `position` (metres, in the room) along `direction`, the head's top
+    /// towards `up`: vectors of any length but zero, at any angle but
+    /// parallel. Right is forward × up; up is then put at right angles.
+    ///
+    /// # Errors
+    /// What is not finite, zero or parallel.
+    pub fn new(position: Vec3, direction: Vec3, up: Vec3) -> Result<Self, LineOfSightError> {
+        use LineOfSightError as Error;
+        if !position.is_finite() {
+            return Err(Error::Position);
+        }
+        if !direction.is_finite() {
+            return Err(Error::Direction);
+        }
+        if !up.is_finite() {
+            return Err(Error::Up);
+        }
+        let direction = scale_to_one(direction).ok_or(Error::ZeroDirection)?;
+        let up = scale_to_one(up).ok_or(Error::ZeroUp)?;
+        let [direction, up] = [direction, up].map(|v| v.to_array().map(DoubleFloat::from));
+        // Of the components as given, whose products are exact: in f32 the
+        // product would cancel as the angle shrinks.
+        let right = cross(direction, up);
+        let squares = dot(direction, direction).rounded() * dot(up, up).rounded();
+        if !(dot(right, right).rounded() > Self::PARALLEL * Self::PARALLEL * squares) {
+            return Err(Error::Parallel);
+        }
+        let forward = normalize(direction);
+        let right = normalize(right);
+        let vector = |v: [DoubleFloat; 3]| Vec3::from_array(v.map(DoubleFloat::rounded));
+        Ok(Self {
+            position,
+            forward: vector(forward),
+            right: vector(right),
+            up: vector(normalize(cross(right, forward))),
+        })
+    }
+
+    /// Where the viewer is: metres, in the room.
+    pub const fn position(&self) -> Vec3 {
+        self.position
+    }
+
+    /// `E_f`: the way the viewer looks.
+    pub const fn forward(&self) -> Vec3 {
+        self.forward
+    }
+
+    /// `E_r`: to the viewer's right.
+    pub const fn right(&self) -> Vec3 {
+        self.right
+    }
+
+    /// `E_u`: towards the top of the viewer's head.
+    pub const fn up(&self) -> Vec3 {
+        self.up
+    }
+}
+
+fn dot([ax, ay, az]: [DoubleFloat; 3], [bx, by, bz]: [DoubleFloat; 3]) -> DoubleFloat {
+    ax.multiply(bx).add(ay.multiply(by)).add(az.multiply(bz))
+}
+
+fn cross([ax, ay, az]: [DoubleFloat; 3], [bx, by, bz]: [DoubleFloat; 3]) -> [DoubleFloat; 3] {
+    let difference =
+        |a: DoubleFloat, b, c: DoubleFloat, d| a.multiply(b).add(c.multiply(d).negate());
+    [
+        difference(ay, bz, az, by),
+        difference(az, bx, ax, bz),
+        difference(ax, by, ay, bx),
+    ]
+}
+
+/// A vector whose square is above zero, at unit length.
+fn normalize(v: [DoubleFloat; 3]) -> [DoubleFloat; 3] {
+    let scale = dot(v, v).reciprocal_sqrt();
+    v.map(|component| component.multiply(scale))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn new(direction: Vec3, up: Vec3) -> Result<LineOfSight, LineOfSightError> {
+        LineOfSight::new(Vec3::ZERO, direction, up)
+    }
+
+    #[test]
+    fn axes_of_the_room_stay_exact() {
+        let sight = LineOfSight::new(Vec3::ONE, Vec3::NEG_Z * 3.0, Vec3::new(0.0, 0.5, 9.0));
+        let sight = sight.unwrap();
+        assert_eq!(sight.position(), Vec3::ONE);
+        assert_eq!(sight.forward(), Vec3::NEG_Z);
+        assert_eq!(sight.right(), Vec3::X);
+        assert_eq!(sight.up(), Vec3::Y);
+    }
+
+    #[test]
+    fn what_is_no_line_of_sight_says_so() {
+        use LineOfSightError as Error;
+        let ahead = Vec3::NEG_Z;
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let bad = Vec3::new(0.0, bad, 1.0);
+            assert_eq!(LineOfSight::new(bad, ahead, Vec3::Y), Err(Error::Position));
+            assert_eq!(new(bad, Vec3::Y), Err(Error::Direction));
+            assert_eq!(new(ahead, bad), Err(Error::Up));
+        }
+        assert_eq!(new(-Vec3::ZERO, Vec3::Y), Err(Error::ZeroDirection));
+        assert_eq!(new(ahead, Vec3::ZERO), Err(Error::ZeroUp));
+        assert_eq!(new(ahead, ahead * 1e-40), Err(Error::Parallel));
+        assert_eq!(new(ahead, ahead * -1e38), Err(Error::Parallel));
+        // Parallel but for the rounding of the components.
+        let (a, b) = (Vec3::new(0.1, 0.2, 0.3), Vec3::new(0.3, 0.6, 0.9));
+        assert_eq!(new(a, b), Err(Error::Parallel));
+    }
+
+    type Exact = [f64; 3];
+
+    fn exact_cross(a: Exact, b: Exact) -> Exact {
+        let component = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
+        [component(1, 2), component(2, 0), component(0, 1)]
+    }
+
+    fn exact_length(v: Exact) -> f64 {
+        v.iter().map(|c| c * c).sum::<f64>().sqrt()
+    }
+
+    fn exact_unit(v: Exact) -> Exact {
+        let length = exact_length(v);
+        v.map(|c| c / length)
+    }
+
+    fn exact(v: Vec3) -> Exact {
+        exact_unit(v.to_array().map(f64::from))
+    }
+
+    fn exact_axes(direction: Vec3, up: Vec3) -> [Exact; 3] {
+        let forward = exact(direction);
+        let right = exact_unit(exact_cross(forward, exact(up)));
+        [forward, right, exact_cross(right, forward)]
+    }
+
+    fn check(direction: Vec3, up: Vec3) {
+        let sight = new(direction, up).unwrap();
+        let found = [sight.forward(), sight.right(), sight.up()];
+        for (found, exact) in found.iter().zip(exact_axes(direction, up)) {
+            for (found, exact) in found.to_array().into_iter().zip(exact) {
+                let error = (f64::from(found) - exact).abs();
+                assert!(error < 3e-8, "{direction} {up}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn lengths_do_not_matter() {
+        let (a, b) = (Vec3::new(0.5, -0.75, 0.25), Vec3::new(-0.125, 1.0, 0.5));
+        for power in [-126, -100, 100, 126] {
+            let scale = 2f32.powi(power);
+            assert_eq!(new(a * scale, b / scale), new(a, b));
+        }
+        check(Vec3::splat(f32::MAX), Vec3::new(f32::MAX, -1.0e30, 0.0));
+        check(Vec3::new(1.0, 1.0e-30, 0.0), Vec3::new(1.0, 0.0, 1.0e-6));
+    }
+
+    proptest! {
+        /// Angles between direction and up down to the smallest allowed.
+        #[test]
+        fn axes_are_exact_next_to_parallel(
+            x in -1f32..1.0, y in -1f32..1.0, z in -1f32..1.0,
+            a in -1f32..1.0, b in -1f32..1.0, c in -1f32..1.0, power in -21i32..3, sign: bool,
+        ) {
+            let direction = Vec3::new(x, y, z);
+            let aside = Vec3::new(a, b, c) * 2f32.powi(power);
+            let up = if sign { direction + aside } else { aside - direction };
+            prop_assume!(direction.length() > 1e-3 && up.length() > 1e-3);
+            let parallel = exact_length(exact_cross(exact(direction), exact(up)));
+            if parallel > f64::from(LineOfSight::PARALLEL) * 1.001 {
+                check(direction, up);
+            } else if parallel < f64::from(LineOfSight::PARALLEL) * 0.999 {
+                prop_assert_eq!(new(direction, up), Err(LineOfSightError::Parallel));
+            }
+        }
+    }
+}

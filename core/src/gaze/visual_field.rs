@@ -1,0 +1,243 @@
+use core::f32::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_6, PI};
+use core::fmt;
+
+/// How far the visual field reaches from the line of sight, radians.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VisualFieldLimits {
+    /// Radius of the central field, above 0.
+    pub central: f32,
+    /// Upwards, above `central`, at most π/2.
+    pub up: f32,
+    /// Downwards, above `central`, at most π/2.
+    pub down: f32,
+    /// To the left, above `central`, at most π.
+    pub left: f32,
+    /// To the right, above `central`, at most π.
+    pub right: f32,
+}
+
+/// Which curve joins the limits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Boundary {
+    /// Equation 7 as printed: an ellipse's pedal curve (a hippopede), which
+    /// lies outside the ellipse between the axes, by up to 9.9° in the paper's
+    /// upper half and 5.3° in the lower.
+    #[default]
+    Printed,
+    /// The ellipse through the limits, which equation 7 seems to mean.
+    Ellipse,
+}
+
+/// Where the viewer sees how well: equations 7 and 8.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VisualField {
+    limits: VisualFieldLimits,
+    boundary: Boundary,
+}
+
+/// Why limits make no visual field. Angles are radians.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum VisualFieldError {
+    /// A limit is NaN or infinite.
+    NotFinite,
+    /// The central field has no size.
+    Central {
+        /// Its radius.
+        central: f32,
+    },
+    /// A limit within the central field.
+    BelowCentral {
+        /// "up", "down", "left" or "right".
+        side: &'static str,
+        /// The limit.
+        limit: f32,
+        /// The central field's radius.
+        central: f32,
+    },
+    /// A limit farther than a direction can be.
+    TooFar {
+        /// "up", "down", "left" or "right".
+        side: &'static str,
+        /// The limit.
+        limit: f32,
+        /// The most it can be.
+        most: f32,
+    },
+}
+
+impl fmt::Display for VisualFieldError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite => f.write_str("a limit of the visual field is not finite"),
+            Self::Central { central } => write!(
+                f,
+                "the central field has a radius of {central} rad: give more than 0"
+            ),
+            Self::BelowCentral {
+                side,
+                limit,
+                central,
+            } => write!(
+                f,
+                "the visual field ends {limit} rad {side}, within the central field of \
+                 {central} rad: give a larger limit or a smaller central field"
+            ),
+            Self::TooFar { side, limit, most } => write!(
+                f,
+                "the visual field ends {limit} rad {side}: give at most {most} rad"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for VisualFieldError {}
+
+impl VisualField {
+    /// The paper's: central to 30°, 60° up, 70° down, 100° to each side, joined
+    /// as printed. (The limit of 60° towards the nose is not used: equation 4
+    /// has no sign.)
+    pub const PAPER: Self = Self {
+        limits: VisualFieldLimits {
+            central: FRAC_PI_6,
+            up: FRAC_PI_3,
+            down: 1.221_730_5,
+            left: 1.745_329_3,
+            right: 1.745_329_3,
+        },
+        boundary: Boundary::Printed,
+    };
+
+    /// A field of its own limits.
+    ///
+    /// # Errors
+    /// Limits that are not finite or outside the ranges at
+    /// [`VisualFieldLimits`].
+    pub fn new(limits: VisualFieldLimits, boundary: Boundary) -> Result<Self, VisualFieldError> {
+        let VisualFieldLimits {
+            central,
+            up,
+            down,
+            left,
+            right,
+        } = limits;
+        let sides = [
+            ("up", up, FRAC_PI_2),
+            ("down", down, FRAC_PI_2),
+            ("left", left, PI),
+            ("right", right, PI),
+        ];
+        if !central.is_finite() || sides.iter().any(|(_, limit, _)| !limit.is_finite()) {
+            return Err(VisualFieldError::NotFinite);
+        }
+        if central <= 0.0 {
+            return Err(VisualFieldError::Central { central });
+        }
+        for (side, limit, most) in sides {
+            if limit <= central {
+                return Err(VisualFieldError::BelowCentral {
+                    side,
+                    limit,
+                    central,
+                });
+            }
+            if limit > most {
+                return Err(VisualFieldError::TooFar { side, limit, most });
+            }
+        }
+        Ok(Self { limits, boundary })
+    }
+
+    /// The same limits joined by another curve.
+    #[must_use]
+    pub const fn with_boundary(self, boundary: Boundary) -> Self {
+        Self { boundary, ..self }
+    }
+
+    /// How far it reaches.
+    pub const fn limits(&self) -> VisualFieldLimits {
+        self.limits
+    }
+
+    /// Which curve joins the limits.
+    pub const fn boundary(&self) -> Boundary {
+        self.boundary
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_limits_are_its_degrees_and_allowed() {
+        let limits = VisualField::PAPER.limits();
+        for (limit, degrees) in [
+            (limits.central, 30f64),
+            (limits.up, 60.0),
+            (limits.down, 70.0),
+            (limits.left, 100.0),
+            (limits.right, 100.0),
+        ] {
+            assert_eq!(limit, degrees.to_radians() as f32);
+        }
+        let new = |boundary| VisualField::new(limits, boundary);
+        assert_eq!(new(Boundary::Printed), Ok(VisualField::PAPER));
+        let ellipse = VisualField::PAPER.with_boundary(Boundary::Ellipse);
+        assert_eq!(new(Boundary::Ellipse), Ok(ellipse));
+    }
+
+    #[test]
+    fn limits_out_of_range_are_refused() {
+        use VisualFieldError as Error;
+        let paper = VisualField::PAPER.limits();
+        let new = |limits| VisualField::new(limits, Boundary::Printed).unwrap_err();
+        for central in [0.0, -0.0, -0.5] {
+            let limits = VisualFieldLimits { central, ..paper };
+            assert_eq!(new(limits), Error::Central { central });
+        }
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert_eq!(
+                new(VisualFieldLimits {
+                    central: bad,
+                    ..paper
+                }),
+                Error::NotFinite
+            );
+            assert_eq!(
+                new(VisualFieldLimits { left: bad, ..paper }),
+                Error::NotFinite
+            );
+        }
+        let limits = VisualFieldLimits {
+            down: paper.central,
+            ..paper
+        };
+        let error = Error::BelowCentral {
+            side: "down",
+            limit: paper.central,
+            central: paper.central,
+        };
+        assert_eq!(new(limits), error);
+        for (limits, side) in [
+            (VisualFieldLimits { up: 1.571, ..paper }, "up"),
+            (
+                VisualFieldLimits {
+                    right: 3.15,
+                    ..paper
+                },
+                "right",
+            ),
+        ] {
+            assert!(matches!(new(limits), Error::TooFar { side: found, .. } if found == side));
+        }
+        let most = VisualFieldLimits {
+            up: FRAC_PI_2,
+            down: FRAC_PI_2,
+            left: PI,
+            right: PI,
+            central: f32::MIN_POSITIVE,
+        };
+        assert!(VisualField::new(most, Boundary::Printed).is_ok());
+    }
+}
