@@ -21,8 +21,8 @@ use report::Report;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
 use shisen::look::{Point, ViewDirection};
-use shisen::render::{self, Frame, Options};
-use shisen::viewer::{CameraError, ViewerCamera};
+use shisen::render::{self, Frame, Observer, Options};
+use shisen::viewer::ViewerCamera;
 use shisen_core::Simd;
 use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES};
 use shisen_core::gaze::HeadPose;
@@ -150,6 +150,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let progress = Progress::new(arguments.quiet || arguments.json);
     let frame = render_frame(&baked, &cave, &observers, &options, &progress)?;
     progress.finish();
+    let full = arguments.lod.is_on().then(|| {
+        let full: Vec<_> = observers
+            .iter()
+            .map(|one| Observer::new(one.eye, one.place))
+            .collect();
+        render_frame(&baked, &cave, &full, &options, &progress)
+    });
+    let full = full.transpose()?;
+    let lod_pictures = match &full {
+        Some(full) => lod_pictures(&baked, &cave, &observers, &options, (&frame, full))?,
+        None => None,
+    };
     let title = match &source.mesh {
         Some(mesh) => format!("scene {}, mesh {mesh}", source.name),
         None => format!("scene {}", source.name),
@@ -159,7 +171,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         title: &title,
         exr: arguments.exr,
     };
-    let written = writer.write(&frame, &cave, &observers, &camera)?;
+    let written = writer.write(&frame, &cave, &observers, &camera, lod_pictures.as_ref())?;
     let report = Report {
         seconds: frame.seconds,
         rays: frame.statistics.into(),
@@ -178,6 +190,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
         depth: arguments.depth,
         samples: arguments.samples,
+        lod: match &full {
+            Some(full) => {
+                Some(
+                    arguments
+                        .lod
+                        .report(&baked, &cave, &observers, arguments.depth, full)?,
+                )
+            }
+            None => None,
+        },
         folder: arguments.out.display().to_string(),
         walls: cave.walls.len(),
         eyes: eyes.len(),
@@ -243,6 +265,27 @@ fn make_writable(folder: &Path) -> Result<(), Fault> {
             path: folder.to_owned(),
             reason,
         })
+}
+
+fn lod_pictures(
+    baked: &BakedScene,
+    cave: &Cave,
+    observers: &[Observer],
+    options: &Options,
+    frames: (&Frame, &Frame),
+) -> Result<Option<LodPictures>, Failure> {
+    let Some((observer, lod)) = observers
+        .first()
+        .and_then(|one| Some((one, one.lod.as_ref()?)))
+    else {
+        return Ok(None);
+    };
+    let of = (observer, lod);
+    match baked {
+        BakedScene::Fast(baked) => LodPictures::new(&baked.scene(), cave, of, options, frames),
+        BakedScene::Compact(baked) => LodPictures::new(&baked.scene(), cave, of, options, frames),
+    }
+    .map(Some)
 }
 
 fn render_frame(

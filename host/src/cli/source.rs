@@ -88,7 +88,7 @@ pub(super) fn bake(
     levels: Option<&PolygonLevels>,
 ) -> Result<BakedScene, Fault> {
     match levels {
-        Some(levels) => BakedScene::with_levels(scene, layout, levels),
+        Some(levels) => BakedScene::with_levels(scene, levels, layout),
         None => BakedScene::new(scene, layout),
     }
     .map_err(|source| {

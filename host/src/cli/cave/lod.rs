@@ -2,9 +2,12 @@
 
 use super::super::arguments::Faces;
 use super::super::failure::Failure;
+use super::report::{Field, Lod};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
+use shisen::bake::BakedScene;
 use shisen::cave::{Cave, Eye, Wall};
+use shisen::lod::Coverage;
 use shisen::look::Point;
 use shisen::picture::Picture;
 use shisen::render::{self, Frame, Observer, Options};
@@ -13,7 +16,12 @@ use shisen::{lod, net};
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 use shisen_core::scene::Scene;
+use shisen_core::scene::format::Mesh;
 use shisen_core::{Runs, Simd};
+
+/// Polygon levels where nothing else is asked for: as `shisen bake` has them
+/// in the layout for hosts.
+const RUNGS: u32 = 16;
 
 /// How detail follows the gaze.
 #[derive(Debug, Args)]
@@ -68,7 +76,10 @@ impl LodArguments {
     /// Of usage: levels without a gaze that they could follow.
     pub(super) fn polygon_levels(&self) -> Result<Option<PolygonLevels>, Failure> {
         if self.lod == Choice::Off {
-            let given = [("faces", self.faces.is_some()), ("levels", self.levels.is_some())];
+            let given = [
+                ("faces", self.faces.is_some()),
+                ("levels", self.levels.is_some()),
+            ];
             return match given.iter().find(|(_, given)| *given) {
                 Some((name, _)) => Err(Failure::usage(&format!(
                     "--{name} is for --lod paper or paper-ellipse: with --lod off all rays see \
@@ -77,10 +88,12 @@ impl LodArguments {
                 None => Ok(None),
             };
         }
-        let faces = self.faces.map_or(PolygonLevels::FEWEST_FACES..=u32::MAX, |faces| {
-            faces.min..=faces.max
-        });
-        let rungs = self.levels.map_or(PolygonLevels::DEFAULT_RUNGS, u32::from);
+        let faces = self
+            .faces
+            .map_or(PolygonLevels::FEWEST_FACES..=u32::MAX, |faces| {
+                faces.min..=faces.max
+            });
+        let rungs = self.levels.map_or(RUNGS, u32::from);
         PolygonLevels::new(faces, rungs)
             .map(Some)
             .map_err(|error| Failure::usage(&error.to_string()))
@@ -116,13 +129,67 @@ impl LodArguments {
             .collect()
     }
 
-    /// What was asked for.
-    pub(super) const fn choice(&self) -> Choice {
-        self.lod
+    /// Whether anything follows the gaze.
+    pub(super) fn is_on(&self) -> bool {
+        self.lod != Choice::Off
+    }
+
+    /// What it did, `full` being the same frame without.
+    ///
+    /// # Errors
+    /// A wall that cannot be seen.
+    pub(super) fn report(
+        &self,
+        baked: &BakedScene,
+        cave: &Cave,
+        observers: &[Observer],
+        depth: u8,
+        full: &Frame,
+    ) -> Result<Lod, Failure> {
+        let mut field = Vec::new();
+        for wall in &cave.walls {
+            for observer in observers {
+                let Some(lod) = &observer.lod else { continue };
+                let view = render::view(wall, observer).map_err(Failure::from_error)?;
+                let coverage = Coverage::new(&view, lod, depth);
+                field.push(Field {
+                    wall: wall.name.clone(),
+                    eye: observer.eye.name(),
+                    central: coverage.central,
+                    peripheral: coverage.peripheral,
+                    outside: coverage.outside,
+                    mean_level: coverage.mean_level,
+                    mean_bounces: coverage.mean_bounces,
+                });
+            }
+        }
+        Ok(Lod {
+            mode: self.lod.name(),
+            faces: match baked {
+                BakedScene::Fast(baked) => faces(baked.scene().meshes()),
+                BakedScene::Compact(baked) => faces(baked.scene().meshes()),
+            },
+            field,
+            full_seconds: full.seconds,
+            full_steps: full.statistics.steps,
+            full_rays: full.statistics.into(),
+        })
     }
 }
 
-/// What one eye's level of detail did, wall beside wall.
+/// The faces of each rung, ladder by ladder.
+fn faces(meshes: &[Mesh]) -> Vec<Vec<u32>> {
+    let mut ladders = Vec::new();
+    let mut rest = meshes;
+    while let Some(first) = rest.first() {
+        let (ladder, after) = rest.split_at(rest.len().min(first.rungs.max(1) as usize));
+        ladders.push(ladder.iter().map(|rung| rung.faces).collect());
+        rest = after;
+    }
+    ladders
+}
+
+/// What one eye's level of detail did, walls unfolded.
 pub(super) struct LodPictures {
     /// The level of each pixel.
     pub(super) levels: Picture,
@@ -152,7 +219,9 @@ impl LodPictures {
         for (number, wall) in cave.walls.iter().enumerate() {
             let view = render::view(wall, observer).map_err(Failure::from_error)?;
             let made = |picture: Result<Picture, _>| {
-                picture.map(|picture| (wall, picture)).map_err(Failure::from_error)
+                picture
+                    .map(|picture| (wall, picture))
+                    .map_err(Failure::from_error)
             };
             levels.push(made(lod::levels(&view, lod))?);
             polygons.push(made(lod::polygons(scene, &renderer, &view))?);
@@ -175,6 +244,9 @@ impl LodPictures {
 }
 
 fn unfold(walls: &[(&Wall, Picture)]) -> Result<Picture, Failure> {
-    let walls: Vec<_> = walls.iter().map(|(wall, picture)| (*wall, picture)).collect();
+    let walls: Vec<_> = walls
+        .iter()
+        .map(|(wall, picture)| (*wall, picture))
+        .collect();
     net::unfold(&walls).map_err(Failure::from_error)
 }

@@ -1,11 +1,12 @@
 //! The pictures of a frame and the files they go to.
 
+use super::lod::LodPictures;
 use super::report::{Image, Written, hexadecimal};
 use crate::cli::failure::Failure;
 use shisen::cave::{Cave, Eye, Wall};
 use shisen::net;
 use shisen::picture::Picture;
-use shisen::render::Frame;
+use shisen::render::{Frame, Observer};
 use shisen::viewer::{self, ViewerCamera};
 use std::path::Path;
 
@@ -20,8 +21,8 @@ pub(super) struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Writes all pictures of a frame, the walls' own first; those of one
-    /// `eye` are put together, as `camera` sees them too.
+    /// Writes all pictures of a frame, the walls' own first; those of the first
+    /// eye are put together, as `camera` sees them too.
     ///
     /// # Errors
     /// A file that cannot be written, or a composite that cannot be made.
@@ -29,9 +30,13 @@ impl Writer<'_> {
         &self,
         frame: &Frame,
         cave: &Cave,
-        eye: Eye,
+        observers: &[Observer],
         camera: &ViewerCamera,
+        lod: Option<&LodPictures>,
     ) -> Result<Written, Failure> {
+        let eye = observers
+            .first()
+            .map_or(Eye::Centre, |observer| observer.eye);
         let mut images = Vec::new();
         let mut exr = Vec::new();
         let mut seen: Vec<(&Wall, &Picture)> = Vec::new();
@@ -65,11 +70,22 @@ impl Writer<'_> {
         let seen = viewer::render(camera, &seen).map_err(Failure::from_error)?;
         let note = format!("{}, as the {eye} eye sees the walls", self.title);
         let viewer = self.write_png("viewer", &seen, note)?;
+        let (mut levels, mut polygons, mut difference) = (None, None, None);
+        if let Some(lod) = lod {
+            let note = |what: &str| format!("{}, {what}, {eye} eye", self.title);
+            let write = |name, picture, what| self.write_png(name, picture, note(what)).map(Some);
+            levels = write("levels", &lod.levels, "level of each pixel")?;
+            polygons = write("polygons", &lod.polygons, "faces that each pixel sees")?;
+            difference = write("difference", &lod.difference, "against full tracing")?;
+        }
         Ok(Written {
             images,
             exr,
             cave,
             viewer,
+            levels,
+            polygons,
+            difference,
         })
     }
 

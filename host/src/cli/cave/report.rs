@@ -35,6 +35,8 @@ pub(super) struct Report {
     pub(super) depth: u8,
     /// Rays a pixel.
     pub(super) samples: u16,
+    /// Where detail follows the gaze.
+    pub(super) lod: Option<Lod>,
     /// As given.
     #[serde(skip)]
     pub(super) folder: String,
@@ -53,6 +55,12 @@ pub(super) struct Rays {
     reflected: u64,
     refracted: u64,
     shadow: u64,
+}
+
+impl Rays {
+    const fn all(&self) -> u64 {
+        self.primary + self.reflected + self.refracted + self.shadow
+    }
 }
 
 impl From<Statistics> for Rays {
@@ -84,6 +92,47 @@ pub(super) struct Written {
     pub(super) cave: String,
     /// What that eye sees of them.
     pub(super) viewer: String,
+    /// With a level of detail: that of each pixel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) levels: Option<String>,
+    /// The faces that each pixel's rays see.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) polygons: Option<String>,
+    /// What differs from full tracing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) difference: Option<String>,
+}
+
+/// What a level of detail did.
+#[derive(Debug, Serialize)]
+pub(super) struct Lod {
+    /// `paper` or `paper-ellipse`.
+    pub(super) mode: &'static str,
+    /// Faces of each mesh on each of its rungs, the finest first; one number
+    /// where a mesh has no ladder.
+    pub(super) faces: Vec<Vec<u32>>,
+    /// Of each wall and eye, in the order of the images.
+    pub(super) field: Vec<Field>,
+    /// Of full tracing in the same run.
+    pub(super) full_seconds: f64,
+    /// Of full tracing.
+    pub(super) full_steps: u64,
+    /// Of full tracing.
+    pub(super) full_rays: Rays,
+}
+
+/// What share of a wall's pixels is in which zone, and what they get.
+#[derive(Debug, Serialize)]
+pub(super) struct Field {
+    /// The wall's name.
+    pub(super) wall: String,
+    /// `left`, `right` or `centre`.
+    pub(super) eye: &'static str,
+    pub(super) central: f64,
+    pub(super) peripheral: f64,
+    pub(super) outside: f64,
+    pub(super) mean_level: f64,
+    pub(super) mean_bounces: f64,
 }
 
 /// A wall's picture for one eye.
@@ -137,10 +186,23 @@ impl fmt::Display for Report {
             f,
             "rays: {primary} primary, {reflected} reflected, {refracted} refracted, {shadow} shadow"
         )?;
+        if let Some(lod) = &self.lod {
+            writeln!(
+                f,
+                "level of detail ({}): {:.0} % of the steps of full tracing, {:.0} % of its rays",
+                lod.mode,
+                100.0 * self.steps as f64 / lod.full_steps.max(1) as f64,
+                100.0 * self.rays.all() as f64 / lod.full_rays.all().max(1) as f64,
+            )?;
+        }
         write!(
             f,
             "pictures in {folder}: {} of single walls, cave.png, viewer.png",
             self.written.images.len() + self.written.exr.len()
-        )
+        )?;
+        if self.lod.is_some() {
+            f.write_str(", levels.png, polygons.png, difference.png")?;
+        }
+        Ok(())
     }
 }
