@@ -5,6 +5,7 @@ use super::{Mode, Renderer, View};
 use crate::scene::format::Background;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
 use crate::trace::{self, Budget, NOT_TRACED, Pixel, RayDetail, TileRays, Workspace};
+use glam::Vec3;
 
 /// Pixels a side.
 pub(super) const BLOCK: u32 = 8;
@@ -120,8 +121,12 @@ impl Block {
         for sample in 0..samples {
             let offset = offset(sample, samples);
             let last = sample + 1 == samples;
-            let found = detail.is_traced().then(|| {
-                let rays = self.rays(view, offset, &detail);
+            let reaches = detail.is_traced() && {
+                let corners = self.corners(view, offset);
+                tracer.may_hit(view.eye(), &corners, budget, workspace)
+            };
+            let found = reaches.then(|| {
+                let rays = self.rays(renderer, view, offset, &detail);
                 let hits = tracer.nearest_of_tile(&rays, budget, workspace);
                 (rays, hits)
             });
@@ -193,27 +198,70 @@ impl Block {
         ((self.x + column) as f32 + dx, (self.y + row) as f32 + dy)
     }
 
-    /// All 64 rays; those past a cut-off block's borders repeat its last
-    /// column and row.
-    fn rays(&self, view: &View, offset: (f32, f32), detail: &BlockDetail) -> TileRays {
-        let inside = |column: usize, row: usize| {
-            (
-                (column as u32).min(self.columns - 1),
-                (row as u32).min(self.rows - 1),
-            )
-        };
-        let rays = TileRays::new(view.eye(), |column, row| {
-            let (column, row) = inside(column, row);
+    /// Towards the four pixels at the block's corners.
+    fn corners(&self, view: &View, offset: (f32, f32)) -> [Vec3; 4] {
+        let (right, below) = (self.columns - 1, self.rows - 1);
+        let corner = |column, row| {
             let (x, y) = self.at(column, row, offset);
             view.direction(x, y)
-        });
+        };
+        [
+            corner(0, 0),
+            corner(right, 0),
+            corner(0, below),
+            corner(right, below),
+        ]
+    }
+
+    /// All 64 rays; those past a cut-off block's borders are not traced.
+    fn rays<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        offset: (f32, f32),
+        detail: &BlockDetail,
+    ) -> TileRays
+    where
+        Simd: Runs<W>,
+    {
+        let directions = Directions {
+            block: self,
+            view,
+            offset,
+        };
+        let rays = <Simd as Runs<8>>::run(renderer.tracer.simd(), directions);
         match detail {
-            BlockDetail::Equal(detail) => rays.on_rung(detail.rung),
-            BlockDetail::Own(_) | BlockDetail::Outside => rays.on_rungs(|column, row| {
-                let detail = self.detail(detail, inside(column, row));
+            BlockDetail::Equal(detail) if self.columns == BLOCK && self.rows == BLOCK => {
+                rays.on_rung(detail.rung)
+            }
+            _ => rays.on_rungs(|column, row| {
+                let (column, row) = (column as u32, row as u32);
+                if column >= self.columns || row >= self.rows {
+                    return NOT_TRACED;
+                }
+                let detail = self.detail(detail, (column, row));
                 detail.map_or(NOT_TRACED, |detail| detail.rung)
             }),
         }
+    }
+}
+
+struct Directions<'r> {
+    block: &'r Block,
+    view: &'r View,
+    offset: (f32, f32),
+}
+
+impl Kernel<8> for Directions<'_> {
+    type Output = TileRays;
+
+    #[inline(always)]
+    fn run<L: Lanes<8>>(self, l: L) -> TileRays {
+        TileRays::from_rows(self.view.eye(), |row| {
+            let place = (self.block.x, self.block.y + row as u32);
+            let [x, y, z] = self.view.directions(l, place, self.offset);
+            [l.store(x), l.store(y), l.store(z)]
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::hit::Hit;
 use super::world::{map_point, map_vector};
-use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, max, normalize};
+use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, normalize};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, Material, NO_MATERIAL, flag, kind};
 use crate::shape::{Ray, Spheroid};
@@ -56,7 +56,7 @@ impl<'a> Surface<'a> {
             };
             let point = a * weights[0] + b * weights[1] + c * weights[2];
             // The point may be at the origin, and is no more exact for it.
-            let reach = [a, b, c].map(|corner| largest_magnitude(to_world(corner)));
+            let reach = map3([a, b, c], |corner| largest_magnitude(to_world(corner)));
             let reach = max(reach[0], max(reach[1], reach[2]));
             (point, normal, smooth, record.material, reach)
         } else {
@@ -114,7 +114,8 @@ impl<'a> Surface<'a> {
 
 /// Normals go by the inverse transpose; both maps are stored.
 fn world_normal(instance: &Instance, normal: Vec3) -> Option<Vec3> {
-    let [x, y, z, _] = instance.object_from_world.map(Vec3::from_array);
+    let [x, y, z, _] = instance.object_from_world;
+    let [x, y, z] = map3([x, y, z], Vec3::from_array);
     // Unit first: the products of tiny triangles' edges underflow.
     let normal = normalize(normal)?;
     normalize(Vec3::new(x.dot(normal), y.dot(normal), z.dot(normal)))

@@ -20,7 +20,7 @@ use crate::numeric::max;
 use crate::shape::Ray;
 use glam::Vec3;
 use heapless::Vec;
-pub(super) use search::{ALL_INSTANCES, TileInMeshSearch, TileSearch};
+pub(super) use search::{ALL_INSTANCES, MayHit, TileInMeshSearch, TileSearch};
 
 /// Groups of a tile, and rays of a group.
 const EIGHT: usize = 8;
@@ -61,17 +61,39 @@ impl TileRays {
     /// through the finest meshes.
     #[inline(always)]
     pub fn new(origin: Vec3, mut direction: impl FnMut(usize, usize) -> Vec3) -> Self {
+        Self::from_rows(origin, |row| {
+            let mut components = [[0.0; EIGHT]; 3];
+            for column in 0..EIGHT {
+                let [x, y, z] = direction(column, row).to_array();
+                components[0][column] = x;
+                components[1][column] = y;
+                components[2][column] = z;
+            }
+            components
+        })
+    }
+
+    /// As [`new`](Self::new), the components of eight directions at a time.
+    #[inline(always)]
+    pub(crate) fn from_rows(
+        origin: Vec3,
+        mut row_of: impl FnMut(usize) -> [[f32; EIGHT]; 3],
+    ) -> Self {
         let mut rays = Self {
             origin,
             direction: [[[0.0; EIGHT]; EIGHT]; 3],
             rungs: Rungs::Equal(0),
         };
         for row in 0..EIGHT {
-            for column in 0..EIGHT {
-                let (group, lane) = place(column, row);
-                let components = direction(column, row).to_array();
-                for (rows, component) in rays.direction.iter_mut().zip(components) {
-                    rows[group][lane] = component;
+            let components = row_of(row);
+            for axis in 0..3 {
+                // Four columns are next to each other: see `place`.
+                for half in 0..2 {
+                    let (group, lane) = place(4 * half, row);
+                    for column in 0..4 {
+                        rays.direction[axis][group][lane + column] =
+                            components[axis][4 * half + column];
+                    }
                 }
             }
         }

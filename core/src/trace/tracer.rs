@@ -6,9 +6,9 @@ use super::hit::Hit;
 use super::optics::{reflect, refract};
 use super::stack::{TraversalStack, Work};
 use super::surface::Surface;
-use super::tile::{ALL_INSTANCES, TileHits, TileRays, TileSearch};
+use super::tile::{ALL_INSTANCES, MayHit, TileHits, TileRays, TileSearch};
 use super::world::{Search, SearchInstance};
-use crate::numeric::{normalize, sqrt};
+use crate::numeric::{map3, normalize, sqrt};
 use crate::scene::Scene;
 use crate::scene::format::{effect, light};
 use crate::shape::Ray;
@@ -168,6 +168,34 @@ where
         });
         workspace.account(work, budget);
         (hit.instance != u32::MAX).then_some(hit)
+    }
+
+    /// Whether any ray may meet anything that starts at `origin` and whose
+    /// direction lies between four `corners`, component by component. False,
+    /// at the price of one step, only where none does.
+    pub(crate) fn may_hit(
+        &self,
+        origin: Vec3,
+        corners: &[Vec3; 4],
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> bool {
+        let may_hit = <Simd as Runs<8>>::run(
+            self.simd,
+            MayHit::<W> {
+                scene: &self.scene,
+                origin,
+                corners,
+            },
+        );
+        if !may_hit {
+            let work = Work {
+                steps: 1,
+                deepest: 0,
+            };
+            workspace.account(work, budget);
+        }
+        may_hit
     }
 
     /// The nearest hits of the rays of a tile, through the meshes of their own
@@ -355,7 +383,7 @@ where
         let inside = direction.dot(surface.geometric_normal) > 0.0;
         let weight = if inside && material.effects & effect::ABSORPTION != 0 {
             let distance = hit.on.t * length;
-            let [r, g, b] = material.absorption.map(|a| libm::expf(-a * distance));
+            let [r, g, b] = map3(material.absorption, |a| libm::expf(-a * distance));
             from.weight * Vec3::new(r, g, b)
         } else {
             from.weight

@@ -14,8 +14,8 @@ use glam::Vec3;
 /// A point or a direction through a baked map: columns, then translation.
 #[inline(always)]
 pub(crate) fn map_vector(map: &[[f32; 3]; 4], v: Vec3) -> Vec3 {
-    let [x, y, z, _] = map.map(Vec3::from_array);
-    x * v.x + y * v.y + z * v.z
+    let [x, y, z, _] = *map;
+    Vec3::from_array(x) * v.x + Vec3::from_array(y) * v.y + Vec3::from_array(z) * v.z
 }
 
 #[inline(always)]

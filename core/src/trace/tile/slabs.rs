@@ -2,17 +2,81 @@ use super::{EIGHT, PerRay, TileRays};
 use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, min};
 use crate::shape::Slabs;
 use crate::simd::Lanes;
+use glam::Vec3;
 
-/// [`Slabs`] of all rays of a tile, and the interval that they span.
-pub(super) struct TileSlabs {
+/// The interval that the rays of a tile span.
+pub(super) struct Span {
     pub(super) origin: [f32; 3],
-    pub(super) reciprocal: [PerRay; 3],
-    pub(super) near: [PerRay; 3],
-    pub(super) far: [PerRay; 3],
+    /// 1 where directions are negative on an axis.
     pub(super) negative: [usize; 3],
     /// Per axis the least and the greatest reciprocal, and what the interval
     /// test widens boxes by.
     pub(super) interval: [(f32, f32, f32); 3],
+}
+
+impl Span {
+    /// Of all rays whose directions lie between those of `corners`, component
+    /// by component; `None` where their signs differ, or one is next to zero.
+    pub(super) fn between(origin: Vec3, corners: &[Vec3; 4], extent: f32) -> Option<Self> {
+        let mut largest = 0.0;
+        for corner in corners {
+            largest = max(largest, largest_magnitude(*corner));
+        }
+        // No ray's own component is replaced by a least one: see TileSlabs.
+        let least = max(largest * LEAST_SHARE, Slabs::LEAST_COMPONENT);
+        let corners = map3([0, 1, 2], |axis: usize| {
+            [0, 1, 2, 3].map(|corner: usize| corners[corner].to_array()[axis])
+        });
+        let mut span = Self {
+            origin: origin.to_array(),
+            negative: [0; 3],
+            interval: [(0.0, 0.0, 0.0); 3],
+        };
+        for axis in 0..3 {
+            let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+            for component in corners[axis] {
+                (low, high) = (min(low, component), max(high, component));
+            }
+            span.negative[axis] = if low > least {
+                0
+            } else if high < -least {
+                1
+            } else {
+                return None;
+            };
+            span.set(axis, (1.0 / high, 1.0 / low), delta(origin, extent));
+        }
+        Some(span)
+    }
+
+    fn set(&mut self, axis: usize, (low, high): (f32, f32), delta: f32) {
+        // Twice a ray's own slack: here the origin is subtracted first, whose
+        // rounding a ray's own test does not have.
+        self.interval[axis] = (low, high, 2.0 * delta * max(high, -low));
+    }
+
+    #[inline(always)]
+    pub(super) fn octant(&self) -> usize {
+        self.negative[0] | self.negative[1] << 1 | self.negative[2] << 2
+    }
+}
+
+/// Components smaller than this share of the largest are replaced by it, as
+/// [`Slabs`] does.
+const LEAST_SHARE: f32 = 1.0e-18;
+
+/// What rounding may move a plane by, as [`Slabs`] has it.
+#[inline(always)]
+fn delta(origin: Vec3, extent: f32) -> f32 {
+    Slabs::SLACK * UNIT_ROUNDOFF * max(extent, largest_magnitude(origin))
+}
+
+/// [`Slabs`] of all rays of a tile, and the interval that they span.
+pub(super) struct TileSlabs {
+    pub(super) span: Span,
+    pub(super) reciprocal: [PerRay; 3],
+    pub(super) near: [PerRay; 3],
+    pub(super) far: [PerRay; 3],
 }
 
 impl TileSlabs {
@@ -20,15 +84,17 @@ impl TileSlabs {
     #[inline(always)]
     pub(super) fn new<L: Lanes<EIGHT>>(l: L, rays: &TileRays, extent: f32) -> Option<Self> {
         let o = rays.origin;
-        let delta = Slabs::SLACK * UNIT_ROUNDOFF * max(extent, largest_magnitude(o));
+        let delta = delta(o, extent);
         let zero = l.splat(0.0);
         let mut slabs = Self {
-            origin: o.to_array(),
+            span: Span {
+                origin: o.to_array(),
+                negative: [0; 3],
+                interval: [(0.0, 0.0, 0.0); 3],
+            },
             reciprocal: [[[0.0; EIGHT]; EIGHT]; 3],
             near: [[[0.0; EIGHT]; EIGHT]; 3],
             far: [[[0.0; EIGHT]; EIGHT]; 3],
-            negative: [0; 3],
-            interval: [(0.0, 0.0, 0.0); 3],
         };
         for axis in 0..3 {
             let mut positive = 0xff;
@@ -39,14 +105,14 @@ impl TileSlabs {
                 negative &= !l.bits(l.le(zero, direction));
             }
             // Not a comparison of signs: zeros of either sign fail both.
-            slabs.negative[axis] = match (positive & 0xff, negative & 0xff) {
+            slabs.span.negative[axis] = match (positive & 0xff, negative & 0xff) {
                 (0xff, _) => 0,
                 (_, 0xff) => 1,
                 _ => return None,
             };
         }
         let magnitude = |axis: usize, x: L::F| {
-            if slabs.negative[axis] == 0 {
+            if slabs.span.negative[axis] == 0 {
                 x
             } else {
                 l.sub(zero, x)
@@ -60,13 +126,13 @@ impl TileSlabs {
             let m = map3([0, 1, 2], |axis: usize| magnitude(axis, d[axis]));
             let largest = l.max(m[0], l.max(m[1], m[2]));
             let least = l.max(
-                l.mul(largest, l.splat(1.0e-18)),
+                l.mul(largest, l.splat(LEAST_SHARE)),
                 l.splat(Slabs::LEAST_COMPONENT),
             );
             for axis in 0..3 {
                 let clamped = magnitude(axis, l.max(m[axis], least));
                 let reciprocal = l.div(l.splat(1.0), clamped);
-                let centre = l.mul(l.splat(slabs.origin[axis]), reciprocal);
+                let centre = l.mul(l.splat(slabs.span.origin[axis]), reciprocal);
                 let slack = l.mul(magnitude(axis, reciprocal), l.splat(delta));
                 slabs.reciprocal[axis][group] = l.store(reciprocal);
                 slabs.near[axis][group] = l.store(l.add(centre, slack));
@@ -79,17 +145,9 @@ impl TileSlabs {
             let (low, high) = extremes[axis];
             let low = l.store(low).into_iter().fold(f32::INFINITY, min);
             let high = l.store(high).into_iter().fold(f32::NEG_INFINITY, max);
-            // Twice a ray's own slack: here the origin is subtracted first,
-            // whose rounding a ray's own test does not have.
-            let slack = 2.0 * delta * max(high, -low);
-            slabs.interval[axis] = (low, high, slack);
+            slabs.span.set(axis, (low, high), delta);
         }
         Some(slabs)
-    }
-
-    #[inline(always)]
-    pub(super) fn octant(&self) -> usize {
-        self.negative[0] | self.negative[1] << 1 | self.negative[2] << 2
     }
 
     /// Near and far distance of a box for the rays of a group, not clipped.
@@ -118,7 +176,7 @@ impl TileSlabs {
     #[inline(always)]
     pub(super) fn planes(&self, low: [f32; 3], high: [f32; 3]) -> ([f32; 3], [f32; 3]) {
         let pick = |axis: usize, far: usize| {
-            if self.negative[axis] == far {
+            if self.span.negative[axis] == far {
                 low[axis]
             } else {
                 high[axis]

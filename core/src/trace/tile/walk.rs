@@ -1,4 +1,4 @@
-use super::slabs::TileSlabs;
+use super::slabs::{Span, TileSlabs};
 use super::{EIGHT, TileHits};
 use crate::numeric::{map3, max};
 use crate::scene::format::{LEAF, Node};
@@ -29,7 +29,7 @@ fn widened<const W: usize>(planes: &[[f32; W]; 6], plane: usize) -> [f32; EIGHT]
 }
 
 /// The interval that the rays of a tile span, ready for a node's children.
-struct Interval<F> {
+pub(super) struct Interval<F> {
     origin: [F; 3],
     reciprocal: [(F, F); 3],
     slack: [F; 3],
@@ -37,30 +37,30 @@ struct Interval<F> {
 
 impl<F: Copy> Interval<F> {
     #[inline(always)]
-    fn new<L: Lanes<EIGHT, F = F>>(l: L, slabs: &TileSlabs) -> Self {
+    pub(super) fn new<L: Lanes<EIGHT, F = F>>(l: L, span: &Span) -> Self {
         Self {
-            origin: map3(slabs.origin, |o| l.splat(o)),
-            reciprocal: map3(slabs.interval, |(low, high, _)| {
+            origin: map3(span.origin, |o| l.splat(o)),
+            reciprocal: map3(span.interval, |(low, high, _)| {
                 (l.splat(low), l.splat(high))
             }),
-            slack: map3(slabs.interval, |(_, _, slack)| l.splat(slack)),
+            slack: map3(span.interval, |(_, _, slack)| l.splat(slack)),
         }
     }
 
     /// The children that a ray may enter before `limit`, a bit a lane, and a
     /// lower bound of where.
     #[inline(always)]
-    fn children<const W: usize, L: Lanes<EIGHT, F = F>>(
+    pub(super) fn children<const W: usize, L: Lanes<EIGHT, F = F>>(
         &self,
         l: L,
         node: &Node<W>,
-        slabs: &TileSlabs,
+        span: &Span,
         limit: f32,
     ) -> (u32, [f32; EIGHT]) {
         let (mut near, mut far) = (l.splat(0.0), l.splat(limit));
         for axis in 0..3 {
             let (low, high) = self.reciprocal[axis];
-            let negative = slabs.negative[axis];
+            let negative = span.negative[axis];
             let n = l.load(&widened(&node.planes, 2 * axis + negative));
             let f = l.load(&widened(&node.planes, 2 * axis + 1 - negative));
             let (n, f) = (l.sub(n, self.origin[axis]), l.sub(f, self.origin[axis]));
@@ -85,7 +85,7 @@ fn groups_that_enter<const W: usize, L: Lanes<EIGHT>>(
 ) -> u8 {
     let planes = |far: usize| {
         map3([0, 1, 2], |axis: usize| {
-            node.planes[(2 * axis + (slabs.negative[axis] ^ far)) % 6][lane]
+            node.planes[(2 * axis + (slabs.span.negative[axis] ^ far)) % 6][lane]
         })
     };
     let (near, far) = (planes(0), planes(1));
@@ -124,8 +124,8 @@ pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
     visitor: &mut V,
     path: &mut Path<'_>,
 ) {
-    let interval = Interval::new(l, slabs);
-    let octant = slabs.octant();
+    let interval = Interval::new(l, &slabs.span);
+    let octant = slabs.span.octant();
     let lane_bits = W.trailing_zeros();
     let base = path.base;
     let mut top = base;
@@ -143,7 +143,7 @@ pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
                 limit = max(limit, hits.limit[group]);
             }
         }
-        let (candidates, near) = interval.children(l, node, slabs, limit);
+        let (candidates, near) = interval.children(l, node, &slabs.span, limit);
         let mut order = node.order(octant);
         // Empty where nothing is a candidate, which is most often.
         let places = if candidates == 0 { 0 } else { W };
