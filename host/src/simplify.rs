@@ -69,11 +69,6 @@ impl PolygonLevels {
         Ok(Self { faces, rungs })
     }
 
-    /// How many rungs a ladder has.
-    pub const fn rungs(&self) -> u32 {
-        self.rungs
-    }
-
     /// The largest |faces seen − equation 10| of any level, as a share of
     /// N_max − N_min, where a ray of level v sees rung
     /// round((1 − v)·(rungs − 1)). `faces` are those of each rung, the finest
