@@ -1,5 +1,6 @@
 //! What a ray meets, and the light that comes back along it.
 
+mod background;
 mod budget;
 mod hit;
 mod mesh;
@@ -11,6 +12,7 @@ mod tracer;
 mod walk;
 mod world;
 
+pub(crate) use background::colours;
 pub use budget::{Budget, Statistics};
 pub use hit::{Hit, MeshHit};
 pub use mesh::MeshTracer;
@@ -18,5 +20,4 @@ pub use optics::{Refraction, reflect, refract};
 pub use stack::{STACK_ENTRIES, TraversalStack};
 pub(crate) use tile::NOT_TRACED;
 pub use tile::{TileHits, TileRays};
-pub(crate) use tracer::heights;
 pub use tracer::{LEAST_WEIGHT, MAX_DEPTH, Pixel, RayDetail, Tracer, Workspace};

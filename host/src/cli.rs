@@ -46,7 +46,7 @@ pub(crate) fn main() -> ExitCode {
                 Shisen::Cave(arguments) => cave::run(&arguments),
                 Shisen::Bake(arguments) => bake::run(&arguments),
                 Shisen::Inspect(arguments) => inspect::run(&arguments),
-                Shisen::Bench(bench::Bench::Rays(arguments)) => bench::run(&arguments),
+                Shisen::Bench(bench) => bench::run(&bench),
             });
     match result {
         Ok(()) => ExitCode::SUCCESS,

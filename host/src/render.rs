@@ -74,6 +74,9 @@ pub struct WallPicture {
     pub picture: Picture,
 }
 
+/// A tile to render: of which picture, and into which pixels.
+type Job<'p> = (usize, Tile, &'p mut [Pixel]);
+
 /// All walls for all eyes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
@@ -148,37 +151,49 @@ where
             views.push((view, renderer(scene, observer, options)));
         }
     }
-    let jobs: Vec<(usize, Tile)> = views
+    let places: Vec<(usize, Tile)> = views
         .iter()
         .enumerate()
         .flat_map(|(picture, (view, _))| tiles(view, options.tile).map(move |tile| (picture, tile)))
         .collect();
-    let finished = AtomicUsize::new(0);
-    let render = |workspace: &mut Workspace, &(picture, tile): &(usize, Tile)| {
+    let area = |tile: &Tile| tile.width as usize * tile.height as usize;
+    // A frame's memory is there before the frame begins.
+    let mut pixels = vec![Pixel::default(); places.iter().map(|(_, tile)| area(tile)).sum()];
+    let mut rest = pixels.as_mut_slice();
+    let mut jobs = Vec::new();
+    for &(picture, tile) in &places {
+        let (own, others) = rest.split_at_mut(area(&tile));
+        rest = others;
+        jobs.push((picture, tile, own));
+    }
+    let (finished, total) = (AtomicUsize::new(0), jobs.len());
+    let render = |workspace: &mut Workspace, (picture, tile, pixels): &mut Job<'_>| {
         workspace.statistics = Statistics::default();
-        let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
-        let (view, renderer) = &views[picture];
+        let (view, renderer) = &views[*picture];
         // Tiles of a view's own grid fit it, and no budget ends this one.
-        let outcome = TileJob::new(tile).render(
+        let outcome = TileJob::new(*tile).render(
             renderer,
             view,
-            &mut pixels,
+            pixels,
             &mut Budget::UNLIMITED.clone(),
             workspace,
         );
         debug_assert!(outcome.is_ok());
-        progress(finished.fetch_add(1, Ordering::Relaxed) + 1, jobs.len());
-        (pixels, workspace.statistics)
+        progress(finished.fetch_add(1, Ordering::Relaxed) + 1, total);
+        workspace.statistics
     };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(options.threads)
         .build()?;
     let start = Instant::now();
-    let done: Vec<(Vec<Pixel>, Statistics)> =
-        pool.install(|| jobs.par_iter().map_init(Workspace::new, render).collect());
+    let done: Vec<Statistics> = pool.install(|| {
+        jobs.par_iter_mut()
+            .map_init(Workspace::new, render)
+            .collect()
+    });
     let seconds = start.elapsed().as_secs_f64();
     let mut statistics = Statistics::default();
-    for ((picture, tile), (pixels, part)) in jobs.iter().zip(&done) {
+    for ((picture, tile, pixels), part) in jobs.iter().zip(&done) {
         statistics.add(part);
         let picture = &mut pictures[*picture].picture;
         for (row, from) in (tile.y..).zip(pixels.chunks_exact(tile.width as usize)) {

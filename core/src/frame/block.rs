@@ -2,6 +2,7 @@
 
 use super::detail::BlockDetail;
 use super::{Mode, Renderer, View};
+use crate::scene::format::Background;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
 use crate::trace::{self, Budget, NOT_TRACED, Pixel, RayDetail, TileRays, Workspace};
 
@@ -118,62 +119,73 @@ impl Block {
         let mut sums = [Sum::default(); (BLOCK * BLOCK) as usize];
         for sample in 0..samples {
             let offset = offset(sample, samples);
+            let last = sample + 1 == samples;
             let found = detail.is_traced().then(|| {
                 let rays = self.rays(view, offset, &detail);
                 let hits = tracer.nearest_of_tile(&rays, budget, workspace);
                 (rays, hits)
             });
-            let heights = self.heights(tracer.simd(), view, offset);
-            let last = sample + 1 == samples;
-            for (number, sum) in (0..self.columns * self.rows).zip(&mut sums) {
-                let at = (number % self.columns, number / self.columns);
-                if budget.is_spent() && number > 0 && last {
-                    return number;
-                }
-                if budget.is_spent() && !last {
-                    // No pixel has all its samples yet, and none would by
-                    // starting over: one is finished alone, and the block is
-                    // no longer whole.
-                    let pixel = self.pixel(renderer, view, (0, 0), &detail, budget, workspace);
-                    write(0, 0, pixel);
-                    return 1;
-                }
-                let own = self.detail(&detail, at);
-                let (column, row) = (at.0 as usize, at.1 as usize);
-                let hit = found.as_ref().and_then(|(rays, hits)| {
-                    Some((rays.at(column, row)?, hits.at(column, row)?, own?))
-                });
-                if let Some((ray, hit, own)) = hit {
-                    sum.add(tracer.radiance_from(&ray, Some(hit), own, budget, workspace));
-                } else {
-                    workspace.statistics.primary += u64::from(own.is_some());
-                    let height = heights.as_ref().and_then(|rows| rows.get(row)?.get(column));
-                    sum.add(if let Some(height) = height {
-                        tracer.missed_at(*height)
+            let past = self.past(renderer, view, offset);
+            let mut sums = sums.iter_mut();
+            for row in 0..self.rows {
+                for (column, sum) in (0..self.columns).zip(&mut sums) {
+                    let first = (column, row) == (0, 0);
+                    if budget.is_spent() && !last {
+                        // No pixel has all its samples yet, and none would by
+                        // starting over: one is finished alone, and the block
+                        // is no longer whole.
+                        let pixel = self.pixel(renderer, view, (0, 0), &detail, budget, workspace);
+                        write(0, 0, pixel);
+                        return 1;
+                    }
+                    let own = self.detail(&detail, (column, row));
+                    let (c, r) = (column as usize, row as usize);
+                    let hit = match &found {
+                        Some((rays, hits)) => hits.at(c, r).zip(rays.at(c, r)).zip(own),
+                        None => None,
+                    };
+                    if let Some(((hit, ray), own)) = hit {
+                        if budget.is_spent() && !first {
+                            return row * self.columns + column;
+                        }
+                        sum.add(tracer.radiance_from(&ray, Some(hit), own, budget, workspace));
                     } else {
-                        let (x, y) = self.at(at.0, at.1, offset);
-                        tracer.missed(view.direction(x, y))
-                    });
-                }
-                if last {
-                    write(at.0, at.1, sum.mean(samples));
+                        workspace.statistics.primary += u64::from(own.is_some());
+                        sum.add(match &past {
+                            Some(past) => past.pixel(c, r),
+                            None => {
+                                let (x, y) = self.at(column, row, offset);
+                                tracer.missed(view.direction(x, y))
+                            }
+                        });
+                    }
+                    if last {
+                        write(column, row, sum.mean(samples));
+                    }
                 }
             }
         }
         self.columns * self.rows
     }
 
-    /// How high each pixel's direction points, by row, then column; `None`
-    /// where one cannot be computed together with the others.
-    fn heights(&self, simd: Simd, view: &View, offset: (f32, f32)) -> Option<[[f32; 8]; 8]> {
-        <Simd as Runs<8>>::run(
-            simd,
-            Heights {
-                block: self,
-                view,
-                offset,
-            },
-        )
+    /// What each pixel shows that sees past everything; `None` where that
+    /// cannot be computed for all together.
+    fn past<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        offset: (f32, f32),
+    ) -> Option<Past>
+    where
+        Simd: Runs<W>,
+    {
+        let past = SeePast {
+            block: self,
+            background: renderer.tracer.scene().background(),
+            view,
+            offset,
+        };
+        <Simd as Runs<8>>::run(renderer.tracer.simd(), past)
     }
 
     /// A point of a pixel of this block, in pixels of the view.
@@ -197,7 +209,7 @@ impl Block {
         });
         match detail {
             BlockDetail::Equal(detail) => rays.on_rung(detail.rung),
-            BlockDetail::Own(_) => rays.on_rungs(|column, row| {
+            BlockDetail::Own(_) | BlockDetail::Outside => rays.on_rungs(|column, row| {
                 let detail = self.detail(detail, inside(column, row));
                 detail.map_or(NOT_TRACED, |detail| detail.rung)
             }),
@@ -205,23 +217,48 @@ impl Block {
     }
 }
 
-struct Heights<'r> {
+/// What is seen past all objects.
+struct Past {
+    /// By row, channel, column.
+    colours: [[[f32; 8]; 3]; 8],
+    alpha: f32,
+}
+
+impl Past {
+    #[inline(always)]
+    fn pixel(&self, column: usize, row: usize) -> Pixel {
+        let [red, green, blue] = &self.colours[row % 8];
+        Pixel {
+            red: red[column % 8],
+            green: green[column % 8],
+            blue: blue[column % 8],
+            alpha: self.alpha,
+        }
+    }
+}
+
+struct SeePast<'r> {
     block: &'r Block,
+    background: &'r Background,
     view: &'r View,
     offset: (f32, f32),
 }
 
-impl Kernel<8> for Heights<'_> {
-    type Output = Option<[[f32; 8]; 8]>;
+impl Kernel<8> for SeePast<'_> {
+    type Output = Option<Past>;
 
     #[inline(always)]
-    fn run<L: Lanes<8>>(self, l: L) -> Option<[[f32; 8]; 8]> {
-        let mut rows = [[0.0; 8]; 8];
-        for (row, heights) in (self.block.y..).zip(&mut rows) {
+    fn run<L: Lanes<8>>(self, l: L) -> Option<Past> {
+        let mut past = Past {
+            colours: [[[0.0; 8]; 3]; 8],
+            alpha: 1.0 - (1.0 - self.background.alpha),
+        };
+        for (row, colours) in (self.block.y..).zip(&mut past.colours) {
             let directions = self.view.directions(l, (self.block.x, row), self.offset);
-            *heights = l.store(trace::heights(l, directions)?);
+            let [red, green, blue] = trace::colours(l, self.background, directions)?;
+            *colours = [l.store(red), l.store(green), l.store(blue)];
         }
-        Some(rows)
+        Some(past)
     }
 }
 

@@ -44,6 +44,8 @@ pub const FACE_TOLERANCE: f32 = 0.05;
 pub(super) enum BlockDetail {
     /// The same for all pixels.
     Equal(RayDetail),
+    /// No pixel is traced.
+    Outside,
     /// By row, then column; the rung is [`NOT_TRACED`] outside the field.
     Own([RayDetail; PIXELS]),
 }
@@ -60,26 +62,34 @@ impl BlockDetail {
         rungs: u8,
     ) -> Self {
         let levels = levels_of_block(lod, simd, view, (x, y));
-        let ladder = Ladder::new(if lod.faces { rungs } else { 1 }, levels.as_flattened());
-        let mut own = [most; PIXELS];
-        for (detail, &level) in own.iter_mut().zip(levels.as_flattened()) {
-            let depth = if lod.bounces {
-                Detail::of_level(level).map_or(0, |detail| detail.bounces(most.depth))
-            } else {
-                most.depth
-            };
-            *detail = RayDetail {
-                depth,
-                rung: if level > 0.0 {
-                    ladder.rung(level)
-                } else {
-                    NOT_TRACED
-                },
-            };
+        let levels = levels.as_flattened();
+        let least = levels.iter().copied().fold(1.0, min);
+        if least == 1.0 {
+            return Self::Equal(most);
         }
-        match own.iter().all(|detail| *detail == own[0]) {
-            true if own[0].rung != NOT_TRACED => Self::Equal(own[0]),
-            _ => Self::Own(own),
+        if levels.iter().copied().fold(0.0, max) == 0.0 {
+            return Self::Outside;
+        }
+        let ladder = Ladder::new(if lod.faces { rungs } else { 1 }, levels);
+        let mut own = [most; PIXELS];
+        let mut equal = least > 0.0;
+        for (detail, &level) in own.iter_mut().zip(levels) {
+            if level > 0.0 {
+                detail.rung = ladder.rung(level);
+                if lod.bounces {
+                    detail.depth = Detail::of_level(level).map_or(0, |own| own.bounces(most.depth));
+                }
+            } else {
+                detail.rung = NOT_TRACED;
+            }
+        }
+        for detail in &own {
+            equal &= *detail == own[0];
+        }
+        if equal {
+            Self::Equal(own[0])
+        } else {
+            Self::Own(own)
         }
     }
 
@@ -88,6 +98,7 @@ impl BlockDetail {
     pub(super) fn at(&self, column: u32, row: u32) -> Option<RayDetail> {
         match self {
             Self::Equal(detail) => Some(*detail),
+            Self::Outside => None,
             Self::Own(own) => own
                 .get((row * BLOCK + column) as usize)
                 .copied()
@@ -96,11 +107,8 @@ impl BlockDetail {
     }
 
     /// Whether any pixel is traced.
-    pub(super) fn is_traced(&self) -> bool {
-        match self {
-            Self::Equal(_) => true,
-            Self::Own(own) => own.iter().any(|detail| detail.rung != NOT_TRACED),
-        }
+    pub(super) const fn is_traced(&self) -> bool {
+        !matches!(self, Self::Outside)
     }
 }
 

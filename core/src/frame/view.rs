@@ -1,4 +1,3 @@
-use crate::numeric::map3;
 use crate::shape::Ray;
 use crate::simd::Lanes;
 use core::fmt;
@@ -128,11 +127,12 @@ impl View {
         let first = self.first_pixel.to_array();
         let column_step = self.column_step.to_array();
         let row_step = self.row_step.to_array();
-        map3([0, 1, 2], |axis: usize| {
-            let along = l.mul(l.splat(column_step[axis]), columns);
-            let down = l.mul(l.splat(row_step[axis]), row);
-            l.add(l.add(l.splat(first[axis]), along), down)
-        })
+        let along = |axis: usize| [first[axis], column_step[axis], row_step[axis]];
+        [
+            affine(l, along(0), columns, row),
+            affine(l, along(1), columns, row),
+            affine(l, along(2), columns, row),
+        ]
     }
 
     /// The ray through a point of the screen, in pixels from the centre of
@@ -141,6 +141,14 @@ impl View {
     pub fn ray(&self, x: f32, y: f32) -> Option<Ray> {
         Ray::new(self.eye, self.direction(x, y))
     }
+}
+
+/// One component of directions, rounded as a single one is. A function, not a
+/// closure over vectors: see the walk.
+#[inline(always)]
+fn affine<L: Lanes<8>>(l: L, [first, column, row]: [f32; 3], x: L::F, y: L::F) -> L::F {
+    let along = l.mul(l.splat(column), x);
+    l.add(l.add(l.splat(first), along), l.mul(l.splat(row), y))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 use super::{Boundary, LineOfSight, VisualField, VisualFieldLimits};
-use crate::numeric::{arctangent, scale_to_one};
+use crate::numeric::{arctangent, max, min, scale_to_one, sqrt, tangent};
 use crate::simd::{Kernel, Lanes, Portable, Runs, Simd};
-use core::f32::consts::PI;
+use core::f32::consts::{FRAC_1_SQRT_2, PI};
 use glam::Vec3;
 
 /// Gives rays their level of detail by where a viewer looks: equations 1 to 8.
@@ -20,6 +20,7 @@ pub struct Gaze {
     sight: LineOfSight,
     field: VisualField,
     scales: Scales,
+    bands: Bands,
 }
 
 /// The limits as equation 7 takes them: squares of the printed curve's, and
@@ -30,6 +31,69 @@ struct Scales {
     down: f32,
     left: f32,
     right: f32,
+}
+
+/// What the squares of a direction's components decide without its angles.
+///
+/// The bounds are [`Bands::SLACK`] inside the zones that they stand for, far
+/// more than the angles' rounding, so that equations 4 to 8 would give the same
+/// level to the last bit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Bands {
+    /// In front, `r² + u² ≤ central·f²` is central.
+    central: f32,
+    /// `u² ≥ vertical·f²` is outside.
+    vertical: f32,
+    /// Behind, `r² ≤ behind·f²` is outside.
+    behind: f32,
+}
+
+impl Bands {
+    /// Radians.
+    const SLACK: f32 = 1.0e-4;
+
+    /// Added to the lesser side of a comparison: squares below it may have
+    /// underflowed.
+    const LEAST_SQUARE: f32 = 1.0e-36;
+
+    fn new(limits: VisualFieldLimits) -> Self {
+        let VisualFieldLimits {
+            central,
+            up,
+            down,
+            left,
+            right,
+        } = limits;
+        let tangent_squared = |angle: f32| {
+            let tangent = tangent(angle);
+            tangent * tangent
+        };
+        let (side, height) = (max(left, right), max(up, down));
+        // Where hypot(r, u)/f is t, l lies between atan t, on the axes, and
+        // √2·atan(t/√2), midway between them.
+        let central = max(central - Self::SLACK, 0.0) * FRAC_1_SQRT_2;
+        // The printed curve is highest beside the axis where the sides reach
+        // far: solve l⁴ = A²·m_α² + B²·m_β² for the greatest m_β.
+        let (a, b) = (side * side, height * height);
+        let highest = if a > 2.0 * b {
+            a / (2.0 * sqrt(a - b))
+        } else {
+            height
+        };
+        let highest = highest + Self::SLACK;
+        // No direction in the boundary has a larger m_α than its largest limit.
+        let widest = min(max(side, height) + Self::SLACK, PI);
+        let steepest = 1.57;
+        Self {
+            central: 2.0 * tangent_squared(central),
+            vertical: if highest < steepest {
+                tangent_squared(highest)
+            } else {
+                f32::INFINITY
+            },
+            behind: tangent_squared(min(PI - widest, steepest)),
+        }
+    }
 }
 
 /// Where a ray lies in the visual field.
@@ -65,9 +129,13 @@ pub struct Sight {
 }
 
 impl Gaze {
-    /// Squares of lengths within which nothing overflows and no component that
-    /// matters underflows; other directions are scaled first.
-    const LENGTHS: (f32, f32) = (7.888_609e-31, 1.267_650_6e30);
+    /// 2⁻¹⁰⁰: squares of lengths from here to [`Self::MOST_SQUARE`] overflow
+    /// nowhere, and no component that matters underflows; other directions are
+    /// scaled first.
+    const LEAST_SQUARE: f32 = 7.888_609e-31;
+
+    /// 2¹⁰⁰.
+    const MOST_SQUARE: f32 = 1.267_650_6e30;
 
     /// Of a viewer's line of sight and visual field.
     pub fn new(sight: LineOfSight, field: VisualField) -> Self {
@@ -91,6 +159,7 @@ impl Gaze {
                 left: scale(left),
                 right: scale(right),
             },
+            bands: Bands::new(field.limits()),
         }
     }
 
@@ -160,8 +229,10 @@ impl Gaze {
     /// [`level`](Self::level) in every lane; 0 where it gives none.
     #[inline(always)]
     pub(crate) fn levels<L: Lanes<8>>(&self, l: L, direction: [L::F; 3]) -> L::F {
-        let (components, usable) = self.rotate(l, direction);
-        if l.bits(usable) == 0xff {
+        let (components, square) = self.rotate(l, direction);
+        let least = l.le(l.splat(Self::LEAST_SQUARE), square);
+        let most = l.le(square, l.splat(Self::MOST_SQUARE));
+        if l.bits(l.and(least, most)) == 0xff {
             self.level_of_components(l, components)
         } else {
             let [x, y, z] = direction;
@@ -182,46 +253,70 @@ impl Gaze {
     /// The direction along the axes of sight, scaled where it must be.
     #[inline]
     fn components(&self, direction: Vec3) -> Option<[[f32; 1]; 3]> {
-        let (components, usable) = self.rotate(Portable, direction.to_array().map(|x| [x]));
-        if usable == 1 {
+        let (components, [square]) = self.rotate(Portable, direction.to_array().map(|x| [x]));
+        // One comparison for two: bits of floats not below zero are in their
+        // order, NaN last.
+        let (least, most) = (Self::LEAST_SQUARE.to_bits(), Self::MOST_SQUARE.to_bits());
+        if square.to_bits().wrapping_sub(least) <= most - least {
             Some(components)
         } else {
-            self.scaled_components(direction)
+            self.scaled_components(direction.x, direction.y, direction.z)
         }
     }
 
     #[cold]
-    fn scaled_components(&self, direction: Vec3) -> Option<[[f32; 1]; 3]> {
-        let direction = scale_to_one(direction)?;
+    #[inline(never)]
+    fn scaled_components(&self, x: f32, y: f32, z: f32) -> Option<[[f32; 1]; 3]> {
+        let direction = scale_to_one(Vec3::new(x, y, z))?;
         Some(self.rotate(Portable, direction.to_array().map(|x| [x])).0)
     }
 
-    /// Equations 1 to 3, and whether the length is one to go on with.
+    /// Equations 1 to 3, and the length's square.
     #[inline(always)]
-    fn rotate<const W: usize, L: Lanes<W>>(&self, l: L, d: [L::F; 3]) -> ([L::F; 3], L::M) {
+    fn rotate<const W: usize, L: Lanes<W>>(&self, l: L, d: [L::F; 3]) -> ([L::F; 3], L::F) {
         let f = dot(l, self.sight.forward(), d);
         let r = dot(l, self.sight.right(), d);
         let u = dot(l, self.sight.up(), d);
-        let square = l.add(l.add(l.mul(f, f), l.mul(r, r)), l.mul(u, u));
-        let (least, most) = Self::LENGTHS;
-        // False for NaN, which the sum cannot hide.
-        let usable = l.and(l.le(l.splat(least), square), l.le(square, l.splat(most)));
-        ([f, r, u], usable)
+        let aside = l.add(l.mul(r, r), l.mul(u, u));
+        ([f, r, u], l.add(l.mul(f, f), aside))
     }
 
-    /// Equations 4 to 8.
+    /// Equations 4 to 8, without angles where no lane needs them.
     #[inline(always)]
     fn level_of_components<const W: usize, L: Lanes<W>>(
         &self,
         l: L,
         components: [L::F; 3],
     ) -> L::F {
+        let [f, r, u] = components;
+        let (ff, rr, uu) = (l.mul(f, f), l.mul(r, r), l.mul(u, u));
+        let all = (1 << W) - 1;
+        let zero = l.splat(0.0);
+        let bound = |slope: f32| l.mul(l.splat(slope), ff);
+        let above = |square| l.add(square, l.splat(Bands::LEAST_SQUARE));
+        let front = l.bits(l.le(zero, f));
+        if front == all {
+            if l.bits(l.le(l.add(rr, uu), bound(self.bands.central))) == all {
+                return l.splat(1.0);
+            }
+        } else if front == 0 && l.bits(l.le(above(rr), bound(self.bands.behind))) == all {
+            return zero;
+        }
+        if l.bits(l.le(above(bound(self.bands.vertical)), uu)) == all {
+            return zero;
+        }
+        self.level_by_angles(l, components)
+    }
+
+    /// Equations 4 to 8.
+    #[inline(always)]
+    fn level_by_angles<const W: usize, L: Lanes<W>>(&self, l: L, components: [L::F; 3]) -> L::F {
         let [_, right, up] = components;
         let (alpha, beta) = angles(l, components);
         let (radius, boundary) = self.radii(l, [alpha, beta], [right, up]);
         let central = l.splat(self.field.limits().central);
-        // Above 0 wherever the difference is, and at most 1: both are exact in
-        // f32's order. Where l is 0 and L is none, the ray is central.
+        // Above 0 wherever the difference is, and at most 1: rounding keeps
+        // the order. Where l is 0 and L is none, the ray is central.
         let level = l.div(l.sub(boundary, radius), l.sub(boundary, central));
         let level = l.select(l.le(boundary, radius), l.splat(0.0), level);
         l.select(l.le(radius, central), l.splat(1.0), level)

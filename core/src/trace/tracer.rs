@@ -1,5 +1,6 @@
 //! Whitted's ray tree (1980), on an explicit stack.
 
+use super::background;
 use super::budget::{Budget, Statistics};
 use super::hit::Hit;
 use super::optics::{reflect, refract};
@@ -11,7 +12,7 @@ use crate::numeric::{normalize, sqrt};
 use crate::scene::Scene;
 use crate::scene::format::{effect, light};
 use crate::shape::Ray;
-use crate::simd::{Lanes, Runs, Simd};
+use crate::simd::{Runs, Simd};
 use glam::Vec3;
 use heapless::Vec;
 
@@ -316,18 +317,14 @@ where
 
     /// What is seen along a direction from the eye past all objects.
     pub(crate) fn missed(&self, direction: Vec3) -> Pixel {
-        self.missed_at(height(direction))
-    }
-
-    /// As [`missed`](Self::missed), by [`height`].
-    pub(crate) fn missed_at(&self, height: f32) -> Pixel {
-        let alpha = self.scene.header.background.alpha;
-        let light = self.background(height) * alpha;
+        let background = self.scene.background();
+        let light = background::colour(background, direction) * background.alpha;
         Pixel {
             red: light.x,
             green: light.y,
             blue: light.z,
-            alpha: 1.0 - (1.0 - alpha),
+            // As it is taken off below.
+            alpha: 1.0 - (1.0 - background.alpha),
         }
     }
 
@@ -343,11 +340,12 @@ where
         let direction = from.ray.direction();
         let surface = hit.and_then(|hit| Surface::new(&self.scene, &from.ray, &hit));
         let (Some(hit), Some(surface)) = (hit, surface) else {
-            let alpha = self.scene.header.background.alpha;
+            let background = self.scene.background();
+            let alpha = background.alpha;
             // Seen directly or through glass it counts as far as it covers;
             // seen in a mirror it is part of the mirror.
             let share = if from.uncovered > 0.0 { alpha } else { 1.0 };
-            gathered.light += from.weight * self.background(height(direction)) * share;
+            gathered.light += from.weight * background::colour(background, direction) * share;
             gathered.alpha -= from.uncovered * (1.0 - alpha);
             return;
         };
@@ -433,19 +431,6 @@ where
         }
     }
 
-    /// What a ray that meets nothing sees: a gradient over its [`height`].
-    fn background(&self, height: f32) -> Vec3 {
-        let background = self.scene.background();
-        let far = if height >= 0.0 {
-            background.zenith
-        } else {
-            background.nadir
-        };
-        let horizon = Vec3::from_array(background.horizon);
-        // Exactly the horizon's colour where all are equal.
-        horizon + (Vec3::from_array(far) - horizon) * height.abs()
-    }
-
     /// Light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
     fn lit(
         &self,
@@ -502,28 +487,6 @@ where
         }
         sum
     }
-}
-
-/// The sine of a direction's elevation.
-fn height(direction: Vec3) -> f32 {
-    normalize(direction).map_or(0.0, |direction| direction.y)
-}
-
-/// [`height`] in every lane; `None` where a direction is too short or too long
-/// for [`normalize`] to take it as it is.
-#[inline(always)]
-pub(crate) fn heights<L: Lanes<8>>(l: L, [x, y, z]: [L::F; 3]) -> Option<L::F> {
-    let largest = l.max(l.abs(x), l.max(l.abs(y), l.abs(z)));
-    let usable = l.and(
-        l.le(l.splat(Ray::SHORTEST_DIRECTION), largest),
-        l.le(largest, l.splat(Ray::LONGEST_DIRECTION)),
-    );
-    if l.bits(usable) != 0xff {
-        return None;
-    }
-    let (x, y, z) = (l.div(x, largest), l.div(y, largest), l.div(z, largest));
-    let square = l.add(l.add(l.mul(x, x), l.mul(y, y)), l.mul(z, z));
-    Some(l.div(y, l.sqrt(square)))
 }
 
 /// Blinn-Phong's cosⁿ, or 0 where it is under e⁻¹⁶, a ten-millionth: there

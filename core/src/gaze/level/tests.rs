@@ -262,3 +262,65 @@ fn traced_is_what_lies_within_the_boundary() {
         );
     }
 }
+
+fn field(central: f32, up: f32, down: f32, left: f32, right: f32) -> VisualField {
+    let limits = VisualFieldLimits {
+        central,
+        up,
+        down,
+        left,
+        right,
+    };
+    VisualField::new(limits, Boundary::Printed).unwrap()
+}
+
+#[test]
+fn bands_change_no_bit() {
+    let fields = [
+        VisualField::PAPER,
+        field(1.0e-6, 2.0e-4, 3.0e-4, 4.0e-4, 5.0e-4),
+        field(0.1, FRAC_PI_2, 1.0, PI, 0.5),
+        field(1.2, 1.3, 1.56, 1.55, 1.571),
+        field(0.2, 1.5, 0.3, 0.25, 0.3),
+        field(0.5, 0.6, 0.7, 3.1, 3.0),
+    ];
+    // An interpreter takes its time.
+    let steps = if cfg!(miri) { 12 } else { 400 };
+    for field in fields {
+        for boundary in [Boundary::Printed, Boundary::Ellipse] {
+            let gaze = Gaze::new(front().line_of_sight(), field.with_boundary(boundary));
+            let check = |f: f32, r: f32, u: f32| {
+                let components = [[f], [r], [u]];
+                let [expected] = gaze.level_by_angles(Portable, components);
+                let [found] = gaze.level_of_components(Portable, components);
+                assert_eq!(found.to_bits(), expected.to_bits(), "{f} {r} {u}: {gaze:?}");
+            };
+            for i in 0..=steps {
+                for j in 0..=steps {
+                    let (yaw, pitch) = (i as f32 / steps as f32 * PI, j as f32 / steps as f32 * PI);
+                    let (sin, cos) = (pitch - FRAC_PI_2).sin_cos();
+                    check(yaw.cos() * cos, yaw.sin() * cos, sin);
+                    check(yaw.cos() * cos, -yaw.sin() * cos, 0.01 * sin);
+                }
+                // What lies around the bands themselves.
+                let Bands {
+                    central,
+                    vertical,
+                    behind,
+                } = gaze.bands;
+                let part = i as f32 / steps as f32;
+                for nudge in [1.0 - 1.0e-3, 1.0 - 1.0e-7, 1.0, 1.0 + 1.0e-7, 1.0 + 1.0e-3] {
+                    let radius = central.sqrt() * nudge;
+                    check(1.0, radius * part.sqrt(), radius * (1.0 - part).sqrt());
+                    check(1.0, part * 9.0, min(vertical, 1.0e12).sqrt() * nudge);
+                    check(-1.0, behind.sqrt() * nudge, part * 9.0);
+                }
+                // What underflows when squared.
+                let tiny = 2f32.powi(-((part * 148.0) as i32));
+                check(tiny, 1.0, tiny * 0.7);
+                check(-tiny, 1.0, tiny * 1.9);
+                check(-tiny * 0.1, tiny, -1.0);
+            }
+        }
+    }
+}

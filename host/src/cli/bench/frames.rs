@@ -1,0 +1,168 @@
+//! Frames of the paper's scenes with and without level of detail, in turns.
+
+use super::super::arguments::{Faces, Model, SceneName, threads};
+use super::super::failure::Failure;
+use super::super::source::{Loaded, Source, bake};
+use clap::Args;
+use glam::Vec3;
+use serde::Serialize;
+use shisen::bake::{BakedScene, Layout};
+use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
+use shisen::render::{self, Observer, Options};
+use shisen::scene::builtin::PaperScene;
+use shisen::simplify::PolygonLevels;
+use shisen_core::frame::{LevelOfDetail, Statistics};
+use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use std::num::NonZeroUsize;
+
+/// What frames to measure.
+#[derive(Debug, Args)]
+pub(super) struct FrameArguments {
+    #[command(flatten)]
+    model: Model,
+    /// Threads to trace on [default: as many as the machine runs at once]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    threads: Option<NonZeroUsize>,
+    /// Pixels along each side of a wall
+    #[arg(long, value_name = "PIXELS", default_value_t = 256,
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
+    pub(super) size: u32,
+    /// How often to render each frame
+    #[arg(long, value_name = "N", default_value_t = 5,
+          value_parser = clap::value_parser!(u32).range(1..=1_000))]
+    pub(super) repeat: u32,
+    /// Faces of each mesh at the rim of the field and in its centre
+    #[arg(long, value_name = "MIN..MAX", default_value = "500..")]
+    faces: Faces,
+    /// Meshes between the two, both included
+    #[arg(long, value_name = "N", default_value_t = 16,
+          value_parser = clap::value_parser!(u8).range(2..=64))]
+    levels: u8,
+}
+
+/// The frames of one scene.
+pub(super) struct Frames {
+    scene: BakedScene,
+    cave: Cave,
+    options: Options,
+}
+
+/// Rays by kind, as reports have them.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Rays {
+    pub(super) primary: u64,
+    reflected: u64,
+    refracted: u64,
+    pub(super) shadow: u64,
+}
+
+impl Rays {
+    /// Off mirrors and through glass.
+    pub(super) const fn secondary(&self) -> u64 {
+        self.reflected + self.refracted
+    }
+}
+
+impl From<Statistics> for Rays {
+    fn from(statistics: Statistics) -> Self {
+        Self {
+            primary: statistics.primary,
+            reflected: statistics.reflected,
+            refracted: statistics.refracted,
+            shadow: statistics.shadow,
+        }
+    }
+}
+
+/// How detail follows the gaze in a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    /// Not at all.
+    Plain,
+    /// The paper's.
+    Lod,
+    /// The paper's rays, each in full: what is left then is the cut of the
+    /// field and the levels themselves.
+    Cut,
+}
+
+impl FrameArguments {
+    /// What the mesh is called, and how many threads there are.
+    pub(super) fn title(&self) -> (String, usize) {
+        let mesh = match &self.model.mesh {
+            Some(path) => path.display().to_string(),
+            None => "quadruped".to_owned(),
+        };
+        (mesh, self.options().threads)
+    }
+
+    fn options(&self) -> Options {
+        let mut options = Options::default();
+        if let Some(threads) = self.threads {
+            options.threads = threads.get();
+        }
+        options
+    }
+
+    /// A scene of the paper, ready.
+    ///
+    /// # Errors
+    /// Whatever keeps it from being traced.
+    pub(super) fn frames(&self, scene: PaperScene) -> Result<Frames, Failure> {
+        let source = Source::load(&SceneName::Paper(scene), &self.model)?;
+        let levels = PolygonLevels::new(self.faces.min..=self.faces.max, u32::from(self.levels))
+            .map_err(|error| Failure::usage(&error.to_string()))?;
+        let scene = match source.scene {
+            Loaded::Baked(baked) => baked,
+            Loaded::Described(scene) => bake(&scene, &source.name, Layout::Fast, Some(&levels))?,
+        };
+        Ok(Frames {
+            scene,
+            cave: Cave::built_in(BuiltInCave::ThreeWall, [self.size; 2])?,
+            options: self.options(),
+        })
+    }
+}
+
+impl Frames {
+    /// Renders one: seconds, rays and steps.
+    ///
+    /// # Errors
+    /// A line of sight that is none; threads that cannot be had.
+    pub(super) fn render(
+        &self,
+        way: Way,
+        forward: Vec3,
+        up: Vec3,
+    ) -> Result<(f64, Statistics), Failure> {
+        let sight = LineOfSight::new(Vec3::ZERO, forward, up).map_err(Failure::from_error)?;
+        let mut lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
+        if way == Way::Cut {
+            (lod.bounces, lod.faces) = (false, false);
+        }
+        let viewer = Viewer::default();
+        let eyes = Eye::STEREO.map(|eye| Observer {
+            lod: (way != Way::Plain).then_some(lod),
+            ..Observer::new(eye, viewer.eye(eye))
+        });
+        let quiet = |_, _| {};
+        let frame = match &self.scene {
+            BakedScene::Fast(baked) => {
+                render::cave(&baked.scene(), &self.cave, &eyes, &self.options, &quiet)
+            }
+            BakedScene::Compact(baked) => {
+                render::cave(&baked.scene(), &self.cave, &eyes, &self.options, &quiet)
+            }
+        };
+        let frame = frame.map_err(Failure::from_error)?;
+        Ok((frame.seconds, frame.statistics))
+    }
+}
+
+/// The middle of some times, or the mean of the middle two.
+pub(super) fn median(mut of: Vec<f64>) -> f64 {
+    of.sort_by(f64::total_cmp);
+    let last = of.len().saturating_sub(1);
+    let at = |index: usize| of.get(index).copied().unwrap_or_default();
+    f64::midpoint(at(last / 2), at(last.div_ceil(2)))
+}

@@ -1,0 +1,157 @@
+//! `shisen bench table2`: the paper's measurement, here and now.
+
+use super::super::failure::Failure;
+use super::super::print;
+use super::frames::{FrameArguments, Rays, Way, median};
+use clap::Args;
+use glam::Vec3;
+use serde::Serialize;
+use shisen::scene::builtin::PaperScene;
+use std::fmt;
+
+/// The paper's Table 2: frames with and without level of detail
+///
+/// Scenes A to D, the viewer looking at the front wall (state 1) and at the
+/// floor (state 2), three walls for two eyes. Frames with and without level of
+/// detail are rendered in turns; times are medians.
+///
+/// With --json, one object: threads, size, mesh and cells: for each scene and
+/// state `lod_seconds`, `plain_seconds`, ratio, `paper_ratio`, `lod_rays` and
+/// `plain_rays` (primary, reflected, refracted, shadow), `lod_steps`,
+/// `plain_steps`, `steps_ratio`, and `cut_seconds`: the rays of the frame with
+/// level of detail, each with all faces and bounces.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct Arguments {
+    #[command(flatten)]
+    frames: FrameArguments,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Seconds a frame in the paper: level of detail in states 1 and 2, and plain.
+const PAPER: [(PaperScene, [f64; 2], f64); 4] = [
+    (PaperScene::A, [2.078, 0.751], 1.641),
+    (PaperScene::B, [1.109, 0.547], 0.969),
+    (PaperScene::C, [0.859, 0.243], 0.875),
+    (PaperScene::D, [0.484, 0.203], 0.532),
+];
+
+/// Where the viewer looks in states 1 and 2, and what is up then.
+const STATES: [(Vec3, Vec3); 2] = [(Vec3::NEG_Z, Vec3::Y), (Vec3::NEG_Y, Vec3::NEG_Z)];
+
+/// What was measured.
+#[derive(Debug, Serialize)]
+struct Report {
+    threads: usize,
+    size: u32,
+    mesh: String,
+    cells: Vec<Cell>,
+}
+
+/// One scene, looked at one way.
+#[derive(Debug, Serialize)]
+struct Cell {
+    scene: &'static str,
+    state: usize,
+    lod_seconds: f64,
+    plain_seconds: f64,
+    ratio: f64,
+    paper_ratio: f64,
+    lod_rays: Rays,
+    plain_rays: Rays,
+    lod_steps: u64,
+    plain_steps: u64,
+    steps_ratio: f64,
+    cut_seconds: f64,
+}
+
+/// Runs the command.
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let frames = &arguments.frames;
+    let (mesh, threads) = frames.title();
+    let mut cells = Vec::new();
+    for (scene, lod, plain) in PAPER {
+        let of_scene = frames.frames(scene)?;
+        for ((state, lod), (forward, up)) in (1..).zip(lod).zip(STATES) {
+            let mut seconds = [Vec::new(), Vec::new(), Vec::new()];
+            let mut statistics = [None; 3];
+            for _ in 0..frames.repeat {
+                for (number, way) in [Way::Plain, Way::Lod, Way::Cut].into_iter().enumerate() {
+                    let (time, work) = of_scene.render(way, forward, up)?;
+                    seconds[number].push(time);
+                    statistics[number] = Some(work);
+                }
+            }
+            let [plain_seconds, lod_seconds, cut_seconds] = seconds.map(median);
+            let [Some(plain_work), Some(lod_work), _] = statistics else {
+                continue;
+            };
+            cells.push(Cell {
+                scene: scene.name(),
+                state,
+                lod_seconds,
+                plain_seconds,
+                ratio: lod_seconds / plain_seconds,
+                paper_ratio: lod / plain,
+                lod_rays: lod_work.into(),
+                plain_rays: plain_work.into(),
+                lod_steps: lod_work.steps,
+                plain_steps: plain_work.steps,
+                steps_ratio: lod_work.steps as f64 / plain_work.steps as f64,
+                cut_seconds,
+            });
+        }
+    }
+    let report = Report {
+        threads,
+        size: frames.size,
+        mesh,
+        cells,
+    };
+    print(&report, arguments.json)
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            threads,
+            size,
+            mesh,
+            cells,
+        } = self;
+        let plural = if *threads == 1 { "" } else { "s" };
+        writeln!(
+            f,
+            "{mesh}, {size} × {size} pixels × 6, {threads} thread{plural}; milliseconds a frame"
+        )?;
+        write!(f, "{:22}", "")?;
+        for cell in cells {
+            write!(f, "{:>9}", format!("{}{}", cell.scene, cell.state))?;
+        }
+        let mut row = |name: &str, value: &dyn Fn(&Cell) -> String| {
+            write!(f, "\n{name:22}")?;
+            cells
+                .iter()
+                .try_for_each(|cell| write!(f, "{:>9}", value(cell)))
+        };
+        row("level of detail", &|c| {
+            format!("{:.2}", 1e3 * c.lod_seconds)
+        })?;
+        row("its rays in full", &|c| {
+            format!("{:.2}", 1e3 * c.cut_seconds)
+        })?;
+        row("plain", &|c| format!("{:.2}", 1e3 * c.plain_seconds))?;
+        row("ratio", &|c| format!("{:.3}", c.ratio))?;
+        row("ratio in the paper", &|c| format!("{:.3}", c.paper_ratio))?;
+        row("ratio of steps", &|c| format!("{:.3}", c.steps_ratio))?;
+        row("primary rays", &|c| c.lod_rays.primary.to_string())?;
+        row("secondary rays", &|c| c.lod_rays.secondary().to_string())?;
+        row("shadow rays", &|c| c.lod_rays.shadow.to_string())?;
+        row("primary, plain", &|c| c.plain_rays.primary.to_string())?;
+        row("secondary, plain", &|c| {
+            c.plain_rays.secondary().to_string()
+        })?;
+        row("shadow, plain", &|c| c.plain_rays.shadow.to_string())
+    }
+}
