@@ -1,11 +1,11 @@
 //! Ladders of polygon levels: one mesh as ever coarser meshes.
 //!
-//! A ray of level v in 0 to 1 sees N = v·(N_max − N_min) + N_min faces
-//! (Mochizuki & Makino, equation 10). Which of them, is decided ahead: edges
-//! are collapsed by quadric error until fewer and fewer faces are left, and
-//! what is left at evenly spaced counts is a rung. A collapse moves a vertex
-//! onto its neighbour, so every rung uses vertices of the file's own and is
-//! shaded by the file's own normals.
+//! A ray of level v, 0 to 1, sees v·(MAX − MIN) + MIN faces (Mochizuki & Makino,
+//! equation 10). Which those are is decided ahead: edges are collapsed by
+//! quadric error until fewer and fewer faces are left, and what is left at
+//! evenly spaced numbers is a rung. A collapse moves a vertex onto its
+//! neighbour, so every rung uses vertices of the file's own and is shaded by
+//! their normals.
 
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
@@ -70,8 +70,7 @@ impl PolygonLevels {
     }
 
     /// The largest |faces seen − equation 10| of any level, as a share of
-    /// N_max − N_min, where a ray of level v sees rung
-    /// round((1 − v)·(rungs − 1)). `faces` are those of each rung, the finest
+    /// MAX − MIN, where a ray of level v sees rung round((1 − v)·(rungs − 1)). `faces` are those of each rung, the finest
     /// first; 0 where there is but one.
     pub fn largest_deviation(&self, faces: &[u32]) -> f64 {
         let (Some(&finest), true) = (faces.first(), faces.len() > 1) else {
@@ -147,7 +146,7 @@ pub enum LadderError {
     /// It does not get that coarse.
     #[error(
         "it cannot be simplified to {asked} faces without changing how it hangs together: \
-         {reached} is the least that it gets to"
+         {reached} is the least that it gets to, so ask for no fewer"
     )]
     Unreachable {
         /// Faces asked for.
