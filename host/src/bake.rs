@@ -102,7 +102,7 @@ impl<const W: usize> Baked<W> {
     pub fn new(scene: &Scene) -> Result<Self, BakeError> {
         validate(scene)?;
         let ladders: Vec<_> = scene.meshes.iter().map(Ladder::single).collect();
-        Self::with_ladders(scene, &ladders, 1)
+        Self::with_ladders(scene, &ladders)
     }
 
     /// As [`new`](Self::new), with each mesh at several polygon levels.
@@ -119,10 +119,10 @@ impl<const W: usize> Baked<W> {
                 Ladder::new(source, levels).map_err(|source| BakeError::Ladder { mesh, source })
             })
             .collect::<Result<_, _>>()?;
-        Self::with_ladders(scene, &ladders, levels.rungs())
+        Self::with_ladders(scene, &ladders)
     }
 
-    fn with_ladders(scene: &Scene, ladders: &[Ladder<'_>], rungs: u32) -> Result<Self, BakeError> {
+    fn with_ladders(scene: &Scene, ladders: &[Ladder<'_>]) -> Result<Self, BakeError> {
         let mut tables = Tables::<W> {
             materials: scene.materials.iter().map(material).collect(),
             ..Tables::default()
@@ -167,7 +167,7 @@ impl<const W: usize> Baked<W> {
         for (ladder, trees) in ladders.iter().zip(&trees) {
             tables.add_mesh(ladder, trees);
         }
-        tables.rungs = rungs;
+        tables.rungs = trees.iter().map(Vec::len).max().unwrap_or(1) as u32;
         tables.lights = scene.lights.iter().map(baked_light).collect();
         tables.extent = extent(boxes.iter().flat_map(|b| [b.low, b.high]));
         tables.instances = placed;

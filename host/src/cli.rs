@@ -10,6 +10,7 @@ mod bench;
 mod cave;
 mod failure;
 mod inspect;
+mod levels;
 mod source;
 
 use clap::Parser;

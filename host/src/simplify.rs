@@ -1,11 +1,11 @@
 //! Ladders of polygon levels: one mesh as ever coarser meshes.
 //!
-//! A ray of level v in 0 to 1 sees N = v·(N_max − N_min) + N_min faces
-//! (Mochizuki & Makino, equation 10). Which of them, is decided ahead: edges
-//! are collapsed by quadric error until fewer and fewer faces are left, and
-//! what is left at evenly spaced counts is a rung. A collapse moves a vertex
-//! onto its neighbour, so every rung uses vertices of the file's own and is
-//! shaded by the file's own normals.
+//! A ray of level v, 0 to 1, sees v·(MAX − MIN) + MIN faces (Mochizuki & Makino,
+//! equation 10). Which those are is decided ahead: edges are collapsed by
+//! quadric error until fewer and fewer faces are left, and what is left at
+//! evenly spaced numbers is a rung. A collapse moves a vertex onto its
+//! neighbour, so every rung uses vertices of the file's own and is shaded by
+//! their normals.
 
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
@@ -69,14 +69,8 @@ impl PolygonLevels {
         Ok(Self { faces, rungs })
     }
 
-    /// How many rungs a ladder has.
-    pub const fn rungs(&self) -> u32 {
-        self.rungs
-    }
-
     /// The largest |faces seen − equation 10| of any level, as a share of
-    /// N_max − N_min, where a ray of level v sees rung
-    /// round((1 − v)·(rungs − 1)). `faces` are those of each rung, the finest
+    /// MAX − MIN, where a ray of level v sees rung round((1 − v)·(rungs − 1)). `faces` are those of each rung, the finest
     /// first; 0 where there is but one.
     pub fn largest_deviation(&self, faces: &[u32]) -> f64 {
         let (Some(&finest), true) = (faces.first(), faces.len() > 1) else {
@@ -152,7 +146,7 @@ pub enum LadderError {
     /// It does not get that coarse.
     #[error(
         "it cannot be simplified to {asked} faces without changing how it hangs together: \
-         {reached} is the least that it gets to"
+         {reached} is the least that it gets to, so ask for no fewer"
     )]
     Unreachable {
         /// Faces asked for.
@@ -168,6 +162,18 @@ pub enum LadderError {
         /// Sides of them that no other face closes.
         open_edges: usize,
     },
+}
+
+impl LadderError {
+    fn for_fewest(self, min: u32) -> Self {
+        match self {
+            Self::Unreachable { reached, .. } => Self::Unreachable {
+                asked: min,
+                reached,
+            },
+            opened @ Self::Opened { .. } => opened,
+        }
+    }
 }
 
 /// One mesh at several levels, the finest first.
@@ -197,16 +203,15 @@ impl<'m> Ladder<'m> {
         if mesh.triangles.len() <= min as usize {
             return Ok(Self::single(mesh));
         }
-        let closed = Topology::of(mesh).is_closed();
         let mut finest = Cow::Borrowed(mesh);
+        let mut versions = Versions::new(mesh);
         if mesh.triangles.len() > max as usize {
-            let mut versions = Versions::new(mesh);
-            let faces = versions.simplify(max, closed)?;
+            let faces = versions.simplify(max)?;
             finest = Cow::Owned(versions.mesh.part(&faces));
+            versions = Versions::new(&finest);
         }
         let full = finest.triangles.len() as u32;
         let mut rungs = vec![(0..full).collect()];
-        let mut versions = Versions::new(&finest);
         let steps = levels.rungs - 1;
         for rung in 1..=steps {
             // A closed mesh loses two faces a collapse. Half of them goes
@@ -215,7 +220,9 @@ impl<'m> Ladder<'m> {
             let pairs = lost
                 .saturating_sub(u64::from(steps))
                 .div_ceil(2 * u64::from(steps));
-            rungs.push(versions.simplify(full - 2 * pairs as u32, closed)?);
+            let coarser = versions.simplify(full - 2 * pairs as u32);
+            // It stays where it is stuck, so it does not get to `min` either.
+            rungs.push(coarser.map_err(|error| error.for_fewest(min))?);
         }
         Ok(Self {
             versions: Cow::Owned(versions.mesh),
@@ -343,8 +350,8 @@ impl Weld {
                     let (from, to) = (at(corners[slot]), at(corners[(slot + 1) % 3]));
                     Side {
                         ends: [from.min(to), from.max(to)],
-                        face,
-                        slot,
+                        face: face as u32,
+                        slot: slot as u8,
                         ascends: from < to,
                     }
                 })
@@ -352,6 +359,11 @@ impl Weld {
             .collect();
         sides.sort_unstable();
         sides
+    }
+
+    /// Sides of some faces that no other of them closes.
+    fn open_edges(&self, faces: &[[u32; 3]]) -> usize {
+        Side::edges(&self.sides(faces)).map(Side::open).sum()
     }
 
     /// The vertices of the mesh that one stands for.
@@ -363,10 +375,14 @@ impl Weld {
     }
 }
 
+/// How often the simplifier is asked again where it goes too far.
+const ATTEMPTS: usize = 4;
+
 /// The versions of a mesh's triangles while it is simplified.
 struct Versions {
     mesh: TriangleMesh,
     weld: Weld,
+    closed: bool,
     /// The faces that are left, as the simplifier takes them.
     indices: Vec<u32>,
     /// The triangle that stands for a face, by [`least_first`].
@@ -391,25 +407,17 @@ impl Versions {
             },
             indices: weld.faces.as_flattened().to_vec(),
             triangle_of,
+            closed: weld.open_edges(&weld.faces) == 0,
             last_rung: vec![0; mesh.triangles.len()],
             rung: 0,
             weld,
         }
     }
 
-    /// The triangles of the mesh when it has `target` faces or one more.
-    fn simplify(&mut self, target: u32, closed: bool) -> Result<Vec<u32>, LadderError> {
-        if self.indices.len() > 3 * target as usize {
-            self.indices = meshopt::simplify_decoder(
-                &self.indices,
-                &self.weld.places,
-                3 * target as usize,
-                // No limit: the number of faces alone ends the collapse.
-                f32::MAX,
-                SimplifyOptions::empty(),
-                None,
-            );
-        }
+    /// The triangles of the mesh when it has about `target` faces: as many,
+    /// or one more or less, wherever that can be.
+    fn simplify(&mut self, target: u32) -> Result<Vec<u32>, LadderError> {
+        self.collapse(target);
         let faces = self.indices.as_chunks::<3>().0.to_vec();
         let reached = faces.len() as u32;
         if reached == 0 || reached > target + 1 {
@@ -421,9 +429,8 @@ impl Versions {
         self.rung += 1;
         let mut triangles: Vec<u32> = faces.iter().map(|&face| self.triangle(face)).collect();
         triangles.sort_unstable();
-        if closed {
-            let sides = self.weld.sides(&faces);
-            let open_edges = Side::edges(&sides).map(Side::open).sum();
+        if self.closed {
+            let open_edges = self.weld.open_edges(&faces);
             if open_edges > 0 {
                 return Err(LadderError::Opened {
                     faces: reached,
@@ -432,6 +439,38 @@ impl Versions {
             }
         }
         Ok(triangles)
+    }
+
+    /// Collapses edges until `target` faces are left.
+    fn collapse(&mut self, target: u32) {
+        let target = 3 * target as usize;
+        let mut aim = target;
+        let mut best: Option<Vec<u32>> = None;
+        let off = |indices: &Vec<u32>| indices.len().abs_diff(target);
+        for _ in 0..ATTEMPTS {
+            if self.indices.len() <= aim {
+                break;
+            }
+            let found = meshopt::simplify_decoder(
+                &self.indices,
+                &self.weld.places,
+                aim,
+                // No limit: the number of faces alone ends the collapse.
+                f32::MAX,
+                SimplifyOptions::empty(),
+                None,
+            );
+            // Some edges take more than two faces with them.
+            aim += target.saturating_sub(found.len());
+            let done = found.len() + 3 >= target;
+            if best.as_ref().is_none_or(|best| off(&found) < off(best)) {
+                best = Some(found);
+            }
+            if done {
+                break;
+            }
+        }
+        self.indices = best.unwrap_or_else(|| std::mem::take(&mut self.indices));
     }
 
     /// The triangle that stands for a face, made where there is none.
@@ -488,8 +527,8 @@ fn least_first(face: [u32; 3]) -> [u32; 3] {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Side {
     ends: [u32; 2],
-    face: usize,
-    slot: usize,
+    face: u32,
+    slot: u8,
     /// Whether it leads from the lesser end to the greater.
     ascends: bool,
 }
@@ -508,7 +547,8 @@ impl Side {
 
     /// Numbers of the face's corners at the lesser and at the greater end.
     fn corners(&self) -> [usize; 2] {
-        let ends = [self.slot, (self.slot + 1) % 3].map(|slot| 3 * self.face + slot);
+        let first = 3 * self.face as usize;
+        let ends = [self.slot, (self.slot + 1) % 3].map(|slot| first + slot as usize);
         if self.ascends {
             ends
         } else {

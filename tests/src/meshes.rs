@@ -132,3 +132,40 @@ pub fn icosphere(subdivisions: u32) -> TriangleMesh {
         ..TriangleMesh::default()
     }
 }
+
+/// A closed torus about the Y axis of 2·`around`·`across` triangles, wobbling
+/// so that it is nowhere the same.
+pub fn torus(around: u32, across: u32) -> TriangleMesh {
+    let mut mesh = TriangleMesh::default();
+    for (i, j) in (0..around).flat_map(|i| (0..across).map(move |j| (i, j))) {
+        let turn = |k, n| f64::from(k) / f64::from(n) * std::f64::consts::TAU;
+        let (u, v) = (turn(i, around), turn(j, across));
+        let r = 3.0 + (1.0 + 0.2 * (3.0 * u).sin()) * v.cos();
+        let place = [r * u.cos(), (1.0 + 0.1 * u.cos()) * v.sin(), -r * u.sin()];
+        mesh.positions.push(place.map(|c| c as f32));
+        let vertex = |i: u32, j: u32| i % around * across + j % across;
+        let [a, b] = [vertex(i, j), vertex(i + 1, j)];
+        let [c, d] = [vertex(i + 1, j + 1), vertex(i, j + 1)];
+        mesh.triangles.extend([[a, b, c], [a, c, d]]);
+    }
+    mesh
+}
+
+/// The same surface with three vertices and normals of its own for every
+/// triangle.
+///
+/// # Panics
+/// Where a triangle has no area.
+pub fn faceted(mesh: &TriangleMesh) -> TriangleMesh {
+    let mut facets = TriangleMesh::default();
+    for triangle in &mesh.triangles {
+        let corners = triangle.map(|corner| mesh.positions[corner as usize]);
+        let [a, b, c] = corners.map(glam::Vec3::from);
+        let normal = (b - a).cross(c - a).try_normalize().expect("an area");
+        let first = facets.positions.len() as u32;
+        facets.triangles.push([first, first + 1, first + 2]);
+        facets.positions.extend(corners);
+        facets.normals.extend([normal.to_array(); 3]);
+    }
+    facets
+}

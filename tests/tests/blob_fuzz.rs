@@ -5,7 +5,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::mesh::{Material, TriangleMesh};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
-use shisen_core::scene::format::{ALIGNMENT, VERSION};
+use shisen::simplify::PolygonLevels;
+use shisen_core::scene::format::{ALIGNMENT, Header, Instance, Mesh, Table, VERSION};
 use shisen_core::scene::{self, SceneError};
 use shisen_core::shape::Ray;
 use shisen_core::trace::{Budget, MeshTracer, Tracer, TraversalStack, Workspace};
@@ -13,6 +14,7 @@ use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::icosphere;
 use shisen_tests::rays::Random;
 use shisen_tests::sizes::cases;
+use std::mem::offset_of;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use xxhash_rust::xxh32::xxh32;
 
@@ -75,6 +77,15 @@ fn small_scene() -> Scene {
         background: Background::uniform([0.2; 3]),
         ambient: [0.1; 3],
     }
+}
+
+/// The same, the larger mesh at three levels of 20 to 8 faces.
+fn bake<const W: usize>() -> Baked<W> {
+    let levels = PolygonLevels::new(8..=20, 3).expect("levels");
+    let baked = Baked::with_levels(&small_scene(), &levels).expect("a scene");
+    let rungs: Vec<u32> = baked.scene().meshes().iter().map(|m| m.rungs).collect();
+    assert_eq!(rungs, [1, 3, 2, 1]);
+    baked
 }
 
 /// Bytes at an aligned address, and one byte of room behind them.
@@ -191,7 +202,7 @@ fn damage_every_byte<const W: usize>(name: &str, damage: &[fn(u8) -> u8])
 where
     Simd: Runs<W>,
 {
-    let baked = Baked::<W>::new(&small_scene()).expect("a scene");
+    let baked = bake::<W>();
     let original = baked.as_bytes().to_vec();
     let rays = rays(cases("rays a damaged scene", 60, 200));
     assert_eq!(try_out::<W>(baked.as_bytes(), "whole", &rays), Ok(()));
@@ -271,7 +282,7 @@ fn words_replaced_together() {
         0x7f7f_ffff,
         0x0000_0001,
     ];
-    let baked = Baked::<4>::new(&small_scene()).expect("a scene");
+    let baked = bake::<4>();
     let original = baked.as_bytes().to_vec();
     let rays = rays(24);
     let mut copy = Aligned::new(&original);
@@ -305,7 +316,7 @@ fn every_length<const W: usize>()
 where
     Simd: Runs<W>,
 {
-    let baked = Baked::<W>::new(&small_scene()).expect("a scene");
+    let baked = bake::<W>();
     let whole = baked.as_bytes();
     for length in 0..whole.len() {
         let mut cut = Aligned::new(&whole[..length]);
@@ -337,7 +348,7 @@ fn every_truncation_is_refused() {
 
 #[test]
 fn each_fault_of_the_whole_has_its_error() {
-    let baked = Baked::<8>::new(&small_scene()).expect("a scene");
+    let baked = bake::<8>();
     let rays = rays(24);
     let load = |bytes: &[u8]| try_out::<8>(bytes, "whole", &rays);
 
@@ -375,7 +386,7 @@ fn each_fault_of_the_whole_has_its_error() {
         Err(SceneError::Version { found, supported })
     );
 
-    let compact = Baked::<4>::new(&small_scene()).expect("a scene");
+    let compact = bake::<4>();
     let expected = SceneError::Width {
         found: 4,
         expected: 8,
@@ -423,4 +434,71 @@ fn each_fault_of_the_whole_has_its_error() {
         matches!(found, Err(SceneError::Checksum { .. })),
         "{found:?}"
     );
+}
+
+#[test]
+fn rungs_that_make_no_ladder_are_refused() {
+    let original = bake::<8>();
+    let table = |field: usize| {
+        let bytes = original.as_bytes()[field..][..4]
+            .try_into()
+            .expect("a word");
+        u32::from_le_bytes(bytes) as usize
+    };
+    let rungs = offset_of!(Header, rungs);
+    let mesh = |number: usize, field: usize| {
+        table(offset_of!(Header, meshes)) + number * size_of::<Mesh>() + field
+    };
+    let instance = |number: usize| {
+        let first = table(offset_of!(Header, instances));
+        first + number * size_of::<Instance>() + offset_of!(Instance, geometry)
+    };
+    let value = |what, record| SceneError::Value { what, record };
+    let ladder = |mesh| SceneError::Ladder { mesh };
+    let not_its_mesh = |record, index| SceneError::Index {
+        what: "mesh",
+        record,
+        index,
+    };
+    let levels = "the scene's number of polygon levels";
+    let faces = "a mesh's number of faces";
+    let of_mesh = offset_of!(Mesh, rungs);
+    for (place, word, expected) in [
+        (rungs, 0, value(levels, 0)),
+        (rungs, 65, value(levels, 0)),
+        // As many as no ladder has.
+        (rungs, 4, ladder(1)),
+        (rungs, 1, ladder(1)),
+        // A ladder that starts too early or too late, breaks off or goes on.
+        (mesh(0, of_mesh), 0, ladder(0)),
+        (mesh(0, of_mesh), 2, ladder(0)),
+        (mesh(0, of_mesh), 3, ladder(1)),
+        (mesh(1, of_mesh), 1, ladder(2)),
+        (mesh(2, of_mesh), 1, ladder(2)),
+        (mesh(2, of_mesh), u32::MAX, ladder(2)),
+        (mesh(3, of_mesh), 3, ladder(3)),
+        (mesh(3, offset_of!(Mesh, first_triangle)), 3, ladder(3)),
+        (mesh(2, offset_of!(Mesh, triangle_count)), 1, ladder(2)),
+        (mesh(2, offset_of!(Mesh, first_normal)), 0, ladder(2)),
+        (mesh(3, offset_of!(Mesh, normal_count)), 0, ladder(3)),
+        (mesh(0, offset_of!(Mesh, faces)), 5, value(faces, 0)),
+        (mesh(3, offset_of!(Mesh, faces)), 20, value(faces, 3)),
+        // Only the finest rung is placed.
+        (instance(1), 2, not_its_mesh(1, 2)),
+        (instance(1), 4, not_its_mesh(1, 4)),
+    ] {
+        let mut damaged = Aligned::new(original.as_bytes());
+        let bytes = damaged.bytes();
+        bytes[place..place + 4].copy_from_slice(&word.to_le_bytes());
+        mend_checksum(bytes);
+        let found = try_out::<8>(bytes, "a ladder", &[]);
+        assert_eq!(found, Err(expected), "{word} at byte {place}");
+    }
+    // A scene that ends within a ladder.
+    let mut damaged = Aligned::new(original.as_bytes());
+    let bytes = damaged.bytes();
+    let count = offset_of!(Header, meshes) + offset_of!(Table, count);
+    bytes[count..count + 4].copy_from_slice(&3u32.to_le_bytes());
+    mend_checksum(bytes);
+    assert_eq!(try_out::<8>(bytes, "a ladder", &[]), Err(ladder(2)));
 }

@@ -1,33 +1,330 @@
-//! Meshes at several polygon levels, baked and traced.
+//! Ladders of polygon levels: what every rung keeps to, and what reaches the
+//! baked scene.
 
-use shisen::bake::{Baked, lone_mesh};
-use shisen::simplify::{Ladder, PolygonLevels, Topology};
-use shisen_tests::meshes::meshes;
-use std::time::Instant;
+use proptest::prelude::*;
+use shisen::bake::{BakeError, Baked, lone_mesh};
+use shisen::mesh::{Material, TriangleMesh};
+use shisen::simplify::{Ladder, LadderError, PolygonLevels, Topology};
+use shisen_core::Simd;
+use shisen_core::shape::Ray;
+use shisen_core::trace::{MeshTracer, TraversalStack};
+use shisen_tests::meshes::{cow, faceted, gridded_cube, icosphere, meshes, torus};
+use shisen_tests::rays::{Random, incoherent};
+use std::collections::HashSet;
+
+fn levels(min: u32, max: u32, rungs: u32) -> PolygonLevels {
+    PolygonLevels::new(min..=max, rungs).expect("levels that there can be")
+}
+
+/// One rung as a mesh.
+fn rung(ladder: &Ladder<'_>, number: usize) -> TriangleMesh {
+    let mut mesh = ladder.versions().clone();
+    let pick = |&triangle: &u32| mesh.triangles[triangle as usize];
+    mesh.triangles = ladder.rungs()[number].iter().map(pick).collect();
+    mesh.triangle_materials.clear();
+    mesh
+}
+
+/// What every ladder keeps to, where there is one.
+fn try_check(
+    mesh: &TriangleMesh,
+    (min, max, rungs): (u32, u32, u32),
+) -> Result<Vec<u32>, LadderError> {
+    let asked = levels(min, max, rungs);
+    let ladder = Ladder::new(mesh, &asked)?;
+    let versions = ladder.versions();
+    versions.validate().expect("a mesh");
+    let faces: Vec<u32> = ladder.rungs().iter().map(|r| r.len() as u32).collect();
+    let all = mesh.triangles.len() as u32;
+    if all <= min {
+        assert_eq!(faces, [all]);
+        return Ok(faces);
+    }
+    assert_eq!(faces.len(), rungs as usize);
+    assert!(faces.is_sorted_by(|a, b| a >= b), "{faces:?}");
+
+    let closed = Topology::of(mesh).is_closed();
+    let mut used = vec![false; versions.triangles.len()];
+    for (number, triangles) in ladder.rungs().iter().enumerate() {
+        assert!(triangles.is_sorted_by(|a, b| a < b), "rung {number}");
+        for &triangle in triangles {
+            used[triangle as usize] = true;
+        }
+        let topology = Topology::of(&rung(&ladder, number));
+        let kept = topology.is_closed() || !closed;
+        assert!(kept, "rung {number}: {topology:?}");
+    }
+    assert!(used.iter().all(|&used| used), "a version that no rung has");
+    if max >= all {
+        assert!(versions.triangles.starts_with(&mesh.triangles));
+        assert_eq!(versions.positions, mesh.positions);
+    }
+    Ok(faces)
+}
+
+/// The same, and that a mesh with room to simplify gets what was asked for.
+fn check(mesh: &TriangleMesh, asked: (u32, u32, u32)) -> Vec<u32> {
+    let faces = try_check(mesh, asked).expect("a ladder");
+    let (min, max, rungs) = asked;
+    let finest = max.min(mesh.triangles.len() as u32);
+    for (number, &found) in faces.iter().enumerate() {
+        let share = number as f64 / f64::from(rungs - 1);
+        let ideal = f64::from(finest) - share * f64::from(finest - min);
+        let off = (f64::from(found) - ideal).abs();
+        assert!(off <= 2.0, "rung {number} should have {ideal}: {faces:?}");
+    }
+    let step = 0.5 / f64::from(rungs - 1);
+    let most = step + 3.0 / f64::from(finest - min).max(1.0);
+    let deviation = levels(min, max, rungs).largest_deviation(&faces);
+    assert!((0.0..=most).contains(&deviation), "{deviation}: {faces:?}");
+    faces
+}
 
 #[test]
-fn quick() {
-    let levels = PolygonLevels::new(500..=u32::MAX, 16).unwrap();
+fn closed_meshes_stay_closed_on_every_rung() {
     for (name, mesh) in meshes() {
-        println!("{name}: {:?}", Topology::of(&mesh));
-        let start = Instant::now();
-        let ladder = Ladder::new(&mesh, &levels).unwrap();
-        let faces: Vec<u32> = ladder.rungs().iter().map(|r| r.len() as u32).collect();
-        println!(
-            "{:?} {faces:?} {} deviation {}",
-            start.elapsed(),
-            ladder.versions().triangles.len(),
-            levels.largest_deviation(&faces)
-        );
-        let scene = lone_mesh(mesh);
-        let start = Instant::now();
-        let baked = Baked::<8>::with_levels(&scene, &levels).unwrap();
-        println!("fast {} {:?}", baked.as_bytes().len(), start.elapsed());
-        let start = Instant::now();
-        let baked = Baked::<4>::with_levels(&scene, &levels).unwrap();
-        println!("compact {} {:?}", baked.as_bytes().len(), start.elapsed());
-        let start = Instant::now();
-        Baked::<8>::new(&scene).unwrap();
-        println!("alone {:?}", start.elapsed());
+        for asked in [
+            (500, u32::MAX, 16),
+            (500, 5804, 11),
+            (500, 3000, 12),
+            (501, 3001, 7),
+            (40, u32::MAX, 64),
+        ] {
+            println!("{name} {asked:?}: {:?}", check(&mesh, asked));
+        }
+    }
+    check(&icosphere(4), (20, 5120, 64));
+    check(&icosphere(4), (4, 5120, 5));
+    check(&torus(60, 30), (50, 3600, 20));
+    check(&torus(60, 30), (3000, 3000, 20));
+    check(&torus(60, 30), (3600, 5000, 20));
+}
+
+#[test]
+fn the_cow_is_closed_with_one_pinched_vertex() {
+    let Some(cow) = cow() else { return };
+    let topology = Topology::of(&cow);
+    assert!(topology.is_closed(), "{topology:?}");
+    let [edges, vertices] = [topology.crowded_edges, topology.pinched_vertices];
+    assert_eq!([edges, vertices], [0, 1]);
+}
+
+#[test]
+fn seams_between_normals_do_not_crack() {
+    for mesh in [
+        torus(40, 20),
+        gridded_cube(8),
+        shisen::quadruped::quadruped(),
+    ] {
+        let faces = mesh.triangles.len() as u32;
+        let facets = faceted(&mesh);
+        assert!(Topology::of(&facets).is_closed());
+        check(&facets, (faces / 8, faces, 9));
+    }
+    // A cube's faces stay flat, so the normals must be those of its sides.
+    let facets = faceted(&gridded_cube(6));
+    let ladder = Ladder::new(&facets, &levels(60, 432, 8)).expect("a ladder");
+    let versions = ladder.versions();
+    for triangle in &versions.triangles {
+        let [a, b, c] = triangle.map(|v| glam::Vec3::from(versions.positions[v as usize]));
+        let normal = (b - a).cross(c - a).normalize();
+        for vertex in triangle {
+            let own = glam::Vec3::from(versions.normals[*vertex as usize]);
+            assert!(own.dot(normal) > 0.999, "{own} on a face along {normal}");
+        }
+    }
+}
+
+/// Every triangle's vertices are ones that triangles of the same material had.
+fn check_materials(mesh: &TriangleMesh, asked: (u32, u32, u32)) {
+    check(mesh, asked);
+    let (min, max, rungs) = asked;
+    let ladder = Ladder::new(mesh, &levels(min, max, rungs)).expect("a ladder");
+    let of = |mesh: &TriangleMesh| -> HashSet<(u32, [u32; 3])> {
+        let materials = mesh.triangles.iter().zip(&mesh.triangle_materials);
+        materials
+            .flat_map(|(corners, &material)| {
+                corners.map(|v| (material, mesh.positions[v as usize].map(f32::to_bits)))
+            })
+            .collect()
+    };
+    let (before, after) = (of(mesh), of(ladder.versions()));
+    assert!(after.is_subset(&before));
+    let coarsest = ladder.rungs().last().expect("a rung");
+    let left: HashSet<u32> = coarsest
+        .iter()
+        .map(|&t| ladder.versions().triangle_materials[t as usize])
+        .collect();
+    let all: HashSet<u32> = mesh.triangle_materials.iter().copied().collect();
+    assert_eq!(left, all, "materials of the coarsest rung");
+}
+
+#[test]
+fn triangles_keep_their_materials() {
+    let with_materials = |mut mesh: TriangleMesh, count: u32, of: &dyn Fn(usize) -> u32| {
+        mesh.materials = vec![Material::default(); count as usize];
+        mesh.triangle_materials = (0..mesh.triangles.len()).map(of).collect();
+        mesh
+    };
+    // Above and below the middle.
+    let halves = with_materials(torus(60, 20), 2, &|t| u32::from(t / 2 % 20 < 10));
+    check_materials(&halves, (200, 2400, 12));
+    // Its sides: three of them meet at each corner.
+    let sides = with_materials(gridded_cube(8), 6, &|t| t as u32 / 128);
+    check_materials(&sides, (50, 768, 9));
+    let facets = faceted(&sides);
+    let facets = with_materials(facets, 6, &|t| t as u32 / 128);
+    check_materials(&facets, (50, 768, 9));
+}
+
+#[test]
+fn open_meshes_have_ladders_too() {
+    let mut sheet = gridded_cube(12);
+    sheet.triangles.truncate(2 * 12 * 12);
+    let topology = Topology::of(&sheet);
+    assert_eq!((topology.open_edges, topology.crowded_edges), (48, 0));
+    check(&sheet, (20, 288, 9));
+    // One face short of a torus.
+    let mut torn = torus(40, 20);
+    torn.triangles.remove(700);
+    assert_eq!(Topology::of(&torn).open_edges, 3);
+    check(&torn, (100, 1600, 12));
+}
+
+#[test]
+fn meshes_that_hang_together_badly() {
+    // Every face twice.
+    let mut twice = torus(24, 12);
+    twice.triangles.extend_from_within(..);
+    let topology = Topology::of(&twice);
+    assert_eq!(topology.crowded_edges, 3 * 24 * 12);
+    assert!(topology.is_closed());
+    let found = try_check(&twice, (800, 1152, 4));
+    println!("every face twice: {found:?}");
+    // Two cubes that share an edge.
+    let mut two = gridded_cube(4);
+    let count = two.positions.len() as u32;
+    let moved = two.positions.clone().into_iter();
+    two.positions
+        .extend(moved.map(|[x, y, z]| [x + 2.0, y + 2.0, z]));
+    let more: Vec<_> = two.triangles.iter().map(|t| t.map(|v| v + count)).collect();
+    two.triangles.extend(more);
+    let topology = Topology::of(&two);
+    assert_eq!((topology.open_edges, topology.crowded_edges), (0, 4));
+    check(&two, (60, 384, 7));
+    // A face without an area, and one beside it that is folded over.
+    let mut folded = torus(24, 12);
+    folded.positions.push(folded.positions[0]);
+    folded.triangles.push([0, 576 / 2, 5]);
+    folded.triangles.extend([[1, 2, 3], [3, 2, 1]]);
+    check(&folded, (100, 579, 8));
+}
+
+#[test]
+fn what_cannot_be_reached_is_said() {
+    // Sides of a material each, whose corners stay where they are.
+    let mut cube = gridded_cube(4);
+    cube.materials = vec![Material::default(); 6];
+    cube.triangle_materials = (0..192).map(|t| t / 32).collect();
+    let asked = levels(4, 192, 2);
+    let error = Ladder::new(&cube, &asked).expect_err("it has 12 at least");
+    let expected = LadderError::Unreachable {
+        asked: 4,
+        reached: 12,
+    };
+    assert_eq!(error, expected);
+    let found = Baked::<8>::with_levels(&lone_mesh(cube), &asked);
+    let expected = BakeError::Ladder {
+        mesh: 0,
+        source: expected,
+    };
+    assert_eq!(found, Err(expected));
+}
+
+#[test]
+fn rungs_are_traced_as_meshes_of_their_own() {
+    let mesh = torus(40, 20);
+    let levels = levels(100, 1600, 6);
+    let ladder = Ladder::new(&mesh, &levels).expect("a ladder");
+    let baked = Baked::<8>::with_levels(&lone_mesh(mesh.clone()), &levels).expect("a scene");
+    let scene = baked.scene();
+    let rays = incoherent(&mesh, 4000, &mut Random::new(5));
+    let mut stack = TraversalStack::EMPTY;
+    let mut hits = 0;
+    for number in 0..6 {
+        let alone = rung(&ladder, number);
+        let expected = Baked::<8>::new(&lone_mesh(alone.clone())).expect("a scene");
+        let expected = expected.scene();
+        let expected = MeshTracer::new(&expected, 0, Simd::detect()).expect("a mesh");
+        let tracer = MeshTracer::new(&scene, number, Simd::detect()).expect("a mesh");
+        for &[a, b, c, d, e, f] in &rays {
+            let ray = Ray::new([a, b, c].into(), [d, e, f].into()).expect("finite");
+            let (expected, steps) = expected.nearest(&ray, &mut stack);
+            let (found, same_steps) = tracer.nearest(&ray, &mut stack);
+            // The tree is the same, so the cost is too.
+            assert_eq!(steps, same_steps);
+            assert_eq!(found.map(|hit| hit.t), expected.map(|hit| hit.t));
+            let number_of = expected.map(|hit| ladder.rungs()[number][hit.triangle as usize]);
+            assert_eq!(found.map(|hit| hit.triangle), number_of);
+            hits += u32::from(found.is_some());
+        }
+    }
+    assert!(hits > 5000, "{hits}");
+}
+
+#[test]
+fn the_same_mesh_gives_the_same_bytes() {
+    let scene = lone_mesh(shisen::quadruped::quadruped());
+    let levels = levels(500, u32::MAX, 16);
+    let bake = || Baked::<8>::with_levels(&scene, &levels).expect("a scene");
+    assert_eq!(bake(), bake());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+    #[test]
+    fn any_mesh_has_a_ladder_or_an_error(
+        around in 3..20u32,
+        across in 3..12u32,
+        left_out in proptest::collection::vec(any::<prop::sample::Index>(), 0..6),
+        moved in proptest::collection::vec((any::<prop::sample::Index>(), -2.0f32..2.0), 0..40),
+        merged in proptest::collection::vec(any::<[prop::sample::Index; 2]>(), 0..4),
+        facets: bool,
+        materials in 0..4u32,
+        min in 1..400u32,
+        more in 0..600u32,
+        rungs in 2..20u32,
+    ) {
+        let mut mesh = torus(around, across);
+        for index in left_out {
+            mesh.triangles.swap_remove(index.index(mesh.triangles.len()));
+        }
+        let count = mesh.positions.len();
+        for (index, by) in moved {
+            mesh.positions[index.index(count)][1] += by;
+        }
+        for [from, to] in merged {
+            mesh.positions[from.index(count)] = mesh.positions[to.index(count)];
+        }
+        if facets {
+            let has_area = |t: &[u32; 3]| {
+                let [a, b, c] = t.map(|v| glam::Vec3::from(mesh.positions[v as usize]));
+                (b - a).cross(c - a).try_normalize().is_some()
+            };
+            mesh.triangles = mesh.triangles.iter().copied().filter(has_area).collect();
+            mesh = faceted(&mesh);
+        }
+        if materials > 0 {
+            mesh.materials = vec![Material::default(); materials as usize];
+            mesh.triangle_materials =
+                (0..mesh.triangles.len() as u32).map(|t| t / 7 % materials).collect();
+        }
+        match try_check(&mesh, (min, min + more, rungs)) {
+            Ok(_) => {}
+            Err(LadderError::Unreachable { asked, reached }) => {
+                prop_assert!(reached > asked || reached == 0);
+            }
+            Err(error) => prop_assert!(false, "{error}"),
+        }
     }
 }

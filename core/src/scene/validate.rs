@@ -6,7 +6,7 @@ use super::format::{
 use crate::shape::{Slabs, Spheroid};
 use crate::trace::STACK_ENTRIES;
 use core::fmt;
-use core::ops::Range;
+use core::ops::{Range, RangeInclusive};
 use heapless::Vec;
 use xxhash_rust::xxh32::xxh32;
 use zerocopy::{FromBytes, Immutable, KnownLayout};
@@ -80,6 +80,12 @@ pub enum SceneError {
         /// Entries there are.
         limit: u32,
     },
+    /// A mesh that says it is a rung of a ladder of polygon levels, and does
+    /// not fit the mesh before it or the scene.
+    Ladder {
+        /// The mesh.
+        mesh: u32,
+    },
     /// A value that is NaN, infinite, or outside its range.
     Value {
         /// Which.
@@ -136,6 +142,10 @@ impl fmt::Display for SceneError {
             Self::TooDeep { needed, limit } => write!(
                 f,
                 "tracing would need a stack of {needed} entries, there are {limit}"
+            ),
+            Self::Ladder { mesh } => write!(
+                f,
+                "mesh {mesh} does not fit the ladder of polygon levels that it is said to be part of"
             ),
             Self::Value { what, record } => {
                 write!(f, "record {record} has {what} out of range or not a number")
@@ -217,6 +227,9 @@ where
         .map_err(|_| wrong)
 }
 
+/// How many rungs a ladder of polygon levels may have; 1 is no ladder.
+const RUNGS: RangeInclusive<u32> = 1..=64;
+
 /// Checks every index and every value that tracing relies on.
 pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
     let header = scene.header;
@@ -242,8 +255,26 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
         check_light(light, record as u32)?;
     }
     let mut deepest = 0;
+    if !RUNGS.contains(&header.rungs) {
+        let what = "the scene's number of polygon levels";
+        return Err(SceneError::Value { what, record: 0 });
+    }
+    let mut finer = None;
     for (record, mesh) in scene.meshes.iter().enumerate() {
-        deepest = deepest.max(check_mesh(scene, mesh, record as u32)?);
+        let record = record as u32;
+        check_rung(header.rungs, finer, mesh, record)?;
+        // The rungs of a ladder share their triangles.
+        if finer.is_none() {
+            check_triangles(scene, mesh, record)?;
+        }
+        deepest = deepest.max(check_mesh(scene, mesh, record)?);
+        finer = (mesh.rungs > 1).then_some(mesh);
+    }
+    if finer.is_some() {
+        let mesh = scene.meshes.len() as u32;
+        return Err(SceneError::Ladder {
+            mesh: mesh.saturating_sub(1),
+        });
     }
     for (record, instance) in scene.instances.iter().enumerate() {
         check_instance(scene, instance, record as u32)?;
@@ -273,7 +304,7 @@ fn finite(values: &[f32], what: &'static str, record: u32) -> Result<(), SceneEr
 
 fn within(
     values: &[f32],
-    range: core::ops::RangeInclusive<f32>,
+    range: RangeInclusive<f32>,
     what: &'static str,
     record: u32,
 ) -> Result<(), SceneError> {
@@ -330,20 +361,45 @@ fn part(start: u32, count: u32, length: usize) -> Option<Range<u32>> {
     (end as usize <= length).then_some(start..end)
 }
 
-fn check_mesh<const W: usize>(
+/// Whether a mesh is the rung below `finer`, or where there is none, the
+/// first of as many as the scene's ladders have, or no ladder at all.
+fn check_rung(
+    rungs: u32,
+    finer: Option<&Mesh>,
+    mesh: &Mesh,
+    record: u32,
+) -> Result<(), SceneError> {
+    let shared = |mesh: &Mesh| {
+        (
+            mesh.first_triangle,
+            mesh.triangle_count,
+            mesh.first_normal,
+            mesh.normal_count,
+        )
+    };
+    let fits = match finer {
+        Some(finer) => {
+            mesh.rungs.checked_add(1) == Some(finer.rungs) && shared(mesh) == shared(finer)
+        }
+        None => mesh.rungs == 1 || mesh.rungs == rungs,
+    };
+    if fits {
+        Ok(())
+    } else {
+        Err(SceneError::Ladder { mesh: record })
+    }
+}
+
+fn check_triangles<const W: usize>(
     scene: &Scene<'_, W>,
     mesh: &Mesh,
     record: u32,
-) -> Result<u32, SceneError> {
+) -> Result<(), SceneError> {
     let outside = |what, index| SceneError::Index {
         what,
         record,
         index,
     };
-    let nodes = part(mesh.first_node, mesh.node_count, scene.nodes.len())
-        .ok_or(outside("node", mesh.first_node))?;
-    let leaves = part(mesh.first_leaf, mesh.leaf_count, scene.leaves.len())
-        .ok_or(outside("leaf", mesh.first_leaf))?;
     let triangles = part(
         mesh.first_triangle,
         mesh.triangle_count,
@@ -352,12 +408,6 @@ fn check_mesh<const W: usize>(
     .ok_or(outside("triangle", mesh.first_triangle))?;
     part(mesh.first_normal, mesh.normal_count, scene.normals.len())
         .ok_or(outside("normal", mesh.first_normal))?;
-    within(
-        &[mesh.extent],
-        0.0..=Slabs::LARGEST_EXTENT,
-        "a mesh's extent",
-        record,
-    )?;
     for triangle in scene
         .triangles
         .get(triangles.start as usize..triangles.end as usize)
@@ -372,12 +422,37 @@ fn check_mesh<const W: usize>(
             return Err(outside("material", triangle.material));
         }
     }
+    Ok(())
+}
+
+fn check_mesh<const W: usize>(
+    scene: &Scene<'_, W>,
+    mesh: &Mesh,
+    record: u32,
+) -> Result<u32, SceneError> {
+    let outside = |what, index| SceneError::Index {
+        what,
+        record,
+        index,
+    };
+    let nodes = part(mesh.first_node, mesh.node_count, scene.nodes.len())
+        .ok_or(outside("node", mesh.first_node))?;
+    let leaves = part(mesh.first_leaf, mesh.leaf_count, scene.leaves.len())
+        .ok_or(outside("leaf", mesh.first_leaf))?;
+    within(
+        &[mesh.extent],
+        0.0..=Slabs::LARGEST_EXTENT,
+        "a mesh's extent",
+        record,
+    )?;
     let tree = Tree {
         nodes,
         leaves,
         one_each: false,
     };
-    check_tree(scene, &tree, mesh.root, |leaf, count| {
+    let mut faces = 0u32;
+    let needed = check_tree(scene, &tree, mesh.root, |leaf, count| {
+        faces = faces.saturating_add(count);
         let block = scene.leaves.get(leaf as usize);
         let Some(block) = block else {
             return Err(outside("leaf", leaf));
@@ -390,7 +465,12 @@ fn check_mesh<const W: usize>(
             Some((_, &id)) => Err(outside("triangle", id)),
             None => Ok(()),
         }
-    })
+    })?;
+    if faces != mesh.faces {
+        let what = "a mesh's number of faces";
+        return Err(SceneError::Value { what, record });
+    }
+    Ok(needed)
 }
 
 fn check_instance<const W: usize>(
@@ -421,8 +501,11 @@ fn check_instance<const W: usize>(
         return Err(outside("material", instance.material));
     }
     match instance.kind {
-        kind::MESH if (instance.geometry as usize) < scene.meshes.len() => Ok(()),
-        kind::MESH => Err(outside("mesh", instance.geometry)),
+        kind::MESH => match scene.meshes.get(instance.geometry as usize) {
+            // The finest rung of a ladder, or a mesh without one.
+            Some(mesh) if mesh.rungs == 1 || mesh.rungs == scene.header.rungs => Ok(()),
+            _ => Err(outside("mesh", instance.geometry)),
+        },
         kind::SPHEROID if instance.material == NO_MATERIAL => {
             Err(outside("material", instance.material))
         }

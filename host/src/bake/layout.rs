@@ -18,6 +18,16 @@ impl Layout {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Fast, Self::Compact];
 
+    /// Polygon levels where nothing else is asked for: what a ray sees is
+    /// within 3.5 % of the range of faces from what it asks for in the fast
+    /// layout, and within 5 % in the compact one, where bytes count.
+    pub const fn polygon_levels(self) -> u32 {
+        match self {
+            Self::Fast => 16,
+            Self::Compact => 12,
+        }
+    }
+
     /// `fast` or `compact`.
     pub const fn name(self) -> &'static str {
         match self {

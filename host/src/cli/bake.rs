@@ -1,23 +1,30 @@
 //! `shisen bake`: scenes and meshes to the bytes that the core traces.
 
-use super::arguments::{LayoutChoice, Model, SceneName};
+use super::arguments::{Faces, LayoutChoice, Model, SceneName};
 use super::failure::{Failure, Fault};
+use super::levels::Level;
 use super::print;
 use super::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
 use clap::Args;
 use serde::Serialize;
-use shisen::bake::{Baked, BakedScene, Layout};
+use shisen::bake::{Baked, BakedScene};
 use shisen::output::write_atomically;
 use shisen::scene::Scene;
+use shisen::simplify::{PolygonLevels, Topology};
 use std::fmt;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
 /// Bakes a scene for tracing
 ///
 /// With --json, one object: path, bytes, layout (fast or compact), objects,
-/// triangles (each mesh once), nodes, leaves, `stack_entries` (the most that a
-/// ray can need) and seconds (reading, building and writing).
+/// triangles (each mesh once, at its finest), nodes, leaves, `stack_entries`
+/// (the most that a ray can need), levels (mesh, faces and bytes of each
+/// polygon level of each mesh; what the levels of a mesh share does not count),
+/// `largest_deviation` (of the faces that a ray of any level of detail sees
+/// from those of the paper's equation 10, as a share of MAX - MIN; null without
+/// --faces and --levels) and seconds (reading, building and writing).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A TOML scene, A, B, C or D, or mesh files, each of which becomes an
@@ -32,6 +39,15 @@ pub(super) struct Arguments {
     /// For whom it is laid out
     #[arg(long, value_enum, default_value = "fast")]
     layout: LayoutChoice,
+    /// Bake polygon levels: faces of each mesh at the coarsest and at the
+    /// finest, such as 500..5804, or 500.. for all that it has [default: 500..
+    /// with --levels, else all faces alone]
+    #[arg(long, value_name = "MIN..MAX")]
+    faces: Option<Faces>,
+    /// Bake polygon levels: how many, from MIN to MAX [default: with --faces 16
+    /// in the fast layout and 12 in the compact one]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=64))]
+    levels: Option<u8>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -48,6 +64,8 @@ struct Report {
     nodes: usize,
     leaves: usize,
     stack_entries: u32,
+    levels: Vec<Level>,
+    largest_deviation: Option<f64>,
     seconds: f64,
 }
 
@@ -56,14 +74,67 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
     let scene = load(arguments)?;
     let names: Vec<String> = arguments.input.iter().map(ToString::to_string).collect();
-    let baked = bake(&scene, &names.join(", "), arguments.layout.0, None)?;
+    let levels = polygon_levels(arguments)?;
+    let layout = arguments.layout.0;
+    let baked = bake(&scene, &names.join(", "), layout, levels.as_ref())?;
+    if levels.is_some() {
+        warn_of_holes(&scene);
+    }
     let path = &arguments.output;
     write_atomically(path, |file| file.write_all(baked.as_bytes())).map_err(Fault::write(path))?;
     let report = match &baked {
-        BakedScene::Fast(baked) => Report::new(arguments, Layout::Fast, baked, start),
-        BakedScene::Compact(baked) => Report::new(arguments, Layout::Compact, baked, start),
+        BakedScene::Fast(baked) => Report::new(arguments, baked, levels.as_ref(), start),
+        BakedScene::Compact(baked) => Report::new(arguments, baked, levels.as_ref(), start),
     };
     print(&report, arguments.json)
+}
+
+/// The polygon levels that are asked for, if any.
+fn polygon_levels(arguments: &Arguments) -> Result<Option<PolygonLevels>, Failure> {
+    if arguments.faces.is_none() && arguments.levels.is_none() {
+        return Ok(None);
+    }
+    let faces = arguments
+        .faces
+        .map_or(PolygonLevels::FEWEST_FACES..=u32::MAX, |faces| {
+            faces.min..=faces.max
+        });
+    let rungs = arguments
+        .levels
+        .map_or(arguments.layout.0.polygon_levels(), u32::from);
+    PolygonLevels::new(faces, rungs)
+        .map(Some)
+        .map_err(|error| Failure::usage(&error.to_string()))
+}
+
+/// Says which meshes are not closed, so that their levels may not fit.
+fn warn_of_holes(scene: &Scene) {
+    for (number, mesh) in scene.meshes.iter().enumerate() {
+        let Topology {
+            open_edges,
+            crowded_edges,
+            ..
+        } = Topology::of(mesh);
+        let warn = |what: &str| {
+            // Nobody is left to tell where standard error is closed.
+            let _ = writeln!(
+                io::stderr(),
+                "Warning: mesh {number} (counted from 0) {what}"
+            );
+        };
+        if open_edges > 0 {
+            warn(&format!(
+                "is not closed: {open_edges} edges are open. Its coarser levels need not cover \
+                 what finer ones cover along them, and light may pass where it did not"
+            ));
+        }
+        if crowded_edges > 0 {
+            warn(&format!(
+                "has {crowded_edges} edges of more than two faces. Parts that touch there may \
+                 come apart at coarser levels"
+            ));
+        }
+    }
 }
 
 fn load(arguments: &Arguments) -> Result<Scene, Failure> {
@@ -104,21 +175,32 @@ fn load(arguments: &Arguments) -> Result<Scene, Failure> {
 impl Report {
     fn new<const W: usize>(
         arguments: &Arguments,
-        layout: Layout,
         baked: &Baked<W>,
+        asked: Option<&PolygonLevels>,
         start: Instant,
     ) -> Self {
         let scene = baked.scene();
-        let (nodes, leaves, triangles) = scene.sizes();
+        let (nodes, leaves, _) = scene.sizes();
+        let levels = Level::all(baked);
+        let deviation = |asked: &PolygonLevels| {
+            Level::by_mesh(&levels)
+                .map(|levels| {
+                    let faces: Vec<u32> = levels.iter().map(|level| level.faces).collect();
+                    asked.largest_deviation(&faces)
+                })
+                .fold(0.0, f64::max)
+        };
         Self {
             path: arguments.output.display().to_string(),
             bytes: baked.as_bytes().len(),
-            layout: layout.name(),
+            layout: arguments.layout.0.name(),
             objects: scene.instances().len(),
-            triangles,
+            triangles: Level::finest_faces(&levels),
             nodes,
             leaves,
             stack_entries: scene.stack_entries(),
+            largest_deviation: asked.map(deviation),
+            levels,
             seconds: start.elapsed().as_secs_f64(),
         }
     }
@@ -132,6 +214,8 @@ impl fmt::Display for Report {
             layout,
             objects,
             triangles,
+            levels,
+            largest_deviation,
             seconds,
             ..
         } = self;
@@ -139,6 +223,21 @@ impl fmt::Display for Report {
             f,
             "{path}: {objects} objects, {triangles} triangles, {bytes} bytes in the {layout} layout, \
              baked in {seconds:.2} s"
+        )?;
+        let Some(deviation) = largest_deviation else {
+            return Ok(());
+        };
+        for levels in Level::by_mesh(levels) {
+            write!(f, "\nmesh {}:", levels[0].mesh)?;
+            for level in levels {
+                write!(f, " {}", level.faces)?;
+            }
+            f.write_str(" faces")?;
+        }
+        write!(
+            f,
+            "\nat most {:.1} % of the range of faces from what a level of detail asks for",
+            100.0 * deviation
         )
     }
 }

@@ -1,6 +1,7 @@
 //! `shisen inspect`: what is in a baked scene.
 
 use super::failure::Failure;
+use super::levels::Level;
 use super::{print, source};
 use clap::Args;
 use serde::Serialize;
@@ -16,8 +17,10 @@ use zerocopy::FromBytes;
 ///
 /// With --json, one object: path, layout (fast or compact), version of the
 /// format, bytes, tables (name, records, bytes each), instances, materials,
-/// lights, triangles, `stack_entries` (the most that a ray can need) and
-/// `bytes_per_triangle` (of the whole scene; null without triangles).
+/// lights, triangles (each mesh once, at its finest), levels (mesh, faces and
+/// bytes of each polygon level of each mesh), `stack_entries` (the most that a
+/// ray can need) and `bytes_per_triangle` (of the whole scene; null without
+/// triangles).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// What `shisen bake` wrote
@@ -38,7 +41,8 @@ struct Report {
     instances: u32,
     materials: u32,
     lights: u32,
-    triangles: u32,
+    triangles: usize,
+    levels: Vec<Level>,
     stack_entries: u32,
     bytes_per_triangle: Option<f64>,
 }
@@ -70,7 +74,8 @@ impl Report {
         let bytes = baked.as_bytes();
         let scene = baked.scene();
         let tables = tables::<W>(bytes);
-        let triangles = scene.sizes().2 as u32;
+        let levels = Level::all(baked);
+        let triangles = Level::finest_faces(&levels);
         let length = u64::from(scene.byte_len());
         Self {
             path,
@@ -82,8 +87,9 @@ impl Report {
             materials: scene.materials().len() as u32,
             lights: scene.lights().len() as u32,
             triangles,
+            levels,
             stack_entries: scene.stack_entries(),
-            bytes_per_triangle: (triangles > 0).then(|| length as f64 / f64::from(triangles)),
+            bytes_per_triangle: (triangles > 0).then(|| length as f64 / triangles as f64),
         }
     }
 }
@@ -132,6 +138,13 @@ impl fmt::Display for Report {
         } in &self.tables
         {
             writeln!(f, "{name:>12} {records:>10} records {bytes:>12} bytes")?;
+        }
+        let ladders = Level::by_mesh(&self.levels).filter(|levels| levels.len() > 1);
+        for levels in ladders {
+            writeln!(f, "polygon levels of mesh {}:", levels[0].mesh)?;
+            for level in levels {
+                writeln!(f, "{level}")?;
+            }
         }
         if let Some(each) = self.bytes_per_triangle {
             writeln!(f, "{each:.1} bytes a triangle, all tables together")?;
