@@ -2,6 +2,7 @@
 
 mod budget;
 mod hit;
+mod leaves;
 mod mesh;
 mod optics;
 mod stack;

@@ -12,7 +12,7 @@ use blob::{AlignedBytes, Tables};
 use glam::{DAffine3, DVec3};
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{
-    self, Instance, LeafBlock, NO_MATERIAL, effect, flag, kind, light,
+    self, IdLeaf, Instance, LeafBlock, NO_MATERIAL, effect, flag, kind, light,
 };
 use shisen_core::shape::Spheroid;
 use thiserror::Error;
@@ -212,7 +212,7 @@ fn extent(points: impl Iterator<Item = [f32; 3]>) -> f32 {
 impl<const W: usize> Tables<W> {
     fn add_mesh(&mut self, mesh: &TriangleMesh, tree: &WideTree<W>) {
         let first_node = self.nodes.len() as u32;
-        let first_leaf = self.leaves.len() as u32;
+        let first_leaf = (self.leaves.len() + self.id_leaves.len()) as u32;
         let first_material = self.materials.len() as u32;
         for node in &tree.nodes {
             let mut node = *node;
@@ -226,7 +226,16 @@ impl<const W: usize> Tables<W> {
             self.nodes.push(node);
         }
         for leaf in &tree.leaves {
-            self.leaves.push(leaf_block(mesh, leaf));
+            if W == 8 {
+                self.leaves.push(leaf_block(mesh, leaf));
+            } else {
+                self.id_leaves.push(id_leaf(leaf));
+            }
+        }
+        if W == 4 {
+            let positions = mesh.positions.iter();
+            self.positions
+                .extend(positions.map(|p| p.map(positive_zero)));
         }
         let first_triangle = self.triangles.len() as u32;
         for (number, &corners) in mesh.triangles.iter().enumerate() {
@@ -278,6 +287,17 @@ impl<const W: usize> Tables<W> {
     }
 }
 
+/// Leaves no −0 behind, so that equal vertices have equal bits.
+fn positive_zero(coordinate: f32) -> f32 {
+    coordinate + 0.0
+}
+
+fn id_leaf(triangles: &[u32]) -> IdLeaf {
+    let mut leaf = [u32::MAX; 4];
+    leaf[..triangles.len()].copy_from_slice(triangles);
+    leaf
+}
+
 fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlock<W> {
     let mut block = LeafBlock {
         corners: [[[f32::NAN; W]; 3]; 3],
@@ -288,9 +308,8 @@ fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlo
         for corner in 0..3 {
             let vertex = mesh.triangles[triangle as usize][corner] as usize;
             for axis in 0..3 {
-                // + 0.0 leaves no −0 behind, so that equal vertices have
-                // equal bits.
-                block.corners[corner][axis][lane] = mesh.positions[vertex][axis] + 0.0;
+                let position = mesh.positions[vertex][axis];
+                block.corners[corner][axis][lane] = positive_zero(position);
             }
         }
     }

@@ -317,7 +317,8 @@ pub struct Light {
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Triangle {
-    /// Numbers of its corners' normals within the mesh.
+    /// Numbers of its corners' normals within the mesh, and of their positions
+    /// where leaves hold numbers.
     pub corners: [u32; 3],
     /// Index of its material.
     pub material: u32,

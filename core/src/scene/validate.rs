@@ -235,6 +235,11 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
         "the scene's extent",
         0,
     )?;
+    check_tables(scene)?;
+    for (record, position) in scene.positions.iter().enumerate() {
+        let range = -Slabs::LARGEST_EXTENT..=Slabs::LARGEST_EXTENT;
+        within(position, range, "a vertex position", record as u32)?;
+    }
     for (record, material) in scene.materials.iter().enumerate() {
         check_material(material, record as u32)?;
     }
@@ -259,6 +264,28 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
             needed,
             limit: header.stack_entries.min(STACK_ENTRIES as u32),
         });
+    }
+    Ok(())
+}
+
+/// Leaves are of one kind, by the width, and what either looks up is there.
+fn check_tables<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
+    let header = scene.header;
+    let (other, positions) = if W == 8 {
+        (("leaves of numbers", header.id_leaves), 0)
+    } else {
+        (("leaves", header.leaves), header.normals.count)
+    };
+    let wrong = |(name, table): (&'static str, Table)| SceneError::Table {
+        name,
+        offset: table.offset,
+        count: table.count,
+    };
+    if other.1.count != 0 {
+        return Err(wrong(other));
+    }
+    if header.positions.count != positions {
+        return Err(wrong(("positions", header.positions)));
     }
     Ok(())
 }
@@ -342,7 +369,8 @@ fn check_mesh<const W: usize>(
     };
     let nodes = part(mesh.first_node, mesh.node_count, scene.nodes.len())
         .ok_or(outside("node", mesh.first_node))?;
-    let leaves = part(mesh.first_leaf, mesh.leaf_count, scene.leaves.len())
+    let leaf_count = scene.leaves.len() + scene.id_leaves.len();
+    let leaves = part(mesh.first_leaf, mesh.leaf_count, leaf_count)
         .ok_or(outside("leaf", mesh.first_leaf))?;
     let triangles = part(
         mesh.first_triangle,
@@ -363,7 +391,8 @@ fn check_mesh<const W: usize>(
         .get(triangles.start as usize..triangles.end as usize)
         .unwrap_or_default()
     {
-        if mesh.normal_count > 0
+        // Corners have positions by the same numbers, if not normals.
+        if (W == 4 || mesh.normal_count > 0)
             && let Some(&index) = triangle.corners.iter().find(|&&c| c >= mesh.normal_count)
         {
             return Err(outside("normal", index));
@@ -378,15 +407,19 @@ fn check_mesh<const W: usize>(
         one_each: false,
     };
     check_tree(scene, &tree, mesh.root, |leaf, count| {
-        let block = scene.leaves.get(leaf as usize);
-        let Some(block) = block else {
+        let ids = if W == 8 {
+            scene.leaves.get(leaf as usize).map(|block| &block.ids[..])
+        } else {
+            scene.id_leaves.get(leaf as usize).map(|ids| &ids[..])
+        };
+        let Some(ids) = ids else {
             return Err(outside("leaf", leaf));
         };
         let wrong = |(lane, id): (usize, &u32)| {
             let filled = lane < count as usize;
             (filled && *id >= mesh.triangle_count) || (!filled && *id != u32::MAX)
         };
-        match block.ids.iter().enumerate().find(|&entry| wrong(entry)) {
+        match ids.iter().enumerate().find(|&entry| wrong(entry)) {
             Some((_, &id)) => Err(outside("triangle", id)),
             None => Ok(()),
         }

@@ -18,6 +18,7 @@
 //! slower where rays go everywhere (incoherent 4.3 against 6.7).
 
 use super::hit::{Hit, MeshHit};
+use super::leaves::Leaves;
 use super::stack::{TraversalStack, Work};
 use super::tile::{TileHits, TileInMeshSearch, TileRays};
 use super::walk::{Path, Visitor, leaf_index, walk};
@@ -26,13 +27,12 @@ use crate::scene::Scene;
 use crate::scene::format::{COUNT_SHIFT, LeafBlock, Mesh, Node};
 use crate::shape::{Ray, Shear, Slabs, Triangle};
 use crate::simd::{Kernel, Lanes, Runs, Simd};
-use glam::Vec3;
 
 /// A mesh of a scene, with what tracing it needs.
 #[derive(Clone, Copy)]
 pub(crate) struct MeshView<'a, const W: usize> {
     pub(crate) nodes: &'a [Node<W>],
-    pub(crate) leaves: &'a [LeafBlock<W>],
+    pub(crate) leaves: Leaves<'a, W>,
     pub(crate) root: u32,
     pub(crate) extent: f32,
 }
@@ -42,28 +42,16 @@ impl<'a, const W: usize> MeshView<'a, W> {
     pub(crate) fn new(scene: &Scene<'a, W>, mesh: &Mesh) -> Self {
         Self {
             nodes: scene.nodes,
-            leaves: scene.leaves,
+            leaves: Leaves::new(scene, mesh),
             root: mesh.root,
             extent: mesh.extent,
         }
     }
 }
 
-impl<const W: usize> LeafBlock<W> {
-    /// The triangle in a lane; `lane` is taken modulo the width.
-    #[inline(always)]
-    pub(crate) fn triangle(&self, lane: u32) -> Triangle {
-        let lane = lane as usize & (W - 1);
-        Triangle(map3([0, 1, 2], |corner| {
-            let [x, y, z] = &self.corners[corner];
-            Vec3::new(x[lane], y[lane], z[lane])
-        }))
-    }
-}
-
 /// Looks for the nearest triangle, or for any.
 pub(super) struct InMesh<'r, 'a, const W: usize, const ANY: bool> {
-    leaves: &'a [LeafBlock<W>],
+    leaves: Leaves<'a, W>,
     ray: &'r Ray,
     slabs: &'r Slabs,
     /// Computed at the first leaf: most rays meet none.
@@ -101,6 +89,35 @@ impl<'r, 'a, const W: usize, const ANY: bool> InMesh<'r, 'a, W, ANY> {
         self.best.take_nearer(hit);
         self.limit = min(self.limit, self.best.t);
         ANY
+    }
+
+    /// A leaf of numbers, a triangle at a time: gathered into lanes, corners
+    /// would go through memory twice, padding along with them.
+    #[inline(always)]
+    fn one_by_one(&mut self, leaf: u32, shear: &Shear) -> bool {
+        let Some(ids) = self.leaves.ids(leaf) else {
+            return false;
+        };
+        for (lane, &triangle) in (0..).zip(ids) {
+            // Empty lanes come last.
+            let Some(corners) = self.leaves.corners(triangle) else {
+                break;
+            };
+            let t = Triangle::distance(corners, self.ray, shear, self.slabs, self.limit);
+            let Some(t) = t.map(|t| max(t, self.start)).filter(|&t| t <= self.limit) else {
+                continue;
+            };
+            let hit = MeshHit {
+                t,
+                triangle,
+                leaf,
+                lane,
+            };
+            if self.accept(hit) {
+                return true;
+            }
+        }
+        false
     }
 }
 
@@ -189,12 +206,15 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
     fn leaf<L: Lanes<W>>(&mut self, l: L, child: u32, _near: f32, path: &mut Path<'_>) -> bool {
         path.work.steps += u64::from((child >> COUNT_SHIFT & 7) + 1);
         let leaf = leaf_index(child);
-        let Some(block) = self.leaves.get(leaf as usize) else {
-            return false;
-        };
         let shear = match self.shear {
             Some(shear) => shear,
             None => *self.shear.insert(Shear::new(self.ray)),
+        };
+        if W == 4 {
+            return self.one_by_one(leaf, &shear);
+        }
+        let Some(block) = self.leaves.block(leaf) else {
+            return false;
         };
         let [kx, ky, kz] = shear.axes;
         let [sx, sy, sz] = map3(shear.shear, |s| l.splat(s));
@@ -265,7 +285,7 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
 #[derive(Debug, Clone, Copy)]
 pub struct MeshTracer<'a, const W: usize = 8> {
     nodes: &'a [Node<W>],
-    leaves: &'a [LeafBlock<W>],
+    leaves: Leaves<'a, W>,
     root: u32,
     extent: f32,
     simd: Simd,
