@@ -1,6 +1,6 @@
 //! The bytes of a baked scene.
 //!
-//! Little-endian, one [`Header`] and eight tables that it points to, each
+//! Little-endian, one [`Header`] and ten tables that it points to, each
 //! aligned to [`ALIGNMENT`]. The format's version is its own, apart from the
 //! crate's; any change to a record here raises it.
 

@@ -3,7 +3,7 @@ use super::format::{
     ALIGNMENT, COUNT_SHIFT, Header, INDEX, Instance, LEAF, Light, MAGIC, Material, Mesh,
     NO_MATERIAL, Table, VERSION, kind, light,
 };
-use crate::shape::{Slabs, Spheroid};
+use crate::shape::{Ray, Slabs, Spheroid};
 use crate::trace::STACK_ENTRIES;
 use core::fmt;
 use core::ops::Range;
@@ -58,6 +58,15 @@ pub enum SceneError {
         offset: u32,
         /// Its length: records.
         count: u32,
+    },
+    /// A table of another length than the layout or another table gives it.
+    Count {
+        /// Which.
+        name: &'static str,
+        /// Records that it has.
+        found: u32,
+        /// Records that it should have.
+        expected: u32,
     },
     /// An index past its table, or into a part that is another's.
     Index {
@@ -121,6 +130,14 @@ impl fmt::Display for SceneError {
             } => write!(
                 f,
                 "the table of {name} ({count} records at byte {offset}) is not inside the scene"
+            ),
+            Self::Count {
+                name,
+                found,
+                expected,
+            } => write!(
+                f,
+                "the table of {name} has {found} records, it should have {expected}"
             ),
             Self::Index {
                 what,
@@ -237,7 +254,7 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
     )?;
     check_tables(scene)?;
     for (record, position) in scene.positions.iter().enumerate() {
-        let range = -Slabs::LARGEST_EXTENT..=Slabs::LARGEST_EXTENT;
+        let range = -Ray::FARTHEST..=Ray::FARTHEST;
         within(position, range, "a vertex position", record as u32)?;
     }
     for (record, material) in scene.materials.iter().enumerate() {
@@ -271,23 +288,26 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
 /// Leaves are of one kind, by the width, and what either looks up is there.
 fn check_tables<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
     let header = scene.header;
-    let (other, positions) = if W == 8 {
+    let ((name, other), positions) = if W == 8 {
         (("leaves of numbers", header.id_leaves), 0)
     } else {
         (("leaves", header.leaves), header.normals.count)
     };
-    let wrong = |(name, table): (&'static str, Table)| SceneError::Table {
-        name,
-        offset: table.offset,
-        count: table.count,
-    };
-    if other.1.count != 0 {
-        return Err(wrong(other));
+    let lengths = [
+        (name, other.count, 0),
+        ("positions", header.positions.count, positions),
+    ];
+    match lengths
+        .iter()
+        .find(|(_, found, expected)| found != expected)
+    {
+        Some(&(name, found, expected)) => Err(SceneError::Count {
+            name,
+            found,
+            expected,
+        }),
+        None => Ok(()),
     }
-    if header.positions.count != positions {
-        return Err(wrong(("positions", header.positions)));
-    }
-    Ok(())
 }
 
 fn finite(values: &[f32], what: &'static str, record: u32) -> Result<(), SceneError> {

@@ -36,14 +36,20 @@ impl<'a, const W: usize> Leaves<'a, W> {
         self.blocks.get(leaf as usize)
     }
 
-    /// The numbers of a leaf's triangles; `u32::MAX` where empty.
+    /// A leaf of either kind.
     #[inline(always)]
-    pub(crate) fn ids(&self, leaf: u32) -> Option<&'a [u32; W]> {
-        if W == 8 {
-            self.block(leaf).map(|block| &block.ids)
+    pub(crate) fn leaf(&self, leaf: u32) -> Option<Leaf<'a, W>> {
+        let block = self.block(leaf);
+        let ids = if W == 8 {
+            &block?.ids
         } else {
-            self.numbers.get(leaf as usize)?.first_chunk()
-        }
+            self.numbers.get(leaf as usize)?.first_chunk()?
+        };
+        Some(Leaf {
+            leaves: *self,
+            block,
+            ids,
+        })
     }
 
     /// The corners of a triangle where leaves hold numbers; `None` for that of
@@ -57,15 +63,26 @@ impl<'a, const W: usize> Leaves<'a, W> {
             self.positions.get(c as usize)?,
         ])
     }
+}
 
+/// The triangles of one leaf.
+#[derive(Clone, Copy)]
+pub(crate) struct Leaf<'a, const W: usize> {
+    leaves: Leaves<'a, W>,
+    block: Option<&'a LeafBlock<W>>,
+    /// Their numbers; `u32::MAX` where empty.
+    pub(crate) ids: &'a [u32; W],
+}
+
+impl<const W: usize> Leaf<'_, W> {
     /// The triangle in a lane, which is taken modulo the width.
     #[inline(always)]
-    pub(crate) fn triangle(&self, leaf: u32, lane: u32) -> Option<Triangle> {
+    pub(crate) fn triangle(&self, lane: u32) -> Option<Triangle> {
         if W == 8 {
-            self.block(leaf).map(|block| block.triangle(lane))
+            Some(self.block?.triangle(lane))
         } else {
-            let id = self.ids(leaf)?[lane as usize & (W - 1)];
-            let corners = self.corners(id)?;
+            let id = self.ids[lane as usize & (W - 1)];
+            let corners = self.leaves.corners(id)?;
             Some(Triangle(map3(corners, |&c| Vec3::from_array(c))))
         }
     }

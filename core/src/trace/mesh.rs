@@ -29,7 +29,7 @@ use crate::shape::{Ray, Shear, Slabs, Triangle};
 use crate::simd::{Kernel, Lanes, Runs, Simd};
 
 /// A mesh of a scene, with what tracing it needs.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct MeshView<'a, const W: usize> {
     pub(crate) nodes: &'a [Node<W>],
     pub(crate) leaves: Leaves<'a, W>,
@@ -91,19 +91,28 @@ impl<'r, 'a, const W: usize, const ANY: bool> InMesh<'r, 'a, W, ANY> {
         ANY
     }
 
+    #[inline(always)]
+    fn shear(&mut self) -> Shear {
+        match self.shear {
+            Some(shear) => shear,
+            None => *self.shear.insert(Shear::new(self.ray)),
+        }
+    }
+
     /// A leaf of numbers, a triangle at a time: gathered into lanes, corners
     /// would go through memory twice, padding along with them.
     #[inline(always)]
-    fn one_by_one(&mut self, leaf: u32, shear: &Shear) -> bool {
-        let Some(ids) = self.leaves.ids(leaf) else {
+    fn one_by_one(&mut self, leaf: u32) -> bool {
+        let Some(triangles) = self.leaves.leaf(leaf) else {
             return false;
         };
-        for (lane, &triangle) in (0..).zip(ids) {
+        let shear = self.shear();
+        for (lane, &triangle) in (0..).zip(triangles.ids) {
             // Empty lanes come last.
             let Some(corners) = self.leaves.corners(triangle) else {
                 break;
             };
-            let t = Triangle::distance(corners, self.ray, shear, self.slabs, self.limit);
+            let t = Triangle::distance(corners, self.ray, &shear, self.slabs, self.limit);
             let Some(t) = t.map(|t| max(t, self.start)).filter(|&t| t <= self.limit) else {
                 continue;
             };
@@ -206,16 +215,13 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
     fn leaf<L: Lanes<W>>(&mut self, l: L, child: u32, _near: f32, path: &mut Path<'_>) -> bool {
         path.work.steps += u64::from((child >> COUNT_SHIFT & 7) + 1);
         let leaf = leaf_index(child);
-        let shear = match self.shear {
-            Some(shear) => shear,
-            None => *self.shear.insert(Shear::new(self.ray)),
-        };
         if W == 4 {
-            return self.one_by_one(leaf, &shear);
+            return self.one_by_one(leaf);
         }
         let Some(block) = self.leaves.block(leaf) else {
             return false;
         };
+        let shear = self.shear();
         let [kx, ky, kz] = shear.axes;
         let [sx, sy, sz] = map3(shear.shear, |s| l.splat(s));
         let o = map3(self.ray.origin().to_array(), |o| l.splat(o));
@@ -284,15 +290,12 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
 /// of intersection, and for tools that have no scene around their mesh.
 #[derive(Debug, Clone, Copy)]
 pub struct MeshTracer<'a, const W: usize = 8> {
-    nodes: &'a [Node<W>],
-    leaves: Leaves<'a, W>,
-    root: u32,
-    extent: f32,
+    mesh: MeshView<'a, W>,
     simd: Simd,
 }
 
 struct Nearest<'r, 'a, const W: usize> {
-    mesh: MeshView<'a, W>,
+    mesh: &'r MeshView<'a, W>,
     ray: &'r Ray,
     stack: &'r mut TraversalStack,
 }
@@ -302,7 +305,7 @@ impl<const W: usize> Kernel<W> for Nearest<'_, '_, W> {
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L) -> (MeshHit, Work) {
         let slabs = Slabs::new(self.ray, self.mesh.extent);
-        let mut search = InMesh::<W, false>::new(&self.mesh, self.ray, &slabs, 0.0, f32::INFINITY);
+        let mut search = InMesh::<W, false>::new(self.mesh, self.ray, &slabs, 0.0, f32::INFINITY);
         let mut path = Path::new(self.stack);
         let (nodes, root) = (self.mesh.nodes, self.mesh.root);
         walk(lanes, nodes, root, &slabs, &mut search, &mut path);
@@ -316,14 +319,8 @@ where
 {
     /// For mesh number `mesh` of the scene, or `None` where there is none.
     pub fn new(scene: &Scene<'a, W>, mesh: usize, simd: Simd) -> Option<Self> {
-        let view = MeshView::new(scene, scene.meshes.get(mesh)?);
-        Some(Self {
-            nodes: view.nodes,
-            leaves: view.leaves,
-            root: view.root,
-            extent: view.extent,
-            simd,
-        })
+        let mesh = MeshView::new(scene, scene.meshes.get(mesh)?);
+        Some(Self { mesh, simd })
     }
 
     /// The nearest triangle and the number of steps it took to find it: one
@@ -331,12 +328,7 @@ where
     #[inline]
     pub fn nearest(&self, ray: &Ray, stack: &mut TraversalStack) -> (Option<MeshHit>, u64) {
         let kernel = Nearest {
-            mesh: MeshView {
-                nodes: self.nodes,
-                leaves: self.leaves,
-                root: self.root,
-                extent: self.extent,
-            },
+            mesh: &self.mesh,
             ray,
             stack,
         };
@@ -353,10 +345,7 @@ where
         let work = <Simd as Runs<8>>::run(
             self.simd,
             TileInMeshSearch::<W> {
-                nodes: self.nodes,
-                leaves: self.leaves,
-                root: self.root,
-                extent: self.extent,
+                mesh: &self.mesh,
                 rays,
                 hits: &mut hits,
                 stack: &mut *stack,

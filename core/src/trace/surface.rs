@@ -36,7 +36,9 @@ impl<'a> Surface<'a> {
         let to_world = |p| map_point(&instance.world_from_object, p);
         let (point, normal, smooth, material, reach) = if instance.kind == kind::MESH {
             let mesh = scene.meshes.get(instance.geometry as usize)?;
-            let triangle = Leaves::new(scene, mesh).triangle(hit.on.leaf, hit.on.lane)?;
+            let triangle = Leaves::new(scene, mesh)
+                .leaf(hit.on.leaf)?
+                .triangle(hit.on.lane)?;
             let weights = triangle.weights(&object_ray);
             let [a, b, c] = triangle.0;
             let record = mesh.first_triangle.checked_add(hit.on.triangle)?;
