@@ -415,7 +415,7 @@ fn check_mesh<const W: usize>(
         if (W == 4 || mesh.normal_count > 0)
             && let Some(&index) = triangle.corners.iter().find(|&&c| c >= mesh.normal_count)
         {
-            return Err(outside("normal", index));
+            return Err(outside("vertex", index));
         }
         if triangle.material as usize >= scene.materials.len() {
             return Err(outside("material", triangle.material));

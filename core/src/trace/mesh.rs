@@ -12,10 +12,13 @@
 //! | exact lanes given by value to a cold function: by reference, all of the search lived in memory | portable: zoom 5.3, primary 14.0 | 8.9, 24.8 |
 //! | the same, and the triangles' boxes in all lanes at once, on AVX2 | zoom 2.37, incoherent 2.39, bounce 2.01, primary 1.99 times `obvhs` | 2.49, 2.47, 2.06, 2.06 times |
 //! | **not kept:** an only child visited without going over the stack | zoom 2.49, incoherent 2.47, bounce 2.06 times `obvhs` | 2.47, 2.30, 1.97 times |
+//! | four wide, leaves of triangle numbers for leaves of corners (319 kB for 544 kB in scene A) | zoom 10.3, incoherent 4.1, bounce 5.2, primary 26.9 | 8.3, 3.8, 4.5, 23.5 |
+//! | **not kept:** the same, corners gathered into lanes, not taken one triangle at a time | incoherent 3.7, bounce 4.3, primary 23.1 | 3.6, 4.2, 21.7 |
 //!
-//! Four wide nodes in portable code are as fast as eight wide ones with AVX2 on
-//! rays that mostly hit what is in front of them (zoom 10.4 against 8.8), and
-//! slower where rays go everywhere (incoherent 4.3 against 6.7).
+//! Four wide nodes in portable code are nearly as fast as eight wide ones with
+//! AVX2 on rays that mostly hit what is in front of them (zoom 8.3 against 8.6,
+//! primary 23.5 against 25.0), and slower where rays go everywhere (incoherent
+//! 3.8 against 6.3).
 
 use super::hit::{Hit, MeshHit};
 use super::leaves::Leaves;
@@ -100,7 +103,8 @@ impl<'r, 'a, const W: usize, const ANY: bool> InMesh<'r, 'a, W, ANY> {
     }
 
     /// A leaf of numbers, a triangle at a time: gathered into lanes, corners
-    /// would go through memory twice, padding along with them.
+    /// would go through memory twice, and where there are no vectors padding
+    /// would cost as much as triangles.
     #[inline(always)]
     fn one_by_one(&mut self, leaf: u32) -> bool {
         let Some(triangles) = self.leaves.leaf(leaf) else {
@@ -210,7 +214,8 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
         self.limit
     }
 
-    /// [`Triangle::intersect`] on all lanes of a block.
+    /// [`Triangle::intersect`] on all lanes of a block, or on each triangle
+    /// where there are no blocks.
     #[inline(always)]
     fn leaf<L: Lanes<W>>(&mut self, l: L, child: u32, _near: f32, path: &mut Path<'_>) -> bool {
         path.work.steps += u64::from((child >> COUNT_SHIFT & 7) + 1);
