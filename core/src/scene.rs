@@ -99,9 +99,11 @@ impl<'a, const W: usize> Scene<'a, W> {
         self.lights
     }
 
-    /// Counts of nodes, leaf blocks and triangles, all meshes together.
+    /// Counts of nodes, leaves and triangles, all meshes together.
     pub const fn sizes(&self) -> (usize, usize, usize) {
-        (self.nodes.len(), self.leaves.len(), self.triangles.len())
+        // One of the two kinds of leaves is empty.
+        let leaves = self.leaves.len() + self.id_leaves.len();
+        (self.nodes.len(), leaves, self.triangles.len())
     }
 
     /// Bytes that the scene takes.

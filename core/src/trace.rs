@@ -3,6 +3,7 @@
 mod background;
 mod budget;
 mod hit;
+mod leaves;
 mod mesh;
 mod optics;
 mod stack;

@@ -14,7 +14,7 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{
-    self, Instance, LeafBlock, NO_MATERIAL, effect, flag, kind, light,
+    self, IdLeaf, Instance, LeafBlock, NO_MATERIAL, effect, flag, kind, light,
 };
 use shisen_core::shape::Spheroid;
 use thiserror::Error;
@@ -280,6 +280,11 @@ impl<const W: usize> Tables<W> {
         }
         self.materials.extend(mesh.materials.iter().map(material));
         self.normals.extend_from_slice(&mesh.vertex_normals());
+        if W == 4 {
+            let positions = mesh.positions.iter();
+            self.positions
+                .extend(positions.map(|p| p.map(positive_zero)));
+        }
         let extent = extent(mesh.positions.iter().copied());
         for (rung, tree) in trees.iter().enumerate() {
             let rungs = (trees.len() - rung) as u32;
@@ -291,7 +296,7 @@ impl<const W: usize> Tables<W> {
                 continue;
             }
             let first_node = self.nodes.len() as u32;
-            let first_leaf = self.leaves.len() as u32;
+            let first_leaf = (self.leaves.len() + self.id_leaves.len()) as u32;
             for node in &tree.nodes {
                 let mut node = *node;
                 for lane in 0..W {
@@ -304,7 +309,11 @@ impl<const W: usize> Tables<W> {
                 self.nodes.push(node);
             }
             for leaf in &tree.leaves {
-                self.leaves.push(leaf_block(mesh, leaf));
+                if W == 8 {
+                    self.leaves.push(leaf_block(mesh, leaf));
+                } else {
+                    self.id_leaves.push(id_leaf(leaf));
+                }
             }
             self.meshes.push(format::Mesh {
                 root: first_node,
@@ -345,6 +354,17 @@ impl<const W: usize> Tables<W> {
     }
 }
 
+/// Leaves no −0 behind, so that equal vertices have equal bits.
+fn positive_zero(coordinate: f32) -> f32 {
+    coordinate + 0.0
+}
+
+fn id_leaf(triangles: &[u32]) -> IdLeaf {
+    let mut leaf = [u32::MAX; 4];
+    leaf[..triangles.len()].copy_from_slice(triangles);
+    leaf
+}
+
 fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlock<W> {
     let mut block = LeafBlock {
         corners: [[[f32::NAN; W]; 3]; 3],
@@ -355,9 +375,8 @@ fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlo
         for corner in 0..3 {
             let vertex = mesh.triangles[triangle as usize][corner] as usize;
             for axis in 0..3 {
-                // + 0.0 leaves no −0 behind, so that equal vertices have
-                // equal bits.
-                block.corners[corner][axis][lane] = mesh.positions[vertex][axis] + 0.0;
+                let position = mesh.positions[vertex][axis];
+                block.corners[corner][axis][lane] = positive_zero(position);
             }
         }
     }

@@ -6,7 +6,9 @@ use shisen::bake::Baked;
 use shisen::mesh::{Material, TriangleMesh};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
-use shisen_core::scene::format::{ALIGNMENT, Header, Instance, Mesh, Table, VERSION};
+use shisen_core::scene::format::{
+    ALIGNMENT, Header, IdLeaf, Instance, Mesh, Table, Triangle, VERSION,
+};
 use shisen_core::scene::{self, SceneError};
 use shisen_core::shape::Ray;
 use shisen_core::trace::{Budget, MeshTracer, Tracer, TraversalStack, Workspace};
@@ -17,6 +19,7 @@ use shisen_tests::sizes::cases;
 use std::mem::offset_of;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use xxhash_rust::xxh32::xxh32;
+use zerocopy::FromBytes as _;
 
 /// Everything that a scene can have, little of each.
 fn small_scene() -> Scene {
@@ -344,6 +347,120 @@ where
 fn every_truncation_is_refused() {
     every_length::<8>();
     every_length::<4>();
+}
+
+/// What the core says of a scene in which `word` was written at byte `at`.
+fn with_word<const W: usize>(baked: &Baked<W>, at: usize, word: u32) -> Result<(), SceneError>
+where
+    Simd: Runs<W>,
+{
+    let mut copy = Aligned::new(baked.as_bytes());
+    copy.bytes()[at..at + 4].copy_from_slice(&word.to_le_bytes());
+    mend_checksum(copy.bytes());
+    try_out::<W>(copy.bytes(), &format!("{word:#x} at byte {at}"), &rays(24))
+}
+
+#[test]
+fn leaves_of_numbers_name_triangles_and_those_name_vertices() {
+    let baked = Baked::<4>::new(&small_scene()).expect("a scene");
+    let (header, _) = Header::read_from_prefix(baked.as_bytes()).expect("a header");
+    let scene = baked.scene();
+    let [tetrahedron, icosahedron] = [scene.meshes()[0], scene.meshes()[1]];
+    assert_eq!(tetrahedron.triangle_count, 4);
+    let refused = |at: usize, word: u32| with_word(&baked, at, word).expect_err("a wrong word");
+
+    // The last leaf is one of the icosahedron's twenty triangles.
+    let leaves = header.id_leaves;
+    let last = leaves.offset as usize + (leaves.count as usize - 1) * size_of::<IdLeaf>();
+    let what = "triangle";
+    let error = |index| SceneError::Index {
+        what,
+        record: 1,
+        index,
+    };
+    assert_eq!(refused(last, 20), error(20));
+    assert_eq!(refused(last, u32::MAX), error(u32::MAX));
+    assert_eq!(with_word(&baked, last, 19), Ok(()));
+    let bytes = baked.as_bytes();
+    let empty = (leaves.offset as usize..)
+        .step_by(4)
+        .find(|&at| bytes[at..at + 4] == [0xff; 4]);
+    let empty = empty.expect("a leaf with an empty lane");
+    assert!(empty < last + size_of::<IdLeaf>());
+    assert!(matches!(
+        refused(empty, 0),
+        SceneError::Index {
+            what: "triangle",
+            index: 0,
+            ..
+        }
+    ));
+
+    let what = "vertex";
+    let first = header.triangles.offset as usize + offset_of!(Triangle, corners);
+    let second = first + 4 * size_of::<Triangle>();
+    for (mesh, at, record) in [(tetrahedron, first, 0), (icosahedron, second, 1)] {
+        for corner in 0..3 {
+            let index = mesh.normal_count;
+            let error = SceneError::Index {
+                what,
+                record,
+                index,
+            };
+            assert_eq!(refused(at + 4 * corner, index), error);
+            assert_eq!(with_word(&baked, at + 4 * corner, index - 1), Ok(()));
+        }
+    }
+    // Without normals there are no positions either.
+    let normals = header.meshes.offset as usize + offset_of!(Mesh, normal_count);
+    assert!(matches!(
+        refused(normals, 0),
+        SceneError::Index { what: "vertex", .. }
+    ));
+
+    let what = "a vertex position";
+    let second = header.positions.offset as usize + size_of::<[f32; 3]>();
+    for bad in [f32::NAN, f32::NEG_INFINITY, 1.0001e12, -1e30] {
+        let error = SceneError::Value { what, record: 1 };
+        assert_eq!(refused(second + 8, bad.to_bits()), error, "{bad}");
+    }
+    assert_eq!(with_word(&baked, second + 8, (-1e12_f32).to_bits()), Ok(()));
+}
+
+#[test]
+fn each_layout_has_its_own_leaves_and_tables_of_a_length() {
+    fn check<const W: usize>(table: usize, count: u32, name: &'static str, lengths: [u32; 2])
+    where
+        Simd: Runs<W>,
+    {
+        let baked = Baked::<W>::new(&small_scene()).expect("a scene");
+        let [found, expected] = lengths;
+        let error = SceneError::Count {
+            name,
+            found,
+            expected,
+        };
+        let at = table + offset_of!(Table, count);
+        assert_eq!(with_word(&baked, at, count), Err(error), "{W} wide");
+    }
+    check::<8>(
+        offset_of!(Header, id_leaves),
+        1,
+        "leaves of numbers",
+        [1, 0],
+    );
+    check::<8>(offset_of!(Header, positions), 1, "positions", [1, 0]);
+    check::<4>(offset_of!(Header, leaves), 1, "leaves", [1, 0]);
+    // Four corners of a tetrahedron, twelve of an icosahedron.
+    for count in [0, 15] {
+        check::<4>(
+            offset_of!(Header, positions),
+            count,
+            "positions",
+            [count, 16],
+        );
+        check::<4>(offset_of!(Header, normals), count, "positions", [16, count]);
+    }
 }
 
 #[test]

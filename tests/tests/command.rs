@@ -283,6 +283,12 @@ fn baked_scenes_give_the_frames_of_their_sources() {
             };
             assert_eq!(records("nodes"), baked["nodes"]);
             assert_eq!(records("leaves"), baked["leaves"]);
+            assert_ne!(records("leaves"), 0);
+            let positions = records("positions");
+            match layout {
+                "fast" => assert_eq!(positions, 0),
+                _ => assert_eq!(positions, records("normals")),
+            }
             let total: u64 = tables.iter().map(|t| t["bytes"].as_u64().unwrap()).sum();
             assert!(total < bytes.len() as u64 && total > bytes.len() as u64 / 2);
 

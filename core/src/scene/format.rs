@@ -1,6 +1,6 @@
 //! The bytes of a baked scene.
 //!
-//! Little-endian, one [`Header`] and eight tables that it points to, each
+//! Little-endian, one [`Header`] and ten tables that it points to, each
 //! aligned to [`ALIGNMENT`]. The format's version is its own, apart from the
 //! crate's; any change to a record here raises it.
 
@@ -317,7 +317,8 @@ pub struct Light {
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Triangle {
-    /// Numbers of its corners' normals within the mesh.
+    /// Numbers of its corners' normals within the mesh, and of their positions
+    /// where leaves hold numbers.
     pub corners: [u32; 3],
     /// Index of its material.
     pub material: u32,

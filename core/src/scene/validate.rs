@@ -3,7 +3,7 @@ use super::format::{
     ALIGNMENT, COUNT_SHIFT, Header, INDEX, Instance, LEAF, Light, MAGIC, Material, Mesh,
     NO_MATERIAL, Table, VERSION, kind, light,
 };
-use crate::shape::{Slabs, Spheroid};
+use crate::shape::{Ray, Slabs, Spheroid};
 use crate::trace::STACK_ENTRIES;
 use core::fmt;
 use core::ops::{Range, RangeInclusive};
@@ -58,6 +58,15 @@ pub enum SceneError {
         offset: u32,
         /// Its length: records.
         count: u32,
+    },
+    /// A table of another length than the layout or another table gives it.
+    Count {
+        /// Which.
+        name: &'static str,
+        /// Records that it has.
+        found: u32,
+        /// Records that it should have.
+        expected: u32,
     },
     /// An index past its table, or into a part that is another's.
     Index {
@@ -127,6 +136,14 @@ impl fmt::Display for SceneError {
             } => write!(
                 f,
                 "the table of {name} ({count} records at byte {offset}) is not inside the scene"
+            ),
+            Self::Count {
+                name,
+                found,
+                expected,
+            } => write!(
+                f,
+                "the table of {name} has {found} records, it should have {expected}"
             ),
             Self::Index {
                 what,
@@ -248,6 +265,11 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
         "the scene's extent",
         0,
     )?;
+    check_tables(scene)?;
+    for (record, position) in scene.positions.iter().enumerate() {
+        let range = -Ray::FARTHEST..=Ray::FARTHEST;
+        within(position, range, "a vertex position", record as u32)?;
+    }
     for (record, material) in scene.materials.iter().enumerate() {
         check_material(material, record as u32)?;
     }
@@ -292,6 +314,31 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
         });
     }
     Ok(())
+}
+
+/// Leaves are of one kind, by the width, and what either looks up is there.
+fn check_tables<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
+    let header = scene.header;
+    let ((name, other), positions) = if W == 8 {
+        (("leaves of numbers", header.id_leaves), 0)
+    } else {
+        (("leaves", header.leaves), header.normals.count)
+    };
+    let lengths = [
+        (name, other.count, 0),
+        ("positions", header.positions.count, positions),
+    ];
+    match lengths
+        .iter()
+        .find(|(_, found, expected)| found != expected)
+    {
+        Some(&(name, found, expected)) => Err(SceneError::Count {
+            name,
+            found,
+            expected,
+        }),
+        None => Ok(()),
+    }
 }
 
 fn finite(values: &[f32], what: &'static str, record: u32) -> Result<(), SceneError> {
@@ -413,10 +460,11 @@ fn check_triangles<const W: usize>(
         .get(triangles.start as usize..triangles.end as usize)
         .unwrap_or_default()
     {
-        if mesh.normal_count > 0
+        // Corners have positions by the same numbers, if not normals.
+        if (W == 4 || mesh.normal_count > 0)
             && let Some(&index) = triangle.corners.iter().find(|&&c| c >= mesh.normal_count)
         {
-            return Err(outside("normal", index));
+            return Err(outside("vertex", index));
         }
         if triangle.material as usize >= scene.materials.len() {
             return Err(outside("material", triangle.material));
@@ -437,7 +485,8 @@ fn check_mesh<const W: usize>(
     };
     let nodes = part(mesh.first_node, mesh.node_count, scene.nodes.len())
         .ok_or(outside("node", mesh.first_node))?;
-    let leaves = part(mesh.first_leaf, mesh.leaf_count, scene.leaves.len())
+    let leaf_count = scene.leaves.len() + scene.id_leaves.len();
+    let leaves = part(mesh.first_leaf, mesh.leaf_count, leaf_count)
         .ok_or(outside("leaf", mesh.first_leaf))?;
     within(
         &[mesh.extent],
@@ -453,15 +502,19 @@ fn check_mesh<const W: usize>(
     let mut faces = 0u32;
     let needed = check_tree(scene, &tree, mesh.root, |leaf, count| {
         faces = faces.saturating_add(count);
-        let block = scene.leaves.get(leaf as usize);
-        let Some(block) = block else {
+        let ids = if W == 8 {
+            scene.leaves.get(leaf as usize).map(|block| &block.ids[..])
+        } else {
+            scene.id_leaves.get(leaf as usize).map(|ids| &ids[..])
+        };
+        let Some(ids) = ids else {
             return Err(outside("leaf", leaf));
         };
         let wrong = |(lane, id): (usize, &u32)| {
             let filled = lane < count as usize;
             (filled && *id >= mesh.triangle_count) || (!filled && *id != u32::MAX)
         };
-        match block.ids.iter().enumerate().find(|&entry| wrong(entry)) {
+        match ids.iter().enumerate().find(|&entry| wrong(entry)) {
             Some((_, &id)) => Err(outside("triangle", id)),
             None => Ok(()),
         }

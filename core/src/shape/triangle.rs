@@ -74,35 +74,49 @@ impl Triangle {
     /// first.
     pub fn intersect(&self, ray: &Ray, extent: f32) -> Option<TriangleHit> {
         let (slabs, shear) = (Slabs::new(ray, extent), Shear::new(ray));
-        let sheared = self.sheared(ray, &shear);
-        let edges = sheared.edges();
-        let least = min(edges[0], min(edges[1], edges[2]));
-        let most = max(edges[0], max(edges[1], edges[2]));
-        if !(least >= 0.0 || most <= 0.0) {
-            return None;
-        }
-        let t = if least == 0.0 || most == 0.0 {
-            self.exact_distance(ray, &shear)?
-        } else {
-            sheared.distance(edges, &shear)
-        };
-        let t = self.clamp_to_box(t, &slabs)?;
+        let [a, b, c] = &map3(self.0, |corner| corner.to_array());
+        let t = Self::distance([a, b, c], ray, &shear, &slabs, f32::INFINITY)?;
         Some(TriangleHit {
             t,
             weights: self.weights(ray),
         })
     }
 
+    /// [`Self::intersect`]'s distance to the triangle of these corners, for a
+    /// ray already made ready; `None` too where it is farther than `limit`.
+    #[inline(always)]
+    pub(crate) fn distance(
+        corners: [&[f32; 3]; 3],
+        ray: &Ray,
+        shear: &Shear,
+        slabs: &Slabs,
+        limit: f32,
+    ) -> Option<f32> {
+        let sheared = Sheared::new(corners, ray, shear);
+        let edges = sheared.edges();
+        let least = min(edges[0], min(edges[1], edges[2]));
+        let most = max(edges[0], max(edges[1], edges[2]));
+        if !(least >= 0.0 || most <= 0.0) {
+            return None;
+        }
+        let triangle = Self(map3(corners, |&c| Vec3::from_array(c)));
+        let t = if least == 0.0 || most == 0.0 {
+            // A copy: the shear itself need not be in memory for this.
+            triangle.exact_distance(ray, &{ *shear })?
+        } else {
+            sheared.distance(edges, shear)
+        };
+        // The box can only move it on.
+        if t > limit {
+            return None;
+        }
+        triangle.clamp_to_box(t, slabs)
+    }
+
     #[inline(always)]
     fn sheared(&self, ray: &Ray, shear: &Shear) -> Sheared {
-        let [kx, ky, kz] = shear.axes;
-        let [sx, sy, _] = shear.shear;
-        let corners = map3(self.0, |corner| (corner - ray.origin()).to_array());
-        Sheared {
-            x: map3(corners, |c| c[kx] - sx * c[kz]),
-            y: map3(corners, |c| c[ky] - sy * c[kz]),
-            z: map3(corners, |c| c[kz]),
-        }
+        let [a, b, c] = &map3(self.0, |corner| corner.to_array());
+        Sheared::new([a, b, c], ray, shear)
     }
 
     /// The distance where the f32 edge functions are not all of one sign and
@@ -155,6 +169,29 @@ impl Triangle {
 }
 
 impl Sheared {
+    #[inline(always)]
+    fn new(corners: [&[f32; 3]; 3], ray: &Ray, shear: &Shear) -> Self {
+        // They are: it spares checks.
+        let [kx, ky, kz] = map3(shear.axes, |axis| axis.min(2));
+        let [sx, sy, _] = shear.shear;
+        let origin = ray.origin().to_array();
+        let z = map3(corners, |c| c[kz] - origin[kz]);
+        let x = map3(corners, |c| c[kx] - origin[kx]);
+        let y = map3(corners, |c| c[ky] - origin[ky]);
+        let sheared = |from: [f32; 3], by: f32| {
+            [
+                from[0] - by * z[0],
+                from[1] - by * z[1],
+                from[2] - by * z[2],
+            ]
+        };
+        Self {
+            x: sheared(x, sx),
+            y: sheared(y, sy),
+            z,
+        }
+    }
+
     /// Twice the signed areas of the triangles that each edge spans with the
     /// ray, opposite corner 0, 1, 2.
     #[inline(always)]

@@ -12,12 +12,16 @@
 //! | exact lanes given by value to a cold function: by reference, all of the search lived in memory | portable: zoom 5.3, primary 14.0 | 8.9, 24.8 |
 //! | the same, and the triangles' boxes in all lanes at once, on AVX2 | zoom 2.37, incoherent 2.39, bounce 2.01, primary 1.99 times `obvhs` | 2.49, 2.47, 2.06, 2.06 times |
 //! | **not kept:** an only child visited without going over the stack | zoom 2.49, incoherent 2.47, bounce 2.06 times `obvhs` | 2.47, 2.30, 1.97 times |
+//! | four wide, leaves of triangle numbers for leaves of corners (319 kB for 544 kB in scene A) | zoom 10.3, incoherent 4.1, bounce 5.2, primary 26.9 | 8.3, 3.8, 4.5, 23.5 |
+//! | **not kept:** the same, corners gathered into lanes, not taken one triangle at a time | incoherent 3.7, bounce 4.3, primary 23.1 | 3.6, 4.2, 21.7 |
 //!
-//! Four wide nodes in portable code are as fast as eight wide ones with AVX2 on
-//! rays that mostly hit what is in front of them (zoom 10.4 against 8.8), and
-//! slower where rays go everywhere (incoherent 4.3 against 6.7).
+//! Four wide nodes in portable code are nearly as fast as eight wide ones with
+//! AVX2 on rays that mostly hit what is in front of them (zoom 8.3 against 8.6,
+//! primary 23.5 against 25.0), and slower where rays go everywhere (incoherent
+//! 3.8 against 6.3).
 
 use super::hit::{Hit, MeshHit};
+use super::leaves::Leaves;
 use super::stack::{TraversalStack, Work};
 use super::tile::{TileHits, TileInMeshSearch, TileRays};
 use super::walk::{Path, Visitor, leaf_index, walk};
@@ -26,13 +30,12 @@ use crate::scene::Scene;
 use crate::scene::format::{COUNT_SHIFT, LeafBlock, Mesh, Node};
 use crate::shape::{Ray, Shear, Slabs, Triangle};
 use crate::simd::{Kernel, Lanes, Runs, Simd};
-use glam::Vec3;
 
 /// A mesh of a scene, with what tracing it needs.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct MeshView<'a, const W: usize> {
     pub(crate) nodes: &'a [Node<W>],
-    pub(crate) leaves: &'a [LeafBlock<W>],
+    pub(crate) leaves: Leaves<'a, W>,
     pub(crate) root: u32,
     pub(crate) extent: f32,
 }
@@ -42,28 +45,16 @@ impl<'a, const W: usize> MeshView<'a, W> {
     pub(crate) fn new(scene: &Scene<'a, W>, mesh: &Mesh) -> Self {
         Self {
             nodes: scene.nodes,
-            leaves: scene.leaves,
+            leaves: Leaves::new(scene, mesh),
             root: mesh.root,
             extent: mesh.extent,
         }
     }
 }
 
-impl<const W: usize> LeafBlock<W> {
-    /// The triangle in a lane; `lane` is taken modulo the width.
-    #[inline(always)]
-    pub(crate) fn triangle(&self, lane: u32) -> Triangle {
-        let lane = lane as usize & (W - 1);
-        Triangle(map3([0, 1, 2], |corner| {
-            let [x, y, z] = &self.corners[corner];
-            Vec3::new(x[lane], y[lane], z[lane])
-        }))
-    }
-}
-
 /// Looks for the nearest triangle, or for any.
 pub(super) struct InMesh<'r, 'a, const W: usize, const ANY: bool> {
-    leaves: &'a [LeafBlock<W>],
+    leaves: Leaves<'a, W>,
     ray: &'r Ray,
     slabs: &'r Slabs,
     /// Computed at the first leaf: most rays meet none.
@@ -101,6 +92,45 @@ impl<'r, 'a, const W: usize, const ANY: bool> InMesh<'r, 'a, W, ANY> {
         self.best.take_nearer(hit);
         self.limit = min(self.limit, self.best.t);
         ANY
+    }
+
+    #[inline(always)]
+    fn shear(&mut self) -> Shear {
+        match self.shear {
+            Some(shear) => shear,
+            None => *self.shear.insert(Shear::new(self.ray)),
+        }
+    }
+
+    /// A leaf of numbers, a triangle at a time: gathered into lanes, corners
+    /// would go through memory twice, and where there are no vectors padding
+    /// would cost as much as triangles.
+    #[inline(always)]
+    fn one_by_one(&mut self, leaf: u32) -> bool {
+        let Some(triangles) = self.leaves.leaf(leaf) else {
+            return false;
+        };
+        let shear = self.shear();
+        for (lane, &triangle) in (0..).zip(triangles.ids) {
+            // Empty lanes come last.
+            let Some(corners) = self.leaves.corners(triangle) else {
+                break;
+            };
+            let t = Triangle::distance(corners, self.ray, &shear, self.slabs, self.limit);
+            let Some(t) = t.map(|t| max(t, self.start)).filter(|&t| t <= self.limit) else {
+                continue;
+            };
+            let hit = MeshHit {
+                t,
+                triangle,
+                leaf,
+                lane,
+            };
+            if self.accept(hit) {
+                return true;
+            }
+        }
+        false
     }
 }
 
@@ -184,18 +214,19 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
         self.limit
     }
 
-    /// [`Triangle::intersect`] on all lanes of a block.
+    /// [`Triangle::intersect`] on all lanes of a block, or on each triangle
+    /// where there are no blocks.
     #[inline(always)]
     fn leaf<L: Lanes<W>>(&mut self, l: L, child: u32, _near: f32, path: &mut Path<'_>) -> bool {
         path.work.steps += u64::from((child >> COUNT_SHIFT & 7) + 1);
         let leaf = leaf_index(child);
-        let Some(block) = self.leaves.get(leaf as usize) else {
+        if W == 4 {
+            return self.one_by_one(leaf);
+        }
+        let Some(block) = self.leaves.block(leaf) else {
             return false;
         };
-        let shear = match self.shear {
-            Some(shear) => shear,
-            None => *self.shear.insert(Shear::new(self.ray)),
-        };
+        let shear = self.shear();
         let [kx, ky, kz] = shear.axes;
         let [sx, sy, sz] = map3(shear.shear, |s| l.splat(s));
         let o = map3(self.ray.origin().to_array(), |o| l.splat(o));
@@ -264,15 +295,12 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
 /// of intersection, and for tools that have no scene around their mesh.
 #[derive(Debug, Clone, Copy)]
 pub struct MeshTracer<'a, const W: usize = 8> {
-    nodes: &'a [Node<W>],
-    leaves: &'a [LeafBlock<W>],
-    root: u32,
-    extent: f32,
+    mesh: MeshView<'a, W>,
     simd: Simd,
 }
 
 struct Nearest<'r, 'a, const W: usize> {
-    mesh: MeshView<'a, W>,
+    mesh: &'r MeshView<'a, W>,
     ray: &'r Ray,
     stack: &'r mut TraversalStack,
 }
@@ -282,7 +310,7 @@ impl<const W: usize> Kernel<W> for Nearest<'_, '_, W> {
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L) -> (MeshHit, Work) {
         let slabs = Slabs::new(self.ray, self.mesh.extent);
-        let mut search = InMesh::<W, false>::new(&self.mesh, self.ray, &slabs, 0.0, f32::INFINITY);
+        let mut search = InMesh::<W, false>::new(self.mesh, self.ray, &slabs, 0.0, f32::INFINITY);
         let mut path = Path::new(self.stack);
         let (nodes, root) = (self.mesh.nodes, self.mesh.root);
         walk(lanes, nodes, root, &slabs, &mut search, &mut path);
@@ -296,14 +324,8 @@ where
 {
     /// For mesh number `mesh` of the scene, or `None` where there is none.
     pub fn new(scene: &Scene<'a, W>, mesh: usize, simd: Simd) -> Option<Self> {
-        let view = MeshView::new(scene, scene.meshes.get(mesh)?);
-        Some(Self {
-            nodes: view.nodes,
-            leaves: view.leaves,
-            root: view.root,
-            extent: view.extent,
-            simd,
-        })
+        let mesh = MeshView::new(scene, scene.meshes.get(mesh)?);
+        Some(Self { mesh, simd })
     }
 
     /// The nearest triangle and the number of steps it took to find it: one
@@ -311,12 +333,7 @@ where
     #[inline]
     pub fn nearest(&self, ray: &Ray, stack: &mut TraversalStack) -> (Option<MeshHit>, u64) {
         let kernel = Nearest {
-            mesh: MeshView {
-                nodes: self.nodes,
-                leaves: self.leaves,
-                root: self.root,
-                extent: self.extent,
-            },
+            mesh: &self.mesh,
             ray,
             stack,
         };
@@ -333,10 +350,7 @@ where
         let work = <Simd as Runs<8>>::run(
             self.simd,
             TileInMeshSearch::<W> {
-                nodes: self.nodes,
-                leaves: self.leaves,
-                root: self.root,
-                extent: self.extent,
+                mesh: &self.mesh,
                 rays,
                 hits: &mut hits,
                 stack: &mut *stack,

@@ -1,6 +1,7 @@
 //! The surface at a hit: where exactly, which way it faces, what it is.
 
 use super::hit::Hit;
+use super::leaves::Leaves;
 use super::world::{map_point, map_vector};
 use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, normalize};
 use crate::scene::Scene;
@@ -35,8 +36,9 @@ impl<'a> Surface<'a> {
         let to_world = |p| map_point(&instance.world_from_object, p);
         let (point, normal, smooth, material, reach) = if instance.kind == kind::MESH {
             let mesh = scene.meshes.get(instance.geometry as usize)?;
-            let block = scene.leaves.get(hit.on.leaf as usize)?;
-            let triangle = block.triangle(hit.on.lane);
+            let triangle = Leaves::new(scene, mesh)
+                .leaf(hit.on.leaf)?
+                .triangle(hit.on.lane)?;
             let weights = triangle.weights(&object_ray);
             let [a, b, c] = triangle.0;
             let record = mesh.first_triangle.checked_add(hit.on.triangle)?;

@@ -224,17 +224,6 @@ impl TileHits {
         hits
     }
 
-    /// Whether no ray met anything.
-    pub(crate) fn is_empty(&self) -> bool {
-        let mut nothing = u32::MAX;
-        for group in &self.instance {
-            for instance in group {
-                nothing &= instance;
-            }
-        }
-        nothing == u32::MAX
-    }
-
     /// The nearest hit of the ray at a place, columns and rows from 0 to 7.
     #[inline(always)]
     pub fn at(&self, column: usize, row: usize) -> Option<Hit> {

@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 use shisen::bake::{Baked, BakedScene};
 use shisen_core::scene::format::{
-    Header, Instance, LeafBlock, Light, Material, Mesh, Node, Table, Triangle,
+    Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Table, Triangle,
 };
 use std::fmt;
 use std::path::PathBuf;
@@ -105,15 +105,22 @@ fn tables<const W: usize>(bytes: &[u8]) -> Vec<TableReport> {
         records: table.count,
         bytes: u64::from(table.count) * record_bytes as u64,
     };
+    // One of the two kinds of leaves is empty.
+    let leaves = if W == 8 {
+        table("leaves", header.leaves, size_of::<LeafBlock<W>>())
+    } else {
+        table("leaves", header.id_leaves, size_of::<IdLeaf>())
+    };
     vec![
         table("nodes", header.nodes, size_of::<Node<W>>()),
-        table("leaves", header.leaves, size_of::<LeafBlock<W>>()),
+        leaves,
         table("meshes", header.meshes, size_of::<Mesh>()),
         table("instances", header.instances, size_of::<Instance>()),
         table("materials", header.materials, size_of::<Material>()),
         table("lights", header.lights, size_of::<Light>()),
         table("triangles", header.triangles, size_of::<Triangle>()),
         table("normals", header.normals, size_of::<[f32; 3]>()),
+        table("positions", header.positions, size_of::<[f32; 3]>()),
     ]
 }
 

@@ -3,10 +3,12 @@ use super::walk::{Interval, TileVisitor, walk_tile};
 use super::{EIGHT, PerRay, Rungs, TileHits, TileRays};
 use crate::numeric::{map3, max};
 use crate::scene::Scene;
-use crate::scene::format::{COUNT_SHIFT, Instance, LeafBlock, Mesh, Node, kind};
+use crate::scene::format::{COUNT_SHIFT, Instance, Mesh, kind};
 use crate::shape::{Ray, Shear, Slabs, Triangle};
 use crate::simd::{Kernel, Lanes};
 use crate::trace::hit::{Hit, MeshHit};
+use crate::trace::leaves::Leaves;
+use crate::trace::mesh::MeshView;
 use crate::trace::stack::{TraversalStack, Work};
 use crate::trace::walk::{Path, leaf_index};
 use crate::trace::world::map_point;
@@ -14,7 +16,7 @@ use glam::Vec3;
 
 /// Against the triangles of one instance.
 struct TileInMesh<'r, 'a, const W: usize> {
-    leaves: &'a [LeafBlock<W>],
+    leaves: Leaves<'a, W>,
     rays: &'r TileRays,
     slabs: &'r TileSlabs,
     axes: [usize; 3],
@@ -69,13 +71,15 @@ impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
         let count = (child >> COUNT_SHIFT & 7) + 1;
         path.work.steps += u64::from(count);
         let leaf = leaf_index(child);
-        let Some(block) = self.leaves.get(leaf as usize) else {
+        let Some(triangles) = self.leaves.leaf(leaf) else {
             return;
         };
         let [kx, ky, kz] = self.axes;
         let zero = l.splat(0.0);
         for lane in 0..count {
-            let triangle = block.triangle(lane);
+            let Some(triangle) = triangles.triangle(lane) else {
+                return;
+            };
             let corners = map3(triangle.0, |c| (c - self.rays.origin).to_array());
             let component = |corner: usize, axis: usize| l.splat(corners[corner][axis % 3]);
             let (akx, aky, az) = (component(0, kx), component(0, ky), component(0, kz));
@@ -107,7 +111,7 @@ impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
                     instance: self.instance,
                     on: MeshHit {
                         t: 0.0,
-                        triangle: block.ids[lane as usize & (W - 1)],
+                        triangle: triangles.ids[lane as usize & (W - 1)],
                         leaf,
                         lane,
                     },
@@ -193,7 +197,7 @@ impl<const W: usize> TileInWorld<'_, '_, W> {
         }
         path.work.steps += 1;
         let mut search = TileInMesh::<W> {
-            leaves: self.scene.leaves,
+            leaves: Leaves::new(self.scene, mesh),
             rays: &rays,
             slabs: &slabs,
             axes,
@@ -386,10 +390,7 @@ impl<const W: usize> Kernel<EIGHT> for MayHit<'_, '_, W> {
 
 /// All rays of a tile against one mesh in its own frame.
 pub(in crate::trace) struct TileInMeshSearch<'r, 'a, const W: usize> {
-    pub(in crate::trace) nodes: &'a [Node<W>],
-    pub(in crate::trace) leaves: &'a [LeafBlock<W>],
-    pub(in crate::trace) root: u32,
-    pub(in crate::trace) extent: f32,
+    pub(in crate::trace) mesh: &'r MeshView<'a, W>,
     pub(in crate::trace) rays: &'r TileRays,
     pub(in crate::trace) hits: &'r mut TileHits,
     pub(in crate::trace) stack: &'r mut TraversalStack,
@@ -402,9 +403,9 @@ impl<const W: usize> Kernel<EIGHT> for TileInMeshSearch<'_, '_, W> {
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
         let mut path = Path::new(self.stack);
         let (axes, shear) = shears(l, self.rays)?;
-        let slabs = TileSlabs::new(l, self.rays, self.extent)?;
+        let slabs = TileSlabs::new(l, self.rays, self.mesh.extent)?;
         let mut search = TileInMesh::<W> {
-            leaves: self.leaves,
+            leaves: self.mesh.leaves,
             rays: self.rays,
             slabs: &slabs,
             axes,
@@ -415,8 +416,8 @@ impl<const W: usize> Kernel<EIGHT> for TileInMeshSearch<'_, '_, W> {
         };
         walk_tile(
             l,
-            self.nodes,
-            self.root,
+            self.mesh.nodes,
+            self.mesh.root,
             &slabs,
             u8::MAX,
             &mut search,
