@@ -9,6 +9,7 @@ mod bake;
 mod bench;
 mod cave;
 mod failure;
+mod gaze;
 mod inspect;
 mod levels;
 mod source;
@@ -27,6 +28,7 @@ enum Shisen {
     Cave(Box<cave::Arguments>),
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
+    Gaze(gaze::Arguments),
     #[command(subcommand)]
     Bench(bench::Bench),
 }
@@ -47,6 +49,7 @@ pub(crate) fn main() -> ExitCode {
                 Shisen::Cave(arguments) => cave::run(&arguments),
                 Shisen::Bake(arguments) => bake::run(&arguments),
                 Shisen::Inspect(arguments) => inspect::run(&arguments),
+                Shisen::Gaze(arguments) => gaze::run(&arguments),
                 Shisen::Bench(bench) => bench::run(&bench),
             });
     match result {

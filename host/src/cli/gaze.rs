@@ -1,0 +1,438 @@
+//! `shisen gaze`: the levels of directions.
+
+use super::failure::{Failure, Fault};
+use clap::{Args, ValueEnum};
+use glam::{DVec3, Vec3};
+use miette::Diagnostic;
+use serde::Serialize;
+use shisen::gaze_reference::{self, Limits};
+use shisen::look::{LookError, ViewDirection, parse_point};
+use shisen_core::gaze::{
+    Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldLimits, Zone,
+};
+use std::fmt::Display;
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
+use std::str::FromStr;
+use thiserror::Error;
+
+/// Bytes in a line: three numbers need far fewer, and a line without an end
+/// must not fill the memory.
+const LONGEST_LINE: u64 = 4096;
+
+/// Computes the level of detail of directions by the viewer's gaze
+///
+/// Reads directions in the room from standard input, one a line: three numbers
+/// x y z of any length but zero, separated by blanks or commas. Empty lines
+/// and what follows a # are skipped.
+///
+/// With --json, one object a line: `m_alpha`, `m_beta` (radians from the line
+/// of sight, sideways and upwards), l (their distance from it), `big_l` (the
+/// boundary's), level (0 to 1), zone (central, peripheral or outside), bounces
+/// and faces.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Where the viewer looks: X,Y,Z, of any length but zero; or as `shisen
+    /// cave --look`
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        default_value = "0,0,-1",
+        allow_hyphen_values = true
+    )]
+    look: Direction,
+    /// Where the top of the viewer's head points, at any angle to --look but
+    /// parallel
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        default_value = "0,1,0",
+        allow_hyphen_values = true
+    )]
+    up: Direction,
+    /// Reflections and refractions at level 1
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    reflect_max: u8,
+    /// Faces of a mesh at level 0 and at level 1
+    #[arg(long, value_name = "MIN..MAX", default_value = "500..5804", value_parser = face_range)]
+    faces: FaceRange,
+    /// Curve that joins the limits of the visual field
+    #[arg(long, value_enum, default_value = "printed")]
+    boundary: BoundaryChoice,
+    /// Radius of the central field: degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_hyphen_values = true,
+          value_parser = degrees)]
+    central: f64,
+    /// Limit of the visual field upwards: degrees, at most 90
+    #[arg(long, value_name = "DEGREES", default_value_t = 60.0, allow_hyphen_values = true,
+          value_parser = degrees)]
+    field_up: f64,
+    /// Limit downwards: degrees, at most 90
+    #[arg(long, value_name = "DEGREES", default_value_t = 70.0, allow_hyphen_values = true,
+          value_parser = degrees)]
+    field_down: f64,
+    /// Limit to the left: degrees, at most 180
+    #[arg(long, value_name = "DEGREES", default_value_t = 100.0, allow_hyphen_values = true,
+          value_parser = degrees)]
+    field_left: f64,
+    /// Limit to the right: degrees, at most 180
+    #[arg(long, value_name = "DEGREES", default_value_t = 100.0, allow_hyphen_values = true,
+          value_parser = degrees)]
+    field_right: f64,
+    /// Compute in double precision, by the reference that the tracer's single
+    /// precision is measured against
+    #[arg(long)]
+    f64: bool,
+    /// Print one JSON object a direction
+    #[arg(long)]
+    json: bool,
+}
+
+/// `--boundary`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum BoundaryChoice {
+    /// Equation 7 as printed
+    Printed,
+    /// The ellipse through the limits
+    Ellipse,
+}
+
+/// A vector as given: not scaled to unit length, which would round it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Direction(DVec3);
+
+impl FromStr for Direction {
+    type Err = LookError;
+
+    fn from_str(text: &str) -> Result<Self, LookError> {
+        match parse_point(text) {
+            Ok(vector) if vector != DVec3::ZERO => Ok(Self(vector)),
+            _ => text.parse().map(|look: ViewDirection| Self(look.vector())),
+        }
+    }
+}
+
+fn face_range(text: &str) -> Result<FaceRange, String> {
+    let grammar = || "give two numbers of faces, such as 500..5804".to_owned();
+    let (min, max) = text.split_once("..").ok_or_else(grammar)?;
+    let number = |text: &str| text.trim().parse().map_err(|_| grammar());
+    FaceRange::new(number(min)?, number(max)?).map_err(|error| error.to_string())
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok();
+    number
+        .filter(|degrees| *degrees > 0.0 && *degrees <= 180.0)
+        .ok_or_else(|| "give degrees above 0, at most 180".into())
+}
+
+/// Why the input cannot be used.
+#[derive(Debug, Error, Diagnostic)]
+enum InputFault {
+    /// A line that is no direction.
+    #[error("line {line} of the input, \"{}\", {reason}", .given.escape_debug())]
+    #[diagnostic(help(
+        "write a direction a line: three finite numbers, not all of them 0, separated by blanks or commas, such as 0.5 0 -1"
+    ))]
+    Line {
+        /// From 1.
+        line: u64,
+        /// What it says.
+        given: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Standard input that cannot be read.
+    #[error("cannot read line {line} from standard input: {reason}")]
+    #[diagnostic(help("send the directions through a pipe or from a file: shisen gaze < FILE"))]
+    Read {
+        /// From 1.
+        line: u64,
+        /// What the system said.
+        reason: io::Error,
+    },
+}
+
+/// What is said of a direction; `T` is the precision.
+#[derive(Debug, Serialize)]
+struct Line<T> {
+    m_alpha: T,
+    m_beta: T,
+    l: T,
+    big_l: T,
+    level: T,
+    zone: &'static str,
+    bounces: u8,
+    faces: u32,
+}
+
+/// The two precisions, and what the level buys.
+struct Levels {
+    single: Gaze,
+    double: gaze_reference::Gaze,
+    most_bounces: u8,
+    faces: FaceRange,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let levels = Levels::new(arguments)?;
+    let mut output = BufWriter::new(io::stdout().lock());
+    let result = levels.of_input(arguments, &mut output);
+    // What was right before a wrong line is not lost.
+    match result.and_then(|()| output.flush().map_err(Stop::Output)) {
+        Ok(()) => Ok(()),
+        Err(Stop::Input(fault)) => {
+            // The fault is what matters, even where nobody reads the rest.
+            let _ = output.flush();
+            Err(fault.into())
+        }
+        // Whoever closed the pipe has read all that was wanted.
+        Err(Stop::Output(reason)) if reason.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        Err(Stop::Output(reason)) => Err(Fault::Print { reason }.into()),
+    }
+}
+
+/// What ends the reading and writing early.
+enum Stop {
+    Input(InputFault),
+    Output(io::Error),
+}
+
+impl Levels {
+    fn new(arguments: &Arguments) -> Result<Self, Failure> {
+        let boundary = match arguments.boundary {
+            BoundaryChoice::Printed => Boundary::Printed,
+            BoundaryChoice::Ellipse => Boundary::Ellipse,
+        };
+        let limits = Limits {
+            central: arguments.central.to_radians(),
+            up: arguments.field_up.to_radians(),
+            down: arguments.field_down.to_radians(),
+            left: arguments.field_left.to_radians(),
+            right: arguments.field_right.to_radians(),
+        };
+        let usage = |error: &dyn Display| Failure::usage(&error.to_string());
+        let field = VisualFieldLimits {
+            central: limits.central as f32,
+            up: limits.up as f32,
+            down: limits.down as f32,
+            left: limits.left as f32,
+            right: limits.right as f32,
+        };
+        let field = VisualField::new(field, boundary).map_err(|error| usage(&error))?;
+        let (Direction(look), Direction(up)) = (arguments.look, arguments.up);
+        let sight = LineOfSight::new(Vec3::ZERO, single(look), single(up))
+            .map_err(|error| usage(&error))?;
+        Ok(Self {
+            single: Gaze::new(sight, field),
+            double: gaze_reference::Gaze::new(look, up, limits, boundary)
+                .map_err(|error| usage(&error))?,
+            most_bounces: arguments.reflect_max,
+            faces: arguments.faces,
+        })
+    }
+
+    /// Reads, computes and prints line by line.
+    fn of_input(&self, arguments: &Arguments, output: &mut impl Write) -> Result<(), Stop> {
+        if !arguments.json {
+            writeln!(output, "{HEADING}").map_err(Stop::Output)?;
+        }
+        let mut input = BufReader::new(io::stdin().lock());
+        let mut bytes = Vec::new();
+        for line in 1.. {
+            // Whoever sends one direction at a time waits for the answer.
+            if input.buffer().is_empty() {
+                output.flush().map_err(Stop::Output)?;
+            }
+            bytes.clear();
+            let read = input
+                .by_ref()
+                .take(LONGEST_LINE)
+                .read_until(b'\n', &mut bytes)
+                .map_err(|reason| Stop::Input(InputFault::Read { line, reason }))?;
+            if read == 0 {
+                break;
+            }
+            let given = String::from_utf8_lossy(&bytes);
+            let given = given.split('#').next().unwrap_or_default().trim();
+            let fault = |reason: String| {
+                Stop::Input(InputFault::Line {
+                    line,
+                    given: given.chars().take(80).collect(),
+                    reason,
+                })
+            };
+            if read as u64 == LONGEST_LINE && bytes.last() != Some(&b'\n') {
+                return Err(fault(format!("is longer than {LONGEST_LINE} bytes")));
+            }
+            if given.is_empty() {
+                continue;
+            }
+            let direction = direction(given).map_err(fault)?;
+            let printed = if arguments.f64 {
+                self.double(direction)
+                    .map(|line| line.print(arguments.json, output))
+            } else {
+                self.single(direction)
+                    .map(|line| line.print(arguments.json, output))
+            };
+            printed
+                .ok_or_else(|| fault("points nowhere".into()))?
+                .map_err(Stop::Output)?;
+        }
+        Ok(())
+    }
+
+    fn single(&self, direction: DVec3) -> Option<Line<f32>> {
+        let sight = self.single.sight(single(direction))?;
+        let detail = Detail::of_level(sight.level)?;
+        Some(Line {
+            m_alpha: sight.m_alpha,
+            m_beta: sight.m_beta,
+            l: sight.l,
+            big_l: sight.big_l,
+            level: sight.level,
+            zone: name(sight.zone),
+            bounces: detail.bounces(self.most_bounces),
+            faces: detail.faces(self.faces),
+        })
+    }
+
+    fn double(&self, direction: DVec3) -> Option<Line<f64>> {
+        let sight = self.double.sight(direction)?;
+        Some(Line {
+            m_alpha: sight.m_alpha,
+            m_beta: sight.m_beta,
+            l: sight.l,
+            big_l: sight.big_l,
+            level: sight.level,
+            zone: name(sight.zone),
+            bounces: gaze_reference::bounces(sight.level, self.most_bounces),
+            faces: gaze_reference::faces(sight.level, self.faces.min(), self.faces.max()),
+        })
+    }
+}
+
+const fn name(zone: Zone) -> &'static str {
+    match zone {
+        Zone::Central => "central",
+        Zone::Peripheral => "peripheral",
+        Zone::Outside => "outside",
+    }
+}
+
+/// The nearest in single precision: as it is, or scaled by a power of two
+/// where its components do not fit.
+fn single(v: DVec3) -> Vec3 {
+    let largest = v.abs().max_element();
+    if (1.0e-30..=1.0e30).contains(&largest) {
+        return v.as_vec3();
+    }
+    let (_, exponent) = libm::frexp(largest);
+    DVec3::from_array(v.to_array().map(|x| libm::scalbn(x, -exponent))).as_vec3()
+}
+
+/// Reads three finite numbers between blanks or commas.
+fn direction(text: &str) -> Result<DVec3, String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    if parts.len() > 1 && parts.iter().any(|part| part.trim().is_empty()) {
+        return Err("has no number beside a comma".into());
+    }
+    let mut numbers = Vec::new();
+    for word in parts.into_iter().flat_map(str::split_whitespace) {
+        match word.parse::<f64>() {
+            Ok(number) if number.is_finite() => numbers.push(number),
+            Ok(_) => return Err(format!("has {word}, which is not finite")),
+            Err(_) => {
+                return Err(format!(
+                    "has \"{}\", which is no number",
+                    word.escape_debug()
+                ));
+            }
+        }
+    }
+    match numbers[..] {
+        [0.0, 0.0, 0.0] => Err("is zero and points nowhere".into()),
+        [x, y, z] => Ok(DVec3::new(x, y, z)),
+        _ => Err(format!("has {} numbers, not 3", numbers.len())),
+    }
+}
+
+/// Over the table of lines for people.
+const HEADING: &str =
+    "  m_alpha    m_beta         l         L     level  zone        bounces  faces";
+
+impl<T: Copy + Into<f64> + Serialize> Line<T> {
+    /// As a JSON object, or as a row of the table with angles in degrees.
+    fn print(&self, json: bool, output: &mut impl Write) -> io::Result<()> {
+        if json {
+            serde_json::to_writer(&mut *output, self)?;
+            return writeln!(output);
+        }
+        for angle in [self.m_alpha, self.m_beta, self.l, self.big_l] {
+            write!(output, "{:>8.3}° ", angle.into().to_degrees())?;
+        }
+        let Self {
+            zone,
+            bounces,
+            faces,
+            ..
+        } = self;
+        let level: f64 = self.level.into();
+        writeln!(output, "{level:>9.6}  {zone:<10} {bounces:>8} {faces:>6}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_are_three_numbers() {
+        for text in ["1 -2 3e0", "1,-2,3", "1, -2 ,3", "1\t-2,  3"] {
+            assert_eq!(direction(text), Ok(DVec3::new(1.0, -2.0, 3.0)), "{text}");
+        }
+        for (text, expected) in [
+            ("1 2", "2 numbers"),
+            ("1 2 3 4", "4 numbers"),
+            ("1,,2,3", "beside a comma"),
+            ("1,2,3,", "beside a comma"),
+            ("1 two 3", "\"two\""),
+            ("1 nan 3", "nan"),
+            ("1 2 1e999", "1e999"),
+            ("0 -0 0", "nowhere"),
+        ] {
+            let error = direction(text).unwrap_err();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn ranges_of_faces_have_an_order() {
+        assert_eq!(face_range(" 4 .. 8 "), Ok(FaceRange::new(4, 8).unwrap()));
+        for text in [
+            "",
+            "4",
+            "4..",
+            "..8",
+            "8..4",
+            "0..4",
+            "-1..4",
+            "4..=8",
+            "1..4294967296",
+        ] {
+            assert!(face_range(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn vectors_of_any_length_fit_single_precision() {
+        let v = DVec3::new(0.1, -0.7, 0.3);
+        assert_eq!(single(v), v.as_vec3());
+        for power in [-1000, -200, 200, 1000] {
+            let scaled = single(v * 2f64.powi(power));
+            let ratio = scaled / single(v);
+            assert!(scaled.is_finite() && ratio.x == ratio.y && ratio.y == ratio.z);
+        }
+    }
+}

@@ -1,0 +1,402 @@
+//! The gaze's levels against double precision, and the share of a CAVE that
+//! they trace.
+
+use glam::{DVec3, Vec3};
+use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, WallView};
+use shisen::gaze_reference::{self, Limits};
+use shisen_core::Simd;
+use shisen_core::gaze::{Boundary, Detail, Gaze, LineOfSight, Sight, VisualField, Zone};
+use shisen_tests::rays::Random;
+use shisen_tests::sizes::cases;
+
+/// Largest error allowed of l, radians, and of the level.
+const BOUND: f64 = 1.0e-6;
+
+/// A gaze in both precisions.
+struct Both {
+    single: Gaze,
+    double: gaze_reference::Gaze,
+}
+
+impl Both {
+    fn new(look: Vec3, up: Vec3, boundary: Boundary) -> Self {
+        let sight = LineOfSight::new(Vec3::ZERO, look, up).unwrap();
+        let field = VisualField::PAPER.with_boundary(boundary);
+        let (look, up) = (look.as_dvec3(), up.as_dvec3());
+        Self {
+            single: Gaze::new(sight, field),
+            double: gaze_reference::Gaze::new(look, up, Limits::PAPER, boundary).unwrap(),
+        }
+    }
+
+    /// Axes that round nothing.
+    fn front(boundary: Boundary) -> Self {
+        Self::new(Vec3::NEG_Z, Vec3::Y, boundary)
+    }
+}
+
+/// The largest errors met.
+#[derive(Debug, Default)]
+struct Worst {
+    l: f64,
+    level: f64,
+    /// Of the errors' parts in what is allowed.
+    l_share: f64,
+    level_share: f64,
+}
+
+impl Worst {
+    /// Compares both precisions on a direction: errors up to the bounds, exact
+    /// levels and equal bounces but next to where they jump.
+    fn check(&mut self, both: &Both, direction: Vec3, l_bound: f64, level_bound: f64) {
+        let found = both.single.sight(direction).unwrap();
+        let exact = both.double.sight(direction.as_dvec3()).unwrap();
+        let says = || format!("{direction:?}: {found:?}, not {exact:?}");
+        let numbers = [
+            found.m_alpha,
+            found.m_beta,
+            found.l,
+            found.big_l,
+            found.level,
+        ];
+        assert!(numbers.iter().all(|n| n.is_finite()), "{}", says());
+        let l = (f64::from(found.l) - exact.l).abs();
+        let level = (f64::from(found.level) - exact.level).abs();
+        assert!(l <= l_bound, "{} l errs by {l:e}", says());
+        assert!(
+            level <= level_bound,
+            "{} the level errs by {level:e}",
+            says()
+        );
+        self.l = self.l.max(l);
+        self.level = self.level.max(level);
+        self.l_share = self.l_share.max(l / l_bound);
+        self.level_share = self.level_share.max(level / level_bound);
+
+        let central = Limits::PAPER.central;
+        if exact.l <= central - l_bound {
+            assert_eq!(
+                (found.level, found.zone),
+                (1.0, Zone::Central),
+                "{}",
+                says()
+            );
+        }
+        if exact.l >= exact.big_l + l_bound + level_bound {
+            assert_eq!(
+                (found.level, found.zone),
+                (0.0, Zone::Outside),
+                "{}",
+                says()
+            );
+        }
+        assert_eq!(found.level > 0.0, found.l < found.big_l, "{}", says());
+        assert_eq!(found.level > 0.0, found.zone != Zone::Outside, "{}", says());
+        assert_eq!(both.single.level(direction), Some(found.level));
+
+        let next_to_a_jump =
+            (1..=3).any(|k| (3.0 * exact.level - f64::from(k)).abs() <= 3.0 * level_bound);
+        if !next_to_a_jump {
+            let bounces = Detail::of_level(found.level).unwrap().bounces(3);
+            assert_eq!(
+                bounces,
+                gaze_reference::bounces(exact.level, 3),
+                "{}",
+                says()
+            );
+        }
+    }
+}
+
+fn single(v: [f64; 3]) -> Vec3 {
+    DVec3::from(v).as_vec3()
+}
+
+/// In the plane of the two angles, the way that a `turn` of 0 to 1 gives, as
+/// far as `radius`; in front of the viewer.
+fn at(radius: f64, turn: f64) -> Vec3 {
+    let (along, across) = (turn * std::f64::consts::TAU).sin_cos();
+    single([(radius * across).tan(), (radius * along).tan(), -1.0])
+}
+
+/// Directions that are hard, by their components: along and next to the axes,
+/// the planes between them and the diagonals, at every distance; on the
+/// borders of the zones and next to them.
+fn hard(random: &mut Random) -> Vec3 {
+    let small = |random: &mut Random| 10f64.powf(random.range(-40.0, 0.0)) * sign(random);
+    let limit = |turn: f64| {
+        let (along, across) = (turn * std::f64::consts::TAU).sin_cos();
+        let up = if along < 0.0 { 70f64 } else { 60.0 };
+        (100.0 * across).hypot(up * along).to_radians()
+    };
+    match random.below(6) {
+        0 => {
+            let mut v = [small(random), small(random), small(random)];
+            v[random.below(3)] = sign(random);
+            single(v)
+        }
+        1 => {
+            let mut v = random.direction();
+            v[random.below(3)] *= 10f64.powf(random.range(-40.0, 0.0));
+            single(v)
+        }
+        2 => {
+            let mut v = random.direction();
+            let (i, j) = (random.below(3), random.below(3));
+            v[i] = v[j] * (1.0 + small(random) * 1.0e-3);
+            single(v)
+        }
+        3 => {
+            let turn = random.unit();
+            at(30f64.to_radians() + small(random) * 1.0e-3, turn)
+        }
+        4 => {
+            let turn = random.unit();
+            at(limit(turn) + small(random) * 1.0e-3, turn)
+        }
+        _ => {
+            let v = [sign(random), sign(random), sign(random)];
+            let mask = random.below(7) + 1;
+            single([0, 1, 2].map(|i| if mask >> i & 1 == 1 { v[i] } else { 0.0 * v[i] }))
+        }
+    }
+}
+
+fn sign(random: &mut Random) -> f64 {
+    if random.unit() < 0.5 { -1.0 } else { 1.0 }
+}
+
+#[test]
+fn errors_from_components_are_below_a_millionth() {
+    let count = cases("directions by their components", 300_000, 10_000_000);
+    for boundary in [Boundary::Printed, Boundary::Ellipse] {
+        let both = Both::front(boundary);
+        let mut worst = Worst::default();
+        let mut random = Random::new(1);
+        for i in 0..count {
+            let direction = if i % 2 == 0 {
+                single(random.direction())
+            } else {
+                hard(&mut random)
+            };
+            worst.check(&both, direction, BOUND, BOUND);
+        }
+        println!("{boundary:?}: {worst:?}");
+    }
+}
+
+#[test]
+fn errors_from_rays_in_the_world_are_below_their_bounds() {
+    let count = cases("directions in the world", 300_000, 10_000_000);
+    for boundary in [Boundary::Printed, Boundary::Ellipse] {
+        let mut random = Random::new(2);
+        let mut both = Both::front(boundary);
+        let mut worst = Worst::default();
+        for i in 0..count {
+            if i % 1000 == 0 {
+                let (look, up) = (single(random.direction()), single(random.direction()));
+                both = Both::new(look, up, boundary);
+            }
+            let axes = both.single.line_of_sight();
+            let room_from_sight =
+                |v: Vec3| axes.right() * v.x + axes.up() * v.y - axes.forward() * v.z;
+            let direction = match i % 4 {
+                0 => room_from_sight(hard(&mut random)),
+                // Next to the line of sight, as the eye's own pixels are.
+                1 => axes.forward() + single(random.direction()) * 0.01,
+                _ => single(random.direction()),
+            };
+            let unit = direction.as_dvec3().normalize();
+            let part = |axis: Vec3| axis.as_dvec3().dot(unit);
+            let (f, r, u) = (part(axes.forward()), part(axes.right()), part(axes.up()));
+            // Near the axes to the side and up, one of the angles is that of
+            // two components that are next to nothing. Upwards the level is 0.
+            let level_bound = BOUND + 2.0e-7 / f.hypot(u);
+            let l_bound = level_bound + 2.0e-7 / f.hypot(r);
+            worst.check(&both, direction, l_bound, level_bound);
+        }
+        println!("{boundary:?}: {worst:?}");
+    }
+}
+
+/// l by equations 4 to 6 as printed, in single precision.
+fn printed_l(v: Vec3) -> f32 {
+    let (f, r, u) = (-v.z, v.x, v.y);
+    let alpha = (f / (f * f + r * r).sqrt()).acos();
+    let beta = (f / (f * f + u * u).sqrt()).abs().acos();
+    (alpha * alpha + beta * beta).sqrt()
+}
+
+#[test]
+fn arc_cosines_as_printed_are_worse() {
+    let both = Both::front(Boundary::Printed);
+    let mut random = Random::new(3);
+    let (mut printed, mut ours) = (0f64, 0f64);
+    for _ in 0..cases("directions near the line of sight", 100_000, 1_000_000) {
+        let direction = at(10f64.powf(random.range(-6.0, -1.0)), random.unit());
+        let exact = both.double.sight(direction.as_dvec3()).unwrap().l;
+        let error = |l: f32| (f64::from(l) - exact).abs();
+        printed = printed.max(error(printed_l(direction)));
+        ours = ours.max(error(both.single.sight(direction).unwrap().l));
+    }
+    println!("near the line of sight l errs by {printed:e} as printed, {ours:e} as computed");
+    assert!(printed > 3.0e-4 && ours < 1.0e-7);
+    // Not a number at all straight up and to the side.
+    assert!(printed_l(Vec3::Y).is_nan() && printed_l(Vec3::X).is_nan());
+}
+
+#[test]
+fn lanes_are_the_scalar_form_bit_for_bit() {
+    let count = cases("directions in lanes", 300_000, 10_000_000);
+    let mut random = Random::new(4);
+    for _ in 0..count / 10_000 {
+        let (look, up) = (single(random.direction()), single(random.direction()));
+        for both in [
+            Both::new(look, up, Boundary::Printed),
+            Both::front(Boundary::Ellipse),
+        ] {
+            let gaze = both.single;
+            let mut directions = Vec::new();
+            while directions.len() < 5_000 {
+                let start = hard(&mut random);
+                // Neighbours as on a screen, for lanes that agree and that do
+                // not.
+                let step = single(random.direction()) * 10f32.powi(-(random.below(5) as i32));
+                directions.extend((0..20).map(|i| start + step * i as f32));
+            }
+            directions[17] = Vec3::ZERO;
+            directions[99].y = f32::NAN;
+            let part = |axis: usize| directions.iter().map(|d| d[axis]).collect::<Vec<f32>>();
+            let (x, y, z) = (part(0), part(1), part(2));
+            for simd in [Simd::PORTABLE, Simd::detect()] {
+                let mut levels = vec![f32::NAN; directions.len()];
+                gaze.levels_of_row(simd, &x, &y, &z, &mut levels);
+                for (direction, level) in directions.iter().zip(levels) {
+                    let expected = gaze.level(*direction).unwrap_or(0.0);
+                    assert_eq!(level.to_bits(), expected.to_bits(), "{direction} {simd:?}");
+                }
+            }
+        }
+    }
+}
+
+/// Shares of the pixels in each zone, and means over all pixels.
+#[derive(Debug, Default, Clone, Copy, PartialEq)]
+struct Share {
+    pixels: f64,
+    central: f64,
+    peripheral: f64,
+    outside: f64,
+    level: f64,
+    bounces: f64,
+}
+
+impl Share {
+    fn of_wall(gaze: &Gaze, view: &WallView) -> Self {
+        let [first, column, row] =
+            [view.first_pixel, view.column_step, view.row_step].map(Vec3::from);
+        let mut share = Self::default();
+        for y in 0..view.rows {
+            for x in 0..view.columns {
+                let direction = first + column * x as f32 + row * y as f32;
+                share.add(&gaze.sight(direction).unwrap());
+            }
+        }
+        share
+    }
+
+    fn add(&mut self, sight: &Sight) {
+        let zone = match sight.zone {
+            Zone::Central => &mut self.central,
+            Zone::Peripheral => &mut self.peripheral,
+            Zone::Outside => &mut self.outside,
+        };
+        *zone += 1.0;
+        self.pixels += 1.0;
+        self.level += f64::from(sight.level);
+        self.bounces += f64::from(Detail::of_level(sight.level).unwrap().bounces(3));
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            pixels: self.pixels + other.pixels,
+            central: self.central + other.central,
+            peripheral: self.peripheral + other.peripheral,
+            outside: self.outside + other.outside,
+            level: self.level + other.level,
+            bounces: self.bounces + other.bounces,
+        }
+    }
+
+    /// To four digits, as a table has them.
+    fn row(self) -> [String; 5] {
+        let Self {
+            central,
+            peripheral,
+            outside,
+            level,
+            bounces,
+            ..
+        } = self;
+        [central, peripheral, outside, level, bounces]
+            .map(|sum| format!("{:.4}", sum / self.pixels))
+    }
+}
+
+#[test]
+fn the_cave_is_traced_as_far_as_is_known() {
+    let scenes: serde_json::Value =
+        serde_json::from_str(include_str!("../reference/cave-scenes.json")).unwrap();
+    let pixels = [0, 1].map(|i| scenes["cave"]["pixels"][i].as_u64().unwrap() as u32);
+    let cave = Cave::built_in(BuiltInCave::ThreeWall, pixels).unwrap();
+    let front = ["0.2487", "0.7513", "0.0000", "0.7994", "1.9873"];
+    for (state, expected) in [
+        (
+            "1",
+            [
+                ["front", "front"].map(|_| front),
+                [
+                    ["0.0000", "0.3303", "0.6697", "0.1279", "0.2288"],
+                    ["0.0000", "0.3321", "0.6679", "0.1319", "0.2410"],
+                ],
+                ["left", "right"].map(|_| ["0.0000", "0.2762", "0.7238", "0.0820", "0.1219"]),
+            ],
+        ),
+        (
+            "2",
+            [
+                ["left", "right"].map(|_| ["0.0000", "0.2211", "0.7789", "0.0544", "0.0687"]),
+                // Symmetrical to state 1: the right wall is seen alike.
+                [
+                    ["0.0000", "0.3303", "0.6697", "0.1279", "0.2288"],
+                    ["0.0000", "0.3321", "0.6679", "0.1319", "0.2410"],
+                ],
+                ["left", "right"].map(|_| front),
+            ],
+        ),
+    ] {
+        let axis = |name: &str| {
+            Vec3::from([0, 1, 2].map(|i| scenes["states"][state][name][i].as_f64().unwrap() as f32))
+        };
+        let sight = LineOfSight::new(Vec3::ZERO, axis("Ef"), axis("Eu")).unwrap();
+        assert_eq!(sight.right(), axis("Er"));
+        let gaze = Gaze::new(sight, VisualField::PAPER);
+        let mut all = Share::default();
+        for (wall, expected) in cave.walls.iter().zip(expected) {
+            for (eye, expected) in Eye::STEREO.into_iter().zip(expected) {
+                let view = wall.view_from(Viewer::default().eye(eye)).unwrap();
+                let share = Share::of_wall(&gaze, &view);
+                println!("{state} {:<6} {eye:<6} {:?}", wall.name, share.row());
+                assert_eq!(share.row(), expected, "{state} {} {eye}", wall.name);
+                all = all.with(share);
+            }
+        }
+        println!("{state} all           {:?}", all.row());
+        let expected = if state == "1" {
+            ["0.0829", "0.4529", "0.4642", "0.3371", "0.7814"]
+        } else {
+            ["0.0829", "0.4345", "0.4826", "0.3279", "0.7636"]
+        };
+        assert_eq!(all.row(), expected, "{state}");
+    }
+}
