@@ -71,7 +71,7 @@ fn main() {
         })
         .collect();
     for (place, trees) in shared.iter().enumerate() {
-        tree_bytes[2 + place] = trees.iter().map(|baked| size_of_trees(baked)).sum();
+        tree_bytes[2 + place] = trees.iter().map(size_of_trees).sum();
     }
     tree_bytes[1] = size_of_trees(&baked);
     for (number, rung) in ladder.rungs().iter().enumerate() {

@@ -5,7 +5,7 @@ use serde_json::Value;
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::mesh::TriangleMesh;
-use shisen::render::{Options, cave};
+use shisen::render::{Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::Simd;
 use shisen_core::frame::{Settings, Statistics};
@@ -33,7 +33,7 @@ fn count(which: PaperScene, mesh: TriangleMesh) -> Count {
     let baked = Baked::<8>::new(&scene).expect("a scene");
     let room = Cave::built_in(BuiltInCave::ThreeWall, [SIZE; 2]).expect("a room");
     let viewer = Viewer::default();
-    let eyes = Eye::STEREO.map(|eye| (eye, viewer.eye(eye)));
+    let eyes = Eye::STEREO.map(|eye| Observer::new(eye, viewer.eye(eye)));
     let frames = [0, 1, 2, 3].map(|depth| {
         let options = Options {
             settings: Settings {
@@ -50,7 +50,7 @@ fn count(which: PaperScene, mesh: TriangleMesh) -> Count {
     let mut workspace = Workspace::new();
     let mut hits = 0;
     for wall in &room.walls {
-        for (_, eye) in eyes {
+        for Observer { place: eye, .. } in eyes {
             let view = wall.view_from(eye).expect("a wall before the eye");
             let at = |i: usize, x: f32, y: f32| {
                 view.first_pixel[i] + x * view.column_step[i] + y * view.row_step[i]

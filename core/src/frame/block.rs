@@ -156,12 +156,11 @@ impl Block {
                         sum.add(tracer.radiance_from(&ray, Some(hit), own, budget, workspace));
                     } else {
                         workspace.statistics.primary += u64::from(own.is_some());
-                        sum.add(match &past {
-                            Some(past) => past.pixel(c, r),
-                            None => {
-                                let (x, y) = self.at(column, row, offset);
-                                tracer.missed(view.direction(x, y))
-                            }
+                        sum.add(if let Some(past) = &past {
+                            past.pixel(c, r)
+                        } else {
+                            let (x, y) = self.at(column, row, offset);
+                            tracer.missed(view.direction(x, y))
                         });
                     }
                     if last {

@@ -36,7 +36,7 @@ impl LevelOfDetail {
 }
 
 /// How far the faces that a pixel sees may be from eq. 10 for the sake of its
-/// block, as a share of N_max − N_min.
+/// block, as a share of its range of faces.
 pub const FACE_TOLERANCE: f32 = 0.05;
 
 /// The detail of each pixel of a block of the view's own grid. It depends on

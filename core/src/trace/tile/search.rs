@@ -167,8 +167,7 @@ impl<const W: usize> TileInWorld<'_, '_, W> {
         &mut self,
         l: L,
         mesh: &Mesh,
-        number: u32,
-        instance: &Instance,
+        (number, instance): (u32, &Instance),
         rung: Option<u8>,
         groups: u8,
         path: &mut Path<'_>,
@@ -242,7 +241,7 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
             }
             let only = (least != most).then_some(rung);
             together = match self.scene.mesh_at(instance.geometry, rung) {
-                Some(mesh) => self.in_mesh(l, mesh, number, instance, only, groups, path),
+                Some(mesh) => self.in_mesh(l, mesh, (number, instance), only, groups, path),
                 None => false,
             };
         }
