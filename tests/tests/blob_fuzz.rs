@@ -441,7 +441,11 @@ fn each_layout_has_its_own_leaves_and_tables_of_a_length() {
             expected,
         };
         let at = table + offset_of!(Table, count);
-        assert_eq!(with_word(&baked, at, count), Err(error), "{W} wide");
+        let refused = with_word(&baked, at, count);
+        // One record more may also be past the end of the scene.
+        let outside =
+            matches!(refused, Err(SceneError::Table { name: table, .. }) if table == name);
+        assert!(refused == Err(error) || outside, "{W} wide: {refused:?}");
     }
     check::<8>(
         offset_of!(Header, id_leaves),
