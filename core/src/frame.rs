@@ -14,12 +14,13 @@ mod view;
 pub use crate::trace::{
     Budget, LEAST_WEIGHT, MAX_DEPTH, Pixel, RayDetail, Statistics, Tracer, Workspace,
 };
-use block::{BLOCK, Block};
+use block::{BLOCK, Block, Target};
 use core::fmt;
-use detail::BlockDetail;
+use detail::{BlockDetail, BlockLevels, region_of_block};
 pub use detail::{FACE_TOLERANCE, LevelOfDetail};
 pub use view::{View, ViewError};
 
+use crate::gaze::Region;
 use crate::scene::Scene;
 use crate::simd::{Runs, Simd};
 
@@ -160,18 +161,41 @@ where
         if x >= view.columns() || y >= view.rows() {
             return None;
         }
-        self.block_detail(view, x, y).at(x % BLOCK, y % BLOCK)
+        let region = self.block_region(view, x, y);
+        self.block_detail(region, view, x, y)
+            .at(x % BLOCK, y % BLOCK)
     }
 
-    /// Of the block of the view's grid that pixel (x, y) is in.
-    fn block_detail(&self, view: &View, x: u32, y: u32) -> BlockDetail {
+    /// Where the block of the view's grid that pixel (x, y) is in lies in the
+    /// field.
+    fn block_region(&self, view: &View, x: u32, y: u32) -> Region {
+        match &self.lod {
+            None => Region::Central,
+            Some(lod) => region_of_block(lod, view, (x, y)),
+        }
+    }
+
+    /// Of the pixels of that block, by its region.
+    fn block_detail(&self, region: Region, view: &View, x: u32, y: u32) -> BlockDetail {
         let most = self.tracer.detail();
         match &self.lod {
             None => BlockDetail::Equal(most),
             Some(lod) => {
                 let rungs = self.tracer.scene().rungs();
-                BlockDetail::new(lod, self.tracer.simd(), view, (x, y), most, rungs)
+                BlockDetail::new(lod, region, self.tracer.simd(), view, (x, y), most, rungs)
             }
+        }
+    }
+
+    /// Which pixels of that block are traced, by its region: a bit for each, by
+    /// row, then column.
+    fn block_traced(&self, region: Region, view: &View, x: u32, y: u32) -> u64 {
+        match (&self.lod, region) {
+            (Some(lod), Region::Mixed) => {
+                BlockLevels::new(lod, self.tracer.simd(), view, (x, y)).traced
+            }
+            (Some(_), Region::Outside) => 0,
+            _ => u64::MAX,
         }
     }
 }
@@ -252,15 +276,13 @@ impl TileJob {
                         rows,
                     };
                     let first = self.finished - before;
-                    let place = |column: u32, row: u32| {
-                        let row = (y - tile.y + row) as usize;
-                        row * tile.width as usize + (x - tile.x + column) as usize
+                    let mut target = Target {
+                        pixels: &mut *pixels,
+                        width: tile.width as usize,
+                        x: (x - tile.x) as usize,
+                        y: (y - tile.y) as usize,
                     };
-                    let done = block.render(renderer, view, first, budget, workspace, |c, r, p| {
-                        if let Some(pixel) = pixels.get_mut(place(c, r)) {
-                            *pixel = p;
-                        }
-                    });
+                    let done = block.render(renderer, view, first, budget, workspace, &mut target);
                     self.finished += done;
                     if self.finished < before + area {
                         return Ok(Outcome::BudgetSpent);

@@ -15,6 +15,7 @@ mod line_of_sight;
 mod visual_field;
 
 pub use detail::{Detail, FaceRange, FaceRangeError};
+pub(crate) use level::Region;
 pub use level::{Gaze, Sight, Zone};
 pub use line_of_sight::{LineOfSight, LineOfSightError};
 pub use visual_field::{Boundary, VisualField, VisualFieldError, VisualFieldLimits};

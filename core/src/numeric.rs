@@ -9,6 +9,7 @@ pub(crate) use double_float::DoubleFloat;
 
 use crate::simd::{Lanes, Portable};
 use core::f32::consts::FRAC_PI_2;
+use core::ops::RangeInclusive;
 use glam::Vec3;
 
 /// Half the distance from 1 to the next f32: the unit roundoff, 2⁻²⁴.
@@ -91,11 +92,19 @@ pub fn normalize(v: Vec3) -> Option<Vec3> {
     if !(largest > 0.0 && v.is_finite()) {
         return None;
     }
-    // Subnormal lengths have no finite reciprocal: lift them first.
-    let v = if largest < 1.0e-30 { v * 1.0e30 } else { v };
-    let v = v / largest_magnitude(v);
+    let v = if SQUARABLE.contains(&largest) {
+        v
+    } else {
+        // Subnormal lengths have no finite reciprocal: lift them first.
+        let v = if largest < 1.0e-30 { v * 1.0e30 } else { v };
+        v / largest_magnitude(v)
+    };
     Some(v / sqrt(v.dot(v)))
 }
+
+/// Largest components of vectors whose squares neither overflow nor, where
+/// they matter, underflow.
+pub(crate) const SQUARABLE: RangeInclusive<f32> = 1.0e-15..=1.0e15;
 
 /// `v` times the power of two that brings its largest component to between 1
 /// and 2, which rounds nothing but what is 2¹²⁶ times smaller; `None` where it

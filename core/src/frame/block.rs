@@ -2,6 +2,7 @@
 
 use super::detail::BlockDetail;
 use super::{Mode, Renderer, View};
+use crate::gaze::Region;
 use crate::scene::format::Background;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
 use crate::trace::{self, Budget, NOT_TRACED, Pixel, RayDetail, TileRays, Workspace};
@@ -20,6 +21,33 @@ pub(super) struct Block {
     pub(super) rows: u32,
 }
 
+/// Where the pixels of a block go.
+pub(super) struct Target<'p> {
+    /// Of the tile, in rows.
+    pub(super) pixels: &'p mut [Pixel],
+    /// Pixels of a row.
+    pub(super) width: usize,
+    /// Column of the block's first pixel.
+    pub(super) x: usize,
+    /// Row of the block's first pixel.
+    pub(super) y: usize,
+}
+
+impl Target<'_> {
+    /// Of the block's row, the first `columns` pixels.
+    fn row(&mut self, row: u32, columns: u32) -> &mut [Pixel] {
+        let start = (self.y + row as usize) * self.width + self.x;
+        let pixels = self.pixels.get_mut(start..start + columns as usize);
+        pixels.unwrap_or_default()
+    }
+
+    fn write(&mut self, column: u32, row: u32, pixel: Pixel) {
+        if let Some(place) = self.row(row, column + 1).last_mut() {
+            *place = pixel;
+        }
+    }
+}
+
 impl Block {
     /// Renders the pixels from number `first` on, in rows, and says how many
     /// it finished.
@@ -30,16 +58,16 @@ impl Block {
         first: u32,
         budget: &mut Budget,
         workspace: &mut Workspace,
-        write: impl FnMut(u32, u32, Pixel),
+        target: &mut Target<'_>,
     ) -> u32
     where
         Simd: Runs<W>,
     {
         // What is left of a block that was interrupted goes ray by ray.
         if renderer.settings.mode == Mode::Tile && first == 0 {
-            self.render_together(renderer, view, budget, workspace, write)
+            self.render_together(renderer, view, budget, workspace, target)
         } else {
-            self.render_singly(renderer, view, first, budget, workspace, write)
+            self.render_singly(renderer, view, first, budget, workspace, target)
         }
     }
 
@@ -50,19 +78,20 @@ impl Block {
         first: u32,
         budget: &mut Budget,
         workspace: &mut Workspace,
-        mut write: impl FnMut(u32, u32, Pixel),
+        target: &mut Target<'_>,
     ) -> u32
     where
         Simd: Runs<W>,
     {
-        let detail = renderer.block_detail(view, self.x, self.y);
+        let region = renderer.block_region(view, self.x, self.y);
+        let detail = renderer.block_detail(region, view, self.x, self.y);
         for number in first..self.columns * self.rows {
             if budget.is_spent() {
                 return number - first;
             }
             let at = (number % self.columns, number / self.columns);
             let pixel = self.pixel(renderer, view, at, &detail, budget, workspace);
-            write(at.0, at.1, pixel);
+            target.write(at.0, at.1, pixel);
         }
         self.columns * self.rows - first
     }
@@ -107,7 +136,7 @@ impl Block {
         view: &View,
         budget: &mut Budget,
         workspace: &mut Workspace,
-        mut write: impl FnMut(u32, u32, Pixel),
+        target: &mut Target<'_>,
     ) -> u32
     where
         Simd: Runs<W>,
@@ -116,60 +145,94 @@ impl Block {
             tracer, settings, ..
         } = renderer;
         let samples = settings.samples;
-        let detail = renderer.block_detail(view, self.x, self.y);
-        let mut sums = [Sum::default(); (BLOCK * BLOCK) as usize];
+        let region = renderer.block_region(view, self.x, self.y);
+        let mut detail = None;
+        let mut sums = [[Sum::default(); BLOCK as usize]; BLOCK as usize];
         for sample in 0..samples {
             let offset = offset(sample, samples);
             let last = sample + 1 == samples;
-            let reaches = detail.is_traced() && {
+            let reaches = region != Region::Outside && {
                 let corners = self.corners(view, offset);
                 tracer.may_hit(view.eye(), &corners, budget, workspace)
             };
             let found = reaches.then(|| {
-                let rays = self.rays(renderer, view, offset, &detail);
+                let detail = &*detail
+                    .get_or_insert_with(|| renderer.block_detail(region, view, self.x, self.y));
+                let rays = self.rays(renderer, view, offset, detail);
                 let hits = tracer.nearest_of_tile(&rays, budget, workspace);
-                (rays, hits)
+                (detail, rays, hits)
             });
             let past = self.past(renderer, view, offset);
-            let mut sums = sums.iter_mut();
-            for row in 0..self.rows {
-                for (column, sum) in (0..self.columns).zip(&mut sums) {
+            if found.is_none() {
+                let traced = renderer.block_traced(region, view, self.x, self.y);
+                workspace.statistics.primary += self.count(traced);
+                if let (1, Some(past)) = (samples, &past) {
+                    self.copy(past, target);
+                    break;
+                }
+            }
+            for (row, sums) in (0..self.rows).zip(&mut sums) {
+                for (column, sum) in (0..self.columns).zip(sums) {
                     let first = (column, row) == (0, 0);
                     if budget.is_spent() && !last {
                         // No pixel has all its samples yet, and none would by
                         // starting over: one is finished alone, and the block
                         // is no longer whole.
+                        let detail = renderer.block_detail(region, view, self.x, self.y);
                         let pixel = self.pixel(renderer, view, (0, 0), &detail, budget, workspace);
-                        write(0, 0, pixel);
+                        target.write(0, 0, pixel);
                         return 1;
                     }
-                    let own = self.detail(&detail, (column, row));
-                    let (c, r) = (column as usize, row as usize);
-                    let hit = match &found {
-                        Some((rays, hits)) => hits.at(c, r).zip(rays.at(c, r)).zip(own),
-                        None => None,
-                    };
-                    if let Some(((hit, ray), own)) = hit {
+                    let mut traced = false;
+                    let hit = found.as_ref().and_then(|(detail, rays, hits)| {
+                        let own = self.detail(detail, (column, row))?;
+                        traced = true;
+                        let (column, row) = (column as usize, row as usize);
+                        Some((own, rays.at(column, row)?, hits.at(column, row)?))
+                    });
+                    if let Some((own, ray, hit)) = hit {
                         if budget.is_spent() && !first {
                             return row * self.columns + column;
                         }
                         sum.add(tracer.radiance_from(&ray, Some(hit), own, budget, workspace));
                     } else {
-                        workspace.statistics.primary += u64::from(own.is_some());
+                        workspace.statistics.primary += u64::from(traced);
                         sum.add(if let Some(past) = &past {
-                            past.pixel(c, r)
+                            past.pixel(column, row)
                         } else {
                             let (x, y) = self.at(column, row, offset);
                             tracer.missed(view.direction(x, y))
                         });
                     }
                     if last {
-                        write(column, row, sum.mean(samples));
+                        target.write(column, row, sum.mean(samples));
                     }
                 }
             }
         }
         self.columns * self.rows
+    }
+
+    /// How many of its pixels are in a set of the view's grid block, which has
+    /// a bit for each by row, then column.
+    fn count(&self, set: u64) -> u64 {
+        let (x, y) = (self.x % BLOCK, self.y % BLOCK);
+        let columns = (0xff >> (BLOCK - self.columns)) << x;
+        let mut count = 0;
+        for row in y..y + self.rows {
+            count += u64::from((set >> (BLOCK * row) & columns).count_ones());
+        }
+        count
+    }
+
+    /// Pixels that see past everything, and whose only sample that is.
+    fn copy(&self, past: &Past, target: &mut Target<'_>) {
+        for row in 0..self.rows {
+            let from = past.row(row);
+            for (place, pixel) in target.row(row, self.columns).iter_mut().zip(from) {
+                *place = *pixel;
+            }
+        }
     }
 
     /// What each pixel shows that sees past everything; `None` where that
@@ -264,23 +327,18 @@ impl Kernel<8> for Directions<'_> {
     }
 }
 
-/// What is seen past all objects.
-struct Past {
-    /// By row, channel, column.
-    colours: [[[f32; 8]; 3]; 8],
-    alpha: f32,
-}
+/// What is seen past all objects, by row, then column.
+struct Past([[Pixel; BLOCK as usize]; BLOCK as usize]);
 
 impl Past {
     #[inline(always)]
-    fn pixel(&self, column: usize, row: usize) -> Pixel {
-        let [red, green, blue] = &self.colours[row % 8];
-        Pixel {
-            red: red[column % 8],
-            green: green[column % 8],
-            blue: blue[column % 8],
-            alpha: self.alpha,
-        }
+    fn row(&self, row: u32) -> &[Pixel; BLOCK as usize] {
+        &self.0[(row % BLOCK) as usize]
+    }
+
+    #[inline(always)]
+    fn pixel(&self, column: u32, row: u32) -> Pixel {
+        self.row(row)[(column % BLOCK) as usize]
     }
 }
 
@@ -296,14 +354,20 @@ impl Kernel<8> for SeePast<'_> {
 
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> Option<Past> {
-        let mut past = Past {
-            colours: [[[0.0; 8]; 3]; 8],
-            alpha: 1.0 - (1.0 - self.background.alpha),
-        };
-        for (row, colours) in (self.block.y..).zip(&mut past.colours) {
+        let mut past = Past(Default::default());
+        let alpha = 1.0 - (1.0 - self.background.alpha);
+        for (row, pixels) in (self.block.y..).zip(&mut past.0) {
             let directions = self.view.directions(l, (self.block.x, row), self.offset);
             let [red, green, blue] = trace::colours(l, self.background, directions)?;
-            *colours = [l.store(red), l.store(green), l.store(blue)];
+            let (red, green, blue) = (l.store(red), l.store(green), l.store(blue));
+            for (column, pixel) in pixels.iter_mut().enumerate() {
+                *pixel = Pixel {
+                    red: red[column],
+                    green: green[column],
+                    blue: blue[column],
+                    alpha,
+                };
+            }
         }
         Some(past)
     }

@@ -2,7 +2,7 @@
 
 use super::View;
 use super::block::BLOCK;
-use crate::gaze::{Detail, Gaze};
+use crate::gaze::{Detail, Gaze, Region};
 use crate::numeric::{max, min};
 use crate::simd::{Kernel, Lanes, Runs, Simd};
 use crate::trace::{NOT_TRACED, RayDetail};
@@ -51,29 +51,31 @@ pub(super) enum BlockDetail {
 }
 
 impl BlockDetail {
-    /// Of the block that has pixel (x, y) in it. `most` is what a ray of level
-    /// 1 may do, `rungs` how many the scene's ladders have.
+    /// Of the block that has pixel (x, y) in it and lies in a `region` of the
+    /// field. `most` is what a ray of level 1 may do, `rungs` how many the
+    /// scene's ladders have.
     pub(super) fn new(
         lod: &LevelOfDetail,
+        region: Region,
         simd: Simd,
         view: &View,
-        (x, y): (u32, u32),
+        place: (u32, u32),
         most: RayDetail,
         rungs: u8,
     ) -> Self {
-        let levels = levels_of_block(lod, simd, view, (x, y));
-        let levels = levels.as_flattened();
-        let least = levels.iter().copied().fold(1.0, min);
-        if least == 1.0 {
-            return Self::Equal(most);
+        match region {
+            Region::Central => return Self::Equal(most),
+            Region::Outside => return Self::Outside,
+            Region::Traced | Region::Mixed => {}
         }
-        if levels.iter().copied().fold(0.0, max) == 0.0 {
+        let levels = BlockLevels::new(lod, simd, view, place);
+        if levels.traced == 0 {
             return Self::Outside;
         }
-        let ladder = Ladder::new(if lod.faces { rungs } else { 1 }, levels);
+        let ladder = Ladder::new(if lod.faces { rungs } else { 1 }, &levels);
         let mut own = [most; PIXELS];
-        let mut equal = least > 0.0;
-        for (detail, &level) in own.iter_mut().zip(levels) {
+        let mut equal = levels.traced == u64::MAX;
+        for (detail, &level) in own.iter_mut().zip(levels.levels.as_flattened()) {
             if level > 0.0 {
                 detail.rung = ladder.rung(level);
                 if lod.bounces {
@@ -105,30 +107,48 @@ impl BlockDetail {
                 .filter(|detail| detail.rung != NOT_TRACED),
         }
     }
-
-    /// Whether any pixel is traced.
-    pub(super) const fn is_traced(&self) -> bool {
-        !matches!(self, Self::Outside)
-    }
 }
 
-/// The levels of a block of the view's grid, by row, then column. Those past
-/// the view's borders repeat its last column and row.
-pub(super) fn levels_of_block(
-    lod: &LevelOfDetail,
-    simd: Simd,
-    view: &View,
-    (x, y): (u32, u32),
-) -> [[f32; BLOCK as usize]; BLOCK as usize] {
-    <Simd as Runs<8>>::run(
-        simd,
-        Levels {
-            lod,
-            view,
-            x: x / BLOCK * BLOCK,
-            y: y / BLOCK * BLOCK,
-        },
-    )
+/// Where the block of the view's grid lies in the field that has pixel (x, y)
+/// in it.
+pub(super) fn region_of_block(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32)) -> Region {
+    let last = |first: u32, count: u32| (first + (BLOCK - 1)).min(count - 1);
+    let (left, top) = (x / BLOCK * BLOCK, y / BLOCK * BLOCK);
+    let (right, bottom) = (last(left, view.columns()), last(top, view.rows()));
+    let corner = |x: u32, y: u32| view.direction(x as f32, y as f32);
+    lod.gaze.region_between(&[
+        corner(left, top),
+        corner(right, top),
+        corner(left, bottom),
+        corner(right, bottom),
+    ])
+}
+
+/// The levels of a block of the view's grid. Pixels past the view's borders
+/// repeat its last column and row.
+pub(super) struct BlockLevels {
+    /// By row, then column.
+    levels: [[f32; BLOCK as usize]; BLOCK as usize],
+    /// A bit for each level above 0, in the same order from the lowest.
+    pub(super) traced: u64,
+    /// Of those above 0; 1 where there is none.
+    least: f32,
+    most: f32,
+}
+
+impl BlockLevels {
+    /// Of the block that has pixel (x, y) in it.
+    pub(super) fn new(lod: &LevelOfDetail, simd: Simd, view: &View, (x, y): (u32, u32)) -> Self {
+        <Simd as Runs<8>>::run(
+            simd,
+            Levels {
+                lod,
+                view,
+                x: x / BLOCK * BLOCK,
+                y: y / BLOCK * BLOCK,
+            },
+        )
+    }
 }
 
 struct Levels<'r> {
@@ -139,18 +159,30 @@ struct Levels<'r> {
 }
 
 impl Kernel<8> for Levels<'_> {
-    type Output = [[f32; 8]; 8];
+    type Output = BlockLevels;
 
     #[inline(always)]
-    fn run<L: Lanes<8>>(self, l: L) -> [[f32; 8]; 8] {
+    fn run<L: Lanes<8>>(self, l: L) -> BlockLevels {
         let mut levels = [[0.0; 8]; 8];
-        for (row, levels) in levels.iter_mut().enumerate() {
+        let (mut least, mut most) = (l.splat(1.0), l.splat(0.0));
+        let mut traced = 0;
+        for row in 0..8 {
             let directions = self
                 .view
                 .directions(l, (self.x, self.y + row as u32), (0.0, 0.0));
-            *levels = l.store(self.lod.gaze.levels(l, directions));
+            let level = self.lod.gaze.levels(l, directions);
+            let outside = l.le(level, l.splat(0.0));
+            least = l.min(l.select(outside, l.splat(1.0), level), least);
+            most = l.max(level, most);
+            traced |= u64::from(!l.bits(outside) & 0xff) << (8 * row);
+            levels[row] = l.store(level);
         }
-        levels
+        BlockLevels {
+            levels,
+            traced,
+            least: l.store(least).into_iter().fold(1.0, min),
+            most: l.store(most).into_iter().fold(0.0, max),
+        }
     }
 }
 
@@ -166,14 +198,12 @@ struct Ladder {
 }
 
 impl Ladder {
-    fn new(rungs: u8, levels: &[f32]) -> Self {
+    fn new(rungs: u8, levels: &BlockLevels) -> Self {
         let mut ladder = Self {
             steps: f32::from(rungs.max(1) - 1),
             shared: None,
         };
-        let traced = || levels.iter().copied().filter(|&level| level > 0.0);
-        let least = traced().fold(1.0, min);
-        let most = traced().fold(0.0, max);
+        let BlockLevels { least, most, .. } = *levels;
         // Whoever looks straight at it sees the mesh itself.
         let shared = if most == 1.0 {
             0

@@ -94,6 +94,16 @@ impl Bands {
             behind: tangent_squared(min(PI - widest, steepest)),
         }
     }
+
+    /// Outside, whatever `right` is.
+    fn is_steep(&self, forward: f32, up: f32) -> bool {
+        self.vertical * (forward * forward) + Self::LEAST_SQUARE <= up * up
+    }
+
+    /// Outside, whatever `up` is, for a direction that goes back.
+    fn is_behind(&self, forward: f32, right: f32) -> bool {
+        right * right + Self::LEAST_SQUARE <= self.behind * (forward * forward)
+    }
 }
 
 /// Where a ray lies in the visual field.
@@ -105,6 +115,19 @@ pub enum Zone {
     Peripheral,
     /// On the boundary or beyond: level 0, not traced.
     Outside,
+}
+
+/// What is known of all directions of a patch together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Region {
+    /// They are in the central field.
+    Central,
+    /// They are within the boundary.
+    Traced,
+    /// They are on the boundary or beyond.
+    Outside,
+    /// Each one's level has to be asked for.
+    Mixed,
 }
 
 /// How a ray stands to the line of sight. Angles are radians.
@@ -224,6 +247,62 @@ impl Gaze {
             directions: [x, y, z],
             levels,
         });
+    }
+
+    /// Where the directions between four lie, which are sums of them without a
+    /// negative share, in the order of [`Bands`]: every region is a convex
+    /// cone, so that what holds at the corners holds between them.
+    pub(crate) fn region_between(&self, corners: &[Vec3; 4]) -> Region {
+        let rotated = corners.map(|corner| {
+            let ([[f], [r], [u]], [square]) = self.rotate(Portable, corner.to_array().map(|x| [x]));
+            (f, r, u, square)
+        });
+        let all = |test: fn(&Bands, f32, f32, f32) -> bool| {
+            rotated
+                .iter()
+                .all(|&(f, r, u, _)| test(&self.bands, f, r, u))
+        };
+        let usable = |square| (Self::LEAST_SQUARE..=Self::MOST_SQUARE).contains(&square);
+        if !rotated.iter().all(|&(_, _, _, square)| usable(square)) {
+            Region::Mixed
+        } else if all(|bands, f, r, u| f > 0.0 && r * r + u * u <= bands.central * (f * f)) {
+            Region::Central
+        } else if all(|bands, f, _, u| u > 0.0 && bands.is_steep(f, u))
+            || all(|bands, f, _, u| u < 0.0 && bands.is_steep(f, u))
+            || all(|bands, f, r, _| f < 0.0 && bands.is_behind(f, r))
+        {
+            Region::Outside
+        } else if all(|_, f, _, _| f > 0.0) {
+            // The farthest to a side and the farthest in height.
+            let mut slopes = [0.0; 2];
+            for (f, r, u, _) in rotated {
+                slopes = [max(slopes[0], r.abs() / f), max(slopes[1], u.abs() / f)];
+            }
+            let [alpha, beta] = arctangent(Portable, slopes, [1.0; 2]);
+            if self.holds_rectangle(alpha + Bands::SLACK, beta + Bands::SLACK) {
+                Region::Traced
+            } else {
+                Region::Mixed
+            }
+        } else {
+            Region::Mixed
+        }
+    }
+
+    /// Whether l < L wherever `m_α` and `m_β` are at most these, on either side:
+    /// with a and b their squares, where eq. 7 bounds a convex part of the
+    /// plane of a and b, so that three corners decide.
+    fn holds_rectangle(&self, alpha: f32, beta: f32) -> bool {
+        let limits = self.field.limits();
+        let side = min(limits.left, limits.right);
+        let height = min(limits.up, limits.down);
+        let (a, b) = (alpha * alpha, beta * beta);
+        let (side, height) = (side * side, height * height);
+        let far = match self.field.boundary() {
+            Boundary::Printed => (a + b) * (a + b) < side * a + height * b,
+            Boundary::Ellipse => a / side + b / height < 1.0,
+        };
+        a < side && b < height && far
     }
 
     /// [`level`](Self::level) in every lane; 0 where it gives none.

@@ -1,8 +1,7 @@
 //! What is seen past all objects: a gradient over the elevation.
 
-use crate::numeric::normalize;
+use crate::numeric::{SQUARABLE, normalize};
 use crate::scene::format::Background;
-use crate::shape::Ray;
 use crate::simd::Lanes;
 use glam::Vec3;
 
@@ -24,8 +23,9 @@ pub(super) fn colour(background: &Background, direction: Vec3) -> Vec3 {
     horizon + (Vec3::from_array(far) - horizon) * height.abs()
 }
 
-/// [`colour`] times the background's coverage in every lane; `None` where a
-/// direction is too short or too long for [`normalize`] to take it as it is.
+/// [`colour`] times the background's coverage in every lane, added to nothing;
+/// `None` where a direction is too short or too long for [`normalize`] to take
+/// it as it is.
 #[inline(always)]
 pub(crate) fn colours<L: Lanes<8>>(
     l: L,
@@ -34,13 +34,12 @@ pub(crate) fn colours<L: Lanes<8>>(
 ) -> Option<[L::F; 3]> {
     let largest = l.max(l.abs(x), l.max(l.abs(y), l.abs(z)));
     let usable = l.and(
-        l.le(l.splat(Ray::SHORTEST_DIRECTION), largest),
-        l.le(largest, l.splat(Ray::LONGEST_DIRECTION)),
+        l.le(l.splat(*SQUARABLE.start()), largest),
+        l.le(largest, l.splat(*SQUARABLE.end())),
     );
     if l.bits(usable) != 0xff {
         return None;
     }
-    let (x, y, z) = (l.div(x, largest), l.div(y, largest), l.div(z, largest));
     let square = l.add(l.add(l.mul(x, x), l.mul(y, y)), l.mul(z, z));
     let height = l.div(y, l.sqrt(square));
     Some([
@@ -57,5 +56,5 @@ fn channel<L: Lanes<8>>(l: L, background: &Background, channel: usize, height: L
     let down = l.splat(background.nadir[channel % 3] - horizon);
     let slope = l.select(l.le(l.splat(0.0), height), up, down);
     let colour = l.add(l.splat(horizon), l.mul(slope, l.abs(height)));
-    l.mul(colour, l.splat(background.alpha))
+    l.add(l.splat(0.0), l.mul(colour, l.splat(background.alpha)))
 }

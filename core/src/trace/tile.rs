@@ -212,16 +212,29 @@ impl TileHits {
     pub(super) fn none_of(rays: &TileRays) -> Self {
         let mut hits = Self::NONE;
         if let Rungs::Own(_, _, own) = &rays.rungs {
-            for group in 0..EIGHT {
-                for lane in 0..EIGHT {
-                    if own[group][lane] == NOT_TRACED {
-                        hits.t[group][lane] = -1.0;
-                    }
-                }
-                hits.update_limit(group);
-            }
+            hits.exclude(|group, lane| own[group][lane] == NOT_TRACED);
         }
         hits
+    }
+
+    /// Nothing is as near any more as what these rays have found, by group and
+    /// lane.
+    #[inline(always)]
+    fn exclude(&mut self, rays: impl Fn(usize, usize) -> bool) {
+        self.restore(&[[-1.0; EIGHT]; EIGHT], rays);
+    }
+
+    /// What these rays have found is as near as it was.
+    #[inline(always)]
+    fn restore(&mut self, t: &PerRay, rays: impl Fn(usize, usize) -> bool) {
+        for group in 0..EIGHT {
+            for lane in 0..EIGHT {
+                if rays(group, lane) {
+                    self.t[group][lane] = t[group][lane];
+                }
+            }
+            self.update_limit(group);
+        }
     }
 
     /// The nearest hit of the ray at a place, columns and rows from 0 to 7.

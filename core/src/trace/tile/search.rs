@@ -160,15 +160,13 @@ struct TileInWorld<'r, 'a, const W: usize> {
 }
 
 impl<const W: usize> TileInWorld<'_, '_, W> {
-    /// False where the rays cannot go together in the mesh's frame. Those of
-    /// another rung than `rung`, if one is given, do not go.
+    /// False where the rays cannot go together in the mesh's frame.
     #[inline(always)]
     fn in_mesh<L: Lanes<EIGHT>>(
         &mut self,
         l: L,
         mesh: &Mesh,
         (number, instance): (u32, &Instance),
-        rung: Option<u8>,
         groups: u8,
         path: &mut Path<'_>,
     ) -> bool {
@@ -178,21 +176,18 @@ impl<const W: usize> TileInWorld<'_, '_, W> {
         let Some((axes, shear)) = shears(l, &rays) else {
             return false;
         };
-        let Some(slabs) = TileSlabs::new(l, &rays, mesh.extent) else {
+        let Some(slabs) = TileSlabs::new(l, &rays, mesh.extent, &self.hits.t) else {
             return false;
         };
         let (near, far) = self.slabs.planes(instance.low, instance.high);
         let mut start = [[0.0; EIGHT]; EIGHT];
         for group in 0..EIGHT {
             let (near, far) = self.slabs.of_group(l, group, near, far);
-            let (near, far) = (l.store(l.max(near, l.splat(0.0))), l.store(far));
-            for lane in 0..EIGHT {
-                // Alone, a ray that misses the box never looks inside: NaN
-                // fails every comparison to come.
-                let enters = near[lane] <= far[lane]
-                    && rung.is_none_or(|rung| self.rays.rung(group, lane) == Some(rung));
-                start[group][lane] = if enters { near[lane] } else { f32::NAN };
-            }
+            let near = l.max(near, l.splat(0.0));
+            // Alone, a ray that misses the box never looks inside: NaN fails
+            // every comparison to come.
+            let enters = l.le(near, far);
+            start[group] = l.store(l.select(enters, near, l.splat(f32::NAN)));
         }
         path.work.steps += 1;
         let mut search = TileInMesh::<W> {
@@ -239,11 +234,21 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
             if !together || groups == 0 {
                 continue;
             }
-            let only = (least != most).then_some(rung);
-            together = match self.scene.mesh_at(instance.geometry, rung) {
-                Some(mesh) => self.in_mesh(l, mesh, (number, instance), only, groups, path),
-                None => false,
+            let Some(mesh) = self.scene.mesh_at(instance.geometry, rung) else {
+                together = false;
+                continue;
             };
+            // The others look for nothing meanwhile.
+            let others = own.filter(|_| least != most).map(|own| {
+                let found = self.hits.t;
+                self.hits.exclude(|group, lane| own[group][lane] != rung);
+                (own, found)
+            });
+            together = self.in_mesh(l, mesh, (number, instance), groups, path);
+            if let Some((own, found)) = others {
+                self.hits
+                    .restore(&found, |group, lane| own[group][lane] != rung);
+            }
         }
         if !together && self.hits.deferred.push((number, groups)).is_err() {
             // More than the list holds: merge into an entry for everything.
@@ -342,7 +347,7 @@ impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
     #[inline(always)]
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
         let mut path = Path::new(self.stack);
-        let slabs = TileSlabs::new(l, self.rays, self.scene.header.extent)?;
+        let slabs = TileSlabs::new(l, self.rays, self.scene.header.extent, &self.hits.t)?;
         let mut visitor = TileInWorld::<W> {
             scene: self.scene,
             rays: self.rays,
@@ -402,7 +407,7 @@ impl<const W: usize> Kernel<EIGHT> for TileInMeshSearch<'_, '_, W> {
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
         let mut path = Path::new(self.stack);
         let (axes, shear) = shears(l, self.rays)?;
-        let slabs = TileSlabs::new(l, self.rays, self.mesh.extent)?;
+        let slabs = TileSlabs::new(l, self.rays, self.mesh.extent, &self.hits.t)?;
         let mut search = TileInMesh::<W> {
             leaves: self.mesh.leaves,
             rays: self.rays,

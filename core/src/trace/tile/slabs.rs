@@ -71,7 +71,8 @@ fn delta(origin: Vec3, extent: f32) -> f32 {
     Slabs::SLACK * UNIT_ROUNDOFF * max(extent, largest_magnitude(origin))
 }
 
-/// [`Slabs`] of all rays of a tile, and the interval that they span.
+/// [`Slabs`] of all rays of a tile, and the interval that those span that may
+/// still find something.
 pub(super) struct TileSlabs {
     pub(super) span: Span,
     pub(super) reciprocal: [PerRay; 3],
@@ -80,9 +81,15 @@ pub(super) struct TileSlabs {
 }
 
 impl TileSlabs {
-    /// `None` where the signs of the directions differ, or one is zero.
+    /// `None` where the signs of the directions differ, or one is zero. Rays
+    /// whose `nearest` hit lies below zero look for nothing.
     #[inline(always)]
-    pub(super) fn new<L: Lanes<EIGHT>>(l: L, rays: &TileRays, extent: f32) -> Option<Self> {
+    pub(super) fn new<L: Lanes<EIGHT>>(
+        l: L,
+        rays: &TileRays,
+        extent: f32,
+        nearest: &PerRay,
+    ) -> Option<Self> {
         let o = rays.origin;
         let delta = delta(o, extent);
         let zero = l.splat(0.0);
@@ -129,6 +136,7 @@ impl TileSlabs {
                 l.mul(largest, l.splat(LEAST_SHARE)),
                 l.splat(Slabs::LEAST_COMPONENT),
             );
+            let looks = l.le(zero, l.load(&nearest[group]));
             for axis in 0..3 {
                 let clamped = magnitude(axis, l.max(m[axis], least));
                 let reciprocal = l.div(l.splat(1.0), clamped);
@@ -138,7 +146,10 @@ impl TileSlabs {
                 slabs.near[axis][group] = l.store(l.add(centre, slack));
                 slabs.far[axis][group] = l.store(l.sub(centre, slack));
                 let (low, high) = extremes[axis];
-                extremes[axis] = (l.min(low, reciprocal), l.max(high, reciprocal));
+                extremes[axis] = (
+                    l.select(looks, l.min(low, reciprocal), low),
+                    l.select(looks, l.max(high, reciprocal), high),
+                );
             }
         }
         for axis in 0..3 {
