@@ -35,6 +35,7 @@ pub(super) struct Target<'p> {
 
 impl Target<'_> {
     /// Of the block's row, the first `columns` pixels.
+    #[inline(always)]
     fn row(&mut self, row: u32, columns: u32) -> &mut [Pixel] {
         let start = (self.y + row as usize) * self.width + self.x;
         let pixels = self.pixels.get_mut(start..start + columns as usize);
@@ -141,20 +142,68 @@ impl Block {
     where
         Simd: Runs<W>,
     {
+        let samples = renderer.settings.samples;
+        let region = renderer.block_region(view, self.x, self.y);
+        let offset = offset(0, samples);
+        let reaches = self.reaches(renderer, view, region, offset, budget, workspace);
+        if samples == 1 && !reaches {
+            // Its mean is the sample itself.
+            let past = self.past(renderer, view, offset);
+            let copied = <Simd as Runs<8>>::run(renderer.tracer.simd(), CopyPast { past, target });
+            if copied.is_some() {
+                let traced = renderer.block_traced(region, view, self.x, self.y);
+                workspace.statistics.primary += self.count(traced);
+                return self.columns * self.rows;
+            }
+        }
+        self.render_samples(renderer, view, (region, reaches), budget, workspace, target)
+    }
+
+    /// Whether a sample of any pixel is traced and may hit anything.
+    fn reaches<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        region: Region,
+        offset: (f32, f32),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> bool
+    where
+        Simd: Runs<W>,
+    {
+        region != Region::Outside && {
+            let corners = self.corners(view, offset);
+            let tracer = &renderer.tracer;
+            tracer.may_hit(view.eye(), &corners, budget, workspace)
+        }
+    }
+
+    /// Sample by sample, of which the first is known to reach something or not.
+    fn render_samples<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        (region, mut reaches): (Region, bool),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        target: &mut Target<'_>,
+    ) -> u32
+    where
+        Simd: Runs<W>,
+    {
         let Renderer {
             tracer, settings, ..
         } = renderer;
         let samples = settings.samples;
-        let region = renderer.block_region(view, self.x, self.y);
         let mut detail = None;
         let mut sums = [[Sum::default(); BLOCK as usize]; BLOCK as usize];
         for sample in 0..samples {
             let offset = offset(sample, samples);
             let last = sample + 1 == samples;
-            let reaches = region != Region::Outside && {
-                let corners = self.corners(view, offset);
-                tracer.may_hit(view.eye(), &corners, budget, workspace)
-            };
+            if sample > 0 {
+                reaches = self.reaches(renderer, view, region, offset, budget, workspace);
+            }
             let found = reaches.then(|| {
                 let detail = &*detail
                     .get_or_insert_with(|| renderer.block_detail(region, view, self.x, self.y));
@@ -163,13 +212,10 @@ impl Block {
                 (detail, rays, hits)
             });
             let past = self.past(renderer, view, offset);
+            let past = <Simd as Runs<8>>::run(tracer.simd(), past);
             if found.is_none() {
                 let traced = renderer.block_traced(region, view, self.x, self.y);
                 workspace.statistics.primary += self.count(traced);
-                if let (1, Some(past)) = (samples, &past) {
-                    self.copy(past, target);
-                    break;
-                }
             }
             for (row, sums) in (0..self.rows).zip(&mut sums) {
                 for (column, sum) in (0..self.columns).zip(sums) {
@@ -225,34 +271,22 @@ impl Block {
         count
     }
 
-    /// Pixels that see past everything, and whose only sample that is.
-    fn copy(&self, past: &Past, target: &mut Target<'_>) {
-        for row in 0..self.rows {
-            let from = past.row(row);
-            for (place, pixel) in target.row(row, self.columns).iter_mut().zip(from) {
-                *place = *pixel;
-            }
-        }
-    }
-
-    /// What each pixel shows that sees past everything; `None` where that
-    /// cannot be computed for all together.
-    fn past<const W: usize>(
-        &self,
-        renderer: &Renderer<'_, W>,
-        view: &View,
+    /// What its pixels show that see past everything.
+    fn past<'r, const W: usize>(
+        &'r self,
+        renderer: &'r Renderer<'_, W>,
+        view: &'r View,
         offset: (f32, f32),
-    ) -> Option<Past>
+    ) -> SeePast<'r>
     where
         Simd: Runs<W>,
     {
-        let past = SeePast {
+        SeePast {
             block: self,
             background: renderer.tracer.scene().background(),
             view,
             offset,
-        };
-        <Simd as Runs<8>>::run(renderer.tracer.simd(), past)
+        }
     }
 
     /// A point of a pixel of this block, in pixels of the view.
@@ -342,11 +376,34 @@ impl Past {
     }
 }
 
+/// What pixels of a block show that see past everything.
 struct SeePast<'r> {
     block: &'r Block,
     background: &'r Background,
     view: &'r View,
     offset: (f32, f32),
+}
+
+impl SeePast<'_> {
+    /// Of a row; `None` where that cannot be computed for all together.
+    #[inline(always)]
+    fn row<L: Lanes<8>>(&self, l: L, row: u32) -> Option<[Pixel; BLOCK as usize]> {
+        let place = (self.block.x, self.block.y + row);
+        let directions = self.view.directions(l, place, self.offset);
+        let [red, green, blue] = trace::colours(l, self.background, directions)?;
+        let (red, green, blue) = (l.store(red), l.store(green), l.store(blue));
+        let alpha = 1.0 - (1.0 - self.background.alpha);
+        let mut pixels = [Pixel::default(); BLOCK as usize];
+        for (column, pixel) in pixels.iter_mut().enumerate() {
+            *pixel = Pixel {
+                red: red[column],
+                green: green[column],
+                blue: blue[column],
+                alpha,
+            };
+        }
+        Some(pixels)
+    }
 }
 
 impl Kernel<8> for SeePast<'_> {
@@ -355,21 +412,33 @@ impl Kernel<8> for SeePast<'_> {
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> Option<Past> {
         let mut past = Past(Default::default());
-        let alpha = 1.0 - (1.0 - self.background.alpha);
-        for (row, pixels) in (self.block.y..).zip(&mut past.0) {
-            let directions = self.view.directions(l, (self.block.x, row), self.offset);
-            let [red, green, blue] = trace::colours(l, self.background, directions)?;
-            let (red, green, blue) = (l.store(red), l.store(green), l.store(blue));
-            for (column, pixel) in pixels.iter_mut().enumerate() {
-                *pixel = Pixel {
-                    red: red[column],
-                    green: green[column],
-                    blue: blue[column],
-                    alpha,
-                };
-            }
+        for row in 0..self.block.rows {
+            past.0[(row % BLOCK) as usize] = self.row(l, row)?;
         }
         Some(past)
+    }
+}
+
+/// The same, straight to where the pixels go: `None` where some are not there.
+struct CopyPast<'r, 't, 'p> {
+    past: SeePast<'r>,
+    target: &'t mut Target<'p>,
+}
+
+impl Kernel<8> for CopyPast<'_, '_, '_> {
+    type Output = Option<()>;
+
+    #[inline(always)]
+    fn run<L: Lanes<8>>(self, l: L) -> Option<()> {
+        let block = self.past.block;
+        for row in 0..block.rows {
+            let pixels = self.past.row(l, row)?;
+            let places = self.target.row(row, block.columns);
+            for (place, pixel) in places.iter_mut().zip(&pixels) {
+                *place = *pixel;
+            }
+        }
+        Some(())
     }
 }
 
