@@ -42,8 +42,10 @@ struct Scales {
 struct Bands {
     /// In front, `r² + u² ≤ central·f²` is central.
     central: f32,
-    /// `u² ≥ vertical·f²` is outside.
-    vertical: f32,
+    /// `u² ≥ above·f²` is outside, up.
+    above: f32,
+    /// `u² ≥ below·f²` is outside, down.
+    below: f32,
     /// Behind, `r² ≤ behind·f²` is outside.
     behind: f32,
 }
@@ -68,36 +70,41 @@ impl Bands {
             let tangent = tangent(angle);
             tangent * tangent
         };
-        let (side, height) = (max(left, right), max(up, down));
-        // Where hypot(r, u)/f is t, l lies between atan t, on the axes, and
-        // √2·atan(t/√2), midway between them.
-        let central = max(central - Self::SLACK, 0.0) * FRAC_1_SQRT_2;
+        let side = max(left, right);
+        let steepest = 1.57;
         // The printed curve is highest beside the axis where the sides reach
         // far: solve l⁴ = A²·m_α² + B²·m_β² for the greatest m_β.
-        let (a, b) = (side * side, height * height);
-        let highest = if a > 2.0 * b {
-            a / (2.0 * sqrt(a - b))
-        } else {
-            height
-        };
-        let highest = highest + Self::SLACK;
-        // No direction in the boundary has a larger m_α than its largest limit.
-        let widest = min(max(side, height) + Self::SLACK, PI);
-        let steepest = 1.57;
-        Self {
-            central: 2.0 * tangent_squared(central),
-            vertical: if highest < steepest {
+        let highest = |height: f32| {
+            let (a, b) = (side * side, height * height);
+            let highest = if a > 2.0 * b {
+                a / (2.0 * sqrt(a - b))
+            } else {
+                height
+            };
+            let highest = highest + Self::SLACK;
+            if highest < steepest {
                 tangent_squared(highest)
             } else {
                 f32::INFINITY
-            },
+            }
+        };
+        // Where hypot(r, u)/f is t, l lies between atan t, on the axes, and
+        // √2·atan(t/√2), midway between them.
+        let central = max(central - Self::SLACK, 0.0) * FRAC_1_SQRT_2;
+        // No direction in the boundary has a larger m_α than its largest limit.
+        let widest = min(max(side, max(up, down)) + Self::SLACK, PI);
+        Self {
+            central: 2.0 * tangent_squared(central),
+            above: highest(up),
+            below: highest(down),
             behind: tangent_squared(min(PI - widest, steepest)),
         }
     }
 
-    /// Outside, whatever `right` is.
+    /// Outside, whatever `right` is, for a direction that goes up, or down.
     fn is_steep(&self, forward: f32, up: f32) -> bool {
-        self.vertical * (forward * forward) + Self::LEAST_SQUARE <= up * up
+        let slope = if up > 0.0 { self.above } else { self.below };
+        slope * (forward * forward) + Self::LEAST_SQUARE <= up * up
     }
 
     /// Outside, whatever `up` is, for a direction that goes back.
@@ -273,13 +280,15 @@ impl Gaze {
         {
             Region::Outside
         } else if all(|_, f, _, _| f > 0.0) {
-            // The farthest to a side and the farthest in height.
-            let mut slopes = [0.0; 2];
+            // How far they reach to each side.
+            let mut slopes = [0.0; 4];
             for (f, r, u, _) in rotated {
-                slopes = [max(slopes[0], r.abs() / f), max(slopes[1], u.abs() / f)];
+                for (slope, aside) in slopes.iter_mut().zip([-r, r, -u, u]) {
+                    *slope = max(*slope, aside / f);
+                }
             }
-            let [alpha, beta] = arctangent(Portable, slopes, [1.0; 2]);
-            if self.holds_rectangle(alpha + Bands::SLACK, beta + Bands::SLACK) {
+            let angles = arctangent(Portable, slopes, [1.0; 4]);
+            if self.holds_rectangle(angles.map(|angle| angle + Bands::SLACK)) {
                 Region::Traced
             } else {
                 Region::Mixed
@@ -289,20 +298,29 @@ impl Gaze {
         }
     }
 
-    /// Whether l < L wherever `m_α` and `m_β` are at most these, on either side:
-    /// with a and b their squares, where eq. 7 bounds a convex part of the
-    /// plane of a and b, so that three corners decide.
-    fn holds_rectangle(&self, alpha: f32, beta: f32) -> bool {
-        let limits = self.field.limits();
-        let side = min(limits.left, limits.right);
-        let height = min(limits.up, limits.down);
-        let (a, b) = (alpha * alpha, beta * beta);
-        let (side, height) = (side * side, height * height);
-        let far = match self.field.boundary() {
-            Boundary::Printed => (a + b) * (a + b) < side * a + height * b,
-            Boundary::Ellipse => a / side + b / height < 1.0,
-        };
-        a < side && b < height && far
+    /// Whether l < L in all directions that go at most this far to the left,
+    /// right, down and up. In the plane of their squares eq. 7 bounds a convex
+    /// part, so that the corners decide.
+    fn holds_rectangle(&self, [to_left, to_right, below, above]: [f32; 4]) -> bool {
+        let VisualFieldLimits {
+            up,
+            down,
+            left,
+            right,
+            ..
+        } = self.field.limits();
+        let square = |(angle, limit): (f32, f32)| (angle * angle, limit * limit);
+        let sides = [(to_left, left), (to_right, right)].map(square);
+        let heights = [(below, down), (above, up)].map(square);
+        sides.into_iter().all(|(a, side)| {
+            heights.into_iter().all(|(b, height)| {
+                let corner = match self.field.boundary() {
+                    Boundary::Printed => (a + b) * (a + b) < side * a + height * b,
+                    Boundary::Ellipse => a / side + b / height < 1.0,
+                };
+                a < side && b < height && corner
+            })
+        })
     }
 
     /// [`level`](Self::level) in every lane; 0 where it gives none.
@@ -381,7 +399,7 @@ impl Gaze {
         } else if front == 0 && l.bits(l.le(above(rr), bound(self.bands.behind))) == all {
             return zero;
         }
-        if l.bits(l.le(above(bound(self.bands.vertical)), uu)) == all {
+        if l.bits(l.le(above(bound(max(self.bands.above, self.bands.below))), uu)) == all {
             return zero;
         }
         self.level_by_angles(l, components)
