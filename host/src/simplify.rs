@@ -7,22 +7,29 @@
 //! neighbour, so every rung uses vertices of the file's own and is shaded by
 //! their normals.
 //!
-//! # What was tried
+//! # Why a tree for each rung
 //!
-//! A tree for each rung, beside one tree over the versions of the triangles of
-//! several rungs. Time a ray, geometric mean over the 16 rungs of the cow from
-//! 5,804 to 500 faces, each beside a mesh of the same faces baked alone; one
-//! thread, AVX2, one run of `cargo bench -p shisen-tests --bench levels --
-//! cow.obj`. The shared tree is given what it would have to earn: telling which
-//! versions a rung has costs it nothing.
+//! The alternative is one tree over all versions of the triangles, each of
+//! which lives from one rung to another; or several such trees, each of a few
+//! rungs. `cargo bench -p shisen-tests --bench levels -- cow.obj` measures both,
+//! on the 16 rungs of the cow from 5,804 to 500 faces: the time of a ray, where
+//! that in a mesh of the same faces baked alone is 1. With one rung at a time it
+//! is the geometric mean over the rungs; mixed, no two rays in a row are of the
+//! same rung, which is the worst that can be. One thread, AVX2, in turns;
+//! medians of three runs that are at most 0.07 apart.
 //!
-//! | | zoom | incoherent | bytes of trees |
-//! |---|---|---|---|
-//! | rung of the ladder | 0.99 | 0.99 | 3,782,144 |
-//! | **not built:** tree of 2 rungs | 1.02 | 1.03 | 2,267,968 |
-//! | tree of 4 rungs | 1.15 | 1.12 | 1,534,080 |
-//! | tree of 8 rungs | 1.22 | 1.25 | 1,254,848 |
-//! | tree of 16 rungs | 1.43 | 1.58 | 1,250,688 |
+//! | | zoom | mixed | incoherent | mixed | bytes of trees |
+//! |---|---|---|---|---|---|
+//! | a tree for each rung | 1.00 | 1.09 | 1.00 | 1.16 | 3,782,144 |
+//! | **not built:** a tree for 2 rungs | 1.03 | 1.03 | 1.06 | 1.07 | 2,267,968 |
+//! | for 4 rungs | 1.15 | 1.15 | 1.14 | 1.14 | 1,534,080 |
+//! | for 8 rungs | 1.25 | 1.26 | 1.29 | 1.29 | 1,254,848 |
+//! | for all 16 rungs | 1.45 | 1.46 | 1.56 | 1.56 | 1,250,688 |
+//!
+//! Shared trees have what they would have to earn: telling which versions a
+//! rung has costs them nothing, nor does mixing. One tree for all rungs is still
+//! slower by a third at least than a tree for each, whose price is three times
+//! the bytes.
 
 #[cfg(test)]
 mod tests;
@@ -93,8 +100,8 @@ impl PolygonLevels {
         Ok(Self { faces, rungs })
     }
 
-    /// The same with another fewest number of faces.
-    fn from(&self, min: u32) -> Self {
+    /// The same from another number of faces.
+    fn with_fewest(&self, min: u32) -> Self {
         Self {
             faces: min..=min.max(*self.faces.end()),
             rungs: self.rungs,
@@ -198,7 +205,7 @@ impl<'m> Ladder<'m> {
         };
         // Where a mesh is stuck depends on the steps that led there.
         while let Err(LadderError::Unreachable { reached: more, .. }) =
-            Self::reaching(mesh, &levels.from(reached))
+            Self::reaching(mesh, &levels.with_fewest(reached))
         {
             reached = more;
         }
@@ -212,6 +219,10 @@ impl<'m> Ladder<'m> {
         }
         let mut finest = Cow::Borrowed(mesh);
         let mut versions = Versions::new(mesh);
+        // Where all faces are lines or points there is nothing to collapse.
+        if versions.indices.is_empty() {
+            return Ok(Self::single(mesh));
+        }
         if mesh.triangles.len() > max as usize {
             let faces = versions.simplify(max)?;
             finest = Cow::Owned(versions.mesh.part(&faces));
