@@ -12,6 +12,7 @@ mod failure;
 mod gaze;
 mod inspect;
 mod levels;
+mod ray_counts;
 mod source;
 
 use clap::Parser;
@@ -73,4 +74,10 @@ fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<(), Fai
         }
         _ => Ok(()),
     }
+}
+
+/// Says what may not be as expected though the command goes on.
+fn warn(of: &str) {
+    // Nobody is left to tell where standard error is closed.
+    let _ = writeln!(io::stderr(), "Warning: {of}");
 }

@@ -6,23 +6,30 @@
 //! The shared tree is as good as it could be: built like any other, and the
 //! faces that a rung does not have cost nothing, since they are blanked out of
 //! its leaves, and subtrees without any other out of its nodes.
+//!
+//! In the mixture each ray is of another rung than the one before it, so that
+//! all rungs compete for the caches; it is measured beside the same rays rung
+//! after rung, each on a mesh alone. The shared tree, which is but one, is not
+//! charged for mixing.
 
 use shisen::bake::{Baked, lone_mesh};
 use shisen::mesh::TriangleMesh;
 use shisen::simplify::{Ladder, PolygonLevels};
 use shisen_core::Simd;
+use shisen_core::scene::Scene;
 use shisen_core::scene::format::{Header, INDEX, LEAF, LeafBlock, Mesh, Node, Table};
 use shisen_core::shape::Ray;
 use shisen_core::trace::{MeshTracer, TraversalStack};
 use shisen_tests::meshes::normalised;
 use shisen_tests::rays::{Random, RawRay, incoherent, pinhole};
 use std::collections::HashSet;
+use std::hint::black_box;
 use std::mem::offset_of;
 use std::path::Path;
 use std::time::Instant;
 use xxhash_rust::xxh32::xxh32;
 
-const REPEAT: usize = 7;
+const REPEAT: usize = 11;
 const RUNGS: usize = 16;
 /// How many rungs share a tree.
 const GROUPS: [usize; 4] = [2, 4, 8, 16];
@@ -58,74 +65,136 @@ fn main() {
             to_rays(&incoherent(&mesh, 1 << 18, &mut Random::new(1))),
         ),
     ];
-    // By set, then contender: sums of logarithms of times.
-    let mut sums = [[0.0; 6]; 2];
-    let mut tree_bytes = [0; 6];
-    let shared: Vec<Vec<Baked>> = GROUPS
-        .iter()
-        .map(|&size| {
-            let groups = ladder.rungs().chunks(size);
-            groups
-                .map(|rungs| part(&ladder, &rungs.concat()).1)
-                .collect()
-        })
-        .collect();
-    for (place, trees) in shared.iter().enumerate() {
-        tree_bytes[2 + place] = trees.iter().map(size_of_trees).sum();
-    }
-    tree_bytes[1] = size_of_trees(&baked);
-    for (number, rung) in ladder.rungs().iter().enumerate() {
-        let alone = part(&ladder, rung).1;
-        tree_bytes[0] += size_of_trees(&alone);
-        let blanked: Vec<Baked> = GROUPS
-            .iter()
-            .zip(&shared)
-            .map(|(&size, trees)| {
-                let group = number / size;
-                let rungs = &ladder.rungs()[group * size..(group + 1) * size];
-                let versions = part(&ladder, &rungs.concat()).0;
-                let alive: HashSet<u32> = rung.iter().copied().collect();
-                blank(&trees[group], |id| !alive.contains(&versions[id as usize]))
-            })
-            .collect();
-        let mut scenes = vec![(alone.scene(), 0), (baked.scene(), number)];
-        scenes.extend(blanked.iter().map(|baked| (baked.scene(), 0)));
-        for ((_, rays), sums) in sets.iter().zip(&mut sums) {
-            let mut times = [const { Vec::new() }; 6];
-            let mut hits = HashSet::new();
-            for _ in 0..REPEAT {
-                for ((scene, mesh), times) in scenes.iter().zip(&mut times) {
-                    let tracer = MeshTracer::new(scene, *mesh, Simd::detect()).expect("a mesh");
-                    times.push(seconds(&mut || {
-                        hits.insert(trace(&tracer, rays));
-                    }));
-                }
-            }
-            assert_eq!(hits.len(), 1, "all trees hold the same faces");
-            for (times, sum) in times.into_iter().zip(sums) {
-                *sum += sorted(times.into_iter())[REPEAT / 2].ln();
-            }
-        }
-    }
-    println!("time a ray, geometric mean of all rungs; mesh alone = 1");
+    let contenders = contenders(&ladder, &baked);
+    let measured = sets.each_ref().map(|(name, rays)| {
+        println!("tracing {name} rays");
+        (fixed(&contenders, rays), mixed(&contenders, rays))
+    });
+    println!("time a ray, mesh alone = 1: geometric mean of all rungs, and mixed");
     println!(
-        "{:>20} {:>8} {:>10} {:>14}",
-        "", "zoom", "incoherent", "bytes of trees"
+        "{:>20} {:>8} {:>8} {:>10} {:>8} {:>14}",
+        "", "zoom", "mixed", "incoherent", "mixed", "bytes of trees"
     );
-    let names = ["mesh alone", "rung of the ladder"].map(String::from);
-    let groups = GROUPS.map(|size| format!("tree of {size} rungs"));
-    for (place, name) in names.iter().chain(&groups).enumerate() {
-        let [zoom, incoherent] = sums.map(|s| ((s[place] - s[0]) / RUNGS as f64).exp());
+    for (place, Contender { name, bytes, .. }) in contenders.iter().enumerate() {
+        let [zoom, incoherent] = measured.each_ref().map(|(fixed, _)| fixed[place]);
+        let [zoom_mixed, incoherent_mixed] = measured.each_ref().map(|(_, mixed)| mixed[place]);
         println!(
-            "{name:>20} {zoom:8.3} {incoherent:10.3} {:14}",
-            tree_bytes[place]
+            "{name:>20} {zoom:8.3} {zoom_mixed:8.3} {incoherent:10.3} {incoherent_mixed:8.3} \
+             {bytes:14}"
         );
     }
-    let slower = sums.map(|s| ((s[1] - s[0]) / RUNGS as f64).exp() <= 1.05);
-    println!(
-        "a rung costs at most 1.05 times its mesh alone: {}",
-        slower == [true; 2]
-    );
+    let within = measured.iter().all(|(fixed, _)| fixed[LADDER] <= 1.05);
+    println!("a rung costs at most 1.05 times its mesh alone: {within}");
+}
+
+/// A way to store the rungs.
+struct Contender {
+    name: String,
+    /// Of all its trees.
+    bytes: usize,
+    /// For each rung a scene, and which of its meshes that rung is.
+    rungs: Vec<(Baked, usize)>,
+}
+
+/// Where the meshes alone are among the contenders, and where the ladder is.
+const ALONE: usize = 0;
+const LADDER: usize = 1;
+
+fn contenders(ladder: &Ladder<'_>, baked: &Baked) -> Vec<Contender> {
+    let alone: Vec<Baked> = ladder.rungs().iter().map(|r| part(ladder, r).1).collect();
+    let mut contenders = vec![
+        Contender {
+            name: "mesh alone".into(),
+            bytes: alone.iter().map(size_of_trees).sum(),
+            rungs: alone.into_iter().map(|baked| (baked, 0)).collect(),
+        },
+        Contender {
+            name: "rung of the ladder".into(),
+            bytes: size_of_trees(baked),
+            rungs: (0..RUNGS).map(|rung| (baked.clone(), rung)).collect(),
+        },
+    ];
+    contenders.extend(GROUPS.map(|size| {
+        let mut bytes = 0;
+        let mut rungs = Vec::new();
+        for group in ladder.rungs().chunks(size) {
+            let (versions, tree) = part(ladder, &group.concat());
+            bytes += size_of_trees(&tree);
+            rungs.extend(group.iter().map(|rung| {
+                let alive: HashSet<u32> = rung.iter().copied().collect();
+                let is_dead = |id: u32| !alive.contains(&versions[id as usize]);
+                (blank(&tree, is_dead), 0)
+            }));
+        }
+        let name = format!("tree of {size} rungs");
+        Contender { name, bytes, rungs }
+    }));
+    contenders
+}
+
+/// Time of each contender by that of the meshes alone, where all rays are of
+/// the same rung: the geometric mean of all rungs.
+fn fixed(contenders: &[Contender], rays: &[Ray]) -> Vec<f64> {
+    let mut sums = vec![0.0; contenders.len()];
+    for rung in 0..RUNGS {
+        let mut hits = HashSet::new();
+        let ratios = in_turns(contenders.len(), |place| {
+            let (scene, mesh) = &contenders[place].rungs[rung];
+            let scene = scene.scene();
+            let tracer = tracer(&scene, *mesh);
+            seconds(&mut || {
+                hits.insert(trace(&[tracer], rays.iter()));
+            })
+        });
+        assert_eq!(hits.len(), 1, "all trees hold the same faces");
+        for (sum, ratio) in sums.iter_mut().zip(ratios) {
+            *sum += ratio.ln();
+        }
+    }
+    sums.iter().map(|sum| (sum / RUNGS as f64).exp()).collect()
+}
+
+/// Time of each contender by that of the meshes alone, where no two rays in a
+/// row are of the same rung. That of all but the ladder is the time of the
+/// same rays rung after rung.
+fn mixed(contenders: &[Contender], rays: &[Ray]) -> Vec<f64> {
+    let ladder = contenders[LADDER].rungs[0].0.scene();
+    let tracers: Vec<_> = (0..RUNGS).map(|rung| tracer(&ladder, rung)).collect();
+    in_turns(contenders.len(), |place| {
+        if place == LADDER {
+            return seconds(&mut || {
+                black_box(trace(&tracers, rays.iter()));
+            });
+        }
+        let rungs = contenders[place].rungs.iter().enumerate();
+        rungs
+            .map(|(number, (scene, mesh))| {
+                let scene = scene.scene();
+                let tracer = tracer(&scene, *mesh);
+                seconds(&mut || {
+                    black_box(trace(&[tracer], rays.iter().skip(number).step_by(RUNGS)));
+                })
+            })
+            .sum()
+    })
+}
+
+/// Measures one contender after the other, again and again: the medians of
+/// what each takes by what the meshes alone take in the same turn.
+fn in_turns(contenders: usize, mut time: impl FnMut(usize) -> f64) -> Vec<f64> {
+    let mut ratios = vec![Vec::new(); contenders];
+    for _ in 0..REPEAT {
+        let times: Vec<f64> = (0..contenders).map(&mut time).collect();
+        for (ratios, time) in ratios.iter_mut().zip(&times) {
+            ratios.push(time / times[ALONE]);
+        }
+    }
+    let median = |ratios: Vec<f64>| sorted(ratios.into_iter())[REPEAT / 2];
+    ratios.into_iter().map(median).collect()
+}
+
+fn tracer<'a>(scene: &'a Scene<'a, 8>, mesh: usize) -> MeshTracer<'a> {
+    MeshTracer::new(scene, mesh, Simd::detect()).expect("a mesh")
 }
 
 /// Some versions, ascending and each once, and baked as a mesh.
@@ -219,12 +288,12 @@ fn set(bytes: &mut [u8], at: usize, word: u32) {
     bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
 }
 
-/// Hits and the sum of their distances.
-fn trace(tracer: &MeshTracer<'_>, rays: &[Ray]) -> (usize, u64) {
+/// Hits and the sum of their distances, of rays by one tracer after the other.
+fn trace<'r>(tracers: &[MeshTracer<'_>], rays: impl Iterator<Item = &'r Ray>) -> (usize, u64) {
     let mut stack = TraversalStack::EMPTY;
     let hits = rays
-        .iter()
-        .filter_map(|ray| tracer.nearest(ray, &mut stack).0);
+        .zip(tracers.iter().cycle())
+        .filter_map(|(ray, tracer)| tracer.nearest(ray, &mut stack).0);
     hits.fold((0, 0), |(count, sum), hit| {
         (count + 1, sum + u64::from(hit.t.to_bits()))
     })

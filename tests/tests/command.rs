@@ -303,6 +303,177 @@ fn baked_scenes_give_the_frames_of_their_sources() {
 }
 
 #[test]
+fn polygon_levels_are_baked_and_shown() {
+    let folder = folder();
+    let bake = |arguments: &[&str]| {
+        let mut command = shisen(folder.path());
+        report(
+            command
+                .args(["bake", "D", "-o", "d.shisen"])
+                .args(arguments),
+        )
+    };
+    let inspect = || report(shisen(folder.path()).args(["inspect", "d.shisen"]));
+    let faces = |report: &Value| -> Vec<u64> {
+        let levels = report["levels"].as_array().unwrap();
+        levels
+            .iter()
+            .map(|l| l["faces"].as_u64().unwrap())
+            .collect()
+    };
+    for (layout, count, most_bytes) in [("fast", 16, 5_000_000), ("compact", 12, 1_200_000)] {
+        let baked = bake(&["--faces", "500..5804", "--layout", layout]);
+        let found = faces(&baked);
+        assert_eq!(found.len(), count);
+        assert_eq!((found[0], found[count - 1]), (5804, 500));
+        assert_eq!(baked["triangles"], 5804);
+        assert!(baked["bytes"].as_u64().unwrap() <= most_bytes, "{baked}");
+        let deviation = baked["largest_deviation"].as_f64().unwrap();
+        assert!(deviation <= 0.05, "{deviation}");
+        let inspected = inspect();
+        for key in ["levels", "triangles", "bytes"] {
+            assert_eq!(inspected[key], baked[key], "{key}");
+        }
+        // The levels and what they share are the whole.
+        let own: u64 = baked["levels"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|level| {
+                assert_eq!(level["mesh"], 0);
+                level["bytes"].as_u64().unwrap()
+            })
+            .sum();
+        let shared = [
+            "instances",
+            "materials",
+            "lights",
+            "triangles",
+            "normals",
+            "positions",
+        ];
+        let tables = inspected["tables"].as_array().unwrap();
+        let rest: u64 = tables
+            .iter()
+            .filter(|table| shared.iter().any(|name| table["name"] == *name))
+            .map(|table| table["bytes"].as_u64().unwrap())
+            .sum();
+        // Header, padding and the tree over the objects.
+        let left = baked["bytes"].as_u64().unwrap() - own - rest;
+        assert!(left < 4000, "{left}");
+    }
+    assert_eq!(faces(&bake(&["--levels", "3"])), [5804, 3152, 500]);
+    assert_eq!(
+        faces(&bake(&["--faces", "600..3000", "--levels", "2"])),
+        [3000, 600]
+    );
+    // No more than the fewest: it stays as it is.
+    assert_eq!(faces(&bake(&["--faces", "5804.."])), [5804]);
+    let plain = bake(&[]);
+    assert_eq!(faces(&plain), [5804]);
+    assert_eq!(plain["largest_deviation"], Value::Null);
+}
+
+/// What a command that must succeed says on standard error.
+fn warning(command: &mut Command) -> String {
+    let output = command.assert().success().get_output().clone();
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn levels_of_meshes_that_hang_together_badly_come_with_a_warning() {
+    let folder = folder();
+    let square = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 3 2 4\n";
+    let fin = format!("{square}v 0 0 1\nf 2 3 5\n");
+    fs::write(folder.path().join("open.obj"), square).unwrap();
+    fs::write(folder.path().join("fin.obj"), fin).unwrap();
+    let bake = |mesh: &str, faces: &str| {
+        let mut command = shisen(folder.path());
+        command.args(["bake", "A", "-o", "a.shisen", "--mesh", mesh]);
+        warning(command.args(["--faces", faces]))
+    };
+    let cave = |mesh: &str, faces: &str| {
+        let mut command = shisen(folder.path());
+        command.args([
+            "cave",
+            "--size",
+            "24",
+            "--view-size",
+            "32x24",
+            "--lod",
+            "paper",
+        ]);
+        warning(command.args(["--mesh", mesh, "--faces", faces]))
+    };
+    for (mesh, expected) in [
+        ("open.obj", &["4 edges are open", "light may pass"][..]),
+        (
+            "fin.obj",
+            &["edges are open", "1 edges of more than two faces"],
+        ),
+    ] {
+        let said = cave(mesh, "1..");
+        for expected in expected {
+            assert!(
+                said.contains("Warning: mesh 0") && said.contains(expected),
+                "{said}"
+            );
+        }
+        assert_eq!(said, bake(mesh, "1.."), "{mesh}");
+        // It has no coarser levels.
+        assert_eq!(cave(mesh, "500.."), "", "{mesh}");
+        assert_eq!(bake(mesh, "500.."), "", "{mesh}");
+    }
+    // Parts that touch at a vertex are no fault: both are closed.
+    if let Some(cow) = std::env::var_os("SHISEN_COW") {
+        let cow = fs::canonicalize(cow).unwrap();
+        let cow = cow.to_str().unwrap();
+        assert_eq!(cave(cow, "500.."), "");
+        assert_eq!(bake(cow, "500.."), "");
+    }
+}
+
+#[test]
+fn a_baked_scene_brings_its_polygon_levels() {
+    let folder = folder();
+    let bake = |arguments: &[&str]| {
+        let mut command = shisen(folder.path());
+        command
+            .args(["bake", "A", "-o", "a.shisen"])
+            .args(arguments);
+        assert_eq!(warning(&mut command), "");
+    };
+    let cave = |arguments: &[&str]| {
+        let mut command = shisen(folder.path());
+        command.args(["cave", "--size", "24", "--view-size", "32x24", "--json"]);
+        let output = command.args(arguments).assert().success();
+        let output = output.get_output().clone();
+        let said = String::from_utf8(output.stderr).unwrap();
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        (report, said)
+    };
+    let baked = ["--scene", "a.shisen", "--lod", "paper"];
+    for layout in ["fast", "compact"] {
+        let levels = ["--faces", "600..3000", "--levels", "3"];
+        bake(&[&levels[..], &["--layout", layout]].concat());
+        let (found, said) = cave(&baked);
+        assert_eq!(said, "");
+        let (expected, _) = cave(&[&["--lod", "paper"], &levels[..]].concat());
+        assert_eq!(found["frame_hash"], expected["frame_hash"]);
+        assert_eq!(found["lod"]["faces"], expected["lod"]["faces"]);
+        assert_eq!(found["lod"]["faces"][0][2], 600);
+
+        bake(&["--layout", layout]);
+        let (found, said) = cave(&baked);
+        assert!(said.contains("all rays see the same polygons"), "{said}");
+        assert!(said.contains("shisen bake --levels"), "{said}");
+        assert_eq!(found["lod"]["faces"], serde_json::json!([[5804]]));
+        // Without a gaze to follow there is nothing to warn of.
+        assert_eq!(cave(&["--scene", "a.shisen"]).1, "");
+    }
+}
+
+#[test]
 fn several_meshes_become_objects_and_baking_repeats() {
     let folder = folder();
     fs::write(folder.path().join("a.obj"), TWO_TRIANGLES).unwrap();

@@ -89,6 +89,29 @@ fn what_there_is_not_is_usage() {
         ),
         (&["cave", "--normals", "wavy"], "smooth, flat"),
         (&["cave", "--scene", "s.toml", "--mesh", "m.obj"], "--mesh"),
+        (
+            &["bake", "A", "-o", "x.shisen", "--faces", "5..4"],
+            "5, is above the most, 4",
+        ),
+        (
+            &["bake", "A", "-o", "x.shisen", "--faces", "500"],
+            "500..5804",
+        ),
+        (&["bake", "A", "-o", "x.shisen", "--levels", "1"], "2..=64"),
+        (
+            &["cave", "--lod", "paper", "--faces", "5..4"],
+            "5, is above the most, 4",
+        ),
+        (&["cave", "--lod", "paper", "--faces", "0.."], "at least 1"),
+        (&["cave", "--lod", "paper", "--levels", "65"], "2..=64"),
+        (&["cave", "--faces", "500.."], "--lod paper"),
+        (&["cave", "--levels", "4"], "--lod paper"),
+        (
+            &["bench", "table2", "--faces", "5..4"],
+            "5, is above the most, 4",
+        ),
+        (&["gaze", "--faces", "5..4"], "5, is above the most, 4"),
+        (&["gaze", "--faces", "500.."], "500..5804"),
         (&["bake", "A"], "--output"),
         (&["bake", "-o", "x.shisen"], "INPUT"),
         (&["bake", "A", "B", "-o", "x.shisen"], "one scene at a time"),
@@ -195,6 +218,57 @@ fn broken_meshes_are_named() {
         1,
         &["flat.obj", "turn it"],
     );
+}
+
+#[test]
+fn polygon_levels_that_cannot_be_reached_are_named() {
+    // A tetrahedron whose faces have a material each, so that no edge can go.
+    let folder = folder();
+    let mesh = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n\
+                usemtl a\nf 1 3 2\nusemtl b\nf 1 2 4\nusemtl c\nf 1 4 3\nusemtl d\nf 2 3 4\n";
+    let materials = ["newmtl a\n", "newmtl b\n", "newmtl c\n", "newmtl d\n"].concat();
+    fs::write(folder.path().join("m.mtl"), materials).unwrap();
+    fs::write(folder.path().join("m.obj"), mesh).unwrap();
+    for arguments in [
+        &["bake", "m.obj", "-o", "m.shisen"][..],
+        &["bake", "A", "--mesh", "m.obj", "-o", "m.shisen"],
+        &["cave", "--mesh", "m.obj", "--lod", "paper"],
+        &["bench", "table2", "--mesh", "m.obj"],
+    ] {
+        let mut command = shisen(folder.path());
+        command
+            .args(arguments)
+            .args(["--faces", "1..", "--levels", "2"]);
+        let expected = [
+            "mesh 0",
+            "as few faces as 1 ",
+            "4 is the least that it gets to",
+            "--faces MIN..MAX",
+        ];
+        refused(folder.path(), &mut command, 1, &expected);
+    }
+}
+
+#[test]
+fn polygon_levels_of_a_baked_scene_are_chosen_when_baking() {
+    let folder = folder();
+    shisen(folder.path())
+        .args(["bake", "A", "-o", "a.shisen", "--levels", "2"])
+        .assert()
+        .success();
+    for levels in [["--faces", "600..3000"], ["--levels", "3"]] {
+        for lod in ["off", "paper", "paper-ellipse"] {
+            let mut command = shisen(folder.path());
+            command.args(["cave", "--scene", "a.shisen", "--lod", lod]);
+            let expected = [
+                levels[0],
+                "a.shisen",
+                "chosen when baking",
+                "shisen bake --faces MIN..MAX --levels N",
+            ];
+            refused(folder.path(), command.args(levels), 2, &expected);
+        }
+    }
 }
 
 #[test]

@@ -1,12 +1,14 @@
 //! Values of arguments, and the arguments that commands share.
 
+use super::failure::Failure;
 use clap::builder::{OsStringValueParser, PossibleValue, TypedValueParser};
 use clap::{Args, ValueEnum};
 use shisen::bake::Layout;
 use shisen::cave::{BuiltInCave, Wall};
 use shisen::scene::builtin::PaperScene;
+use shisen::simplify::PolygonLevels;
 use shisen_core::Simd;
-use shisen_core::gaze::HeadPose;
+use shisen_core::gaze::{FaceRange, HeadPose};
 use shisen_tracker::osvr_hdk;
 use std::ffi::OsString;
 use std::fmt;
@@ -87,6 +89,44 @@ pub(super) struct Model {
     /// Normals of the built-in scenes' mesh [default: smooth]
     #[arg(long, value_enum)]
     pub(super) normals: Option<Normals>,
+}
+
+/// The polygon levels that meshes are baked at.
+#[derive(Debug, Args)]
+pub(super) struct LevelArguments {
+    /// Faces of each mesh at the coarsest of its polygon levels, which the rim
+    /// of the visual field sees, and at the finest, such as 500..5804, or
+    /// 500.. for all that it has [default: 500..]
+    #[arg(long, value_name = "MIN..MAX")]
+    faces: Option<Faces>,
+    /// Polygon levels of each mesh, from MIN to MAX [default: 16, or 12 in the
+    /// compact layout]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(
+        i64::from(*PolygonLevels::RUNGS.start())..=i64::from(*PolygonLevels::RUNGS.end())
+    ))]
+    levels: Option<u32>,
+}
+
+impl LevelArguments {
+    /// Which of them somebody gave, if any.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        let faces = self.faces.is_some().then_some("--faces");
+        faces.or(self.levels.is_some().then_some("--levels"))
+    }
+
+    /// What they ask for of a scene that is baked in `layout`.
+    ///
+    /// # Errors
+    /// Of usage, where there are no such levels.
+    pub(super) fn polygon_levels(&self, layout: Layout) -> Result<PolygonLevels, Failure> {
+        let (min, max) = match self.faces {
+            Some(Faces { min, max }) => (min, max),
+            None => (PolygonLevels::FEWEST_FACES, None),
+        };
+        let rungs = self.levels.unwrap_or(layout.polygon_levels());
+        PolygonLevels::new(min..=max.unwrap_or(u32::MAX), rungs)
+            .map_err(|error| Failure::usage(&error.to_string()))
+    }
 }
 
 /// How a mesh is shaded.
@@ -201,32 +241,36 @@ impl FromStr for PictureSize {
 /// `--faces`: the fewest and the most faces of a mesh, as `500..5804`, or
 /// `500..` for all that it has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Faces {
+struct Faces {
     /// At the rim of the visual field.
-    pub(super) min: u32,
-    /// In its centre; `u32::MAX` for all.
-    pub(super) max: u32,
+    min: u32,
+    /// In its centre; none for all.
+    max: Option<u32>,
 }
 
 impl FromStr for Faces {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = |text: &str, open: u32| match text.trim() {
-            "" => Some(open),
-            digits => digits.parse().ok(),
-        };
+        let number = |text: &str| text.trim().parse::<u32>().ok();
         let (min, max) = text
             .split_once("..")
-            .and_then(|(min, max)| Some((number(min, 0)?, number(max, u32::MAX)?)))
+            .and_then(|(min, max)| {
+                let all = max.trim().is_empty();
+                let max = if all { None } else { Some(number(max)?) };
+                Some((number(min)?, max))
+            })
             .ok_or("give the fewest and the most faces, such as 500..5804, or 500.. for all")?;
-        if min == 0 || min > max {
-            return Err(format!(
-                "{min} to {max} is no range of faces: the fewest, 1 or more, come first"
-            ));
-        }
+        FaceRange::new(min, max.unwrap_or(u32::MAX)).map_err(|error| error.to_string())?;
         Ok(Self { min, max })
     }
+}
+
+/// `--faces` where there is no mesh to say how many it has.
+pub(super) fn face_range(text: &str) -> Result<FaceRange, String> {
+    let Faces { min, max } = text.parse()?;
+    let max = max.ok_or("give the most faces, too, such as 500..5804")?;
+    FaceRange::new(min, max).map_err(|error| error.to_string())
 }
 
 /// Between the pupils: metres.
@@ -293,6 +337,41 @@ mod tests {
             let error = text.parse::<HeadReport>().unwrap_err();
             assert!(error.contains(expected), "{text}: {error}");
         }
+    }
+
+    #[test]
+    fn ranges_of_faces_have_an_order() {
+        let faces = |text: &str| text.parse::<Faces>();
+        let (min, all) = (4, None);
+        assert_eq!(faces(" 4 .. "), Ok(Faces { min, max: all }));
+        let max = Some(8);
+        assert_eq!(faces(" 4 .. 8 "), Ok(Faces { min, max }));
+        assert_eq!(face_range("4..8"), Ok(FaceRange::new(4, 8).unwrap()));
+        for text in ["", "4", "..8", "8..4", "0..4", "0..", "-1..4", "4..=8"] {
+            assert!(faces(text).is_err() && face_range(text).is_err(), "{text}");
+        }
+        assert!(faces("1..4294967296").is_err());
+        let error = face_range("4..").unwrap_err();
+        assert!(error.contains("the most faces, too"), "{error}");
+    }
+
+    #[test]
+    fn polygon_levels_are_the_layout_s_unless_asked_for() {
+        let levels = |faces: Option<&str>, levels, layout| {
+            let faces = faces.map(|text| text.parse().unwrap());
+            LevelArguments { faces, levels }
+                .polygon_levels(layout)
+                .unwrap()
+        };
+        let new = |faces, rungs| PolygonLevels::new(faces, rungs).unwrap();
+        let all = u32::MAX;
+        assert_eq!(levels(None, None, Layout::Fast), new(500..=all, 16));
+        assert_eq!(levels(None, None, Layout::Compact), new(500..=all, 12));
+        assert_eq!(
+            levels(Some("9.."), Some(3), Layout::Compact),
+            new(9..=all, 3)
+        );
+        assert_eq!(levels(Some("9..20"), None, Layout::Fast), new(9..=20, 16));
     }
 
     #[test]

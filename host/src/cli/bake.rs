@@ -1,6 +1,6 @@
 //! `shisen bake`: scenes and meshes to the bytes that the core traces.
 
-use super::arguments::{Faces, LayoutChoice, Model, SceneName};
+use super::arguments::{LayoutChoice, LevelArguments, Model, SceneName};
 use super::failure::{Failure, Fault};
 use super::levels::Level;
 use super::print;
@@ -10,13 +10,16 @@ use serde::Serialize;
 use shisen::bake::{Baked, BakedScene};
 use shisen::output::write_atomically;
 use shisen::scene::Scene;
-use shisen::simplify::{PolygonLevels, Topology};
+use shisen::simplify::PolygonLevels;
 use std::fmt;
-use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
 /// Bakes a scene for tracing
+///
+/// With --faces or --levels each mesh is baked at several polygon levels, of
+/// which `shisen cave --lod` takes for each ray what the gaze asks for. Without
+/// them all rays see every face.
 ///
 /// With --json, one object: path, bytes, layout (fast or compact), objects,
 /// triangles (each mesh once, at its finest), nodes, leaves, `stack_entries`
@@ -39,15 +42,8 @@ pub(super) struct Arguments {
     /// For whom it is laid out
     #[arg(long, value_enum, default_value = "fast")]
     layout: LayoutChoice,
-    /// Bake polygon levels: faces of each mesh at the coarsest and at the
-    /// finest, such as 500..5804, or 500.. for all that it has [default: 500..
-    /// with --levels, else all faces alone]
-    #[arg(long, value_name = "MIN..MAX")]
-    faces: Option<Faces>,
-    /// Bake polygon levels: how many, from MIN to MAX [default: with --faces 16
-    /// in the fast layout and 12 in the compact one]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=64))]
-    levels: Option<u8>,
+    #[command(flatten)]
+    levels: LevelArguments,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -74,12 +70,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
     let scene = load(arguments)?;
     let names: Vec<String> = arguments.input.iter().map(ToString::to_string).collect();
-    let levels = polygon_levels(arguments)?;
     let layout = arguments.layout.0;
+    let asked = arguments.levels.given();
+    let levels = asked.map(|_| arguments.levels.polygon_levels(layout));
+    let levels = levels.transpose()?;
     let baked = bake(&scene, &names.join(", "), layout, levels.as_ref())?;
-    if levels.is_some() {
-        warn_of_holes(&scene);
-    }
     let path = &arguments.output;
     write_atomically(path, |file| file.write_all(baked.as_bytes())).map_err(Fault::write(path))?;
     let report = match &baked {
@@ -87,54 +82,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         BakedScene::Compact(baked) => Report::new(arguments, baked, levels.as_ref(), start),
     };
     print(&report, arguments.json)
-}
-
-/// The polygon levels that are asked for, if any.
-fn polygon_levels(arguments: &Arguments) -> Result<Option<PolygonLevels>, Failure> {
-    if arguments.faces.is_none() && arguments.levels.is_none() {
-        return Ok(None);
-    }
-    let faces = arguments
-        .faces
-        .map_or(PolygonLevels::FEWEST_FACES..=u32::MAX, |faces| {
-            faces.min..=faces.max
-        });
-    let rungs = arguments
-        .levels
-        .map_or(arguments.layout.0.polygon_levels(), u32::from);
-    PolygonLevels::new(faces, rungs)
-        .map(Some)
-        .map_err(|error| Failure::usage(&error.to_string()))
-}
-
-/// Says which meshes are not closed, so that their levels may not fit.
-fn warn_of_holes(scene: &Scene) {
-    for (number, mesh) in scene.meshes.iter().enumerate() {
-        let Topology {
-            open_edges,
-            crowded_edges,
-            ..
-        } = Topology::of(mesh);
-        let warn = |what: &str| {
-            // Nobody is left to tell where standard error is closed.
-            let _ = writeln!(
-                io::stderr(),
-                "Warning: mesh {number} (counted from 0) {what}"
-            );
-        };
-        if open_edges > 0 {
-            warn(&format!(
-                "is not closed: {open_edges} edges are open. Its coarser levels need not cover \
-                 what finer ones cover along them, and light may pass where it did not"
-            ));
-        }
-        if crowded_edges > 0 {
-            warn(&format!(
-                "has {crowded_edges} edges of more than two faces. Parts that touch there may \
-                 come apart at coarser levels"
-            ));
-        }
-    }
 }
 
 fn load(arguments: &Arguments) -> Result<Scene, Failure> {

@@ -124,7 +124,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let eyes = eyes(arguments, pose);
     let (forward, up) = directions(arguments, pose);
     let observers = arguments.lod.observers(&eyes, forward, up)?;
-    let levels = arguments.lod.polygon_levels()?;
     // Seen before anything large is loaded or any file is written.
     for wall in &cave.walls {
         for &(_, position) in &eyes {
@@ -137,8 +136,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .map_err(Failure::from_error)?;
     let source = Source::load(&arguments.scene, &arguments.model)?;
     let baked = match source.scene {
-        Loaded::Baked(baked) => baked,
-        Loaded::Described(scene) => bake(&scene, &source.name, Layout::Fast, levels.as_ref())?,
+        Loaded::Baked(baked) => {
+            arguments.lod.accept(&baked, &source.name)?;
+            baked
+        }
+        Loaded::Described(scene) => {
+            let levels = arguments.lod.polygon_levels()?;
+            bake(&scene, &source.name, Layout::Fast, levels.as_ref())?
+        }
     };
     make_writable(&arguments.out)?;
     let mut options = Options::default();

@@ -74,6 +74,15 @@ pub(super) enum Fault {
         /// Why.
         source: BakeError,
     },
+    /// A scene that was read but has a mesh without such polygon levels.
+    #[error("{name} cannot have these polygon levels")]
+    #[diagnostic(help("give a larger MIN with --faces MIN..MAX"))]
+    Levels {
+        /// What was read.
+        name: String,
+        /// Why.
+        source: BakeError,
+    },
     /// A mesh that the built-in scenes cannot scale.
     #[error("{mesh}: the mesh is flat along x, so it cannot be scaled to the scene")]
     #[diagnostic(help("turn it so that it is long along x"))]

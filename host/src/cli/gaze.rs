@@ -1,5 +1,6 @@
 //! `shisen gaze`: the levels of directions.
 
+use super::arguments::face_range;
 use super::failure::{Failure, Fault};
 use clap::{Args, ValueEnum};
 use glam::{DVec3, Vec3};
@@ -109,13 +110,6 @@ impl FromStr for Direction {
             _ => text.parse().map(|look: ViewDirection| Self(look.vector())),
         }
     }
-}
-
-fn face_range(text: &str) -> Result<FaceRange, String> {
-    let grammar = || "give two numbers of faces, such as 500..5804".to_owned();
-    let (min, max) = text.split_once("..").ok_or_else(grammar)?;
-    let number = |text: &str| text.trim().parse().map_err(|_| grammar());
-    FaceRange::new(number(min)?, number(max)?).map_err(|error| error.to_string())
 }
 
 fn degrees(text: &str) -> Result<f64, String> {
@@ -404,24 +398,6 @@ mod tests {
         ] {
             let error = direction(text).unwrap_err();
             assert!(error.contains(expected), "{text}: {error}");
-        }
-    }
-
-    #[test]
-    fn ranges_of_faces_have_an_order() {
-        assert_eq!(face_range(" 4 .. 8 "), Ok(FaceRange::new(4, 8).unwrap()));
-        for text in [
-            "",
-            "4",
-            "4..",
-            "..8",
-            "8..4",
-            "0..4",
-            "-1..4",
-            "4..=8",
-            "1..4294967296",
-        ] {
-            assert!(face_range(text).is_err(), "{text}");
         }
     }
 

@@ -1,10 +1,9 @@
 //! The polygon levels that a baked scene has, for reports.
 
 use serde::Serialize;
-use shisen::bake::Baked;
-use shisen_core::scene::format::{Header, IdLeaf, LeafBlock, Mesh, Node};
+use shisen::bake::{Baked, BakedScene};
+use shisen_core::scene::format::{IdLeaf, LeafBlock, Mesh, Node};
 use std::fmt;
-use zerocopy::FromBytes;
 
 /// A mesh at one of its levels.
 #[derive(Debug, Serialize)]
@@ -20,13 +19,20 @@ pub(super) struct Level {
 }
 
 impl Level {
+    /// Of all meshes of a scene of either layout, as [`all`](Self::all).
+    pub(super) fn of(baked: &BakedScene) -> Vec<Self> {
+        match baked {
+            BakedScene::Fast(baked) => Self::all(baked),
+            BakedScene::Compact(baked) => Self::all(baked),
+        }
+    }
+
     /// Of all meshes in their order, the finest first.
     pub(super) fn all<const W: usize>(baked: &Baked<W>) -> Vec<Self> {
-        // No scene is shorter than its header.
-        let header = Header::read_from_prefix(baked.as_bytes()).ok();
-        let leaf_bytes = match header {
-            Some((header, _)) if header.id_leaves.count > 0 => size_of::<IdLeaf>(),
-            _ => size_of::<LeafBlock<W>>(),
+        let leaf_bytes = if W == 4 {
+            size_of::<IdLeaf>()
+        } else {
+            size_of::<LeafBlock<W>>()
         };
         let scene = baked.scene();
         let mut levels = Vec::new();

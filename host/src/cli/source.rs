@@ -2,15 +2,16 @@
 
 use super::arguments::{Model, Normals, SceneName};
 use super::failure::{Failure, Fault};
+use super::warn;
 use glam::{DAffine3, DVec3};
-use shisen::bake::{BakedScene, Layout};
+use shisen::bake::{BakeError, BakedScene, Layout};
 use shisen::import::{self, ImportError};
 use shisen::mesh::TriangleMesh;
 use shisen::quadruped::quadruped;
 use shisen::scene::builtin::paper_scene;
 use shisen::scene::file::{BuiltInMesh, MeshSource};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
-use shisen::simplify::PolygonLevels;
+use shisen::simplify::{PolygonLevels, Topology};
 use shisen_core::scene::format::MAGIC;
 use std::path::Path;
 
@@ -77,7 +78,8 @@ impl Source {
     }
 }
 
-/// Bakes a scene that reports call `name`.
+/// Bakes a scene that reports call `name`. Warns of what polygon levels do not
+/// keep to.
 ///
 /// # Errors
 /// What keeps the core from tracing it.
@@ -87,14 +89,47 @@ pub(super) fn bake(
     layout: Layout,
     levels: Option<&PolygonLevels>,
 ) -> Result<BakedScene, Fault> {
-    match levels {
+    let baked = match levels {
         Some(levels) => BakedScene::with_levels(scene, levels, layout),
         None => BakedScene::new(scene, layout),
-    }
-    .map_err(|source| {
+    };
+    let baked = baked.map_err(|source| {
         let name = name.to_owned();
-        Fault::Bake { name, source }
-    })
+        match source {
+            BakeError::Ladder { .. } => Fault::Levels { name, source },
+            _ => Fault::Bake { name, source },
+        }
+    })?;
+    if let Some(levels) = levels {
+        warn_of_levels(scene, levels);
+    }
+    Ok(baked)
+}
+
+/// Says of which meshes the levels may not fit each other. A vertex at which
+/// parts touch does no harm: every level stays closed.
+fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
+    let meshes = scene.meshes.iter().enumerate();
+    for (number, mesh) in meshes.filter(|(_, mesh)| levels.apply_to(mesh)) {
+        let Topology {
+            open_edges,
+            crowded_edges,
+            ..
+        } = Topology::of(mesh);
+        if open_edges > 0 {
+            warn(&format!(
+                "mesh {number} (counted from 0) is not closed: {open_edges} edges are open. Its \
+                 coarser levels need not cover what finer ones cover along them, and light may \
+                 pass where it did not"
+            ));
+        }
+        if crowded_edges > 0 {
+            warn(&format!(
+                "mesh {number} (counted from 0) has {crowded_edges} edges of more than two faces. \
+                 Parts that touch there may come apart at coarser levels"
+            ));
+        }
+    }
 }
 
 /// Loads a mesh file.

@@ -1,16 +1,14 @@
 //! Frames of the paper's scenes with and without level of detail, in turns.
 
-use super::super::arguments::{Faces, Model, SceneName, threads};
+use super::super::arguments::{LevelArguments, Model, SceneName, threads};
 use super::super::failure::Failure;
 use super::super::source::{Loaded, Source, bake};
 use clap::Args;
 use glam::Vec3;
-use serde::Serialize;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::PaperScene;
-use shisen::simplify::PolygonLevels;
 use shisen_core::frame::{LevelOfDetail, Statistics};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use std::num::NonZeroUsize;
@@ -31,13 +29,8 @@ pub(super) struct FrameArguments {
     #[arg(long, value_name = "N", default_value_t = 5,
           value_parser = clap::value_parser!(u32).range(1..=1_000))]
     pub(super) repeat: u32,
-    /// Faces of each mesh at the rim of the field and in its centre
-    #[arg(long, value_name = "MIN..MAX", default_value = "500..")]
-    faces: Faces,
-    /// Meshes between the two, both included
-    #[arg(long, value_name = "N", default_value_t = 16,
-          value_parser = clap::value_parser!(u8).range(2..=64))]
-    levels: u8,
+    #[command(flatten)]
+    levels: LevelArguments,
 }
 
 /// The frames of one scene.
@@ -45,33 +38,6 @@ pub(super) struct Frames {
     scene: BakedScene,
     cave: Cave,
     options: Options,
-}
-
-/// Rays by kind, as reports have them.
-#[derive(Debug, Clone, Copy, Serialize)]
-pub(super) struct Rays {
-    pub(super) primary: u64,
-    reflected: u64,
-    refracted: u64,
-    pub(super) shadow: u64,
-}
-
-impl Rays {
-    /// Off mirrors and through glass.
-    pub(super) const fn secondary(&self) -> u64 {
-        self.reflected + self.refracted
-    }
-}
-
-impl From<Statistics> for Rays {
-    fn from(statistics: Statistics) -> Self {
-        Self {
-            primary: statistics.primary,
-            reflected: statistics.reflected,
-            refracted: statistics.refracted,
-            shadow: statistics.shadow,
-        }
-    }
 }
 
 /// How detail follows the gaze in a frame.
@@ -110,8 +76,7 @@ impl FrameArguments {
     /// Whatever keeps it from being traced.
     pub(super) fn frames(&self, scene: PaperScene) -> Result<Frames, Failure> {
         let source = Source::load(&SceneName::Paper(scene), &self.model)?;
-        let levels = PolygonLevels::new(self.faces.min..=self.faces.max, u32::from(self.levels))
-            .map_err(|error| Failure::usage(&error.to_string()))?;
+        let levels = self.levels.polygon_levels(Layout::Fast)?;
         let scene = match source.scene {
             Loaded::Baked(baked) => baked,
             Loaded::Described(scene) => bake(&scene, &source.name, Layout::Fast, Some(&levels))?,

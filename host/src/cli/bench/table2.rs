@@ -2,7 +2,8 @@
 
 use super::super::failure::Failure;
 use super::super::print;
-use super::frames::{FrameArguments, Rays, Way, median};
+use super::super::ray_counts::RayCounts;
+use super::frames::{FrameArguments, Way, median};
 use clap::Args;
 use glam::Vec3;
 use serde::Serialize;
@@ -58,8 +59,8 @@ struct Cell {
     plain_seconds: f64,
     ratio: f64,
     paper_ratio: f64,
-    lod_rays: Rays,
-    plain_rays: Rays,
+    lod_rays: RayCounts,
+    plain_rays: RayCounts,
     lod_steps: u64,
     plain_steps: u64,
     steps_ratio: f64,

@@ -1,11 +1,13 @@
 //! The level of detail that `shisen cave` is asked for, and what it did.
 
-use super::super::arguments::Faces;
+use super::super::arguments::LevelArguments;
 use super::super::failure::Failure;
+use super::super::levels::Level;
+use super::super::warn;
 use super::report::{Field, Lod};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use shisen::bake::BakedScene;
+use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, Eye, Wall};
 use shisen::lod::Coverage;
 use shisen::look::Point;
@@ -16,27 +18,19 @@ use shisen::{lod, net};
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 use shisen_core::scene::Scene;
-use shisen_core::scene::format::Mesh;
 use shisen_core::{Runs, Simd};
-
-/// Polygon levels where nothing else is asked for: as `shisen bake` has them
-/// in the layout for hosts.
-const RUNGS: u32 = 16;
 
 /// How detail follows the gaze.
 #[derive(Debug, Args)]
 pub(super) struct LodArguments {
     /// What follows the gaze: detail falls with the distance from the line of
-    /// sight, and nothing outside the visual field is traced
+    /// sight, and nothing outside the visual field is traced. Polygon levels
+    /// are those that the scene was baked with, or else as --faces and --levels
+    /// say
     #[arg(long, value_enum, default_value = "off")]
     lod: Choice,
-    /// Faces of each mesh at the rim of the field and in its centre, such as
-    /// 500..5804; with --lod only [default: 500 to all that it has]
-    #[arg(long, value_name = "MIN..MAX")]
-    faces: Option<Faces>,
-    /// Meshes between the two, both included [default: 16]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=64))]
-    levels: Option<u8>,
+    #[command(flatten)]
+    levels: LevelArguments,
     /// What is up for the viewer [default: as --look and --head-report say]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     up: Option<Point>,
@@ -70,33 +64,43 @@ impl Choice {
 }
 
 impl LodArguments {
-    /// The polygon levels to bake, where any are asked for.
+    /// The polygon levels to bake in the layout for hosts, where any are asked
+    /// for.
     ///
     /// # Errors
     /// Of usage: levels without a gaze that they could follow.
     pub(super) fn polygon_levels(&self) -> Result<Option<PolygonLevels>, Failure> {
-        if self.lod == Choice::Off {
-            let given = [
-                ("faces", self.faces.is_some()),
-                ("levels", self.levels.is_some()),
-            ];
-            return match given.iter().find(|(_, given)| *given) {
-                Some((name, _)) => Err(Failure::usage(&format!(
-                    "--{name} is for --lod paper or paper-ellipse: with --lod off all rays see \
-                     every face"
-                ))),
-                None => Ok(None),
-            };
+        match self.levels.given() {
+            _ if self.is_on() => self.levels.polygon_levels(Layout::Fast).map(Some),
+            Some(argument) => Err(Failure::usage(&format!(
+                "{argument} is for --lod paper or paper-ellipse: with --lod off all rays see \
+                 every face"
+            ))),
+            None => Ok(None),
         }
-        let faces = self
-            .faces
-            .map_or(PolygonLevels::FEWEST_FACES..=u32::MAX, |faces| {
-                faces.min..=faces.max
-            });
-        let rungs = self.levels.map_or(RUNGS, u32::from);
-        PolygonLevels::new(faces, rungs)
-            .map(Some)
-            .map_err(|error| Failure::usage(&error.to_string()))
+    }
+
+    /// Whether a scene that was baked before, in the file `name`, can be
+    /// rendered as asked. Warns where nothing in it has polygon levels.
+    ///
+    /// # Errors
+    /// Of usage: levels for a scene that has its own.
+    pub(super) fn accept(&self, baked: &BakedScene, name: &str) -> Result<(), Failure> {
+        if let Some(argument) = self.levels.given() {
+            return Err(Failure::usage(&format!(
+                "{argument} is for scenes that are not baked yet, and {name} is: its polygon \
+                 levels are chosen when baking, with `shisen bake --faces MIN..MAX --levels N`"
+            )));
+        }
+        let levels = Level::of(baked);
+        let has_ladder = Level::by_mesh(&levels).any(|levels| levels.len() > 1);
+        if self.is_on() && !has_ladder && !levels.is_empty() {
+            warn(&format!(
+                "all rays see the same polygons: {name} was baked without polygon levels. Bake it \
+                 again with `shisen bake --levels N`"
+            ));
+        }
+        Ok(())
     }
 
     /// The eyes, with what follows their gaze. Without `--up` and `--fixate`
@@ -163,30 +167,19 @@ impl LodArguments {
                 });
             }
         }
+        let levels = Level::of(baked);
+        let ladders = Level::by_mesh(&levels);
         Ok(Lod {
             mode: self.lod.name(),
-            faces: match baked {
-                BakedScene::Fast(baked) => faces(baked.scene().meshes()),
-                BakedScene::Compact(baked) => faces(baked.scene().meshes()),
-            },
+            faces: ladders
+                .map(|levels| levels.iter().map(|level| level.faces).collect())
+                .collect(),
             field,
             full_seconds: full.seconds,
             full_steps: full.statistics.steps,
             full_rays: full.statistics.into(),
         })
     }
-}
-
-/// The faces of each rung, ladder by ladder.
-fn faces(meshes: &[Mesh]) -> Vec<Vec<u32>> {
-    let mut ladders = Vec::new();
-    let mut rest = meshes;
-    while let Some(first) = rest.first() {
-        let (ladder, after) = rest.split_at(rest.len().min(first.rungs.max(1) as usize));
-        ladders.push(ladder.iter().map(|rung| rung.faces).collect());
-        rest = after;
-    }
-    ladders
 }
 
 /// What one eye's level of detail did, walls unfolded.

@@ -1,7 +1,7 @@
 //! What `shisen cave` prints.
 
+use super::super::ray_counts::RayCounts;
 use serde::Serialize;
-use shisen_core::frame::Statistics;
 use std::fmt;
 
 /// A frame: what it took and where it is.
@@ -10,7 +10,7 @@ pub(super) struct Report {
     /// Of tracing alone.
     pub(super) seconds: f64,
     /// By kind.
-    pub(super) rays: Rays,
+    pub(super) rays: RayCounts,
     /// Tree nodes visited and primitives tested.
     pub(super) steps: u64,
     /// The most traversal stack entries in use.
@@ -46,39 +46,6 @@ pub(super) struct Report {
     /// How many.
     #[serde(skip)]
     pub(super) eyes: usize,
-}
-
-/// How many rays of each kind were traced.
-#[derive(Debug, Serialize)]
-pub(super) struct Rays {
-    primary: u64,
-    reflected: u64,
-    refracted: u64,
-    shadow: u64,
-}
-
-impl Rays {
-    const fn all(&self) -> u64 {
-        self.primary + self.reflected + self.refracted + self.shadow
-    }
-}
-
-impl From<Statistics> for Rays {
-    fn from(statistics: Statistics) -> Self {
-        let Statistics {
-            primary,
-            reflected,
-            refracted,
-            shadow,
-            ..
-        } = statistics;
-        Self {
-            primary,
-            reflected,
-            refracted,
-            shadow,
-        }
-    }
 }
 
 /// Files, by their paths: the folder as given, and their names.
@@ -118,7 +85,7 @@ pub(super) struct Lod {
     /// Of full tracing.
     pub(super) full_steps: u64,
     /// Of full tracing.
-    pub(super) full_rays: Rays,
+    pub(super) full_rays: RayCounts,
 }
 
 /// What share of a wall's pixels is in which zone, and what they get.
@@ -176,7 +143,7 @@ impl fmt::Display for Report {
             plural(*eyes),
             plural(*threads),
         )?;
-        let Rays {
+        let RayCounts {
             primary,
             reflected,
             refracted,

@@ -1,0 +1,40 @@
+//! Rays by kind, for reports.
+
+use serde::Serialize;
+use shisen_core::frame::Statistics;
+
+/// How many rays of each kind were traced.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct RayCounts {
+    /// From an eye.
+    pub(super) primary: u64,
+    /// Off mirrors.
+    pub(super) reflected: u64,
+    /// Through glass.
+    pub(super) refracted: u64,
+    /// To lights.
+    pub(super) shadow: u64,
+}
+
+impl RayCounts {
+    /// Off mirrors and through glass.
+    pub(super) const fn secondary(&self) -> u64 {
+        self.reflected + self.refracted
+    }
+
+    /// Of all kinds.
+    pub(super) const fn all(&self) -> u64 {
+        self.primary + self.secondary() + self.shadow
+    }
+}
+
+impl From<Statistics> for RayCounts {
+    fn from(statistics: Statistics) -> Self {
+        Self {
+            primary: statistics.primary,
+            reflected: statistics.reflected,
+            refracted: statistics.refracted,
+            shadow: statistics.shadow,
+        }
+    }
+}
