@@ -5,7 +5,7 @@ use super::block::BLOCK;
 use crate::gaze::{Detail, Gaze, Region};
 use crate::numeric::{max, min};
 use crate::simd::{Kernel, Lanes, Runs, Simd};
-use crate::trace::{NOT_TRACED, RayDetail};
+use crate::trace::{NOT_TRACED, RayDetail, TileRays};
 
 /// Pixels of a block.
 const PIXELS: usize = (BLOCK * BLOCK) as usize;
@@ -72,19 +72,31 @@ impl BlockDetail {
         if levels.traced == 0 {
             return Self::Outside;
         }
-        let ladder = Ladder::new(if lod.faces { rungs } else { 1 }, &levels);
+        let ladder = Ladder {
+            steps: f32::from(if lod.faces { rungs.max(1) - 1 } else { 0 }),
+        };
+        let shared = ladder.shared(levels.least, levels.most);
         let mut own = [most; PIXELS];
-        let mut equal = levels.traced == u64::MAX;
-        for (detail, &level) in own.iter_mut().zip(levels.levels.as_flattened()) {
-            if level > 0.0 {
-                detail.rung = ladder.rung(level);
-                if lod.bounces {
-                    detail.depth = Detail::of_level(level).map_or(0, |own| own.bounces(most.depth));
+        for group in 0..TileRays::GROUPS {
+            let shared = shared.or_else(|| {
+                let (least, most) = levels.of_group(group);
+                ladder.shared(least, most)
+            });
+            for (column, row) in TileRays::places_of_group(group) {
+                let level = levels.levels[row % 8][column % 8];
+                let detail = &mut own[(row % 8) * 8 + column % 8];
+                if level > 0.0 {
+                    detail.rung = shared.unwrap_or_else(|| ladder.nearest(level));
+                    if lod.bounces {
+                        detail.depth =
+                            Detail::of_level(level).map_or(0, |own| own.bounces(most.depth));
+                    }
+                } else {
+                    detail.rung = NOT_TRACED;
                 }
-            } else {
-                detail.rung = NOT_TRACED;
             }
         }
+        let mut equal = levels.traced == u64::MAX;
         for detail in &own {
             equal &= *detail == own[0];
         }
@@ -149,6 +161,18 @@ impl BlockLevels {
             },
         )
     }
+
+    /// The least and the most of a group's levels, as of the block's.
+    fn of_group(&self, group: usize) -> (f32, f32) {
+        let (mut least, mut most) = (1.0, 0.0);
+        for (column, row) in TileRays::places_of_group(group) {
+            let level = self.levels[row % 8][column % 8];
+            if level > 0.0 {
+                (least, most) = (min(least, level), max(most, level));
+            }
+        }
+        (least, most)
+    }
 }
 
 struct Levels<'r> {
@@ -190,35 +214,25 @@ impl Kernel<8> for Levels<'_> {
 ///
 /// Rays of a block that see the same mesh go through it together. So all of
 /// them see the rung of the middle level, where that is within
-/// [`FACE_TOLERANCE`] of what eq. 10 asks for; where levels differ more, and
-/// for pixels of level 1, each has its own.
+/// [`FACE_TOLERANCE`] of what eq. 10 asks for; else the rays of each group of
+/// [`TileRays`], likewise, or at last each its own. Rays of level 1 see the
+/// mesh itself.
 struct Ladder {
+    /// From the first rung to the last.
     steps: f32,
-    shared: Option<u8>,
 }
 
 impl Ladder {
-    fn new(rungs: u8, levels: &BlockLevels) -> Self {
-        let mut ladder = Self {
-            steps: f32::from(rungs.max(1) - 1),
-            shared: None,
-        };
-        let BlockLevels { least, most, .. } = *levels;
-        // Whoever looks straight at it sees the mesh itself.
-        let shared = if most == 1.0 {
+    /// The rung that all of some levels share, the least and the most of which
+    /// these are.
+    fn shared(&self, least: f32, most: f32) -> Option<u8> {
+        let rung = if most == 1.0 {
             0
         } else {
-            ladder.nearest((least + most) * 0.5)
+            self.nearest((least + most) * 0.5)
         };
-        let level = 1.0 - f32::from(shared) / max(ladder.steps, 1.0);
-        if most - level <= FACE_TOLERANCE && level - least <= FACE_TOLERANCE {
-            ladder.shared = Some(shared);
-        }
-        ladder
-    }
-
-    fn rung(&self, level: f32) -> u8 {
-        self.shared.unwrap_or_else(|| self.nearest(level))
+        let level = 1.0 - f32::from(rung) / max(self.steps, 1.0);
+        (most - level <= FACE_TOLERANCE && level - least <= FACE_TOLERANCE).then_some(rung)
     }
 
     /// The rung whose faces are closest to eq. 10.

@@ -57,6 +57,14 @@ const fn place(column: usize, row: usize) -> (usize, usize) {
 }
 
 impl TileRays {
+    /// Rays next to each other, which go together most closely.
+    pub(crate) const GROUPS: usize = EIGHT;
+
+    /// Columns and rows of a group's rays.
+    pub(crate) fn places_of_group(group: usize) -> impl Iterator<Item = (usize, usize)> {
+        (0..EIGHT).map(move |lane| ((group & 1) << 2 | (lane & 3), (group & 6) | lane >> 2))
+    }
+
     /// Rays from `origin` along `direction(column, row)`, each from 0 to 7,
     /// through the finest meshes.
     #[inline(always)]

@@ -170,18 +170,21 @@ impl<const W: usize> TileInWorld<'_, '_, W> {
         groups: u8,
         path: &mut Path<'_>,
     ) -> bool {
-        let Some(rays) = mapped(l, self.rays, instance) else {
+        let Some(rays) = mapped(l, self.rays, groups, instance) else {
             return false;
         };
-        let Some((axes, shear)) = shears(l, &rays) else {
+        let Some((axes, shear)) = shears(l, &rays, groups) else {
             return false;
         };
-        let Some(slabs) = TileSlabs::new(l, &rays, mesh.extent, &self.hits.t) else {
+        let Some(slabs) = TileSlabs::new(l, &rays, groups, mesh.extent, &self.hits.t) else {
             return false;
         };
         let (near, far) = self.slabs.planes(instance.low, instance.high);
         let mut start = [[0.0; EIGHT]; EIGHT];
         for group in 0..EIGHT {
+            if groups >> group & 1 == 0 {
+                continue;
+            }
             let (near, far) = self.slabs.of_group(l, group, near, far);
             let near = l.max(near, l.splat(0.0));
             // Alone, a ray that misses the box never looks inside: NaN fails
@@ -222,8 +225,6 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
             Rungs::Equal(rung) => (*rung, *rung, None),
             Rungs::Own(least, most, own) => (*least, *most, Some(own)),
         };
-        // Whether rays go together in a mesh's frame is the same on each rung.
-        let mut together = instance.kind == kind::MESH;
         for rung in least..=most {
             let groups = match own {
                 Some(own) if least != most => {
@@ -231,29 +232,29 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
                 }
                 _ => groups,
             };
-            if !together || groups == 0 {
+            if groups == 0 {
                 continue;
             }
-            let Some(mesh) = self.scene.mesh_at(instance.geometry, rung) else {
-                together = false;
-                continue;
-            };
             // The others look for nothing meanwhile.
             let others = own.filter(|_| least != most).map(|own| {
                 let found = self.hits.t;
                 self.hits.exclude(|group, lane| own[group][lane] != rung);
                 (own, found)
             });
-            together = self.in_mesh(l, mesh, (number, instance), groups, path);
+            let mesh = self.scene.mesh_at(instance.geometry, rung);
+            let together = match mesh.filter(|_| instance.kind == kind::MESH) {
+                Some(mesh) => self.in_mesh(l, mesh, (number, instance), groups, path),
+                None => false,
+            };
             if let Some((own, found)) = others {
                 self.hits
                     .restore(&found, |group, lane| own[group][lane] != rung);
             }
-        }
-        if !together && self.hits.deferred.push((number, groups)).is_err() {
-            // More than the list holds: merge into an entry for everything.
-            self.hits.deferred.clear();
-            let _ = self.hits.deferred.push((ALL_INSTANCES, u8::MAX));
+            if !together && self.hits.deferred.push((number, groups)).is_err() {
+                // More than the list holds: merge into an entry for everything.
+                self.hits.deferred.clear();
+                let _ = self.hits.deferred.push((ALL_INSTANCES, u8::MAX));
+            }
         }
     }
 }
@@ -263,7 +264,12 @@ pub(in crate::trace) const ALL_INSTANCES: u32 = u32::MAX;
 
 /// The rays in an instance's frame; `None` where one cannot be traced there.
 #[inline(always)]
-fn mapped<L: Lanes<EIGHT>>(l: L, rays: &TileRays, instance: &Instance) -> Option<TileRays> {
+fn mapped<L: Lanes<EIGHT>>(
+    l: L,
+    rays: &TileRays,
+    groups: u8,
+    instance: &Instance,
+) -> Option<TileRays> {
     let map = &instance.object_from_world;
     let mut inside = TileRays {
         origin: map_point(map, rays.origin),
@@ -274,6 +280,9 @@ fn mapped<L: Lanes<EIGHT>>(l: L, rays: &TileRays, instance: &Instance) -> Option
     let zero = l.splat(0.0);
     let magnitude = |x: L::F| l.max(x, l.sub(zero, x));
     for group in 0..EIGHT {
+        if groups >> group & 1 == 0 {
+            continue;
+        }
         let d = map3([0, 1, 2], |axis: usize| {
             l.load(&rays.direction[axis][group])
         });
@@ -310,13 +319,16 @@ fn mapped_axis<L: Lanes<EIGHT>>(l: L, map: &[[f32; 3]; 4], axis: usize, d: &[L::
 /// The main axis that all rays share, last, and their shears; `None` where
 /// they do not.
 #[inline(always)]
-fn shears<L: Lanes<EIGHT>>(l: L, rays: &TileRays) -> Option<([usize; 3], [PerRay; 3])> {
-    let first = rays.ray(0, 0)?;
+fn shears<L: Lanes<EIGHT>>(l: L, rays: &TileRays, groups: u8) -> Option<([usize; 3], [PerRay; 3])> {
+    let first = rays.ray(groups.trailing_zeros() as usize, 0)?;
     let axes = Shear::new(&first).axes;
     let [kx, ky, kz] = axes;
     let zero = l.splat(0.0);
     let mut shear = [[[0.0; EIGHT]; EIGHT]; 3];
     for group in 0..EIGHT {
+        if groups >> group & 1 == 0 {
+            continue;
+        }
         let d = map3([kx, ky, kz], |axis| {
             l.load(&rays.direction[axis % 3][group])
         });
@@ -347,7 +359,13 @@ impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
     #[inline(always)]
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
         let mut path = Path::new(self.stack);
-        let slabs = TileSlabs::new(l, self.rays, self.scene.header.extent, &self.hits.t)?;
+        let slabs = TileSlabs::new(
+            l,
+            self.rays,
+            u8::MAX,
+            self.scene.header.extent,
+            &self.hits.t,
+        )?;
         let mut visitor = TileInWorld::<W> {
             scene: self.scene,
             rays: self.rays,
@@ -406,8 +424,8 @@ impl<const W: usize> Kernel<EIGHT> for TileInMeshSearch<'_, '_, W> {
     #[inline(always)]
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
         let mut path = Path::new(self.stack);
-        let (axes, shear) = shears(l, self.rays)?;
-        let slabs = TileSlabs::new(l, self.rays, self.mesh.extent, &self.hits.t)?;
+        let (axes, shear) = shears(l, self.rays, u8::MAX)?;
+        let slabs = TileSlabs::new(l, self.rays, u8::MAX, self.mesh.extent, &self.hits.t)?;
         let mut search = TileInMesh::<W> {
             leaves: self.mesh.leaves,
             rays: self.rays,

@@ -81,12 +81,13 @@ pub(super) struct TileSlabs {
 }
 
 impl TileSlabs {
-    /// `None` where the signs of the directions differ, or one is zero. Rays
-    /// whose `nearest` hit lies below zero look for nothing.
+    /// Of the rays of `groups`; `None` where the signs of their directions
+    /// differ, or one is zero. Rays whose `nearest` hit lies below zero look for nothing.
     #[inline(always)]
     pub(super) fn new<L: Lanes<EIGHT>>(
         l: L,
         rays: &TileRays,
+        groups: u8,
         extent: f32,
         nearest: &PerRay,
     ) -> Option<Self> {
@@ -106,7 +107,10 @@ impl TileSlabs {
         for axis in 0..3 {
             let mut positive = 0xff;
             let mut negative = 0xff;
-            for direction in &rays.direction[axis] {
+            for (group, direction) in rays.direction[axis].iter().enumerate() {
+                if groups >> group & 1 == 0 {
+                    continue;
+                }
                 let direction = l.load(direction);
                 positive &= !l.bits(l.le(direction, zero));
                 negative &= !l.bits(l.le(zero, direction));
@@ -127,6 +131,9 @@ impl TileSlabs {
         };
         let mut extremes = [(l.splat(f32::INFINITY), l.splat(f32::NEG_INFINITY)); 3];
         for group in 0..EIGHT {
+            if groups >> group & 1 == 0 {
+                continue;
+            }
             let d = map3([0, 1, 2], |axis: usize| {
                 l.load(&rays.direction[axis][group])
             });
