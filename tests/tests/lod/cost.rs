@@ -16,7 +16,7 @@ use shisen_core::frame::{
     Budget, Mode, Pixel, Renderer, Settings, Statistics, Tile, TileJob, View, Workspace,
 };
 use shisen_core::gaze::Zone;
-use shisen_tests::meshes::{icosphere, meshes, torus};
+use shisen_tests::meshes::{meshes, torus};
 use shisen_tests::sizes::cases;
 
 /// A hollow ball of mirror around the room: no ray gets out, and none becomes
@@ -167,14 +167,18 @@ impl Deviation {
 fn faces_are_those_of_equation_10_to_five_hundredths() {
     let stride = cases("every nth block of large views", 29, 1);
     let mut all = meshes();
-    all.extend([("icosphere", icosphere(4)), ("torus", torus(60, 30))]);
+    all.push(("torus", torus(60, 30)));
     for (name, mesh) in all {
         let scene = paper_scene(PaperScene::A, mesh).expect("a scene");
-        for rungs in [16, 33, 64] {
+        for (rungs, sides) in [
+            (16, &[16, 60, 128, 256, 1024][..]),
+            (33, &[60, 256]),
+            (64, &[60, 256]),
+        ] {
             let baked = Baked::<8>::with_levels(&scene, &levels_of(rungs)).expect("a scene");
             let scene = baked.scene();
             assert_eq!(scene.meshes().len(), rungs as usize);
-            for side in [16, 60, 128, 256, 1024] {
+            for &side in sides {
                 let stride = if side > 128 { stride } else { 1 };
                 let mut met = Deviation::default();
                 for gaze in GAZES {
@@ -214,10 +218,12 @@ fn directions(count: usize) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// Every so many-eth of 200 directions, and all within 24° of the front wall's
-/// middle, from where most is seen of scenes that are nowhere else.
-fn looks(stride: usize) -> Vec<Vec3> {
-    let is_front = |forward: &Vec3| forward.dot(Vec3::NEG_Z) > 0.91;
+/// Every so many-eth of 200 directions; for scenes that are before the front
+/// wall only, all that are within 24° of its middle, too: that is where most
+/// of them is seen.
+fn looks(which: PaperScene, stride: usize) -> Vec<Vec3> {
+    let is_ahead = matches!(which, PaperScene::C | PaperScene::D);
+    let is_front = |forward: &Vec3| is_ahead && forward.dot(Vec3::NEG_Z) > 0.91;
     let chosen = directions(200).enumerate();
     let chosen = chosen.filter(|(number, forward)| number % stride == 0 || is_front(forward));
     chosen.map(|(_, forward)| forward).collect()
@@ -225,7 +231,7 @@ fn looks(stride: usize) -> Vec<Vec3> {
 
 #[test]
 fn no_gaze_is_dearer_than_plain_tracing() {
-    let stride = cases("every nth of 200 lines of sight", 8, 1);
+    let stride = cases("every nth of 200 lines of sight", 19, 1);
     let mut dearer = Vec::new();
     for (name, mesh) in meshes() {
         for which in PaperScene::ALL {
@@ -245,7 +251,7 @@ fn no_gaze_is_dearer_than_plain_tracing() {
                 let size = [side; 2];
                 let all = frame(&plain, size, &eyes(None), &options).statistics;
                 let (mut worst, mut towards, mut sum) = (0.0, Vec3::ZERO, 0.0);
-                let looks = looks(stride);
+                let looks = looks(which, stride);
                 for &forward in &looks {
                     let up = if forward.y.abs() < 0.9 {
                         Vec3::Y
