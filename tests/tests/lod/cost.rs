@@ -133,8 +133,8 @@ impl Deviation {
         let meshes = renderer.tracer().scene().meshes();
         let faces = |rung: u8| f64::from(meshes[usize::from(rung)].faces);
         let (min, max) = (f64::from(PolygonLevels::FEWEST_FACES), faces(0));
-        let [right, below] = [(x, view.columns()), (y, view.rows())]
-            .map(|(first, all)| (first + BLOCK).min(all));
+        let [right, below] =
+            [(x, view.columns()), (y, view.rows())].map(|(first, all)| (first + BLOCK).min(all));
         let (mut rungs, mut central, mut others) = (Vec::new(), 0, 0);
         for at in (y..below).flat_map(|y| (x..right).map(move |x| (x, y))) {
             let Some(detail) = renderer.detail(view, at.0, at.1) else {

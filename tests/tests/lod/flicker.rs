@@ -72,9 +72,8 @@ impl Stage<'_> {
             around.extend((x + 1 < side).then(|| number + 1));
             around.extend((y > 0).then(|| number - side));
             around.extend((y + 1 < side).then(|| number + side));
-            let differs = |&other: &usize| {
-                wall[other].is_traced && wall[other].is_hit != wall[number].is_hit
-            };
+            let differs =
+                |&other: &usize| wall[other].is_traced && wall[other].is_hit != wall[number].is_hit;
             wall[number].is_traced && around.iter().any(differs)
         };
         walls
@@ -195,10 +194,15 @@ fn assert_steady(name: &str, scene: &Scene, side: u32) {
     });
     // What is 3 m away then moves as far, seen from the eye, as the line of
     // sight does above. Some frames are enough: they are much alike.
-    let head = Changes::of(&format!("{name}, plain, head moves"), &stage, 10, |number| {
-        let place = DVec3::X * (3.0 * radians(number - 5.0).tan());
-        Observer::new(Eye::Centre, place)
-    });
+    let head = Changes::of(
+        &format!("{name}, plain, head moves"),
+        &stage,
+        10,
+        |number| {
+            let place = DVec3::X * (3.0 * radians(number - 5.0).tan());
+            Observer::new(Eye::Centre, place)
+        },
+    );
     let none = Changes::of(&format!("{name}, plain, nothing moves"), &stage, 2, |_| {
         still
     });
@@ -207,7 +211,10 @@ fn assert_steady(name: &str, scene: &Scene, side: u32) {
     // It does change something, or nothing was measured.
     assert!(gaze.mean > 0.0);
     assert!(gaze.mean <= MEAN && gaze.most <= MOST, "{name}");
-    assert!(gaze.flips <= FLIPS && gaze.most_flips <= MOST_FLIPS, "{name}");
+    assert!(
+        gaze.flips <= FLIPS && gaze.most_flips <= MOST_FLIPS,
+        "{name}"
+    );
     assert!(gaze.mean < 0.1 * head.mean && gaze.flips < 0.1 * head.flips);
     // Where next to nothing changes, three times as much is no pop.
     let least = 0.05 * head.median;

@@ -18,9 +18,7 @@ use shisen::render::{self, Frame, Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
-use shisen_core::frame::{
-    Budget, LevelOfDetail, Settings, Tracer, View, Workspace,
-};
+use shisen_core::frame::{Budget, LevelOfDetail, Settings, Tracer, View, Workspace};
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 use shisen_core::scene::Scene as CoreScene;
 use shisen_core::{Runs, Simd};

@@ -234,7 +234,10 @@ fn neither_tiles_nor_their_order_change_a_pixel() {
                         found[first..][..row.len()].copy_from_slice(row);
                     }
                 }
-                assert!(found == expected, "{gaze:?}, {mode:?}, {side} pixels a side");
+                assert!(
+                    found == expected,
+                    "{gaze:?}, {mode:?}, {side} pixels a side"
+                );
             }
         }
     }
