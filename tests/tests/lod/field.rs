@@ -114,23 +114,23 @@ fn the_central_field_is_plain_and_the_outside_background() {
         sum.undecided += found.undecided;
         sum.all += found.all;
     };
-    let mut all = meshes();
-    all.push(("icosphere", icosphere(4)));
-    for (name, mesh) in all {
+    for (name, mesh) in meshes() {
         let stages: Vec<Stage> = scenes(&mesh)
             .iter()
             .map(|scene| Stage::new(name, scene))
             .collect();
         for (stage, gaze) in stages.iter().zip(GAZES.into_iter().cycle()) {
-            for (size, samples_a_pixel) in [([64, 64], 1), ([61, 37], 1), ([19, 23], 4)] {
+            for (size, samples_a_pixel) in [([64, 64], 1), ([19, 23], 4)] {
                 add(stage.compare(gaze, size, &samples(samples_a_pixel)));
             }
         }
         // Every gaze over the scene that has everything in it.
         for gaze in GAZES {
-            add(stages[4].compare(gaze, [45, 45], &samples(1)));
+            add(stages[4].compare(gaze, [45, 37], &samples(1)));
         }
     }
+    let ball = Stage::new("icosphere", &mixed_scene(icosphere(4)));
+    add(ball.compare(GAZES[4], [64, 64], &samples(1)));
     println!("{sum:?}");
     assert!(sum.undecided * 10_000 < sum.all, "{sum:?}");
 }

@@ -233,7 +233,7 @@ const MOST_FLIPS: f64 = 0.01;
 
 #[test]
 fn a_smoothly_moving_gaze_makes_nothing_flicker() {
-    let side = cases("pixels a side, 60 frames", 96, 256) as u32;
+    let side = cases("pixels a side, 60 frames", 80, 256) as u32;
     for (name, mesh) in meshes() {
         // Mirrors and clay.
         for which in [PaperScene::A, PaperScene::B] {

@@ -16,7 +16,7 @@ use shisen_core::Simd;
 use shisen_core::frame::Tracer;
 use shisen_core::gaze::Zone;
 use shisen_core::scene::Scene as CoreScene;
-use shisen_tests::meshes::{icosphere, meshes};
+use shisen_tests::meshes::meshes;
 use shisen_tests::sizes::cases;
 
 /// The rungs of a scene's first mesh, each as a mesh of its own.
@@ -112,9 +112,7 @@ impl Met {
 fn frames_are_those_of_a_slow_renderer() {
     // Both mirrors and the mixed scene, which has clay in it, at least.
     let every = cases("every nth scene", 2, 1);
-    let mut all = meshes();
-    all.push(("icosphere", icosphere(4)));
-    for (name, mesh) in all {
+    for (name, mesh) in meshes() {
         let rungs = rungs_as_meshes(&mesh);
         let mut met = Met::default();
         for (number, scene) in scenes(&mesh).into_iter().enumerate().step_by(every) {

@@ -73,12 +73,13 @@ fn assert_one_hash(name: &str, scene: &Scene, gaze: (Vec3, Vec3), size: [u32; 2]
 fn frames_have_one_hash() {
     let every = cases("every nth scene", 2, 1);
     for (name, mesh) in meshes() {
-        for (scene, gaze) in scenes(&mesh).iter().zip(GAZES).step_by(every) {
+        let ways = scenes(&mesh).into_iter().zip(GAZES).enumerate();
+        for (number, (scene, gaze)) in ways.step_by(every) {
             let name = format!("{name}, {}", scene.name);
-            assert_one_hash(&name, scene, gaze, [45, 52]);
+            // Some of whole blocks only.
+            let size = if number == 2 { [48; 2] } else { [37, 44] };
+            assert_one_hash(&name, &scene, gaze, size);
         }
-        // The scene that has everything in it, at the size of whole blocks.
-        assert_one_hash(name, &mixed_scene(mesh), GAZES[2], [64; 2]);
     }
 }
 
