@@ -229,7 +229,7 @@ const MOST: f64 = 0.12;
 /// The share of pixels along silhouettes that a frame moves: of all frames,
 /// and of the one that moves most.
 const FLIPS: f64 = 0.001;
-const MOST_FLIPS: f64 = 0.01;
+const MOST_FLIPS: f64 = 0.005;
 
 #[test]
 fn a_smoothly_moving_gaze_makes_nothing_flicker() {
