@@ -341,6 +341,16 @@ impl Versions {
     /// or one more or less, wherever that can be.
     fn simplify(&mut self, target: u32) -> Result<Vec<u32>, LadderError> {
         self.collapse(target);
+        if self.indices.len() > 3 * (target as usize + 1) {
+            // What many small steps leave can be stuck where one from the
+            // start is not.
+            let start = self.weld.faces.as_flattened().to_vec();
+            let stuck = std::mem::replace(&mut self.indices, start);
+            self.collapse(target);
+            if stuck.len() < self.indices.len() {
+                self.indices = stuck;
+            }
+        }
         let faces = self.indices.as_chunks::<3>().0.to_vec();
         let reached = faces.len() as u32;
         if reached > target + 1 {

@@ -549,3 +549,141 @@ fn rays_are_traced_and_their_hits_written() {
         }
     }
 }
+
+/// A scene's ratios to plain tracing, for one way of looking at it.
+fn assert_cell(cell: &Value, scene: &str, state: u64) {
+    assert_eq!(
+        keys(cell),
+        [
+            "cut_seconds",
+            "lod_rays",
+            "lod_seconds",
+            "lod_steps",
+            "paper_ratio",
+            "plain_rays",
+            "plain_seconds",
+            "plain_steps",
+            "ratio",
+            "scene",
+            "state",
+            "steps_ratio"
+        ]
+    );
+    assert_eq!(
+        (&cell["scene"], &cell["state"]),
+        (&scene.into(), &state.into())
+    );
+    let number = |key: &str| cell[key].as_f64().unwrap();
+    for key in ["lod_seconds", "plain_seconds", "cut_seconds", "lod_steps"] {
+        assert!(number(key) > 0.0, "{key}");
+    }
+    for (ratio, part, whole) in [
+        ("ratio", "lod_seconds", "plain_seconds"),
+        ("steps_ratio", "lod_steps", "plain_steps"),
+    ] {
+        let off = number(ratio) - number(part) / number(whole);
+        assert!(off.abs() < 1e-9, "{cell}");
+    }
+    let rays = ["primary", "reflected", "refracted", "shadow"];
+    assert_eq!(keys(&cell["lod_rays"]), rays);
+    assert_eq!(cell["plain_rays"]["primary"], 6 * 32 * 32);
+    for kind in rays {
+        let of = |frame: &str| cell[frame][kind].as_u64().unwrap();
+        assert!(of("lod_rays") <= of("plain_rays"), "{kind}: {cell}");
+    }
+    // Mirrors in A and C, clay in B and D.
+    let reflected = cell["plain_rays"]["reflected"].as_u64().unwrap();
+    assert_eq!(reflected > 0, scene == "A" || scene == "C", "{cell}");
+}
+
+#[test]
+fn the_papers_table_is_measured() {
+    let folder = folder();
+    let arguments = ["bench", "table2", "--size", "32", "--repeat", "1"];
+    let mut command = shisen(folder.path());
+    let found = report(command.args(arguments).args(["--threads", "1"]));
+    assert_eq!(keys(&found), ["cells", "mesh", "size", "threads"]);
+    assert_eq!((&found["threads"], &found["size"]), (&1.into(), &32.into()));
+    assert_eq!(found["mesh"], "quadruped");
+    let cells = found["cells"].as_array().unwrap();
+    let expected = ["A", "B", "C", "D"].map(|scene| [(scene, 1), (scene, 2)]);
+    assert_eq!(cells.len(), 8);
+    for (cell, (scene, state)) in cells.iter().zip(expected.into_iter().flatten()) {
+        assert_cell(cell, scene, state);
+    }
+    // Table 2 of the paper, in seconds.
+    let ratio = |cell: usize| cells[cell]["paper_ratio"].as_f64().unwrap();
+    for (cell, expected) in [(0, 2.078 / 1.641), (5, 0.243 / 0.875)] {
+        assert!((ratio(cell) - expected).abs() < 1e-9);
+    }
+    // Nothing of C and D is to be seen by who looks at the floor.
+    for cell in [5, 7] {
+        let steps = cells[cell]["steps_ratio"].as_f64().unwrap();
+        assert!(steps < 0.2, "{steps}");
+    }
+
+    let output = shisen(folder.path()).args(arguments).assert().success();
+    let text = String::from_utf8(output.get_output().stdout.clone()).unwrap();
+    for expected in [
+        "32 × 32 pixels",
+        "A1",
+        "D2",
+        "ratio of steps",
+        "shadow, plain",
+    ] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn gazes_all_around_are_swept() {
+    let folder = folder();
+    let arguments = [
+        "bench",
+        "sweep",
+        "--size",
+        "16",
+        "--repeat",
+        "1",
+        "--directions",
+        "4",
+    ];
+    let found = report(shisen(folder.path()).args(arguments));
+    assert_eq!(
+        keys(&found),
+        ["directions", "mesh", "scenes", "size", "threads"]
+    );
+    assert_eq!(
+        (&found["directions"], &found["size"]),
+        (&4.into(), &16.into())
+    );
+    let scenes = found["scenes"].as_array().unwrap();
+    let names: Vec<_> = scenes.iter().map(|scene| &scene["scene"]).collect();
+    assert_eq!(names, ["A", "B", "C", "D"]);
+    for scene in scenes {
+        assert_eq!(
+            keys(scene),
+            [
+                "mean_steps",
+                "mean_time",
+                "scene",
+                "worst_steps",
+                "worst_time"
+            ]
+        );
+        for what in ["steps", "time"] {
+            let worst = &scene[format!("worst_{what}")];
+            let mean = scene[format!("mean_{what}")].as_f64().unwrap();
+            assert_eq!(keys(worst), ["look", "ratio"]);
+            let ratio = worst["ratio"].as_f64().unwrap();
+            assert!(0.0 < mean && mean <= ratio * (1.0 + 1e-9), "{scene}");
+            let look: Vec<f64> = serde_json::from_value(worst["look"].clone()).unwrap();
+            let length = look.iter().map(|c| c * c).sum::<f64>().sqrt();
+            assert!(look.len() == 3 && (length - 1.0).abs() < 1e-9);
+        }
+    }
+    let output = shisen(folder.path()).args(arguments).assert().success();
+    let text = String::from_utf8(output.get_output().stdout.clone()).unwrap();
+    assert!(text.contains("4 directions") && text.contains("\nD: steps at worst"));
+}

@@ -36,8 +36,9 @@ impl LevelOfDetail {
 }
 
 /// How far the faces that a pixel sees may be from eq. 10 for the sake of its
-/// block, as a share of its range of faces.
-pub const FACE_TOLERANCE: f32 = 0.05;
+/// block, as a share of its range of faces. A thousandth less than a twentieth:
+/// rungs are a pair of faces off at most where a ladder asks for odd numbers.
+pub const FACE_TOLERANCE: f32 = 0.049;
 
 /// The detail of each pixel of a block of the view's own grid. It depends on
 /// the view and the gaze only: not on tiles, nor on how rays go.

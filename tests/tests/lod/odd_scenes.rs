@@ -1,0 +1,121 @@
+//! Meshes that are not closed or not surfaces, and ladders that are none.
+
+use crate::{GAZES, bits, eyes, frame, lod, mixed_scene, pixel, places, samples, views};
+use shisen::bake::Baked;
+use shisen::mesh::TriangleMesh;
+use shisen::render::renderer;
+use shisen::simplify::{PolygonLevels, Topology};
+use shisen_core::Simd;
+use shisen_core::frame::Tracer;
+use shisen_tests::meshes::{gridded_cube, icosphere};
+
+/// Without the faces on one side.
+fn open_box() -> TriangleMesh {
+    let mut mesh = gridded_cube(12);
+    let positions = mesh.positions.clone();
+    mesh.triangles
+        .retain(|corners| corners.iter().any(|&c| positions[c as usize][1] < 0.999));
+    mesh
+}
+
+/// Two boxes that share an edge, and a fin on it.
+fn crowded() -> TriangleMesh {
+    let mut mesh = gridded_cube(12);
+    let all = mesh.positions.len() as u32;
+    let moved: Vec<_> = mesh
+        .positions
+        .iter()
+        .map(|[x, y, z]| [x + 2.0, y + 2.0, *z])
+        .collect();
+    let mut second: Vec<_> = mesh.triangles.iter().map(|t| t.map(|c| c + all)).collect();
+    mesh.positions.extend(moved);
+    mesh.triangles.append(&mut second);
+    let tip = mesh.positions.len() as u32;
+    mesh.positions.push([2.0, 0.5, 0.0]);
+    let place = |&c: &u32| mesh.positions[c as usize];
+    let mut edge: Vec<u32> = (0..all).filter(|c| place(c)[..2] == [1.0; 2]).collect();
+    edge.sort_by(|a, b| place(a)[2].total_cmp(&place(b)[2]));
+    mesh.triangles
+        .extend(edge.windows(2).map(|pair| [pair[0], pair[1], tip]));
+    mesh
+}
+
+fn assert_traced_as_told(name: &str, baked: &Baked<8>) {
+    let scene = baked.scene();
+    for gaze in [GAZES[0], GAZES[2]] {
+        let (size, options) = ([33, 29], samples(1));
+        let eyes = eyes(Some(lod(gaze)));
+        let found = frame(&scene, size, &eyes, &options);
+        let mut hit = 0;
+        for (number, (view, eye)) in views(size, &eyes).iter().enumerate() {
+            let renderer = renderer(&scene, eye, &options);
+            for at in places(view) {
+                let picture = &found.pictures[number].picture;
+                let seen = picture.pixel(at.0, at.1).expect("a pixel");
+                assert!(seen.iter().all(|c| c.is_finite()), "{name}: {at:?}");
+                let Some(detail) = renderer.detail(view, at.0, at.1) else {
+                    continue;
+                };
+                let tracer = Tracer::new(scene, Simd::PORTABLE, detail.depth);
+                let expected = pixel(&tracer.at_rung(detail.rung), view, at, 1);
+                assert_eq!(bits(seen), bits(expected), "{name}, {gaze:?}, {at:?}");
+                hit += u32::from(seen[3] > 0.26);
+            }
+        }
+        assert!(hit > 100, "{name}: only {hit} pixels hit");
+    }
+}
+
+#[test]
+fn meshes_that_are_no_closed_surface() {
+    assert!(Topology::of(&open_box()).open_edges > 0);
+    assert!(Topology::of(&crowded()).crowded_edges > 0);
+    for (name, mesh) in [("open", open_box()), ("crowded", crowded())] {
+        for rungs in [2, 16, 64] {
+            let faces = mesh.triangles.len();
+            let levels = PolygonLevels::new(200..=u32::MAX, rungs).expect("levels");
+            let scene = mixed_scene(mesh.clone());
+            let baked = Baked::<8>::with_levels(&scene, &levels).expect("a scene");
+            assert_eq!(u32::from(baked.scene().rungs()), rungs);
+            let last = baked.scene().meshes()[rungs as usize - 1].faces as usize;
+            println!("{name}: {faces} to {last} faces");
+            assert!(last < faces);
+            assert_traced_as_told(&format!("{name}, {rungs} rungs"), &baked);
+        }
+    }
+}
+
+#[test]
+fn scenes_without_a_ladder() {
+    let scene = mixed_scene(icosphere(3));
+    let baked = Baked::<8>::new(&scene).expect("a scene");
+    assert_eq!(baked.scene().rungs(), 1);
+    assert_traced_as_told("no ladder", &baked);
+}
+
+#[test]
+fn ladders_of_meshes_with_too_few_faces() {
+    // One mesh of a ladder beside one that is as coarse as it may get.
+    let mut scene = mixed_scene(icosphere(1));
+    scene.meshes.push(icosphere(4));
+    for object in scene.objects.iter_mut().step_by(2) {
+        if object.shape == shisen::scene::Shape::Mesh(0) {
+            object.shape = shisen::scene::Shape::Mesh(1);
+        }
+    }
+    let levels = PolygonLevels::new(500..=u32::MAX, 16).expect("levels");
+    let baked = Baked::<8>::with_levels(&scene, &levels).expect("a scene");
+    let faces: Vec<_> = baked
+        .scene()
+        .meshes()
+        .iter()
+        .map(|m| (m.rungs, m.faces))
+        .collect();
+    assert_eq!(faces[0], (1, 80));
+    assert_eq!(faces[1], (16, 5120));
+    assert_eq!(faces.len(), 17);
+    assert_traced_as_told("few faces", &baked);
+    let only_few = mixed_scene(icosphere(0));
+    let baked = Baked::<8>::with_levels(&only_few, &levels).expect("a scene");
+    assert_traced_as_told("20 faces", &baked);
+}

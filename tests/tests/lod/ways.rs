@@ -1,0 +1,245 @@
+//! One frame, one hash, with a level of detail.
+
+use crate::{GAZES, eyes, frame, levels, lod, mixed_scene, scenes};
+use glam::Vec3;
+use shisen::bake::Baked;
+use shisen::render::Options;
+use shisen::scene::Scene;
+use shisen_core::frame::{
+    Budget, Mode, Outcome, Pixel, Renderer, Settings, Statistics, Tile, TileJob, View, Workspace,
+};
+use shisen_core::{Runs, Simd};
+use shisen_tests::meshes::meshes;
+use shisen_tests::rays::Random;
+use shisen_tests::sizes::cases;
+
+const MODES: [Mode; 2] = [Mode::Single, Mode::Tile];
+
+fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
+    Options {
+        threads,
+        tile,
+        simd,
+        settings: Settings {
+            mode,
+            ..Settings::default()
+        },
+    }
+}
+
+fn assert_one_hash(name: &str, scene: &Scene, gaze: (Vec3, Vec3), size: [u32; 2]) {
+    let fast = Baked::<8>::with_levels(scene, &levels()).expect("a scene");
+    let compact = Baked::<4>::with_levels(scene, &levels()).expect("a scene");
+    let eyes = eyes(Some(lod(gaze)));
+    let single = options(1, 32, Mode::Single, Simd::PORTABLE);
+    // Once: a scene is checked whenever it is taken out of its bytes.
+    let (fast, compact) = (fast.scene(), compact.scene());
+    let reference = frame(&fast, size, &eyes, &single);
+    let rays = |statistics: &Statistics| Statistics {
+        steps: 0,
+        deepest_stack: 0,
+        ..*statistics
+    };
+    for mode in MODES {
+        for (threads, tile, simd) in [
+            (1, 8, Simd::detect()),
+            (4, 8, Simd::PORTABLE),
+            (4, 13, Simd::detect()),
+            (1, 13, Simd::PORTABLE),
+            (4, 32, Simd::detect()),
+            (1, 1024, Simd::detect()),
+        ] {
+            let options = options(threads, tile, mode, simd);
+            for (width, found) in [
+                (8, frame(&fast, size, &eyes, &options)),
+                (4, frame(&compact, size, &eyes, &options)),
+            ] {
+                let way = format!("{name}, {gaze:?}, {width} wide, {options:?}");
+                assert_eq!(found.hash(), reference.hash(), "{way}");
+                assert_eq!(
+                    rays(&found.statistics),
+                    rays(&reference.statistics),
+                    "{way}"
+                );
+                if width == 8 && mode == Mode::Single {
+                    assert_eq!(found.statistics, reference.statistics, "{way}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn frames_have_one_hash() {
+    let every = cases("every nth scene", 2, 1);
+    for (name, mesh) in meshes() {
+        let ways = scenes(&mesh).into_iter().zip(GAZES).enumerate();
+        for (number, (scene, gaze)) in ways.step_by(every) {
+            let name = format!("{name}, {}", scene.name);
+            // Some of whole blocks only.
+            let size = if number == 2 { [48; 2] } else { [37, 44] };
+            assert_one_hash(&name, &scene, gaze, size);
+        }
+    }
+}
+
+const SIDE: u32 = 27;
+
+/// A view whose edges are no edges of blocks. The axis of its screen goes
+/// through the middle of a block: rays of it have all signs.
+fn view() -> View {
+    let step = 2.0 / SIDE as f32;
+    let first = Vec3::new(-1.0 + 0.5 * step, 1.0 - 0.5 * step, -1.0);
+    View::new(
+        Vec3::new(0.01, 0.02, 0.03),
+        first,
+        Vec3::X * step,
+        Vec3::NEG_Y * step,
+        [SIDE; 2],
+    )
+    .expect("a view")
+}
+
+/// Calls a job until it is finished, `budget` steps a call.
+fn in_instalments<const W: usize>(
+    renderer: &Renderer<'_, W>,
+    tile: Tile,
+    budget: u64,
+) -> (Vec<Pixel>, Statistics)
+where
+    Simd: Runs<W>,
+{
+    let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
+    let mut workspace = Workspace::new();
+    let mut job = TileJob::new(tile);
+    for _ in 0..=tile.width * tile.height * 3 {
+        let mut left = Budget::steps(budget);
+        let outcome = job
+            .render(renderer, &view(), &mut pixels, &mut left, &mut workspace)
+            .expect("a tile of the view");
+        if outcome == Outcome::Finished {
+            return (pixels, workspace.statistics);
+        }
+        assert!(left.is_spent(), "stopped with budget left");
+    }
+    panic!("no progress");
+}
+
+/// The border of the central field, and that of the whole field, through the
+/// view.
+const THROUGH_THE_VIEW: [(Vec3, Vec3); 2] = [
+    (Vec3::new(0.6, 0.1, -1.0), Vec3::new(0.1, 1.0, 0.3)),
+    (Vec3::new(0.9, 1.0, 0.1), Vec3::new(0.1, 1.0, 0.3)),
+];
+
+fn renderer<const W: usize>(
+    baked: &Baked<W>,
+    gaze: (Vec3, Vec3),
+    mode: Mode,
+    samples: u16,
+) -> Renderer<'_, W>
+where
+    Simd: Runs<W>,
+{
+    let settings = Settings {
+        mode,
+        samples,
+        ..Settings::default()
+    };
+    Renderer::new(baked.scene(), Simd::detect(), settings).with_level_of_detail(lod(gaze))
+}
+
+fn assert_interruptions_change_nothing<const W: usize>()
+where
+    Simd: Runs<W>,
+{
+    let scene = mixed_scene(shisen::quadruped::quadruped());
+    let baked = Baked::<W>::with_levels(&scene, &levels()).expect("a scene");
+    let tile = Tile {
+        x: 3,
+        y: 5,
+        width: 21,
+        height: 19,
+    };
+    for (gaze, samples) in THROUGH_THE_VIEW
+        .into_iter()
+        .flat_map(|gaze| [(gaze, 1), (gaze, 3)])
+    {
+        let single = renderer(&baked, gaze, Mode::Single, samples);
+        let (reference, statistics) = in_instalments(&single, tile, u64::MAX);
+        for mode in MODES {
+            let renderer = renderer(&baked, gaze, mode, samples);
+            for budget in [1, 9, 100, 1000, u64::MAX] {
+                let way = format!("{gaze:?}, {samples} samples, {mode:?}, {budget} a call");
+                let (pixels, found) = in_instalments(&renderer, tile, budget);
+                assert_eq!(pixels, reference, "{W} wide, {way}");
+                if mode == Mode::Single {
+                    assert_eq!(found, statistics, "{W} wide, {way}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn interruptions_and_mixed_signs_change_nothing() {
+    let middle = view().direction(13.0, 13.0);
+    let [left, right] = [8.0, 15.0].map(|x| view().direction(x, 13.0));
+    assert!(left.x < 0.0 && right.x > 0.0 && middle.z < 0.0);
+    assert_interruptions_change_nothing::<8>();
+    assert_interruptions_change_nothing::<4>();
+}
+
+#[test]
+fn neither_tiles_nor_their_order_change_a_pixel() {
+    let scene = mixed_scene(shisen::quadruped::quadruped());
+    let baked = Baked::<8>::with_levels(&scene, &levels()).expect("a scene");
+    let whole = Tile {
+        x: 0,
+        y: 0,
+        width: SIDE,
+        height: SIDE,
+    };
+    let mut random = Random::new(0x0_0DE5);
+    for (gaze, mode) in THROUGH_THE_VIEW
+        .into_iter()
+        .flat_map(|gaze| MODES.map(|mode| (gaze, mode)))
+    {
+        let renderer = renderer(&baked, gaze, mode, 1);
+        let (expected, _) = in_instalments(&renderer, whole, u64::MAX);
+        for side in [1, 5, 8, 11, 16] {
+            // Tiles need not be of one size, nor at multiples of it.
+            let edges: Vec<u32> = [0].into_iter().chain((2..SIDE).step_by(side)).collect();
+            let mut tiles = Vec::new();
+            for (row, &y) in edges.iter().enumerate() {
+                for (column, &x) in edges.iter().enumerate() {
+                    let end = |number: usize| edges.get(number + 1).copied().unwrap_or(SIDE);
+                    tiles.push(Tile {
+                        x,
+                        y,
+                        width: end(column) - x,
+                        height: end(row) - y,
+                    });
+                }
+            }
+            for _ in 0..3 {
+                for last in (1..tiles.len()).rev() {
+                    tiles.swap(last, random.below(last + 1));
+                }
+                let mut found = vec![Pixel::default(); expected.len()];
+                for &tile in &tiles {
+                    let (pixels, _) = in_instalments(&renderer, tile, u64::MAX);
+                    let rows = pixels.chunks_exact(tile.width as usize);
+                    for (y, row) in (tile.y..).zip(rows) {
+                        let first = (y * SIDE + tile.x) as usize;
+                        found[first..][..row.len()].copy_from_slice(row);
+                    }
+                }
+                assert!(
+                    found == expected,
+                    "{gaze:?}, {mode:?}, {side} pixels a side"
+                );
+            }
+        }
+    }
+}
