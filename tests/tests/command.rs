@@ -321,7 +321,7 @@ fn polygon_levels_are_baked_and_shown() {
             .map(|l| l["faces"].as_u64().unwrap())
             .collect()
     };
-    for (layout, count, most_bytes) in [("fast", 16, 5_000_000), ("compact", 12, 1_200_000)] {
+    for (layout, count, most_bytes) in [("fast", 19, 5_000_000), ("compact", 12, 1_200_000)] {
         let baked = bake(&["--faces", "500..5804", "--layout", layout]);
         let found = faces(&baked);
         assert_eq!(found.len(), count);

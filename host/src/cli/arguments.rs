@@ -99,7 +99,7 @@ pub(super) struct LevelArguments {
     /// 500.. for all that it has [default: 500..]
     #[arg(long, value_name = "MIN..MAX")]
     faces: Option<Faces>,
-    /// Polygon levels of each mesh, from MIN to MAX [default: 16, or 12 in the
+    /// Polygon levels of each mesh, from MIN to MAX [default: 19, or 12 in the
     /// compact layout]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(
         i64::from(*PolygonLevels::RUNGS.start())..=i64::from(*PolygonLevels::RUNGS.end())
@@ -365,13 +365,13 @@ mod tests {
         };
         let new = |faces, rungs| PolygonLevels::new(faces, rungs).unwrap();
         let all = u32::MAX;
-        assert_eq!(levels(None, None, Layout::Fast), new(500..=all, 16));
+        assert_eq!(levels(None, None, Layout::Fast), new(500..=all, 19));
         assert_eq!(levels(None, None, Layout::Compact), new(500..=all, 12));
         assert_eq!(
             levels(Some("9.."), Some(3), Layout::Compact),
             new(9..=all, 3)
         );
-        assert_eq!(levels(Some("9..20"), None, Layout::Fast), new(9..=20, 16));
+        assert_eq!(levels(Some("9..20"), None, Layout::Fast), new(9..=20, 19));
     }
 
     #[test]

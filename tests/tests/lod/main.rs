@@ -11,6 +11,7 @@ mod two_eyes;
 mod ways;
 
 use glam::{DAffine3, DVec3, Vec3};
+use shisen::bake::Layout;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::gaze_reference::{self, Limits};
 use shisen::mesh::{Material, TriangleMesh};
@@ -41,7 +42,7 @@ fn lod((forward, up): (Vec3, Vec3)) -> LevelOfDetail {
 
 /// 500 faces to all in as many rungs as `shisen cave` takes.
 fn levels() -> PolygonLevels {
-    levels_of(16)
+    levels_of(Layout::Fast.polygon_levels())
 }
 
 fn levels_of(rungs: u32) -> PolygonLevels {

@@ -42,7 +42,7 @@ struct Met {
     pixels: u64,
     undecided: u64,
     /// By rung.
-    used: [u64; 16],
+    used: [u64; 32],
     shallow: u64,
     /// Other than plain tracing shows: the comparison can tell.
     other: u64,
