@@ -3,13 +3,13 @@
 use crate::cave::{Cave, Eye, Wall, WallError};
 use crate::picture::{Picture, PictureError};
 use glam::DVec3;
-use rayon::prelude::*;
 use shisen_core::frame::{
     Budget, LevelOfDetail, Pixel, Renderer, Settings, Statistics, Tile, TileJob, View, ViewError,
     Workspace,
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 use thiserror::Error;
@@ -168,7 +168,6 @@ where
     }
     let (finished, total) = (AtomicUsize::new(0), jobs.len());
     let render = |workspace: &mut Workspace, (picture, tile, pixels): &mut Job<'_>| {
-        workspace.statistics = Statistics::default();
         let (view, renderer) = &views[*picture];
         // Tiles of a view's own grid fit it, and no budget ends this one.
         let outcome = TileJob::new(*tile).render(
@@ -180,21 +179,27 @@ where
         );
         debug_assert!(outcome.is_ok());
         progress(finished.fetch_add(1, Ordering::Relaxed) + 1, total);
-        workspace.statistics
     };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(options.threads)
         .build()?;
     let start = Instant::now();
-    let done: Vec<Statistics> = pool.install(|| {
-        jobs.par_iter_mut()
-            .map_init(Workspace::new, render)
-            .collect()
+    // Tiles differ by a factor of a hundred in what they cost, and the dear
+    // ones are neighbours: each thread takes the next one that nobody has.
+    let next = Mutex::new(jobs.iter_mut());
+    let done = pool.broadcast(|_| {
+        let mut workspace = Workspace::new();
+        while let Some(job) = next.lock().ok().and_then(|mut next| next.next()) {
+            render(&mut workspace, job);
+        }
+        workspace.statistics
     });
     let seconds = start.elapsed().as_secs_f64();
     let mut statistics = Statistics::default();
-    for ((picture, tile, pixels), part) in jobs.iter().zip(&done) {
+    for part in &done {
         statistics.add(part);
+    }
+    for (picture, tile, pixels) in &jobs {
         let picture = &mut pictures[*picture].picture;
         for (row, from) in (tile.y..).zip(pixels.chunks_exact(tile.width as usize)) {
             for (column, pixel) in (tile.x..).zip(from) {

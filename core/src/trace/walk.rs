@@ -1,6 +1,7 @@
 //! The walk down one tree, closest children first.
 
 use super::stack::{TraversalStack, Work};
+use crate::numeric::map3;
 use crate::scene::format::{INDEX, LEAF, Node};
 use crate::shape::Slabs;
 use crate::simd::Lanes;
@@ -52,14 +53,8 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
     let octant = slabs.octant();
     let start = lanes.splat(0.0);
     let base = path.base;
-    let planes = [
-        slabs.near_plane(0),
-        slabs.near_plane(1),
-        slabs.near_plane(2),
-        slabs.far_plane(0),
-        slabs.far_plane(1),
-        slabs.far_plane(2),
-    ];
+    let near_planes = map3([0, 1, 2], |axis| slabs.near_plane(axis));
+    let far_planes = map3([0, 1, 2], |axis| slabs.far_plane(axis));
     let mut top = base;
     let mut current = root;
     loop {
@@ -67,13 +62,12 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
         let Some(node) = nodes.get(current as usize) else {
             return false;
         };
-        let plane = |i: usize| lanes.load(&node.planes[planes[i]]);
-        let near_x = lanes.sub(lanes.mul(plane(0), rx), nx);
-        let near_y = lanes.sub(lanes.mul(plane(1), ry), ny);
-        let near_z = lanes.sub(lanes.mul(plane(2), rz), nz);
-        let far_x = lanes.sub(lanes.mul(plane(3), rx), fx);
-        let far_y = lanes.sub(lanes.mul(plane(4), ry), fy);
-        let far_z = lanes.sub(lanes.mul(plane(5), rz), fz);
+        let near_x = distance(lanes, node, near_planes[0], rx, nx);
+        let near_y = distance(lanes, node, near_planes[1], ry, ny);
+        let near_z = distance(lanes, node, near_planes[2], rz, nz);
+        let far_x = distance(lanes, node, far_planes[0], rx, fx);
+        let far_y = distance(lanes, node, far_planes[1], ry, fy);
+        let far_z = distance(lanes, node, far_planes[2], rz, fz);
         let near = lanes.max(lanes.max(near_x, near_y), lanes.max(near_z, start));
         let far = lanes.min(
             lanes.min(far_x, far_y),
@@ -128,6 +122,20 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
             }
         };
     }
+}
+
+/// Where a ray crosses one of the six planes of each child.
+#[inline(always)]
+fn distance<const W: usize, L: Lanes<W>>(
+    lanes: L,
+    node: &Node<W>,
+    plane: usize,
+    reciprocal: L::F,
+    offset: L::F,
+) -> L::F {
+    // There is no seventh, but that is not known here: without a branch.
+    let planes = lanes.load(&node.planes[plane.min(5)]);
+    lanes.sub(lanes.mul(planes, reciprocal), offset)
 }
 
 /// A ray's numbers for one axis, in every lane. A function, not a closure in
