@@ -16,7 +16,7 @@ pub use crate::trace::{
 };
 use block::{BLOCK, Block, Target};
 use core::fmt;
-use detail::{BlockDetail, BlockLevels, region_of_block};
+use detail::{BlockDetail, BlockLevels, PATCH, region_of};
 pub use detail::{FACE_TOLERANCE, LevelOfDetail};
 pub use view::{View, ViewError};
 
@@ -161,41 +161,45 @@ where
         if x >= view.columns() || y >= view.rows() {
             return None;
         }
-        let region = self.block_region(view, x, y);
-        self.block_detail(region, view, x, y)
+        let patch = self.patch_region(view, x, y);
+        self.block_detail(patch, view, x, y)
             .at(x % BLOCK, y % BLOCK)
     }
 
-    /// Where the block of the view's grid that pixel (x, y) is in lies in the
-    /// field.
-    fn block_region(&self, view: &View, x: u32, y: u32) -> Region {
+    /// Where the patch of blocks of the view that pixel (x, y) is in lies in
+    /// the field.
+    fn patch_region(&self, view: &View, x: u32, y: u32) -> Region {
         match &self.lod {
             None => Region::Central,
-            Some(lod) => region_of_block(lod, view, (x, y)),
+            Some(lod) => region_of(lod, view, (x, y), PATCH),
         }
     }
 
-    /// Of the pixels of that block, by its region.
-    fn block_detail(&self, region: Region, view: &View, x: u32, y: u32) -> BlockDetail {
+    /// Of the pixels of the block of the view's grid that pixel (x, y) is in,
+    /// by the region of its patch.
+    fn block_detail(&self, patch: Region, view: &View, x: u32, y: u32) -> BlockDetail {
         let most = self.tracer.detail();
-        match &self.lod {
-            None => BlockDetail::Equal(most),
-            Some(lod) => {
+        match (&self.lod, patch) {
+            (None, _) | (_, Region::Central) => BlockDetail::Equal(most),
+            (_, Region::Outside) => BlockDetail::Outside,
+            (Some(lod), Region::Traced | Region::Mixed) => {
                 let rungs = self.tracer.scene().rungs();
-                BlockDetail::new(lod, region, self.tracer.simd(), view, (x, y), most, rungs)
+                BlockDetail::new(lod, self.tracer.simd(), view, (x, y), most, rungs)
             }
         }
     }
 
-    /// Which pixels of that block are traced, by its region: a bit for each, by
-    /// row, then column.
-    fn block_traced(&self, region: Region, view: &View, x: u32, y: u32) -> u64 {
-        match (&self.lod, region) {
-            (Some(lod), Region::Mixed) => {
-                BlockLevels::new(lod, self.tracer.simd(), view, (x, y)).traced
-            }
-            (Some(_), Region::Outside) => 0,
-            _ => u64::MAX,
+    /// Which pixels of that block are traced, by the region of its patch: a bit
+    /// for each, by row, then column.
+    fn block_traced(&self, patch: Region, view: &View, x: u32, y: u32) -> u64 {
+        match (&self.lod, patch) {
+            (None, _) | (_, Region::Central | Region::Traced) => u64::MAX,
+            (_, Region::Outside) => 0,
+            (Some(lod), Region::Mixed) => match region_of(lod, view, (x, y), BLOCK) {
+                Region::Central | Region::Traced => u64::MAX,
+                Region::Outside => 0,
+                Region::Mixed => BlockLevels::new(lod, self.tracer.simd(), view, (x, y)).traced,
+            },
         }
     }
 }
@@ -258,6 +262,7 @@ impl TileJob {
         }
         // Blocks are of the view's grid, cut off at the tile's borders.
         let mut before = 0;
+        let mut patch = None;
         let mut y = tile.y;
         while y < tile.y + tile.height {
             let rows = (BLOCK - y % BLOCK).min(tile.y + tile.height - y);
@@ -269,11 +274,17 @@ impl TileJob {
                     if budget.is_spent() {
                         return Ok(Outcome::BudgetSpent);
                     }
+                    let place = (x / PATCH, y / PATCH);
+                    let (_, patch) = match patch {
+                        Some(known @ (at, _)) if at == place => known,
+                        _ => *patch.insert((place, renderer.patch_region(view, x, y))),
+                    };
                     let block = Block {
                         x,
                         y,
                         columns,
                         rows,
+                        patch,
                     };
                     let first = self.finished - before;
                     let mut target = Target {

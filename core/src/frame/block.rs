@@ -19,6 +19,8 @@ pub(super) struct Block {
     pub(super) columns: u32,
     /// 1 to [`BLOCK`].
     pub(super) rows: u32,
+    /// Where the patch that it belongs to lies in the visual field.
+    pub(super) patch: Region,
 }
 
 /// Where the pixels of a block go.
@@ -84,8 +86,7 @@ impl Block {
     where
         Simd: Runs<W>,
     {
-        let region = renderer.block_region(view, self.x, self.y);
-        let detail = renderer.block_detail(region, view, self.x, self.y);
+        let detail = renderer.block_detail(self.patch, view, self.x, self.y);
         for number in first..self.columns * self.rows {
             if budget.is_spent() {
                 return number - first;
@@ -143,20 +144,19 @@ impl Block {
         Simd: Runs<W>,
     {
         let samples = renderer.settings.samples;
-        let region = renderer.block_region(view, self.x, self.y);
         let offset = offset(0, samples);
-        let reaches = self.reaches(renderer, view, region, offset, budget, workspace);
+        let reaches = self.reaches(renderer, view, offset, budget, workspace);
         if samples == 1 && !reaches {
             // Its mean is the sample itself.
             let past = self.past(renderer, view, offset);
             let copied = <Simd as Runs<8>>::run(renderer.tracer.simd(), CopyPast { past, target });
             if copied.is_some() {
-                let traced = renderer.block_traced(region, view, self.x, self.y);
+                let traced = renderer.block_traced(self.patch, view, self.x, self.y);
                 workspace.statistics.primary += self.count(traced);
                 return self.columns * self.rows;
             }
         }
-        self.render_samples(renderer, view, (region, reaches), budget, workspace, target)
+        self.render_samples(renderer, view, reaches, budget, workspace, target)
     }
 
     /// Whether a sample of any pixel is traced and may hit anything.
@@ -164,7 +164,6 @@ impl Block {
         &self,
         renderer: &Renderer<'_, W>,
         view: &View,
-        region: Region,
         offset: (f32, f32),
         budget: &mut Budget,
         workspace: &mut Workspace,
@@ -172,7 +171,7 @@ impl Block {
     where
         Simd: Runs<W>,
     {
-        region != Region::Outside && {
+        self.patch != Region::Outside && {
             let corners = self.corners(view, offset);
             let tracer = &renderer.tracer;
             tracer.may_hit(view.eye(), &corners, budget, workspace)
@@ -184,7 +183,7 @@ impl Block {
         &self,
         renderer: &Renderer<'_, W>,
         view: &View,
-        (region, mut reaches): (Region, bool),
+        mut reaches: bool,
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
@@ -202,11 +201,11 @@ impl Block {
             let offset = offset(sample, samples);
             let last = sample + 1 == samples;
             if sample > 0 {
-                reaches = self.reaches(renderer, view, region, offset, budget, workspace);
+                reaches = self.reaches(renderer, view, offset, budget, workspace);
             }
             let found = reaches.then(|| {
                 let detail = &*detail
-                    .get_or_insert_with(|| renderer.block_detail(region, view, self.x, self.y));
+                    .get_or_insert_with(|| renderer.block_detail(self.patch, view, self.x, self.y));
                 let rays = self.rays(renderer, view, offset, detail);
                 let hits = tracer.nearest_of_tile(&rays, budget, workspace);
                 (detail, rays, hits)
@@ -214,7 +213,7 @@ impl Block {
             let past = self.past(renderer, view, offset);
             let past = <Simd as Runs<8>>::run(tracer.simd(), past);
             if found.is_none() {
-                let traced = renderer.block_traced(region, view, self.x, self.y);
+                let traced = renderer.block_traced(self.patch, view, self.x, self.y);
                 workspace.statistics.primary += self.count(traced);
             }
             for (row, sums) in (0..self.rows).zip(&mut sums) {
@@ -224,7 +223,7 @@ impl Block {
                         // No pixel has all its samples yet, and none would by
                         // starting over: one is finished alone, and the block
                         // is no longer whole.
-                        let detail = renderer.block_detail(region, view, self.x, self.y);
+                        let detail = renderer.block_detail(self.patch, view, self.x, self.y);
                         let pixel = self.pixel(renderer, view, (0, 0), &detail, budget, workspace);
                         target.write(0, 0, pixel);
                         return 1;

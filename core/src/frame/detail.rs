@@ -52,19 +52,17 @@ pub(super) enum BlockDetail {
 }
 
 impl BlockDetail {
-    /// Of the block that has pixel (x, y) in it and lies in a `region` of the
-    /// field. `most` is what a ray of level 1 may do, `rungs` how many the
-    /// scene's ladders have.
+    /// Of the block that has the pixel at `place` in it. `most` is what a ray of
+    /// level 1 may do, `rungs` how many the scene's ladders have.
     pub(super) fn new(
         lod: &LevelOfDetail,
-        region: Region,
         simd: Simd,
         view: &View,
         place: (u32, u32),
         most: RayDetail,
         rungs: u8,
     ) -> Self {
-        match region {
+        match region_of(lod, view, place, BLOCK) {
             Region::Central => return Self::Equal(most),
             Region::Outside => return Self::Outside,
             Region::Traced | Region::Mixed => {}
@@ -77,6 +75,21 @@ impl BlockDetail {
             steps: f32::from(if lod.faces { rungs.max(1) - 1 } else { 0 }),
         };
         let shared = ladder.shared(levels.least, levels.most);
+        // More level never means fewer bounces: where the least and the most
+        // are the same, all are.
+        let detail = |rung: u8, level: f32| RayDetail {
+            depth: match Detail::of_level(level) {
+                Some(detail) if lod.bounces => detail.bounces(most.depth),
+                _ => most.depth,
+            },
+            rung,
+        };
+        if let (u64::MAX, Some(rung)) = (levels.traced, shared) {
+            let least = detail(rung, levels.least);
+            if least == detail(rung, levels.most) {
+                return Self::Equal(least);
+            }
+        }
         let mut own = [most; PIXELS];
         for group in 0..TileRays::GROUPS {
             let shared = shared.or_else(|| {
@@ -85,27 +98,14 @@ impl BlockDetail {
             });
             for (column, row) in TileRays::places_of_group(group) {
                 let level = levels.levels[row % 8][column % 8];
-                let detail = &mut own[(row % 8) * 8 + column % 8];
-                if level > 0.0 {
-                    detail.rung = shared.unwrap_or_else(|| ladder.nearest(level));
-                    if lod.bounces {
-                        detail.depth =
-                            Detail::of_level(level).map_or(0, |own| own.bounces(most.depth));
-                    }
+                own[(row % 8) * 8 + column % 8] = if level > 0.0 {
+                    detail(shared.unwrap_or_else(|| ladder.nearest(level)), level)
                 } else {
-                    detail.rung = NOT_TRACED;
-                }
+                    detail(NOT_TRACED, 0.0)
+                };
             }
         }
-        let mut equal = levels.traced == u64::MAX;
-        for detail in &own {
-            equal &= *detail == own[0];
-        }
-        if equal {
-            Self::Equal(own[0])
-        } else {
-            Self::Own(own)
-        }
+        Self::Own(own)
     }
 
     /// Of the pixel of the view's grid block at this column and row; `None`
@@ -122,11 +122,15 @@ impl BlockDetail {
     }
 }
 
-/// Where the block of the view's grid lies in the field that has pixel (x, y)
-/// in it.
-pub(super) fn region_of_block(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32)) -> Region {
-    let last = |first: u32, count: u32| (first + (BLOCK - 1)).min(count - 1);
-    let (left, top) = (x / BLOCK * BLOCK, y / BLOCK * BLOCK);
+/// Pixels a side of a patch: blocks that are told apart only where they lie
+/// neither all in the central field nor all outside.
+pub(super) const PATCH: u32 = 4 * BLOCK;
+
+/// Where the square of the view's grid lies in the field that has pixel (x, y)
+/// in it and `side` pixels a side.
+pub(super) fn region_of(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32), side: u32) -> Region {
+    let last = |first: u32, count: u32| (first + (side - 1)).min(count - 1);
+    let (left, top) = (x / side * side, y / side * side);
     let (right, bottom) = (last(left, view.columns()), last(top, view.rows()));
     let corner = |x: u32, y: u32| view.direction(x as f32, y as f32);
     lod.gaze.region_between(&[
