@@ -92,16 +92,16 @@ impl BlockDetail {
         }
         let mut own = [most; PIXELS];
         for group in 0..TileRays::GROUPS {
-            let shared = shared.or_else(|| {
-                let (least, most) = levels.of_group(group);
-                ladder.shared(least, most)
-            });
+            let (least, most, traced) = levels.of_group(group);
+            let shared = shared.or_else(|| ladder.shared(least, most));
+            let equal = shared.map(|rung| detail(rung, least));
+            let equal = equal.filter(|own| traced && *own == detail(own.rung, most));
             for (column, row) in TileRays::places_of_group(group) {
                 let level = levels.levels[row % 8][column % 8];
-                own[(row % 8) * 8 + column % 8] = if level > 0.0 {
-                    detail(shared.unwrap_or_else(|| ladder.nearest(level)), level)
-                } else {
-                    detail(NOT_TRACED, 0.0)
+                own[(row % 8) * 8 + column % 8] = match (equal, level > 0.0) {
+                    (Some(equal), _) => equal,
+                    (None, true) => detail(shared.unwrap_or_else(|| ladder.nearest(level)), level),
+                    (None, false) => detail(NOT_TRACED, 0.0),
                 };
             }
         }
@@ -167,16 +167,19 @@ impl BlockLevels {
         )
     }
 
-    /// The least and the most of a group's levels, as of the block's.
-    fn of_group(&self, group: usize) -> (f32, f32) {
-        let (mut least, mut most) = (1.0, 0.0);
+    /// The least and the most of a group's levels, as of the block's, and
+    /// whether all are above 0.
+    fn of_group(&self, group: usize) -> (f32, f32, bool) {
+        let (mut least, mut most, mut traced) = (1.0, 0.0, true);
         for (column, row) in TileRays::places_of_group(group) {
             let level = self.levels[row % 8][column % 8];
             if level > 0.0 {
                 (least, most) = (min(least, level), max(most, level));
+            } else {
+                traced = false;
             }
         }
-        (least, most)
+        (least, most, traced)
     }
 }
 

@@ -220,22 +220,26 @@ impl TileHits {
     pub(super) fn none_of(rays: &TileRays) -> Self {
         let mut hits = Self::NONE;
         if let Rungs::Own(_, _, own) = &rays.rungs {
-            hits.exclude(|group, lane| own[group][lane] == NOT_TRACED);
+            let groups = TileRays::groups_with(own, |rung| rung == NOT_TRACED);
+            hits.exclude(groups, |group, lane| own[group][lane] == NOT_TRACED);
         }
         hits
     }
 
-    /// Nothing is as near any more as what these rays have found, by group and
-    /// lane.
+    /// Nothing is as near any more as what these rays of some groups have
+    /// found, by group and lane.
     #[inline(always)]
-    fn exclude(&mut self, rays: impl Fn(usize, usize) -> bool) {
-        self.restore(&[[-1.0; EIGHT]; EIGHT], rays);
+    fn exclude(&mut self, groups: u8, rays: impl Fn(usize, usize) -> bool) {
+        self.restore(&[[-1.0; EIGHT]; EIGHT], groups, rays);
     }
 
-    /// What these rays have found is as near as it was.
+    /// What these rays of some groups have found is as near as it was.
     #[inline(always)]
-    fn restore(&mut self, t: &PerRay, rays: impl Fn(usize, usize) -> bool) {
+    fn restore(&mut self, t: &PerRay, groups: u8, rays: impl Fn(usize, usize) -> bool) {
         for group in 0..EIGHT {
+            if groups >> group & 1 == 0 {
+                continue;
+            }
             for lane in 0..EIGHT {
                 if rays(group, lane) {
                     self.t[group][lane] = t[group][lane];

@@ -235,10 +235,15 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
             if groups == 0 {
                 continue;
             }
-            // The others look for nothing meanwhile.
-            let others = own.filter(|_| least != most).map(|own| {
+            // Rays of the same groups that see another look for nothing meanwhile.
+            let mixed = match own {
+                Some(own) => groups & TileRays::groups_with(own, |other| other != rung),
+                None => 0,
+            };
+            let others = own.filter(|_| mixed != 0).map(|own| {
                 let found = self.hits.t;
-                self.hits.exclude(|group, lane| own[group][lane] != rung);
+                self.hits
+                    .exclude(mixed, |group, lane| own[group][lane] != rung);
                 (own, found)
             });
             let mesh = self.scene.mesh_at(instance.geometry, rung);
@@ -248,7 +253,7 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
             };
             if let Some((own, found)) = others {
                 self.hits
-                    .restore(&found, |group, lane| own[group][lane] != rung);
+                    .restore(&found, mixed, |group, lane| own[group][lane] != rung);
             }
             if !together && self.hits.deferred.push((number, groups)).is_err() {
                 // More than the list holds: merge into an entry for everything.
