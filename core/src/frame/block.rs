@@ -5,7 +5,7 @@ use super::{Mode, Renderer, View};
 use crate::gaze::Region;
 use crate::scene::format::Background;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
-use crate::trace::{self, Budget, NOT_TRACED, Pixel, RayDetail, TileRays, Workspace};
+use crate::trace::{self, Budget, NOT_TRACED, Pixel, TileRays, Workspace};
 use glam::Vec3;
 
 /// Pixels a side.
@@ -86,7 +86,7 @@ impl Block {
     where
         Simd: Runs<W>,
     {
-        let detail = renderer.block_detail(self.patch, view, self.x, self.y);
+        let detail = self.detail(renderer, view);
         for number in first..self.columns * self.rows {
             if budget.is_spent() {
                 return number - first;
@@ -98,9 +98,14 @@ impl Block {
         self.columns * self.rows - first
     }
 
-    /// Of the pixel at a column and row of this block.
-    fn detail(&self, block: &BlockDetail, (column, row): (u32, u32)) -> Option<RayDetail> {
-        block.at((self.x + column) % BLOCK, (self.y + row) % BLOCK)
+    /// Of its pixels, by its own columns and rows.
+    fn detail<const W: usize>(&self, renderer: &Renderer<'_, W>, view: &View) -> BlockDetail
+    where
+        Simd: Runs<W>,
+    {
+        renderer
+            .block_detail(self.patch, view, self.x, self.y)
+            .of_part((self.x % BLOCK, self.y % BLOCK), (self.columns, self.rows))
     }
 
     /// All samples of a pixel, one ray after the other.
@@ -117,7 +122,7 @@ impl Block {
         Simd: Runs<W>,
     {
         let samples = renderer.settings.samples;
-        let detail = self.detail(detail, (column, row));
+        let detail = detail.at(column, row);
         let tracer = &renderer.tracer;
         let mut sum = Sum::default();
         for sample in 0..samples {
@@ -204,8 +209,7 @@ impl Block {
                 reaches = self.reaches(renderer, view, offset, budget, workspace);
             }
             let found = reaches.then(|| {
-                let detail = &*detail
-                    .get_or_insert_with(|| renderer.block_detail(self.patch, view, self.x, self.y));
+                let detail = &*detail.get_or_insert_with(|| self.detail(renderer, view));
                 let rays = self.rays(renderer, view, offset, detail);
                 let hits = tracer.nearest_of_tile(&rays, budget, workspace);
                 (detail, rays, hits)
@@ -223,14 +227,14 @@ impl Block {
                         // No pixel has all its samples yet, and none would by
                         // starting over: one is finished alone, and the block
                         // is no longer whole.
-                        let detail = renderer.block_detail(self.patch, view, self.x, self.y);
+                        let detail = self.detail(renderer, view);
                         let pixel = self.pixel(renderer, view, (0, 0), &detail, budget, workspace);
                         target.write(0, 0, pixel);
                         return 1;
                     }
                     let mut traced = false;
                     let hit = found.as_ref().and_then(|(detail, rays, hits)| {
-                        let own = self.detail(detail, (column, row))?;
+                        let own = detail.at(column, row)?;
                         traced = true;
                         let (column, row) = (column as usize, row as usize);
                         Some((own, rays.at(column, row)?, hits.at(column, row)?))
@@ -326,17 +330,9 @@ impl Block {
         };
         let rays = <Simd as Runs<8>>::run(renderer.tracer.simd(), directions);
         match detail {
-            BlockDetail::Equal(detail) if self.columns == BLOCK && self.rows == BLOCK => {
-                rays.on_rung(detail.rung)
-            }
-            _ => rays.on_rungs(|column, row| {
-                let (column, row) = (column as u32, row as u32);
-                if column >= self.columns || row >= self.rows {
-                    return NOT_TRACED;
-                }
-                let detail = self.detail(detail, (column, row));
-                detail.map_or(NOT_TRACED, |detail| detail.rung)
-            }),
+            BlockDetail::Equal(detail) => rays.on_rung(detail.rung),
+            BlockDetail::Own(own) => rays.on_rungs(&own.rungs),
+            BlockDetail::Outside => rays.on_rungs(&[[NOT_TRACED; 8]; 8]),
         }
     }
 }

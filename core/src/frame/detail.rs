@@ -7,8 +7,8 @@ use crate::numeric::{max, min};
 use crate::simd::{Kernel, Lanes, Runs, Simd};
 use crate::trace::{NOT_TRACED, RayDetail, TileRays};
 
-/// Pixels of a block.
-const PIXELS: usize = (BLOCK * BLOCK) as usize;
+/// Pixels a side of a block.
+const SIDE: usize = BLOCK as usize;
 
 /// The level of detail of Mochizuki & Makino (2012), section 3.3: rays
 /// outside the visual field are not traced, and others the less the farther
@@ -47,8 +47,15 @@ pub(super) enum BlockDetail {
     Equal(RayDetail),
     /// No pixel is traced.
     Outside,
-    /// By row, then column; the rung is [`NOT_TRACED`] outside the field.
-    Own([RayDetail; PIXELS]),
+    /// Each pixel's own.
+    Own(OwnDetail),
+}
+
+/// The detail of each pixel of a block, by row, then column.
+pub(super) struct OwnDetail {
+    depths: [[u8; SIDE]; SIDE],
+    /// [`NOT_TRACED`] where pixels are not.
+    pub(super) rungs: [[u8; SIDE]; SIDE],
 }
 
 impl BlockDetail {
@@ -90,35 +97,72 @@ impl BlockDetail {
                 return Self::Equal(least);
             }
         }
-        let mut own = [most; PIXELS];
+        let mut own = OwnDetail::NONE;
         for group in 0..TileRays::GROUPS {
             let (least, most, traced) = levels.of_group(group);
             let shared = shared.or_else(|| ladder.shared(least, most));
             let equal = shared.map(|rung| detail(rung, least));
             let equal = equal.filter(|own| traced && *own == detail(own.rung, most));
             for (column, row) in TileRays::places_of_group(group) {
-                let level = levels.levels[row % 8][column % 8];
-                own[(row % 8) * 8 + column % 8] = match (equal, level > 0.0) {
+                let level = levels.levels[row % SIDE][column % SIDE];
+                let detail = match (equal, level > 0.0) {
                     (Some(equal), _) => equal,
                     (None, true) => detail(shared.unwrap_or_else(|| ladder.nearest(level)), level),
                     (None, false) => detail(NOT_TRACED, 0.0),
                 };
+                own.set(column, row, detail);
             }
         }
         Self::Own(own)
     }
 
-    /// Of the pixel of the view's grid block at this column and row; `None`
-    /// where it is not traced.
+    /// Of the pixel at this column and row; `None` where it is not traced.
     pub(super) fn at(&self, column: u32, row: u32) -> Option<RayDetail> {
         match self {
             Self::Equal(detail) => Some(*detail),
             Self::Outside => None,
-            Self::Own(own) => own
-                .get((row * BLOCK + column) as usize)
-                .copied()
-                .filter(|detail| detail.rung != NOT_TRACED),
+            Self::Own(own) => own.at(column as usize, row as usize),
         }
+    }
+
+    /// Of the part of a block that begins at this column and row and is so many
+    /// columns and rows large, by its own columns and rows; what lies past it
+    /// is not traced.
+    pub(super) fn of_part(self, (left, top): (u32, u32), (columns, rows): (u32, u32)) -> Self {
+        if (left, top, columns, rows) == (0, 0, BLOCK, BLOCK) {
+            return self;
+        }
+        let mut part = OwnDetail::NONE;
+        for row in 0..rows {
+            for column in 0..columns {
+                if let Some(detail) = self.at(left + column, top + row) {
+                    part.set(column as usize, row as usize, detail);
+                }
+            }
+        }
+        Self::Own(part)
+    }
+}
+
+impl OwnDetail {
+    /// Nothing is traced.
+    const NONE: Self = Self {
+        depths: [[0; SIDE]; SIDE],
+        rungs: [[NOT_TRACED; SIDE]; SIDE],
+    };
+
+    #[inline(always)]
+    fn at(&self, column: usize, row: usize) -> Option<RayDetail> {
+        let (column, row) = (column % SIDE, row % SIDE);
+        let (depth, rung) = (self.depths[row][column], self.rungs[row][column]);
+        (rung != NOT_TRACED).then_some(RayDetail { depth, rung })
+    }
+
+    #[inline(always)]
+    fn set(&mut self, column: usize, row: usize, detail: RayDetail) {
+        let (column, row) = (column % SIDE, row % SIDE);
+        self.depths[row][column] = detail.depth;
+        self.rungs[row][column] = detail.rung;
     }
 }
 
@@ -145,7 +189,7 @@ pub(super) fn region_of(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32), si
 /// repeat its last column and row.
 pub(super) struct BlockLevels {
     /// By row, then column.
-    levels: [[f32; BLOCK as usize]; BLOCK as usize],
+    levels: [[f32; SIDE]; SIDE],
     /// A bit for each level above 0, in the same order from the lowest.
     pub(super) traced: u64,
     /// Of those above 0; 1 where there is none.
@@ -172,7 +216,7 @@ impl BlockLevels {
     fn of_group(&self, group: usize) -> (f32, f32, bool) {
         let (mut least, mut most, mut traced) = (1.0, 0.0, true);
         for (column, row) in TileRays::places_of_group(group) {
-            let level = self.levels[row % 8][column % 8];
+            let level = self.levels[row % SIDE][column % SIDE];
             if level > 0.0 {
                 (least, most) = (min(least, level), max(most, level));
             } else {

@@ -100,17 +100,6 @@ impl Bands {
             behind: tangent_squared(min(PI - widest, steepest)),
         }
     }
-
-    /// Outside, whatever `right` is, for a direction that goes up, or down.
-    fn is_steep(&self, forward: f32, up: f32) -> bool {
-        let slope = if up > 0.0 { self.above } else { self.below };
-        slope * (forward * forward) + Self::LEAST_SQUARE <= up * up
-    }
-
-    /// Outside, whatever `up` is, for a direction that goes back.
-    fn is_behind(&self, forward: f32, right: f32) -> bool {
-        right * right + Self::LEAST_SQUARE <= self.behind * (forward * forward)
-    }
 }
 
 /// Where a ray lies in the visual field.
@@ -260,39 +249,42 @@ impl Gaze {
     /// negative share, in the order of [`Bands`]: every region is a convex
     /// cone, so that what holds at the corners holds between them.
     pub(crate) fn region_between(&self, corners: &[Vec3; 4]) -> Region {
-        let rotated = corners.map(|corner| {
-            let ([[f], [r], [u]], [square]) = self.rotate(Portable, corner.to_array().map(|x| [x]));
-            (f, r, u, square)
-        });
-        let all = |test: fn(&Bands, f32, f32, f32) -> bool| {
-            rotated
-                .iter()
-                .all(|&(f, r, u, _)| test(&self.bands, f, r, u))
-        };
-        let usable = |square| (Self::LEAST_SQUARE..=Self::MOST_SQUARE).contains(&square);
-        if !rotated.iter().all(|&(_, _, _, square)| usable(square)) {
-            Region::Mixed
-        } else if all(|bands, f, r, u| f > 0.0 && r * r + u * u <= bands.central * (f * f)) {
-            Region::Central
-        } else if all(|bands, f, _, u| u > 0.0 && bands.is_steep(f, u))
-            || all(|bands, f, _, u| u < 0.0 && bands.is_steep(f, u))
-            || all(|bands, f, r, _| f < 0.0 && bands.is_behind(f, r))
+        const ALL: u32 = 0b1111;
+        let l = Portable;
+        let axis = |axis: usize| corners.map(|corner| corner.to_array()[axis % 3]);
+        let ([f, r, u], square) = self.rotate(l, [axis(0), axis(1), axis(2)]);
+        let least = l.le([Self::LEAST_SQUARE; 4], square);
+        if least & l.le(square, [Self::MOST_SQUARE; 4]) != ALL {
+            return Region::Mixed;
+        }
+        let (ff, rr, uu) = (l.mul(f, f), l.mul(r, r), l.mul(u, u));
+        let bound = |slope: f32| l.mul([slope; 4], ff);
+        let above = |square| l.add(square, [Bands::LEAST_SQUARE; 4]);
+        // Numbers, as their squares are.
+        let is_above_zero = |x| l.le(x, [0.0; 4]) == 0;
+        let is_below_zero = |x| l.le([0.0; 4], x) == 0;
+        let in_front = is_above_zero(f);
+        if in_front && l.le(l.add(rr, uu), bound(self.bands.central)) == ALL {
+            return Region::Central;
+        }
+        let is_steep = |slope| l.le(above(bound(slope)), uu) == ALL;
+        if is_above_zero(u) && is_steep(self.bands.above)
+            || is_below_zero(u) && is_steep(self.bands.below)
+            || is_below_zero(f) && l.le(above(rr), bound(self.bands.behind)) == ALL
         {
-            Region::Outside
-        } else if all(|_, f, _, _| f > 0.0) {
-            // How far they reach to each side.
-            let mut slopes = [0.0; 4];
-            for (f, r, u, _) in rotated {
-                for (slope, aside) in slopes.iter_mut().zip([-r, r, -u, u]) {
-                    *slope = max(*slope, aside / f);
-                }
-            }
-            let angles = arctangent(Portable, slopes, [1.0; 4]);
-            if self.holds_rectangle(angles.map(|angle| angle + Bands::SLACK)) {
-                Region::Traced
-            } else {
-                Region::Mixed
-            }
+            return Region::Outside;
+        }
+        if !in_front {
+            return Region::Mixed;
+        }
+        // How far they reach to each side.
+        let (right, up) = (l.div(r, f), l.div(u, f));
+        let greatest = |x: [f32; 4]| x.into_iter().fold(0.0, max);
+        let least = |x: [f32; 4]| -x.into_iter().fold(0.0, min);
+        let slopes = [least(right), greatest(right), least(up), greatest(up)];
+        let angles = arctangent(l, slopes, [1.0; 4]);
+        if self.holds_rectangle(angles.map(|angle| angle + Bands::SLACK)) {
+            Region::Traced
         } else {
             Region::Mixed
         }

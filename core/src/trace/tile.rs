@@ -115,21 +115,25 @@ impl TileRays {
         self
     }
 
-    /// The same rays, each through the meshes of its own rung, `NOT_TRACED`
-    /// for those that are not to be traced.
-    pub(crate) fn on_rungs(mut self, rung: impl Fn(usize, usize) -> u8) -> Self {
+    /// The same rays, each through the meshes of its own rung, by row, then
+    /// column; `NOT_TRACED` for those that are not to be traced.
+    pub(crate) fn on_rungs(mut self, rungs: &[[u8; EIGHT]; EIGHT]) -> Self {
         let mut own = [[NOT_TRACED; EIGHT]; EIGHT];
-        let (mut least, mut most, mut all) = (NOT_TRACED, 0, true);
-        for row in 0..EIGHT {
-            for column in 0..EIGHT {
-                let (group, lane) = place(column, row);
-                let rung = rung(column, row);
-                own[group][lane] = rung;
-                all &= rung != NOT_TRACED;
-                if rung != NOT_TRACED {
-                    (least, most) = (least.min(rung), most.max(rung));
+        for (row, rungs) in rungs.iter().enumerate() {
+            // As in `from_rows`.
+            for half in 0..2 {
+                let (group, lane) = place(4 * half, row);
+                for column in 0..4 {
+                    own[group][lane + column] = rungs[4 * half + column];
                 }
             }
+        }
+        let (mut least, mut most, mut all) = (NOT_TRACED, 0, true);
+        for rung in own.into_iter().flatten() {
+            // What is not traced is above all rungs.
+            least = least.min(rung);
+            most = most.max(if rung == NOT_TRACED { 0 } else { rung });
+            all &= rung != NOT_TRACED;
         }
         self.rungs = if all && least == most {
             Rungs::Equal(least)

@@ -274,19 +274,23 @@ fn field(central: f32, up: f32, down: f32, left: f32, right: f32) -> VisualField
     VisualField::new(limits, Boundary::Printed).unwrap()
 }
 
-#[test]
-fn bands_change_no_bit() {
-    let fields = [
+/// Fields that are narrow, wide, flat and uneven.
+fn fields() -> [VisualField; 6] {
+    [
         VisualField::PAPER,
         field(1.0e-6, 2.0e-4, 3.0e-4, 4.0e-4, 5.0e-4),
         field(0.1, FRAC_PI_2, 1.0, PI, 0.5),
         field(1.2, 1.3, 1.56, 1.55, 1.571),
         field(0.2, 1.5, 0.3, 0.25, 0.3),
         field(0.5, 0.6, 0.7, 3.1, 3.0),
-    ];
+    ]
+}
+
+#[test]
+fn bands_change_no_bit() {
     // An interpreter takes its time.
     let steps = if cfg!(miri) { 12 } else { 400 };
-    for field in fields {
+    for field in fields() {
         for boundary in [Boundary::Printed, Boundary::Ellipse] {
             let gaze = Gaze::new(front().line_of_sight(), field.with_boundary(boundary));
             let check = |f: f32, r: f32, u: f32| {
@@ -305,14 +309,16 @@ fn bands_change_no_bit() {
                 // What lies around the bands themselves.
                 let Bands {
                     central,
-                    vertical,
+                    above,
+                    below,
                     behind,
                 } = gaze.bands;
                 let part = i as f32 / steps as f32;
                 for nudge in [1.0 - 1.0e-3, 1.0 - 1.0e-7, 1.0, 1.0 + 1.0e-7, 1.0 + 1.0e-3] {
                     let radius = central.sqrt() * nudge;
                     check(1.0, radius * part.sqrt(), radius * (1.0 - part).sqrt());
-                    check(1.0, part * 9.0, min(vertical, 1.0e12).sqrt() * nudge);
+                    check(1.0, part * 9.0, min(above, 1.0e12).sqrt() * nudge);
+                    check(1.0, part * 9.0, -min(below, 1.0e12).sqrt() * nudge);
                     check(-1.0, behind.sqrt() * nudge, part * 9.0);
                 }
                 // What underflows when squared.
@@ -322,5 +328,73 @@ fn bands_change_no_bit() {
                 check(-tiny * 0.1, tiny, -1.0);
             }
         }
+    }
+}
+
+#[test]
+fn regions_hold_what_lies_between_their_corners() {
+    let mut state = 1u32;
+    let mut random = move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / 8_388_608.0 - 1.0
+    };
+    let mut vector = move || Vec3::new(random(), random(), random());
+    let count = if cfg!(miri) { 50 } else { 20_000 };
+    for field in fields() {
+        for boundary in [Boundary::Printed, Boundary::Ellipse] {
+            let gaze = Gaze::new(front().line_of_sight(), field.with_boundary(boundary));
+            let mut found = [0; 4];
+            for number in 0..count {
+                // From patches of half the view to what is next to a point.
+                let size = 0.5f32.powi(number % 12);
+                let (right, down) = (vector() * size, vector() * size);
+                let first = if number % 3 == 0 {
+                    // About the line of sight.
+                    Vec3::NEG_Z - (right + down) * 0.5 + vector() * 0.01
+                } else {
+                    vector()
+                };
+                let at = |x: f32, y: f32| first + right * x + down * y;
+                let corners = [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0), at(1.0, 1.0)];
+                let region = gaze.region_between(&corners);
+                found[region as usize] += 1;
+                for i in 0..=6 {
+                    for j in 0..=6 {
+                        let direction = at(i as f32 / 6.0, j as f32 / 6.0);
+                        let level = gaze.level(direction).unwrap_or(0.0);
+                        let holds = match region {
+                            Region::Central => level == 1.0,
+                            Region::Traced => level > 0.0,
+                            Region::Outside => level == 0.0,
+                            Region::Mixed => true,
+                        };
+                        assert!(holds, "{region:?}, {level}: {corners:?}, {gaze:?}");
+                    }
+                }
+            }
+            let [_, traced, outside, mixed] = found;
+            assert!(mixed > 0 && traced + outside > 0, "{found:?} {gaze:?}");
+        }
+    }
+    // Of the paper's field each is there.
+    let region = |x: f32, y: f32, size: f32| {
+        let at = |right: f32, down: f32| Vec3::new(x + right * size, y - down * size, -1.0);
+        front().region_between(&[at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0), at(1.0, 1.0)])
+    };
+    assert_eq!(region(-0.05, 0.05, 0.1), Region::Central);
+    assert_eq!(region(1.0, 0.05, 0.1), Region::Traced);
+    assert_eq!(region(-0.05, -2.3, 0.1), Region::Traced);
+    assert_eq!(region(-0.05, 2.3, 0.1), Region::Outside);
+    assert_eq!(region(-0.05, 9.0, 0.1), Region::Outside);
+    assert_eq!(region(0.5, 0.05, 0.2), Region::Traced);
+    assert_eq!(region(-0.05, 1.8, 0.2), Region::Mixed);
+}
+
+#[test]
+fn regions_of_what_has_no_direction_are_not_known() {
+    for bad in [0.0, 1.0e-30, 1.0e30, f32::NAN, f32::INFINITY] {
+        let corner = Vec3::NEG_Z;
+        let corners = [corner, corner, corner, corner * bad];
+        assert_eq!(front().region_between(&corners), Region::Mixed, "{bad}");
     }
 }
