@@ -42,6 +42,7 @@ fn write_inputs(folder: &Path) {
         .flat_map(f32::to_le_bytes)
         .collect();
     fs::write(folder.join("rays.bin"), rays).unwrap();
+    fs::write(folder.join("directions.txt"), "0 0 -1\n0.3 -0.5 -1\n").unwrap();
 }
 
 #[test]
@@ -61,16 +62,30 @@ fn every_command_runs_on_the_files_shown() {
         .flat_map(|(_, block)| block.lines())
         .filter_map(|line| line.strip_prefix("shisen "))
         .collect();
-    assert_eq!(commands.len(), 6);
+    assert_eq!(commands.len(), 10);
     for command in commands {
+        let (command, input) = match command.split_once(" < ") {
+            Some((command, file)) => (command, fs::read(folder.path().join(file)).unwrap()),
+            None => (command, Vec::new()),
+        };
+        // What takes minutes as it stands.
+        let shorter: &[&str] = match command.split_whitespace().nth(1) {
+            Some("table2") => &["--size", "16", "--repeat", "1"],
+            Some("sweep") => &["--size", "16", "--repeat", "1", "--directions", "3"],
+            _ => &[],
+        };
         shisen(folder.path())
             .args(command.split_whitespace())
+            .args(shorter)
+            .write_stdin(input)
             .assert()
             .success();
     }
     let hits = fs::read(folder.path().join("hits.bin")).unwrap();
     assert_eq!(hits.len(), 800);
-    assert!(folder.path().join("frame/cave.png").is_file());
+    for picture in ["frame/cave.png", "gaze/levels.png", "gaze/difference.png"] {
+        assert!(folder.path().join(picture).is_file(), "{picture}");
+    }
 }
 
 #[test]
