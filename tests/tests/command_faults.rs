@@ -132,7 +132,7 @@ fn what_there_is_not_is_usage() {
         ),
         (&["bench", "table2", "--repeat", "0"], "--repeat"),
         (&["bench", "table2", "--size", "0"], "--size"),
-        (&["bench", "table2", "--faces", "9..3"], "no range of faces"),
+        (&["bench", "table2", "--faces", "9..3"], "above the most, 3"),
         (&["bench", "sweep", "--directions", "0"], "--directions"),
         (&["bench", "sweep", "--levels", "65"], "2..=64"),
         (&["bench"], "Usage"),
@@ -145,6 +145,19 @@ fn what_there_is_not_is_usage() {
             2,
             &[expected],
         );
+    }
+}
+
+#[test]
+fn a_gaze_that_no_detail_follows_is_usage() {
+    let folder = folder();
+    for gaze in [["--fixate", "0,0,-1"], ["--up", "1,1,0"]] {
+        for lod in [&[][..], &["--lod", "off"]] {
+            let mut command = shisen(folder.path());
+            command.arg("cave").args(lod).args(gaze);
+            let expected = [&format!("{} is for --lod paper", gaze[0]), "--lod off"];
+            refused(folder.path(), &mut command, 2, &expected);
+        }
     }
 }
 

@@ -39,8 +39,11 @@ use std::path::{Path, PathBuf};
 /// refracted, shadow), steps (tree nodes visited and primitives tested),
 /// `deepest_stack`, `frame_hash` (16 hexadecimal digits over all pixels),
 /// images (wall, eye, path and hash each), exr (paths), cave and viewer
-/// (paths), threads, size, scene, mesh (null where the scene file says), simd,
-/// depth and samples.
+/// (paths), with --lod levels, polygons and difference (paths), threads, size,
+/// scene, mesh (null where the scene file says), simd, depth, samples and lod
+/// (null without --lod): mode, faces (of each mesh's levels), field (wall, eye,
+/// central, peripheral, outside, `mean_level` and `mean_bounces` each) and, of
+/// tracing the same in full, `full_seconds`, `full_steps` and `full_rays`.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A, B, C or D of the paper, a TOML description or a baked scene

@@ -1,7 +1,7 @@
 //! Pictures of what the level of detail does.
 
 use super::{level, places};
-use crate::picture::{Picture, PictureError};
+use crate::picture::{Picture, PictureError, srgb_from_linear};
 use colorous::VIRIDIS;
 use shisen_core::frame::{Budget, LevelOfDetail, Renderer, View, Workspace};
 use shisen_core::scene::Scene;
@@ -81,9 +81,10 @@ where
     Ok(picture)
 }
 
-/// How far two pictures are apart as a display shows them: black where they
-/// are equal, white where a channel is farther apart than a quarter of its
-/// range.
+/// How far two pictures are apart as a display shows them: black where their
+/// 8-bit codes are equal; else, by the channel that is farthest apart, from a
+/// grey of a quarter for a single code to white for a quarter of the range and
+/// more.
 ///
 /// # Errors
 /// A picture that there is no memory for.
@@ -94,11 +95,12 @@ pub fn difference(a: &Picture, b: &Picture) -> Result<Picture, PictureError> {
         .iter_mut()
         .zip(a.pixels.iter().zip(&b.pixels))
     {
-        let apart = (0..3).map(|c| {
-            let shown = |linear: f32| f32::from(crate::picture::srgb_from_linear(linear)) / 255.0;
-            (shown(a[c]) - shown(b[c])).abs()
-        });
-        let grey = (4.0 * apart.fold(0.0, f32::max)).min(1.0);
+        let apart = (0..3).map(|c| srgb_from_linear(a[c]).abs_diff(srgb_from_linear(b[c])));
+        let grey = match apart.max() {
+            // Displays and eyes do not tell the darkest greys from black.
+            Some(codes @ 1..) => 0.25 + 0.75 * (f32::from(codes - 1) / 63.0).min(1.0),
+            _ => 0.0,
+        };
         let linear = grey.powf(2.2);
         *pixel = [linear, linear, linear, 1.0];
     }
@@ -110,4 +112,59 @@ fn viridis(value: f32, brightness: f32) -> [f32; 4] {
     let colour = VIRIDIS.eval_continuous(f64::from(value.clamp(0.0, 1.0)));
     let linear = |channel: u8| (f32::from(channel) / 255.0).powf(2.2) * brightness;
     [linear(colour.r), linear(colour.g), linear(colour.b), 1.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_single_code_shows_and_nothing_else_is_black() {
+        // The middle of a code's range, so that rounding finds it again.
+        let linear = |code: u8| {
+            let encoded = f64::from(code) / 255.0;
+            let linear = if encoded <= 0.040_45 {
+                encoded / 12.92
+            } else {
+                ((encoded + 0.055) / 1.055).powf(2.4)
+            };
+            linear as f32
+        };
+        let picture = |channel: usize, codes: &[u8]| {
+            let pixels = codes.iter().map(|&code| {
+                let mut pixel = [0.0, 0.0, 0.0, 1.0];
+                pixel[channel] = linear(code);
+                pixel
+            });
+            Picture::from_pixels(codes.len() as u32, 1, pixels.collect()).unwrap()
+        };
+        for channel in 0..3 {
+            for base in [0, 1, 100, 191] {
+                let all: Vec<u8> = (base..=base + 64).collect();
+                let a = picture(channel, &vec![base; all.len()]);
+                let seen = difference(&a, &picture(channel, &all)).unwrap();
+                assert_eq!(seen, difference(&picture(channel, &all), &a).unwrap());
+                let codes: Vec<u8> = seen
+                    .pixels
+                    .iter()
+                    .map(|&[red, green, blue, alpha]| {
+                        assert_eq!((red, green, alpha), (green, blue, 1.0));
+                        srgb_from_linear(red)
+                    })
+                    .collect();
+                assert_eq!((codes[0], codes[64]), (0, 255), "{base}");
+                assert!((55..80).contains(&codes[1]), "{codes:?}");
+                assert!(codes.is_sorted_by(|a, b| a < b), "{codes:?}");
+            }
+            let ends = difference(&picture(channel, &[0, 255]), &picture(channel, &[255, 0]));
+            assert_eq!(ends.unwrap().pixels, [[1.0; 4]; 2]);
+        }
+        // What no display shows is no difference.
+        let within = Picture::from_pixels(1, 1, vec![[1e-6, 2.0, 0.0, 1.0]]).unwrap();
+        let other = Picture::from_pixels(1, 1, vec![[0.0, 1.0, -1.0, 0.0]]).unwrap();
+        assert_eq!(
+            difference(&within, &other).unwrap().pixels,
+            [[0.0, 0.0, 0.0, 1.0]]
+        );
+    }
 }

@@ -31,11 +31,13 @@ pub(super) struct LodArguments {
     lod: Choice,
     #[command(flatten)]
     levels: LevelArguments,
-    /// What is up for the viewer [default: as --look and --head-report say]
+    /// What is up for the gaze that --lod follows [default: as --look and
+    /// --head-report say]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     up: Option<Point>,
-    /// A point that both eyes look at, metres, in the room: each then has a
-    /// line of sight of its own [default: one for both, along --look]
+    /// A point that both eyes look at, metres, in the room: with --lod each
+    /// then has a line of sight of its own [default: one for both, along
+    /// --look]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     fixate: Option<Point>,
 }
@@ -107,13 +109,20 @@ impl LodArguments {
     /// the viewer looks along `forward` and holds `up` up.
     ///
     /// # Errors
-    /// Of usage, where a line of sight is none.
+    /// Of usage: a line of sight that is none, or a gaze that nothing follows.
     pub(super) fn observers(
         &self,
         eyes: &[(Eye, DVec3)],
         forward: DVec3,
         up: DVec3,
     ) -> Result<Vec<Observer>, Failure> {
+        let given = self.fixate.map(|_| "--fixate");
+        if let (Some(argument), false) = (given.or(self.up.map(|_| "--up")), self.is_on()) {
+            return Err(Failure::usage(&format!(
+                "{argument} is for --lod paper or paper-ellipse: with --lod off nothing follows \
+                 the gaze"
+            )));
+        }
         let up = self.up.map_or(up, |up| up.0);
         let boundary = match self.lod {
             Choice::Off => None,
