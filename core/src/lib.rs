@@ -41,6 +41,7 @@
 
 #![no_std]
 
+pub mod capture;
 pub mod frame;
 pub mod gaze;
 pub mod numeric;

@@ -4,8 +4,10 @@
 //! mathematics library.
 
 mod double_float;
+mod trigonometry;
 
 pub(crate) use double_float::DoubleFloat;
+pub use trigonometry::{LARGEST_ANGLE, sin_cos};
 
 use crate::simd::{Lanes, Portable};
 use core::f32::consts::FRAC_PI_2;

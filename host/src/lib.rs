@@ -4,6 +4,7 @@ mod angle;
 pub mod bake;
 pub mod cave;
 pub mod description;
+pub mod dome;
 pub mod gaze_reference;
 pub mod import;
 pub mod input;

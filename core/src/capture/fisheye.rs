@@ -1,0 +1,115 @@
+use crate::numeric::{sin_cos, sqrt};
+use core::f32::consts::TAU;
+use glam::Vec3;
+
+/// The direction of a pixel by an equidistant fisheye, the projection of a
+/// true dome master (equation 1) at a field of view of π: the angle to −Z is
+/// half the field of view times √(u² + v²).
+///
+/// In the axes of [`capture`](super), of unit length within 4·10⁻⁷; the
+/// field of view in radians, above 0 to 2π. `None` outside the unit disc, for
+/// another field of view and for NaN.
+pub fn fisheye_equidistant(u: f32, v: f32, field_of_view: f32) -> Option<Vec3> {
+    let radius = radius(u, v, field_of_view)?;
+    let (sin, cos) = sin_cos(0.5 * field_of_view * radius);
+    let outwards = if radius > 0.0 { sin / radius } else { 0.0 };
+    Some(Vec3::new(u * outwards, v * outwards, -cos))
+}
+
+/// The direction of a pixel by an equisolid-angle fisheye: equal areas of the
+/// picture are equal solid angles, and √(u² + v²) is in proportion to the
+/// sine of half the angle to −Z.
+///
+/// In the axes of [`capture`](super), of unit length within 4·10⁻⁷; the
+/// field of view in radians, above 0 to 2π. `None` outside the unit disc, for
+/// another field of view and for NaN.
+pub fn fisheye_equisolid(u: f32, v: f32, field_of_view: f32) -> Option<Vec3> {
+    let radius = radius(u, v, field_of_view)?;
+    let (scale, _) = sin_cos(0.25 * field_of_view);
+    Some(doubled(u, v, radius, scale))
+}
+
+/// The direction of a pixel by a mirrored ball seen in parallel to its
+/// outline, all round to +Z: [`SpheroidMirror`](super::SpheroidMirror) of
+/// axis ratio 1 without its end at the dome's rim, and an equisolid fisheye
+/// of 2π.
+///
+/// In the axes of [`capture`](super), of unit length within 4·10⁻⁷. `None`
+/// outside the unit disc and for NaN.
+pub fn mirror_ball(u: f32, v: f32) -> Option<Vec3> {
+    let radius = radius(u, v, TAU)?;
+    Some(doubled(u, v, radius, 1.0))
+}
+
+/// √(u² + v²) where that is in the disc, of a field of view that there is.
+fn radius(u: f32, v: f32, field_of_view: f32) -> Option<f32> {
+    let radius = sqrt(u * u + v * v);
+    (radius <= 1.0 && field_of_view > 0.0 && field_of_view <= TAU).then_some(radius)
+}
+
+/// The direction at twice the angle to −Z whose sine is `radius`·`scale`.
+fn doubled(u: f32, v: f32, radius: f32, scale: f32) -> Vec3 {
+    let sin = radius * scale;
+    let outwards = 2.0 * scale * sqrt((1.0 - sin) * (1.0 + sin));
+    Vec3::new(u * outwards, v * outwards, 2.0 * sin * sin - 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Mapping, SpheroidMirror};
+    use super::*;
+    use core::f32::consts::{FRAC_1_SQRT_2, PI};
+
+    #[test]
+    fn centres_rims_and_sides_are_where_they_are_said_to_be() {
+        for lens in [fisheye_equidistant, fisheye_equisolid] {
+            for (field_of_view, rim) in [
+                (PI, Vec3::X),
+                (TAU, Vec3::Z),
+                (PI / 2.0, Vec3::new(FRAC_1_SQRT_2, 0.0, -FRAC_1_SQRT_2)),
+            ] {
+                let found = lens(0.0, 0.0, field_of_view).unwrap();
+                assert_eq!(found, Vec3::NEG_Z);
+                let found = lens(1.0, 0.0, field_of_view).unwrap();
+                assert!((found - rim).length() < 3.0e-7, "{found} {rim}");
+            }
+            assert!(lens(0.0, 0.5, PI).unwrap().y > 0.5);
+        }
+        assert_eq!(mirror_ball(0.0, 0.0), Some(Vec3::NEG_Z));
+        assert_eq!(mirror_ball(0.0, -1.0), Some(Vec3::Z));
+    }
+
+    #[test]
+    fn a_ball_is_the_mirror_of_axis_ratio_one() {
+        let sphere = SpheroidMirror::parallel(1.0).unwrap();
+        for i in 0..=100 {
+            let u = i as f32 / 100.0;
+            let (ball, mirror) = (
+                mirror_ball(0.6 * u * FRAC_1_SQRT_2, 0.8 * u * FRAC_1_SQRT_2),
+                sphere.pixel(0.6 * u, 0.8 * u, Mapping::Screen),
+            );
+            if let (Some(ball), Some(mirror)) = (ball, mirror) {
+                assert!((ball - mirror.direction).length() < 6.0e-7);
+            }
+            let solid = fisheye_equisolid(0.6 * u, 0.8 * u, TAU);
+            let ball = mirror_ball(0.6 * u, 0.8 * u);
+            assert_eq!(solid.is_some(), ball.is_some());
+            if let (Some(solid), Some(ball)) = (solid, ball) {
+                assert!((solid - ball).length() < 3.0e-7);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_pixel_or_no_lens_has_no_direction() {
+        for (u, v) in [(1.0, 1.0e-3), (f32::NAN, 0.0), (0.0, f32::NEG_INFINITY)] {
+            assert_eq!(fisheye_equidistant(u, v, PI), None);
+            assert_eq!(fisheye_equisolid(u, v, PI), None);
+            assert_eq!(mirror_ball(u, v), None);
+        }
+        for bad in [0.0, -PI, TAU.next_up(), f32::NAN, f32::INFINITY] {
+            assert_eq!(fisheye_equidistant(0.0, 0.0, bad), None);
+            assert_eq!(fisheye_equisolid(0.0, 0.0, bad), None);
+        }
+    }
+}

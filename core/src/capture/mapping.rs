@@ -1,0 +1,228 @@
+use super::SpheroidMirror;
+use crate::numeric::{max, min, sin_cos, sqrt};
+use core::f32::consts::{FRAC_2_PI, FRAC_PI_2};
+use libm::{atan2f, atanf};
+
+/// What figure 5 draws of a point of the mirror. Angles are radians, lengths
+/// equatorial radii.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MirrorPoint {
+    /// Distance from the axis: equation 10.
+    pub b: f32,
+    /// Along the axis, from the mirror's centre: equation 12.
+    pub c: f32,
+    /// Of the tangent to the equator's plane: equation 16.
+    pub gamma: f32,
+    /// Of the line of sight to the tangent: equations 34 and 41.
+    pub psi: f32,
+    /// Of the screen's point to its centre: equations 29 and 44.
+    pub r: f32,
+    /// r, with π/2 at the edge: equations 32 and 45.
+    pub r_d: f32,
+    /// Of the reflected ray to the zenith: equations 37 and 43.
+    pub theta: f32,
+}
+
+impl SpheroidMirror {
+    /// The point at a parametric angle β, radians, from 0 at the pole to β₁
+    /// ([`edge`](Self::edge)); `None` outside and for NaN. Error of θ and of
+    /// r_d ≤ 8 ulp.
+    ///
+    /// With k = 1/d₁ and W = d/d₁, the paper's formulas become
+    /// W = (p − a)/d₁ + k·a·(1 − cos β), r = sin β/W and
+    /// θ = tan⁻¹(k·sin β/W) + 2·tan⁻¹(a·tan β), in which nothing cancels and
+    /// parallel projection is k = 0.
+    pub fn point(&self, beta: f32) -> Option<MirrorPoint> {
+        if !(beta >= 0.0 && beta <= self.edge()) {
+            return None;
+        }
+        let (sin, cos) = sin_cos(beta);
+        let w = self.clearance + self.k * self.a * sin * sin / (1.0 + cos);
+        let gamma = atan2f(self.a * sin, cos);
+        let r = sin / w;
+        Some(MirrorPoint {
+            b: sin,
+            c: self.a * cos,
+            gamma,
+            psi: atan2f(w, self.k * sin) - gamma,
+            r,
+            r_d: FRAC_PI_2 * (r / self.b1),
+            theta: atan2f(self.k * sin, w) + 2.0 * gamma,
+        })
+    }
+
+    /// θ, the angle to the zenith of what is seen at `r_d`, both radians, 0 to
+    /// π/2: equations 37 and 43, with equations 32 and 45 solved for β.
+    /// `None` for what is outside or NaN. Error ≤ 8 ulp.
+    ///
+    /// Equation 32 is a quadratic in tan(β/2), whose root has no difference
+    /// but 1 − m·n.
+    pub fn theta(&self, r_d: f32) -> Option<f32> {
+        if !(0.0..=FRAC_PI_2).contains(&r_d) {
+            return None;
+        }
+        let r = r_d * FRAC_2_PI * self.b1;
+        let m = r * self.clearance;
+        let n = r * (1.0 + self.k * (self.a + self.c1));
+        let t = m / (1.0 + sqrt(max(1.0 - m * n, 0.0)));
+        let gamma = atan2f(2.0 * self.a * t, (1.0 - t) * (1.0 + t));
+        Some(atanf(self.k * r) + 2.0 * gamma)
+    }
+
+    /// r_d, where what is at the angle θ to the zenith is seen, both radians,
+    /// 0 to π/2: the inverse of [`theta`](Self::theta). `None` for what is
+    /// outside or NaN. Error ≤ 8 ulp.
+    pub fn r_d(&self, theta: f32) -> Option<f32> {
+        (0.0..=FRAC_PI_2)
+            .contains(&theta)
+            .then(|| FRAC_PI_2 * (self.screen_radius_of(theta) / self.b1))
+    }
+
+    /// r, on the screen, of what is at the angle `theta` to the zenith, 0 to
+    /// π/2: at most b₁.
+    pub(super) fn screen_radius_of(&self, theta: f32) -> f32 {
+        let slope = if self.k == 0.0 {
+            // Equation 43.
+            let (sin, cos) = sin_cos(0.5 * theta);
+            sin / cos
+        } else {
+            self.slope_of(theta)
+        };
+        min(self.at_slope(slope).0, self.b1)
+    }
+
+    /// a·tan β where the reflected ray has the angle `theta`, by perspective:
+    /// Newton's method, kept between what is known to be too small and too
+    /// large.
+    fn slope_of(&self, theta: f32) -> f32 {
+        const STEPS: usize = 8;
+        let (mut low, mut high) = (0.0, 1.0);
+        let mut slope = 0.5 * theta;
+        for _ in 0..STEPS {
+            let (r, change) = self.at_slope(slope);
+            let kr = self.k * r;
+            let missing = theta - atanf(kr) - 2.0 * atanf(slope);
+            if missing > 0.0 {
+                low = slope;
+            } else {
+                high = slope;
+            }
+            let rise = self.k * change / (1.0 + kr * kr) + 2.0 / (1.0 + slope * slope);
+            let next = slope + missing / rise;
+            slope = if next >= low && next <= high {
+                next
+            } else {
+                0.5 * (low + high)
+            };
+        }
+        slope
+    }
+
+    /// r where a·tan β is `slope`, and how fast it grows with it.
+    fn at_slope(&self, slope: f32) -> (f32, f32) {
+        let a = self.a;
+        let h = sqrt(a * a + slope * slope);
+        let (sin, cos) = (slope / h, a / h);
+        let ka = self.k * a;
+        let w = self.clearance + ka * slope * slope / (h * (h + a));
+        let change = (cos * w - ka * sin * sin) * a / (w * h * w * h);
+        (sin / w, change)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAMED: [SpheroidMirror; 5] = [
+        SpheroidMirror::PAPER_PARALLEL,
+        SpheroidMirror::PAPER_SPHERE,
+        SpheroidMirror::PAPER_SPHEROID,
+        SpheroidMirror::BEST_PARALLEL,
+        SpheroidMirror::BEST,
+    ];
+
+    fn near(found: f32, exact: f32) -> bool {
+        (found - exact).abs() <= 8.0 * f32::EPSILON * exact.abs()
+    }
+
+    fn tan(angle: f32) -> f32 {
+        let (sin, cos) = sin_cos(angle);
+        sin / cos
+    }
+
+    #[test]
+    fn zenith_and_edge_are_at_the_ends() {
+        for mirror in NAMED {
+            let zenith = mirror.point(0.0).unwrap();
+            assert_eq!((zenith.b, zenith.c), (0.0, mirror.axis_ratio()));
+            assert_eq!((zenith.theta, zenith.r_d), (0.0, 0.0));
+            assert_eq!((mirror.theta(0.0), mirror.r_d(0.0)), (Some(0.0), Some(0.0)));
+            let edge = mirror.point(mirror.edge()).unwrap();
+            // Equations 17, 18 and 31.
+            for right in [
+                edge.theta,
+                edge.r_d,
+                mirror.theta(FRAC_PI_2).unwrap(),
+                mirror.r_d(FRAC_PI_2).unwrap(),
+            ] {
+                assert!(near(right, FRAC_PI_2), "{mirror:?}: {right}");
+            }
+            assert!((edge.gamma - edge.psi).abs() < 1.0e-6);
+            assert!(near(edge.b, mirror.screen_radius()) && near(edge.r, edge.b));
+            assert!(near(edge.c, mirror.screen_distance()));
+        }
+    }
+
+    #[test]
+    fn equations_that_are_not_used_hold() {
+        for mirror in NAMED {
+            for i in 1..=100 {
+                let beta = mirror.edge() * (i as f32 / 100.0);
+                let at = mirror.point(beta).unwrap();
+                // 4, and 16 as the tangent of the section.
+                let by_4 = FRAC_PI_2 - at.psi + at.gamma;
+                assert!((at.theta - by_4).abs() < 5.0e-7);
+                let by_16 = atan2f(mirror.axis_ratio() * at.b, at.c / mirror.axis_ratio());
+                assert!(near(at.gamma, by_16));
+                if let (Some(p), Some(d1)) = (mirror.viewpoint(), mirror.viewpoint_to_screen()) {
+                    // 5 with 26, and 28.
+                    let d = p - at.c;
+                    let by_5 = at.b * tan(at.psi + at.gamma);
+                    assert!((d - by_5).abs() < 2.0e-5 * d, "{d} {by_5}");
+                    assert!((at.r - at.b * d1 / d).abs() < 2.0e-6);
+                } else {
+                    // 43 and 44.
+                    assert_eq!((at.r, at.theta), (at.b, 2.0 * at.gamma));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_mapping_undoes_itself() {
+        for mirror in NAMED {
+            for i in 0..=1000 {
+                let angle = FRAC_PI_2 * (i as f32 / 1000.0);
+                let there = mirror.theta(angle).unwrap().min(FRAC_PI_2);
+                assert!(
+                    near(mirror.r_d(there).unwrap(), angle),
+                    "{mirror:?} {angle}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_outside_has_no_value() {
+        for mirror in NAMED {
+            for bad in [-1.0e-9, FRAC_PI_2.next_up(), f32::NAN, f32::INFINITY] {
+                assert_eq!(mirror.theta(bad), None);
+                assert_eq!(mirror.r_d(bad), None);
+                assert_eq!(mirror.point(bad), None);
+            }
+            assert_eq!(mirror.point(mirror.edge().next_up()), None);
+            assert!(mirror.point(-0.0).is_some());
+        }
+    }
+}

@@ -1,0 +1,433 @@
+use crate::numeric::{UNIT_ROUNDOFF, sin_cos, sqrt};
+use core::fmt;
+use libm::{atan2f, atanf};
+
+/// A mirrored spheroid of equatorial radius 1 about −Z, centred on the
+/// origin, and what looks at it: figures 5 and 8.
+///
+/// Everything derives from the axis ratio and the viewpoint: the edge β₁ alone
+/// would not do, because near parallel projection one ulp of it moves the
+/// viewpoint from 10⁷ radii to infinity. Error of all lengths, relative:
+/// ≤ 8 ulp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpheroidMirror {
+    /// Polar radius.
+    pub(super) a: f32,
+    /// Viewpoint's distance from the centre.
+    p: Option<f32>,
+    /// a·tan β₁, the slope of the mirror at the edge: 1 in parallel
+    /// projection.
+    slope: f32,
+    /// 1/d₁: 0 in parallel projection.
+    pub(super) k: f32,
+    pub(super) c1: f32,
+    pub(super) b1: f32,
+    /// (p − a)/d₁, what equation 26 begins with at the pole: 1 in parallel
+    /// projection, and 3/4 at least.
+    pub(super) clearance: f32,
+}
+
+/// Why there is no such mirror.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum MirrorError {
+    /// The axis ratio is NaN or outside [`SpheroidMirror::AXIS_RATIOS`].
+    AxisRatio {
+        /// The axis ratio.
+        a: f32,
+    },
+    /// The viewpoint is NaN, infinite, in the mirror or on its pole.
+    Viewpoint {
+        /// Its distance from the mirror's centre, equatorial radii.
+        p: f32,
+        /// The mirror's axis ratio: the pole's distance.
+        a: f32,
+    },
+    /// The edge is NaN, next to the pole or where not even parallel lines of
+    /// sight leave at a right angle: a·tan β₁ > 1.
+    Edge {
+        /// Its parametric angle, radians.
+        beta1: f32,
+        /// The most it can be, radians: tan⁻¹(1/a).
+        most: f32,
+    },
+}
+
+impl fmt::Display for MirrorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::AxisRatio { a } => {
+                let (least, most) = SpheroidMirror::AXIS_RATIOS;
+                write!(
+                    f,
+                    "the mirror's axis ratio is {a}: give a number from {least} to {most}"
+                )
+            }
+            Self::Viewpoint { p, a } => write!(
+                f,
+                "the viewpoint is {p} radii from the mirror's centre: give a finite number above \
+                 {a}, where its pole is, or parallel projection"
+            ),
+            Self::Edge { beta1, most } => write!(
+                f,
+                "the edge is at a parametric angle of {beta1} rad: give a number from {} to \
+                 {most}, which is parallel projection",
+                SpheroidMirror::LEAST_EDGE
+            ),
+        }
+    }
+}
+
+impl core::error::Error for MirrorError {}
+
+impl SpheroidMirror {
+    /// Least and greatest axis ratio, polar by equatorial radius: beyond, the
+    /// hemisphere is in too little of the mirror for f32.
+    pub const AXIS_RATIOS: (f32, f32) = (0.01, 100.0);
+
+    /// The least β₁ that [`from_edge`](Self::from_edge) takes, radians: the
+    /// viewpoint is then 1.5·10⁻⁶·a over the pole.
+    pub const LEAST_EDGE: f32 = 1.0e-3;
+
+    /// Table 1 (1): parallel projection, a = 1.288. Largest error 0.1254 % of
+    /// the picture's radius, 2.57 pixels at 4096.
+    pub const PAPER_PARALLEL: Self = Self {
+        a: 1.288,
+        p: None,
+        slope: 1.0,
+        k: 0.0,
+        c1: 1.017_365_7,
+        b1: 0.613_261_04,
+        clearance: 1.0,
+    };
+
+    /// Table 1 (2): perspective, a sphere, p = 1.277. Largest error 1.0XXX %,
+    /// 21.XX pixels at 4096.
+    pub const PAPER_SPHERE: Self = Self {
+        a: 1.0,
+        p: Some(1.277),
+        slope: 0.396_863_25,
+        k: 2.877_521_5,
+        c1: 0.929_478_65,
+        b1: 0.368_875_92,
+        clearance: 0.797_073_3,
+    };
+
+    /// Table 1 (3): perspective, a = 2.35, p = 3.374, β₁ as it follows from
+    /// them. Largest error 0.1XXX %, 2.XX pixels at 4096.
+    pub const PAPER_SPHEROID: Self = Self {
+        a: 2.35,
+        p: Some(3.374),
+        slope: 0.764_643_97,
+        k: 0.877_716_4,
+        c1: 2.234_679_7,
+        b1: 0.309_413_22,
+        clearance: 0.898_781_8,
+    };
+
+    /// The least error by parallel projection: 0.1238 %, 2.54 pixels at 4096.
+    pub const BEST_PARALLEL: Self = Self {
+        a: 1.288_248_3,
+        p: None,
+        slope: 1.0,
+        k: 0.0,
+        c1: 1.017_635_7,
+        b1: 0.613_187_3,
+        clearance: 1.0,
+    };
+
+    /// The least error by perspective, and of all: 0.1058 %, 2.17 pixels at
+    /// 4096. (The paper's errors fall on beyond its a = 2.35.)
+    pub const BEST: Self = Self {
+        a: 4.504_15,
+        p: Some(4.892_703_5),
+        slope: 0.708_989_9,
+        k: 2.255_615_2,
+        c1: 4.449_365_6,
+        b1: 0.155_493_59,
+        clearance: 0.876_427_4,
+    };
+
+    /// Parallel projection under the given axis ratio: equations 38 to 40.
+    ///
+    /// # Errors
+    /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS).
+    pub fn parallel(a: f32) -> Result<Self, MirrorError> {
+        check_axis_ratio(a)?;
+        let h = sqrt(a * a + 1.0);
+        Ok(Self {
+            a,
+            p: None,
+            slope: 1.0,
+            k: 0.0,
+            c1: a * (a / h),
+            b1: 1.0 / h,
+            clearance: 1.0,
+        })
+    }
+
+    /// Perspective from a viewpoint `p` from the mirror's centre: equations
+    /// 19 to 24, solved for β₁.
+    ///
+    /// With g = a·tan β₁ and h = √(a² + g²), equation 22 is
+    /// g² = 1/(1 + 2/(d₁·h)): as an iteration it halves the error at least
+    /// with each step, and stays where it is as p goes to infinity. d₁ is
+    /// (p − a) + (a − c₁), a − c₁ = a·g²/(h·(h + a)): no difference cancels.
+    ///
+    /// # Errors
+    /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), a viewpoint
+    /// that is not finite or not above the pole.
+    pub fn perspective(a: f32, p: f32) -> Result<Self, MirrorError> {
+        check_axis_ratio(a)?;
+        if !(p > a && p.is_finite()) {
+            return Err(MirrorError::Viewpoint { p, a });
+        }
+        let above = p - a;
+        let mut slope = 1.0;
+        for _ in 0..32 {
+            let (h, sagitta) = section(a, slope);
+            let next = 1.0 / sqrt(1.0 + 2.0 / ((above + sagitta) * h));
+            if next == slope {
+                break;
+            }
+            slope = next;
+        }
+        let (h, sagitta) = section(a, slope);
+        let d1 = above + sagitta;
+        Ok(Self {
+            a,
+            p: Some(p),
+            slope,
+            k: 1.0 / d1,
+            c1: a * (a / h),
+            b1: slope / h,
+            clearance: above / d1,
+        })
+    }
+
+    /// The viewpoint that shows the dome's rim at the parametric angle `beta1`
+    /// of the mirror, radians: equations 19 to 24. Parallel projection where
+    /// a·tan β₁ is 1 but for the rounding of `beta1`.
+    ///
+    /// # Errors
+    /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), an edge
+    /// outside [`LEAST_EDGE`](Self::LEAST_EDGE) to tan⁻¹(1/a).
+    pub fn from_edge(a: f32, beta1: f32) -> Result<Self, MirrorError> {
+        check_axis_ratio(a)?;
+        let most = atan2f(1.0, a);
+        if !(Self::LEAST_EDGE..=most).contains(&beta1) {
+            return Err(MirrorError::Edge { beta1, most });
+        }
+        let (sin, cos) = sin_cos(beta1);
+        let slope = a * sin / cos;
+        // How far an error of one unit of β₁ and of its sine and cosine each
+        // moves the slope.
+        let unsure = UNIT_ROUNDOFF * (beta1 * (a + 1.0 / a) + 3.0);
+        if slope >= 1.0 - unsure {
+            return Self::parallel(a);
+        }
+        let (h, sagitta) = section(a, slope);
+        // Equation 22, tan 2γ₁ written out.
+        let lift = (1.0 - slope) * (1.0 + slope);
+        let d1 = 2.0 * slope * slope / (lift * h);
+        Ok(Self {
+            a,
+            p: Some(a - sagitta + d1),
+            slope,
+            k: 1.0 / d1,
+            c1: a * (a / h),
+            b1: slope / h,
+            clearance: 1.0 - 0.5 * a * lift / (h + a),
+        })
+    }
+
+    /// a: the polar radius, the equatorial being 1.
+    pub const fn axis_ratio(&self) -> f32 {
+        self.a
+    }
+
+    /// p: the viewpoint's distance from the mirror's centre, along −Z, in
+    /// equatorial radii; `None` in parallel projection.
+    pub const fn viewpoint(&self) -> Option<f32> {
+        self.p
+    }
+
+    /// β₁: the parametric angle of the mirror where the dome's rim is seen,
+    /// radians. Equations 22 and 39.
+    pub fn edge(&self) -> f32 {
+        atan2f(self.slope, self.a)
+    }
+
+    /// c₁: the screen's distance from the mirror's centre, along −Z, in
+    /// equatorial radii. Equation 19. The screen's centre is also the place
+    /// that a dome near the mirror should be centred on.
+    pub const fn screen_distance(&self) -> f32 {
+        self.c1
+    }
+
+    /// b₁: half the screen's width, in equatorial radii. Equations 20 and 40.
+    pub const fn screen_radius(&self) -> f32 {
+        self.b1
+    }
+
+    /// d₁: the viewpoint's distance from the screen, in equatorial radii;
+    /// `None` in parallel projection. Equation 22.
+    pub fn viewpoint_to_screen(&self) -> Option<f32> {
+        self.p.map(|_| 1.0 / self.k)
+    }
+
+    /// The full angle of view that just holds the screen, radians, above 0
+    /// and below π; 0 in parallel projection, which has a width instead, twice
+    /// [`screen_radius`](Self::screen_radius).
+    pub fn field_of_view(&self) -> f32 {
+        2.0 * atanf(self.k * self.b1)
+    }
+}
+
+fn check_axis_ratio(a: f32) -> Result<(), MirrorError> {
+    let (least, most) = SpheroidMirror::AXIS_RATIOS;
+    if (least..=most).contains(&a) {
+        Ok(())
+    } else {
+        Err(MirrorError::AxisRatio { a })
+    }
+}
+
+/// h = a/cos β and a − c of the place where a·tan β is `slope`.
+fn section(a: f32, slope: f32) -> (f32, f32) {
+    let h = sqrt(a * a + slope * slope);
+    (h, a * slope * slope / (h * (h + a)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f32::consts::FRAC_PI_4;
+
+    #[test]
+    fn named_mirrors_are_those_of_their_axis_ratio_and_viewpoint() {
+        for (named, a, p) in [
+            (SpheroidMirror::PAPER_PARALLEL, 1.288, None),
+            (SpheroidMirror::PAPER_SPHERE, 1.0, Some(1.277)),
+            (SpheroidMirror::PAPER_SPHEROID, 2.35, Some(3.374)),
+            (SpheroidMirror::BEST_PARALLEL, 1.288_248_3, None),
+            (SpheroidMirror::BEST, 4.504_15, Some(4.892_703_5)),
+        ] {
+            let made = match p {
+                None => SpheroidMirror::parallel(a),
+                Some(p) => SpheroidMirror::perspective(a, p),
+            };
+            assert_eq!(made, Ok(named));
+            assert_eq!((named.axis_ratio(), named.viewpoint()), (a, p));
+        }
+    }
+
+    #[test]
+    fn edges_and_viewpoints_give_the_same_mirror() {
+        for a in [0.5, 1.0, 2.35, 5.0] {
+            for above in [1.0e-2, 0.3, 1.0, 3.0] {
+                let seen = SpheroidMirror::perspective(a, a * (1.0 + above)).unwrap();
+                let edge = SpheroidMirror::from_edge(a, seen.edge()).unwrap();
+                let near = |x: f32, y: f32| (x - y).abs() <= 3.0e-5 * y;
+                assert!(near(edge.viewpoint().unwrap(), seen.viewpoint().unwrap()));
+                assert!(near(edge.screen_distance(), seen.screen_distance()));
+                assert!(near(edge.screen_radius(), seen.screen_radius()));
+                assert!(near(edge.clearance, seen.clearance), "{edge:?} {seen:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_edge_of_parallel_projection_is_its_limit() {
+        for a in [0.01f32, 0.3, 1.0, 1.288, 2.35, 100.0] {
+            let parallel = SpheroidMirror::parallel(a).unwrap();
+            let most = libm::atan2f(1.0, a);
+            assert_eq!(parallel.edge(), most);
+            assert_eq!(SpheroidMirror::from_edge(a, most), Ok(parallel));
+            let beyond = most.next_up();
+            assert_eq!(
+                SpheroidMirror::from_edge(a, beyond),
+                Err(MirrorError::Edge {
+                    beta1: beyond,
+                    most
+                })
+            );
+            // From far away it is nearly the same.
+            for p in [1.0e7, f32::MAX] {
+                let far = SpheroidMirror::perspective(a, p).unwrap();
+                assert!((far.screen_radius() - parallel.screen_radius()).abs() < 2.0e-7);
+                assert!((far.screen_distance() / parallel.screen_distance() - 1.0).abs() < 3.0e-7);
+            }
+        }
+        let sphere = SpheroidMirror::from_edge(1.0, FRAC_PI_4).unwrap();
+        assert_eq!(sphere.viewpoint(), None);
+        assert_eq!(sphere.viewpoint_to_screen(), None);
+        assert_eq!(sphere.field_of_view(), 0.0);
+    }
+
+    #[test]
+    fn the_nearest_viewpoint_is_finite() {
+        for a in [0.01f32, 1.0, 100.0] {
+            let near = SpheroidMirror::perspective(a, a.next_up()).unwrap();
+            assert!(near.screen_radius() > 0.0 && near.field_of_view() < core::f32::consts::PI);
+            assert!((0.74..=0.76).contains(&near.clearance), "{near:?}");
+            let edge = SpheroidMirror::from_edge(a, SpheroidMirror::LEAST_EDGE).unwrap();
+            assert!(edge.viewpoint() > Some(a), "{edge:?}");
+        }
+    }
+
+    #[test]
+    fn mirrors_that_are_none_are_refused() {
+        use MirrorError as Error;
+        for a in [0.0, -1.0, 0.009, 101.0, f32::INFINITY] {
+            let error = Err(Error::AxisRatio { a });
+            assert_eq!(SpheroidMirror::parallel(a), error);
+            assert_eq!(SpheroidMirror::perspective(a, 2.0), error);
+            assert_eq!(SpheroidMirror::from_edge(a, 0.1), error);
+        }
+        for p in [2.0, 1.999, 0.0, -3.0, f32::INFINITY, f32::NEG_INFINITY] {
+            let error = Err(Error::Viewpoint { p, a: 2.0 });
+            assert_eq!(SpheroidMirror::perspective(2.0, p), error);
+        }
+        for beta1 in [0.0, -0.1, 9.0e-4, 0.7854, 2.0, f32::INFINITY] {
+            let found = SpheroidMirror::from_edge(1.0, beta1);
+            let most = FRAC_PI_4;
+            assert_eq!(found, Err(Error::Edge { beta1, most }));
+        }
+        let nan = f32::NAN;
+        assert!(matches!(
+            SpheroidMirror::parallel(nan),
+            Err(Error::AxisRatio { .. })
+        ));
+        assert!(matches!(
+            SpheroidMirror::perspective(1.0, nan),
+            Err(Error::Viewpoint { .. })
+        ));
+        assert!(matches!(
+            SpheroidMirror::from_edge(1.0, nan),
+            Err(Error::Edge { .. })
+        ));
+    }
+
+    #[test]
+    fn errors_name_the_value_and_its_range() {
+        extern crate std;
+        use std::string::ToString;
+        for (error, words) in [
+            (SpheroidMirror::parallel(-1.0), ["is -1:", "0.01 to 100"]),
+            (
+                SpheroidMirror::perspective(2.5, 2.0),
+                ["is 2 radii", "above 2.5"],
+            ),
+            (
+                SpheroidMirror::from_edge(1.0, 1.5),
+                ["of 1.5 rad", "0.001 to 0.7853982"],
+            ),
+        ] {
+            let says = error.unwrap_err().to_string();
+            for words in words {
+                assert!(says.contains(words), "{says}");
+            }
+        }
+    }
+}

@@ -1,0 +1,526 @@
+use super::mirror::{Mirror, Parameters, Projection};
+use shisen_core::capture::MirrorError;
+use std::f64::consts::FRAC_PI_2;
+
+/// A mirror and how true its dome master is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Design {
+    /// The mirror itself.
+    pub mirror: Mirror,
+    /// Polar by equatorial radius.
+    pub a: f64,
+    /// The viewpoint's distance from the mirror's centre; `None` in parallel
+    /// projection. Equation 24.
+    pub p: Option<f64>,
+    /// The screen's distance from the mirror's centre: equation 19.
+    pub c1: f64,
+    /// Half the screen's width, all there is to set in parallel projection:
+    /// equations 20 and 40.
+    pub b1: f64,
+    /// The viewpoint's distance from the screen; `None` in parallel
+    /// projection. Equation 22.
+    pub d1: Option<f64>,
+    /// The parametric angle of the mirror at the picture's edge, radians.
+    pub beta1: f64,
+    /// The full angle of view across the picture, radians; 0 in parallel
+    /// projection.
+    pub field_of_view: f64,
+    /// The largest |θ − r_d|, in percent of the picture's radius.
+    pub error_percent: f64,
+    /// The largest |θ − r_d|, in pixels of a picture of 4096².
+    pub error_px_4096: f64,
+    /// Where the error is largest on either side, from the zenith outwards.
+    pub extrema: Vec<Extremum>,
+}
+
+/// A local extremum of θ − r_d.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extremum {
+    /// The parametric angle of the mirror's point, radians.
+    pub beta: f64,
+    /// Where it is seen, radians.
+    pub r_d: f64,
+    /// θ − r_d, radians.
+    pub error: f64,
+}
+
+/// Places between 0 and β₁ between which the error's slope changes its sign
+/// at most once.
+const PLACES: usize = 64;
+
+/// Slopes, and axis ratios, between which the largest error has at most one
+/// local minimum.
+const CANDIDATES: usize = 128;
+
+impl Design {
+    /// How true a given mirror's dome master is.
+    pub fn of(mirror: Mirror) -> Self {
+        let Parameters { k, c1, b1, beta1 } = mirror.parameters();
+        let d1 = (k > 0.0).then(|| 1.0 / k);
+        let extrema = extrema(&mirror);
+        let error = largest(&extrema);
+        Self {
+            mirror,
+            a: mirror.axis_ratio(),
+            p: d1.map(|d1| c1 + d1),
+            c1,
+            b1,
+            d1,
+            beta1,
+            field_of_view: 2.0 * libm::atan(k * b1),
+            error_percent: error / FRAC_PI_2 * 100.0,
+            error_px_4096: error / FRAC_PI_2 * 2048.0,
+            extrema,
+        }
+    }
+}
+
+/// The viewpoint that makes the largest |θ − r_d| least for an axis ratio:
+/// figures 10 to 16. By perspective that may be the limit of parallel
+/// projection.
+///
+/// There are two local minima by perspective, so the whole range of viewpoints
+/// is looked through first.
+///
+/// # Errors
+/// An axis ratio that is not finite and above 0.
+pub fn optimum(a: f64, projection: Projection) -> Result<Design, MirrorError> {
+    let parallel = Mirror::parallel(a)?;
+    Ok(Design::of(match projection {
+        Projection::Parallel => parallel,
+        Projection::Perspective => {
+            let mirror = |g: f64| Mirror::from_slope(a, g).unwrap_or(parallel);
+            let error = |g: f64| largest(&extrema(&mirror(g)));
+            let slopes = |i: usize| (i as f64 / CANDIDATES as f64).max(1.0e-3);
+            let best = minimum(slopes, error);
+            // The limit itself has no neighbour beyond.
+            if error(1.0) <= error(best) {
+                parallel
+            } else {
+                mirror(best)
+            }
+        }
+    }))
+}
+
+/// The axis ratio and viewpoint that make the largest |θ − r_d| least of all,
+/// among axis ratios from 0.5 to 8.
+pub fn best(projection: Projection) -> Design {
+    let ratios = |i: usize| 0.5 * 16f64.powf(i as f64 / CANDIDATES as f64);
+    let design = |a: f64| optimum(a, projection).expect("an axis ratio above 0");
+    let a = minimum(ratios, |a| design(a).error_percent);
+    match projection {
+        Projection::Parallel => design(a),
+        Projection::Perspective => level(a, design),
+    }
+}
+
+/// The design next to axis ratio `a` at which the largest error no longer
+/// changes with the axis ratio: a flat minimum, which values alone find to
+/// half their digits.
+///
+/// There both errors, one above 0 and one below, have gradients by (a, g) in
+/// one line.
+fn level(a: f64, design: impl Fn(f64) -> Design) -> Design {
+    let turn = |a: f64| {
+        let design = design(a);
+        let [first, second] =
+            [0, design.extrema.len() - 1].map(|i| gradient(&design.mirror, design.extrema[i].beta));
+        first[0] * second[1] - first[1] * second[0]
+    };
+    design(crossing(a * 0.99, a * 1.01, turn))
+}
+
+/// How θ − r_d changes with a and with g at the parametric angle β.
+fn gradient(mirror: &Mirror, beta: f64) -> [f64; 2] {
+    let (a, g) = (mirror.axis_ratio(), mirror.slope());
+    let Parameters { k, c1, b1, .. } = mirror.parameters();
+    let (sin, cos) = libm::sincos(beta);
+    let h = libm::hypot(a, g);
+    let drop = c1 - a * cos;
+    let w = 1.0 + k * drop;
+    let r_d = FRAC_PI_2 * sin / (b1 * w);
+    let change = |k_by: f64, c1_by: f64, b1_by: f64, cos_by: f64, gamma_by: f64| {
+        let w_by = k_by * drop + k * (c1_by - cos_by);
+        let sight = sin * (w * k_by - k * w_by) / (w * w + k * k * sin * sin);
+        sight + 2.0 * gamma_by + r_d * (b1_by / b1 + w_by / w)
+    };
+    let (a2, g2, h3) = (a * a, g * g, h * h * h);
+    let lift = (1.0 - g) * (1.0 + g) / (2.0 * g2);
+    [
+        change(
+            lift * a / h,
+            2.0 * a / h - a2 * a / h3,
+            -g * a / h3,
+            cos,
+            sin * cos / (cos * cos + a2 * sin * sin),
+        ),
+        change(lift * g / h - h / (g2 * g), -a2 * g / h3, a2 / h3, 0.0, 0.0),
+    ]
+}
+
+/// All local extrema of θ − r_d between the zenith and the edge.
+fn extrema(mirror: &Mirror) -> Vec<Extremum> {
+    let a = mirror.axis_ratio();
+    let Parameters { k, c1, b1, beta1 } = mirror.parameters();
+    // By β.
+    let rise = |beta: f64| {
+        let (sin, cos) = libm::sincos(beta);
+        let w = 1.0 + k * (c1 - a * cos);
+        let shrink = cos * w - k * a * sin * sin;
+        k * shrink / (w * w + k * k * sin * sin) + 2.0 * a / (cos * cos + a * a * sin * sin)
+            - FRAC_PI_2 * shrink / (b1 * w * w)
+    };
+    let place = |i: usize| beta1 * i as f64 / PLACES as f64;
+    let mut found = Vec::new();
+    let mut before = rise(0.0);
+    for i in 1..=PLACES {
+        let after = rise(place(i));
+        if (before > 0.0) != (after > 0.0) {
+            let beta = crossing(place(i - 1), place(i), rise);
+            let (theta, r_d) = mirror.at(beta);
+            found.push(Extremum {
+                beta,
+                r_d,
+                error: theta - r_d,
+            });
+        }
+        before = after;
+    }
+    found
+}
+
+/// Where `f`, of one sign at `low` and the other at `high`, changes it.
+fn crossing(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let sign = f(low) > 0.0;
+    loop {
+        let middle = low.midpoint(high);
+        if middle <= low || middle >= high {
+            return low;
+        }
+        if (f(middle) > 0.0) == sign {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+}
+
+/// The largest magnitude among the errors.
+fn largest(extrema: &[Extremum]) -> f64 {
+    extrema.iter().fold(0.0, |most, e| most.max(e.error.abs()))
+}
+
+/// Where `f` is least over the candidates and between them: every local
+/// minimum of the candidates by golden section.
+fn minimum(candidate: impl Fn(usize) -> f64, f: impl Fn(f64) -> f64) -> f64 {
+    let values: Vec<f64> = (0..=CANDIDATES).map(|i| f(candidate(i))).collect();
+    let mut best = (f64::INFINITY, candidate(0));
+    for i in 0..=CANDIDATES {
+        let (left, right) = (i.saturating_sub(1), (i + 1).min(CANDIDATES));
+        if values[i] <= values[left] && values[i] <= values[right] {
+            let x = golden(candidate(left), candidate(right), &f);
+            let value = f(x);
+            if value < best.0 {
+                best = (value, x);
+            }
+        }
+    }
+    best.1
+}
+
+/// Where `f`, which falls and then rises, is least.
+fn golden(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let ratio = (5f64.sqrt() - 1.0) / 2.0;
+    let (mut x, mut y) = (high - ratio * (high - low), low + ratio * (high - low));
+    let (mut at_x, mut at_y) = (f(x), f(y));
+    for _ in 0..80 {
+        if at_x < at_y {
+            (high, y, at_y) = (y, x, at_x);
+            x = high - ratio * (high - low);
+            at_x = f(x);
+        } else {
+            (low, x, at_x) = (x, y, at_y);
+            y = low + ratio * (high - low);
+            at_y = f(y);
+        }
+    }
+    low.midpoint(high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Asserts that `found` rounds to `digits`, as written in a table.
+    fn rounds_to(found: f64, digits: &str) {
+        let exact: f64 = digits.parse().unwrap();
+        let places = digits.split_once('.').map_or(0, |(_, places)| places.len());
+        let unit = 10f64.powi(-(places as i32));
+        // Half a unit of the last place, and one in a thousand for its own
+        // rounding.
+        assert!((found - exact).abs() <= 0.501 * unit, "{found}: {digits}");
+    }
+
+    fn perspective(a: f64) -> Design {
+        optimum(a, Projection::Perspective).unwrap()
+    }
+
+    fn degrees(design: &Design) -> Vec<f64> {
+        let degrees = |e: &Extremum| e.r_d.to_degrees();
+        design.extrema.iter().map(degrees).collect()
+    }
+
+    #[test]
+    fn the_papers_mirrors_have_the_digits_of_their_optima() {
+        let parallel = optimum(1.288, Projection::Parallel).unwrap();
+        assert_eq!((parallel.p, parallel.d1), (None, None));
+        assert_eq!(parallel.field_of_view, 0.0);
+        for (found, digits) in [
+            (parallel.beta1.to_degrees(), "37.8256757635"),
+            (parallel.c1, "1.01736579173"),
+            (parallel.b1, "0.613261081588"),
+            (2.0 * parallel.b1, "1.22652216318"),
+            (parallel.error_percent, "0.125440321211"),
+            (parallel.error_px_4096, "2.56902"),
+            (degrees(&parallel)[0], "29.6088"),
+            (degrees(&parallel)[1], "77.0197"),
+        ] {
+            rounds_to(found, digits);
+        }
+        let rows: [(f64, [&str; 10]); 2] = [
+            (
+                1.0,
+                [
+                    "21.6375486636",
+                    "0.929535036626",
+                    "0.368733800573",
+                    "0.347174696379",
+                    "1.27670973300",
+                    "93.4498053457",
+                    "1.048534935461",
+                    "21.4740",
+                    "29.2151",
+                    "77.6608",
+                ],
+            ),
+            (
+                2.35,
+                [
+                    "18.0242195052",
+                    "2.23467564580",
+                    "0.309418987958",
+                    "1.13943050469",
+                    "3.37410615049",
+                    "30.3852554105",
+                    "0.108741896825",
+                    "2.22703",
+                    "30.2192",
+                    "77.4909",
+                ],
+            ),
+        ];
+        for (a, digits) in rows {
+            let design = perspective(a);
+            let found = [
+                design.beta1.to_degrees(),
+                design.c1,
+                design.b1,
+                design.d1.unwrap(),
+                design.p.unwrap(),
+                design.field_of_view.to_degrees(),
+                design.error_percent,
+                design.error_px_4096,
+                degrees(&design)[0],
+                degrees(&design)[1],
+            ];
+            for (found, digits) in found.into_iter().zip(digits) {
+                rounds_to(found, digits);
+            }
+        }
+    }
+
+    #[test]
+    fn every_axis_ratio_has_the_digits_of_its_best_viewpoint() {
+        type Row = (f64, [&'static str; 4], &'static [&'static str]);
+        let rows: [Row; 9] = [
+            (
+                0.5,
+                [
+                    "1.83419173934",
+                    "0.612109638831",
+                    "0.409218825675",
+                    "0.869316069640",
+                ],
+                &["29.173", "78.263"],
+            ),
+            (
+                0.8,
+                [
+                    "1.23314386232",
+                    "0.446935778437",
+                    "0.721420562949",
+                    "1.10998065289",
+                ],
+                &["29.193", "77.795"],
+            ),
+            (
+                1.2,
+                [
+                    "0.934330849829",
+                    "0.326351847566",
+                    "1.13666184460",
+                    "1.44851437131",
+                ],
+                &["29.236", "77.583"],
+            ),
+            (
+                1.25,
+                ["0.466524952257", "0.674740942224", "0.976086011804", "inf"],
+                &["65.498"],
+            ),
+            (
+                1.35,
+                [
+                    "0.123931444647",
+                    "0.619446967098",
+                    "1.09916954606",
+                    "16.3480025965",
+                ],
+                &["29.807", "77.156"],
+            ),
+            (
+                1.5,
+                [
+                    "0.121287430070",
+                    "0.539282252037",
+                    "1.28711622070",
+                    "6.03535744088",
+                ],
+                &["29.911", "77.245"],
+            ),
+            (
+                1.8,
+                [
+                    "0.114834882866",
+                    "0.429557609201",
+                    "1.63647014495",
+                    "3.78198680932",
+                ],
+                &["30.060", "77.366"],
+            ),
+            (
+                2.5,
+                [
+                    "0.107945632983",
+                    "0.293436550073",
+                    "2.39313882485",
+                    "3.41087229024",
+                ],
+                &["30.246", "77.512"],
+            ),
+            (
+                3.0,
+                [
+                    "0.106503289038",
+                    "0.240103867321",
+                    "2.91393984023",
+                    "3.67245183712",
+                ],
+                &["30.309", "77.560"],
+            ),
+        ];
+        for (a, [error, beta1, c1, p], maxima) in rows {
+            let design = perspective(a);
+            rounds_to(design.error_percent, error);
+            rounds_to(design.beta1, beta1);
+            rounds_to(design.c1, c1);
+            match design.p {
+                Some(found) => rounds_to(found, p),
+                None => assert_eq!(p, "inf"),
+            }
+            let found = degrees(&design);
+            assert_eq!(found.len(), maxima.len());
+            for (found, digits) in found.into_iter().zip(maxima) {
+                rounds_to(found, digits);
+            }
+        }
+    }
+
+    #[test]
+    fn parallel_projection_has_the_digits_of_its_errors() {
+        for (a, error) in [
+            (0.5, "21.41809"),
+            (0.9, "6.33625"),
+            (1.1, "2.48303"),
+            (1.2, "1.05963"),
+            (1.25, "0.466525"),
+            (1.28, "0.183617"),
+            (1.287, "0.132204"),
+            (1.29, "0.139002"),
+            (1.35, "0.72018"),
+            (1.5, "2.03881"),
+            (2.1, "5.16001"),
+        ] {
+            let design = optimum(a, Projection::Parallel).unwrap();
+            rounds_to(design.error_percent, error);
+        }
+    }
+
+    #[test]
+    fn the_best_viewpoint_goes_from_near_to_infinity_and_back() {
+        // Near the pole, in parallel, and from far to near again.
+        assert!(perspective(1.2102).p.unwrap() < 1.5);
+        assert_eq!(perspective(1.2104).p, None);
+        assert_eq!(perspective(1.2882).p, None);
+        assert!(perspective(1.2883).p.unwrap() > 1.0e4);
+        // The other local minimum at 2.35.
+        let near = |g: f64| Design::of(Mirror::from_slope(2.35, g).unwrap());
+        let least = near(golden(0.2, 0.6, |g| near(g).error_percent)).error_percent;
+        assert!((least - 0.705).abs() < 5.0e-4, "{least}");
+    }
+
+    #[test]
+    fn the_best_mirrors_are_better_than_the_papers() {
+        let parallel = best(Projection::Parallel);
+        rounds_to(parallel.a, "1.288248331186");
+        rounds_to(parallel.error_percent, "0.123784174756");
+        rounds_to(parallel.error_px_4096, "2.535100");
+        let perspective = best(Projection::Perspective);
+        rounds_to(perspective.a, "4.50414971");
+        rounds_to(perspective.p.unwrap(), "4.8927036");
+        rounds_to(perspective.error_percent, "0.105759211320");
+        rounds_to(perspective.error_px_4096, "2.165949");
+        // The optimum is inside the range that is looked through.
+        for a in [0.01, 0.1, 4.4, 4.6, 8.0, 20.0, 100.0] {
+            let design = optimum(a, Projection::Perspective).unwrap();
+            assert!(design.error_percent > perspective.error_percent, "{a}");
+            let design = optimum(a, Projection::Parallel).unwrap();
+            assert!(design.error_percent > parallel.error_percent, "{a}");
+        }
+    }
+
+    #[test]
+    fn an_axis_ratio_that_is_none_has_no_optimum() {
+        for a in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(optimum(a, Projection::Parallel).is_err());
+            assert!(optimum(a, Projection::Perspective).is_err());
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_the_error() {
+        let error = |a: f64, g: f64, beta: f64| {
+            let (theta, r_d) = Mirror::from_slope(a, g).unwrap().at(beta);
+            theta - r_d
+        };
+        for (a, g, beta) in [(1.0, 0.4, 0.2), (2.35, 0.76, 0.26), (4.5, 0.7, 0.05)] {
+            let by = 1.0e-5;
+            let [along_a, along_g] = gradient(&Mirror::from_slope(a, g).unwrap(), beta);
+            let slope_a = (error(a + by, g, beta) - error(a - by, g, beta)) / (2.0 * by);
+            let slope_g = (error(a, g + by, beta) - error(a, g - by, beta)) / (2.0 * by);
+            assert!((along_a - slope_a).abs() < 1.0e-9, "{along_a} {slope_a}");
+            assert!((along_g - slope_g).abs() < 1.0e-9, "{along_g} {slope_g}");
+        }
+    }
+}

@@ -1,0 +1,332 @@
+use glam::{DVec2, DVec3};
+use shisen_core::capture::MirrorError;
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
+
+/// How a mirror is looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Projection {
+    /// From infinity: section 4 of the paper.
+    Parallel,
+    /// From a viewpoint: section 3.
+    Perspective,
+}
+
+/// A mirrored spheroid and what looks at it, by its axis ratio and by
+/// g = a·tan β₁, of which the viewpoint is a well-conditioned function from
+/// the pole (g = 0) to infinity (g = 1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mirror {
+    a: f64,
+    g: f64,
+}
+
+/// What follows from a mirror's axis ratio and g.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameters {
+    /// 1/d₁; 0 in parallel projection.
+    pub k: f64,
+    /// Equation 19.
+    pub c1: f64,
+    /// Equations 20 and 40.
+    pub b1: f64,
+    /// The parametric angle of the edge: equation 39.
+    pub beta1: f64,
+}
+
+impl Mirror {
+    /// Parallel projection: equations 38 to 40.
+    ///
+    /// # Errors
+    /// An axis ratio that is not finite and above 0.
+    pub fn parallel(a: f64) -> Result<Self, MirrorError> {
+        Self::from_slope(a, 1.0)
+    }
+
+    /// By a·tan β₁, above 0 to 1: equation 22's range and equation 38.
+    ///
+    /// # Errors
+    /// An axis ratio that is not finite and above 0, a slope out of range.
+    pub fn from_slope(a: f64, g: f64) -> Result<Self, MirrorError> {
+        if !(a > 0.0 && a.is_finite()) {
+            return Err(MirrorError::AxisRatio { a: a as f32 });
+        }
+        if !(g > 0.0 && g <= 1.0) {
+            return Err(MirrorError::Edge {
+                beta1: libm::atan2(g, a) as f32,
+                most: libm::atan2(1.0, a) as f32,
+            });
+        }
+        Ok(Self { a, g })
+    }
+
+    /// Perspective from `p` off the centre: equation 24, solved for β₁.
+    ///
+    /// # Errors
+    /// An axis ratio that is not finite and above 0, a viewpoint that is not
+    /// finite and above the pole.
+    pub fn perspective(a: f64, p: f64) -> Result<Self, MirrorError> {
+        let Self { mut g, .. } = Self::parallel(a)?;
+        if !(p > a && p.is_finite()) {
+            return Err(MirrorError::Viewpoint {
+                p: p as f32,
+                a: a as f32,
+            });
+        }
+        // Halves the error at least with each step.
+        for _ in 0..100 {
+            let h = libm::hypot(a, g);
+            let d1 = (p - a) + a * g * g / (h * (h + a));
+            g = 1.0 / (1.0 + 2.0 / (d1 * h)).sqrt();
+        }
+        Ok(Self { a, g })
+    }
+
+    /// a.
+    pub const fn axis_ratio(&self) -> f64 {
+        self.a
+    }
+
+    /// a·tan β₁.
+    pub const fn slope(&self) -> f64 {
+        self.g
+    }
+
+    /// What follows.
+    pub fn parameters(&self) -> Parameters {
+        let Self { a, g } = *self;
+        let h = libm::hypot(a, g);
+        Parameters {
+            k: (1.0 - g) * (1.0 + g) * h / (2.0 * g * g),
+            c1: a * a / h,
+            b1: g / h,
+            beta1: libm::atan2(g, a),
+        }
+    }
+
+    /// θ and r_d at the parametric angle β: equations 37 and 32, 43 and 45.
+    pub fn at(&self, beta: f64) -> (f64, f64) {
+        let Parameters { k, b1, beta1, .. } = self.parameters();
+        let (sin, cos) = libm::sincos(beta);
+        // cos β − cos β₁, written out.
+        let drop = 2.0 * libm::sin((beta1 + beta) / 2.0) * libm::sin((beta1 - beta) / 2.0);
+        let w = 1.0 - k * self.a * drop;
+        let theta = libm::atan2(k * sin, w) + 2.0 * libm::atan2(self.a * sin, cos);
+        (theta, FRAC_PI_2 * sin / (b1 * w))
+    }
+
+    /// β where `value` of [`at`](Self::at) is `wanted`, by halving: slow, and
+    /// right whatever the curve. 0 is exact.
+    fn solve(&self, wanted: f64, value: impl Fn((f64, f64)) -> f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.parameters().beta1);
+        loop {
+            let middle = (low + high) / 2.0;
+            if middle <= low || middle >= high || wanted <= 0.0 {
+                return low;
+            }
+            if value(self.at(middle)) < wanted {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+    }
+
+    /// θ of what is seen at `r_d`, 0 to π/2.
+    pub fn theta(&self, r_d: f64) -> f64 {
+        self.at(self.solve(r_d, |(_, r_d)| r_d)).0
+    }
+
+    /// Where what is at the angle `theta` to the zenith, 0 to π/2, is seen.
+    pub fn r_d(&self, theta: f64) -> f64 {
+        self.at(self.solve(theta, |(theta, _)| theta)).1
+    }
+
+    /// Where the line of sight through a point of the screen, at most b₁ from
+    /// its centre, hits the mirror and where it goes from there, as vectors,
+    /// in the axes of [`shisen_core::capture`].
+    pub fn reflect(&self, screen: DVec2) -> (DVec3, DVec3) {
+        let Parameters { k, c1, .. } = self.parameters();
+        let squeeze = DVec3::new(1.0, 1.0, 1.0 / self.a);
+        let origin = screen.extend(-c1);
+        let sight = (screen * k).extend(1.0);
+        let (o, d) = (origin * squeeze, sight * squeeze);
+        let (half, length) = (o.dot(d), d.dot(d));
+        let root = (half * half - length * (o.dot(o) - 1.0)).max(0.0).sqrt();
+        let point = origin - sight * ((half + root) / length);
+        let normal = (point * squeeze * squeeze).normalize();
+        let sight = sight.normalize();
+        (point, sight - 2.0 * sight.dot(normal) * normal)
+    }
+
+    /// The angle to the zenith, from the screen's centre, of what is seen at
+    /// `r_d` on a sphere of `radius` about that centre: section 5.4.
+    ///
+    /// At infinity it is θ.
+    pub fn near_theta(&self, r_d: f64, radius: f64) -> f64 {
+        let Parameters { c1, b1, .. } = self.parameters();
+        let (point, direction) = self.reflect(DVec2::new(r_d * FRAC_2_PI * b1, 0.0));
+        let from_centre = point + DVec3::Z * c1;
+        let half = from_centre.dot(direction);
+        let inside = radius * radius - from_centre.length_squared();
+        let seen = from_centre + direction * ((half * half + inside).sqrt() - half);
+        libm::atan2(seen.x, -seen.z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Projection, optimum};
+    use super::*;
+
+    /// The three mirrors of Table 1 with the best viewpoints there are.
+    fn mirrors() -> [Mirror; 3] {
+        [
+            (1.288, Projection::Parallel),
+            (1.0, Projection::Perspective),
+            (2.35, Projection::Perspective),
+        ]
+        .map(|(a, projection)| optimum(a, projection).unwrap().mirror)
+    }
+
+    #[test]
+    fn the_mapping_has_the_digits_of_its_table() {
+        let rows = [
+            (
+                10f64,
+                [
+                    (10.0546147, 9.94565578),
+                    (10.4802735, 9.53985706),
+                    (10.0478572, 9.95235156),
+                ],
+            ),
+            (
+                30.0,
+                [
+                    (30.1094626, 29.8905251),
+                    (30.9428089, 29.0563541),
+                    (30.0978608, 29.9021466),
+                ],
+            ),
+            (
+                50.0,
+                [
+                    (50.0413445, 49.9583935),
+                    (50.3599418, 49.6203930),
+                    (50.0418729, 49.9578999),
+                ],
+            ),
+            (
+                70.0,
+                [
+                    (69.9062785, 70.0941825),
+                    (69.2418652, 70.7908020),
+                    (69.9217200, 70.0786438),
+                ],
+            ),
+            (90.0, [(90.0, 90.0), (90.0, 90.0), (90.0, 90.0)]),
+        ];
+        for (at, row) in rows {
+            for (mirror, (theta, r_d)) in mirrors().into_iter().zip(row) {
+                let found = [
+                    mirror.theta(at.to_radians()).to_degrees(),
+                    mirror.r_d(at.to_radians()).to_degrees(),
+                ];
+                for (found, exact) in found.into_iter().zip([theta, r_d]) {
+                    // Nine digits, cut off and not rounded.
+                    let unit = if exact < 10.0 { 1.0e-8 } else { 1.0e-7 };
+                    assert!((found - exact).abs() <= unit, "{at}: {found} {exact}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn domes_near_the_mirror_have_the_errors_of_their_table() {
+        let rows: [(f64, [f64; 3]); 5] = [
+            (1.0, [92.850, 99.190, 48.743]),
+            (3.0, [31.656, 45.461, 17.066]),
+            (10.0, [10.655, 28.309, 6.355]),
+            (100.0, [3.217, 22.139, 2.605]),
+            (1.0e9, [2.569, 21.474, 2.227]),
+        ];
+        for (radius, row) in rows {
+            for (mirror, exact) in mirrors().into_iter().zip(row) {
+                let worst = (0..=20_000).fold(0f64, |worst, i| {
+                    let r_d = FRAC_PI_2 * f64::from(i) / 20_000.0;
+                    worst.max((mirror.near_theta(r_d, radius) - r_d).abs())
+                });
+                let found = worst / FRAC_PI_2 * 2048.0;
+                assert!((found - exact).abs() <= 5.1e-4, "{radius}: {found} {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn rings_near_the_mirror_are_where_their_table_says() {
+        let [mirror, ..] = mirrors();
+        let exact = [24.84, 48.14, 68.29, 83.54, 91.92, 91.10, 78.21, 49.55];
+        for (i, exact) in exact.into_iter().enumerate() {
+            let ring = (10.0 * (i + 1) as f64).to_radians();
+            // Where the ring is seen.
+            let (mut low, mut high) = (0.0, FRAC_PI_2);
+            for _ in 0..60 {
+                let middle = f64::midpoint(low, high);
+                if mirror.near_theta(middle, 1.0) < ring {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+            }
+            let found = (low - ring).abs() / FRAC_PI_2 * 2048.0;
+            assert!((found - exact).abs() <= 5.1e-3, "{i}: {found} {exact}");
+        }
+    }
+
+    #[test]
+    fn reflection_and_mapping_agree() {
+        for mirror in mirrors() {
+            let Parameters { b1, c1, .. } = mirror.parameters();
+            for i in 0..=100 {
+                let r_d = FRAC_PI_2 * f64::from(i) / 100.0;
+                let r = r_d * FRAC_2_PI * b1;
+                let (point, direction) = mirror.reflect(DVec2::new(0.6 * r, -0.8 * r));
+                let across = direction.truncate().length();
+                let theta = libm::atan2(across, -direction.z);
+                assert!((theta - mirror.theta(r_d)).abs() < 1.0e-13);
+                let on =
+                    point.truncate().length_squared() + (point.z / mirror.axis_ratio()).powi(2);
+                assert!((on - 1.0).abs() < 1.0e-14);
+                if i == 100 {
+                    assert!((point + DVec3::Z * c1).z.abs() < 1.0e-14);
+                    assert!(direction.z.abs() < 1.0e-14);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn viewpoints_and_slopes_agree() {
+        for a in [0.1, 1.0, 2.35, 10.0] {
+            for g in [1.0e-3, 0.1, 0.5, 0.9, 0.999_999, 1.0 - 1.0e-12] {
+                let Parameters { k, c1, .. } = Mirror::from_slope(a, g).unwrap().parameters();
+                let found = Mirror::perspective(a, c1 + 1.0 / k).unwrap();
+                // The viewpoint's own rounding, next to the pole.
+                let bound = 1.0e-15 * (1.0 + a * a / g);
+                assert!((found.slope() - g).abs() <= bound, "{a} {g} {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn mirrors_that_are_none_are_refused() {
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(Mirror::parallel(bad).is_err());
+        }
+        for bad in [f64::NAN, f64::INFINITY, 1.0, 0.5, -2.0] {
+            assert!(Mirror::perspective(1.0, bad).is_err());
+        }
+        for bad in [f64::NAN, 0.0, 1.0 + f64::EPSILON] {
+            assert!(Mirror::from_slope(1.0, bad).is_err());
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! The mirror's dome master against double precision.
+
+use glam::{DVec2, DVec3, Vec3};
+use shisen::dome::{self, Design, Mirror, Projection};
+use shisen_core::capture::{self, Mapping, SpheroidMirror};
+use shisen_tests::rays::Random;
+use shisen_tests::sizes::cases;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// A mirror in both precisions.
+struct Both {
+    single: SpheroidMirror,
+    double: Mirror,
+}
+
+impl Both {
+    fn of(single: SpheroidMirror) -> Self {
+        let a = f64::from(single.axis_ratio());
+        let double = match single.viewpoint() {
+            None => Mirror::parallel(a),
+            Some(p) => Mirror::perspective(a, f64::from(p)),
+        };
+        Self {
+            single,
+            double: double.unwrap(),
+        }
+    }
+
+    fn perspective(a: f32, p: f32) -> Self {
+        Self::of(SpheroidMirror::perspective(a, p).unwrap())
+    }
+}
+
+const NAMED: [SpheroidMirror; 5] = [
+    SpheroidMirror::PAPER_PARALLEL,
+    SpheroidMirror::PAPER_SPHERE,
+    SpheroidMirror::PAPER_SPHEROID,
+    SpheroidMirror::BEST_PARALLEL,
+    SpheroidMirror::BEST,
+];
+
+/// The named mirrors, viewpoints from next to the pole to next to infinity,
+/// and flat and long mirrors.
+fn mirrors() -> Vec<Both> {
+    let mut mirrors: Vec<Both> = NAMED.into_iter().map(Both::of).collect();
+    for a in [0.5f32, 0.8, 1.0, 1.288, 2.35, 4.5, 10.0, 100.0] {
+        mirrors.push(Both::of(SpheroidMirror::parallel(a).unwrap()));
+        for above in [
+            1.0e-6, 1.0e-3, 0.1, 0.5, 1.0, 3.0, 1.0e2, 1.0e4, 1.0e6, 1.0e7, 1.0e30,
+        ] {
+            mirrors.push(Both::perspective(a, a * (1.0 + above)));
+        }
+    }
+    mirrors
+}
+
+/// |found − exact| in units of the last place of f32 at the exact value.
+fn ulps(found: f32, exact: f64) -> f64 {
+    let nearest = (exact as f32).abs();
+    let ulp = f64::from(nearest.next_up()) - f64::from(nearest);
+    (f64::from(found) - exact).abs() / ulp
+}
+
+/// Places from 0 to 1: evenly, towards 0 by magnitudes and both ends.
+fn places(count: usize, random: &mut Random) -> Vec<f32> {
+    let mut places = vec![0.0, f32::MIN_POSITIVE, 1.0e-20, 1.0f32.next_down(), 1.0];
+    for i in 0..count {
+        places.push(i as f32 / count as f32);
+        places.push(10f64.powf(random.range(-8.0, 0.0)) as f32);
+        places.push(1.0 - 10f64.powf(random.range(-7.0, 0.0)) as f32);
+    }
+    places
+}
+
+#[test]
+fn lengths_and_angles_of_mirrors_are_right() {
+    let mut worst = [0f64; 5];
+    for Both { single, double } in mirrors() {
+        let exact = double.parameters();
+        let found = [
+            ulps(single.screen_distance(), exact.c1),
+            ulps(single.screen_radius(), exact.b1),
+            ulps(single.edge(), exact.beta1),
+            ulps(single.field_of_view(), 2.0 * (exact.k * exact.b1).atan()),
+            single
+                .viewpoint_to_screen()
+                .map_or(0.0, |d1| ulps(d1, 1.0 / exact.k)),
+        ];
+        for (worst, found) in worst.iter_mut().zip(found) {
+            *worst = worst.max(found);
+        }
+    }
+    println!("c1, b1, β1, field of view, d1: {worst:.2?} ulp");
+    assert!(worst.iter().all(|&w| w <= 8.0), "{worst:?}");
+}
+
+#[test]
+fn the_mapping_is_within_eight_ulp_both_ways() {
+    let count = cases("places on each mirror", 300, 20_000);
+    let mut random = Random::new(61);
+    let mut worst = [0f64; 4];
+    for Both { single, double } in mirrors() {
+        for place in places(count, &mut random) {
+            let angle = place * (FRAC_PI_2 as f32);
+            let wide = f64::from(angle).min(FRAC_PI_2);
+            let beta = place * single.edge();
+            let point = single.point(beta).unwrap();
+            let (theta, r_d) = double.at(f64::from(beta));
+            let found = [
+                ulps(point.theta, theta),
+                ulps(point.r_d, r_d),
+                ulps(single.theta(angle).unwrap(), double.theta(wide)),
+                ulps(single.r_d(angle).unwrap(), double.r_d(wide)),
+            ];
+            for (i, found) in found.into_iter().enumerate() {
+                if found > worst[i] {
+                    worst[i] = found;
+                    println!("{i}: {found:.2} ulp at {place} of {single:?}");
+                }
+            }
+        }
+    }
+    println!("θ(β), r_d(β), r_d→θ, θ→r_d: {worst:.2?} ulp");
+    assert!(worst.iter().all(|&w| w <= 8.0), "{worst:?}");
+}
+
+/// The pixels' part of an angle, at 4096.
+fn pixels(angle: f64) -> f64 {
+    angle / FRAC_PI_2 * 2048.0
+}
+
+fn angle_between(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b))
+}
+
+/// A pixel of the disc.
+fn pixel(place: f32, random: &mut Random) -> (f32, f32) {
+    let (sin, cos) = random.range(0.0, 2.0 * PI).sin_cos();
+    let (u, v) = (place * cos as f32, place * sin as f32);
+    if u * u + v * v <= 1.0 {
+        (u, v)
+    } else {
+        (place, 0.0)
+    }
+}
+
+#[test]
+fn rays_of_the_screen_are_reflected_as_in_f64() {
+    let count = cases("rays at each mirror", 300, 20_000);
+    let mut random = Random::new(62);
+    let mut worst = [0f64; 3];
+    for Both { single, double } in mirrors() {
+        let b1 = double.parameters().b1;
+        for place in places(count, &mut random) {
+            let (u, v) = pixel(place, &mut random);
+            let found = single.pixel(u, v, Mapping::Screen).unwrap();
+            let (point, direction) = double.reflect(DVec2::new(f64::from(u), f64::from(v)) * b1);
+            let errors = [
+                (found.point.as_dvec3() - point).length() / point.length(),
+                pixels(angle_between(found.direction.as_dvec3(), direction)),
+                (found.direction.as_dvec3().length() - 1.0).abs(),
+            ];
+            for (i, error) in errors.into_iter().enumerate() {
+                if error > worst[i] {
+                    worst[i] = error;
+                    println!("{i}: {error:.2e} at {u}, {v} of {single:?}");
+                }
+            }
+        }
+    }
+    let [point, direction, length] = worst;
+    println!("point {point:.2e}, direction {direction:.2e} pixels, length {length:.2e}");
+    assert!(point <= 2.5e-7 && direction <= 1.0e-3 && length <= 4.0e-7);
+}
+
+#[test]
+fn the_exact_mapping_is_within_a_thousandth_of_a_pixel() {
+    let count = cases("rays at each mirror", 300, 20_000);
+    let mut random = Random::new(63);
+    let mut worst = 0f64;
+    for Both { single, .. } in mirrors() {
+        for place in places(count, &mut random) {
+            let (u, v) = pixel(place, &mut random);
+            let (x, y) = (f64::from(u), f64::from(v));
+            let theta = x.hypot(y) * FRAC_PI_2;
+            let outwards = DVec2::new(x, y).normalize_or_zero() * theta.sin();
+            let exact = outwards.extend(-theta.cos());
+            let found = single.pixel(u, v, Mapping::Exact).unwrap();
+            let error = pixels(angle_between(found.direction.as_dvec3(), exact));
+            if error > worst {
+                worst = error;
+                println!("{error:.2e} at {u}, {v} of {single:?}");
+            }
+        }
+    }
+    println!("at most {worst:.2e} pixels");
+    assert!(worst <= 1.0e-3);
+}
+
+#[test]
+fn the_screens_mapping_errs_as_its_design() {
+    for mirror in NAMED {
+        let design = Design::of(Both::of(mirror).double);
+        println!(
+            "{mirror:?}: {} %, {} px",
+            design.error_percent, design.error_px_4096
+        );
+        let worst = (0..=100_000).fold(0f64, |worst, i| {
+            let r_d = (FRAC_PI_2 * f64::from(i) / 100_000.0) as f32;
+            let theta = mirror.theta(r_d.min(std::f32::consts::FRAC_PI_2));
+            worst.max(f64::from(theta.unwrap() - r_d).abs())
+        });
+        let found = worst / FRAC_PI_2 * 100.0;
+        // An ulp of θ is 8e-6 percent.
+        assert!(
+            (found - design.error_percent).abs() <= 3.0e-5,
+            "{mirror:?}: {found}"
+        );
+    }
+}
+
+#[test]
+fn the_best_mirrors_are_what_the_solver_finds() {
+    let parallel = dome::best(Projection::Parallel);
+    assert_eq!(
+        SpheroidMirror::BEST_PARALLEL.axis_ratio(),
+        parallel.a as f32
+    );
+    let perspective = dome::best(Projection::Perspective);
+    assert_eq!(SpheroidMirror::BEST.axis_ratio(), perspective.a as f32);
+    assert_eq!(
+        SpheroidMirror::BEST.viewpoint(),
+        perspective.p.map(|p| p as f32)
+    );
+}
+
+/// A lens's direction of a pixel, and the same in f64.
+type Lens = (fn(f32, f32) -> Option<Vec3>, fn(f64) -> f64);
+
+#[test]
+fn lenses_have_the_angles_of_their_definitions() {
+    let count = cases("pixels of each lens", 3000, 300_000);
+    let mut random = Random::new(64);
+    let lenses: [Lens; 6] = [
+        (
+            |u, v| capture::fisheye_equidistant(u, v, std::f32::consts::PI),
+            |rho| rho * FRAC_PI_2,
+        ),
+        (
+            |u, v| capture::fisheye_equidistant(u, v, std::f32::consts::TAU),
+            |rho| rho * PI,
+        ),
+        (
+            |u, v| capture::fisheye_equidistant(u, v, 0.5),
+            |rho| rho * 0.25,
+        ),
+        (
+            |u, v| capture::fisheye_equisolid(u, v, std::f32::consts::PI),
+            |rho| 2.0 * (rho * (PI / 4.0).sin()).min(1.0).asin(),
+        ),
+        (
+            |u, v| capture::fisheye_equisolid(u, v, 0.5),
+            |rho| 2.0 * (rho * 0.125f64.sin()).asin(),
+        ),
+        (capture::mirror_ball, |rho| 2.0 * rho.min(1.0).asin()),
+    ];
+    let mut worst = 0f64;
+    for (direction, angle) in lenses {
+        for place in places(count, &mut random) {
+            let (u, v) = pixel(place, &mut random);
+            let (x, y) = (f64::from(u), f64::from(v));
+            let theta = angle(x.hypot(y));
+            let outwards = DVec2::new(x, y).normalize_or_zero() * theta.sin();
+            let exact = outwards.extend(-theta.cos());
+            let found = direction(u, v).unwrap().as_dvec3();
+            let error = (found - exact).length();
+            assert!((found.length() - 1.0).abs() <= 4.0e-7);
+            worst = worst.max(error);
+        }
+    }
+    println!("at most {worst:.2e}");
+    assert!(worst <= 1.0e-6, "{worst}");
+}
