@@ -1,4 +1,4 @@
-use crate::numeric::{sin_cos, sqrt};
+use crate::numeric::{DoubleFloat, max, sin_cos, sqrt};
 use core::f32::consts::TAU;
 use glam::Vec3;
 
@@ -24,9 +24,9 @@ pub fn fisheye_equidistant(u: f32, v: f32, field_of_view: f32) -> Option<Vec3> {
 /// field of view in radians, above 0 to 2π. `None` outside the unit disc, for
 /// another field of view and for NaN.
 pub fn fisheye_equisolid(u: f32, v: f32, field_of_view: f32) -> Option<Vec3> {
-    let radius = radius(u, v, field_of_view)?;
+    radius(u, v, field_of_view)?;
     let (scale, _) = sin_cos(0.25 * field_of_view);
-    Some(doubled(u, v, radius, scale))
+    Some(doubled(u, v, scale))
 }
 
 /// The direction of a pixel by a mirrored ball seen in parallel to its
@@ -37,8 +37,8 @@ pub fn fisheye_equisolid(u: f32, v: f32, field_of_view: f32) -> Option<Vec3> {
 /// In the axes of [`capture`](super), of unit length within 4·10⁻⁷. `None`
 /// outside the unit disc and for NaN.
 pub fn mirror_ball(u: f32, v: f32) -> Option<Vec3> {
-    let radius = radius(u, v, TAU)?;
-    Some(doubled(u, v, radius, 1.0))
+    radius(u, v, TAU)?;
+    Some(doubled(u, v, 1.0))
 }
 
 /// √(u² + v²) where that is in the disc, of a field of view that there is.
@@ -47,11 +47,19 @@ fn radius(u: f32, v: f32, field_of_view: f32) -> Option<f32> {
     (radius <= 1.0 && field_of_view > 0.0 && field_of_view <= TAU).then_some(radius)
 }
 
-/// The direction at twice the angle to −Z whose sine is `radius`·`scale`.
-fn doubled(u: f32, v: f32, radius: f32, scale: f32) -> Vec3 {
-    let sin = radius * scale;
-    let outwards = 2.0 * scale * sqrt((1.0 - sin) * (1.0 + sin));
-    Vec3::new(u * outwards, v * outwards, 2.0 * sin * sin - 1.0)
+/// The direction at twice the angle to −Z whose sine is √(u² + v²)·`scale`.
+///
+/// Next to the rim of a whole turn the cosine is the root of what is left of
+/// 1, which f32 would round away.
+fn doubled(u: f32, v: f32, scale: f32) -> Vec3 {
+    let square = |x: f32| {
+        let x = DoubleFloat::from(x).multiply(DoubleFloat::from(scale));
+        x.multiply(x)
+    };
+    let squared = square(u).add(square(v));
+    let left = DoubleFloat::from(1.0).add(squared.negate()).rounded();
+    let outwards = 2.0 * scale * sqrt(max(left, 0.0));
+    Vec3::new(u * outwards, v * outwards, 2.0 * squared.rounded() - 1.0)
 }
 
 #[cfg(test)]

@@ -73,42 +73,41 @@ impl SpheroidMirror {
     /// 0 to π/2: the inverse of [`theta`](Self::theta). `None` for what is
     /// outside or NaN. Error ≤ 8 ulp.
     pub fn r_d(&self, theta: f32) -> Option<f32> {
-        (0.0..=FRAC_PI_2)
-            .contains(&theta)
-            .then(|| FRAC_PI_2 * (self.screen_radius_of(theta) / self.b1))
+        if !(0.0..=FRAC_PI_2).contains(&theta) {
+            return None;
+        }
+        let (r, _) = self.at_slope(self.slope_of(theta));
+        Some(FRAC_PI_2 * min(r / self.b1, 1.0))
     }
 
-    /// r, on the screen, of what is at the angle `theta` to the zenith, 0 to
-    /// π/2: at most b₁.
-    pub(super) fn screen_radius_of(&self, theta: f32) -> f32 {
-        let slope = if self.k == 0.0 {
+    /// a·tan β where the reflected ray has the angle `theta`, 0 to π/2.
+    ///
+    /// Equation 37 as tan(θ − 2γ) = k·r, without its denominators, by Newton's
+    /// method, kept between what is known to be too small and too large.
+    pub(super) fn slope_of(&self, theta: f32) -> f32 {
+        const STEPS: usize = 8;
+        if self.k == 0.0 {
             // Equation 43.
             let (sin, cos) = sin_cos(0.5 * theta);
-            sin / cos
-        } else {
-            self.slope_of(theta)
-        };
-        min(self.at_slope(slope).0, self.b1)
-    }
-
-    /// a·tan β where the reflected ray has the angle `theta`, by perspective:
-    /// Newton's method, kept between what is known to be too small and too
-    /// large.
-    fn slope_of(&self, theta: f32) -> f32 {
-        const STEPS: usize = 8;
-        let (mut low, mut high) = (0.0, 1.0);
-        let mut slope = 0.5 * theta;
+            return sin / cos;
+        }
+        let (sin, cos) = sin_cos(theta);
+        let (mut low, mut high) = (0.0, self.slope);
+        let mut slope = self.slope * FRAC_2_PI * theta;
         for _ in 0..STEPS {
-            let (r, change) = self.at_slope(slope);
-            let kr = self.k * r;
-            let missing = theta - atanf(kr) - 2.0 * atanf(slope);
-            if missing > 0.0 {
-                low = slope;
-            } else {
+            let (r, r_rise) = self.at_slope(slope);
+            let (kr, kr_rise) = (self.k * r, self.k * r_rise);
+            let flat = (1.0 - slope) * (1.0 + slope);
+            let along = cos * flat + 2.0 * slope * sin;
+            let across = sin * flat - 2.0 * slope * cos;
+            let beyond = kr * along - across;
+            if beyond > 0.0 {
                 high = slope;
+            } else {
+                low = slope;
             }
-            let rise = self.k * change / (1.0 + kr * kr) + 2.0 / (1.0 + slope * slope);
-            let next = slope + missing / rise;
+            let rise = kr_rise * along + 2.0 * kr * (sin - slope * cos) + 2.0 * (cos + slope * sin);
+            let next = slope - beyond / rise;
             slope = if next >= low && next <= high {
                 next
             } else {
@@ -125,8 +124,8 @@ impl SpheroidMirror {
         let (sin, cos) = (slope / h, a / h);
         let ka = self.k * a;
         let w = self.clearance + ka * slope * slope / (h * (h + a));
-        let change = (cos * w - ka * sin * sin) * a / (w * h * w * h);
-        (sin / w, change)
+        let rise = (cos * w - ka * sin * sin) * a / (w * h * w * h);
+        (sin / w, rise)
     }
 }
 

@@ -1,5 +1,5 @@
 use super::SpheroidMirror;
-use crate::numeric::sqrt;
+use crate::numeric::{sin_cos, sqrt};
 use core::f32::consts::FRAC_PI_2;
 use glam::Vec3;
 
@@ -38,13 +38,10 @@ impl SpheroidMirror {
         if !(radius <= 1.0) {
             return None;
         }
-        let scale = match mapping {
-            Mapping::Screen => self.b1,
-            Mapping::Exact if radius > 0.0 => self.screen_radius_of(radius * FRAC_PI_2) / radius,
-            // The centre, whatever the scale.
-            Mapping::Exact => 0.0,
-        };
-        Some(self.reflect(u * scale, v * scale))
+        Some(match mapping {
+            Mapping::Screen => self.reflect(u * self.b1, v * self.b1),
+            Mapping::Exact => self.reflect_exactly(u, v, radius),
+        })
     }
 
     /// The line of sight through a point of the screen, x to the right and y
@@ -52,6 +49,26 @@ impl SpheroidMirror {
     /// ([`screen_radius`](Self::screen_radius)); `None` outside and for NaN.
     pub fn screen_point(&self, x: f32, y: f32) -> Option<Reflection> {
         (sqrt(x * x + y * y) <= self.b1).then(|| self.reflect(x, y))
+    }
+
+    /// The line of sight to (u, v) of a true dome master, `radius` from its
+    /// centre. By the law of reflection its direction is known before the
+    /// mirror's point is.
+    fn reflect_exactly(&self, u: f32, v: f32, radius: f32) -> Reflection {
+        let theta = radius * FRAC_PI_2;
+        let slope = self.slope_of(theta);
+        let h = sqrt(self.a * self.a + slope * slope);
+        let (sin, cos) = sin_cos(theta);
+        let (x, y) = if radius > 0.0 {
+            (u / radius, v / radius)
+        } else {
+            (0.0, 0.0)
+        };
+        let b = slope / h;
+        Reflection {
+            point: Vec3::new(x * b, y * b, -self.a * (self.a / h)),
+            direction: Vec3::new(x * sin, y * sin, -cos),
+        }
     }
 
     /// The line of sight through (x, y) of the screen.
