@@ -12,12 +12,13 @@ pub enum Projection {
 }
 
 /// A mirrored spheroid and what looks at it, by its axis ratio and by
-/// g = a·tan β₁, of which the viewpoint is a well-conditioned function from
-/// the pole (g = 0) to infinity (g = 1).
+/// g = a·tan β₁, which goes from 0 for a viewpoint at the pole to 1 for one at
+/// infinity. Next to infinity g is 1 in f64 too, so 1/d₁ is kept beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mirror {
     a: f64,
     g: f64,
+    k: f64,
 }
 
 /// What follows from a mirror's axis ratio and g.
@@ -56,7 +57,8 @@ impl Mirror {
                 most: libm::atan2(1.0, a) as f32,
             });
         }
-        Ok(Self { a, g })
+        let k = (1.0 - g) * (1.0 + g) * libm::hypot(a, g) / (2.0 * g * g);
+        Ok(Self { a, g, k })
     }
 
     /// Perspective from `p` off the centre: equation 24, solved for β₁.
@@ -72,13 +74,14 @@ impl Mirror {
                 a: a as f32,
             });
         }
+        let mut k = 0.0;
         // Halves the error at least with each step.
         for _ in 0..100 {
             let h = libm::hypot(a, g);
-            let d1 = (p - a) + a * g * g / (h * (h + a));
-            g = 1.0 / (1.0 + 2.0 / (d1 * h)).sqrt();
+            k = 1.0 / ((p - a) + a * g * g / (h * (h + a)));
+            g = 1.0 / (1.0 + 2.0 * k / h).sqrt();
         }
-        Ok(Self { a, g })
+        Ok(Self { a, g, k })
     }
 
     /// a.
@@ -93,10 +96,10 @@ impl Mirror {
 
     /// What follows.
     pub fn parameters(&self) -> Parameters {
-        let Self { a, g } = *self;
+        let Self { a, g, k } = *self;
         let h = libm::hypot(a, g);
         Parameters {
-            k: (1.0 - g) * (1.0 + g) * h / (2.0 * g * g),
+            k,
             c1: a * a / h,
             b1: g / h,
             beta1: libm::atan2(g, a),
