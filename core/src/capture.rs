@@ -9,7 +9,7 @@
 //!
 //! Equation numbers are those of Miura, "A Simple Method to Create Dome
 //! Master for Full Dome Visualization" (JAXA-RR-16-007), in the order of the
-//! text: 37 is θ of β by perspective, 45 r_d by parallel projection.
+//! text: 37 is θ of β by perspective, 45 `r_d` by parallel projection.
 //!
 //! # Axes
 //! The camera's: +X to the right of the picture, +Y to its top, −Z, forward,

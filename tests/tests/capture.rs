@@ -95,11 +95,12 @@ fn lengths_and_angles_of_mirrors_are_right() {
 }
 
 #[test]
-fn the_mapping_is_within_eight_ulp_both_ways() {
+fn the_mapping_is_within_its_bound_both_ways() {
     let count = cases("places on each mirror", 300, 20_000);
     let mut random = Random::new(61);
-    let mut worst = [0f64; 4];
+    let mut worst = [[0f64; 4]; 2];
     for Both { single, double } in mirrors() {
+        let worst = &mut worst[usize::from(!NAMED.contains(&single))];
         for place in places(count, &mut random) {
             let angle = place * (FRAC_PI_2 as f32);
             let wide = f64::from(angle).min(FRAC_PI_2);
@@ -117,8 +118,10 @@ fn the_mapping_is_within_eight_ulp_both_ways() {
             }
         }
     }
-    println!("θ(β), r_d(β), r_d→θ, θ→r_d: {worst:.2?} ulp");
-    assert!(worst.iter().all(|&w| w <= 8.0), "{worst:?}");
+    println!("θ(β), r_d(β), r_d→θ, θ→r_d: {worst:.2?} ulp, named and others");
+    for (worst, bound) in worst.into_iter().zip([8.0, 10.0]) {
+        assert!(worst.iter().all(|&w| w <= bound), "{worst:?}");
+    }
 }
 
 /// The pixels' part of an angle, at 4096.
@@ -145,8 +148,9 @@ fn pixel(place: f32, random: &mut Random) -> (f32, f32) {
 fn rays_of_the_screen_are_reflected_as_in_f64() {
     let count = cases("rays at each mirror", 300, 20_000);
     let mut random = Random::new(62);
-    let mut worst = [0f64; 3];
+    let mut worst = [[0f64; 3]; 2];
     for Both { single, double } in mirrors() {
+        let worst = &mut worst[usize::from(!NAMED.contains(&single))];
         let b1 = double.parameters().b1;
         for place in places(count, &mut random) {
             let (u, v) = pixel(place, &mut random);
@@ -162,9 +166,10 @@ fn rays_of_the_screen_are_reflected_as_in_f64() {
             }
         }
     }
-    let [point, direction, length] = worst;
-    println!("point {point:.2e}, direction {direction:.2e} pixels, length {length:.2e}");
-    assert!(point <= 2.5e-7 && direction <= 1.0e-3 && length <= 4.0e-7);
+    for ([point, direction, length], bound) in worst.into_iter().zip([6.0e-4, 1.0e-3]) {
+        println!("point {point:.2e}, direction {direction:.2e} pixels, length {length:.2e}");
+        assert!(point <= 2.5e-7 && direction <= bound && length <= 4.0e-7);
+    }
 }
 
 #[test]

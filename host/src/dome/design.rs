@@ -25,22 +25,22 @@ pub struct Design {
     /// The full angle of view across the picture, radians; 0 in parallel
     /// projection.
     pub field_of_view: f64,
-    /// The largest |θ − r_d|, in percent of the picture's radius.
+    /// The largest |θ − `r_d`|, in percent of the picture's radius.
     pub error_percent: f64,
-    /// The largest |θ − r_d|, in pixels of a picture of 4096².
+    /// The largest |θ − `r_d`|, in pixels of a picture of 4096².
     pub error_px_4096: f64,
     /// Where the error is largest on either side, from the zenith outwards.
     pub extrema: Vec<Extremum>,
 }
 
-/// A local extremum of θ − r_d.
+/// A local extremum of θ − `r_d`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extremum {
     /// The parametric angle of the mirror's point, radians.
     pub beta: f64,
     /// Where it is seen, radians.
     pub r_d: f64,
-    /// θ − r_d, radians.
+    /// θ − `r_d`, radians.
     pub error: f64,
 }
 
@@ -75,7 +75,7 @@ impl Design {
     }
 }
 
-/// The viewpoint that makes the largest |θ − r_d| least for an axis ratio:
+/// The viewpoint that makes the largest |θ − `r_d`| least for an axis ratio:
 /// figures 10 to 16. By perspective that may be the limit of parallel
 /// projection.
 ///
@@ -103,7 +103,7 @@ pub fn optimum(a: f64, projection: Projection) -> Result<Design, MirrorError> {
     }))
 }
 
-/// The axis ratio and viewpoint that make the largest |θ − r_d| least of all,
+/// The axis ratio and viewpoint that make the largest |θ − `r_d`| least of all,
 /// among axis ratios from 0.5 to 8.
 pub fn best(projection: Projection) -> Design {
     let ratios = |i: usize| 0.5 * 16f64.powf(i as f64 / CANDIDATES as f64);
@@ -131,7 +131,7 @@ fn level(a: f64, design: impl Fn(f64) -> Design) -> Design {
     design(crossing(a * 0.99, a * 1.01, turn))
 }
 
-/// How θ − r_d changes with a and with g at the parametric angle β.
+/// How θ − `r_d` changes with a and with g at the parametric angle β.
 fn gradient(mirror: &Mirror, beta: f64) -> [f64; 2] {
     let (a, g) = (mirror.axis_ratio(), mirror.slope());
     let Parameters { k, c1, b1, .. } = mirror.parameters();
@@ -159,7 +159,7 @@ fn gradient(mirror: &Mirror, beta: f64) -> [f64; 2] {
     ]
 }
 
-/// All local extrema of θ − r_d between the zenith and the edge.
+/// All local extrema of θ − `r_d` between the zenith and the edge.
 fn extrema(mirror: &Mirror) -> Vec<Extremum> {
     let a = mirror.axis_ratio();
     let Parameters { k, c1, b1, beta1 } = mirror.parameters();

@@ -106,7 +106,7 @@ impl Mirror {
         }
     }
 
-    /// θ and r_d at the parametric angle β: equations 37 and 32, 43 and 45.
+    /// θ and `r_d` at the parametric angle β: equations 37 and 32, 43 and 45.
     pub fn at(&self, beta: f64) -> (f64, f64) {
         let Parameters { k, b1, beta1, .. } = self.parameters();
         let (sin, cos) = libm::sincos(beta);
