@@ -389,7 +389,7 @@ mod tests {
             let error = Err(Error::Viewpoint { p, a: 2.0 });
             assert_eq!(SpheroidMirror::perspective(2.0, p), error);
         }
-        for beta1 in [0.0, -0.1, 9.0e-4, 0.7854, 2.0, f32::INFINITY] {
+        for beta1 in [0.0, -0.1, 9.0e-4, 0.786, 2.0, f32::INFINITY] {
             let found = SpheroidMirror::from_edge(1.0, beta1);
             let most = FRAC_PI_4;
             assert_eq!(found, Err(Error::Edge { beta1, most }));

@@ -85,29 +85,30 @@ impl Design {
 /// # Errors
 /// An axis ratio that is not finite and above 0.
 pub fn optimum(a: f64, projection: Projection) -> Result<Design, MirrorError> {
-    let parallel = Mirror::parallel(a)?;
-    Ok(Design::of(match projection {
-        Projection::Parallel => parallel,
-        Projection::Perspective => {
-            let mirror = |g: f64| Mirror::from_slope(a, g).unwrap_or(parallel);
-            let error = |g: f64| largest(&extrema(&mirror(g)));
-            let slopes = |i: usize| (i as f64 / CANDIDATES as f64).max(1.0e-3);
-            let best = minimum(slopes, error);
-            // The limit itself has no neighbour beyond.
-            if error(1.0) <= error(best) {
-                parallel
-            } else {
-                mirror(best)
-            }
+    Mirror::parallel(a)?;
+    Ok(best_viewpoint(a, projection))
+}
+
+/// [`optimum`] for an axis ratio that is known to be one.
+fn best_viewpoint(a: f64, projection: Projection) -> Design {
+    let mut slope = 1.0;
+    if projection == Projection::Perspective {
+        let error = |g: f64| largest(&extrema(&Mirror::of(a, g)));
+        let slopes = |i: usize| (i as f64 / CANDIDATES as f64).max(1.0e-3);
+        let best = minimum(slopes, error);
+        // The limit itself has no neighbour beyond.
+        if error(best) < error(slope) {
+            slope = best;
         }
-    }))
+    }
+    Design::of(Mirror::of(a, slope))
 }
 
 /// The axis ratio and viewpoint that make the largest |θ − `r_d`| least of all,
 /// among axis ratios from 0.5 to 8.
 pub fn best(projection: Projection) -> Design {
     let ratios = |i: usize| 0.5 * 16f64.powf(i as f64 / CANDIDATES as f64);
-    let design = |a: f64| optimum(a, projection).expect("an axis ratio above 0");
+    let design = |a: f64| best_viewpoint(a, projection);
     let a = minimum(ratios, |a| design(a).error_percent);
     match projection {
         Projection::Parallel => design(a),
@@ -342,106 +343,30 @@ mod tests {
 
     #[test]
     fn every_axis_ratio_has_the_digits_of_its_best_viewpoint() {
-        type Row = (f64, [&'static str; 4], &'static [&'static str]);
-        let rows: [Row; 9] = [
-            (
-                0.5,
-                [
-                    "1.83419173934",
-                    "0.612109638831",
-                    "0.409218825675",
-                    "0.869316069640",
-                ],
-                &["29.173", "78.263"],
-            ),
-            (
-                0.8,
-                [
-                    "1.23314386232",
-                    "0.446935778437",
-                    "0.721420562949",
-                    "1.10998065289",
-                ],
-                &["29.193", "77.795"],
-            ),
-            (
-                1.2,
-                [
-                    "0.934330849829",
-                    "0.326351847566",
-                    "1.13666184460",
-                    "1.44851437131",
-                ],
-                &["29.236", "77.583"],
-            ),
-            (
-                1.25,
-                ["0.466524952257", "0.674740942224", "0.976086011804", "inf"],
-                &["65.498"],
-            ),
-            (
-                1.35,
-                [
-                    "0.123931444647",
-                    "0.619446967098",
-                    "1.09916954606",
-                    "16.3480025965",
-                ],
-                &["29.807", "77.156"],
-            ),
-            (
-                1.5,
-                [
-                    "0.121287430070",
-                    "0.539282252037",
-                    "1.28711622070",
-                    "6.03535744088",
-                ],
-                &["29.911", "77.245"],
-            ),
-            (
-                1.8,
-                [
-                    "0.114834882866",
-                    "0.429557609201",
-                    "1.63647014495",
-                    "3.78198680932",
-                ],
-                &["30.060", "77.366"],
-            ),
-            (
-                2.5,
-                [
-                    "0.107945632983",
-                    "0.293436550073",
-                    "2.39313882485",
-                    "3.41087229024",
-                ],
-                &["30.246", "77.512"],
-            ),
-            (
-                3.0,
-                [
-                    "0.106503289038",
-                    "0.240103867321",
-                    "2.91393984023",
-                    "3.67245183712",
-                ],
-                &["30.309", "77.560"],
-            ),
-        ];
-        for (a, [error, beta1, c1, p], maxima) in rows {
-            let design = perspective(a);
-            rounds_to(design.error_percent, error);
-            rounds_to(design.beta1, beta1);
-            rounds_to(design.c1, c1);
+        // a, error %, β₁, c₁, p and the places of the extrema, degrees.
+        let table = "\
+            0.5  1.83419173934  0.612109638831 0.409218825675 0.869316069640 29.173 78.263
+            0.8  1.23314386232  0.446935778437 0.721420562949 1.10998065289  29.193 77.795
+            1.2  0.934330849829 0.326351847566 1.13666184460  1.44851437131  29.236 77.583
+            1.25 0.466524952257 0.674740942224 0.976086011804 inf            65.498
+            1.35 0.123931444647 0.619446967098 1.09916954606  16.3480025965  29.807 77.156
+            1.5  0.121287430070 0.539282252037 1.28711622070  6.03535744088  29.911 77.245
+            1.8  0.114834882866 0.429557609201 1.63647014495  3.78198680932  30.060 77.366
+            2.5  0.107945632983 0.293436550073 2.39313882485  3.41087229024  30.246 77.512
+            3.0  0.106503289038 0.240103867321 2.91393984023  3.67245183712  30.309 77.560";
+        for row in table.lines() {
+            let digits: Vec<&str> = row.split_whitespace().collect();
+            let design = perspective(digits[0].parse().unwrap());
+            rounds_to(design.error_percent, digits[1]);
+            rounds_to(design.beta1, digits[2]);
+            rounds_to(design.c1, digits[3]);
             match design.p {
-                Some(found) => rounds_to(found, p),
-                None => assert_eq!(p, "inf"),
+                Some(p) => rounds_to(p, digits[4]),
+                None => assert_eq!(digits[4], "inf"),
             }
-            let found = degrees(&design);
-            assert_eq!(found.len(), maxima.len());
-            for (found, digits) in found.into_iter().zip(maxima) {
+            let places = degrees(&design);
+            assert_eq!(places.len(), digits.len() - 5);
+            for (found, digits) in places.into_iter().zip(&digits[5..]) {
                 rounds_to(found, digits);
             }
         }

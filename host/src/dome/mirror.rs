@@ -57,8 +57,13 @@ impl Mirror {
                 most: libm::atan2(1.0, a) as f32,
             });
         }
+        Ok(Self::of(a, g))
+    }
+
+    /// An axis ratio above 0 and a slope above 0 to 1.
+    pub(super) fn of(a: f64, g: f64) -> Self {
         let k = (1.0 - g) * (1.0 + g) * libm::hypot(a, g) / (2.0 * g * g);
-        Ok(Self { a, g, k })
+        Self { a, g, k }
     }
 
     /// Perspective from `p` off the centre: equation 24, solved for β₁.
@@ -111,7 +116,7 @@ impl Mirror {
         let Parameters { k, b1, beta1, .. } = self.parameters();
         let (sin, cos) = libm::sincos(beta);
         // cos β − cos β₁, written out.
-        let drop = 2.0 * libm::sin((beta1 + beta) / 2.0) * libm::sin((beta1 - beta) / 2.0);
+        let drop = 2.0 * libm::sin(beta1.midpoint(beta)) * libm::sin((beta1 - beta) / 2.0);
         let w = 1.0 - k * self.a * drop;
         let theta = libm::atan2(k * sin, w) + 2.0 * libm::atan2(self.a * sin, cos);
         (theta, FRAC_PI_2 * sin / (b1 * w))
@@ -122,7 +127,7 @@ impl Mirror {
     fn solve(&self, wanted: f64, value: impl Fn((f64, f64)) -> f64) -> f64 {
         let (mut low, mut high) = (0.0, self.parameters().beta1);
         loop {
-            let middle = (low + high) / 2.0;
+            let middle = f64::midpoint(low, high);
             if middle <= low || middle >= high || wanted <= 0.0 {
                 return low;
             }
@@ -197,33 +202,33 @@ mod tests {
             (
                 10f64,
                 [
-                    (10.0546147, 9.94565578),
-                    (10.4802735, 9.53985706),
-                    (10.0478572, 9.95235156),
+                    (10.054_614_7, 9.945_655_78),
+                    (10.480_273_5, 9.539_857_06),
+                    (10.047_857_2, 9.952_351_56),
                 ],
             ),
             (
                 30.0,
                 [
-                    (30.1094626, 29.8905251),
-                    (30.9428089, 29.0563541),
-                    (30.0978608, 29.9021466),
+                    (30.109_462_6, 29.890_525_1),
+                    (30.942_808_9, 29.056_354_1),
+                    (30.097_860_8, 29.902_146_6),
                 ],
             ),
             (
                 50.0,
                 [
-                    (50.0413445, 49.9583935),
-                    (50.3599418, 49.6203930),
-                    (50.0418729, 49.9578999),
+                    (50.041_344_5, 49.958_393_5),
+                    (50.359_941_8, 49.620_393_0),
+                    (50.041_872_9, 49.957_899_9),
                 ],
             ),
             (
                 70.0,
                 [
-                    (69.9062785, 70.0941825),
-                    (69.2418652, 70.7908020),
-                    (69.9217200, 70.0786438),
+                    (69.906_278_5, 70.094_182_5),
+                    (69.241_865_2, 70.790_802_0),
+                    (69.921_720_0, 70.078_643_8),
                 ],
             ),
             (90.0, [(90.0, 90.0), (90.0, 90.0), (90.0, 90.0)]),
