@@ -45,6 +45,7 @@ pub use topology::Topology;
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
 use meshopt::SimplifyOptions;
+use shisen_core::frame::FACE_TOLERANCE;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
@@ -118,10 +119,11 @@ impl PolygonLevels {
         mesh.triangles.len() > *self.faces.start() as usize
     }
 
-    /// The largest |faces seen − equation 10| of any level, as a share of
-    /// MAX − MIN, where a ray of level v sees rung
-    /// round((1 − v)·(rungs − 1)). `faces` are those of each rung, the finest
-    /// first; 0 where there is but one.
+    /// The largest |faces seen − equation 10| of any pixel, as a share of
+    /// MAX − MIN: of rays that see the rung nearest to their level v, which is
+    /// round((1 − v)·(rungs − 1)), and of pixels that share a rung with their
+    /// block, [`FACE_TOLERANCE`] at most from their own. `faces` are those of
+    /// each rung, the finest first; 0 where there is but one.
     pub fn largest_deviation(&self, faces: &[u32]) -> f64 {
         let (Some(&finest), true) = (faces.first(), faces.len() > 1) else {
             return 0.0;
@@ -132,10 +134,11 @@ impl PolygonLevels {
             return 0.0;
         }
         let last = (faces.len() - 1) as f64;
+        let farthest = f64::from(FACE_TOLERANCE).max(0.5 / last);
         let seen = |(rung, &faces): (usize, &u32)| {
-            // 1 − v where this rung begins and ends to be the nearest.
-            [rung as f64 - 0.5, rung as f64 + 0.5].map(|edge| {
-                let level = 1.0 - (edge / last).clamp(0.0, 1.0);
+            // The levels at most and at least that see this rung.
+            [-farthest, farthest].map(|aside| {
+                let level = (1.0 - rung as f64 / last + aside).clamp(0.0, 1.0);
                 (f64::from(faces) - (level * span + min)).abs() / span
             })
         };
