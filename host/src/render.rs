@@ -124,7 +124,8 @@ pub enum RenderError {
 }
 
 /// Renders what each eye sees on each wall. All threads share all tiles, so
-/// that a wall that is looked at does not wait for its own. `progress` is called with the tiles finished so far and their total.
+/// that a wall that is looked at does not wait for its own. `progress` is
+/// called with the tiles finished so far and their total.
 ///
 /// # Errors
 /// See [`RenderError`].

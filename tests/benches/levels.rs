@@ -7,15 +7,27 @@
 //! faces that a rung does not have cost nothing, since they are blanked out of
 //! its leaves, and subtrees without any other out of its nodes.
 //!
-//! In the mixture each ray is of another rung than the one before it, so that
-//! all rungs compete for the caches; it is measured beside the same rays rung
+//! In a mixture each ray is of a rung of its own, and all rungs compete for the
+//! caches; it is measured beside the mean of the levels: the same rays rung
 //! after rung, each on a mesh alone. The shared tree, which is but one, is not
-//! charged for mixing.
+//! charged for mixing. There are two mixtures. "Neighbours" is what a viewer
+//! causes: the rows of a picture, whose level falls from the middle to the
+//! sides from 1 to 0. "Mixed" is the worst that can be: each ray is of another
+//! rung than the one before it.
+//!
+//! The neighbours are measured as a renderer sends them, too: in tiles of 8×8.
+//! The mean of the levels is there that of the same tile on each mesh alone, by
+//! how many of its rays see as many faces.
 
+use glam::Vec3;
 use shisen::bake::{Baked, lone_mesh};
 use shisen::mesh::TriangleMesh;
 use shisen::simplify::{Ladder, PolygonLevels};
 use shisen_core::Simd;
+use shisen_core::frame::{
+    Budget, LevelOfDetail, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
+};
+use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField, VisualFieldLimits};
 use shisen_core::scene::Scene;
 use shisen_core::scene::format::{Header, INDEX, LEAF, LeafBlock, Mesh, Node, Table};
 use shisen_core::shape::Ray;
@@ -31,6 +43,11 @@ use xxhash_rust::xxh32::xxh32;
 
 const REPEAT: usize = 11;
 const RUNGS: usize = 16;
+/// Pixels a side of the picture, and of the tiles.
+const SIDE: u32 = 512;
+const TILE: u32 = 8;
+/// The tangent of half the picture's field.
+const HALF_WIDTH: f64 = 0.12;
 /// How many rungs share a tree.
 const GROUPS: [usize; 4] = [2, 4, 8, 16];
 
@@ -58,32 +75,39 @@ fn main() {
         1e3 * times[REPEAT / 2],
         1e3 * ladder_time,
     );
-    let sets = [
-        ("zoom", to_rays(&pinhole(512, 0.12))),
-        (
-            "incoherent",
-            to_rays(&incoherent(&mesh, 1 << 18, &mut Random::new(1))),
-        ),
-    ];
-    let contenders = contenders(&ladder, &baked);
-    let measured = sets.each_ref().map(|(name, rays)| {
-        println!("tracing {name} rays");
-        (fixed(&contenders, rays), mixed(&contenders, rays))
-    });
-    println!("time a ray, mesh alone = 1: geometric mean of all rungs, and mixed");
+    let zoom = to_rays(&pinhole(SIDE, HALF_WIDTH));
+    let incoherent = to_rays(&incoherent(&mesh, 1 << 18, &mut Random::new(1)));
+    let view = view(&zoom);
+    let lod = LevelOfDetail::new(gaze(&view));
+    let neighbours = neighbours(&zoom, &lod.gaze);
+    let changes = neighbours.windows(2).filter(|two| two[0].1 != two[1].1);
     println!(
-        "{:>20} {:>8} {:>8} {:>10} {:>8} {:>14}",
-        "", "zoom", "mixed", "incoherent", "mixed", "bytes of trees"
+        "of {} neighbours 1 in {:.0} is of another rung than the one before",
+        neighbours.len(),
+        neighbours.len() as f64 / changes.count() as f64
+    );
+    let contenders = contenders(&ladder, &baked);
+    println!("tracing");
+    let fixed = [&zoom, &incoherent].map(|rays| fixed(&contenders, rays));
+    let mixed =
+        [neighbours, in_turn(&zoom), in_turn(&incoherent)].map(|rays| mixed(&contenders, &rays));
+    println!("time a ray, mesh alone = 1: geometric mean of all rungs, and mixtures");
+    println!(
+        "{:>20} {:>8} {:>10} {:>8} {:>10} {:>8} {:>14}",
+        "", "zoom", "neighbours", "mixed", "incoherent", "mixed", "bytes of trees"
     );
     for (place, Contender { name, bytes, .. }) in contenders.iter().enumerate() {
-        let [zoom, incoherent] = measured.each_ref().map(|(fixed, _)| fixed[place]);
-        let [zoom_mixed, incoherent_mixed] = measured.each_ref().map(|(_, mixed)| mixed[place]);
+        let [zoom, incoherent] = fixed.each_ref().map(|ratios| ratios[place]);
+        let [neighbours, zoom_mixed, incoherent_mixed] =
+            mixed.each_ref().map(|ratios| ratios[place]);
         println!(
-            "{name:>20} {zoom:8.3} {zoom_mixed:8.3} {incoherent:10.3} {incoherent_mixed:8.3} \
-             {bytes:14}"
+            "{name:>20} {zoom:8.3} {neighbours:10.3} {zoom_mixed:8.3} {incoherent:10.3} \
+             {incoherent_mixed:8.3} {bytes:14}"
         );
     }
-    let within = measured.iter().all(|(fixed, _)| fixed[LADDER] <= 1.05);
+    let tiles = tiles(&contenders, &view, lod);
+    println!("neighbours in tiles, mean of the levels = 1: {tiles:.3}");
+    let within = fixed.iter().all(|ratios| ratios[LADDER] <= 1.05);
     println!("a rung costs at most 1.05 times its mesh alone: {within}");
 }
 
@@ -143,7 +167,7 @@ fn fixed(contenders: &[Contender], rays: &[Ray]) -> Vec<f64> {
             let scene = scene.scene();
             let tracer = tracer(&scene, *mesh);
             seconds(&mut || {
-                hits.insert(trace(&[tracer], rays.iter()));
+                hits.insert(trace(rays.iter().map(|ray| (ray, &tracer))));
             })
         });
         assert_eq!(hits.len(), 1, "all trees hold the same faces");
@@ -154,29 +178,157 @@ fn fixed(contenders: &[Contender], rays: &[Ray]) -> Vec<f64> {
     sums.iter().map(|sum| (sum / RUNGS as f64).exp()).collect()
 }
 
-/// Time of each contender by that of the meshes alone, where no two rays in a
-/// row are of the same rung. That of all but the ladder is the time of the
-/// same rays rung after rung.
-fn mixed(contenders: &[Contender], rays: &[Ray]) -> Vec<f64> {
+/// Time of each contender by that of the meshes alone, for rays each with a
+/// rung of its own. The ladder has them in their order, all others rung after
+/// rung.
+fn mixed(contenders: &[Contender], rays: &[(Ray, usize)]) -> Vec<f64> {
     let ladder = contenders[LADDER].rungs[0].0.scene();
     let tracers: Vec<_> = (0..RUNGS).map(|rung| tracer(&ladder, rung)).collect();
-    in_turns(contenders.len(), |place| {
-        if place == LADDER {
-            return seconds(&mut || {
-                black_box(trace(&tracers, rays.iter()));
-            });
-        }
-        let rungs = contenders[place].rungs.iter().enumerate();
-        rungs
-            .map(|(number, (scene, mesh))| {
-                let scene = scene.scene();
-                let tracer = tracer(&scene, *mesh);
-                seconds(&mut || {
-                    black_box(trace(&[tracer], rays.iter().skip(number).step_by(RUNGS)));
+    let by_rung: Vec<Vec<Ray>> = (0..RUNGS)
+        .map(|rung| {
+            let of_rung = rays.iter().filter(|(_, own)| *own == rung);
+            of_rung.map(|(ray, _)| *ray).collect()
+        })
+        .collect();
+    let mut hits = HashSet::new();
+    let ratios = in_turns(contenders.len(), |place| {
+        let (mut count, mut sum) = (0, 0);
+        let mut add = |(more, further)| {
+            count += more;
+            sum += further;
+        };
+        let time = if place == LADDER {
+            let rays = || rays.iter().map(|(ray, rung)| (ray, &tracers[*rung]));
+            seconds(&mut || add(trace(rays())))
+        } else {
+            let rungs = contenders[place].rungs.iter().zip(&by_rung);
+            rungs
+                .map(|((scene, mesh), rays)| {
+                    let scene = scene.scene();
+                    let tracer = tracer(&scene, *mesh);
+                    seconds(&mut || add(trace(rays.iter().map(|ray| (ray, &tracer)))))
                 })
+                .sum()
+        };
+        hits.insert((count, sum));
+        time
+    });
+    assert_eq!(hits.len(), 1, "all trees hold the same faces");
+    ratios
+}
+
+/// Rays each of another rung than the one before it.
+fn in_turn(rays: &[Ray]) -> Vec<(Ray, usize)> {
+    rays.iter().copied().zip((0..RUNGS).cycle()).collect()
+}
+
+/// The rays of a picture that are traced where the viewer looks so, with what
+/// rung each one sees.
+fn neighbours(picture: &[Ray], gaze: &Gaze) -> Vec<(Ray, usize)> {
+    let mut rays = Vec::new();
+    for ray in picture {
+        let level = gaze.level(ray.direction()).expect("a direction");
+        if level > 0.0 {
+            let rung = ((1.0 - level) * (RUNGS - 1) as f32).round();
+            rays.push((*ray, rung as usize));
+        }
+    }
+    rays
+}
+
+/// Looks at the middle of a picture: the innermost third is central, and the
+/// field ends at the sides.
+fn gaze(view: &View) -> Gaze {
+    let middle = (SIDE - 1) as f32 / 2.0;
+    let sight = LineOfSight::new(view.eye(), view.direction(middle, middle), Vec3::Y);
+    let side = HALF_WIDTH.atan() as f32;
+    let limits = VisualFieldLimits {
+        central: side / 3.0,
+        up: side,
+        down: side,
+        left: side,
+        right: side,
+    };
+    let field = VisualField::new(limits, Boundary::Ellipse);
+    Gaze::new(sight.expect("a line of sight"), field.expect("a field"))
+}
+
+/// The view whose pixels the rays of a picture go through.
+fn view(picture: &[Ray]) -> View {
+    let direction = |column: u32, row: u32| picture[(row * SIDE + column) as usize].direction();
+    let last = SIDE - 1;
+    let first = direction(0, 0);
+    let step = |corner: Vec3| (corner - first) / last as f32;
+    let (column, row) = (step(direction(last, 0)), step(direction(0, last)));
+    View::new(picture[0].origin(), first, column, row, [SIDE; 2]).expect("a view")
+}
+
+/// Time of the ladder by the mean of the levels, for a view in tiles.
+fn tiles(contenders: &[Contender], view: &View, lod: LevelOfDetail) -> f64 {
+    let renderer =
+        |scene| Renderer::new(scene, Simd::detect(), Settings::default()).with_level_of_detail(lod);
+    let ladder = renderer(contenders[LADDER].rungs[0].0.scene());
+    let places = (0..SIDE).step_by(TILE as usize);
+    let places = places
+        .clone()
+        .flat_map(|y| places.clone().map(move |x| (x, y)));
+    // Of each tile, the rays on each rung.
+    let tiles: Vec<_> = places
+        .map(|(x, y)| {
+            let mut rays = [0; RUNGS];
+            for (x, y) in (y..y + TILE).flat_map(|y| (x..x + TILE).map(move |x| (x, y))) {
+                if let Some(detail) = ladder.detail(view, x, y) {
+                    rays[usize::from(detail.rung)] += 1;
+                }
+            }
+            ((x, y), rays)
+        })
+        .filter(|(_, rays)| *rays != [0; RUNGS])
+        .collect();
+    let several = tiles.iter().filter(|(_, rays)| {
+        let rungs = rays.iter().filter(|rays| **rays > 0);
+        rungs.count() > 1
+    });
+    let (several, all) = (several.count(), tiles.len());
+    println!("{several} of {all} tiles see several rungs");
+    let ratios = in_turns(2, |place| {
+        if place == LADDER {
+            let times = tiles.iter().map(|&(at, _)| time_of_tile(&ladder, view, at));
+            return times.sum();
+        }
+        let rungs = contenders[ALONE].rungs.iter().enumerate();
+        rungs
+            .map(|(rung, (scene, _))| {
+                let alone = renderer(scene.scene());
+                let tiles = tiles.iter().filter(|(_, rays)| rays[rung] > 0);
+                let times = tiles.map(|&(at, rays)| {
+                    let share = f64::from(rays[rung]) / f64::from(rays.iter().sum::<u32>());
+                    share * time_of_tile(&alone, view, at)
+                });
+                times.sum::<f64>()
             })
             .sum()
-    })
+    });
+    ratios[LADDER]
+}
+
+fn time_of_tile(renderer: &Renderer<'_>, view: &View, (x, y): (u32, u32)) -> f64 {
+    let tile = Tile {
+        x,
+        y,
+        width: TILE,
+        height: TILE,
+    };
+    let mut pixels = [Pixel::default(); (TILE * TILE) as usize];
+    let mut workspace = Workspace::new();
+    let mut budget = Budget::UNLIMITED;
+    let mut job = TileJob::new(tile);
+    let time = seconds(&mut || {
+        job.render(renderer, view, &mut pixels, &mut budget, &mut workspace)
+            .expect("a tile of the view");
+    });
+    black_box(pixels);
+    time
 }
 
 /// Measures one contender after the other, again and again: the medians of
@@ -288,12 +440,10 @@ fn set(bytes: &mut [u8], at: usize, word: u32) {
     bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
 }
 
-/// Hits and the sum of their distances, of rays by one tracer after the other.
-fn trace<'r>(tracers: &[MeshTracer<'_>], rays: impl Iterator<Item = &'r Ray>) -> (usize, u64) {
+/// Hits and the sum of their distances, of rays each by its tracer.
+fn trace<'r>(rays: impl Iterator<Item = (&'r Ray, &'r MeshTracer<'r>)>) -> (usize, u64) {
     let mut stack = TraversalStack::EMPTY;
-    let hits = rays
-        .zip(tracers.iter().cycle())
-        .filter_map(|(ray, tracer)| tracer.nearest(ray, &mut stack).0);
+    let hits = rays.filter_map(|(ray, tracer)| tracer.nearest(ray, &mut stack).0);
     hits.fold((0, 0), |(count, sum), hit| {
         (count + 1, sum + u64::from(hit.t.to_bits()))
     })

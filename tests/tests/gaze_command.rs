@@ -153,6 +153,15 @@ fn what_is_asked_for_changes_levels() {
         near(&["--look", look], "1 0 0", 1.0);
         near(&["--look", look], "1 0 1", 55.0 / 70.0);
     }
+    // Looking down, up is to the front; looking up, to the back.
+    for (look, ahead, above) in [
+        ("floor", "0 -1 0", "0 -1 -1"),
+        ("0,-3,0", "0 -1 0", "0 -1 -1"),
+        ("0,90", "0 1 0", "0 1 1"),
+    ] {
+        near(&["--look", look], ahead, 1.0);
+        near(&["--look", look], above, 0.5);
+    }
     // The head lies on its side: what was above is now to the left.
     near(&["--up", "1,0,0"], "0 1 -1", 55.0 / 70.0);
     near(&["--up", "2,0,-2"], "0 1 -1", 55.0 / 70.0);
@@ -331,10 +340,10 @@ fn gazes_that_are_none_are_usage() {
         (&["--look", "0,0,0"][..], "points nowhere"),
         (&["--look", "nan,0,0"], "nan"),
         (&["--look", "inf,0,0"], "inf"),
-        (&["--look", "0,90"], "parallel"),
+        (&["--look", "0,90", "--up", "0,1,0"], "parallel"),
         (&["--look", "aside"], "no direction"),
-        (&["--look", "0,3,0"], "parallel"),
-        (&["--look", "0,-1e-30,0"], "parallel"),
+        (&["--look", "0,3,0", "--up", "0,-2,0"], "parallel"),
+        (&["--look", "0,-1e-30,0", "--up", "0,1,0"], "parallel"),
         (&["--look", "1,2,3", "--up", "-2,-4,-6"], "parallel"),
         (&["--up", "0,0,0"], "points nowhere"),
         (&["--up", "0,nan,0"], "nan"),
@@ -344,7 +353,9 @@ fn gazes_that_are_none_are_usage() {
         (&["--central", "0"], "degrees"),
         (&["--central", "nan"], "degrees"),
         (&["--central", "-30"], "degrees"),
-        (&["--field-up", "20"], "central field"),
+        (&["--field-up", "20"], "--field-up 20.0000 is within"),
+        (&["--field-down", "91"], "at most 90 degrees"),
+        (&["--central", "0.00001"], "0.0001 degrees or more"),
         (&["--field-up", "95"], "up"),
         (&["--field-left", "181"], "degrees"),
         (&["--boundary", "wavy"], "ellipse"),

@@ -6,6 +6,7 @@ use shisen::bake::{BakeError, Baked, lone_mesh};
 use shisen::mesh::{Material, TriangleMesh};
 use shisen::simplify::{Ladder, LadderError, PolygonLevels, Topology};
 use shisen_core::Simd;
+use shisen_core::frame::FACE_TOLERANCE;
 use shisen_core::shape::Ray;
 use shisen_core::trace::{MeshTracer, TraversalStack};
 use shisen_tests::meshes::{cow, faceted, gridded_cube, icosphere, meshes, torus};
@@ -73,8 +74,8 @@ fn check(mesh: &TriangleMesh, asked: (u32, u32, u32)) -> Vec<u32> {
         let off = (f64::from(found) - ideal).abs();
         assert!(off <= 2.0, "rung {number} should have {ideal}: {faces:?}");
     }
-    let step = 0.5 / f64::from(rungs - 1);
-    let most = step + 3.0 / f64::from(finest - min).max(1.0);
+    let nearest = 0.5 / f64::from(rungs - 1);
+    let most = nearest.max(FACE_TOLERANCE.into()) + 3.0 / f64::from(finest - min).max(1.0);
     let deviation = levels(min, max, rungs).largest_deviation(&faces);
     assert!((0.0..=most).contains(&deviation), "{deviation}: {faces:?}");
     faces

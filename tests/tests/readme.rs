@@ -92,7 +92,7 @@ fn every_command_runs_on_the_files_shown() {
 fn every_key_of_the_report_is_explained() {
     let folder = tempfile::tempdir().unwrap();
     let output = shisen(folder.path())
-        .args(["cave", "--size", "8", "--json"])
+        .args(["cave", "--size", "8", "--lod", "paper", "--json"])
         .assert()
         .success()
         .get_output()
@@ -101,7 +101,14 @@ fn every_key_of_the_report_is_explained() {
     let text = readme();
     let section = &text[text.find("### The report of `cave --json`").unwrap()..];
     let section = &section[..section.find("\n## ").unwrap()];
-    for object in [&report, &report["rays"], &report["images"][0]] {
+    let lod = &report["lod"];
+    for object in [
+        &report,
+        &report["rays"],
+        &report["images"][0],
+        lod,
+        &lod["field"][0],
+    ] {
         for key in object.as_object().unwrap().keys() {
             assert!(section.contains(&format!("`{key}`")), "{key}");
         }

@@ -216,10 +216,6 @@ impl Block {
             });
             let past = self.past(renderer, view, offset);
             let past = <Simd as Runs<8>>::run(tracer.simd(), past);
-            if found.is_none() {
-                let traced = renderer.block_traced(self.patch, view, self.x, self.y);
-                workspace.statistics.primary += self.count(traced);
-            }
             for (row, sums) in (0..self.rows).zip(&mut sums) {
                 for (column, sum) in (0..self.columns).zip(sums) {
                     let first = (column, row) == (0, 0);
@@ -257,6 +253,10 @@ impl Block {
                         target.write(column, row, sum.mean(samples));
                     }
                 }
+            }
+            if found.is_none() {
+                let traced = renderer.block_traced(self.patch, view, self.x, self.y);
+                workspace.statistics.primary += self.count(traced);
             }
         }
         self.columns * self.rows

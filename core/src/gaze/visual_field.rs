@@ -1,10 +1,14 @@
 use core::f32::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_6, PI};
 use core::fmt;
 
+/// Radians.
+const LEAST_CENTRAL: f32 = 1.0e-6;
+
 /// How far the visual field reaches from the line of sight, radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VisualFieldLimits {
-    /// Radius of the central field, above 0.
+    /// Radius of the central field, 1e-6 or more: the angle that levels are
+    /// exact to.
     pub central: f32,
     /// Upwards, above `central`, at most π/2.
     pub up: f32,
@@ -41,7 +45,7 @@ pub struct VisualField {
 pub enum VisualFieldError {
     /// A limit is NaN or infinite.
     NotFinite,
-    /// The central field has no size.
+    /// The central field is smaller than levels are exact.
     Central {
         /// Its radius.
         central: f32,
@@ -72,7 +76,7 @@ impl fmt::Display for VisualFieldError {
             Self::NotFinite => f.write_str("a limit of the visual field is not finite"),
             Self::Central { central } => write!(
                 f,
-                "the central field has a radius of {central} rad: give more than 0"
+                "the central field has a radius of {central} rad: give 1e-6 or more"
             ),
             Self::BelowCentral {
                 side,
@@ -130,7 +134,7 @@ impl VisualField {
         if !central.is_finite() || sides.iter().any(|(_, limit, _)| !limit.is_finite()) {
             return Err(VisualFieldError::NotFinite);
         }
-        if central <= 0.0 {
+        if central < LEAST_CENTRAL {
             return Err(VisualFieldError::Central { central });
         }
         for (side, limit, most) in sides {
@@ -192,7 +196,7 @@ mod tests {
         use VisualFieldError as Error;
         let paper = VisualField::PAPER.limits();
         let new = |limits| VisualField::new(limits, Boundary::Printed).unwrap_err();
-        for central in [0.0, -0.0, -0.5] {
+        for central in [0.0, -0.0, -0.5, 9.9e-7] {
             let limits = VisualFieldLimits { central, ..paper };
             assert_eq!(new(limits), Error::Central { central });
         }
@@ -236,7 +240,7 @@ mod tests {
             down: FRAC_PI_2,
             left: PI,
             right: PI,
-            central: f32::MIN_POSITIVE,
+            central: LEAST_CENTRAL,
         };
         assert!(VisualField::new(most, Boundary::Printed).is_ok());
     }

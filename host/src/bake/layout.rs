@@ -18,10 +18,10 @@ impl Layout {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Fast, Self::Compact];
 
-    /// Polygon levels where nothing else is asked for: what a level is shown
-    /// with is within 3 % of the range of faces from what it asks for in the
-    /// fast layout, and within 5 % in the compact one, where bytes count. The
-    /// closer they are, the more often a block of pixels sees a single one.
+    /// Polygon levels where nothing else is asked for. What a pixel sees is
+    /// within 5 % of the range of faces from what it asks for; the more levels,
+    /// the more often a block of pixels shares one and is traced together. In
+    /// the compact layout bytes count more.
     pub const fn polygon_levels(self) -> u32 {
         match self {
             Self::Fast => 19,

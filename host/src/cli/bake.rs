@@ -25,9 +25,9 @@ use std::time::Instant;
 /// triangles (each mesh once, at its finest), nodes, leaves, `stack_entries`
 /// (the most that a ray can need), levels (mesh, faces and bytes of each
 /// polygon level of each mesh; what the levels of a mesh share does not count),
-/// `largest_deviation` (of the faces that a ray of any level of detail sees
-/// from those of the paper's equation 10, as a share of MAX - MIN; null without
-/// --faces and --levels) and seconds (reading, building and writing).
+/// `largest_deviation` (of the faces that a pixel sees from those of the paper's
+/// equation 10, as a share of MAX - MIN, what pixels share in blocks included;
+/// null without --faces and --levels) and seconds (reading, building and writing).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A TOML scene, A, B, C or D, or mesh files, each of which becomes an
@@ -183,7 +183,7 @@ impl fmt::Display for Report {
         }
         write!(
             f,
-            "\nat most {:.1} % of the range of faces from what a level of detail asks for",
+            "\na pixel's are at most {:.1} % of their range from what its level of detail asks for",
             100.0 * deviation
         )
     }

@@ -155,15 +155,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(threads) = arguments.threads {
         options.threads = threads.get();
     }
-    let progress = Progress::new(arguments.quiet || arguments.json);
-    let frame = render_frame(&baked, &cave, &observers, &options, &progress)?;
-    progress.finish();
+    let quiet = arguments.quiet || arguments.json;
+    let frame = render_frame(&baked, &cave, &observers, &options, quiet)?;
     let full = arguments.lod.is_on().then(|| {
         let full: Vec<_> = observers
             .iter()
             .map(|one| Observer::new(one.eye, one.place))
             .collect();
-        render_frame(&baked, &cave, &full, &options, &progress)
+        render_frame(&baked, &cave, &full, &options, quiet)
     });
     let full = full.transpose()?;
     let lod_pictures = match &full {
@@ -301,12 +300,14 @@ fn render_frame(
     cave: &Cave,
     eyes: &[Observer],
     options: &Options,
-    progress: &Progress,
+    quiet: bool,
 ) -> Result<Frame, Failure> {
+    let progress = Progress::new(quiet);
     let show = |done, total| progress.show(done, total);
-    match baked {
+    let frame = match baked {
         BakedScene::Fast(baked) => render::cave(&baked.scene(), cave, eyes, options, &show),
         BakedScene::Compact(baked) => render::cave(&baked.scene(), cave, eyes, options, &show),
-    }
-    .map_err(Failure::from_error)
+    };
+    progress.finish();
+    frame.map_err(Failure::from_error)
 }

@@ -9,7 +9,8 @@ use serde::Serialize;
 use shisen::gaze_reference::{self, Limits};
 use shisen::look::{LookError, ViewDirection, parse_point};
 use shisen_core::gaze::{
-    Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldLimits, Zone,
+    Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldError,
+    VisualFieldLimits, Zone,
 };
 use std::fmt::Display;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
@@ -42,14 +43,9 @@ pub(super) struct Arguments {
     )]
     look: Direction,
     /// Where the top of the viewer's head points, at any angle to --look but
-    /// parallel
-    #[arg(
-        long,
-        value_name = "X,Y,Z",
-        default_value = "0,1,0",
-        allow_hyphen_values = true
-    )]
-    up: Direction,
+    /// parallel [default: 0,1,0, or as `shisen cave` has it for up and down]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    up: Option<Direction>,
     /// Reflections and refractions at level 1
     #[arg(long, value_name = "N", default_value_t = 3)]
     reflect_max: u8,
@@ -117,6 +113,32 @@ fn degrees(text: &str) -> Result<f64, String> {
     number
         .filter(|degrees| *degrees > 0.0 && *degrees <= 180.0)
         .ok_or_else(|| "give degrees above 0, at most 180".into())
+}
+
+/// What is wrong with the limits, as the options have them.
+fn in_degrees(error: VisualFieldError) -> String {
+    match error {
+        VisualFieldError::BelowCentral {
+            side,
+            limit,
+            central,
+        } => format!(
+            "--field-{side} {:.4} is within the central field, --central {:.4}: give a larger \
+             limit or a smaller central field",
+            limit.to_degrees(),
+            central.to_degrees()
+        ),
+        VisualFieldError::TooFar { side, limit, most } => format!(
+            "--field-{side} {:.4}: give at most {:.0} degrees",
+            limit.to_degrees(),
+            most.to_degrees()
+        ),
+        VisualFieldError::Central { central } => format!(
+            "--central {}: give 0.0001 degrees or more",
+            central.to_degrees()
+        ),
+        other => other.to_string(),
+    }
 }
 
 /// Why the input cannot be used.
@@ -213,8 +235,15 @@ impl Levels {
             left: limits.left as f32,
             right: limits.right as f32,
         };
-        let field = VisualField::new(field, boundary).map_err(|error| usage(&error))?;
-        let (Direction(look), Direction(up)) = (arguments.look, arguments.up);
+        let field = VisualField::new(field, boundary)
+            .map_err(|error| Failure::usage(&in_degrees(error)))?;
+        let Direction(look) = arguments.look;
+        let up = match arguments.up {
+            Some(Direction(up)) => up,
+            // As after bowing from the front, or leaning back.
+            None if look.x.hypot(look.z) <= 1.0e-6 * look.y.abs() => DVec3::new(0.0, 0.0, look.y),
+            None => DVec3::Y,
+        };
         let sight = LineOfSight::new(Vec3::ZERO, single(look), single(up))
             .map_err(|error| usage(&error))?;
         Ok(Self {
