@@ -383,7 +383,9 @@ mod tests {
 
     #[test]
     fn tangents_undo_arctangents() {
-        for i in 0..=1570 {
+        // An interpreter takes its time.
+        let step = if cfg!(miri) { 314 } else { 1 };
+        for i in (0..=1570).step_by(step) {
             let angle = i as f32 / 1000.0;
             let exact = f64::from(angle).tan();
             // An error of the angle of 1e-6.
