@@ -182,7 +182,7 @@ where
         match (&self.lod, patch) {
             (None, _) | (_, Region::Central) => BlockDetail::Equal(most),
             (_, Region::Outside) => BlockDetail::Outside,
-            (Some(lod), Region::Traced | Region::Mixed) => {
+            (Some(lod), Region::Traced(_) | Region::Mixed) => {
                 let rungs = self.tracer.scene().rungs();
                 BlockDetail::new(lod, self.tracer.simd(), view, (x, y), most, rungs)
             }
@@ -193,10 +193,10 @@ where
     /// for each, by row, then column.
     fn block_traced(&self, patch: Region, view: &View, x: u32, y: u32) -> u64 {
         match (&self.lod, patch) {
-            (None, _) | (_, Region::Central | Region::Traced) => u64::MAX,
+            (None, _) | (_, Region::Central | Region::Traced(_)) => u64::MAX,
             (_, Region::Outside) => 0,
             (Some(lod), Region::Mixed) => match region_of(lod, view, (x, y), BLOCK) {
-                Region::Central | Region::Traced => u64::MAX,
+                Region::Central | Region::Traced(_) => u64::MAX,
                 Region::Outside => 0,
                 Region::Mixed => BlockLevels::new(lod, self.tracer.simd(), view, (x, y)).traced,
             },

@@ -69,19 +69,9 @@ impl BlockDetail {
         most: RayDetail,
         rungs: u8,
     ) -> Self {
-        match region_of(lod, view, place, BLOCK) {
-            Region::Central => return Self::Equal(most),
-            Region::Outside => return Self::Outside,
-            Region::Traced | Region::Mixed => {}
-        }
-        let levels = BlockLevels::new(lod, simd, view, place);
-        if levels.traced == 0 {
-            return Self::Outside;
-        }
         let ladder = Ladder {
             steps: f32::from(if lod.faces { rungs.max(1) - 1 } else { 0 }),
         };
-        let shared = ladder.shared(levels.least, levels.most);
         // More level never means fewer bounces: where the least and the most
         // are the same, all are.
         let detail = |rung: u8, level: f32| RayDetail {
@@ -91,12 +81,33 @@ impl BlockDetail {
             },
             rung,
         };
-        if let (u64::MAX, Some(rung)) = (levels.traced, shared) {
-            let least = detail(rung, levels.least);
-            if least == detail(rung, levels.most) {
-                return Self::Equal(least);
+        let equal = |least: f32, most: f32| {
+            let rung = ladder.shared(least, most)?;
+            let detail = (detail(rung, least), detail(rung, most));
+            (detail.0 == detail.1).then_some(detail.0)
+        };
+        match region_of(lod, view, place, BLOCK) {
+            Region::Central => return Self::Equal(most),
+            Region::Outside => return Self::Outside,
+            // Bounds that agree save asking for the levels.
+            Region::Traced(part) => {
+                let (least, most) = lod.gaze.levels_within(&part);
+                if let Some(equal) = equal(least, most).filter(|_| most < 1.0) {
+                    return Self::Equal(equal);
+                }
             }
+            Region::Mixed => {}
         }
+        let levels = BlockLevels::new(lod, simd, view, place);
+        if levels.traced == 0 {
+            return Self::Outside;
+        }
+        if levels.traced == u64::MAX
+            && let Some(equal) = equal(levels.least, levels.most)
+        {
+            return Self::Equal(equal);
+        }
+        let shared = ladder.shared(levels.least, levels.most);
         let mut own = OwnDetail::NONE;
         for group in 0..TileRays::GROUPS {
             let (least, most, traced) = levels.of_group(group);

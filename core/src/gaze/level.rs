@@ -114,12 +114,12 @@ pub enum Zone {
 }
 
 /// What is known of all directions of a patch together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Region {
     /// They are in the central field.
     Central,
-    /// They are within the boundary.
-    Traced,
+    /// They are in front, in this rectangle, which is within the boundary.
+    Traced(Rectangle),
     /// They are on the boundary or beyond.
     Outside,
     /// Each one's level has to be asked for.
@@ -277,23 +277,40 @@ impl Gaze {
         if !in_front {
             return Region::Mixed;
         }
-        // How far they reach to each side.
         let (right, up) = (l.div(r, f), l.div(u, f));
-        let greatest = |x: [f32; 4]| x.into_iter().fold(0.0, max);
-        let least = |x: [f32; 4]| -x.into_iter().fold(0.0, min);
-        let slopes = [least(right), greatest(right), least(up), greatest(up)];
-        let angles = arctangent(l, slopes, [1.0; 4]);
-        if self.holds_rectangle(angles.map(|angle| angle + Bands::SLACK)) {
-            Region::Traced
+        let range = |x: [f32; 4]| {
+            let [first, rest @ ..] = x;
+            (
+                rest.into_iter().fold(first, min),
+                rest.into_iter().fold(first, max),
+            )
+        };
+        let ((left, right), (below, above)) = (range(right), range(up));
+        let slopes = [left, right, below, above];
+        let angles = arctangent(l, slopes.map(f32::abs), [1.0; 4]);
+        let signed = |at: usize| {
+            if slopes[at] < 0.0 {
+                -angles[at]
+            } else {
+                angles[at]
+            }
+        };
+        let field = Rectangle {
+            left: signed(0) - Bands::SLACK,
+            right: signed(1) + Bands::SLACK,
+            below: signed(2) - Bands::SLACK,
+            above: signed(3) + Bands::SLACK,
+        };
+        if self.holds(&field) {
+            Region::Traced(field)
         } else {
             Region::Mixed
         }
     }
 
-    /// Whether l < L in all directions that go at most this far to the left,
-    /// right, down and up. In the plane of their squares eq. 7 bounds a convex
-    /// part, so that the corners decide.
-    fn holds_rectangle(&self, [to_left, to_right, below, above]: [f32; 4]) -> bool {
+    /// Whether l < L in all of a rectangle. In the plane of the angles' squares
+    /// eq. 7 bounds a convex part, so that the corners decide.
+    fn holds(&self, field: &Rectangle) -> bool {
         let VisualFieldLimits {
             up,
             down,
@@ -301,9 +318,13 @@ impl Gaze {
             right,
             ..
         } = self.field.limits();
-        let square = |(angle, limit): (f32, f32)| (angle * angle, limit * limit);
-        let sides = [(to_left, left), (to_right, right)].map(square);
-        let heights = [(below, down), (above, up)].map(square);
+        let square = |(angle, limit): (f32, f32)| {
+            // Not 0, where l and its bound would be equal.
+            let angle = max(angle, Bands::SLACK);
+            (angle * angle, limit * limit)
+        };
+        let sides = [(-field.left, left), (field.right, right)].map(square);
+        let heights = [(-field.below, down), (field.above, up)].map(square);
         sides.into_iter().all(|(a, side)| {
             heights.into_iter().all(|(b, height)| {
                 let corner = match self.field.boundary() {
@@ -313,6 +334,47 @@ impl Gaze {
                 a < side && b < height && corner
             })
         })
+    }
+
+    /// What the levels in a rectangle are not below and not above, if that is
+    /// not above 1.
+    ///
+    /// The level falls with l and grows with L, and L lies between its values
+    /// at the two corners that are farthest along either axis.
+    pub(crate) fn levels_within(&self, field: &Rectangle) -> (f32, f32) {
+        let limits = self.field.limits();
+        let Rectangle {
+            left,
+            right,
+            below,
+            above,
+        } = *field;
+        let (least_alpha, most_alpha) = magnitudes(left, right);
+        let (least_beta, most_beta) = magnitudes(below, above);
+        let sides = touched((left, limits.left), (right, limits.right));
+        let heights = touched((below, limits.down), (above, limits.up));
+        let boundary = |alpha: f32, beta: f32, side: f32, height: f32| {
+            let (a, b) = (alpha * alpha, beta * beta);
+            let (side, height) = (side * side, height * height);
+            sqrt(match self.field.boundary() {
+                Boundary::Printed => (a * side + b * height) / (a + b),
+                Boundary::Ellipse => (a + b) / (a / side + b / height),
+            })
+        };
+        let farthest = max(
+            boundary(most_alpha, least_beta, sides.1, heights.1),
+            boundary(least_alpha, most_beta, sides.1, heights.1),
+        );
+        let nearest = min(
+            boundary(most_alpha, least_beta, sides.0, heights.0),
+            boundary(least_alpha, most_beta, sides.0, heights.0),
+        );
+        let level = |l: f32, boundary: f32| (boundary - l) / (boundary - limits.central);
+        let length = |alpha: f32, beta: f32| sqrt(alpha * alpha + beta * beta);
+        (
+            min(level(length(most_alpha, most_beta), nearest), 1.0),
+            level(length(least_alpha, least_beta), farthest),
+        )
     }
 
     /// [`level`](Self::level) in every lane; 0 where it gives none.
@@ -436,6 +498,32 @@ impl Gaze {
             Boundary::Ellipse => l.div(square, weighted),
         };
         (l.sqrt(square), l.sqrt(ratio))
+    }
+}
+
+/// All directions in front with angles in between: radians, to the left and
+/// below negative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rectangle {
+    left: f32,
+    right: f32,
+    below: f32,
+    above: f32,
+}
+
+/// The least and the greatest magnitude from `low` to `high`.
+fn magnitudes(low: f32, high: f32) -> (f32, f32) {
+    (max(max(low, -high), 0.0), max(-low, high))
+}
+
+/// The least and the greatest limit of the sides that an interval reaches.
+fn touched((low, below): (f32, f32), (high, above): (f32, f32)) -> (f32, f32) {
+    if low >= 0.0 {
+        (above, above)
+    } else if high <= 0.0 {
+        (below, below)
+    } else {
+        (min(below, above), max(below, above))
     }
 }
 
