@@ -1,6 +1,7 @@
 //! From a scene in memory to the bytes that the core traces.
 
 mod blob;
+mod cover;
 mod layout;
 pub mod tree;
 
@@ -10,15 +11,16 @@ use crate::mesh::{Material, MeshError, TriangleMesh};
 use crate::scene::{Background, Light, Object, Scene, Shape};
 use crate::simplify::{Ladder, LadderError, PolygonLevels};
 use blob::{AlignedBytes, Tables};
+use cover::Cover;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{
-    self, IdLeaf, Instance, LeafBlock, NO_MATERIAL, effect, flag, kind, light,
+    self, IdLeaf, Instance, LeafBlock, NO_MATERIAL, Node, effect, flag, kind, light,
 };
 use shisen_core::shape::Spheroid;
 use thiserror::Error;
-use tree::{Bounds, WideTree};
+use tree::{Bounds, Effort, WideTree};
 
 /// A baked scene: the bytes of `shisen_core::scene`, aligned for use in place.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,29 +130,33 @@ impl<const W: usize> Baked<W> {
             ..Tables::default()
         };
         let trees: Vec<Vec<WideTree<W>>> = ladders.par_iter().map(trees).collect();
+        let covers: Vec<Cover<W>> = ladders
+            .par_iter()
+            .map(|ladder| Cover::new(ladder.versions()))
+            .collect();
         // The tree over instances comes first, whose size is known only once
         // the instances are.
         let mut placed = Vec::new();
         for (number, object) in scene.objects.iter().enumerate() {
-            let mut instance = instance(scene, number, object)?;
+            let (mut instance, slack) = instance(scene, number, object)?;
             if let Shape::Mesh(mesh) = object.shape {
                 // Past the rungs of all meshes before it.
                 let before = trees[..mesh].iter().map(Vec::len).sum::<usize>();
                 instance.geometry = before as u32;
             }
-            placed.push(instance);
+            placed.push((instance, slack));
         }
         if placed.is_empty() {
             return Err(BakeError::NoObjects);
         }
         let boxes: Vec<Bounds> = placed
             .iter()
-            .map(|i| Bounds {
+            .map(|(i, _)| Bounds {
                 low: i.low,
                 high: i.high,
             })
             .collect();
-        let top = tree::build::<W>(&boxes, 1);
+        let top = tree::build::<W>(&boxes, 1, Effort::Great);
         let deepest = trees.iter().flatten().map(|tree| tree.stack_entries).max();
         let stack_entries = top.stack_entries + deepest.unwrap_or(0);
         tables.top_nodes = top.nodes.len() as u32;
@@ -164,13 +170,20 @@ impl<const W: usize> Baked<W> {
             }
             tables.nodes.push(node);
         }
+        for (object, (instance, slack)) in scene.objects.iter().zip(&mut placed) {
+            if let Shape::Mesh(mesh) = object.shape {
+                let positions = &ladders[mesh].versions().positions;
+                let cover = covers[mesh].placed(positions, &object.world_from_object, *slack);
+                (instance.cover, instance.cover_nodes) = tables.add_cover(cover);
+            }
+        }
         for (ladder, trees) in ladders.iter().zip(&trees) {
             tables.add_mesh(ladder, trees);
         }
         tables.rungs = trees.iter().map(Vec::len).max().unwrap_or(1) as u32;
         tables.lights = scene.lights.iter().map(baked_light).collect();
         tables.extent = extent(boxes.iter().flat_map(|b| [b.low, b.high]));
-        tables.instances = placed;
+        tables.instances = placed.into_iter().map(|(instance, _)| instance).collect();
         tables.background = background(&scene.background);
         tables.ambient = scene.ambient;
         tables.stack_entries = stack_entries as u32;
@@ -250,7 +263,7 @@ fn trees<const W: usize>(ladder: &Ladder<'_>) -> Vec<WideTree<W>> {
             Bounds::of_points(&corners.map(|c| mesh.positions[c as usize]))
         };
         let boxes: Vec<Bounds> = rung.iter().map(bounds).collect();
-        let mut tree = tree::build(&boxes, W);
+        let mut tree = tree::build(&boxes, W, Effort::Great);
         for number in tree.leaves.iter_mut().flatten() {
             *number = rung[*number as usize];
         }
@@ -264,6 +277,20 @@ fn extent(points: impl Iterator<Item = [f32; 3]>) -> f32 {
 }
 
 impl<const W: usize> Tables<W> {
+    /// Adds the nodes of a cover: the number of the first, and how many.
+    fn add_cover(&mut self, cover: Vec<Node<W>>) -> (u32, u32) {
+        let (first, count) = (self.nodes.len() as u32, cover.len() as u32);
+        for mut node in cover {
+            for lane in 0..W {
+                if node.child[lane] & format::LEAF == 0 && !node.is_empty_lane(lane) {
+                    node.child[lane] += first;
+                }
+            }
+            self.nodes.push(node);
+        }
+        (first, count)
+    }
+
     /// Adds a ladder, of which `trees` has one tree a rung.
     fn add_mesh(&mut self, ladder: &Ladder<'_>, trees: &[WideTree<W>]) {
         let mesh = ladder.versions();
@@ -455,7 +482,8 @@ fn background(source: &Background) -> format::Background {
 /// can hit.
 const MAP_SLACK: f64 = 64.0 * 5.960_464_477_539_063e-8;
 
-fn instance(scene: &Scene, number: usize, object: &Object) -> Result<Instance, BakeError> {
+/// What an object becomes, and by how many metres its boxes are wider than it.
+fn instance(scene: &Scene, number: usize, object: &Object) -> Result<(Instance, f64), BakeError> {
     let missing = |what, index| BakeError::Missing {
         object: number,
         what,
@@ -525,20 +553,22 @@ fn instance(scene: &Scene, number: usize, object: &Object) -> Result<Instance, B
     if object.smooth {
         flags |= flag::SMOOTH;
     }
-    Ok(Instance {
+    let instance = Instance {
         kind,
         geometry,
         material: object.material.map_or(NO_MATERIAL, |m| m as u32),
         flags,
         radii,
         condition: condition as f32,
-        reserved: 0,
+        cover: 0,
         object_from_world: columns(object_from_world),
         world_from_object: columns(world_from_object),
         low: (least - slack).to_array().map(|c| (c as f32).next_down()),
         high: (most + slack).to_array().map(|c| (c as f32).next_up()),
-        reserved2: [0; 2],
-    })
+        cover_nodes: 0,
+        reserved: 0,
+    };
+    Ok((instance, slack))
 }
 
 fn cube(equatorial: f32, polar: f32) -> ([f32; 3], [f32; 3]) {

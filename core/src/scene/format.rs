@@ -13,7 +13,7 @@ compile_error!("scenes are little-endian and used in place: big-endian targets a
 pub const MAGIC: [u8; 8] = *b"SHISEN\r\n";
 
 /// Raised by any change to the records in this module.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// Bytes to which a blob and each of its tables are aligned.
 pub const ALIGNMENT: usize = 32;
@@ -26,6 +26,9 @@ pub const COUNT_SHIFT: u32 = 28;
 
 /// The part of a child reference that is an index.
 pub const INDEX: u32 = (1 << COUNT_SHIFT) - 1;
+
+/// Most nodes of an instance's cover: three of eight children after one another.
+pub const COVER_NODES: u32 = 1 + 8 + 64;
 
 /// No material of its own: the mesh's triangles say.
 pub const NO_MATERIAL: u32 = u32::MAX;
@@ -237,8 +240,10 @@ pub struct Instance {
     /// Product of the norms of the two maps, which rounding in the object's
     /// frame is magnified by: 1 or more.
     pub condition: f32,
-    /// Zero.
-    pub reserved: u32,
+    /// The first node of its cover, and its root: a tree of boxes in the room, in
+    /// which lies all that rays of any rung may meet. Its leaves are numbered
+    /// from 0 and name nothing.
+    pub cover: u32,
     /// Columns of a 3×3 matrix, then the translation.
     pub object_from_world: [[f32; 3]; 4],
     /// Columns of a 3×3 matrix, then the translation.
@@ -247,8 +252,10 @@ pub struct Instance {
     pub low: [f32; 3],
     /// Greatest corner.
     pub high: [f32; 3],
+    /// Nodes of the cover, up to [`COVER_NODES`]; 0 where there is none.
+    pub cover_nodes: u32,
     /// Zero.
-    pub reserved2: [u32; 2],
+    pub reserved: u32,
 }
 
 /// The bits of [`Material::effects`]: what a surface asks for.

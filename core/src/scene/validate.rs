@@ -1,7 +1,7 @@
 use super::Scene;
 use super::format::{
-    ALIGNMENT, COUNT_SHIFT, Header, INDEX, Instance, LEAF, Light, MAGIC, Material, Mesh,
-    NO_MATERIAL, Table, VERSION, kind, light,
+    ALIGNMENT, COUNT_SHIFT, COVER_NODES, Header, INDEX, Instance, LEAF, Light, MAGIC, Material,
+    Mesh, NO_MATERIAL, Table, VERSION, kind, light,
 };
 use crate::shape::{Ray, Slabs, Spheroid};
 use crate::trace::STACK_ENTRIES;
@@ -550,6 +550,7 @@ fn check_instance<const W: usize>(
         "an instance's condition",
         record,
     )?;
+    check_cover(scene, instance, record)?;
     if instance.material != NO_MATERIAL && instance.material as usize >= scene.materials.len() {
         return Err(outside("material", instance.material));
     }
@@ -572,6 +573,29 @@ fn check_instance<const W: usize>(
             record,
         }),
     }
+}
+
+fn check_cover<const W: usize>(
+    scene: &Scene<'_, W>,
+    instance: &Instance,
+    record: u32,
+) -> Result<(), SceneError> {
+    if instance.cover_nodes == 0 {
+        return Ok(());
+    }
+    let nodes = part(instance.cover, instance.cover_nodes, scene.nodes.len())
+        .filter(|_| instance.cover_nodes <= COVER_NODES)
+        .ok_or(SceneError::Index {
+            what: "cover",
+            record,
+            index: instance.cover,
+        })?;
+    let tree = Tree {
+        nodes,
+        leaves: 0..COVER_NODES * W as u32,
+        one_each: true,
+    };
+    check_tree(scene, &tree, instance.cover, |_, _| Ok(())).map(|_| ())
 }
 
 /// Whether `order` names each of `W` lanes once. A lane named twice would be

@@ -11,6 +11,7 @@
 //! ray afterwards, which changes nothing: the nearest hit does not depend on
 //! the order of visit.
 
+mod may_hit;
 mod search;
 mod slabs;
 mod walk;
@@ -20,7 +21,8 @@ use crate::numeric::max;
 use crate::shape::Ray;
 use glam::Vec3;
 use heapless::Vec;
-pub(super) use search::{ALL_INSTANCES, MayHit, TileInMeshSearch, TileSearch};
+pub(super) use may_hit::MayHit;
+pub(super) use search::{ALL_INSTANCES, TileInMeshSearch, TileSearch};
 
 /// Groups of a tile, and rays of a group.
 const EIGHT: usize = 8;

@@ -171,8 +171,8 @@ where
     }
 
     /// Whether any ray may meet anything that starts at `origin` and whose
-    /// direction lies between four `corners`, component by component. False,
-    /// at the price of one step, only where none does.
+    /// direction lies between four `corners`, component by component. False
+    /// only where none does.
     pub(crate) fn may_hit(
         &self,
         origin: Vec3,
@@ -180,7 +180,7 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> bool {
-        let may_hit = <Simd as Runs<8>>::run(
+        let (may_hit, steps) = <Simd as Runs<8>>::run(
             self.simd,
             MayHit::<W> {
                 scene: &self.scene,
@@ -188,13 +188,7 @@ where
                 corners,
             },
         );
-        if !may_hit {
-            let work = Work {
-                steps: 1,
-                deepest: 0,
-            };
-            workspace.account(work, budget);
-        }
+        workspace.account(Work { steps, deepest: 0 }, budget);
         may_hit
     }
 

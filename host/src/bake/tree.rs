@@ -1,10 +1,11 @@
 //! Wide trees over boxes: built binary by `obvhs`, then collapsed.
 
+use glam::DVec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
-use shisen_core::scene::format::{COUNT_SHIFT, LEAF, Node};
+use shisen_core::scene::format::{COUNT_SHIFT, INDEX, LEAF, Node};
 use shisen_core::trace::STACK_ENTRIES;
 use std::time::Duration;
 
@@ -18,7 +19,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    const EMPTY: Self = Self {
+    pub(super) const EMPTY: Self = Self {
         low: [f32::INFINITY; 3],
         high: [f32::NEG_INFINITY; 3],
     };
@@ -33,7 +34,19 @@ impl Bounds {
         })
     }
 
-    fn union(self, other: Self) -> Self {
+    /// The box of some points and `slack` around them, rounded outwards.
+    pub(super) fn around(points: impl Iterator<Item = DVec3>, slack: f64) -> Self {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for point in points {
+            (low, high) = (low.min(point), high.max(point));
+        }
+        Self {
+            low: (low - slack).to_array().map(|c| (c as f32).next_down()),
+            high: (high + slack).to_array().map(|c| (c as f32).next_up()),
+        }
+    }
+
+    pub(super) fn union(self, other: Self) -> Self {
         Self {
             low: std::array::from_fn(|a| self.low[a].min(other.low[a])),
             high: std::array::from_fn(|a| self.high[a].max(other.high[a])),
@@ -66,18 +79,48 @@ pub struct WideTree<const W: usize> {
     pub stack_entries: usize,
 }
 
+impl<const W: usize> WideTree<W> {
+    /// The primitives below a child of a node.
+    pub(super) fn primitives(&self, child: u32) -> impl Iterator<Item = u32> {
+        let mut pending = vec![child];
+        let mut found = Vec::new();
+        while let Some(child) = pending.pop() {
+            if child & LEAF != 0 {
+                found.extend_from_slice(&self.leaves[(child & INDEX) as usize]);
+            } else {
+                let node = &self.nodes[child as usize];
+                let used = (0..W).filter(|&lane| !node.is_empty_lane(lane));
+                pending.extend(used.map(|lane| node.child[lane]));
+            }
+        }
+        found.into_iter()
+    }
+}
+
 /// Cost of visiting a node; a leaf costs [`LEAF_COST`]. Both are one vector
 /// operation over all lanes, so that the number of lanes in use is free.
 const NODE_COST: f64 = 1.0;
 /// See [`NODE_COST`].
 const LEAF_COST: f64 = 1.0;
 
+/// What a tree may take to build.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// A tree that is built once and walked by many rays.
+    Great,
+    /// A tree whose shape matters less.
+    Little,
+}
+
 /// Builds over the boxes of primitives, of which there is at least one.
-pub fn build<const W: usize>(boxes: &[Bounds], leaf_size: usize) -> WideTree<W> {
+pub fn build<const W: usize>(boxes: &[Bounds], leaf_size: usize, effort: Effort) -> WideTree<W> {
     let parameters = BvhBuildParams {
         pre_split: false,
         max_prims_per_leaf: 1,
-        ..BvhBuildParams::very_slow_build()
+        ..match effort {
+            Effort::Great => BvhBuildParams::very_slow_build(),
+            Effort::Little => BvhBuildParams::fast_build(),
+        }
     };
     let mut build_time = Duration::ZERO;
     let bvh = build_bvh2(boxes, parameters, &mut build_time);
@@ -301,11 +344,7 @@ fn collapse<const W: usize>(binary: &Binary, leaf_size: usize) -> WideTree<W> {
         }
         tree.stack_entries = tree.stack_entries.max(below + W);
         for (lane, &child) in children.iter().enumerate() {
-            let bounds = binary.nodes[child].bounds;
-            for axis in 0..3 {
-                node.planes[2 * axis][lane] = bounds.low[axis];
-                node.planes[2 * axis + 1][lane] = bounds.high[axis];
-            }
+            set_bounds(&mut node, lane, binary.nodes[child].bounds);
             if plan.leaf[child] {
                 let mut primitives = binary.primitives(child);
                 primitives.sort_unstable();
@@ -326,9 +365,17 @@ fn collapse<const W: usize>(binary: &Binary, leaf_size: usize) -> WideTree<W> {
     tree
 }
 
+/// Gives a node's lane a box.
+pub(super) fn set_bounds<const W: usize>(node: &mut Node<W>, lane: usize, bounds: Bounds) {
+    for axis in 0..3 {
+        node.planes[2 * axis][lane] = bounds.low[axis];
+        node.planes[2 * axis + 1][lane] = bounds.high[axis];
+    }
+}
+
 /// For rays of each octant the lanes, those whose centres lie farthest along
 /// the octant's diagonal first. Lanes without a child come first of all.
-fn orders<const W: usize>(node: &Node<W>) -> [u32; W] {
+pub(super) fn orders<const W: usize>(node: &Node<W>) -> [u32; W] {
     let bits = W.trailing_zeros();
     let mut packed = [0; W];
     for octant in 0..8usize {

@@ -1,5 +1,5 @@
-use super::slabs::{Span, TileSlabs};
-use super::walk::{Interval, TileVisitor, walk_tile};
+use super::slabs::TileSlabs;
+use super::walk::{TileVisitor, walk_tile};
 use super::{EIGHT, PerRay, Rungs, TileHits, TileRays};
 use crate::numeric::{map3, max};
 use crate::scene::Scene;
@@ -387,31 +387,6 @@ impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
             &mut path,
         );
         Some(path.work)
-    }
-}
-
-/// Whether rays from one point with directions between those of four corners
-/// may meet anything. False only where none does.
-pub(in crate::trace) struct MayHit<'r, 'a, const W: usize> {
-    pub(in crate::trace) scene: &'r Scene<'a, W>,
-    pub(in crate::trace) origin: Vec3,
-    pub(in crate::trace) corners: &'r [Vec3; 4],
-}
-
-impl<const W: usize> Kernel<EIGHT> for MayHit<'_, '_, W> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn run<L: Lanes<EIGHT>>(self, l: L) -> bool {
-        let header = self.scene.header;
-        let Some(span) = Span::between(self.origin, self.corners, header.extent) else {
-            return true;
-        };
-        let Some(root) = self.scene.nodes.get(header.root as usize) else {
-            return true;
-        };
-        let interval = Interval::new(l, &span);
-        interval.children(l, root, &span, f32::INFINITY).0 != 0
     }
 }
 

@@ -1,0 +1,90 @@
+use super::EIGHT;
+use super::slabs::Span;
+use super::walk::Interval;
+use crate::scene::Scene;
+use crate::scene::format::LEAF;
+use crate::simd::{Kernel, Lanes};
+use crate::trace::walk::leaf_index;
+use glam::Vec3;
+
+/// Whether rays from one point with directions between those of four corners
+/// may meet anything. False only where none does.
+///
+/// Boxes are those of the tree over instances and of the instances' covers,
+/// which hold the meshes of all rungs: what the rays' levels are need not be
+/// known yet.
+pub(in crate::trace) struct MayHit<'r, 'a, const W: usize> {
+    pub(in crate::trace) scene: &'r Scene<'a, W>,
+    pub(in crate::trace) origin: Vec3,
+    pub(in crate::trace) corners: &'r [Vec3; 4],
+}
+
+/// Nodes after one another: half of them in the tree over instances leaves
+/// enough for every cover.
+const DEPTH: usize = 6;
+
+/// Nodes to look into before the answer is that rays may.
+const MOST_NODES: u64 = 64;
+
+impl<const W: usize> Kernel<EIGHT> for MayHit<'_, '_, W> {
+    /// The answer, and how many nodes it took.
+    type Output = (bool, u64);
+
+    #[inline(always)]
+    fn run<L: Lanes<EIGHT>>(self, l: L) -> (bool, u64) {
+        let header = self.scene.header;
+        let Some(span) = Span::between(self.origin, self.corners, header.extent) else {
+            return (true, 0);
+        };
+        let interval = Interval::new(l, &span);
+        // Nodes from the root down, each with the children not yet looked at.
+        let mut path = [(0, 0); DEPTH];
+        let (mut depth, mut steps) = (0, 0);
+        let mut next = header.root;
+        loop {
+            let node = self.scene.nodes.get(next as usize);
+            let (Some(node), Some(place)) = (node, path.get_mut(depth)) else {
+                return (true, steps);
+            };
+            if steps == MOST_NODES {
+                return (true, steps);
+            }
+            steps += 1;
+            *place = (next, interval.children(l, node, &span, f32::INFINITY).0);
+            depth += 1;
+            let child = loop {
+                let Some((number, lanes)) = depth.checked_sub(1).and_then(|d| path.get_mut(d))
+                else {
+                    return (false, steps);
+                };
+                if *lanes != 0 {
+                    let lane = lanes.trailing_zeros() as usize & (W - 1);
+                    *lanes &= *lanes - 1;
+                    break self.child(*number, lane);
+                }
+                depth -= 1;
+            };
+            match child {
+                Some(child) => next = child,
+                None => return (true, steps),
+            }
+        }
+    }
+}
+
+impl<const W: usize> MayHit<'_, '_, W> {
+    /// The node below a lane of another, which for an instance is its cover's
+    /// first; `None` where no more boxes are known.
+    #[inline(always)]
+    fn child(&self, node: u32, lane: usize) -> Option<u32> {
+        let child = *self.scene.nodes.get(node as usize)?.child.get(lane)?;
+        if child & LEAF == 0 {
+            return Some(child);
+        }
+        if node >= self.scene.header.top_nodes {
+            return None;
+        }
+        let instance = self.scene.instances.get(leaf_index(child) as usize)?;
+        (instance.cover_nodes > 0).then_some(instance.cover)
+    }
+}

@@ -1,0 +1,96 @@
+//! Boxes around all that rays may meet of an instance, in the room.
+
+use super::tree::{self, Bounds, Effort};
+use crate::mesh::TriangleMesh;
+use glam::{DAffine3, DVec3};
+use shisen_core::scene::format::{COVER_NODES, LEAF, Node};
+
+/// Nodes after one another.
+const DEPTH: usize = 3;
+
+/// The top of a tree over a mesh, parents before children, the root first.
+pub(super) struct Cover<const W: usize> {
+    /// Children are numbered from 0, nodes and leaves each by themselves.
+    nodes: Vec<Node<W>>,
+    /// The vertices of each leaf.
+    leaves: Vec<Vec<u32>>,
+}
+
+impl<const W: usize> Cover<W> {
+    /// Over all triangles of a mesh.
+    pub(super) fn new(mesh: &TriangleMesh) -> Self {
+        let boxes: Vec<Bounds> = mesh
+            .triangles
+            .iter()
+            .map(|corners| Bounds::of_points(&corners.map(|c| mesh.positions[c as usize])))
+            .collect();
+        let tree = tree::build::<W>(&boxes, 1, Effort::Little);
+        let mut cover = Self {
+            nodes: vec![tree.nodes[0]],
+            leaves: Vec::new(),
+        };
+        let mut level = 0..1;
+        for depth in 1..=DEPTH {
+            let next = cover.nodes.len();
+            for number in level {
+                for lane in 0..W {
+                    if cover.nodes[number].is_empty_lane(lane) {
+                        continue;
+                    }
+                    let child = cover.nodes[number].child[lane];
+                    cover.nodes[number].child[lane] = if depth == DEPTH || child & LEAF != 0 {
+                        let triangles = tree.primitives(child);
+                        let corners = triangles.flat_map(|t| mesh.triangles[t as usize]);
+                        let mut vertices: Vec<u32> = corners.collect();
+                        vertices.sort_unstable();
+                        vertices.dedup();
+                        cover.leaves.push(vertices);
+                        LEAF | (cover.leaves.len() - 1) as u32
+                    } else {
+                        cover.nodes.push(tree.nodes[child as usize]);
+                        (cover.nodes.len() - 1) as u32
+                    };
+                }
+            }
+            level = next..cover.nodes.len();
+        }
+        debug_assert!(cover.nodes.len() <= COVER_NODES as usize);
+        cover
+    }
+
+    /// As it lies in the room, every box `slack` metres larger on all sides
+    /// than what it holds.
+    pub(super) fn placed(
+        &self,
+        positions: &[[f32; 3]],
+        world_from_object: &DAffine3,
+        slack: f64,
+    ) -> Vec<Node<W>> {
+        let place = |vertex: &u32| {
+            let position = positions[*vertex as usize].map(f64::from);
+            world_from_object.transform_point3(DVec3::from(position))
+        };
+        let leaves: Vec<Bounds> = self
+            .leaves
+            .iter()
+            .map(|vertices| Bounds::around(vertices.iter().map(place), slack))
+            .collect();
+        let mut nodes = self.nodes.clone();
+        let mut bounds = vec![Bounds::EMPTY; nodes.len()];
+        for number in (0..nodes.len()).rev() {
+            let node = &mut nodes[number];
+            for lane in (0..W).filter(|&lane| !self.nodes[number].is_empty_lane(lane)) {
+                let child = node.child[lane];
+                let of_child = if child & LEAF == 0 {
+                    bounds[child as usize]
+                } else {
+                    leaves[(child & !LEAF) as usize]
+                };
+                tree::set_bounds(node, lane, of_child);
+                bounds[number] = bounds[number].union(of_child);
+            }
+            node.order = tree::orders(node);
+        }
+        nodes
+    }
+}
