@@ -289,12 +289,15 @@ impl Ladder {
     /// The rung that all of some levels share, the least and the most of which
     /// these are.
     fn shared(&self, least: f32, most: f32) -> Option<u8> {
+        if self.steps == 0.0 {
+            return Some(0);
+        }
         let rung = if most == 1.0 {
             0
         } else {
             self.nearest((least + most) * 0.5)
         };
-        let level = 1.0 - f32::from(rung) / max(self.steps, 1.0);
+        let level = 1.0 - f32::from(rung) / self.steps;
         (most - level <= FACE_TOLERANCE && level - least <= FACE_TOLERANCE).then_some(rung)
     }
 

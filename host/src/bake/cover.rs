@@ -94,3 +94,70 @@ impl<const W: usize> Cover<W> {
         nodes
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quadruped::quadruped;
+
+    /// Whether all of a triangle is in the box of a leaf.
+    fn holds<const W: usize>(nodes: &[Node<W>], corners: &[DVec3; 3]) -> bool {
+        let held = |node: &Node<W>, lane: usize| {
+            corners.iter().all(|corner| {
+                (0..3).all(|axis| {
+                    let (low, high) =
+                        (node.planes[2 * axis][lane], node.planes[2 * axis + 1][lane]);
+                    f64::from(low) <= corner[axis] && corner[axis] <= f64::from(high)
+                })
+            })
+        };
+        let mut pending = vec![0];
+        while let Some(number) = pending.pop() {
+            let node = &nodes[number as usize];
+            for lane in (0..W).filter(|&lane| held(node, lane)) {
+                match node.child[lane] {
+                    child if child & LEAF != 0 => return true,
+                    child => pending.push(child),
+                }
+            }
+        }
+        false
+    }
+
+    fn all_is_held<const W: usize>() {
+        let mesh = quadruped();
+        let map = DAffine3::from_rotation_y(0.7) * DAffine3::from_scale(DVec3::new(1.0, -2.0, 0.5));
+        let cover = Cover::<W>::new(&mesh);
+        let nodes = cover.placed(&mesh.positions, &map, 1.0e-6);
+        assert!(nodes.len() <= COVER_NODES as usize && nodes.len() > W);
+        for triangle in &mesh.triangles {
+            let corners = triangle.map(|c| {
+                let position = mesh.positions[c as usize].map(f64::from);
+                map.transform_point3(DVec3::from(position))
+            });
+            assert!(holds(&nodes, &corners), "{corners:?}");
+        }
+    }
+
+    #[test]
+    fn every_triangle_is_in_the_box_of_a_leaf() {
+        all_is_held::<8>();
+        all_is_held::<4>();
+    }
+
+    #[test]
+    fn one_triangle_is_its_own_cover() {
+        let mesh = TriangleMesh {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            ..TriangleMesh::default()
+        };
+        let cover = Cover::<8>::new(&mesh);
+        let nodes = cover.placed(&mesh.positions, &DAffine3::IDENTITY, 0.0);
+        assert_eq!(nodes.len(), 1);
+        assert_eq!(
+            (0..8).filter(|&lane| nodes[0].is_empty_lane(lane)).count(),
+            7
+        );
+    }
+}

@@ -4,7 +4,7 @@ use serde::Serialize;
 use shisen_core::frame::Statistics;
 
 /// How many rays of each kind were traced.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub(super) struct RayCounts {
     /// From an eye.
     pub(super) primary: u64,

@@ -47,9 +47,11 @@ pub(super) enum Way {
     Plain,
     /// The paper's.
     Lod,
-    /// The paper's rays, each in full: what is left then is the cut of the
-    /// field and the levels themselves.
+    /// The paper's rays, each in full.
     Cut,
+    /// The paper's rays with all faces. Where these are as many as without, what
+    /// is left is what levels and the choice by them cost.
+    Levels,
 }
 
 impl FrameArguments {
@@ -102,9 +104,8 @@ impl Frames {
     ) -> Result<(f64, Statistics), Failure> {
         let sight = LineOfSight::new(Vec3::ZERO, forward, up).map_err(Failure::from_error)?;
         let mut lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
-        if way == Way::Cut {
-            (lod.bounces, lod.faces) = (false, false);
-        }
+        lod.bounces = way != Way::Cut;
+        lod.faces = way == Way::Lod;
         let viewer = Viewer::default();
         let eyes = Eye::STEREO.map(|eye| Observer {
             lod: (way != Way::Plain).then_some(lod),

@@ -19,8 +19,10 @@ use std::fmt;
 /// With --json, one object: threads, size, mesh and cells: for each scene and
 /// state `lod_seconds`, `plain_seconds`, ratio, `paper_ratio`, `lod_rays` and
 /// `plain_rays` (primary, reflected, refracted, shadow), `lod_steps`,
-/// `plain_steps`, `steps_ratio`, and `cut_seconds`: the rays of the frame with
-/// level of detail, each with all faces and bounces.
+/// `plain_steps`, `steps_ratio`, `cut_seconds` (the rays of the frame with level of
+/// detail, each with all faces and bounces), and bookkeeping: where
+/// the rays of the field take nearly all steps of the plain frame, the share of
+/// time that asking for their levels adds to it (else null).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
@@ -40,6 +42,12 @@ const PAPER: [(PaperScene, [f64; 2], f64); 4] = [
 
 /// Where the viewer looks in states 1 and 2, and what is up then.
 const STATES: [(Vec3, Vec3); 2] = [(Vec3::NEG_Z, Vec3::Y), (Vec3::NEG_Y, Vec3::NEG_Z)];
+
+/// Share of the plain frame's steps above which times of frames can be compared.
+const SAME_WORK: f64 = 0.98;
+
+/// The ways of a frame, in the order of their turns.
+const WAYS: [Way; 4] = [Way::Plain, Way::Lod, Way::Cut, Way::Levels];
 
 /// What was measured.
 #[derive(Debug, Serialize)]
@@ -65,6 +73,7 @@ struct Cell {
     plain_steps: u64,
     steps_ratio: f64,
     cut_seconds: f64,
+    bookkeeping: Option<f64>,
 }
 
 /// Runs the command.
@@ -75,19 +84,20 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     for (scene, lod, plain) in PAPER {
         let of_scene = frames.frames(scene)?;
         for ((state, lod), (forward, up)) in (1..).zip(lod).zip(STATES) {
-            let mut seconds = [Vec::new(), Vec::new(), Vec::new()];
-            let mut statistics = [None; 3];
+            let mut seconds = [const { Vec::new() }; WAYS.len()];
+            let mut statistics = [None; WAYS.len()];
             for _ in 0..frames.repeat {
-                for (number, way) in [Way::Plain, Way::Lod, Way::Cut].into_iter().enumerate() {
+                for (number, way) in WAYS.into_iter().enumerate() {
                     let (time, work) = of_scene.render(way, forward, up)?;
                     seconds[number].push(time);
                     statistics[number] = Some(work);
                 }
             }
-            let [plain_seconds, lod_seconds, cut_seconds] = seconds.map(median);
-            let [Some(plain_work), Some(lod_work), _] = statistics else {
+            let [plain_seconds, lod_seconds, cut_seconds, levels_seconds] = seconds.map(median);
+            let [Some(plain_work), Some(lod_work), _, Some(levels_work)] = statistics else {
                 continue;
             };
+            let same = levels_work.steps as f64 / plain_work.steps as f64;
             cells.push(Cell {
                 scene: scene.name(),
                 state,
@@ -101,6 +111,8 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 plain_steps: plain_work.steps,
                 steps_ratio: lod_work.steps as f64 / plain_work.steps as f64,
                 cut_seconds,
+                bookkeeping: (same > SAME_WORK)
+                    .then_some(levels_seconds / plain_seconds / same - 1.0),
             });
         }
     }
@@ -146,6 +158,10 @@ impl fmt::Display for Report {
         row("ratio", &|c| format!("{:.3}", c.ratio))?;
         row("ratio in the paper", &|c| format!("{:.3}", c.paper_ratio))?;
         row("ratio of steps", &|c| format!("{:.3}", c.steps_ratio))?;
+        row("bookkeeping", &|c| match c.bookkeeping {
+            Some(share) => format!("{:.1}%", 1e2 * share),
+            None => "-".to_owned(),
+        })?;
         row("primary rays", &|c| c.lod_rays.primary.to_string())?;
         row("secondary rays", &|c| c.lod_rays.secondary().to_string())?;
         row("shadow rays", &|c| c.lod_rays.shadow.to_string())?;
