@@ -7,7 +7,17 @@
 //! radii of the mirror, angles in radians.
 
 mod design;
+mod mapping;
 mod mirror;
+mod named;
+mod near_field;
+mod rounding;
+mod viewpoint;
 
-pub use design::{Design, Extremum, best, optimum};
-pub use mirror::{Mirror, Parameters, Projection};
+pub use design::{Design, Extremum, best, local_optima, optimum};
+pub use mapping::Mapping;
+pub use mirror::{Mirror, MirrorError, Parameters, Projection};
+pub use named::Named;
+pub use near_field::{Displacement, NearField, NearestError, px_4096};
+pub use rounding::{SizeErrors, size_errors};
+pub use viewpoint::{Viewpoint, effective_viewpoint};
