@@ -4,8 +4,8 @@ use crate::output::write_atomically;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::element::PathElement;
 use plotters::prelude::{
-    ChartBuilder, DrawingAreaErrorKind, IntoDrawingArea, IntoLogRange, LineSeries, RGBColor,
-    SVGBackend, SeriesLabelPosition,
+    ChartBuilder, DrawingAreaErrorKind, IntoDrawingArea, IntoLogRange, LabelAreaPosition,
+    LineSeries, RGBColor, SVGBackend, SeriesLabelPosition,
 };
 use plotters::style::{BLACK, Color, ShapeStyle, WHITE};
 use std::fmt::Write as _;
@@ -15,6 +15,13 @@ use std::path::Path;
 
 /// Columns and rows of the picture.
 const SIZE: (u32, u32) = (800, 500);
+
+/// Parts of a column or row that it is drawn in: `plotters` has whole numbers
+/// only, and steps would show.
+const PARTS: u32 = 10;
+
+/// Of a line beside its name.
+const KEY: i32 = 22 * PARTS as i32;
 
 /// Colours that people of all kinds of colour vision tell apart: Okabe and
 /// Ito's.
@@ -126,7 +133,11 @@ impl Chart {
             (true, true) => self.draw(&mut picture, x.log_scale(), y.log_scale()),
         }
         .map_err(|error| io::Error::other(error.to_string()))?;
-        Ok(picture)
+        let size = |parts: u32| {
+            let (width, height) = (SIZE.0 * parts, SIZE.1 * parts);
+            format!("width=\"{width}\" height=\"{height}\" ")
+        };
+        Ok(picture.replacen(&size(PARTS), &size(1), 1))
     }
 
     fn draw<X, Y>(&self, picture: &mut String, x: X, y: Y) -> Result<(), DrawingError>
@@ -136,13 +147,17 @@ impl Chart {
         X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
         Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     {
-        let area = SVGBackend::with_string(picture, SIZE).into_drawing_area();
+        let (width, height) = (SIZE.0 * PARTS, SIZE.1 * PARTS);
+        let area = SVGBackend::with_string(picture, (width, height)).into_drawing_area();
         area.fill(&WHITE)?;
         let mut chart = ChartBuilder::on(&area)
-            .caption(&self.title, ("sans-serif", 20))
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
+            .caption(&self.title, ("sans-serif", 20 * PARTS))
+            .margin(12 * PARTS)
+            // Half of the last tick's number.
+            .margin_right(24 * PARTS)
+            .set_label_area_size(LabelAreaPosition::Top, 8 * PARTS)
+            .x_label_area_size(44 * PARTS)
+            .y_label_area_size(64 * PARTS)
             .build_cartesian_2d(x, y)?;
         chart
             .configure_mesh()
@@ -150,17 +165,19 @@ impl Chart {
             .y_desc(self.y.label)
             .x_label_formatter(&|x| self.x.tick(*x))
             .y_label_formatter(&|y| self.y.tick(*y))
-            .label_style(("sans-serif", 14))
-            .axis_desc_style(("sans-serif", 15))
-            .bold_line_style(BLACK.mix(0.15))
-            .light_line_style(BLACK.mix(0.04))
+            .label_style(("sans-serif", 14 * PARTS))
+            .axis_desc_style(("sans-serif", 15 * PARTS))
+            .axis_style(BLACK.stroke_width(PARTS))
+            .bold_line_style(BLACK.mix(0.15).stroke_width(PARTS))
+            .light_line_style(BLACK.mix(0.04).stroke_width(PARTS))
+            .set_all_tick_mark_size(5 * PARTS)
             .draw()?;
         for line in &self.lines {
             let colour = COLOURS[line.colour % COLOURS.len()];
             let style = ShapeStyle {
                 color: colour.mix(if line.faint { 0.5 } else { 1.0 }),
                 filled: false,
-                stroke_width: if line.faint { 1 } else { 2 },
+                stroke_width: if line.faint { PARTS } else { 2 * PARTS },
             };
             let mut named = false;
             for part in self.parts(line) {
@@ -168,7 +185,7 @@ impl Chart {
                 if !named {
                     drawn
                         .label(&line.name)
-                        .legend(move |(x, y)| PathElement::new([(x, y), (x + 22, y)], style));
+                        .legend(move |(x, y)| PathElement::new([(x, y), (x + KEY, y)], style));
                     named = true;
                 }
             }
@@ -182,11 +199,11 @@ impl Chart {
                     Corner::LowerLeft => SeriesLabelPosition::LowerLeft,
                     Corner::LowerRight => SeriesLabelPosition::LowerRight,
                 })
-                .label_font(("sans-serif", 14))
-                .legend_area_size(30)
-                .margin(10)
+                .label_font(("sans-serif", 14 * PARTS))
+                .legend_area_size(30 * PARTS)
+                .margin(10 * PARTS)
                 .background_style(WHITE.mix(0.85))
-                .border_style(BLACK.mix(0.2))
+                .border_style(BLACK.mix(0.2).stroke_width(PARTS))
                 .draw()?;
         }
         area.present()
@@ -282,5 +299,114 @@ impl Axis {
         let digits = format!("{value:.6}");
         let short = digits.trim_end_matches('0').trim_end_matches('.');
         if short == "-0" { "0" } else { short }.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(range: Range<f64>, logarithmic: bool, points: Vec<(f64, Option<f64>)>) -> Chart {
+        Chart {
+            title: "A chart".to_owned(),
+            x: Axis {
+                name: "x",
+                label: "along",
+                range: 0.0..4.0,
+                logarithmic: false,
+            },
+            y: Axis {
+                name: "y",
+                label: "up",
+                range,
+                logarithmic,
+            },
+            lines: vec![Line {
+                name: "one, \"two\"".to_owned(),
+                points,
+                colour: 0,
+                faint: false,
+            }],
+            names: Corner::UpperLeft,
+        }
+    }
+
+    fn parts(chart: &Chart) -> Vec<Vec<(f64, f64)>> {
+        chart.parts(&chart.lines[0])
+    }
+
+    #[test]
+    fn lines_end_at_the_edge_of_the_chart() {
+        let points = [0.0, 2.0, 2.0, -1.0, 0.5].map(Some);
+        let points = (0..).map(f64::from).zip(points).collect();
+        let inside = parts(&chart(0.0..1.0, false, points));
+        let expected = [
+            vec![(0.0, 0.0), (0.5, 1.0)],
+            vec![(2.0 + 1.0 / 3.0, 1.0), (2.0 + 2.0 / 3.0, 0.0)],
+            vec![(3.0 + 2.0 / 3.0, 0.0), (4.0, 0.5)],
+        ];
+        assert_eq!(inside.len(), expected.len(), "{inside:?}");
+        for (found, exact) in inside.iter().flatten().zip(expected.iter().flatten()) {
+            let off = (found.0 - exact.0).hypot(found.1 - exact.1);
+            assert!(off < 1.0e-12, "{found:?} {exact:?}");
+        }
+    }
+
+    #[test]
+    fn lines_are_broken_where_there_is_no_number() {
+        let points = vec![
+            (0.0, Some(1.0)),
+            (1.0, Some(10.0)),
+            (2.0, None),
+            (2.5, Some(100.0)),
+            (3.0, Some(0.0)),
+            (3.5, Some(1.0)),
+            (4.0, Some(1.0)),
+        ];
+        let inside = parts(&chart(1.0..1.0e3, true, points));
+        assert_eq!(
+            inside,
+            [vec![(0.0, 1.0), (1.0, 10.0)], vec![(3.5, 1.0), (4.0, 1.0)]]
+        );
+    }
+
+    #[test]
+    fn numbers_keep_their_digits() {
+        let chart = chart(0.0..1.0, false, vec![(0.1, Some(1.0 / 3.0)), (0.2, None)]);
+        let rows = [
+            "line,x,y",
+            "\"one, \"\"two\"\"\",0.1,0.3333333333333333",
+            "\"one, \"\"two\"\"\",0.2,",
+            "",
+        ];
+        assert_eq!(chart.csv(), rows.join("\n"));
+    }
+
+    #[test]
+    fn pictures_are_as_large_as_they_should_be() {
+        for logarithmic in [false, true] {
+            let points = vec![(0.0, Some(1.0)), (4.0, Some(2.0))];
+            let picture = chart(1.0..2.0, logarithmic, points).svg().unwrap();
+            assert!(
+                picture.starts_with("<svg width=\"800\" height=\"500\" viewBox=\"0 0 8000 5000\""),
+                "{picture}"
+            );
+            assert!(picture.contains("A chart") && picture.contains("polyline"));
+        }
+    }
+
+    #[test]
+    fn ticks_are_short() {
+        let chart = chart(1.0..2.0, true, Vec::new());
+        for (value, linear, logarithmic) in [
+            (0.30000000000000004, "0.3", "0.3"),
+            (-1.0e-17, "0", "-1e-17"),
+            (90.0, "90", "90"),
+            (1.0e-5, "0.00001", "1e-5"),
+            (1.0e5, "100000", "1e5"),
+        ] {
+            assert_eq!(chart.x.tick(value), linear);
+            assert_eq!(chart.y.tick(value), logarithmic);
+        }
     }
 }

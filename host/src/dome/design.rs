@@ -109,23 +109,19 @@ pub(super) fn best_viewpoint(a: f64, projection: Projection) -> Design {
 /// # Errors
 /// An axis ratio outside [`Mirror::AXIS_RATIOS`].
 pub fn local_optima(a: f64) -> Result<Vec<Design>, MirrorError> {
-    let parallel = Design::of(Mirror::parallel(a)?);
+    Mirror::parallel(a)?;
     let of = |slope| Design::of(Mirror::of(a, slope));
-    let mut found: Vec<Design> = local_slopes(a).into_iter().map(of).collect();
-    if let Some(last) = found.last_mut()
-        && last.mirror.slope() > 1.0 - 1.0e-9
-    {
-        // The limit itself has no neighbour beyond.
-        *last = parallel;
-    }
-    Ok(found)
+    Ok(local_slopes(a).into_iter().map(of).collect())
 }
 
-/// The slopes at which the largest error by perspective has a local minimum.
+/// The slopes at which the largest error by perspective has a local minimum;
+/// 1 where that is the limit, which has no neighbour beyond.
 fn local_slopes(a: f64) -> Vec<f64> {
     let error = |g: f64| largest(&extrema(&Mirror::of(a, g)));
     let slopes = |i: usize| (i as f64 / CANDIDATES as f64).max(1.0e-3);
-    minima(slopes, error).into_iter().map(|(_, g)| g).collect()
+    // Next to the limit errors differ by their rounding only.
+    let settled = |(_, g): (f64, f64)| if g > 1.0 - 1.0e-9 { 1.0 } else { g };
+    minima(slopes, error).into_iter().map(settled).collect()
 }
 
 /// The axis ratio and viewpoint that make the largest |θ − `r_d`| least of all,
@@ -443,6 +439,13 @@ mod tests {
         };
         assert_eq!(*near, perspective(1.0));
         assert_eq!(*far, optimum(1.0, Projection::Parallel).unwrap());
+        // The limit is the limit, whatever its neighbours' rounding.
+        for i in 0..=70 {
+            let a = 1.2105 + 0.0011 * f64::from(i);
+            let found = local_optima(a).unwrap();
+            assert_eq!(found.last().unwrap().p, None, "{a}");
+            assert_eq!(perspective(a).p, None, "{a}");
+        }
         // They change places.
         for (a, nearest) in [(1.2102, 0), (1.2104, 1)] {
             let found = local_optima(a).unwrap();

@@ -29,7 +29,7 @@ use std::path::PathBuf;
 /// are in percent of the picture's radius, viewpoints in equatorial radii from
 /// the mirror's centre, places in degrees from the zenith.
 #[derive(Debug, Args)]
-pub(super) struct Arguments {
+pub(in crate::cli) struct Arguments {
     /// Axis ratios in each figure
     #[arg(long, value_name = "N", default_value_t = 300,
           value_parser = clap::value_parser!(u32).range(2..=10_000))]
@@ -67,7 +67,7 @@ const PARALLEL: Range<f64> = 0.5..2.1;
 const PARALLEL_BEST: Range<f64> = 1.28..1.3;
 
 /// Runs the command.
-pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     make_writable(&arguments.out)?;
     let count = arguments.points;
     let whole = perspective(&WHOLE, count)?;

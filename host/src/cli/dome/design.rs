@@ -26,7 +26,7 @@ use std::fmt;
 /// picture). In parallel projection p and d1 are null, and instead of fov there
 /// is width, the whole screen's.
 #[derive(Debug, Args)]
-pub(super) struct Arguments {
+pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     mirror: MirrorArguments,
     /// Print one JSON object
@@ -81,7 +81,7 @@ impl Report {
 }
 
 /// Runs the command.
-pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Some(design) = arguments.mirror.design()? else {
         return Err(Failure::usage(
             "no mirror to design: give --projection parallel or perspective, or a mirror's name \

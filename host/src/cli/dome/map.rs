@@ -22,7 +22,7 @@ use std::fmt;
 /// columns, each) and `theta_to_r_d` (`theta_deg`, `r_d_deg` and `error_px`
 /// each), from 0 to 90 degrees.
 #[derive(Debug, Args)]
-pub(super) struct Arguments {
+pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     mirror: MirrorArguments,
     /// How pixels become directions
@@ -97,7 +97,7 @@ impl Precision {
 }
 
 /// Runs the command.
-pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let design = arguments.mirror.design_or_first()?;
     let MappingChoice(mapping) = arguments.mapping;
     let precision = if arguments.f32 {

@@ -57,7 +57,7 @@ use std::path::PathBuf;
 /// `world_missed`, the share of rays that do not) and figures (name, title, x
 /// and y, csv and svg: paths, and lines: name, x and y each).
 #[derive(Debug, Args)]
-pub(super) struct Arguments {
+pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     mirror: MirrorArguments,
     /// How pixels become directions
@@ -175,7 +175,7 @@ const DECADES: i32 = 7;
 const STEPS: i32 = 2;
 
 /// Runs the command.
-pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Design { mirror, .. } = arguments.mirror.design_or_first()?;
     let mapping = arguments.mapping.0;
     let near = NearField::new(mirror, mapping);
@@ -332,7 +332,7 @@ fn rings_chart(title: &str, viewpoint: ViewpointChoice, seen: &[(f64, NearField)
             logarithmic: false,
         },
         lines,
-        names: Corner::UpperLeft,
+        names: Corner::LowerLeft,
     }
 }
 
@@ -356,6 +356,14 @@ fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
         colour,
         faint: false,
     };
+    let lines = vec![
+        line("from the screen's centre", 0, &|found| found.from_screen),
+        line("from the best viewpoint", 1, &|found| found.largest),
+    ];
+    // Whole decades; none where nothing is displaced.
+    let values = lines.iter().flat_map(|line| &line.points);
+    let least = values.filter_map(|(_, y)| *y).fold(1.0, f64::min);
+    let least = libm::floor(libm::log10(least.max(1.0e-6)));
     Chart {
         title: format!("{title}: largest displacement"),
         x: Axis {
@@ -367,13 +375,10 @@ fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
         y: Axis {
             name: "displacement_px",
             label: "largest displacement, pixels at 4096",
-            range: 0.01..1.0e3,
+            range: libm::pow(10.0, least)..1.0e3,
             logarithmic: true,
         },
-        lines: vec![
-            line("from the screen's centre", 0, &|found| found.from_screen),
-            line("from the best viewpoint", 1, &|found| found.largest),
-        ],
+        lines,
         names: Corner::UpperRight,
     }
 }
@@ -411,7 +416,7 @@ fn size_chart(title: &str, sizes: &[SizeErrors]) -> Chart {
         y: Axis {
             name: "error_px",
             label: "largest error, pixels at 4096",
-            range: 1.0e-5..1.0e4,
+            range: 1.0e-6..1.0e6,
             logarithmic: true,
         },
         lines,
