@@ -456,104 +456,79 @@ fn figures_are_files_and_numbers() {
     rounds_to(&parallel["y"][8], "5.16001");
 }
 
+/// Runs `shisen dome` on what must be refused as usage, with a message that
+/// has `expected` in it and no file.
+fn refused(command: &[&str], more: &[&str], expected: &str) {
+    let folder = folder();
+    let mut shisen = shisen(folder.path());
+    let assert = shisen.arg("dome").args(command).args(more).assert().code(2);
+    let output = assert.get_output();
+    let message = String::from_utf8(output.stderr.clone()).unwrap();
+    assert!(
+        message.contains(expected),
+        "{expected:?} is not in: {message}"
+    );
+    assert!(output.stdout.is_empty());
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
 #[test]
 fn what_is_no_mirror_is_usage() {
-    let folder = folder();
-    let perspective = ["dome", "design", "--projection", "perspective"];
-    let parallel = ["dome", "design", "--projection", "parallel"];
-    for (arguments, more, expected) in [
-        (&perspective[..2], &[][..], "--projection"),
+    let perspective = ["design", "--projection", "perspective"];
+    for (more, expected) in [
         (
-            &perspective,
-            &["--a", "0"],
+            &["--a", "0"][..],
             "ratio is 0: give a number from 0.01 to 100",
         ),
-        (&perspective, &["--a", "-1"], "ratio is -1: give"),
-        (&parallel, &["--a", "nan"], "ratio is NaN: give"),
-        (&parallel, &["--a", "inf"], "ratio is inf: give"),
-        (&parallel, &["--a", "101"], "0.01 to 100"),
+        (&["--a", "-1"], "ratio is -1: give"),
+        (&["--a", "2", "--p", "1.5"], "viewpoint is 1.5 radii"),
+        (&["--a", "2", "--p", "2"], "finite number above 2,"),
+        (&["--a", "2", "--p", "nan"], "viewpoint is NaN"),
+        (&["--a", "2", "--p", "inf"], "viewpoint is inf"),
         (
-            &perspective,
-            &["--a", "2", "--p", "1.5"],
-            "viewpoint is 1.5 radii",
-        ),
-        (
-            &perspective,
-            &["--a", "2", "--p", "2"],
-            "finite number above 2,",
-        ),
-        (
-            &perspective,
-            &["--a", "2", "--p", "nan"],
-            "viewpoint is NaN",
-        ),
-        (
-            &perspective,
-            &["--a", "2", "--p", "inf"],
-            "viewpoint is inf",
-        ),
-        (
-            &perspective,
             &["--a", "1", "--beta1", "0.79"],
             "of 0.79 rad: give a number from 0.001 to 0.785398163",
         ),
-        (&perspective, &["--a", "1", "--beta1", "nan"], "of NaN rad"),
-        (&perspective, &["--a", "1", "--beta1", "0"], "of 0 rad"),
-        (&parallel, &["--a", "1", "--p", "3"], "--p is 3"),
-        (&parallel, &["--a", "1", "--beta1", "0.2"], "--beta1 is 0.2"),
-        (&perspective, &["--p", "3"], "--a <RATIO>"),
-        (
-            &perspective,
-            &["--a", "1", "--p", "3", "--beta1", "0.2"],
-            "--beta1",
-        ),
-        (&perspective, &["--config", "best"], "--config"),
-        (&["dome", "design"], &["--config", "paper-4"], "paper-3"),
-        (
-            &["dome", "map"],
-            &["--step", "0"],
-            "degrees from 0.001 to 90",
-        ),
-        (&["dome", "map"], &["--mapping", "round"], "exact"),
-        (
-            &["dome", "nearfield"],
-            &["--distance", "0.6"],
-            "is 0.6 radii",
-        ),
-        (
-            &["dome", "nearfield"],
-            &["--distance", "1,nan"],
-            "is NaN radii",
-        ),
-        (
-            &["dome", "nearfield"],
-            &["--distance", "-1"],
-            "above 0.61326",
-        ),
-        (
-            &["dome", "nearfield"],
-            &["--world-offset", "1e7"],
-            "0 to 1e6",
-        ),
-        (&["dome", "curve"], &["--points", "1"], "2..=10000"),
+        (&["--a", "1", "--beta1", "nan"], "of NaN rad"),
+        (&["--a", "1", "--beta1", "0"], "of 0 rad"),
+        (&["--p", "3"], "--a <RATIO>"),
+        (&["--a", "1", "--p", "3", "--beta1", "0.2"], "--beta1"),
+        (&["--config", "best"], "--config"),
     ] {
-        let mut command = shisen(folder.path());
-        let output = command
-            .args(arguments)
-            .args(more)
-            .assert()
-            .code(2)
-            .get_output()
-            .clone();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert!(
-            message.contains(expected),
-            "{expected:?} is not in: {message}"
-        );
-        assert!(output.stdout.is_empty());
+        refused(&perspective, more, expected);
     }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-    // A folder that is a file.
+    let parallel = ["design", "--projection", "parallel"];
+    for (more, expected) in [
+        (&["--a", "nan"][..], "ratio is NaN: give"),
+        (&["--a", "inf"], "ratio is inf: give"),
+        (&["--a", "101"], "0.01 to 100"),
+        (&["--a", "1", "--p", "3"], "--p is 3"),
+        (&["--a", "1", "--beta1", "0.2"], "--beta1 is 0.2"),
+    ] {
+        refused(&parallel, more, expected);
+    }
+}
+
+#[test]
+fn what_there_is_not_is_usage() {
+    for (command, more, expected) in [
+        ("design", &[][..], "--projection"),
+        ("design", &["--config", "paper-4"], "paper-3"),
+        ("map", &["--step", "0"], "degrees from 0.001 to 90"),
+        ("map", &["--mapping", "round"], "exact"),
+        ("nearfield", &["--distance", "0.6"], "is 0.6 radii"),
+        ("nearfield", &["--distance", "1,nan"], "is NaN radii"),
+        ("nearfield", &["--distance", "-1"], "above 0.61326"),
+        ("nearfield", &["--world-offset", "1e7"], "0 to 1e6"),
+        ("curve", &["--points", "1"], "2..=10000"),
+    ] {
+        refused(&[command], more, expected);
+    }
+}
+
+#[test]
+fn a_folder_that_is_a_file_is_refused() {
+    let folder = folder();
     fs::write(folder.path().join("taken"), "").unwrap();
     for command in ["curve", "nearfield"] {
         let mut shisen = shisen(folder.path());

@@ -60,6 +60,7 @@ impl Named {
 mod tests {
     use super::super::{Design, best};
     use super::*;
+    use shisen_core::capture::SpheroidMirror;
 
     #[test]
     fn the_papers_viewpoints_are_rounded_to_its_table() {
@@ -77,6 +78,27 @@ mod tests {
                 row("2.350", "2.235", Some("3.374")),
             ]
         );
+    }
+
+    #[test]
+    fn single_precision_has_the_same_mirrors() {
+        for (named, single) in [
+            (Named::Paper1, SpheroidMirror::PAPER_PARALLEL),
+            (Named::BestParallel, SpheroidMirror::BEST_PARALLEL),
+            (Named::Best, SpheroidMirror::BEST),
+        ] {
+            assert_eq!(named.mirror().single(), Ok(single), "{named:?}");
+        }
+        // The core has the viewpoints of Table 1 as they are printed.
+        for (named, single) in [
+            (Named::Paper2, SpheroidMirror::PAPER_SPHERE),
+            (Named::Paper3, SpheroidMirror::PAPER_SPHEROID),
+        ] {
+            let found = named.mirror().single().unwrap();
+            assert_eq!(found.axis_ratio(), single.axis_ratio());
+            let off = found.viewpoint().unwrap() - single.viewpoint().unwrap();
+            assert!(off.abs() <= 5.0e-4, "{named:?} {off}");
+        }
     }
 
     #[test]

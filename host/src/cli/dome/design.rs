@@ -72,7 +72,7 @@ impl Report {
             d1: design.d1,
             beta1: design.beta1,
             fov: (!parallel).then(|| design.field_of_view.to_degrees()),
-            width: parallel.then(|| 2.0 * design.b1),
+            width: parallel.then_some(2.0 * design.b1),
             error_percent: design.error_percent,
             error_px_4096: design.error_px_4096,
             extrema: design.extrema.iter().map(degrees).collect(),

@@ -137,11 +137,9 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Degrees and radians from 0 to 90°, which is the last even where no step
 /// leads to it. Radians are at most π/2 in single precision too.
 fn angles(step: f64) -> Vec<(f64, f64)> {
-    let mut degrees: Vec<f64> = (0..)
-        .map(|i| f64::from(i) * step)
-        // A step's multiples are rounded.
-        .take_while(|&degrees| degrees < 90.0 - 1.0e-9)
-        .collect();
+    // A step's multiples are rounded.
+    let count = libm::ceil((90.0 - 1.0e-9) / step) as u32;
+    let mut degrees: Vec<f64> = (0..count).map(|i| f64::from(i) * step).collect();
     degrees.push(90.0);
     let radians = |degrees: f64| (degrees, degrees.to_radians());
     degrees.into_iter().map(radians).collect()

@@ -123,7 +123,7 @@ struct Report {
     reach: f64,
     distances: Vec<AtDistance>,
     viewpoints: Vec<BestViewpoint>,
-    sizes: Vec<Size>,
+    sizes: Vec<Errors>,
     figures: Vec<Figure>,
     /// As given.
     #[serde(skip)]
@@ -136,14 +136,14 @@ struct AtDistance {
     /// None for infinity.
     distance: Option<f64>,
     offset: f64,
-    rings: Vec<Ring>,
+    rings: Vec<SeenRing>,
     max_px: f64,
     max_r_d_deg: f64,
 }
 
 /// A ring of such a sphere.
 #[derive(Debug, Serialize)]
-struct Ring {
+struct SeenRing {
     ring_deg: f64,
     r_d_deg: Option<f64>,
     px: Option<f64>,
@@ -161,7 +161,7 @@ struct BestViewpoint {
 
 /// Both errors of a mirror's size.
 #[derive(Debug, Serialize)]
-struct Size {
+struct Errors {
     offset: f64,
     size: f64,
     near_field_px: Option<f64>,
@@ -221,7 +221,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         reach: near.reach(),
         distances: seen.iter().map(|(d, near)| at_distance(near, *d)).collect(),
         viewpoints: viewpoints.into_iter().map(best_viewpoint).collect(),
-        sizes: sizes.into_iter().map(Size::from).collect(),
+        sizes: sizes.into_iter().map(Errors::from).collect(),
         figures: charts.into_iter().map(write).collect::<Result<_, _>>()?,
         folder: arguments.out.display().to_string(),
     };
@@ -233,7 +233,7 @@ fn at_distance(near: &NearField, distance: f64) -> AtDistance {
         let ring_deg = f64::from(10 * i);
         let ring = ring_deg.to_radians();
         let r_d = near.ring(ring, distance);
-        Ring {
+        SeenRing {
             ring_deg,
             r_d_deg: r_d.map(f64::to_degrees),
             px: r_d.map(|r_d| px_4096((r_d - ring).abs())),
@@ -259,7 +259,7 @@ fn best_viewpoint((distance, found): (f64, Viewpoint)) -> BestViewpoint {
     }
 }
 
-impl From<SizeErrors> for Size {
+impl From<SizeErrors> for Errors {
     fn from(errors: SizeErrors) -> Self {
         Self {
             offset: errors.offset,
@@ -443,7 +443,7 @@ impl fmt::Display for Report {
         )?;
         write!(f, "{:>10}", "distance")?;
         for degrees in 1..=8 {
-            write!(f, "{:>7}0°", degrees)?;
+            write!(f, "{degrees:>7}0°")?;
         }
         writeln!(f, "{:>10}", "largest")?;
         for at in &self.distances {
