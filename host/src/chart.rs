@@ -2,10 +2,10 @@
 
 use crate::output::write_atomically;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
-use plotters::element::PathElement;
+use plotters::element::{Circle, PathElement};
 use plotters::prelude::{
-    ChartBuilder, DrawingAreaErrorKind, IntoDrawingArea, IntoLogRange, LabelAreaPosition,
-    LineSeries, RGBColor, SVGBackend, SeriesLabelPosition,
+    ChartBuilder, DrawingAreaErrorKind, IntoDrawingArea, IntoLogRange, LineSeries, RGBColor,
+    SVGBackend, SeriesLabelPosition,
 };
 use plotters::style::{BLACK, Color, ShapeStyle, WHITE};
 use std::fmt::Write as _;
@@ -22,6 +22,9 @@ const PARTS: u32 = 10;
 
 /// Of a line beside its name.
 const KEY: i32 = 22 * PARTS as i32;
+
+/// Radius of a dot.
+const DOT: u32 = 5 * PARTS;
 
 /// Colours that people of all kinds of colour vision tell apart: Okabe and
 /// Ito's.
@@ -81,7 +84,8 @@ pub struct Axis {
 pub struct Line {
     /// What it is called.
     pub name: String,
-    /// From left to right; no line goes where there is no number.
+    /// From left to right; no line goes where there is no number. A single
+    /// point is a dot.
     pub points: Vec<(f64, Option<f64>)>,
     /// Which colour it has, counted round.
     pub colour: usize,
@@ -150,12 +154,13 @@ impl Chart {
         let (width, height) = (SIZE.0 * PARTS, SIZE.1 * PARTS);
         let area = SVGBackend::with_string(picture, (width, height)).into_drawing_area();
         area.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&area)
-            .caption(&self.title, ("sans-serif", 20 * PARTS))
+        let below = area
+            .margin(10 * PARTS, 0, 0, 0)
+            .titled(&self.title, ("sans-serif", 20 * PARTS))?;
+        let mut chart = ChartBuilder::on(&below)
             .margin(12 * PARTS)
             // Half of the last tick's number.
             .margin_right(24 * PARTS)
-            .set_label_area_size(LabelAreaPosition::Top, 8 * PARTS)
             .x_label_area_size(44 * PARTS)
             .y_label_area_size(64 * PARTS)
             .build_cartesian_2d(x, y)?;
@@ -179,6 +184,17 @@ impl Chart {
                 filled: false,
                 stroke_width: if line.faint { PARTS } else { 2 * PARTS },
             };
+            if let [(x, Some(y))] = line.points[..]
+                && self.x.range.contains(&x)
+                && self.y.range.contains(&y)
+            {
+                let dot = move |at| Circle::new(at, DOT, style.filled());
+                let (key, middle) = (&line.name, KEY / 2);
+                chart
+                    .draw_series([dot((x, y))])?
+                    .label(key)
+                    .legend(move |(x, y)| Circle::new((x + middle, y), DOT, style.filled()));
+            }
             let mut named = false;
             for part in self.parts(line) {
                 let drawn = chart.draw_series(LineSeries::new(part, style))?;
@@ -386,7 +402,14 @@ mod tests {
     fn pictures_are_as_large_as_they_should_be() {
         for logarithmic in [false, true] {
             let points = vec![(0.0, Some(1.0)), (4.0, Some(2.0))];
-            let picture = chart(1.0..2.0, logarithmic, points).svg().unwrap();
+            let mut chart = chart(1.0..2.0, logarithmic, points);
+            let picture = chart.svg().unwrap();
+            assert!(!picture.contains("<circle"));
+            for (y, dots) in [(1.5, 1), (2.5, 0)] {
+                chart.lines[0].points = vec![(1.0, Some(y))];
+                let dot = chart.svg().unwrap();
+                assert_eq!(dot.matches("<circle").count(), dots);
+            }
             assert!(
                 picture.starts_with("<svg width=\"800\" height=\"500\" viewBox=\"0 0 8000 5000\""),
                 "{picture}"

@@ -3,6 +3,7 @@
 use super::super::cave::make_writable;
 use super::super::failure::Failure;
 use super::super::print;
+use super::arguments::ConfigChoice;
 use super::figure::Figure;
 use clap::Args;
 use rayon::prelude::*;
@@ -21,7 +22,8 @@ use std::path::PathBuf;
 /// the place of the largest error (14); the other local minimum, which a local
 /// search may take for the least, is drawn faintly. In parallel projection:
 /// the error (15 and 16). Axis ratios go on beyond the paper's, to where the
-/// error is least. Writes figure-10.csv and figure-10.svg to figure-16.
+/// error is least. The mirror of --config is a dot in the figures of its
+/// projection. Writes figure-10.csv and figure-10.svg to figure-16.
 ///
 /// With --json, one object: figures, each with name, title, x and y (what they
 /// are), csv and svg (paths) and lines (name, x and y each; y is null where
@@ -30,6 +32,9 @@ use std::path::PathBuf;
 /// the mirror's centre, places in degrees from the zenith.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
+    /// A mirror to mark
+    #[arg(long, value_name = "NAME", value_enum)]
+    config: Option<ConfigChoice>,
     /// Axis ratios in each figure
     #[arg(long, value_name = "N", default_value_t = 300,
           value_parser = clap::value_parser!(u32).range(2..=10_000))]
@@ -73,7 +78,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let whole = perspective(&WHOLE, count)?;
     let small_errors = perspective(&SMALL_ERRORS, count)?;
     let far_viewpoints = perspective(&FAR_VIEWPOINTS, count)?;
-    let charts = [
+    let mut charts = [
         (10, errors("Error by perspective", &whole, &WHOLE, 0.0..2.0)),
         (
             11,
@@ -117,6 +122,12 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
             )?,
         ),
     ];
+    if let Some(ConfigChoice(named)) = arguments.config {
+        let design = Design::of(named.mirror());
+        for (number, chart) in &mut charts {
+            mark(chart, *number, named.name(), &design);
+        }
+    }
     let write = |(number, chart): (u32, Chart)| {
         Figure::write(&arguments.out, &format!("figure-{number}"), chart)
     };
@@ -125,6 +136,21 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         folder: arguments.out.display().to_string(),
     };
     print(&report, arguments.json)
+}
+
+/// Marks a mirror in a figure of its projection.
+fn mark(chart: &mut Chart, number: u32, name: &str, design: &Design) {
+    let place = match (number, design.p) {
+        (10 | 11, Some(_)) | (15 | 16, None) => design.error_percent,
+        (12 | 13, Some(p)) => p,
+        _ => return,
+    };
+    chart.lines.push(Line {
+        name: name.to_owned(),
+        points: vec![(design.a, Some(place))],
+        colour: 2,
+        faint: false,
+    });
 }
 
 /// Axis ratios of a range, evenly by their logarithm.
@@ -271,7 +297,7 @@ fn parallel_errors(
             colour: 0,
             faint: false,
         }],
-        names: Corner::UpperRight,
+        names: Corner::LowerLeft,
     })
 }
 
