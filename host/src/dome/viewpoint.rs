@@ -29,11 +29,10 @@ impl Viewpoint {
 /// least, over the whole picture and over surroundings anywhere from `nearest`
 /// radii from that point to infinity.
 ///
-/// The rays behind the mirror do not meet in one point, but near the axis they
-/// pass about half a radius of curvature behind the pole, and those at the rim
-/// through the screen. Where the viewpoint is changes nothing at infinity; of
-/// all viewpoints that are as good as infinity allows, this is the one nearest
-/// to the screen's centre.
+/// The mirror's rays, extended backwards, cross the axis in different points:
+/// those of the rim at the screen's centre, the others farther in. Where the
+/// viewpoint is changes nothing at infinity; of all viewpoints that are as good
+/// as infinity allows, this is the one nearest to the screen's centre.
 ///
 /// With the viewpoint, the displacement of each ray changes in one direction,
 /// because its h does ([`NearField`]). So the largest one falls and then rises,
