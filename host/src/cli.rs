@@ -8,6 +8,7 @@ mod arguments;
 mod bake;
 mod bench;
 mod cave;
+mod dome;
 mod failure;
 mod gaze;
 mod inspect;
@@ -31,6 +32,8 @@ enum Shisen {
     Inspect(inspect::Arguments),
     Gaze(gaze::Arguments),
     #[command(subcommand)]
+    Dome(dome::Dome),
+    #[command(subcommand)]
     Bench(bench::Bench),
 }
 
@@ -51,6 +54,7 @@ pub(crate) fn main() -> ExitCode {
                 Shisen::Bake(arguments) => bake::run(&arguments),
                 Shisen::Inspect(arguments) => inspect::run(&arguments),
                 Shisen::Gaze(arguments) => gaze::run(&arguments),
+                Shisen::Dome(dome) => dome::run(&dome),
                 Shisen::Bench(bench) => bench::run(&bench),
             });
     match result {

@@ -264,7 +264,7 @@ fn directions(arguments: &Arguments, pose: HeadPose) -> (DVec3, DVec3) {
 
 /// Makes the folder and finds out whether files can be written to it, before
 /// time goes into pictures.
-fn make_writable(folder: &Path) -> Result<(), Fault> {
+pub(super) fn make_writable(folder: &Path) -> Result<(), Fault> {
     std::fs::create_dir_all(folder)
         .and_then(|()| tempfile::tempfile_in(folder))
         .map(drop)

@@ -1,0 +1,30 @@
+//! `shisen dome`: dome masters through a mirrored spheroid.
+
+mod arguments;
+mod curve;
+mod design;
+mod figure;
+mod map;
+mod nearfield;
+
+use super::failure::Failure;
+use clap::Subcommand;
+
+/// Dome masters through a mirrored spheroid, and how true they are
+#[derive(Debug, Subcommand)]
+pub(super) enum Dome {
+    Design(design::Arguments),
+    Curve(curve::Arguments),
+    Map(map::Arguments),
+    Nearfield(nearfield::Arguments),
+}
+
+/// Runs the command.
+pub(super) fn run(dome: &Dome) -> Result<(), Failure> {
+    match dome {
+        Dome::Design(arguments) => design::run(arguments),
+        Dome::Curve(arguments) => curve::run(arguments),
+        Dome::Map(arguments) => map::run(arguments),
+        Dome::Nearfield(arguments) => nearfield::run(arguments),
+    }
+}
