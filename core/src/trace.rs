@@ -2,6 +2,7 @@
 
 mod background;
 mod budget;
+mod graticule;
 mod hit;
 mod leaves;
 mod mesh;

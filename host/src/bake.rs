@@ -397,6 +397,9 @@ fn material(m: &Material) -> format::Material {
     } else if any(m.mirror) {
         effects |= effect::REFLECTION;
     }
+    if m.graticule.is_some() {
+        effects |= effect::GRATICULE;
+    }
     format::Material {
         diffuse: m.diffuse,
         shininess: m.shininess,
@@ -407,7 +410,9 @@ fn material(m: &Material) -> format::Material {
         transmission: m.transmission,
         reserved: 0,
         absorption: m.absorption,
-        reserved2: [0; 13],
+        graticule_divisions: m.graticule.map_or(0, |lines| lines.divisions),
+        graticule_width: m.graticule.map_or(0.0, |lines| lines.width),
+        reserved2: [0; 11],
     }
 }
 

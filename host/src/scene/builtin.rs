@@ -109,6 +109,7 @@ impl PaperScene {
             transmission: [0.0; 3],
             index_of_refraction: 1.5,
             absorption: [0.0; 3],
+            graticule: None,
         }
     }
 }

@@ -99,9 +99,14 @@ fn places(view: &View) -> impl Iterator<Item = (u32, u32)> + use<> {
     (0..rows).flat_map(move |y| (0..columns).map(move |x| (x, y)))
 }
 
+/// Through a pixel's centre.
+fn direction(view: &View, (x, y): (u32, u32)) -> Vec3 {
+    view.direction(x as f32, y as f32).expect("a direction")
+}
+
 /// The level of a pixel's centre.
-fn level(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32)) -> f32 {
-    let direction = view.direction(x as f32, y as f32);
+fn level(lod: &LevelOfDetail, view: &View, at: (u32, u32)) -> f32 {
+    let direction = direction(view, at);
     lod.gaze.level(direction).expect("a direction")
 }
 
@@ -116,9 +121,9 @@ fn reference((forward, up): (Vec3, Vec3)) -> gaze_reference::Gaze {
 fn exact_sight(
     gaze: &gaze_reference::Gaze,
     view: &View,
-    (x, y): (u32, u32),
+    at: (u32, u32),
 ) -> gaze_reference::Sight {
-    let direction = view.direction(x as f32, y as f32).as_dvec3();
+    let direction = direction(view, at).as_dvec3();
     gaze.sight(direction).expect("a direction")
 }
 
