@@ -7,6 +7,7 @@ pub mod tree;
 pub use layout::{BakedScene, Layout};
 
 use crate::mesh::{Material, MeshError, TriangleMesh};
+use crate::scene::camera::CameraPath;
 use crate::scene::{Background, Light, Object, Scene, Shape};
 use crate::simplify::{Ladder, LadderError, PolygonLevels};
 use blob::{AlignedBytes, Tables};
@@ -229,6 +230,7 @@ pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
         lights: Vec::new(),
         background: Background::uniform([0.0; 3]),
         ambient: [0.0; 3],
+        camera: CameraPath::default(),
     }
 }
 

@@ -8,10 +8,13 @@ mod arguments;
 mod bake;
 mod bench;
 mod cave;
+mod dome;
 mod failure;
 mod gaze;
 mod inspect;
 mod levels;
+mod picture_files;
+mod progress;
 mod ray_counts;
 mod source;
 
@@ -27,6 +30,8 @@ use std::process::ExitCode;
 #[command(name = "shisen", version, arg_required_else_help = true)]
 enum Shisen {
     Cave(Box<cave::Arguments>),
+    #[command(subcommand)]
+    Dome(dome::Dome),
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
     Gaze(gaze::Arguments),
@@ -48,6 +53,7 @@ pub(crate) fn main() -> ExitCode {
             .map_err(Failure::from_clap)
             .and_then(|command| match command {
                 Shisen::Cave(arguments) => cave::run(&arguments),
+                Shisen::Dome(dome) => dome::run(&dome),
                 Shisen::Bake(arguments) => bake::run(&arguments),
                 Shisen::Inspect(arguments) => inspect::run(&arguments),
                 Shisen::Gaze(arguments) => gaze::run(&arguments),

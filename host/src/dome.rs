@@ -7,7 +7,11 @@
 //! radii of the mirror, angles in radians.
 
 mod design;
+mod mapping;
 mod mirror;
+mod named;
 
 pub use design::{Design, Extremum, best, optimum};
+pub use mapping::Mapping;
 pub use mirror::{Mirror, Parameters, Projection};
+pub use named::Named;

@@ -42,7 +42,9 @@ impl SpheroidMirror {
         }
         let pixel = [[u], [v], [radius]];
         let start = self.exact_start();
-        Some(Reflection::of_lane(self.pixels(Portable, pixel, mapping, start)))
+        Some(Reflection::of_lane(
+            self.pixels(Portable, pixel, mapping, start),
+        ))
     }
 
     /// The line of sight through a point of the screen, x to the right and y
@@ -142,11 +144,7 @@ impl SpheroidMirror {
         let length = l.mul(length, l.sqrt(l.add(one, l.mul(kk, squared))));
         let outwards = l.div(outwards, length);
         Reflections {
-            point: [
-                l.mul(x, left),
-                l.mul(y, left),
-                l.mul(l.splat(-1.0), height),
-            ],
+            point: [l.mul(x, left), l.mul(y, left), l.mul(l.splat(-1.0), height)],
             direction: [
                 l.mul(x, outwards),
                 l.mul(y, outwards),

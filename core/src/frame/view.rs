@@ -53,11 +53,7 @@ impl View {
     ///
     /// # Errors
     /// A size, a pose or a projection that cannot be.
-    pub fn dome(
-        projection: DomeProjection,
-        pose: DomePose,
-        size: u32,
-    ) -> Result<Self, DomeError> {
+    pub fn dome(projection: DomeProjection, pose: DomePose, size: u32) -> Result<Self, DomeError> {
         Dome::new(projection, pose, size).map(|dome| Self(Kind::Dome(dome)))
     }
 

@@ -44,10 +44,7 @@ pub fn sin_cos(angle: f32) -> (f32, f32) {
 
 /// [`sin_cos`] in every lane, to the last bit, of angles from 0 to π.
 #[inline(always)]
-pub(crate) fn sines_and_cosines<const W: usize, L: Lanes<W>>(
-    l: L,
-    angle: L::F,
-) -> (L::F, L::F) {
+pub(crate) fn sines_and_cosines<const W: usize, L: Lanes<W>>(l: L, angle: L::F) -> (L::F, L::F) {
     let (zero, one, two) = (l.splat(0.0), l.splat(1.0), l.splat(2.0));
     let quarters = l.add(l.mul(angle, l.splat(FRAC_2_PI)), l.splat(0.5));
     let (second, third) = (l.le(one, quarters), l.le(two, quarters));

@@ -15,6 +15,7 @@ use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use glam::Vec3;
 use heapless::Vec;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 /// Most bounces of a ray tree.
 pub const MAX_DEPTH: u8 = 16;
@@ -27,7 +28,7 @@ pub const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
 const MOST_PENDING: usize = MAX_DEPTH as usize + 2;
 
 /// Linear light and coverage, premultiplied.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Pixel {
     /// Red.

@@ -17,6 +17,7 @@ use shisen::gaze_reference::{self, Limits};
 use shisen::mesh::{Material, TriangleMesh};
 use shisen::render::{self, Frame, Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
 use shisen_core::frame::{Budget, LevelOfDetail, Settings, Tracer, View, Workspace};
@@ -118,11 +119,7 @@ fn reference((forward, up): (Vec3, Vec3)) -> gaze_reference::Gaze {
 }
 
 /// A pixel by the reference.
-fn exact_sight(
-    gaze: &gaze_reference::Gaze,
-    view: &View,
-    at: (u32, u32),
-) -> gaze_reference::Sight {
+fn exact_sight(gaze: &gaze_reference::Gaze, view: &View, at: (u32, u32)) -> gaze_reference::Sight {
     let direction = direction(view, at).as_dvec3();
     gaze.sight(direction).expect("a direction")
 }
@@ -207,6 +204,7 @@ fn empty_scene(background: Background) -> Scene {
         lights: Vec::new(),
         background,
         ambient: [0.0; 3],
+        camera: CameraPath::default(),
     }
 }
 

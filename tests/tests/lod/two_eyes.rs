@@ -1,6 +1,8 @@
 //! Two eyes that have one line of sight, or one each.
 
-use crate::{GAZES, direction, eyes, frame, level, levels, lod, mixed_scene, places, room, samples, views};
+use crate::{
+    GAZES, direction, eyes, frame, level, levels, lod, mixed_scene, places, room, samples, views,
+};
 use glam::Vec3;
 use shisen::bake::Baked;
 use shisen::cave::{Eye, Viewer};

@@ -1,7 +1,5 @@
 use super::{Directions, View};
-use crate::capture::{
-    Mapping, SpheroidMirror, equidistant, fisheye_equisolid, mirror_ball,
-};
+use crate::capture::{Mapping, SpheroidMirror, equidistant, fisheye_equisolid, mirror_ball};
 use crate::numeric::largest_magnitude;
 use crate::shape::Ray;
 use crate::simd::{Kernel, Lanes, Portable, Runs, Simd};
@@ -374,11 +372,7 @@ impl Dome {
 
     /// Directions that need more than f32 on the way, lane by lane.
     #[inline(always)]
-    fn one_by_one<const W: usize, L: Lanes<W>>(
-        &self,
-        l: L,
-        [u, v, _]: [L::F; 3],
-    ) -> [L::F; 3] {
+    fn one_by_one<const W: usize, L: Lanes<W>>(&self, l: L, [u, v, _]: [L::F; 3]) -> [L::F; 3] {
         let (u, v) = (l.store(u), l.store(v));
         let mut directions = [[0.0; W]; 3];
         for lane in 0..W {
