@@ -59,8 +59,9 @@ pub enum Mode {
     /// One at a time: the finest budget and the least memory.
     Single,
     /// Blocks of 8×8 pixels of a view together: a node or a primitive counts
-    /// one step for the whole block. Dome masters go as in
-    /// [`Single`](Self::Single): rays off a mirror start apart.
+    /// one step for the whole block. Rays of dome masters start apart: rows
+    /// of eight pixels, or eight samples of one, go together through a scene of
+    /// few instances, as far as its meshes.
     Tile,
 }
 
@@ -234,7 +235,8 @@ impl TileJob {
     /// The budget is looked at before each pixel, in tile mode before each
     /// block of 8×8 and each ray tree in it. A call does at most its budget
     /// and all samples of one pixel more; in tile mode, besides, one sample's
-    /// primary rays of a block. A budget that is spent already does nothing.
+    /// primary rays of a block, or of a row of eight pixels of a dome master. A
+    /// budget that is spent already does nothing.
     ///
     /// # Errors
     /// A tile that is not inside the view; `pixels` of another length than

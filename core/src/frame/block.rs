@@ -76,7 +76,6 @@ impl Block {
                 let of = (view, screen);
                 self.render_singly(renderer, of, first, budget, workspace, target)
             }
-            // Rays off a mirror start apart and never go together.
             Kind::Dome(dome) => {
                 self.render_dome(renderer, (view, dome), first, budget, workspace, target)
             }

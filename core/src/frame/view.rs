@@ -20,7 +20,6 @@ pub struct View(Kind);
 /// What a view is: decided once a block, so that neither kind pays for the
 /// other.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "there are a few in a frame")]
 pub(super) enum Kind {
     Screen(Screen),
     Dome(Dome),

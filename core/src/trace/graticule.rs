@@ -1,9 +1,9 @@
 //! Meridians and parallels on a surface, as lines of one width.
 
-use crate::numeric::{arctangent, sin_cos, sqrt};
+use crate::numeric::{arctangent, sin_cos, sines_and_cosines};
 use crate::scene::format::{Material, effect};
-use crate::simd::Portable;
-use core::f32::consts::FRAC_PI_2;
+use crate::simd::{Lanes, Portable};
+use core::f32::consts::{FRAC_2_PI, FRAC_PI_2};
 use glam::Vec3;
 
 /// What a surface is between the lines: opaque and black.
@@ -28,37 +28,50 @@ pub(super) static BETWEEN: Material = Material {
 #[inline]
 pub(super) fn is_between(material: &Material, point: Vec3) -> bool {
     material.effects & effect::GRATICULE != 0
-        && !is_on_line(
-            point,
-            material.graticule_divisions,
-            0.5 * material.graticule_width,
-        )
+        && are_on_lines(Portable, point.to_array().map(|c| [c]), material) == 0
 }
 
-/// Whether the direction of a point, of any length but zero, is at most
-/// `half_width` (radians) off a meridian or a parallel about Y, of which a
-/// quarter turn has `divisions`. Error ≤ 4·10⁻⁷ rad.
+/// Whether the directions of points, of any length but zero, are at most half
+/// a line's width off a meridian or a parallel about Y. Error ≤ 4·10⁻⁷ rad.
 ///
 /// The octants are each other's mirrors, and lines lie between them.
-fn is_on_line(point: Vec3, divisions: u32, half_width: f32) -> bool {
-    let (x, y, z) = (point.x.abs(), point.y.abs(), point.z.abs());
-    let across = sqrt(x * x + z * z);
-    let [latitude] = arctangent(Portable, [y], [across]);
-    if off_nearest(latitude, divisions) <= half_width {
-        return true;
-    }
-    let [longitude] = arctangent(Portable, [x], [z]);
+#[inline(always)]
+pub(super) fn are_on_lines<const W: usize, L: Lanes<W>>(
+    l: L,
+    [x, y, z]: [L::F; 3],
+    material: &Material,
+) -> L::M {
+    let half_width = 0.5 * material.graticule_width;
+    let half = l.splat(half_width);
+    let divisions = material.graticule_divisions as f32;
+    let (x, y, z) = (l.abs(x), l.abs(y), l.abs(z));
+    let squared = l.add(l.mul(x, x), l.mul(z, z));
+    let across = l.sqrt(squared);
+    let latitude = off_nearest(l, arctangent(l, y, across), divisions);
+    let parallel = l.le(latitude, half);
     // The distance of a meridian is an angle of a great circle.
-    let (sin, _) = sin_cos(off_nearest(longitude, divisions));
+    let off = off_nearest(l, arctangent(l, x, z), divisions);
+    let length = l.sqrt(l.add(squared, l.mul(y, y)));
+    // The sine of up to half a quarter turn is not below 0.9 of the angle.
+    let least = l.mul(across, l.mul(l.splat(0.9), off));
+    if l.bits(l.le(least, l.mul(half, length))) == 0 {
+        return parallel;
+    }
+    let (sin, _) = sines_and_cosines(l, off);
     let (widest, _) = sin_cos(half_width);
-    across * sin <= widest * sqrt(across * across + y * y)
+    let meridian = l.le(l.mul(across, sin), l.mul(l.splat(widest), length));
+    l.or(parallel, meridian)
 }
 
-/// How far an angle from 0 to π/2 is from the nearest line: radians.
-fn off_nearest(angle: f32, divisions: u32) -> f32 {
-    let spacing = FRAC_PI_2 / divisions as f32;
-    let nearest = (angle / spacing + 0.5) as u32;
-    (angle - nearest as f32 * spacing).abs()
+/// How far angles from 0 to π/2 are from their nearest lines: radians.
+#[inline(always)]
+fn off_nearest<const W: usize, L: Lanes<W>>(l: L, angle: L::F, divisions: f32) -> L::F {
+    /// Above it there are no fractions.
+    const WHOLE: f32 = 8_388_608.0;
+    let lines = l.mul(angle, l.splat(FRAC_2_PI * divisions));
+    let nearest = l.sub(l.add(lines, l.splat(WHOLE)), l.splat(WHOLE));
+    let nearest = l.mul(nearest, l.splat(FRAC_PI_2 / divisions));
+    l.abs(l.sub(angle, nearest))
 }
 
 #[cfg(test)]
@@ -75,12 +88,18 @@ mod tests {
             libm::sin(latitude) as f32,
             (z * across) as f32,
         );
-        is_on_line(point * 7.0, 9, 0.15f32.to_radians())
+        let lines = Material {
+            effects: effect::GRATICULE,
+            graticule_divisions: 9,
+            graticule_width: 0.3f32.to_radians(),
+            ..BETWEEN
+        };
+        !is_between(&lines, point * 7.0)
     }
 
     #[test]
     fn lines_are_every_ten_degrees_all_round() {
-        for line in -9..=9 {
+        for line in -9..=9i32 {
             let latitude = 10.0 * f64::from(line);
             for longitude in [0.3, 44.9, 95.0, 183.0, -77.0] {
                 for off in [-0.149, 0.0, 0.149] {

@@ -3,6 +3,7 @@ use crate::capture::{Mapping, SpheroidMirror, equidistant, fisheye_equisolid, mi
 use crate::numeric::largest_magnitude;
 use crate::shape::Ray;
 use crate::simd::{Kernel, Lanes, Portable, Runs, Simd};
+use crate::trace::{RayDetail, RowRays};
 use core::f32::consts::TAU;
 use core::fmt;
 use glam::{Mat3, Vec3};
@@ -183,9 +184,31 @@ pub(crate) struct RayRow {
 }
 
 impl RayRow {
+    /// None inside the rim.
+    pub(crate) const EMPTY: Self = Self {
+        origins: [[0.0; 8]; 3],
+        directions: [[0.0; 8]; 3],
+        seen: 0,
+    };
+
     /// Whether no place is inside the rim.
     pub(crate) const fn is_empty(&self) -> bool {
         self.seen == 0
+    }
+
+    /// Those inside the rim that have a detail.
+    #[inline]
+    pub(crate) fn together(&self, detail: &[Option<RayDetail>; 8]) -> RowRays<'_> {
+        let mut active = 0;
+        for (lane, detail) in detail.iter().enumerate() {
+            let is_traced = detail.is_some() && self.ray(lane).is_some();
+            active |= u32::from(is_traced) << lane;
+        }
+        RowRays {
+            origins: &self.origins,
+            directions: &self.directions,
+            active,
+        }
     }
 
     /// `None` outside the rim.
