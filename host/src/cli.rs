@@ -30,11 +30,11 @@ use std::process::ExitCode;
 #[command(name = "shisen", version, arg_required_else_help = true)]
 enum Shisen {
     Cave(Box<cave::Arguments>),
-    #[command(subcommand)]
-    Dome(dome::Dome),
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
     Gaze(gaze::Arguments),
+    #[command(subcommand)]
+    Dome(dome::Dome),
     #[command(subcommand)]
     Bench(bench::Bench),
 }
@@ -53,10 +53,10 @@ pub(crate) fn main() -> ExitCode {
             .map_err(Failure::from_clap)
             .and_then(|command| match command {
                 Shisen::Cave(arguments) => cave::run(&arguments),
-                Shisen::Dome(dome) => dome::run(&dome),
                 Shisen::Bake(arguments) => bake::run(&arguments),
                 Shisen::Inspect(arguments) => inspect::run(&arguments),
                 Shisen::Gaze(arguments) => gaze::run(&arguments),
+                Shisen::Dome(dome) => dome::run(&dome),
                 Shisen::Bench(bench) => bench::run(&bench),
             });
     match result {

@@ -3,6 +3,7 @@
 mod angle;
 pub mod bake;
 pub mod cave;
+pub mod chart;
 pub mod description;
 pub mod dome;
 pub mod gaze_reference;

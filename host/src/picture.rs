@@ -13,6 +13,21 @@ use zerocopy::{FromBytes, IntoBytes};
 /// The most pixels a picture may have: 4 GiB of them.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
+/// Pictures up to this size are made without asking whether there is room:
+/// 64 MiB.
+const UNASKED_PIXELS: u64 = 1 << 22;
+
+/// Memory that a program may still take, where the system says: Linux promises
+/// more than it has, and ends whoever uses it.
+fn available_bytes() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text
+        .lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
 /// Linear RGBA with premultiplied alpha, rows from the top, row by row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
@@ -105,7 +120,10 @@ impl Picture {
         let count = u64::from(width) * u64::from(height);
         let too_large = PictureError::TooLarge { width, height };
         let mut pixels = Vec::new();
-        if count > MAX_PIXELS || pixels.try_reserve_exact(count as usize).is_err() {
+        if count > MAX_PIXELS
+            || (count > UNASKED_PIXELS && available_bytes().is_some_and(|free| 16 * count > free))
+            || pixels.try_reserve_exact(count as usize).is_err()
+        {
             return Err(too_large);
         }
         pixels.resize(count as usize, [0.0; 4]);

@@ -1,5 +1,4 @@
-use super::mirror::{Mirror, Parameters, Projection};
-use shisen_core::capture::MirrorError;
+use super::mirror::{Mirror, MirrorError, Parameters, Projection};
 use std::f64::consts::FRAC_PI_2;
 
 /// A mirror and how true its dome master is.
@@ -83,25 +82,46 @@ impl Design {
 /// is looked through first.
 ///
 /// # Errors
-/// An axis ratio that is not finite and above 0.
+/// An axis ratio outside [`Mirror::AXIS_RATIOS`].
 pub fn optimum(a: f64, projection: Projection) -> Result<Design, MirrorError> {
     Mirror::parallel(a)?;
     Ok(best_viewpoint(a, projection))
 }
 
 /// [`optimum`] for an axis ratio that is known to be one.
-fn best_viewpoint(a: f64, projection: Projection) -> Design {
-    let mut slope = 1.0;
+pub(super) fn best_viewpoint(a: f64, projection: Projection) -> Design {
+    let mut best = Design::of(Mirror::of(a, 1.0));
     if projection == Projection::Perspective {
-        let error = |g: f64| largest(&extrema(&Mirror::of(a, g)));
-        let slopes = |i: usize| (i as f64 / CANDIDATES as f64).max(1.0e-3);
-        let best = minimum(slopes, error);
-        // The limit itself has no neighbour beyond.
-        if error(best) < error(slope) {
-            slope = best;
+        for slope in local_slopes(a) {
+            let design = Design::of(Mirror::of(a, slope));
+            if design.error_percent < best.error_percent {
+                best = design;
+            }
         }
     }
-    Design::of(Mirror::of(a, slope))
+    best
+}
+
+/// All viewpoints whose neighbours, nearer and farther, have a larger error:
+/// one or two, the nearest first. Parallel projection is a neighbour, and where
+/// the error falls up to it, it is such a viewpoint itself.
+///
+/// # Errors
+/// An axis ratio outside [`Mirror::AXIS_RATIOS`].
+pub fn local_optima(a: f64) -> Result<Vec<Design>, MirrorError> {
+    Mirror::parallel(a)?;
+    let of = |slope| Design::of(Mirror::of(a, slope));
+    Ok(local_slopes(a).into_iter().map(of).collect())
+}
+
+/// The slopes at which the largest error by perspective has a local minimum;
+/// 1 where that is the limit, which has no neighbour beyond.
+fn local_slopes(a: f64) -> Vec<f64> {
+    let error = |g: f64| largest(&extrema(&Mirror::of(a, g)));
+    let slopes = |i: usize| (i as f64 / CANDIDATES as f64).max(1.0e-3);
+    // Next to the limit errors differ by their rounding only.
+    let settled = |(_, g): (f64, f64)| if g > 1.0 - 1.0e-9 { 1.0 } else { g };
+    minima(slopes, error).into_iter().map(settled).collect()
 }
 
 /// The axis ratio and viewpoint that make the largest |θ − `r_d`| least of all,
@@ -192,7 +212,7 @@ fn extrema(mirror: &Mirror) -> Vec<Extremum> {
 }
 
 /// Where `f`, of one sign at `low` and the other at `high`, changes it.
-fn crossing(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn crossing(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let sign = f(low) > 0.0;
     loop {
         let middle = low.midpoint(high);
@@ -212,26 +232,30 @@ fn largest(extrema: &[Extremum]) -> f64 {
     extrema.iter().fold(0.0, |most, e| most.max(e.error.abs()))
 }
 
-/// Where `f` is least over the candidates and between them: every local
-/// minimum of the candidates by golden section.
+/// Where `f` is least over the candidates and between them.
 fn minimum(candidate: impl Fn(usize) -> f64, f: impl Fn(f64) -> f64) -> f64 {
+    let first = (f64::INFINITY, candidate(0));
+    let least = |best: (f64, f64), found: (f64, f64)| if found.0 < best.0 { found } else { best };
+    minima(candidate, f).into_iter().fold(first, least).1
+}
+
+/// Every local minimum of the candidates by golden section, in their order:
+/// the value, and where.
+fn minima(candidate: impl Fn(usize) -> f64, f: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     let values: Vec<f64> = (0..=CANDIDATES).map(|i| f(candidate(i))).collect();
-    let mut best = (f64::INFINITY, candidate(0));
+    let mut found = Vec::new();
     for i in 0..=CANDIDATES {
         let (left, right) = (i.saturating_sub(1), (i + 1).min(CANDIDATES));
         if values[i] <= values[left] && values[i] <= values[right] {
             let x = golden(candidate(left), candidate(right), &f);
-            let value = f(x);
-            if value < best.0 {
-                best = (value, x);
-            }
+            found.push((f(x), x));
         }
     }
-    best.1
+    found
 }
 
 /// Where `f`, which falls and then rises, is least.
-fn golden(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn golden(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let ratio = (5f64.sqrt() - 1.0) / 2.0;
     let (mut x, mut y) = (high - ratio * (high - low), low + ratio * (high - low));
     let (mut at_x, mut at_y) = (f(x), f(y));
@@ -399,10 +423,35 @@ mod tests {
         assert_eq!(perspective(1.2104).p, None);
         assert_eq!(perspective(1.2882).p, None);
         assert!(perspective(1.2883).p.unwrap() > 1.0e4);
-        // The other local minimum at 2.35.
-        let near = |g: f64| Design::of(Mirror::from_slope(2.35, g).unwrap());
-        let least = near(golden(0.2, 0.6, |g| near(g).error_percent)).error_percent;
-        assert!((least - 0.705).abs() < 5.0e-4, "{least}");
+    }
+
+    #[test]
+    fn perspective_has_two_local_minima() {
+        // The nearer one at 2.35 is the worse.
+        let [near, far] = &local_optima(2.35).unwrap()[..] else {
+            panic!("not two");
+        };
+        rounds_to(near.error_percent, "0.705");
+        assert_eq!(*far, perspective(2.35));
+        // At 1 the better, and the other is the limit.
+        let [near, far] = &local_optima(1.0).unwrap()[..] else {
+            panic!("not two");
+        };
+        assert_eq!(*near, perspective(1.0));
+        assert_eq!(*far, optimum(1.0, Projection::Parallel).unwrap());
+        // The limit is the limit, whatever its neighbours' rounding.
+        for i in 0..=70 {
+            let a = 1.2105 + 0.0011 * f64::from(i);
+            let found = local_optima(a).unwrap();
+            assert_eq!(found.last().unwrap().p, None, "{a}");
+            assert_eq!(perspective(a).p, None, "{a}");
+        }
+        // They change places.
+        for (a, nearest) in [(1.2102, 0), (1.2104, 1)] {
+            let found = local_optima(a).unwrap();
+            assert_eq!(found[nearest], perspective(a), "{a}");
+        }
+        assert!(local_optima(f64::NAN).is_err());
     }
 
     #[test]

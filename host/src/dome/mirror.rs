@@ -1,6 +1,7 @@
 use glam::{DVec2, DVec3};
-use shisen_core::capture::MirrorError;
+use shisen_core::capture::{self, SpheroidMirror};
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
+use thiserror::Error;
 
 /// How a mirror is looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,11 +35,65 @@ pub struct Parameters {
     pub beta1: f64,
 }
 
+/// Why there is no such mirror.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum MirrorError {
+    /// The axis ratio is NaN or outside [`Mirror::AXIS_RATIOS`].
+    #[error(
+        "the mirror's axis ratio is {a}: give a number from {} to {}",
+        Mirror::AXIS_RATIOS.0,
+        Mirror::AXIS_RATIOS.1
+    )]
+    AxisRatio {
+        /// The axis ratio.
+        a: f64,
+    },
+    /// The viewpoint is NaN, infinite, in the mirror or on its pole.
+    #[error(
+        "the viewpoint is {p} radii from the mirror's centre: give a finite number above {a}, \
+         where its pole is, or parallel projection"
+    )]
+    Viewpoint {
+        /// Its distance from the mirror's centre, equatorial radii.
+        p: f64,
+        /// The mirror's axis ratio: the pole's distance.
+        a: f64,
+    },
+    /// a·tan β₁ is NaN or not above 0 to 1.
+    #[error(
+        "the mirror's slope at the edge is {g}: give a number above 0 to 1, which is parallel \
+         projection"
+    )]
+    Slope {
+        /// The slope.
+        g: f64,
+    },
+    /// The edge is NaN, next to the pole or where not even parallel lines of
+    /// sight leave at a right angle: a·tan β₁ > 1.
+    #[error(
+        "the edge is at a parametric angle of {beta1} rad: give a number from {} to {most}, which \
+         is parallel projection",
+        Mirror::LEAST_EDGE
+    )]
+    Edge {
+        /// Its parametric angle, radians.
+        beta1: f64,
+        /// The most it can be, radians: tan⁻¹(1/a).
+        most: f64,
+    },
+}
+
 impl Mirror {
+    /// Least and greatest axis ratio: those of the core's mirrors.
+    pub const AXIS_RATIOS: (f64, f64) = (0.01, 100.0);
+
+    /// The least β₁ that [`from_edge`](Self::from_edge) takes, radians.
+    pub const LEAST_EDGE: f64 = 1.0e-3;
+
     /// Parallel projection: equations 38 to 40.
     ///
     /// # Errors
-    /// An axis ratio that is not finite and above 0.
+    /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS).
     pub fn parallel(a: f64) -> Result<Self, MirrorError> {
         Self::from_slope(a, 1.0)
     }
@@ -46,16 +101,36 @@ impl Mirror {
     /// By a·tan β₁, above 0 to 1: equation 22's range and equation 38.
     ///
     /// # Errors
-    /// An axis ratio that is not finite and above 0, a slope out of range.
+    /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), a slope out of
+    /// range.
     pub fn from_slope(a: f64, g: f64) -> Result<Self, MirrorError> {
-        if !(a > 0.0 && a.is_finite()) {
-            return Err(MirrorError::AxisRatio { a: a as f32 });
+        let (least, most) = Self::AXIS_RATIOS;
+        if !(least..=most).contains(&a) {
+            return Err(MirrorError::AxisRatio { a });
         }
         if !(g > 0.0 && g <= 1.0) {
-            return Err(MirrorError::Edge {
-                beta1: libm::atan2(g, a) as f32,
-                most: libm::atan2(1.0, a) as f32,
-            });
+            return Err(MirrorError::Slope { g });
+        }
+        Ok(Self::of(a, g))
+    }
+
+    /// By β₁, radians: equations 19 to 24. Parallel projection where a·tan β₁
+    /// is 1 but for the rounding of `beta1`.
+    ///
+    /// # Errors
+    /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), an edge
+    /// outside [`LEAST_EDGE`](Self::LEAST_EDGE) to tan⁻¹(1/a).
+    pub fn from_edge(a: f64, beta1: f64) -> Result<Self, MirrorError> {
+        let parallel = Self::parallel(a)?;
+        let most = libm::atan2(1.0, a);
+        if !(Self::LEAST_EDGE..=most).contains(&beta1) {
+            return Err(MirrorError::Edge { beta1, most });
+        }
+        let g = a * libm::tan(beta1);
+        // How far an error of one unit of β₁ and of its tangent moves it.
+        let unsure = f64::EPSILON * (beta1 * (a + 1.0 / a) + 2.0);
+        if g >= 1.0 - unsure {
+            return Ok(parallel);
         }
         Ok(Self::of(a, g))
     }
@@ -69,15 +144,12 @@ impl Mirror {
     /// Perspective from `p` off the centre: equation 24, solved for β₁.
     ///
     /// # Errors
-    /// An axis ratio that is not finite and above 0, a viewpoint that is not
-    /// finite and above the pole.
+    /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), a viewpoint
+    /// that is not finite and above the pole.
     pub fn perspective(a: f64, p: f64) -> Result<Self, MirrorError> {
         let Self { mut g, .. } = Self::parallel(a)?;
         if !(p > a && p.is_finite()) {
-            return Err(MirrorError::Viewpoint {
-                p: p as f32,
-                a: a as f32,
-            });
+            return Err(MirrorError::Viewpoint { p, a });
         }
         let mut k = 0.0;
         // Halves the error at least with each step.
@@ -87,6 +159,21 @@ impl Mirror {
             g = 1.0 / (1.0 + 2.0 * k / h).sqrt();
         }
         Ok(Self { a, g, k })
+    }
+
+    /// The same in the core's precision.
+    ///
+    /// # Errors
+    /// A viewpoint that single precision cannot tell from the pole.
+    pub fn single(&self) -> Result<SpheroidMirror, capture::MirrorError> {
+        let Parameters { k, c1, .. } = self.parameters();
+        let p = (c1 + 1.0 / k) as f32;
+        let a = self.a as f32;
+        if p.is_finite() {
+            SpheroidMirror::perspective(a, p)
+        } else {
+            SpheroidMirror::parallel(a)
+        }
     }
 
     /// a.
@@ -335,6 +422,41 @@ mod tests {
         }
         for bad in [f64::NAN, 0.0, 1.0 + f64::EPSILON] {
             assert!(Mirror::from_slope(1.0, bad).is_err());
+        }
+        for bad in [f64::NAN, 0.0, -0.1, 9.0e-4, FRAC_PI_2 / 2.0 + 1.0e-15, 2.0] {
+            assert!(Mirror::from_edge(1.0, bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn edges_give_the_mirror_that_has_them() {
+        for a in [0.01, 0.5, 1.0, 1.288, 2.35, 4.5, 100.0] {
+            let most = libm::atan2(1.0, a);
+            assert_eq!(Mirror::from_edge(a, most), Mirror::parallel(a));
+            assert!(Mirror::from_edge(a, most.next_up()).is_err());
+            for g in [0.2, 0.7, 0.999] {
+                let mirror = Mirror::from_slope(a, g).unwrap();
+                let found = Mirror::from_edge(a, mirror.parameters().beta1).unwrap();
+                assert!((found.slope() - g).abs() < 1.0e-13 * a.max(1.0 / a));
+            }
+        }
+    }
+
+    #[test]
+    fn errors_name_the_value_and_its_range() {
+        for (error, words) in [
+            (Mirror::parallel(-1.0), ["is -1:", "0.01 to 100"]),
+            (Mirror::perspective(2.5, 2.0), ["is 2 radii", "above 2.5"]),
+            (Mirror::from_slope(1.0, 1.5), ["is 1.5:", "above 0 to 1"]),
+            (
+                Mirror::from_edge(1.0, 1.5),
+                ["of 1.5 rad", "0.001 to 0.785398163"],
+            ),
+        ] {
+            let says = error.unwrap_err().to_string();
+            for words in words {
+                assert!(says.contains(words), "{says}");
+            }
         }
     }
 }

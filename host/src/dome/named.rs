@@ -1,4 +1,5 @@
-use shisen_core::capture::SpheroidMirror;
+use super::design::best_viewpoint;
+use super::mirror::{Mirror, Projection};
 
 /// A mirror that has a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +17,10 @@ pub enum Named {
     /// The least error of all.
     Best,
 }
+
+/// The axis ratios that [`best`](super::best) finds.
+const BEST_PARALLEL: f64 = 1.288_248_331_186;
+const BEST: f64 = 4.504_149_71;
 
 impl Named {
     /// In the order of the paper, then of projections.
@@ -38,14 +43,73 @@ impl Named {
         }
     }
 
-    /// As the core has it.
-    pub const fn core(self) -> SpheroidMirror {
-        match self {
-            Self::Paper1 => SpheroidMirror::PAPER_PARALLEL,
-            Self::Paper2 => SpheroidMirror::PAPER_SPHERE,
-            Self::Paper3 => SpheroidMirror::PAPER_SPHEROID,
-            Self::BestParallel => SpheroidMirror::BEST_PARALLEL,
-            Self::Best => SpheroidMirror::BEST,
+    /// The mirror, its viewpoint with all digits.
+    pub fn mirror(self) -> Mirror {
+        let (a, projection) = match self {
+            Self::Paper1 => (1.288, Projection::Parallel),
+            Self::Paper2 => (1.0, Projection::Perspective),
+            Self::Paper3 => (2.35, Projection::Perspective),
+            Self::BestParallel => (BEST_PARALLEL, Projection::Parallel),
+            Self::Best => (BEST, Projection::Perspective),
+        };
+        best_viewpoint(a, projection).mirror
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Design, best};
+    use super::*;
+    use shisen_core::capture::SpheroidMirror;
+
+    #[test]
+    fn the_papers_viewpoints_are_rounded_to_its_table() {
+        let rounded = [Named::Paper1, Named::Paper2, Named::Paper3].map(|named| {
+            let design = Design::of(named.mirror());
+            let digits = |x: f64| format!("{x:.3}");
+            (digits(design.a), digits(design.c1), design.p.map(digits))
+        });
+        let row = |a: &str, c1: &str, p: Option<&str>| (a.into(), c1.into(), p.map(str::to_owned));
+        assert_eq!(
+            rounded,
+            [
+                row("1.288", "1.017", None),
+                row("1.000", "0.930", Some("1.277")),
+                row("2.350", "2.235", Some("3.374")),
+            ]
+        );
+    }
+
+    #[test]
+    fn single_precision_has_the_same_mirrors() {
+        for (named, single) in [
+            (Named::Paper1, SpheroidMirror::PAPER_PARALLEL),
+            (Named::BestParallel, SpheroidMirror::BEST_PARALLEL),
+            (Named::Best, SpheroidMirror::BEST),
+        ] {
+            assert_eq!(named.mirror().single(), Ok(single), "{named:?}");
+        }
+        // The core has the viewpoints of Table 1 as they are printed.
+        for (named, single) in [
+            (Named::Paper2, SpheroidMirror::PAPER_SPHERE),
+            (Named::Paper3, SpheroidMirror::PAPER_SPHEROID),
+        ] {
+            let found = named.mirror().single().unwrap();
+            assert_eq!(found.axis_ratio(), single.axis_ratio());
+            let off = found.viewpoint().unwrap() - single.viewpoint().unwrap();
+            assert!(off.abs() <= 5.0e-4, "{named:?} {off}");
+        }
+    }
+
+    #[test]
+    fn the_best_are_what_the_solver_finds() {
+        for (named, projection) in [
+            (Named::BestParallel, Projection::Parallel),
+            (Named::Best, Projection::Perspective),
+        ] {
+            let (named, found) = (Design::of(named.mirror()), best(projection));
+            assert!((named.a - found.a).abs() < 1.0e-8, "{named:?} {found:?}");
+            assert!((named.error_percent - found.error_percent).abs() < 1.0e-11);
         }
     }
 }

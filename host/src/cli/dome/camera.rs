@@ -4,9 +4,8 @@ use super::arguments::{ConfigChoice, MappingChoice};
 use crate::cli::failure::Failure;
 use crate::cli::progress::Progress;
 use clap::Args;
-use glam::DVec3;
 use shisen::bake::BakedScene;
-use shisen::dome::{Mapping, Named};
+use shisen::dome::{Named, NearField, effective_viewpoint};
 use shisen::render::{self, DomePicture, Options};
 use shisen::scene::Scene;
 use shisen::scene::builtin::grid;
@@ -20,7 +19,7 @@ use std::str::FromStr;
 pub(super) struct MirrorChoice {
     /// A mirror of the paper's Table 1, or the best there is
     #[arg(long, value_name = "NAME", value_enum, default_value = "paper-1")]
-    pub(super) config: ConfigChoice,
+    config: ConfigChoice,
     /// How pixels become directions
     #[arg(long, value_enum, default_value = "mirror")]
     pub(super) mapping: MappingChoice,
@@ -31,90 +30,136 @@ pub(super) struct MirrorChoice {
         default_value_t = 1.0e-3,
         allow_hyphen_values = true
     )]
-    pub(super) mirror_size: f32,
+    mirror_size: f32,
     /// Which point of the mirror's axis is where the picture is taken from:
-    /// screen (the screen's centre), or a distance from there towards the
-    /// zenith, in equatorial radii
+    /// screen (the screen's centre), best (which keeps parallax least), or a
+    /// distance from the screen's centre towards the zenith, in equatorial radii
     #[arg(
         long,
-        value_name = "screen|RADII",
+        value_name = "screen|best|RADII",
         default_value = "screen",
         allow_hyphen_values = true
     )]
-    pub(super) viewpoint: Viewpoint,
+    viewpoint: Viewpoint,
+    /// Nearest surroundings for --viewpoint best: equatorial radii [default: the
+    /// grid's distance, else 100]
+    #[arg(long, value_name = "RADII", allow_hyphen_values = true, value_parser = distance)]
+    nearest: Option<f64>,
 }
 
-/// `--viewpoint`: equatorial radii from the screen's centre towards the zenith.
+/// `--viewpoint`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Viewpoint(pub(super) f32);
+enum Viewpoint {
+    Screen,
+    Best,
+    /// Equatorial radii from the screen's centre towards the zenith.
+    At(f64),
+}
 
 impl FromStr for Viewpoint {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         match text.trim() {
-            "screen" => Ok(Self(0.0)),
+            "screen" => Ok(Self::Screen),
+            "best" => Ok(Self::Best),
             number => number
                 .parse()
                 .ok()
                 .filter(|radii| (-100.0..=100.0).contains(radii))
-                .map(Self)
-                .ok_or_else(|| "give screen, or radii from -100 to 100".to_owned()),
+                .map(Self::At)
+                .ok_or_else(|| "give screen, best, or radii from -100 to 100".to_owned()),
         }
     }
 }
 
+/// A mirror with its viewpoint, or none.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Optics {
+    pub(super) projection: DomeProjection,
+    /// The mirror's name; `None` without one.
+    pub(super) config: Option<Named>,
+    /// Of the mirror: metres.
+    pub(super) radius: f32,
+    /// From the screen's centre towards the zenith, equatorial radii.
+    pub(super) viewpoint: f64,
+}
+
 impl MirrorChoice {
-    /// The projection that they ask for; `field_of_view` is that without a
-    /// mirror, radians.
-    pub(super) fn projection(&self, mirrored: bool, field_of_view: f32) -> DomeProjection {
-        match self.mapping.0.core() {
-            None => DomeProjection::Equidistant { field_of_view },
-            Some(mapping) => {
-                let mirror = self.config.0.core();
-                DomeProjection::Mirror(MirrorCamera {
-                    mirror,
-                    mapping,
-                    radius: self.mirror_size,
-                    viewpoint: mirror.screen_distance() + self.viewpoint.0,
-                    mirrored,
-                })
-            }
-        }
-    }
-
-    /// The mirror in use, by name.
-    pub(super) fn config(&self) -> Option<Named> {
-        (self.mapping.0 != Mapping::True).then_some(self.config.0)
-    }
-
-    /// The screen's centre of a camera: metres.
-    fn screen(&self, camera: &DomeCamera) -> DVec3 {
-        let offset = match self.mapping.0 {
-            Mapping::True => 0.0,
-            Mapping::Mirror | Mapping::Exact => f64::from(self.viewpoint.0 * self.mirror_size),
+    /// What they ask for; `field_of_view` is that without a mirror, radians, and
+    /// `grid` the distance of the grid, equatorial radii.
+    ///
+    /// # Errors
+    /// Of usage, where there is no such mirror, or no best viewpoint.
+    pub(super) fn optics(
+        &self,
+        mirrored: bool,
+        field_of_view: f32,
+        grid: Option<f64>,
+    ) -> Result<Optics, Failure> {
+        let radius = self.mirror_size;
+        let Some(mapping) = self.mapping.0.core() else {
+            return Ok(Optics {
+                projection: DomeProjection::Equidistant { field_of_view },
+                config: None,
+                radius,
+                viewpoint: 0.0,
+            });
         };
-        camera.position - camera.zenith.normalize_or_zero() * offset
+        let double = self.config.0.mirror();
+        let viewpoint = match self.viewpoint {
+            Viewpoint::Screen => 0.0,
+            Viewpoint::At(offset) => offset,
+            Viewpoint::Best => {
+                let nearest = self.nearest.or(grid).unwrap_or(DISTANCE);
+                let near = NearField::new(double, self.mapping.0);
+                effective_viewpoint(&near, nearest)
+                    .map_err(|error| Failure::usage(&error.to_string()))?
+                    .offset
+            }
+        };
+        let mirror = double
+            .single()
+            .map_err(|error| Failure::usage(&error.to_string()))?;
+        Ok(Optics {
+            projection: DomeProjection::Mirror(MirrorCamera {
+                mirror,
+                mapping,
+                radius,
+                viewpoint: mirror.screen_distance() + viewpoint as f32,
+                mirrored,
+            }),
+            config: Some(self.config.0),
+            radius,
+            viewpoint,
+        })
     }
+}
 
+/// How far away the grid is unless somebody asks: equatorial radii.
+pub(super) const DISTANCE: f64 = 100.0;
+
+impl Optics {
     /// The built-in grid, `distance` of the mirror's radii around the screen's
     /// centre of a camera.
     ///
     /// # Errors
     /// Of usage, where that is no sphere.
     pub(super) fn grid(&self, distance: f64, camera: &DomeCamera) -> Result<Scene, Failure> {
-        let radius = distance * f64::from(self.mirror_size);
+        let radius = distance * f64::from(self.radius);
         let (least, most) = Spheroid::RADII;
         if !(f64::from(least)..=f64::from(most)).contains(&radius) {
             return Err(Failure::usage(&format!(
                 "the grid is {distance} mirror radii of {} m away, {radius:e} m: give --distance \
                  and --mirror-size whose product is from {least:e} to {most:e}",
-                self.mirror_size
+                self.radius
             )));
         }
         let mut scene = grid(radius as f32);
+        let zenith = camera.zenith.normalize_or_zero();
+        let screen = camera.position - zenith * (self.viewpoint * f64::from(self.radius));
         for object in &mut scene.objects {
-            object.world_from_object.translation = self.screen(camera);
+            object.world_from_object.translation = screen;
         }
         Ok(scene)
     }

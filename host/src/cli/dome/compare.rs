@@ -1,7 +1,7 @@
 //! `shisen dome compare`: a mirror's dome master against the true one.
 
 use super::arguments::MappingChoice;
-use super::camera::{MirrorChoice, distance, trace, view};
+use super::camera::{MirrorChoice, trace, view};
 use crate::cli::arguments::threads;
 use crate::cli::failure::Failure;
 use crate::cli::picture_files::{hexadecimal, make_writable, metadata};
@@ -10,7 +10,7 @@ use crate::cli::source::bake;
 use clap::Args;
 use serde::Serialize;
 use shisen::bake::Layout;
-use shisen::dome::Mapping;
+use shisen::dome::{Mapping, Named};
 use shisen::picture::Picture;
 use shisen::render::Options;
 use shisen::scene::camera::DomeCamera;
@@ -37,7 +37,7 @@ pub(in crate::cli) struct Arguments {
     mirror: MirrorChoice,
     /// Radius of the sphere, in equatorial radii of the mirror
     #[arg(long, value_name = "RADII", default_value_t = 100.0, allow_hyphen_values = true,
-          value_parser = distance)]
+          value_parser = super::camera::distance)]
     distance: f64,
     /// Columns and rows
     #[arg(long, value_name = "PIXELS", default_value_t = 1024,
@@ -74,7 +74,7 @@ struct Report {
     config: &'static str,
     mapping: &'static str,
     distance: f64,
-    viewpoint: f32,
+    viewpoint: f64,
     size: u32,
     samples: u16,
     seconds: f64,
@@ -90,11 +90,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     // Both are taken from the camera's place, the mirror by its viewpoint.
     let camera = DomeCamera::UPRIGHT;
-    let simulated = arguments.mirror.projection(false, PI);
-    let simulated = view(simulated, &camera, arguments.size)?;
+    let distance = arguments.distance;
+    let optics = arguments.mirror.optics(false, PI, Some(distance))?;
+    let simulated = view(optics.projection, &camera, arguments.size)?;
     let truth = DomeProjection::Equidistant { field_of_view: PI };
     let truth = view(truth, &camera, arguments.size)?;
-    let scene = arguments.mirror.grid(arguments.distance, &camera)?;
+    let scene = optics.grid(distance, &camera)?;
     let baked = bake(&scene, "grid", Layout::Fast, None)?;
     let path = path(&arguments.out);
     make_writable(path.parent().unwrap_or(Path::new("")))?;
@@ -109,7 +110,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let quiet = arguments.quiet || arguments.json;
     let truth = trace(&baked, &truth, &options, quiet)?;
     let simulated = trace(&baked, &simulated, &options, quiet)?;
-    let (config, mapping) = (arguments.mirror.config.0.name(), mapping.name());
+    let (config, mapping) = (optics.config.map_or("", Named::name), mapping.name());
     let mut report = Report {
         image: path.display().to_string(),
         hash: String::new(),
@@ -119,8 +120,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         pixels: 0,
         config,
         mapping,
-        distance: arguments.distance,
-        viewpoint: arguments.mirror.viewpoint.0,
+        distance,
+        viewpoint: optics.viewpoint,
         size: arguments.size,
         samples: arguments.samples,
         seconds: truth.seconds + simulated.seconds,
@@ -128,10 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut picture = simulated.picture;
     report.overlay(&truth.picture, &mut picture);
     report.hash = hexadecimal(picture.hash());
-    let note = format!(
-        "grid at {} radii, {config} ({mapping}): red true, cyan simulated",
-        arguments.distance
-    );
+    let note = format!("grid at {distance} radii, {config} ({mapping}): red true, cyan simulated");
     picture
         .write_png_with_alpha(&path, &metadata(note))
         .map_err(Failure::from_error)?;

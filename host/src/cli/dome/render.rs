@@ -1,6 +1,6 @@
 //! `shisen dome render`: dome masters of a scene.
 
-use super::camera::{MirrorChoice, distance, trace, view};
+use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
 use crate::cli::arguments::{Model, SceneName, threads};
 use crate::cli::failure::Failure;
 use crate::cli::picture_files::{hexadecimal, make_writable, metadata};
@@ -118,7 +118,7 @@ struct Report {
     mapping: &'static str,
     config: Option<&'static str>,
     mirror_size: Option<f32>,
-    viewpoint: Option<f32>,
+    viewpoint: Option<f64>,
     fov: f64,
     mirrored: bool,
     distance: Option<f64>,
@@ -177,25 +177,20 @@ impl Names {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let field_of_view = field_of_view(arguments)?;
-    let projection = arguments
-        .mirror
-        .projection(arguments.mirrored, field_of_view);
-    let placed = placed(arguments);
-    // Seen before anything large is loaded.
-    view(
-        projection,
-        &placed.unwrap_or(DomeCamera::UPRIGHT),
-        arguments.size,
-    )?;
     let is_grid = matches!(arguments.scene, SceneName::Grid);
     if arguments.distance.is_some() && !is_grid {
         return Err(Failure::usage("--distance is for --scene grid"));
     }
-    let distance = is_grid.then(|| arguments.distance.unwrap_or(100.0));
+    let distance = is_grid.then(|| arguments.distance.unwrap_or(DISTANCE));
+    let mirror = &arguments.mirror;
+    let optics = mirror.optics(arguments.mirrored, field_of_view, distance)?;
+    let placed = placed(arguments);
+    // Seen before anything large is loaded.
+    let camera = placed.unwrap_or(DomeCamera::UPRIGHT);
+    view(optics.projection, &camera, arguments.size)?;
     let mut source = Source::load(&arguments.scene, &arguments.model)?;
     if let Some(distance) = distance {
-        let camera = placed.unwrap_or(DomeCamera::UPRIGHT);
-        source.scene = Loaded::Described(arguments.mirror.grid(distance, &camera)?);
+        source.scene = Loaded::Described(optics.grid(distance, &camera)?);
     }
     let (baked, path) = match source.scene {
         Loaded::Baked(baked) => (baked, CameraPath::default()),
@@ -228,7 +223,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     for frame in 1..=frames {
         let camera = path.camera(frame).or(placed);
         let camera = camera.unwrap_or(DomeCamera::UPRIGHT);
-        let view = view(projection, &camera, arguments.size)?;
+        let view = view(optics.projection, &camera, arguments.size)?;
         let found = trace(&baked, &view, &options, quiet)?;
         statistics.add(&found.statistics);
         seconds += found.seconds;
@@ -243,7 +238,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             exr.push(path.display().to_string());
         }
     }
-    let mirror = arguments.mirror.config();
+    let config = optics.config;
     let report = Report {
         images,
         exr,
@@ -253,9 +248,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         size: arguments.size,
         frames,
         mapping: arguments.mirror.mapping.0.name(),
-        config: mirror.map(Named::name),
-        mirror_size: mirror.map(|_| arguments.mirror.mirror_size),
-        viewpoint: mirror.map(|_| arguments.mirror.viewpoint.0),
+        config: config.map(Named::name),
+        mirror_size: config.map(|_| optics.radius),
+        viewpoint: config.map(|_| optics.viewpoint),
         fov: f64::from(field_of_view).to_degrees(),
         mirrored: arguments.mirrored,
         distance,

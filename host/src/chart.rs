@@ -1,0 +1,412 @@
+//! Charts of lines: as a picture for people and as numbers for programs.
+
+use crate::output::write_atomically;
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
+use plotters::element::PathElement;
+use plotters::prelude::{
+    ChartBuilder, DrawingAreaErrorKind, IntoDrawingArea, IntoLogRange, LabelAreaPosition,
+    LineSeries, RGBColor, SVGBackend, SeriesLabelPosition,
+};
+use plotters::style::{BLACK, Color, ShapeStyle, WHITE};
+use std::fmt::Write as _;
+use std::io;
+use std::ops::Range;
+use std::path::Path;
+
+/// Columns and rows of the picture.
+const SIZE: (u32, u32) = (800, 500);
+
+/// Parts of a column or row that it is drawn in: `plotters` has whole numbers
+/// only, and steps would show.
+const PARTS: u32 = 10;
+
+/// Of a line beside its name.
+const KEY: i32 = 22 * PARTS as i32;
+
+/// Colours that people of all kinds of colour vision tell apart: Okabe and
+/// Ito's.
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(90, 90, 90),
+];
+
+/// A chart.
+#[derive(Debug, Clone)]
+pub struct Chart {
+    /// Above it.
+    pub title: String,
+    /// To the right.
+    pub x: Axis,
+    /// Upwards.
+    pub y: Axis,
+    /// What it shows.
+    pub lines: Vec<Line>,
+    /// Where there is room for the names of the lines.
+    pub names: Corner,
+}
+
+/// A corner of a chart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Corner {
+    /// Upper left.
+    UpperLeft,
+    /// Upper right.
+    UpperRight,
+    /// Lower left.
+    LowerLeft,
+    /// Lower right.
+    LowerRight,
+}
+
+/// An axis of a chart.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// In the file of numbers.
+    pub name: &'static str,
+    /// Beside the axis.
+    pub label: &'static str,
+    /// What is shown; numbers outside are in the file all the same.
+    pub range: Range<f64>,
+    /// Whether equal steps are equal ratios; the range is above 0 then.
+    pub logarithmic: bool,
+}
+
+/// A line through points.
+#[derive(Debug, Clone)]
+pub struct Line {
+    /// What it is called.
+    pub name: String,
+    /// From left to right; no line goes where there is no number.
+    pub points: Vec<(f64, Option<f64>)>,
+    /// Which colour it has, counted round.
+    pub colour: usize,
+    /// Whether it is there for comparison only.
+    pub faint: bool,
+}
+
+impl Chart {
+    /// Writes the picture, SVG.
+    ///
+    /// # Errors
+    /// What the system reports.
+    pub fn write_svg(&self, path: &Path) -> io::Result<()> {
+        let picture = self.svg()?;
+        write_atomically(path, |file| file.write_all(picture.as_bytes()))
+    }
+
+    /// Writes the numbers, CSV: a line's name, x and y in each row, and no y
+    /// where there is none.
+    ///
+    /// # Errors
+    /// What the system reports.
+    pub fn write_csv(&self, path: &Path) -> io::Result<()> {
+        let numbers = self.csv();
+        write_atomically(path, |file| file.write_all(numbers.as_bytes()))
+    }
+
+    fn csv(&self) -> String {
+        let mut text = format!("line,{},{}\n", self.x.name, self.y.name);
+        for line in &self.lines {
+            // Quoted as RFC 4180 has it: names have commas.
+            let name = line.name.replace('"', "\"\"");
+            for (x, y) in &line.points {
+                let y = y.map_or(String::new(), |y| y.to_string());
+                // Writing to a string does not fail.
+                let _ = writeln!(text, "\"{name}\",{x},{y}");
+            }
+        }
+        text
+    }
+
+    fn svg(&self) -> io::Result<String> {
+        let mut picture = String::new();
+        let (x, y) = (self.x.range.clone(), self.y.range.clone());
+        match (self.x.logarithmic, self.y.logarithmic) {
+            (false, false) => self.draw(&mut picture, x, y),
+            (false, true) => self.draw(&mut picture, x, y.log_scale()),
+            (true, false) => self.draw(&mut picture, x.log_scale(), y),
+            (true, true) => self.draw(&mut picture, x.log_scale(), y.log_scale()),
+        }
+        .map_err(|error| io::Error::other(error.to_string()))?;
+        let size = |parts: u32| {
+            let (width, height) = (SIZE.0 * parts, SIZE.1 * parts);
+            format!("width=\"{width}\" height=\"{height}\" ")
+        };
+        Ok(picture.replacen(&size(PARTS), &size(1), 1))
+    }
+
+    fn draw<X, Y>(&self, picture: &mut String, x: X, y: Y) -> Result<(), DrawingError>
+    where
+        X: AsRangedCoord<Value = f64>,
+        Y: AsRangedCoord<Value = f64>,
+        X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        let (width, height) = (SIZE.0 * PARTS, SIZE.1 * PARTS);
+        let area = SVGBackend::with_string(picture, (width, height)).into_drawing_area();
+        area.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&area)
+            .caption(&self.title, ("sans-serif", 20 * PARTS))
+            .margin(12 * PARTS)
+            // Half of the last tick's number.
+            .margin_right(24 * PARTS)
+            .set_label_area_size(LabelAreaPosition::Top, 8 * PARTS)
+            .x_label_area_size(44 * PARTS)
+            .y_label_area_size(64 * PARTS)
+            .build_cartesian_2d(x, y)?;
+        chart
+            .configure_mesh()
+            .x_desc(self.x.label)
+            .y_desc(self.y.label)
+            .x_label_formatter(&|x| self.x.tick(*x))
+            .y_label_formatter(&|y| self.y.tick(*y))
+            .label_style(("sans-serif", 14 * PARTS))
+            .axis_desc_style(("sans-serif", 15 * PARTS))
+            .axis_style(BLACK.stroke_width(PARTS))
+            .bold_line_style(BLACK.mix(0.15).stroke_width(PARTS))
+            .light_line_style(BLACK.mix(0.04).stroke_width(PARTS))
+            .set_all_tick_mark_size(5 * PARTS)
+            .draw()?;
+        for line in &self.lines {
+            let colour = COLOURS[line.colour % COLOURS.len()];
+            let style = ShapeStyle {
+                color: colour.mix(if line.faint { 0.5 } else { 1.0 }),
+                filled: false,
+                stroke_width: if line.faint { PARTS } else { 2 * PARTS },
+            };
+            let mut named = false;
+            for part in self.parts(line) {
+                let drawn = chart.draw_series(LineSeries::new(part, style))?;
+                if !named {
+                    drawn
+                        .label(&line.name)
+                        .legend(move |(x, y)| PathElement::new([(x, y), (x + KEY, y)], style));
+                    named = true;
+                }
+            }
+        }
+        if self.lines.len() > 1 {
+            chart
+                .configure_series_labels()
+                .position(match self.names {
+                    Corner::UpperLeft => SeriesLabelPosition::UpperLeft,
+                    Corner::UpperRight => SeriesLabelPosition::UpperRight,
+                    Corner::LowerLeft => SeriesLabelPosition::LowerLeft,
+                    Corner::LowerRight => SeriesLabelPosition::LowerRight,
+                })
+                .label_font(("sans-serif", 14 * PARTS))
+                .legend_area_size(30 * PARTS)
+                .margin(10 * PARTS)
+                .background_style(WHITE.mix(0.85))
+                .border_style(BLACK.mix(0.2).stroke_width(PARTS))
+                .draw()?;
+        }
+        area.present()
+    }
+
+    /// What of a line is inside the chart: its unbroken parts, each at least
+    /// two points.
+    fn parts(&self, line: &Line) -> Vec<Vec<(f64, f64)>> {
+        let (x, y) = (&self.x, &self.y);
+        let mut parts: Vec<Vec<(f64, f64)>> = Vec::new();
+        for pair in line.points.windows(2) {
+            let &[(x0, Some(y0)), (x1, Some(y1))] = pair else {
+                continue;
+            };
+            // No logarithm, no place.
+            if ![x.place(x0), x.place(x1), y.place(y0), y.place(y1)]
+                .iter()
+                .all(|place| place.is_finite())
+            {
+                continue;
+            }
+            let along_x = x.inside(x0, x1);
+            let along_y = y.inside(y0, y1);
+            let (from, to) = (along_x.0.max(along_y.0), along_x.1.min(along_y.1));
+            if !(from < to) {
+                continue;
+            }
+            let at = |part: f64| (x.between(x0, x1, part), y.between(y0, y1, part));
+            match parts.last_mut() {
+                Some(part) if from == 0.0 && part.last() == Some(&(x0, y0)) => part.push(at(to)),
+                _ => parts.push(vec![at(from), at(to)]),
+            }
+        }
+        parts
+    }
+}
+
+type DrawingError = DrawingAreaErrorKind<io::Error>;
+
+impl Axis {
+    /// A place on the axis as it is drawn.
+    fn place(&self, value: f64) -> f64 {
+        if self.logarithmic {
+            value.log10()
+        } else {
+            value
+        }
+    }
+
+    /// A value between two, by places; the ends themselves at 0 and 1.
+    fn between(&self, low: f64, high: f64, part: f64) -> f64 {
+        if part <= 0.0 {
+            return low;
+        }
+        if part >= 1.0 {
+            return high;
+        }
+        let (from, to) = (self.place(low), self.place(high));
+        let place = from + (to - from) * part;
+        let value = if self.logarithmic {
+            10f64.powf(place)
+        } else {
+            place
+        };
+        value.clamp(self.range.start, self.range.end)
+    }
+
+    /// From where to where, 0 to 1, what is between two values is in the
+    /// range; an empty range where nothing is.
+    fn inside(&self, first: f64, last: f64) -> (f64, f64) {
+        let (first, last) = (self.place(first), self.place(last));
+        let (low, high) = (self.place(self.range.start), self.place(self.range.end));
+        if first == last {
+            return if (low..=high).contains(&first) {
+                (0.0, 1.0)
+            } else {
+                (1.0, 0.0)
+            };
+        }
+        let (a, b) = (
+            (low - first) / (last - first),
+            (high - first) / (last - first),
+        );
+        (a.min(b).max(0.0), a.max(b).min(1.0))
+    }
+
+    /// What is written at a tick.
+    fn tick(&self, value: f64) -> String {
+        if self.logarithmic && !(1.0e-3..1.0e5).contains(&value) {
+            return format!("{value:.0e}");
+        }
+        // Ticks are round numbers; their sums are not.
+        let digits = format!("{value:.6}");
+        let short = digits.trim_end_matches('0').trim_end_matches('.');
+        if short == "-0" { "0" } else { short }.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(range: Range<f64>, logarithmic: bool, points: Vec<(f64, Option<f64>)>) -> Chart {
+        Chart {
+            title: "A chart".to_owned(),
+            x: Axis {
+                name: "x",
+                label: "along",
+                range: 0.0..4.0,
+                logarithmic: false,
+            },
+            y: Axis {
+                name: "y",
+                label: "up",
+                range,
+                logarithmic,
+            },
+            lines: vec![Line {
+                name: "one, \"two\"".to_owned(),
+                points,
+                colour: 0,
+                faint: false,
+            }],
+            names: Corner::UpperLeft,
+        }
+    }
+
+    fn parts(chart: &Chart) -> Vec<Vec<(f64, f64)>> {
+        chart.parts(&chart.lines[0])
+    }
+
+    #[test]
+    fn lines_end_at_the_edge_of_the_chart() {
+        let points = [0.0, 2.0, 2.0, -1.0, 0.5].map(Some);
+        let points = (0..).map(f64::from).zip(points).collect();
+        let inside = parts(&chart(0.0..1.0, false, points));
+        let expected = [
+            vec![(0.0, 0.0), (0.5, 1.0)],
+            vec![(2.0 + 1.0 / 3.0, 1.0), (2.0 + 2.0 / 3.0, 0.0)],
+            vec![(3.0 + 2.0 / 3.0, 0.0), (4.0, 0.5)],
+        ];
+        assert_eq!(inside.len(), expected.len(), "{inside:?}");
+        for (found, exact) in inside.iter().flatten().zip(expected.iter().flatten()) {
+            let off = (found.0 - exact.0).hypot(found.1 - exact.1);
+            assert!(off < 1.0e-12, "{found:?} {exact:?}");
+        }
+    }
+
+    #[test]
+    fn lines_are_broken_where_there_is_no_number() {
+        let points = vec![
+            (0.0, Some(1.0)),
+            (1.0, Some(10.0)),
+            (2.0, None),
+            (2.5, Some(100.0)),
+            (3.0, Some(0.0)),
+            (3.5, Some(1.0)),
+            (4.0, Some(1.0)),
+        ];
+        let inside = parts(&chart(1.0..1.0e3, true, points));
+        assert_eq!(
+            inside,
+            [vec![(0.0, 1.0), (1.0, 10.0)], vec![(3.5, 1.0), (4.0, 1.0)]]
+        );
+    }
+
+    #[test]
+    fn numbers_keep_their_digits() {
+        let chart = chart(0.0..1.0, false, vec![(0.1, Some(1.0 / 3.0)), (0.2, None)]);
+        let rows = [
+            "line,x,y",
+            "\"one, \"\"two\"\"\",0.1,0.3333333333333333",
+            "\"one, \"\"two\"\"\",0.2,",
+            "",
+        ];
+        assert_eq!(chart.csv(), rows.join("\n"));
+    }
+
+    #[test]
+    fn pictures_are_as_large_as_they_should_be() {
+        for logarithmic in [false, true] {
+            let points = vec![(0.0, Some(1.0)), (4.0, Some(2.0))];
+            let picture = chart(1.0..2.0, logarithmic, points).svg().unwrap();
+            assert!(
+                picture.starts_with("<svg width=\"800\" height=\"500\" viewBox=\"0 0 8000 5000\""),
+                "{picture}"
+            );
+            assert!(picture.contains("A chart") && picture.contains("polyline"));
+        }
+    }
+
+    #[test]
+    fn ticks_are_short() {
+        let chart = chart(1.0..2.0, true, Vec::new());
+        for (value, linear, logarithmic) in [
+            (0.1 + 0.2, "0.3", "0.3"),
+            (-1.0e-17, "0", "-1e-17"),
+            (90.0, "90", "90"),
+            (1.0e-5, "0.00001", "1e-5"),
+            (1.0e5, "100000", "1e5"),
+        ] {
+            assert_eq!(chart.x.tick(value), linear);
+            assert_eq!(chart.y.tick(value), logarithmic);
+        }
+    }
+}

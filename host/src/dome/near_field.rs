@@ -1,0 +1,313 @@
+use super::design::crossing;
+use super::mapping::Mapping;
+use super::mirror::{Mirror, Parameters};
+use glam::DVec2;
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
+use thiserror::Error;
+
+/// Places of a dome master's radius that are looked at: each pixel of a picture
+/// of 4096². What is between them is larger by 10⁻⁴ pixels at most.
+const PLACES: usize = 2048;
+
+/// A dome master of surroundings that are not far away: section 5.4.
+///
+/// A mirror has no single viewpoint: what is seen at `r_d` is on a ray that
+/// starts at the mirror. On a sphere about the viewpoint it appears at another
+/// angle than at infinity, by parallax. With h the distance from the viewpoint
+/// to the ray, that is sin⁻¹(h/D) at the distance D: of one sign for all
+/// distances and less for the larger ones. So a picture's displacement is
+/// largest at the nearest distance or at infinity.
+///
+/// Distances are in equatorial radii, from the viewpoint.
+#[derive(Debug, Clone)]
+pub struct NearField {
+    mirror: Mirror,
+    mapping: Mapping,
+    /// From the screen's centre towards the zenith.
+    offset: f64,
+    /// Evenly by `r_d`, from the zenith to the rim.
+    rays: Vec<Ray>,
+}
+
+/// Surroundings nearer than the mirror itself.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error(
+    "the nearest surface is {distance} radii from the viewpoint: give a number above {least}, \
+     where the mirror is"
+)]
+pub struct NearestError {
+    /// The distance, equatorial radii.
+    pub distance: f64,
+    /// What it has to be above.
+    pub least: f64,
+}
+
+/// The largest displacement in a picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Displacement {
+    /// Where in the picture, radians from the zenith.
+    pub r_d: f64,
+    /// The angle between what is seen there and what should be, radians.
+    pub angle: f64,
+}
+
+impl Displacement {
+    /// The angle in pixels of a picture of 4096².
+    pub fn px_4096(&self) -> f64 {
+        px_4096(self.angle)
+    }
+}
+
+/// An angle in pixels of a picture of 4096².
+pub fn px_4096(angle: f64) -> f64 {
+    angle * FRAC_2_PI * 2048.0
+}
+
+/// A line of sight behind the mirror, in the plane of the axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ray {
+    /// In the picture.
+    pub(super) r_d: f64,
+    /// Where it starts: from the axis, and from the screen towards the zenith.
+    pub(super) start: DVec2,
+    /// Its angle to the zenith, and that angle's sine and cosine.
+    theta: f64,
+    pub(super) sin: f64,
+    pub(super) cos: f64,
+}
+
+impl Ray {
+    fn of(mirror: &Mirror, mapping: Mapping, r_d: f64) -> Self {
+        let Parameters { c1, b1, .. } = mirror.parameters();
+        let theta = mapping.theta(mirror, r_d);
+        let reflected_at = |screen: f64| {
+            let (point, _) = mirror.reflect(DVec2::new(screen * FRAC_2_PI * b1, 0.0));
+            DVec2::new(point.x, -point.z - c1)
+        };
+        let (sin, cos) = libm::sincos(theta);
+        Self {
+            r_d,
+            start: match mapping {
+                Mapping::Mirror => reflected_at(r_d),
+                Mapping::Exact => reflected_at(mirror.r_d(theta)),
+                Mapping::True => DVec2::ZERO,
+            },
+            theta,
+            sin,
+            cos,
+        }
+    }
+
+    /// h: how far beside a viewpoint it passes, positive where it passes
+    /// farther from the zenith.
+    fn beside(&self, offset: f64) -> f64 {
+        self.start.x * self.cos - (self.start.y - offset) * self.sin
+    }
+
+    /// The angle to the zenith of its point at a distance from a viewpoint.
+    fn angle(&self, offset: f64, distance: f64) -> f64 {
+        self.theta + libm::asin(self.beside(offset) / distance)
+    }
+}
+
+impl NearField {
+    /// Seen from the screen's centre, S, as in the paper.
+    pub fn new(mirror: Mirror, mapping: Mapping) -> Self {
+        let ray = |i| Ray::of(&mirror, mapping, FRAC_PI_2 * i as f64 / PLACES as f64);
+        Self {
+            mirror,
+            mapping,
+            offset: 0.0,
+            rays: (0..=PLACES).map(ray).collect(),
+        }
+    }
+
+    /// The same picture, for a viewpoint `offset` radii from the screen's
+    /// centre towards the zenith. A true fisheye has but the one that it is
+    /// taken from.
+    #[must_use]
+    pub fn seen_from(mut self, offset: f64) -> Self {
+        if self.mapping != Mapping::True {
+            self.offset = offset;
+        }
+        self
+    }
+
+    /// The mirror that takes the picture.
+    pub const fn mirror(&self) -> Mirror {
+        self.mirror
+    }
+
+    /// How its pixels become directions.
+    pub const fn mapping(&self) -> Mapping {
+        self.mapping
+    }
+
+    /// Where the viewpoint is: radii from the screen's centre, towards the
+    /// zenith.
+    pub const fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    pub(super) fn rays(&self) -> &[Ray] {
+        &self.rays
+    }
+
+    /// How far from the viewpoint the mirror reaches: surroundings have to be
+    /// farther.
+    pub fn reach(&self) -> f64 {
+        let from = DVec2::new(0.0, self.offset);
+        let reach = |most: f64, ray: &Ray| most.max((ray.start - from).length());
+        self.rays.iter().fold(0.0, reach)
+    }
+
+    /// Refuses surroundings in the mirror.
+    ///
+    /// # Errors
+    /// A distance that is NaN or not above [`reach`](Self::reach).
+    pub fn check(&self, distance: f64) -> Result<(), NearestError> {
+        let least = self.reach();
+        if distance > least {
+            Ok(())
+        } else {
+            Err(NearestError { distance, least })
+        }
+    }
+
+    /// The angle to the zenith of what is seen at `r_d`, both radians, 0 to
+    /// π/2, at a distance above [`reach`](Self::reach), which may be infinite.
+    pub fn angle(&self, r_d: f64, distance: f64) -> f64 {
+        Ray::of(&self.mirror, self.mapping, r_d).angle(self.offset, distance)
+    }
+
+    /// `r_d` where a ring at the angle `ring` to the zenith is seen, both
+    /// radians; `None` where it is outside the picture.
+    pub fn ring(&self, ring: f64, distance: f64) -> Option<f64> {
+        let beyond = |r_d: f64| self.angle(r_d, distance) - ring;
+        if ring <= 0.0 {
+            return (ring == 0.0).then_some(0.0);
+        }
+        (beyond(FRAC_PI_2) > 0.0).then(|| crossing(0.0, FRAC_PI_2, beyond))
+    }
+
+    /// The largest displacement of what is at one distance, which may be
+    /// infinite.
+    pub fn largest(&self, distance: f64) -> Displacement {
+        self.largest_from(self.offset, distance)
+    }
+
+    /// The largest displacement of surroundings anywhere from a nearest
+    /// distance to infinity.
+    pub fn largest_beyond(&self, nearest: f64) -> Displacement {
+        let (near, far) = (self.largest(nearest), self.largest(f64::INFINITY));
+        if near.angle >= far.angle { near } else { far }
+    }
+
+    /// [`largest`](Self::largest) from another viewpoint.
+    pub(super) fn largest_from(&self, offset: f64, distance: f64) -> Displacement {
+        let none = Displacement {
+            r_d: 0.0,
+            angle: 0.0,
+        };
+        self.rays.iter().fold(none, |most, ray| {
+            let angle = (ray.angle(offset, distance) - ray.r_d).abs();
+            if angle > most.angle {
+                Displacement {
+                    r_d: ray.r_d,
+                    angle,
+                }
+            } else {
+                most
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Named;
+    use super::*;
+
+    const PAPER: [Named; 3] = [Named::Paper1, Named::Paper2, Named::Paper3];
+
+    #[test]
+    fn domes_near_the_mirror_have_the_displacements_of_their_table() {
+        let rows: [(f64, [f64; 3]); 5] = [
+            (1.0, [92.850, 99.190, 48.743]),
+            (3.0, [31.656, 45.461, 17.066]),
+            (10.0, [10.655, 28.309, 6.355]),
+            (100.0, [3.217, 22.139, 2.605]),
+            (f64::INFINITY, [2.569, 21.474, 2.227]),
+        ];
+        for (i, named) in PAPER.into_iter().enumerate() {
+            let near = NearField::new(named.mirror(), Mapping::Mirror);
+            for (distance, row) in rows {
+                let found = near.largest(distance).px_4096();
+                assert!(
+                    (found - row[i]).abs() <= 6.0e-4,
+                    "{distance}: {found} {row:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn rays_meet_the_sphere_as_the_mirror_has_it() {
+        for named in PAPER {
+            let mirror = named.mirror();
+            let near = NearField::new(mirror, Mapping::Mirror);
+            for distance in [1.0, 3.0, 100.0] {
+                for i in 0..=90 {
+                    let r_d = f64::from(i).to_radians();
+                    let off = near.angle(r_d, distance) - mirror.near_theta(r_d, distance);
+                    assert!(off.abs() < 1.0e-13, "{named:?} {distance} {i}: {off}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rings_are_where_they_are_seen() {
+        let near = NearField::new(Named::Paper1.mirror(), Mapping::Mirror);
+        for degrees in [0.0f64, 10.0, 45.0, 80.0, 90.0] {
+            let ring = degrees.to_radians();
+            let r_d = near.ring(ring, 2.0);
+            // The rim's own ray goes through S.
+            let seen = r_d.map_or(FRAC_PI_2, |r_d| near.angle(r_d, 2.0));
+            assert!((seen - ring).abs() < 1.0e-14, "{degrees}");
+        }
+        assert_eq!(near.ring(2.0, 2.0), None);
+        assert_eq!(near.ring(-0.1, 2.0), None);
+    }
+
+    #[test]
+    fn displacement_falls_with_the_distance_where_directions_are_exact() {
+        for named in Named::ALL {
+            let near = NearField::new(named.mirror(), Mapping::Exact);
+            let mut before = f64::INFINITY;
+            for distance in [1.0, 1.5, 2.0, 10.0, 1.0e3, 1.0e6] {
+                let now = near.largest(distance).angle;
+                assert!(now < before, "{named:?} {distance}");
+                assert_eq!(near.largest_beyond(distance).angle, now);
+                before = now;
+            }
+            assert!(near.largest(f64::INFINITY).angle < 1.0e-14);
+            let truth = NearField::new(named.mirror(), Mapping::True).seen_from(-1.0);
+            assert_eq!((truth.offset(), truth.largest(0.1).angle), (0.0, 0.0));
+        }
+    }
+
+    #[test]
+    fn surroundings_in_the_mirror_are_refused() {
+        let near = NearField::new(Named::Paper1.mirror(), Mapping::Mirror);
+        let least = near.reach();
+        // The rim, which is farther from S than the pole.
+        assert!((least - 0.613_261_081_588).abs() < 1.0e-11);
+        for distance in [f64::NAN, -1.0, 0.0, least] {
+            let error = near.check(distance).unwrap_err();
+            assert!(error.to_string().contains("above 0.61326108"), "{error}");
+        }
+        assert_eq!(near.check(least.next_up()), Ok(()));
+        assert_eq!(near.check(f64::INFINITY), Ok(()));
+    }
+}

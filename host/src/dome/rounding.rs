@@ -1,0 +1,286 @@
+use super::mapping::Mapping;
+use super::mirror::Mirror;
+use super::near_field::{NearField, px_4096};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use shisen_core::capture::{self, SpheroidMirror};
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
+
+/// Where in the picture rays are traced: so many rings, so many rays a ring.
+const RINGS: u32 = 64;
+const SPOKES: u32 = 16;
+
+/// From the world's origin to the eye, in no special direction.
+const AWAY: DVec3 = DVec3::new(0.6, -0.48, 0.64);
+
+/// The two errors that a mirror's size trades for one another: section 5.4.
+///
+/// The scene has its nearest surface at the distance 1, all round the eye,
+/// which is at the screen's centre. All in pixels of a picture of 4096².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SizeErrors {
+    /// The mirror's equatorial radius.
+    pub size: f64,
+    /// From the world's origin to the eye.
+    pub offset: f64,
+    /// The largest displacement of the surface without rounding; `None` where
+    /// the mirror reaches through it.
+    pub near_field: Option<f64>,
+    /// The most that single precision adds with the mirror traced in its own
+    /// frame, as [`SpheroidMirror`] is, and its centre added to where its rays
+    /// start.
+    pub rounding: f64,
+    /// The most that it adds with camera and mirror in the world's coordinates,
+    /// as any ray tracer has its objects; `None` where no ray meets the mirror.
+    pub world: Option<f64>,
+    /// The share of rays that do not meet the mirror then, 0 to 1.
+    pub missed: f64,
+}
+
+/// What a mirror of radius `size` loses at `offset` from the world's origin,
+/// both in distances to the nearest surface, above 0 and at least 0. `near` is
+/// the picture as it is from the screen's centre.
+///
+/// The truth is the same optics in double precision, around the eye that single
+/// precision can have.
+///
+/// # Errors
+/// A mirror that single precision cannot have.
+pub fn size_errors(
+    near: &NearField,
+    size: f64,
+    offset: f64,
+) -> Result<SizeErrors, capture::MirrorError> {
+    let (mirror, mapping) = (near.mirror(), near.mapping());
+    let single = mirror.single()?;
+    let parameters = mirror.parameters();
+    let eye = (AWAY * offset).as_vec3();
+    let world = World::new(&single, eye, size as f32);
+    // Where the mirror's frame is put: the pole is up, along −Z.
+    let centre = eye + Vec3::Z * (size * parameters.c1) as f32;
+    let distance = 1.0 / size;
+    let mut errors = SizeErrors {
+        size,
+        offset,
+        near_field: near
+            .check(distance)
+            .is_ok()
+            .then(|| near.largest(distance).px_4096()),
+        rounding: 0.0,
+        world: None,
+        missed: 0.0,
+    };
+    let eye = eye.as_dvec3();
+    for ring in 0..RINGS {
+        let rho = (f64::from(ring) + 0.5) / f64::from(RINGS);
+        for spoke in 0..SPOKES {
+            let turn = (f64::from(spoke) + 0.37 * f64::from(ring)) / f64::from(SPOKES);
+            let (sin, cos) = libm::sincos(4.0 * FRAC_PI_2 * turn);
+            let pixel = DVec2::new(rho * cos, rho * sin).as_vec2();
+            let truth = true_ray(&mirror, mapping, pixel, eye, size);
+            let Some(seen) = single_ray(&single, mapping, pixel, centre, size as f32) else {
+                continue;
+            };
+            let off = px_4096(angle_between(seen.met_from(eye), truth.met_from(eye)));
+            errors.rounding = errors.rounding.max(off);
+            match world.ray(mapping, &single, pixel) {
+                Some(seen) => {
+                    let off = px_4096(angle_between(seen.met_from(eye), truth.met_from(eye)));
+                    errors.world = Some(errors.world.unwrap_or(0.0).max(off));
+                }
+                None => errors.missed += 1.0 / f64::from(RINGS * SPOKES),
+            }
+        }
+    }
+    Ok(errors)
+}
+
+/// A ray in the world.
+#[derive(Debug, Clone, Copy)]
+struct Ray {
+    origin: DVec3,
+    direction: DVec3,
+}
+
+impl Ray {
+    fn of(origin: Vec3, direction: Vec3) -> Self {
+        Self {
+            origin: origin.as_dvec3(),
+            direction: direction.as_dvec3(),
+        }
+    }
+
+    /// Where it meets the nearest surface, from the eye. Rays of a mirror that
+    /// is larger start outside it and meet it behind.
+    fn met_from(self, eye: DVec3) -> DVec3 {
+        let start = self.origin - eye;
+        let direction = self.direction.normalize();
+        let half = start.dot(direction);
+        let inside = 1.0 - start.length_squared();
+        start + direction * ((half * half + inside).max(0.0).sqrt() - half)
+    }
+}
+
+/// The optics in double precision.
+fn true_ray(mirror: &Mirror, mapping: Mapping, pixel: Vec2, eye: DVec3, size: f64) -> Ray {
+    let b1 = mirror.parameters().b1;
+    let rho = pixel.as_dvec2().length().min(1.0);
+    let screen = match mapping {
+        Mapping::Mirror => rho,
+        Mapping::Exact => mirror.r_d(rho * FRAC_PI_2) * FRAC_2_PI,
+        Mapping::True => {
+            let (sin, cos) = libm::sincos(rho * FRAC_PI_2);
+            let outwards = pixel.as_dvec2().normalize_or_zero() * sin;
+            return Ray {
+                origin: eye,
+                direction: outwards.extend(-cos),
+            };
+        }
+    };
+    let point = pixel.as_dvec2().normalize_or_zero() * (screen * b1);
+    let (point, direction) = mirror.reflect(point);
+    let from_screen = point + DVec3::Z * mirror.parameters().c1;
+    Ray {
+        origin: eye + from_screen * size,
+        direction,
+    }
+}
+
+/// The core's ray, its origin put into the world in single precision.
+fn single_ray(
+    mirror: &SpheroidMirror,
+    mapping: Mapping,
+    pixel: Vec2,
+    centre: Vec3,
+    size: f32,
+) -> Option<Ray> {
+    let Some(mapping) = mapping.core() else {
+        let direction = capture::fisheye_equidistant(pixel.x, pixel.y, std::f32::consts::PI)?;
+        let eye = centre - Vec3::Z * (size * mirror.screen_distance());
+        return Some(Ray::of(eye, direction));
+    };
+    let seen = mirror.pixel(pixel.x, pixel.y, mapping)?;
+    Some(Ray::of(centre + seen.point * size, seen.direction))
+}
+
+/// Camera, screen and mirror as objects of a world in single precision.
+struct World {
+    centre: Vec3,
+    /// The screen's, where the eye is.
+    screen: Vec3,
+    /// None in parallel projection.
+    viewpoint: Option<Vec3>,
+    /// Half the screen's width.
+    half_width: f32,
+    /// One over the half axes, squared.
+    squeeze: Vec3,
+}
+
+impl World {
+    fn new(mirror: &SpheroidMirror, eye: Vec3, size: f32) -> Self {
+        let centre = eye + Vec3::Z * (size * mirror.screen_distance());
+        let polar = size * mirror.axis_ratio();
+        let equatorial = 1.0 / (size * size);
+        Self {
+            centre,
+            screen: eye,
+            viewpoint: mirror.viewpoint().map(|p| centre - Vec3::Z * (size * p)),
+            half_width: size * mirror.screen_radius(),
+            squeeze: Vec3::new(equatorial, equatorial, 1.0 / (polar * polar)),
+        }
+    }
+
+    /// Camera, screen, mirror, and on; `None` past the mirror.
+    fn ray(&self, mapping: Mapping, mirror: &SpheroidMirror, pixel: Vec2) -> Option<Ray> {
+        let point = match mapping {
+            Mapping::Mirror => pixel,
+            Mapping::Exact => {
+                let rho = pixel.length().min(1.0);
+                let r_d = mirror.r_d(rho * std::f32::consts::FRAC_PI_2)?;
+                pixel * (r_d * std::f32::consts::FRAC_2_PI / rho)
+            }
+            Mapping::True => {
+                let direction =
+                    capture::fisheye_equidistant(pixel.x, pixel.y, std::f32::consts::PI)?;
+                return Some(Ray::of(self.screen, direction));
+            }
+        };
+        let on_screen = self.screen + (point * self.half_width).extend(0.0);
+        let (origin, sight) = match self.viewpoint {
+            Some(viewpoint) => (viewpoint, (on_screen - viewpoint).normalize_or_zero()),
+            None => (on_screen, Vec3::Z),
+        };
+        let from_centre = origin - self.centre;
+        let a = (sight * self.squeeze).dot(sight);
+        let b = (from_centre * self.squeeze).dot(sight);
+        let c = (from_centre * self.squeeze).dot(from_centre) - 1.0;
+        let discriminant = b * b - a * c;
+        if !(discriminant >= 0.0 && a > 0.0) {
+            return None;
+        }
+        let met = origin + sight * ((-b - discriminant.sqrt()) / a);
+        let normal = ((met - self.centre) * self.squeeze).try_normalize()?;
+        Some(Ray::of(met, sight - normal * (2.0 * sight.dot(normal))))
+    }
+}
+
+fn angle_between(a: DVec3, b: DVec3) -> f64 {
+    libm::atan2(a.cross(b).length(), a.dot(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Named;
+    use super::*;
+
+    fn errors(named: Named, mapping: Mapping, size: f64, offset: f64) -> SizeErrors {
+        let near = NearField::new(named.mirror(), mapping);
+        size_errors(&near, size, offset).unwrap()
+    }
+
+    #[test]
+    fn in_its_own_frame_a_mirror_of_any_size_has_its_shape() {
+        for named in Named::ALL {
+            for mapping in [Mapping::Mirror, Mapping::Exact] {
+                for size in [1.0e-7, 1.0e-6, 1.0e-3, 0.1] {
+                    let own = errors(named, mapping, size, 0.0).rounding;
+                    assert!(own <= 1.0e-3, "{named:?} {mapping:?} {size}: {own}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn as_an_object_of_the_world_a_small_mirror_has_none() {
+        // 11 px and 1170 px, and in proportion between.
+        for (size, least, most) in [
+            (1.0e-7, 500.0, 2500.0),
+            (1.0e-5, 5.0, 25.0),
+            (1.0e-3, 0.05, 0.25),
+        ] {
+            let found = errors(Named::Paper1, Mapping::Mirror, size, 1.0);
+            let px = found.world.unwrap();
+            assert!((least..=most).contains(&px), "{found:?}");
+        }
+        let lost = errors(Named::Paper1, Mapping::Mirror, 1.0e-7, 1.0e3);
+        assert_eq!(lost.world, None);
+        assert!((lost.missed - 1.0).abs() < 1.0e-9, "{lost:?}");
+        // Where the world's origin is, both are as good.
+        let centred = errors(Named::Paper1, Mapping::Mirror, 1.0e-6, 0.0);
+        assert!(centred.world.is_some_and(|px| px < 0.01), "{centred:?}");
+    }
+
+    #[test]
+    fn a_mirror_through_the_surface_has_no_near_field() {
+        let large = errors(Named::Paper1, Mapping::Mirror, 1.64, 0.0);
+        assert_eq!(large.near_field, None);
+        let fits = errors(Named::Paper1, Mapping::Mirror, 1.63, 0.0);
+        assert!(fits.near_field.is_some());
+    }
+
+    #[test]
+    fn a_true_fisheye_has_the_rounding_of_its_directions() {
+        let found = errors(Named::Paper1, Mapping::True, 1.0, 0.0);
+        assert_eq!(found.near_field, Some(0.0));
+        assert!(found.rounding < 1.0e-3 && found.world.is_some_and(|px| px < 1.0e-3));
+    }
+}

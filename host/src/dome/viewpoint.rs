@@ -1,0 +1,171 @@
+use super::design::golden;
+use super::near_field::{NearField, NearestError, Ray};
+
+/// Where an eye should be so that a mirror's picture is right for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Viewpoint {
+    /// From the screen's centre towards the zenith, equatorial radii: below 0
+    /// is into the mirror.
+    pub offset: f64,
+    /// The largest displacement seen from there, radians.
+    pub largest: f64,
+    /// The largest displacement seen from the screen's centre, radians.
+    pub from_screen: f64,
+}
+
+impl Viewpoint {
+    /// How many times as large the displacement from the screen's centre is; 1
+    /// where there is none.
+    pub fn gain(&self) -> f64 {
+        if self.largest > 0.0 {
+            self.from_screen / self.largest
+        } else {
+            1.0
+        }
+    }
+}
+
+/// The point of the axis from which the largest displacement of a picture is
+/// least, over the whole picture and over surroundings anywhere from `nearest`
+/// radii from that point to infinity.
+///
+/// The rays behind the mirror do not meet in one point, but near the axis they
+/// pass about half a radius of curvature behind the pole, and those at the rim
+/// through the screen. Where the viewpoint is changes nothing at infinity; of
+/// all viewpoints that are as good as infinity allows, this is the one nearest
+/// to the screen's centre.
+///
+/// With the viewpoint, the displacement of each ray changes in one direction,
+/// because its h does ([`NearField`]). So the largest one falls and then rises,
+/// and golden section finds where it is least.
+///
+/// # Errors
+/// A distance that is NaN or at which the mirror is, from the screen's centre.
+pub fn effective_viewpoint(near: &NearField, nearest: f64) -> Result<Viewpoint, NearestError> {
+    let near = near.clone().seen_from(0.0);
+    near.check(nearest)?;
+    let far = near.largest(f64::INFINITY).angle;
+    let at = |offset: f64| near.largest_from(offset, nearest).angle;
+    let from_screen = at(0.0).max(far);
+    let mut offset = 0.0;
+    if from_screen > far {
+        let (low, high) = bracket(near.rays(), nearest, far);
+        let best = golden(low, high, at);
+        if at(best) < from_screen {
+            offset = best;
+        }
+        if at(offset) < far {
+            offset = as_good(offset, |offset| at(offset) <= far);
+        }
+    }
+    Ok(Viewpoint {
+        offset,
+        largest: at(offset).max(far),
+        from_screen,
+    })
+}
+
+/// Offsets between which the best one is: beyond them all rays pass on one side
+/// by more than `far`, or the mirror reaches beyond the nearest surface.
+fn bracket(rays: &[Ray], nearest: f64, far: f64) -> (f64, f64) {
+    let mut crossings = (0f64, 0f64);
+    let mut inside = (f64::NEG_INFINITY, f64::INFINITY);
+    for &Ray {
+        start, sin, cos, ..
+    } in rays
+    {
+        if sin > 0.0 {
+            let at = start.y - start.x * cos / sin;
+            // What moves a ray by twice the mapping's own error.
+            let margin = 2.0 * far * nearest / sin;
+            crossings = (crossings.0.min(at - margin), crossings.1.max(at + margin));
+        }
+        let half = (nearest * nearest - start.x * start.x).max(0.0).sqrt();
+        inside = (inside.0.max(start.y - half), inside.1.min(start.y + half));
+    }
+    (crossings.0.max(inside.0), crossings.1.min(inside.1))
+}
+
+/// The offset nearest to 0 that `is_good`, which holds at `good` and not at 0.
+fn as_good(mut good: f64, is_good: impl Fn(f64) -> bool) -> f64 {
+    let mut bad = 0f64;
+    loop {
+        let middle = good.midpoint(bad);
+        // The midpoint of neighbours is one of them.
+        if middle == good || middle == bad {
+            return good;
+        }
+        if is_good(middle) {
+            good = middle;
+        } else {
+            bad = middle;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Mapping, Named};
+    use super::*;
+
+    /// Every named mirror and mapping at every distance.
+    fn all(check: impl Fn(Named, &NearField, f64, Viewpoint)) {
+        for named in Named::ALL {
+            for mapping in [Mapping::Mirror, Mapping::Exact] {
+                let near = NearField::new(named.mirror(), mapping);
+                for nearest in [1.0, 2.0, 3.0, 10.0, 100.0, 1.0e5] {
+                    let found = effective_viewpoint(&near, nearest).unwrap();
+                    check(named, &near, nearest, found);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_other_viewpoint_is_better() {
+        all(|named, near, nearest, found| {
+            for i in -200..=200 {
+                let other = near.clone().seen_from(f64::from(i) * 0.01);
+                if other.check(nearest).is_err() {
+                    continue;
+                }
+                let largest = other.largest_beyond(nearest).angle;
+                assert!(
+                    largest >= found.largest * (1.0 - 1.0e-12),
+                    "{named:?} {nearest} {i}: {largest} {found:?}"
+                );
+            }
+        });
+    }
+
+    #[test]
+    fn it_is_as_good_as_it_says() {
+        all(|named, near, nearest, found| {
+            let at = |offset| near.clone().seen_from(offset).largest_beyond(nearest).angle;
+            assert_eq!(at(found.offset), found.largest);
+            assert_eq!(at(0.0), found.from_screen);
+            assert!(
+                found.gain() >= 1.0 && found.offset <= 0.0,
+                "{named:?} {found:?}"
+            );
+        });
+    }
+
+    #[test]
+    fn a_true_fisheye_has_its_own_viewpoint() {
+        let near = NearField::new(Named::Best.mirror(), Mapping::True);
+        let found = effective_viewpoint(&near, 0.5).unwrap();
+        assert_eq!((found.offset, found.largest, found.gain()), (0.0, 0.0, 1.0));
+    }
+
+    #[test]
+    fn surroundings_in_the_mirror_are_refused() {
+        let near = NearField::new(Named::Paper1.mirror(), Mapping::Exact);
+        for nearest in [f64::NAN, 0.0, 0.6] {
+            assert!(effective_viewpoint(&near, nearest).is_err());
+        }
+        // Just outside, and still no point of the mirror is beyond.
+        let found = effective_viewpoint(&near, 0.62).unwrap();
+        assert!(near.seen_from(found.offset).reach() <= 0.62, "{found:?}");
+    }
+}
