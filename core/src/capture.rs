@@ -29,6 +29,7 @@ mod mapping;
 mod mirror;
 mod reflection;
 
+pub(crate) use fisheye::equidistant;
 pub use fisheye::{fisheye_equidistant, fisheye_equisolid, mirror_ball};
 pub use mapping::MirrorPoint;
 pub use mirror::{MirrorError, SpheroidMirror};

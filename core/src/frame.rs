@@ -1,6 +1,6 @@
 //! Tiles of pixels: resumable, within a budget.
 //!
-//! A wall is a [`View`]; a [`TileJob`] is a rectangle of it on its way to being
+//! A wall, or a dome master, is a [`View`]; a [`TileJob`] is a rectangle of it on its way to being
 //! finished. The caller owns the pixels and the [`Workspace`], deals out the
 //! [`Budget`], and calls [`TileJob::render`] until it says
 //! [`Outcome::Finished`]. Every pixel is a function of the scene, the view, the
@@ -9,6 +9,8 @@
 
 mod block;
 mod detail;
+mod dome;
+mod past;
 mod view;
 
 pub use crate::trace::{
@@ -18,7 +20,7 @@ use block::{BLOCK, Block, Target};
 use core::fmt;
 use detail::{BlockDetail, BlockLevels, PATCH, region_of};
 pub use detail::{FACE_TOLERANCE, LevelOfDetail};
-pub use view::{View, ViewError};
+pub use view::{DomeError, DomePose, DomeProjection, MirrorCamera, View, ViewError};
 
 use crate::gaze::Region;
 use crate::scene::Scene;
@@ -57,7 +59,9 @@ pub enum Mode {
     /// One at a time: the finest budget and the least memory.
     Single,
     /// Blocks of 8×8 pixels of a view together: a node or a primitive counts
-    /// one step for the whole block.
+    /// one step for the whole block. Rays of dome masters start apart: rows
+    /// of eight pixels, or eight samples of one, go together through a scene of
+    /// few instances, as far as its meshes.
     Tile,
 }
 
@@ -155,12 +159,14 @@ where
         &self.tracer
     }
 
-    /// How pixel (x, y) of a view is traced; `None` where it is not, or where
-    /// the view has no such pixel.
+    /// How pixel (x, y) of a view is traced; `None` where it is not, where
+    /// the view has no such pixel, and where the pixel's centre is outside a
+    /// dome master's rim.
     pub fn detail(&self, view: &View, x: u32, y: u32) -> Option<RayDetail> {
         if x >= view.columns() || y >= view.rows() {
             return None;
         }
+        view.direction(x as f32, y as f32)?;
         let patch = self.patch_region(view, x, y);
         self.block_detail(patch, view, x, y)
             .at(x % BLOCK, y % BLOCK)
@@ -229,7 +235,8 @@ impl TileJob {
     /// The budget is looked at before each pixel, in tile mode before each
     /// block of 8×8 and each ray tree in it. A call does at most its budget
     /// and all samples of one pixel more; in tile mode, besides, one sample's
-    /// primary rays of a block. A budget that is spent already does nothing.
+    /// primary rays of a block, or of a row of eight pixels of a dome master. A
+    /// budget that is spent already does nothing.
     ///
     /// # Errors
     /// A tile that is not inside the view; `pixels` of another length than

@@ -7,6 +7,7 @@ mod double_float;
 mod trigonometry;
 
 pub(crate) use double_float::DoubleFloat;
+pub(crate) use trigonometry::sines_and_cosines;
 pub use trigonometry::{LARGEST_ANGLE, sin_cos};
 
 use crate::simd::{Lanes, Portable};

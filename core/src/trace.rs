@@ -2,10 +2,12 @@
 
 mod background;
 mod budget;
+mod graticule;
 mod hit;
 mod leaves;
 mod mesh;
 mod optics;
+mod row;
 mod stack;
 mod surface;
 mod tile;
@@ -18,6 +20,7 @@ pub use budget::{Budget, Statistics};
 pub use hit::{Hit, MeshHit};
 pub use mesh::MeshTracer;
 pub use optics::{Refraction, reflect, refract};
+pub(crate) use row::{RowHits, RowRays};
 pub use stack::{STACK_ENTRIES, TraversalStack};
 pub(crate) use tile::NOT_TRACED;
 pub use tile::{TileHits, TileRays};

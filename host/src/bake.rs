@@ -8,6 +8,7 @@ pub mod tree;
 pub use layout::{BakedScene, Layout};
 
 use crate::mesh::{Material, MeshError, TriangleMesh};
+use crate::scene::camera::CameraPath;
 use crate::scene::{Background, Light, Object, Scene, Shape};
 use crate::simplify::{Ladder, LadderError, PolygonLevels};
 use blob::{AlignedBytes, Tables};
@@ -242,6 +243,7 @@ pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
         lights: Vec::new(),
         background: Background::uniform([0.0; 3]),
         ambient: [0.0; 3],
+        camera: CameraPath::default(),
     }
 }
 
@@ -424,6 +426,9 @@ fn material(m: &Material) -> format::Material {
     } else if any(m.mirror) {
         effects |= effect::REFLECTION;
     }
+    if m.graticule.is_some() {
+        effects |= effect::GRATICULE;
+    }
     format::Material {
         diffuse: m.diffuse,
         shininess: m.shininess,
@@ -434,7 +439,9 @@ fn material(m: &Material) -> format::Material {
         transmission: m.transmission,
         reserved: 0,
         absorption: m.absorption,
-        reserved2: [0; 13],
+        graticule_divisions: m.graticule.map_or(0, |lines| lines.divisions),
+        graticule_width: m.graticule.map_or(0.0, |lines| lines.width),
+        reserved2: [0; 11],
     }
 }
 

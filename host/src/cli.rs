@@ -13,6 +13,8 @@ mod failure;
 mod gaze;
 mod inspect;
 mod levels;
+mod picture_files;
+mod progress;
 mod ray_counts;
 mod source;
 

@@ -52,8 +52,9 @@ impl Coverage {
 
 /// The level of a pixel: 0 to 1.
 fn level(view: &View, lod: &LevelOfDetail, x: u32, y: u32) -> f32 {
-    let direction = view.direction(x as f32, y as f32);
-    lod.gaze.level(direction).unwrap_or(0.0)
+    view.direction(x as f32, y as f32)
+        .and_then(|direction| lod.gaze.level(direction))
+        .unwrap_or(0.0)
 }
 
 /// All pixels, in rows.

@@ -22,6 +22,17 @@ pub struct Material {
     pub index_of_refraction: f32,
     /// Beer's absorption inside the body, per metre and channel, 0 or more.
     pub absorption: [f32; 3],
+    /// Where the surface is this material; between the lines it is black.
+    pub graticule: Option<Graticule>,
+}
+
+/// Meridians and parallels about a shape's own Y axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Graticule {
+    /// Lines of a quarter turn, 1 to 900: 9 are 10° apart.
+    pub divisions: u32,
+    /// Of each line, seen from the shape's origin: radians, above 0 to 0.5.
+    pub width: f32,
 }
 
 impl Default for Material {
@@ -35,6 +46,7 @@ impl Default for Material {
             transmission: [0.0; 3],
             index_of_refraction: 1.5,
             absorption: [0.0; 3],
+            graticule: None,
         }
     }
 }

@@ -2,13 +2,31 @@
 
 use crate::output::{WriteSeek, explain, write_atomically};
 use png::{BitDepth, ColorType, SrgbRenderingIntent};
+use rayon::prelude::*;
+use shisen_core::frame::Pixel;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3Default;
+use zerocopy::{FromBytes, IntoBytes};
 
 /// The most pixels a picture may have: 4 GiB of them.
 pub const MAX_PIXELS: u64 = 1 << 28;
+
+/// Pictures up to this size are made without asking whether there is room:
+/// 64 MiB.
+const UNASKED_PIXELS: u64 = 1 << 22;
+
+/// Memory that a program may still take, where the system says: Linux promises
+/// more than it has, and ends whoever uses it.
+fn available_bytes() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text
+        .lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
 
 /// Linear RGBA with premultiplied alpha, rows from the top, row by row.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,7 +120,10 @@ impl Picture {
         let count = u64::from(width) * u64::from(height);
         let too_large = PictureError::TooLarge { width, height };
         let mut pixels = Vec::new();
-        if count > MAX_PIXELS || pixels.try_reserve_exact(count as usize).is_err() {
+        if count > MAX_PIXELS
+            || (count > UNASKED_PIXELS && available_bytes().is_some_and(|free| 16 * count > free))
+            || pixels.try_reserve_exact(count as usize).is_err()
+        {
             return Err(too_large);
         }
         pixels.resize(count as usize, [0.0; 4]);
@@ -153,6 +174,14 @@ impl Picture {
         {
             *pixel = value;
         }
+    }
+
+    /// The pixels as the core writes them, so many rows at a time.
+    pub fn rows_mut(&mut self, rows: u32) -> impl Iterator<Item = &mut [Pixel]> {
+        let band = self.width as usize * rows.max(1) as usize;
+        let pixels = self.pixels.chunks_mut(band.max(1));
+        // Four floats of one size and alignment: nothing is left out.
+        pixels.filter_map(|pixels| <[Pixel]>::mut_from_bytes(pixels.as_mut_bytes()).ok())
     }
 
     fn index(&self, x: u32, y: u32) -> Option<usize> {
@@ -218,13 +247,56 @@ impl Picture {
     /// When the picture is empty or has the wrong number of pixels, a metadata
     /// key or value is not allowed, or the file cannot be written.
     pub fn write_png(&self, path: &Path, metadata: &[(&str, String)]) -> Result<(), PictureError> {
+        let bytes = |[red, green, blue, _]: [f32; 4]| [red, green, blue].map(srgb_from_linear);
+        self.write_8_bit(path, metadata, ColorType::Rgb, bytes)
+    }
+
+    /// As [`write_png`](Self::write_png), with 8-bit alpha. PNG's colours are
+    /// not premultiplied: they are divided by alpha, and black where nothing is.
+    ///
+    /// # Errors
+    ///
+    /// As for [`write_png`](Self::write_png).
+    pub fn write_png_with_alpha(
+        &self,
+        path: &Path,
+        metadata: &[(&str, String)],
+    ) -> Result<(), PictureError> {
+        let bytes = |[red, green, blue, alpha]: [f32; 4]| {
+            if !(alpha > 0.0) {
+                return [0; 4];
+            }
+            let code = |channel: f32| srgb_from_linear(channel / alpha);
+            [
+                code(red),
+                code(green),
+                code(blue),
+                (alpha * 255.0 + 0.5) as u8,
+            ]
+        };
+        self.write_8_bit(path, metadata, ColorType::Rgba, bytes)
+    }
+
+    fn write_8_bit<const N: usize>(
+        &self,
+        path: &Path,
+        metadata: &[(&str, String)],
+        colour: ColorType,
+        bytes: impl Fn([f32; 4]) -> [u8; N] + Sync,
+    ) -> Result<(), PictureError> {
         self.check(path, metadata)?;
-        let mut bytes = Vec::with_capacity(self.pixels.len() * 3);
-        for &[red, green, blue, _] in &self.pixels {
-            bytes.extend([red, green, blue].map(srgb_from_linear));
-        }
+        let mut coded = vec![[0; N]; self.pixels.len()];
+        let width = self.width as usize;
+        coded
+            .par_chunks_mut(width)
+            .zip(self.pixels.par_chunks(width))
+            .for_each(|(coded, pixels)| {
+                for (coded, &pixel) in coded.iter_mut().zip(pixels) {
+                    *coded = bytes(pixel);
+                }
+            });
         write_file(path, |file| {
-            self.encode_png(file, &bytes, metadata)
+            self.encode_png(file, colour, coded.as_flattened(), metadata)
                 .map_err(|error| match error {
                     // The crate's own conversion forgets the kind.
                     png::EncodingError::IoError(reason) => reason,
@@ -236,11 +308,12 @@ impl Picture {
     fn encode_png(
         &self,
         file: impl Write,
+        colour: ColorType,
         bytes: &[u8],
         metadata: &[(&str, String)],
     ) -> Result<(), png::EncodingError> {
         let mut encoder = png::Encoder::new(file, self.width, self.height);
-        encoder.set_color(ColorType::Rgb);
+        encoder.set_color(colour);
         encoder.set_depth(BitDepth::Eight);
         encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
         for (key, value) in metadata {
@@ -353,6 +426,10 @@ impl Picture {
 /// The power is computed in software and not by the platform's library, so
 /// that files are the same on every machine.
 pub fn srgb_from_linear(linear: f32) -> u8 {
+    // The ends need no power.
+    if linear >= 1.0 {
+        return u8::MAX;
+    }
     let encoded = if linear <= 0.003_130_8 {
         12.92 * linear
     } else {

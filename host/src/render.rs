@@ -1,4 +1,4 @@
-//! All walls and eyes of a frame, on all cores.
+//! All walls and eyes of a frame, and dome masters, on all cores.
 
 use crate::cave::{Cave, Eye, Wall, WallError};
 use crate::picture::{Picture, PictureError};
@@ -167,39 +167,7 @@ where
         rest = others;
         jobs.push((picture, tile, own));
     }
-    let (finished, total) = (AtomicUsize::new(0), jobs.len());
-    let render = |workspace: &mut Workspace, (picture, tile, pixels): &mut Job<'_>| {
-        let (view, renderer) = &views[*picture];
-        // Tiles of a view's own grid fit it, and no budget ends this one.
-        let outcome = TileJob::new(*tile).render(
-            renderer,
-            view,
-            pixels,
-            &mut Budget::UNLIMITED.clone(),
-            workspace,
-        );
-        debug_assert!(outcome.is_ok());
-        progress(finished.fetch_add(1, Ordering::Relaxed) + 1, total);
-    };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads)
-        .build()?;
-    let start = Instant::now();
-    // Tiles differ by a factor of a hundred in what they cost, and the dear
-    // ones are neighbours: each thread takes the next one that nobody has.
-    let next = Mutex::new(jobs.iter_mut());
-    let done = pool.broadcast(|_| {
-        let mut workspace = Workspace::new();
-        while let Some(job) = next.lock().ok().and_then(|mut next| next.next()) {
-            render(&mut workspace, job);
-        }
-        workspace.statistics
-    });
-    let seconds = start.elapsed().as_secs_f64();
-    let mut statistics = Statistics::default();
-    for part in &done {
-        statistics.add(part);
-    }
+    let (statistics, seconds) = trace(&views, &mut jobs, options.threads, progress)?;
     for (picture, tile, pixels) in &jobs {
         let picture = &mut pictures[*picture].picture;
         for (row, from) in (tile.y..).zip(pixels.chunks_exact(tile.width as usize)) {
@@ -217,6 +185,109 @@ where
         statistics,
         seconds,
     })
+}
+
+/// A dome master.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DomePicture {
+    /// Linear light; transparent outside the rim.
+    pub picture: Picture,
+    /// Rays and steps.
+    pub statistics: Statistics,
+    /// From the first ray to the last pixel, wall-clock time.
+    pub seconds: f64,
+}
+
+/// Renders one picture, such as a dome master, in place: threads take bands of
+/// [`Options::tile`] rows of it. `progress` is called with the bands finished so
+/// far and their total.
+///
+/// # Errors
+/// A picture that is too large, threads that cannot be started.
+pub fn dome<const W: usize>(
+    scene: &Scene<'_, W>,
+    view: &View,
+    lod: Option<LevelOfDetail>,
+    options: &Options,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<DomePicture, RenderError>
+where
+    Simd: Runs<W>,
+{
+    let (columns, rows) = (view.columns(), view.rows());
+    let mut picture = Picture::new(columns, rows)?;
+    let renderer = Renderer::new(*scene, options.simd, options.settings);
+    let renderer = match lod {
+        Some(lod) => renderer.with_level_of_detail(lod),
+        None => renderer,
+    };
+    let height = options.tile.max(1);
+    let mut jobs: Vec<Job<'_>> = picture
+        .rows_mut(height)
+        .zip((0..rows).step_by(height as usize))
+        .map(|(pixels, y)| {
+            let tile = Tile {
+                x: 0,
+                y,
+                width: columns,
+                height: height.min(rows - y),
+            };
+            (0, tile, pixels)
+        })
+        .collect();
+    let views = [(*view, renderer)];
+    let (statistics, seconds) = trace(&views, &mut jobs, options.threads, progress)?;
+    Ok(DomePicture {
+        picture,
+        statistics,
+        seconds,
+    })
+}
+
+/// Does all jobs, on so many threads, and says what it took.
+fn trace<const W: usize>(
+    views: &[(View, Renderer<'_, W>)],
+    jobs: &mut [Job<'_>],
+    threads: usize,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<(Statistics, f64), RenderError>
+where
+    Simd: Runs<W>,
+{
+    let (finished, total) = (AtomicUsize::new(0), jobs.len());
+    let render = |workspace: &mut Workspace, (picture, tile, pixels): &mut Job<'_>| {
+        let (view, renderer) = &views[*picture];
+        // Tiles of a view's own grid fit it, and no budget ends this one.
+        let outcome = TileJob::new(*tile).render(
+            renderer,
+            view,
+            pixels,
+            &mut Budget::UNLIMITED.clone(),
+            workspace,
+        );
+        debug_assert!(outcome.is_ok());
+        progress(finished.fetch_add(1, Ordering::Relaxed) + 1, total);
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    let start = Instant::now();
+    // Tiles differ by a factor of a hundred in what they cost, and the dear
+    // ones are neighbours: each thread takes the next one that nobody has.
+    let next = Mutex::new(jobs.iter_mut());
+    let done = pool.broadcast(|_| {
+        let mut workspace = Workspace::new();
+        while let Some(job) = next.lock().ok().and_then(|mut next| next.next()) {
+            render(&mut workspace, job);
+        }
+        workspace.statistics
+    });
+    let seconds = start.elapsed().as_secs_f64();
+    let mut statistics = Statistics::default();
+    for part in &done {
+        statistics.add(part);
+    }
+    Ok((statistics, seconds))
 }
 
 /// The renderer for what an eye sees.

@@ -2,12 +2,14 @@
 //! what is baked.
 
 pub mod builtin;
+pub mod camera;
 pub mod file;
 mod placement;
 
 pub use placement::{Normalisation, Placement};
 
 use crate::mesh::{Material, TriangleMesh};
+use camera::CameraPath;
 use glam::{DAffine3, DVec3};
 
 /// Everything a frame shows.
@@ -27,6 +29,8 @@ pub struct Scene {
     pub background: Background,
     /// Light from everywhere, linear RGB; multiplies the diffuse reflectance.
     pub ambient: [f32; 3],
+    /// Where dome masters of it are taken.
+    pub camera: CameraPath,
 }
 
 /// One placed shape.

@@ -240,7 +240,8 @@ fn neighbours(picture: &[Ray], gaze: &Gaze) -> Vec<(Ray, usize)> {
 /// field ends at the sides.
 fn gaze(view: &View) -> Gaze {
     let middle = (SIDE - 1) as f32 / 2.0;
-    let sight = LineOfSight::new(view.eye(), view.direction(middle, middle), Vec3::Y);
+    let direction = view.direction(middle, middle).expect("a direction");
+    let sight = LineOfSight::new(view.eye(), direction, Vec3::Y);
     let side = HALF_WIDTH.atan() as f32;
     let limits = VisualFieldLimits {
         central: side / 3.0,

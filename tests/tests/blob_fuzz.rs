@@ -4,6 +4,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::mesh::{Material, TriangleMesh};
+use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
 use shisen_core::scene::format::{
@@ -79,6 +80,7 @@ fn small_scene() -> Scene {
         ],
         background: Background::uniform([0.2; 3]),
         ambient: [0.1; 3],
+        camera: CameraPath::default(),
     }
 }
 

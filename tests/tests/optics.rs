@@ -6,6 +6,7 @@
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::mesh::{Material, TriangleMesh};
+use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen_core::Simd;
 use shisen_core::frame::LEAST_WEIGHT;
@@ -24,6 +25,7 @@ fn empty() -> Scene {
         lights: Vec::new(),
         background: Background::uniform([0.0; 3]),
         ambient: [1.0; 3],
+        camera: CameraPath::default(),
     }
 }
 

@@ -1,4 +1,5 @@
-use crate::numeric::{DoubleFloat, max, sin_cos, sqrt};
+use crate::numeric::{DoubleFloat, max, sin_cos, sines_and_cosines, sqrt};
+use crate::simd::{Lanes, Portable};
 use core::f32::consts::TAU;
 use glam::Vec3;
 
@@ -11,9 +12,25 @@ use glam::Vec3;
 /// another field of view and for NaN.
 pub fn fisheye_equidistant(u: f32, v: f32, field_of_view: f32) -> Option<Vec3> {
     let radius = radius(u, v, field_of_view)?;
-    let (sin, cos) = sin_cos(0.5 * field_of_view * radius);
-    let outwards = if radius > 0.0 { sin / radius } else { 0.0 };
-    Some(Vec3::new(u * outwards, v * outwards, -cos))
+    let [[x], [y], [z]] = equidistant(Portable, [[u], [v], [radius]], field_of_view);
+    Some(Vec3::new(x, y, z))
+}
+
+/// [`fisheye_equidistant`] in every lane, of (u, v) and √(u² + v²) in the disc.
+#[inline(always)]
+pub(crate) fn equidistant<const W: usize, L: Lanes<W>>(
+    l: L,
+    [u, v, radius]: [L::F; 3],
+    field_of_view: f32,
+) -> [L::F; 3] {
+    let (sin, cos) = sines_and_cosines(l, l.mul(l.splat(0.5 * field_of_view), radius));
+    let outwards = l.div(sin, radius);
+    let outwards = l.select(l.le(radius, l.splat(0.0)), l.splat(0.0), outwards);
+    [
+        l.mul(u, outwards),
+        l.mul(v, outwards),
+        l.mul(l.splat(-1.0), cos),
+    ]
 }
 
 /// The direction of a pixel by an equisolid-angle fisheye: equal areas of the

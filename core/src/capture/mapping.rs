@@ -1,5 +1,6 @@
 use super::SpheroidMirror;
-use crate::numeric::{max, min, sin_cos, sqrt};
+use crate::numeric::{max, min, sin_cos, sines_and_cosines, sqrt};
+use crate::simd::{Lanes, Portable};
 use core::f32::consts::{FRAC_2_PI, FRAC_PI_2};
 use libm::{atan2f, atanf};
 
@@ -78,45 +79,117 @@ impl SpheroidMirror {
         if !(0.0..=FRAC_PI_2).contains(&theta) {
             return None;
         }
-        let (r, _) = self.at_slope(self.slope_of(theta));
+        let sin_cos = sines_and_cosines(Portable, [theta]);
+        let [slope] = self.slopes(Portable, [theta], sin_cos, self.exact_start());
+        let (r, _) = self.at_slope(slope);
         Some(FRAC_PI_2 * min(r / self.b1, 1.0))
     }
 
-    /// a·tan β where the reflected ray has the angle `theta`, 0 to π/2.
+    /// What [`slopes`](Self::slopes) start from: an odd polynomial of the fifth
+    /// degree in θ/(π/2) that has the slope's values and rises at the zenith
+    /// and at the edge.
+    pub(crate) fn exact_start(&self) -> [f32; 3] {
+        if self.k == 0.0 {
+            return [0.0; 3];
+        }
+        // dθ/d(a·tan β), which is 2/(1 + slope²) + k·(dr)/(1 + k²·r²).
+        let (r, r_rise) = self.at_slope(self.slope);
+        let kr = self.k * r;
+        let at_edge = 2.0 / (1.0 + self.slope * self.slope) + self.k * r_rise / (1.0 + kr * kr);
+        let at_zenith = 2.0 + self.k / (self.a * self.clearance);
+        let first = FRAC_PI_2 / at_zenith;
+        let left = self.slope - first;
+        let rise = FRAC_PI_2 / at_edge - first;
+        let fifth = 0.5 * (rise - 3.0 * left);
+        [first, left - fifth, fifth]
+    }
+
+    /// a·tan β in every lane, where the reflected ray has the angle `theta`, 0
+    /// to π/2, of this sine and cosine; `start` is
+    /// [`exact_start`](Self::exact_start).
     ///
     /// Equation 37 as tan(θ − 2γ) = k·r, without its denominators, by Newton's
-    /// method, kept between what is known to be too small and too large.
-    pub(super) fn slope_of(&self, theta: f32) -> f32 {
-        const STEPS: usize = 8;
+    /// method, kept between what is known to be too small and too large. A lane
+    /// stops by itself after a step that squares to nothing, so that what it
+    /// finds does not depend on its neighbours.
+    #[inline(always)]
+    pub(super) fn slopes<const W: usize, L: Lanes<W>>(
+        &self,
+        l: L,
+        theta: L::F,
+        (sin, cos): (L::F, L::F),
+        start: [f32; 3],
+    ) -> L::F {
+        const STEPS: usize = 12;
+        /// Of a step, relative: 2⁻¹³.
+        const NOTHING: f32 = 1.0 / 8192.0;
+        let (one, two) = (l.splat(1.0), l.splat(2.0));
         if self.k == 0.0 {
             // Equation 43.
-            let (sin, cos) = sin_cos(0.5 * theta);
-            return sin / cos;
+            return l.div(sin, l.add(one, cos));
         }
-        let (sin, cos) = sin_cos(theta);
-        let (mut low, mut high) = (0.0, self.slope);
-        let mut slope = self.slope * FRAC_2_PI * theta;
+        let x = l.mul(theta, l.splat(FRAC_2_PI));
+        let xx = l.mul(x, x);
+        let [first, third, fifth] = start;
+        let slope = l.add(l.mul(l.splat(fifth), xx), l.splat(third));
+        let slope = l.add(l.mul(slope, xx), l.splat(first));
+        let mut slope = l.mul(slope, x);
+        let (mut low, mut high) = (l.splat(0.0), l.splat(self.slope));
+        let mut done = l.le(one, l.splat(0.0));
         for _ in 0..STEPS {
-            let (r, r_rise) = self.at_slope(slope);
-            let (kr, kr_rise) = (self.k * r, self.k * r_rise);
-            let flat = (1.0 - slope) * (1.0 + slope);
-            let along = cos * flat + 2.0 * slope * sin;
-            let across = sin * flat - 2.0 * slope * cos;
-            let beyond = kr * along - across;
-            if beyond > 0.0 {
-                high = slope;
-            } else {
-                low = slope;
+            let (beyond, rise) = self.beyond(l, slope, (sin, cos));
+            let short = l.le(beyond, l.splat(0.0));
+            low = l.select(short, slope, low);
+            high = l.select(short, high, slope);
+            let next = l.sub(slope, l.div(beyond, rise));
+            let between = l.and(l.le(low, next), l.le(next, high));
+            let middle = l.div(l.add(low, high), two);
+            let next = l.select(between, next, middle);
+            let step = l.abs(l.sub(next, slope));
+            let small = l.le(step, l.mul(l.splat(NOTHING), slope));
+            slope = l.select(done, slope, next);
+            done = l.or(done, small);
+            if l.bits(done) == (1 << W) - 1 {
+                break;
             }
-            let rise = kr_rise * along + 2.0 * kr * (sin - slope * cos) + 2.0 * (cos + slope * sin);
-            let next = slope - beyond / rise;
-            slope = if next >= low && next <= high {
-                next
-            } else {
-                0.5 * (low + high)
-            };
         }
         slope
+    }
+
+    /// How far k·r·cos(θ − 2γ) is above sin(θ − 2γ), times what is above zero,
+    /// and how fast that grows with the slope. With h = √(a² + slope²), r is
+    /// slope·(h + a) over `under`.
+    #[inline(always)]
+    fn beyond<const W: usize, L: Lanes<W>>(
+        &self,
+        l: L,
+        slope: L::F,
+        (sin, cos): (L::F, L::F),
+    ) -> (L::F, L::F) {
+        let (one, two) = (l.splat(1.0), l.splat(2.0));
+        let (a, k) = (l.splat(self.a), l.splat(self.k));
+        let (clearance, ka) = (l.splat(self.clearance), l.splat(self.k * self.a));
+        let squared = l.mul(slope, slope);
+        let hh = l.add(l.splat(self.a * self.a), squared);
+        let h = l.sqrt(hh);
+        let (twice, h_rise) = (l.mul(two, slope), l.div(slope, h));
+        let over = l.mul(k, l.mul(slope, l.add(h, a)));
+        let over_rise = l.mul(k, l.add(l.add(h, a), l.mul(slope, h_rise)));
+        let under = l.mul(clearance, l.add(hh, l.mul(a, h)));
+        let under = l.add(under, l.mul(ka, squared));
+        let under_rise = l.mul(clearance, l.add(twice, l.mul(a, h_rise)));
+        let under_rise = l.add(under_rise, l.mul(ka, twice));
+        let flat = l.mul(l.sub(one, slope), l.add(one, slope));
+        let along = l.add(l.mul(cos, flat), l.mul(twice, sin));
+        let across = l.sub(l.mul(sin, flat), l.mul(twice, cos));
+        let along_rise = l.mul(two, l.sub(sin, l.mul(slope, cos)));
+        let across_fall = l.mul(two, l.add(cos, l.mul(slope, sin)));
+        let rise = l.add(l.mul(over_rise, along), l.mul(over, along_rise));
+        let rise = l.add(rise, l.mul(under, across_fall));
+        (
+            l.sub(l.mul(over, along), l.mul(under, across)),
+            l.sub(rise, l.mul(under_rise, across)),
+        )
     }
 
     /// r where a·tan β is `slope`, and how fast it grows with it.

@@ -1,5 +1,6 @@
 use super::SpheroidMirror;
-use crate::numeric::{sin_cos, sqrt};
+use crate::numeric::{sines_and_cosines, sqrt};
+use crate::simd::{Lanes, Portable};
 use core::f32::consts::FRAC_PI_2;
 use glam::Vec3;
 
@@ -39,66 +40,133 @@ impl SpheroidMirror {
         if !(radius <= 1.0) {
             return None;
         }
-        Some(match mapping {
-            Mapping::Screen => self.reflect(u * self.b1, v * self.b1),
-            Mapping::Exact => self.reflect_exactly(u, v, radius),
-        })
+        let pixel = [[u], [v], [radius]];
+        let start = self.exact_start();
+        Some(Reflection::of_lane(
+            self.pixels(Portable, pixel, mapping, start),
+        ))
     }
 
     /// The line of sight through a point of the screen, x to the right and y
     /// upwards, in equatorial radii, at most b₁ from its centre
     /// ([`screen_radius`](Self::screen_radius)); `None` outside and for NaN.
     pub fn screen_point(&self, x: f32, y: f32) -> Option<Reflection> {
-        (sqrt(x * x + y * y) <= self.b1).then(|| self.reflect(x, y))
+        (sqrt(x * x + y * y) <= self.b1)
+            .then(|| Reflection::of_lane(self.reflections(Portable, [x], [y])))
     }
 
-    /// The line of sight to (u, v) of a true dome master, `radius` from its
-    /// centre. By the law of reflection its direction is known before the
-    /// mirror's point is.
-    fn reflect_exactly(&self, u: f32, v: f32, radius: f32) -> Reflection {
-        let theta = radius * FRAC_PI_2;
-        let slope = self.slope_of(theta);
-        let h = sqrt(self.a * self.a + slope * slope);
-        let (sin, cos) = sin_cos(theta);
-        let (x, y) = if radius > 0.0 {
-            (u / radius, v / radius)
-        } else {
-            (0.0, 0.0)
-        };
-        let b = slope / h;
-        Reflection {
-            point: Vec3::new(x * b, y * b, -self.a * (self.a / h)),
-            direction: Vec3::new(x * sin, y * sin, -cos),
+    /// [`pixel`](Self::pixel) in every lane, of (u, v) and √(u² + v²) in the
+    /// disc, with [`exact_start`](Self::exact_start).
+    #[inline(always)]
+    pub(crate) fn pixels<const W: usize, L: Lanes<W>>(
+        &self,
+        l: L,
+        pixel: [L::F; 3],
+        mapping: Mapping,
+        start: [f32; 3],
+    ) -> Reflections<L::F> {
+        match mapping {
+            Mapping::Screen => {
+                let [u, v, _] = pixel;
+                let b1 = l.splat(self.b1);
+                self.reflections(l, l.mul(u, b1), l.mul(v, b1))
+            }
+            Mapping::Exact => self.exact_reflections(l, pixel, start),
         }
     }
 
-    /// The line of sight through (x, y) of the screen.
+    /// The lines of sight to (u, v) of a true dome master, `radius` from its
+    /// centre. By the law of reflection their directions are known before the
+    /// mirror's points are.
+    #[inline(always)]
+    fn exact_reflections<const W: usize, L: Lanes<W>>(
+        &self,
+        l: L,
+        [u, v, radius]: [L::F; 3],
+        start: [f32; 3],
+    ) -> Reflections<L::F> {
+        let a = l.splat(self.a);
+        let theta = l.mul(radius, l.splat(FRAC_PI_2));
+        let (sin, cos) = sines_and_cosines(l, theta);
+        let slope = self.slopes(l, theta, (sin, cos), start);
+        let h = l.sqrt(l.add(l.splat(self.a * self.a), l.mul(slope, slope)));
+        let centre = l.le(radius, l.splat(0.0));
+        let x = l.select(centre, l.splat(0.0), l.div(u, radius));
+        let y = l.select(centre, l.splat(0.0), l.div(v, radius));
+        let b = l.div(slope, h);
+        Reflections {
+            point: [
+                l.mul(x, b),
+                l.mul(y, b),
+                l.mul(l.splat(-self.a), l.div(a, h)),
+            ],
+            direction: [l.mul(x, sin), l.mul(y, sin), l.mul(l.splat(-1.0), cos)],
+        }
+    }
+
+    /// The lines of sight through (x, y) of the screen.
     ///
-    /// It starts at the screen, not at the viewpoint, so that a far viewpoint
+    /// They start at the screen, not at the viewpoint, so that a far viewpoint
     /// costs no bits: (x, y, c₁) + s·(−k·x, −k·y, 1) is on the mirror at the
     /// root s of A·s² + 2·B·s + C that is not below 0. C is not above 0 and B
     /// above it, so the root is no difference. The reflected direction is the
     /// incoming one turned by twice the normal's angle, as a product of
     /// complex numbers.
-    fn reflect(&self, x: f32, y: f32) -> Reflection {
+    #[inline(always)]
+    fn reflections<const W: usize, L: Lanes<W>>(
+        &self,
+        l: L,
+        x: L::F,
+        y: L::F,
+    ) -> Reflections<L::F> {
         let Self { a, k, c1, b1, .. } = *self;
-        let squared = x * x + y * y;
-        let r = sqrt(squared);
-        let steep = k * k * squared + 1.0 / (a * a);
-        let half = c1 / (a * a) - k * squared;
-        let inside = (b1 - r) * (b1 + r);
-        let s = inside / (half + sqrt(half * half + steep * inside));
+        let (one, two) = (l.splat(1.0), l.splat(2.0));
+        let (k1, kk, c1, b1) = (l.splat(k), l.splat(k * k), l.splat(c1), l.splat(b1));
+        let flat = l.splat(1.0 / (a * a));
+        let squared = l.add(l.mul(x, x), l.mul(y, y));
+        let r = l.sqrt(squared);
+        let steep = l.add(l.mul(kk, squared), flat);
+        let half = l.sub(l.mul(c1, flat), l.mul(k1, squared));
+        let inside = l.mul(l.sub(b1, r), l.add(b1, r));
+        let root = l.sqrt(l.add(l.mul(half, half), l.mul(steep, inside)));
+        let s = l.div(inside, l.add(half, root));
         // What is left of x and y at the mirror.
-        let left = 1.0 - k * s;
-        let along = (c1 + s) / (a * a);
-        let across = r * left;
-        let difference = (along - across) * (along + across);
-        let outwards = 2.0 * along * left + k * difference;
-        let forwards = difference - 2.0 * k * squared * left * along;
-        let length = (along * along + across * across) * sqrt(1.0 + k * k * squared);
-        Reflection {
-            point: Vec3::new(x * left, y * left, -(c1 + s)),
-            direction: Vec3::new(x * outwards, y * outwards, -forwards) / length,
+        let left = l.sub(one, l.mul(k1, s));
+        let height = l.add(c1, s);
+        let along = l.mul(height, flat);
+        let across = l.mul(r, left);
+        let difference = l.mul(l.sub(along, across), l.add(along, across));
+        let outwards = l.mul(l.mul(two, along), left);
+        let outwards = l.add(outwards, l.mul(k1, difference));
+        let turned = l.mul(l.mul(l.mul(l.mul(two, k1), squared), left), along);
+        let backwards = l.sub(turned, difference);
+        let length = l.add(l.mul(along, along), l.mul(across, across));
+        let length = l.mul(length, l.sqrt(l.add(one, l.mul(kk, squared))));
+        let outwards = l.div(outwards, length);
+        Reflections {
+            point: [l.mul(x, left), l.mul(y, left), l.mul(l.splat(-1.0), height)],
+            direction: [
+                l.mul(x, outwards),
+                l.mul(y, outwards),
+                l.div(backwards, length),
+            ],
+        }
+    }
+}
+
+/// [`Reflection`]s, a lane each.
+#[derive(Clone, Copy)]
+pub(crate) struct Reflections<F> {
+    pub(crate) point: [F; 3],
+    pub(crate) direction: [F; 3],
+}
+
+impl Reflection {
+    fn of_lane(lanes: Reflections<[f32; 1]>) -> Self {
+        let vector = |[[x], [y], [z]]: [[f32; 1]; 3]| Vec3::new(x, y, z);
+        Self {
+            point: vector(lanes.point),
+            direction: vector(lanes.direction),
         }
     }
 }

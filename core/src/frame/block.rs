@@ -1,11 +1,12 @@
 //! A block of pixels that go through the scene together.
 
 use super::detail::BlockDetail;
-use super::{Mode, Renderer, View};
+use super::past::{CopyPast, SeePast};
+use super::view::{Kind, Screen, View};
+use super::{Mode, Renderer};
 use crate::gaze::Region;
-use crate::scene::format::Background;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
-use crate::trace::{self, Budget, NOT_TRACED, Pixel, TileRays, Workspace};
+use crate::trace::{Budget, NOT_TRACED, Pixel, TileRays, Workspace};
 use glam::Vec3;
 
 /// Pixels a side.
@@ -38,13 +39,13 @@ pub(super) struct Target<'p> {
 impl Target<'_> {
     /// Of the block's row, the first `columns` pixels.
     #[inline(always)]
-    fn row(&mut self, row: u32, columns: u32) -> &mut [Pixel] {
+    pub(super) fn row(&mut self, row: u32, columns: u32) -> &mut [Pixel] {
         let start = (self.y + row as usize) * self.width + self.x;
         let pixels = self.pixels.get_mut(start..start + columns as usize);
         pixels.unwrap_or_default()
     }
 
-    fn write(&mut self, column: u32, row: u32, pixel: Pixel) {
+    pub(super) fn write(&mut self, column: u32, row: u32, pixel: Pixel) {
         if let Some(place) = self.row(row, column + 1).last_mut() {
             *place = pixel;
         }
@@ -66,18 +67,25 @@ impl Block {
     where
         Simd: Runs<W>,
     {
-        // What is left of a block that was interrupted goes ray by ray.
-        if renderer.settings.mode == Mode::Tile && first == 0 {
-            self.render_together(renderer, view, budget, workspace, target)
-        } else {
-            self.render_singly(renderer, view, first, budget, workspace, target)
+        match view.kind() {
+            // What is left of a block that was interrupted goes ray by ray.
+            Kind::Screen(screen) if renderer.settings.mode == Mode::Tile && first == 0 => {
+                self.render_together(renderer, (view, screen), budget, workspace, target)
+            }
+            Kind::Screen(screen) => {
+                let of = (view, screen);
+                self.render_singly(renderer, of, first, budget, workspace, target)
+            }
+            Kind::Dome(dome) => {
+                self.render_dome(renderer, (view, dome), first, budget, workspace, target)
+            }
         }
     }
 
     fn render_singly<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
-        view: &View,
+        (view, screen): (&View, &Screen),
         first: u32,
         budget: &mut Budget,
         workspace: &mut Workspace,
@@ -92,14 +100,18 @@ impl Block {
                 return number - first;
             }
             let at = (number % self.columns, number / self.columns);
-            let pixel = self.pixel(renderer, view, at, &detail, budget, workspace);
+            let pixel = self.pixel(renderer, screen, at, &detail, budget, workspace);
             target.write(at.0, at.1, pixel);
         }
         self.columns * self.rows - first
     }
 
     /// Of its pixels, by its own columns and rows.
-    fn detail<const W: usize>(&self, renderer: &Renderer<'_, W>, view: &View) -> BlockDetail
+    pub(super) fn detail<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+    ) -> BlockDetail
     where
         Simd: Runs<W>,
     {
@@ -112,7 +124,7 @@ impl Block {
     fn pixel<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
-        view: &View,
+        screen: &Screen,
         (column, row): (u32, u32),
         detail: &BlockDetail,
         budget: &mut Budget,
@@ -127,11 +139,11 @@ impl Block {
         let mut sum = Sum::default();
         for sample in 0..samples {
             let (x, y) = self.at(column, row, offset(sample, samples));
-            match (detail, view.ray(x, y)) {
+            match (detail, screen.ray(x, y)) {
                 (Some(detail), Some(ray)) => {
                     sum.add(tracer.radiance_with(&ray, detail, budget, workspace));
                 }
-                _ => sum.add(tracer.missed(view.direction(x, y))),
+                _ => sum.add(tracer.missed(screen.direction(x, y))),
             }
         }
         sum.mean(samples)
@@ -140,7 +152,7 @@ impl Block {
     fn render_together<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
-        view: &View,
+        (view, screen): (&View, &Screen),
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
@@ -150,10 +162,10 @@ impl Block {
     {
         let samples = renderer.settings.samples;
         let offset = offset(0, samples);
-        let reaches = self.reaches(renderer, view, offset, budget, workspace);
+        let reaches = self.reaches(renderer, screen, offset, budget, workspace);
         if samples == 1 && !reaches {
             // Its mean is the sample itself.
-            let past = self.past(renderer, view, offset);
+            let past = self.past(renderer, screen, offset);
             let copied = <Simd as Runs<8>>::run(renderer.tracer.simd(), CopyPast { past, target });
             if copied.is_some() {
                 let traced = renderer.block_traced(self.patch, view, self.x, self.y);
@@ -161,14 +173,14 @@ impl Block {
                 return self.columns * self.rows;
             }
         }
-        self.render_samples(renderer, view, reaches, budget, workspace, target)
+        self.render_samples(renderer, (view, screen), reaches, budget, workspace, target)
     }
 
     /// Whether a sample of any pixel is traced and may hit anything.
     fn reaches<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
-        view: &View,
+        screen: &Screen,
         offset: (f32, f32),
         budget: &mut Budget,
         workspace: &mut Workspace,
@@ -177,9 +189,9 @@ impl Block {
         Simd: Runs<W>,
     {
         self.patch != Region::Outside && {
-            let corners = self.corners(view, offset);
+            let corners = self.corners(screen, offset);
             let tracer = &renderer.tracer;
-            tracer.may_hit(view.eye(), &corners, budget, workspace)
+            tracer.may_hit(screen.eye(), &corners, budget, workspace)
         }
     }
 
@@ -187,7 +199,7 @@ impl Block {
     fn render_samples<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
-        view: &View,
+        (view, screen): (&View, &Screen),
         mut reaches: bool,
         budget: &mut Budget,
         workspace: &mut Workspace,
@@ -206,15 +218,15 @@ impl Block {
             let offset = offset(sample, samples);
             let last = sample + 1 == samples;
             if sample > 0 {
-                reaches = self.reaches(renderer, view, offset, budget, workspace);
+                reaches = self.reaches(renderer, screen, offset, budget, workspace);
             }
             let found = reaches.then(|| {
                 let detail = &*detail.get_or_insert_with(|| self.detail(renderer, view));
-                let rays = self.rays(renderer, view, offset, detail);
+                let rays = self.rays(renderer, screen, offset, detail);
                 let hits = tracer.nearest_of_tile(&rays, budget, workspace);
                 (detail, rays, hits)
             });
-            let past = self.past(renderer, view, offset);
+            let past = self.past(renderer, screen, offset);
             let past = <Simd as Runs<8>>::run(tracer.simd(), past);
             for (row, sums) in (0..self.rows).zip(&mut sums) {
                 for (column, sum) in (0..self.columns).zip(sums) {
@@ -224,7 +236,8 @@ impl Block {
                         // starting over: one is finished alone, and the block
                         // is no longer whole.
                         let detail = self.detail(renderer, view);
-                        let pixel = self.pixel(renderer, view, (0, 0), &detail, budget, workspace);
+                        let pixel =
+                            self.pixel(renderer, screen, (0, 0), &detail, budget, workspace);
                         target.write(0, 0, pixel);
                         return 1;
                     }
@@ -246,7 +259,7 @@ impl Block {
                             past.pixel(column, row)
                         } else {
                             let (x, y) = self.at(column, row, offset);
-                            tracer.missed(view.direction(x, y))
+                            tracer.missed(screen.direction(x, y))
                         });
                     }
                     if last {
@@ -278,7 +291,7 @@ impl Block {
     fn past<'r, const W: usize>(
         &'r self,
         renderer: &'r Renderer<'_, W>,
-        view: &'r View,
+        screen: &'r Screen,
         offset: (f32, f32),
     ) -> SeePast<'r>
     where
@@ -287,22 +300,22 @@ impl Block {
         SeePast {
             block: self,
             background: renderer.tracer.scene().background(),
-            view,
+            screen,
             offset,
         }
     }
 
     /// A point of a pixel of this block, in pixels of the view.
-    fn at(&self, column: u32, row: u32, (dx, dy): (f32, f32)) -> (f32, f32) {
+    pub(super) fn at(&self, column: u32, row: u32, (dx, dy): (f32, f32)) -> (f32, f32) {
         ((self.x + column) as f32 + dx, (self.y + row) as f32 + dy)
     }
 
     /// Towards the four pixels at the block's corners.
-    fn corners(&self, view: &View, offset: (f32, f32)) -> [Vec3; 4] {
+    fn corners(&self, screen: &Screen, offset: (f32, f32)) -> [Vec3; 4] {
         let (right, below) = (self.columns - 1, self.rows - 1);
         let corner = |column, row| {
             let (x, y) = self.at(column, row, offset);
-            view.direction(x, y)
+            screen.direction(x, y)
         };
         [
             corner(0, 0),
@@ -316,7 +329,7 @@ impl Block {
     fn rays<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
-        view: &View,
+        screen: &Screen,
         offset: (f32, f32),
         detail: &BlockDetail,
     ) -> TileRays
@@ -325,7 +338,7 @@ impl Block {
     {
         let directions = Directions {
             block: self,
-            view,
+            screen,
             offset,
         };
         let rays = <Simd as Runs<8>>::run(renderer.tracer.simd(), directions);
@@ -339,7 +352,7 @@ impl Block {
 
 struct Directions<'r> {
     block: &'r Block,
-    view: &'r View,
+    screen: &'r Screen,
     offset: (f32, f32),
 }
 
@@ -348,108 +361,27 @@ impl Kernel<8> for Directions<'_> {
 
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> TileRays {
-        TileRays::from_rows(self.view.eye(), |row| {
+        TileRays::from_rows(self.screen.eye(), |row| {
             let place = (self.block.x, self.block.y + row as u32);
-            let [x, y, z] = self.view.directions(l, place, self.offset);
+            let [x, y, z] = self.screen.directions_at(l, place, self.offset);
             [l.store(x), l.store(y), l.store(z)]
         })
     }
 }
 
-/// What is seen past all objects, by row, then column.
-struct Past([[Pixel; BLOCK as usize]; BLOCK as usize]);
-
-impl Past {
-    #[inline(always)]
-    fn row(&self, row: u32) -> &[Pixel; BLOCK as usize] {
-        &self.0[(row % BLOCK) as usize]
-    }
-
-    #[inline(always)]
-    fn pixel(&self, column: u32, row: u32) -> Pixel {
-        self.row(row)[(column % BLOCK) as usize]
-    }
-}
-
-/// What pixels of a block show that see past everything.
-struct SeePast<'r> {
-    block: &'r Block,
-    background: &'r Background,
-    view: &'r View,
-    offset: (f32, f32),
-}
-
-impl SeePast<'_> {
-    /// Of a row; `None` where that cannot be computed for all together.
-    #[inline(always)]
-    fn row<L: Lanes<8>>(&self, l: L, row: u32) -> Option<[Pixel; BLOCK as usize]> {
-        let place = (self.block.x, self.block.y + row);
-        let directions = self.view.directions(l, place, self.offset);
-        let [red, green, blue] = trace::colours(l, self.background, directions)?;
-        let (red, green, blue) = (l.store(red), l.store(green), l.store(blue));
-        let alpha = 1.0 - (1.0 - self.background.alpha);
-        let mut pixels = [Pixel::default(); BLOCK as usize];
-        for (column, pixel) in pixels.iter_mut().enumerate() {
-            *pixel = Pixel {
-                red: red[column],
-                green: green[column],
-                blue: blue[column],
-                alpha,
-            };
-        }
-        Some(pixels)
-    }
-}
-
-impl Kernel<8> for SeePast<'_> {
-    type Output = Option<Past>;
-
-    #[inline(always)]
-    fn run<L: Lanes<8>>(self, l: L) -> Option<Past> {
-        let mut past = Past(Default::default());
-        for row in 0..self.block.rows {
-            past.0[(row % BLOCK) as usize] = self.row(l, row)?;
-        }
-        Some(past)
-    }
-}
-
-/// The same, straight to where the pixels go: `None` where some are not there.
-struct CopyPast<'r, 't, 'p> {
-    past: SeePast<'r>,
-    target: &'t mut Target<'p>,
-}
-
-impl Kernel<8> for CopyPast<'_, '_, '_> {
-    type Output = Option<()>;
-
-    #[inline(always)]
-    fn run<L: Lanes<8>>(self, l: L) -> Option<()> {
-        let block = self.past.block;
-        for row in 0..block.rows {
-            let pixels = self.past.row(l, row)?;
-            let places = self.target.row(row, block.columns);
-            for (place, pixel) in places.iter_mut().zip(&pixels) {
-                *place = *pixel;
-            }
-        }
-        Some(())
-    }
-}
-
 /// Samples of a pixel, in their order.
 #[derive(Clone, Copy, Default)]
-struct Sum(Pixel);
+pub(super) struct Sum(Pixel);
 
 impl Sum {
-    fn add(&mut self, pixel: Pixel) {
+    pub(super) fn add(&mut self, pixel: Pixel) {
         self.0.red += pixel.red;
         self.0.green += pixel.green;
         self.0.blue += pixel.blue;
         self.0.alpha += pixel.alpha;
     }
 
-    fn mean(self, samples: u16) -> Pixel {
+    pub(super) fn mean(self, samples: u16) -> Pixel {
         let share = 1.0 / f32::from(samples);
         Pixel {
             red: self.0.red * share,
@@ -462,7 +394,7 @@ impl Sum {
 
 /// Where in its pixel a sample lies, from the centre: Hammersley's points,
 /// centred.
-fn offset(sample: u16, samples: u16) -> (f32, f32) {
+pub(super) fn offset(sample: u16, samples: u16) -> (f32, f32) {
     let x = (f32::from(sample) + 0.5) / f32::from(samples) - 0.5;
     // The radical inverse: the bits of the number behind the binary point.
     let bits = samples.next_power_of_two().trailing_zeros();

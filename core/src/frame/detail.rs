@@ -1,7 +1,7 @@
 //! What the level of detail leaves of each pixel's rays.
 
-use super::View;
 use super::block::BLOCK;
+use super::view::{Directions, Kind, View};
 use crate::gaze::{Detail, Gaze, Region};
 use crate::numeric::{max, min};
 use crate::simd::{Kernel, Lanes, Runs, Simd};
@@ -182,12 +182,16 @@ impl OwnDetail {
 pub(super) const PATCH: u32 = 4 * BLOCK;
 
 /// Where the square of the view's grid lies in the field that has pixel (x, y)
-/// in it and `side` pixels a side.
+/// in it and `side` pixels a side. A dome master's directions do not lie between
+/// those of a square's corners: each one's level is asked for.
 pub(super) fn region_of(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32), side: u32) -> Region {
+    let Kind::Screen(screen) = view.kind() else {
+        return Region::Mixed;
+    };
     let last = |first: u32, count: u32| (first + (side - 1)).min(count - 1);
     let (left, top) = (x / side * side, y / side * side);
     let (right, bottom) = (last(left, view.columns()), last(top, view.rows()));
-    let corner = |x: u32, y: u32| view.direction(x as f32, y as f32);
+    let corner = |x: u32, y: u32| screen.direction(x as f32, y as f32);
     lod.gaze.region_between(&[
         corner(left, top),
         corner(right, top),
@@ -211,15 +215,11 @@ pub(super) struct BlockLevels {
 impl BlockLevels {
     /// Of the block that has pixel (x, y) in it.
     pub(super) fn new(lod: &LevelOfDetail, simd: Simd, view: &View, (x, y): (u32, u32)) -> Self {
-        <Simd as Runs<8>>::run(
-            simd,
-            Levels {
-                lod,
-                view,
-                x: x / BLOCK * BLOCK,
-                y: y / BLOCK * BLOCK,
-            },
-        )
+        let (x, y) = (x / BLOCK * BLOCK, y / BLOCK * BLOCK);
+        match view.kind() {
+            Kind::Screen(view) => <Simd as Runs<8>>::run(simd, Levels { lod, view, x, y }),
+            Kind::Dome(view) => <Simd as Runs<8>>::run(simd, Levels { lod, view, x, y }),
+        }
     }
 
     /// The least and the most of a group's levels, as of the block's, and
@@ -238,14 +238,14 @@ impl BlockLevels {
     }
 }
 
-struct Levels<'r> {
+struct Levels<'r, V> {
     lod: &'r LevelOfDetail,
-    view: &'r View,
+    view: &'r V,
     x: u32,
     y: u32,
 }
 
-impl Kernel<8> for Levels<'_> {
+impl<V: Directions> Kernel<8> for Levels<'_, V> {
     type Output = BlockLevels;
 
     #[inline(always)]
@@ -254,9 +254,7 @@ impl Kernel<8> for Levels<'_> {
         let (mut least, mut most) = (l.splat(1.0), l.splat(0.0));
         let mut traced = 0;
         for row in 0..8 {
-            let directions = self
-                .view
-                .directions(l, (self.x, self.y + row as u32), (0.0, 0.0));
+            let directions = self.view.directions(l, (self.x, self.y + row as u32));
             let level = self.lod.gaze.levels(l, directions);
             let outside = l.le(level, l.splat(0.0));
             least = l.min(l.select(outside, l.splat(1.0), level), least);

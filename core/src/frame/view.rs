@@ -1,52 +1,38 @@
+//! Where a picture's rays start and where they go.
+
+mod dome;
+mod screen;
+
+pub(super) use dome::{Dome, RayRow};
+pub use dome::{DomeError, DomePose, DomeProjection, MirrorCamera};
+pub(super) use screen::Screen;
+pub use screen::ViewError;
+
 use crate::shape::Ray;
 use crate::simd::Lanes;
-use core::fmt;
 use glam::Vec3;
 
-/// The rays from an eye through the pixels of a flat screen: an off-axis
-/// frustum (Kooima 2008) as an affine map from pixels to directions.
+/// The rays of a picture: from an eye through the pixels of a flat screen, or
+/// those of a dome master.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct View {
-    eye: Vec3,
-    first_pixel: Vec3,
-    column_step: Vec3,
-    row_step: Vec3,
-    columns: u32,
-    rows: u32,
-}
+pub struct View(Kind);
 
-/// Why a view is not one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ViewError {
-    /// No columns or no rows, or more than [`View::MOST_PIXELS`] of either.
-    Size,
-    /// The eye is not finite or too far out.
-    Eye,
-    /// A corner's direction cannot be traced, or the eye is in the screen's
-    /// plane, or the steps are parallel.
-    Screen,
+/// What a view is: decided once a block, so that neither kind pays for the
+/// other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Kind {
+    Screen(Screen),
+    Dome(Dome),
 }
-
-impl fmt::Display for ViewError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Size => write!(f, "a view has 1 to {} pixels a side", View::MOST_PIXELS),
-            Self::Eye => f.write_str("the eye's position is not finite or too far out"),
-            Self::Screen => f.write_str("the eye is in the screen's plane, or the screen is none"),
-        }
-    }
-}
-
-impl core::error::Error for ViewError {}
 
 impl View {
     /// Most pixels a side: their numbers are exact in f32.
     pub const MOST_PIXELS: u32 = 1 << 16;
 
-    /// The ray through the centre of pixel (x, y) starts at `eye` (metres,
-    /// in the room) along `first_pixel + x·column_step + y·row_step` (metres,
-    /// or any other unit).
+    /// The rays of a flat screen: an off-axis frustum (Kooima 2008). The ray
+    /// through the centre of pixel (x, y) starts at `eye` (metres, in the
+    /// room) along `first_pixel + x·column_step + y·row_step` (metres, or any
+    /// other unit).
     ///
     /// # Errors
     /// Sizes, an eye or a screen that cannot be.
@@ -57,135 +43,74 @@ impl View {
         row_step: Vec3,
         size: [u32; 2],
     ) -> Result<Self, ViewError> {
-        let [columns, rows] = size;
-        let fits = |pixels: u32| (1..=Self::MOST_PIXELS).contains(&pixels);
-        if !fits(columns) || !fits(rows) {
-            return Err(ViewError::Size);
-        }
-        if Ray::new(eye, Vec3::X).is_none() {
-            return Err(ViewError::Eye);
-        }
-        let view = Self {
-            eye,
-            first_pixel,
-            column_step,
-            row_step,
-            columns,
-            rows,
-        };
-        // Directions between the corners' are no longer than the longest, and
-        // no shorter than the distance of the plane.
-        let corners = [(0, 0), (columns, 0), (0, rows), (columns, rows)];
-        let normal = column_step.cross(row_step);
-        let distance = first_pixel.dot(normal).abs();
-        let traceable = corners
-            .iter()
-            .all(|&(x, y)| view.direction(x as f32, y as f32).is_finite());
-        if !traceable || !(distance > 0.0) || view.ray(0.0, 0.0).is_none() {
-            return Err(ViewError::Screen);
-        }
-        Ok(view)
+        Screen::new(eye, first_pixel, column_step, row_step, size).map(|s| Self(Kind::Screen(s)))
+    }
+
+    /// The rays of a dome master of `size`² pixels in the axes of
+    /// [`capture`](crate::capture), its rim touching the picture's sides. What
+    /// is outside the rim is transparent and costs no ray.
+    ///
+    /// # Errors
+    /// A size, a pose or a projection that cannot be.
+    pub fn dome(projection: DomeProjection, pose: DomePose, size: u32) -> Result<Self, DomeError> {
+        Dome::new(projection, pose, size).map(|dome| Self(Kind::Dome(dome)))
+    }
+
+    pub(super) const fn kind(&self) -> &Kind {
+        &self.0
     }
 
     /// Pixels in a row.
     pub const fn columns(&self) -> u32 {
-        self.columns
+        match &self.0 {
+            Kind::Screen(screen) => screen.columns(),
+            Kind::Dome(dome) => dome.side(),
+        }
     }
 
     /// Pixels in a column.
     pub const fn rows(&self) -> u32 {
-        self.rows
-    }
-
-    /// Where all rays start: metres.
-    pub const fn eye(&self) -> Vec3 {
-        self.eye
-    }
-
-    /// Towards a point of the screen, in pixels from the centre of the first.
-    #[inline(always)]
-    pub fn direction(&self, x: f32, y: f32) -> Vec3 {
-        (self.first_pixel + self.column_step * x) + self.row_step * y
-    }
-
-    /// [`direction`](Self::direction) of eight pixels of a row from `(x, y)`
-    /// on, at an offset from their centres. Those past the view's borders
-    /// repeat its last column and row.
-    #[inline(always)]
-    pub(super) fn directions<L: Lanes<8>>(
-        &self,
-        l: L,
-        (x, y): (u32, u32),
-        (dx, dy): (f32, f32),
-    ) -> [L::F; 3] {
-        let mut columns = [0.0; 8];
-        for (column, place) in (x..).zip(&mut columns) {
-            *place = column.min(self.columns - 1) as f32 + dx;
+        match &self.0 {
+            Kind::Screen(screen) => screen.rows(),
+            Kind::Dome(dome) => dome.side(),
         }
-        let columns = l.load(&columns);
-        let row = l.splat(y.min(self.rows - 1) as f32 + dy);
-        let first = self.first_pixel.to_array();
-        let column_step = self.column_step.to_array();
-        let row_step = self.row_step.to_array();
-        let along = |axis: usize| [first[axis], column_step[axis], row_step[axis]];
-        [
-            affine(l, along(0), columns, row),
-            affine(l, along(1), columns, row),
-            affine(l, along(2), columns, row),
-        ]
     }
 
-    /// The ray through a point of the screen, in pixels from the centre of
-    /// the first; `None` where its direction cannot be traced.
-    #[inline(always)]
+    /// Where the rays of a screen start and where a dome master is taken:
+    /// metres. Rays off a mirror start all around it.
+    pub const fn eye(&self) -> Vec3 {
+        match &self.0 {
+            Kind::Screen(screen) => screen.eye(),
+            Kind::Dome(dome) => dome.position(),
+        }
+    }
+
+    /// Towards a point of the picture, in pixels from the centre of the first;
+    /// of any length. `None` outside a dome master's rim.
+    #[inline]
+    pub fn direction(&self, x: f32, y: f32) -> Option<Vec3> {
+        match &self.0 {
+            Kind::Screen(screen) => Some(screen.direction(x, y)),
+            Kind::Dome(dome) => dome.ray(x, y).map(|ray| ray.direction()),
+        }
+    }
+
+    /// The ray through a point of the picture, in pixels from the centre of
+    /// the first; `None` outside a dome master's rim and where its direction
+    /// cannot be traced.
+    #[inline]
     pub fn ray(&self, x: f32, y: f32) -> Option<Ray> {
-        Ray::new(self.eye, self.direction(x, y))
+        match &self.0 {
+            Kind::Screen(screen) => screen.ray(x, y),
+            Kind::Dome(dome) => dome.ray(x, y),
+        }
     }
 }
 
-/// One component of directions, rounded as a single one is. A function, not a
-/// closure over vectors: see the walk.
-#[inline(always)]
-fn affine<L: Lanes<8>>(l: L, [first, column, row]: [f32; 3], x: L::F, y: L::F) -> L::F {
-    let along = l.mul(l.splat(column), x);
-    l.add(l.add(l.splat(first), along), l.mul(l.splat(row), y))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_no_screen_is_refused() {
-        let new = |eye, first, size| View::new(eye, first, Vec3::X, Vec3::NEG_Y, size);
-        let (eye, first) = (Vec3::ZERO, Vec3::new(-0.5, 0.5, -1.0));
-        assert!(new(eye, first, [2, 2]).is_ok());
-        assert_eq!(new(eye, first, [0, 2]), Err(ViewError::Size));
-        assert_eq!(new(eye, first, [2, 65_537]), Err(ViewError::Size));
-        assert_eq!(
-            new(Vec3::splat(f32::NAN), first, [2, 2]),
-            Err(ViewError::Eye)
-        );
-        assert_eq!(
-            new(eye, Vec3::new(-0.5, 0.5, 0.0), [2, 2]),
-            Err(ViewError::Screen)
-        );
-        assert_eq!(
-            new(eye, Vec3::splat(f32::INFINITY), [2, 2]),
-            Err(ViewError::Screen)
-        );
-        assert_eq!(
-            View::new(eye, first, Vec3::X, Vec3::X, [2, 2]),
-            Err(ViewError::Screen)
-        );
-    }
-
-    #[test]
-    fn rays_go_through_pixel_centres() {
-        let first = Vec3::new(-0.5, 0.5, -1.0);
-        let view = View::new(Vec3::ONE, first, Vec3::X, Vec3::NEG_Y, [2, 2]).unwrap();
-        let ray = view.ray(1.0, 1.0).unwrap();
-        assert_eq!(ray.origin(), Vec3::ONE);
-        assert_eq!(ray.direction(), Vec3::new(0.5, -0.5, -1.0));
-    }
+/// Directions of pixels, eight at a time.
+pub(super) trait Directions {
+    /// Of eight pixels of a row from `(x, y)` on, by their centres. Those past
+    /// the picture's borders repeat its last column and row; those outside a
+    /// rim have that of its nearest point.
+    fn directions<L: Lanes<8>>(&self, l: L, place: (u32, u32)) -> [L::F; 3];
 }

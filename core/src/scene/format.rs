@@ -268,6 +268,8 @@ pub mod effect {
     pub const REFRACTION: u32 = 4;
     /// Beer's absorption.
     pub const ABSORPTION: u32 = 8;
+    /// Meridians and parallels: the surface is opaque and black between them.
+    pub const GRATICULE: u32 = 16;
 }
 
 /// A surface, in Whitted's terms, linear RGB.
@@ -292,8 +294,14 @@ pub struct Material {
     pub reserved: u32,
     /// Per metre.
     pub absorption: [f32; 3],
+    /// Meridians, and parallels, of a quarter turn about the shape's own Y
+    /// axis: 1 to 900 with [`effect::GRATICULE`], else 0.
+    pub graticule_divisions: u32,
+    /// Of each line, seen from the shape's origin: radians, above 0 to 0.5 with
+    /// [`effect::GRATICULE`], else 0.
+    pub graticule_width: f32,
     /// Zero.
-    pub reserved2: [u32; 13],
+    pub reserved2: [u32; 11],
 }
 
 /// The values of [`Light::kind`].

@@ -1,7 +1,7 @@
 use super::Scene;
 use super::format::{
     ALIGNMENT, COUNT_SHIFT, COVER_NODES, Header, INDEX, Instance, LEAF, Light, MAGIC, Material,
-    Mesh, NO_MATERIAL, Table, VERSION, kind, light,
+    Mesh, NO_MATERIAL, Table, VERSION, effect, kind, light,
 };
 use crate::shape::{Ray, Slabs, Spheroid};
 use crate::trace::STACK_ENTRIES;
@@ -244,6 +244,12 @@ where
         .map_err(|_| wrong)
 }
 
+/// Meridians that a quarter turn may have.
+const GRATICULE_DIVISIONS: RangeInclusive<u32> = 1..=900;
+
+/// The widest that lines may be: radians.
+const GRATICULE_WIDEST: f32 = 0.5;
+
 /// How many rungs a ladder of polygon levels may have; 1 is no ladder.
 const RUNGS: RangeInclusive<u32> = 1..=64;
 
@@ -387,7 +393,20 @@ fn check_material(m: &Material, record: u32) -> Result<(), SceneError> {
         0.01..=100.0,
         "an index of refraction",
         record,
-    )
+    )?;
+    let lines = if m.effects & effect::GRATICULE == 0 {
+        m.graticule_divisions == 0 && m.graticule_width == 0.0
+    } else {
+        GRATICULE_DIVISIONS.contains(&m.graticule_divisions)
+            && m.graticule_width > 0.0
+            && m.graticule_width <= GRATICULE_WIDEST
+    };
+    if lines {
+        Ok(())
+    } else {
+        let what = "a material's meridians and parallels";
+        Err(SceneError::Value { what, record })
+    }
 }
 
 fn check_light(light: &Light, record: u32) -> Result<(), SceneError> {

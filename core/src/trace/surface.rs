@@ -1,5 +1,6 @@
 //! The surface at a hit: where exactly, which way it faces, what it is.
 
+use super::graticule;
 use super::hit::Hit;
 use super::leaves::Leaves;
 use super::world::{map_point, map_vector};
@@ -34,6 +35,14 @@ impl<'a> Surface<'a> {
             map_vector(&instance.object_from_world, ray.direction()),
         )?;
         let to_world = |p| map_point(&instance.world_from_object, p);
+        let material_of = |own| {
+            let number = if instance.material == NO_MATERIAL {
+                own
+            } else {
+                instance.material
+            };
+            scene.materials.get(number as usize)
+        };
         let (point, normal, smooth, material, reach) = if instance.kind == kind::MESH {
             let mesh = scene.meshes.get(instance.geometry as usize)?;
             let triangle = Leaves::new(scene, mesh)
@@ -57,29 +66,31 @@ impl<'a> Surface<'a> {
                 normal
             };
             let point = a * weights[0] + b * weights[1] + c * weights[2];
+            let material = material_of(record.material)?;
+            if graticule::is_between(material, point) {
+                return Some(Self::between_lines(to_world(point)));
+            }
             // The point may be at the origin, and is no more exact for it.
             let reach = map3([a, b, c], |corner| largest_magnitude(to_world(corner)));
             let reach = max(reach[0], max(reach[1], reach[2]));
-            (point, normal, smooth, record.material, reach)
+            (point, normal, smooth, material, reach)
         } else {
             let [equatorial, polar] = instance.radii;
             let spheroid = Spheroid::new(equatorial, polar)?;
             let point = spheroid.project(object_ray.at(hit.on.t));
+            let material = material_of(NO_MATERIAL)?;
+            if graticule::is_between(material, point) {
+                return Some(Self::between_lines(to_world(point)));
+            }
             let normal = spheroid.normal(point);
             (
                 point,
                 normal,
                 normal,
-                NO_MATERIAL,
+                material,
                 largest_magnitude(to_world(point)),
             )
         };
-        let number = if instance.material == NO_MATERIAL {
-            material
-        } else {
-            instance.material
-        };
-        let material = scene.materials.get(number as usize)?;
         let geometric_normal = world_normal(instance, normal)?;
         let point = to_world(point);
         let shading_normal = world_normal(instance, smooth)
@@ -94,6 +105,18 @@ impl<'a> Surface<'a> {
             material,
             error: Self::SLACK * UNIT_ROUNDOFF * instance.condition * size,
         })
+    }
+
+    /// Where a surface is black and opaque: nothing leaves it, so that which way
+    /// it faces does not matter.
+    fn between_lines(point: Vec3) -> Self {
+        Self {
+            point,
+            geometric_normal: Vec3::Y,
+            shading_normal: Vec3::Y,
+            material: &graticule::BETWEEN,
+            error: 0.0,
+        }
     }
 
     /// Multiples of the unit roundoff: 7 for the weighted corners, 4 for each

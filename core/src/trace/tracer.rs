@@ -4,6 +4,7 @@ use super::background;
 use super::budget::{Budget, Statistics};
 use super::hit::Hit;
 use super::optics::{reflect, refract};
+use super::row::{RowHits, RowRays, RowSearch};
 use super::stack::{TraversalStack, Work};
 use super::surface::Surface;
 use super::tile::{ALL_INSTANCES, MayHit, TileHits, TileRays, TileSearch};
@@ -15,6 +16,7 @@ use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use glam::Vec3;
 use heapless::Vec;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 /// Most bounces of a ray tree.
 pub const MAX_DEPTH: u8 = 16;
@@ -27,7 +29,7 @@ pub const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
 const MOST_PENDING: usize = MAX_DEPTH as usize + 2;
 
 /// Linear light and coverage, premultiplied.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C)]
 pub struct Pixel {
     /// Red.
@@ -247,6 +249,46 @@ where
             }
         }
         hits
+    }
+
+    /// The nearest hits of eight rays that start apart, each on its own rung:
+    /// those that [`nearest`](Self::nearest) finds. `None`, at no price, where
+    /// they cannot go together.
+    pub(crate) fn nearest_of_row(
+        &self,
+        rays: &RowRays<'_>,
+        rung: impl Fn(usize) -> Option<(Ray, u8)>,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Option<RowHits> {
+        let scene = &self.scene;
+        let mut found = <Simd as Runs<8>>::run(self.simd, RowSearch::<W> { scene, rays })?;
+        let work = Work {
+            steps: found.steps,
+            deepest: 0,
+        };
+        workspace.account(work, budget);
+        for &(instance, entering) in &found.meshes {
+            for (lane, best) in found.hits.iter_mut().enumerate() {
+                if entering >> lane & 1 == 0 {
+                    continue;
+                }
+                let Some((ray, rung)) = rung(lane) else {
+                    continue;
+                };
+                let (hit, work) = self.simd.run(SearchInstance::<W> {
+                    scene,
+                    rung,
+                    ray: &ray,
+                    instance,
+                    best: *best,
+                    stack: &mut workspace.stack,
+                });
+                workspace.account(work, budget);
+                *best = hit;
+            }
+        }
+        Some(found)
     }
 
     /// Whether anything blocks light between the ray's start and `limit`, in

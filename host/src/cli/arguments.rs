@@ -19,11 +19,13 @@ use std::str::FromStr;
 /// The most threads that can be asked for.
 const MOST_THREADS: u64 = 1024;
 
-/// `--scene`: a letter or a file.
+/// `--scene`: a letter, a name or a file.
 #[derive(Debug, Clone)]
 pub(super) enum SceneName {
     /// A built-in scene.
     Paper(PaperScene),
+    /// Meridians and parallels on a sphere.
+    Grid,
     /// A description or a baked scene.
     File(PathBuf),
 }
@@ -32,16 +34,18 @@ impl From<OsString> for SceneName {
     fn from(name: OsString) -> Self {
         match name.to_str().map(PaperScene::from_str) {
             Some(Ok(scene)) => Self::Paper(scene),
+            _ if name.eq_ignore_ascii_case("grid") => Self::Grid,
             _ => Self::File(name.into()),
         }
     }
 }
 
 impl fmt::Display for SceneName {
-    /// The letter, or the path as given.
+    /// The letter, the name, or the path as given.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Paper(which) => f.write_str(which.name()),
+            Self::Grid => f.write_str("grid"),
             Self::File(path) => path.display().fmt(f),
         }
     }

@@ -2,21 +2,21 @@
 
 mod lod;
 mod pictures;
-mod progress;
 mod report;
 
 use super::arguments::{
     HeadReport, Model, PictureSize, SceneName, WallsName, field_of_view, interpupillary_distance,
     threads,
 };
-use super::failure::{Failure, Fault};
+use super::failure::Failure;
+use super::picture_files::{hexadecimal, make_writable};
 use super::print;
+use super::progress::Progress;
 use super::source::{Loaded, Source, bake};
 use clap::Args;
 use glam::DVec3;
 use lod::{LodArguments, LodPictures};
 use pictures::Writer;
-use progress::Progress;
 use report::Report;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
@@ -27,7 +27,7 @@ use shisen_core::Simd;
 use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES};
 use shisen_core::gaze::HeadPose;
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Renders a frame for the walls of a CAVE
 ///
@@ -46,8 +46,9 @@ use std::path::{Path, PathBuf};
 /// tracing the same in full, `full_seconds`, `full_steps` and `full_rays`.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A, B, C or D of the paper, a TOML description or a baked scene
-    #[arg(long, value_name = "A|B|C|D|FILE", default_value = "A",
+    /// A, B, C or D of the paper, grid (meridians and parallels on a sphere of
+    /// 100 m), a TOML description or a baked scene
+    #[arg(long, value_name = "A|B|C|D|grid|FILE", default_value = "A",
           value_parser = SceneName::parser())]
     scene: SceneName,
     #[command(flatten)]
@@ -184,7 +185,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         rays: frame.statistics.into(),
         steps: frame.statistics.steps,
         deepest_stack: frame.statistics.deepest_stack,
-        frame_hash: report::hexadecimal(frame.hash()),
+        frame_hash: hexadecimal(frame.hash()),
         written,
         threads: options.threads,
         size: arguments.size,
@@ -260,18 +261,6 @@ fn directions(arguments: &Arguments, pose: HeadPose) -> (DVec3, DVec3) {
             (basis.forward, basis.up)
         }
     }
-}
-
-/// Makes the folder and finds out whether files can be written to it, before
-/// time goes into pictures.
-pub(super) fn make_writable(folder: &Path) -> Result<(), Fault> {
-    std::fs::create_dir_all(folder)
-        .and_then(|()| tempfile::tempfile_in(folder))
-        .map(drop)
-        .map_err(|reason| Fault::OutputFolder {
-            path: folder.to_owned(),
-            reason,
-        })
 }
 
 fn lod_pictures(

@@ -1,11 +1,14 @@
 //! `shisen dome`: dome masters through a mirrored spheroid.
 
 mod arguments;
+mod camera;
+mod compare;
 mod curve;
 mod design;
 mod figure;
 mod map;
 mod nearfield;
+mod render;
 
 use super::failure::Failure;
 use clap::Subcommand;
@@ -17,6 +20,8 @@ pub(super) enum Dome {
     Curve(curve::Arguments),
     Map(map::Arguments),
     Nearfield(nearfield::Arguments),
+    Render(Box<render::Arguments>),
+    Compare(compare::Arguments),
 }
 
 /// Runs the command.
@@ -26,5 +31,7 @@ pub(super) fn run(dome: &Dome) -> Result<(), Failure> {
         Dome::Curve(arguments) => curve::run(arguments),
         Dome::Map(arguments) => map::run(arguments),
         Dome::Nearfield(arguments) => nearfield::run(arguments),
+        Dome::Render(arguments) => render::run(arguments),
+        Dome::Compare(arguments) => compare::run(arguments),
     }
 }

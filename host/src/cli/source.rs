@@ -8,7 +8,8 @@ use shisen::bake::{BakeError, BakedScene, Layout};
 use shisen::import::{self, ImportError};
 use shisen::mesh::TriangleMesh;
 use shisen::quadruped::quadruped;
-use shisen::scene::builtin::paper_scene;
+use shisen::scene::builtin::{grid, paper_scene};
+use shisen::scene::camera::CameraPath;
 use shisen::scene::file::{BuiltInMesh, MeshSource};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen::simplify::{PolygonLevels, Topology};
@@ -17,6 +18,9 @@ use std::path::Path;
 
 /// What the built-in mesh is called in reports.
 const BUILT_IN_MESH: &str = "quadruped";
+
+/// The radius of the built-in grid: metres.
+const GRID_RADIUS: f32 = 100.0;
 
 /// A scene, and what reports call it.
 pub(super) struct Source {
@@ -61,13 +65,16 @@ impl Source {
                     mesh: Some(mesh_name),
                 })
             }
+            SceneName::Grid => {
+                no_model(model, "the grid has no mesh")?;
+                Ok(Self {
+                    scene: Loaded::Described(grid(GRID_RADIUS)),
+                    name: name.to_string(),
+                    mesh: None,
+                })
+            }
             SceneName::File(path) => {
-                if model.mesh.is_some() || model.normals.is_some() {
-                    return Err(Failure::usage(
-                        "--mesh and --normals are for the built-in scenes A to D: \
-                         a scene file says itself what it shows",
-                    ));
-                }
+                no_model(model, "a scene file says itself what it shows")?;
                 Ok(Self {
                     scene: load_scene(path)?,
                     name: name.to_string(),
@@ -76,6 +83,16 @@ impl Source {
             }
         }
     }
+}
+
+/// Refuses what is for other scenes.
+fn no_model(model: &Model, why: &str) -> Result<(), Failure> {
+    if model.mesh.is_none() && model.normals.is_none() {
+        return Ok(());
+    }
+    Err(Failure::usage(&format!(
+        "--mesh and --normals are for the built-in scenes A to D: {why}"
+    )))
 }
 
 /// Bakes a scene that reports call `name`. Warns of what polygon levels do not
@@ -179,6 +196,7 @@ pub(super) fn scene_of_meshes(meshes: Vec<TriangleMesh>) -> Scene {
         }],
         background: Background::uniform([0.5, 0.6, 0.75]),
         ambient: [0.2; 3],
+        camera: CameraPath::default(),
     }
 }
 

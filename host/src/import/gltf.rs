@@ -457,6 +457,7 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
             .volume()
             .filter(|volume| volume.thickness_factor() > 0.0)
             .map_or(default.absorption, |volume| absorption(&volume)),
+        graticule: default.graticule,
     }
 }
 

@@ -377,6 +377,7 @@ fn whitted(material: &tobj::Material) -> Material {
             10.0,
         ),
         absorption: default.absorption,
+        graticule: default.graticule,
     }
 }
 

@@ -223,7 +223,7 @@ impl Write for Full {
 #[test]
 fn png_encoder_tells_a_full_disk_from_other_errors() {
     let picture = gradient(2, 2);
-    let error = picture.encode_png(Full, &[0; 12], &[]).unwrap_err();
+    let error = picture.encode_png(Full, ColorType::Rgb, &[0; 12], &[]).unwrap_err();
     assert!(
         matches!(&error, png::EncodingError::IoError(reason)
             if reason.kind() == io::ErrorKind::StorageFull),
@@ -274,4 +274,39 @@ fn files_are_readable_as_the_umask_allows() {
     gradient(2, 2).write_png(&path, &[]).unwrap();
     let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
     assert_eq!(mode(&path), mode(&plain));
+}
+
+#[test]
+fn png_with_alpha_is_not_premultiplied() {
+    let pixels = vec![
+        [0.25, 0.5, 0.0, 0.5],
+        [0.0; 4],
+        [1.0, 1.0, 1.0, 1.0],
+        [0.2, 0.1, 0.0, f32::NAN],
+    ];
+    let picture = Picture::from_pixels(4, 1, pixels).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("alpha.png");
+    picture.write_png_with_alpha(&path, &[]).unwrap();
+    let mut reader = png::Decoder::new(io::BufReader::new(fs::File::open(&path).unwrap()))
+        .read_info()
+        .unwrap();
+    let mut found = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut found).unwrap();
+    assert_eq!(info.color_type, ColorType::Rgba);
+    let half = srgb_from_linear(0.5);
+    let expected = [[half, 255, 0, 128], [0; 4], [255; 4], [0; 4]];
+    assert_eq!(found, expected.as_flattened());
+}
+
+#[test]
+fn bands_of_rows_are_the_picture() {
+    let mut picture = gradient(5, 7);
+    let all = picture.clone();
+    let mut seen = Vec::new();
+    for band in picture.rows_mut(3) {
+        assert!(band.len() == 15 || band.len() == 5);
+        seen.extend(band.iter().map(|p| [p.red, p.green, p.blue, p.alpha]));
+    }
+    assert_eq!(seen, all.pixels);
 }

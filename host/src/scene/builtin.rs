@@ -1,12 +1,14 @@
-//! The four scenes of Mochizuki and Makino's Table 2, whatever the mesh.
+//! The four scenes of Mochizuki and Makino's Table 2, whatever the mesh, and
+//! the grid of Miura's figures.
 //!
 //! Eight animals, 2 m long, around a 3 m CAVE, or all behind its front wall;
 //! one point light without fall-off. The paper gives a picture of each;
 //! places and yaws are those of `tests/reference/cave-scenes.json`.
 
+use super::camera::CameraPath;
 use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};
-use crate::mesh::{Material, TriangleMesh};
-use glam::DVec3;
+use crate::mesh::{Graticule, Material, TriangleMesh};
+use glam::{DAffine3, DVec3};
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -109,6 +111,7 @@ impl PaperScene {
             transmission: [0.0; 3],
             index_of_refraction: 1.5,
             absorption: [0.0; 3],
+            graticule: None,
         }
     }
 }
@@ -169,7 +172,38 @@ pub fn paper_scene(which: PaperScene, mesh: TriangleMesh) -> Result<Scene, FlatM
             alpha: 1.0,
         },
         ambient: [0.12; 3],
+        camera: CameraPath::default(),
     })
+}
+
+/// Meridians and parallels every 10°, 0.3° wide, white on black, on a sphere
+/// about the origin: what Miura's figures show. Its poles are straight up and
+/// down.
+pub fn grid(radius: f32) -> Scene {
+    let white = Material {
+        diffuse: [1.0; 3],
+        graticule: Some(Graticule {
+            divisions: 9,
+            width: 0.3f32.to_radians(),
+        }),
+        ..Material::default()
+    };
+    Scene {
+        name: "grid".into(),
+        meshes: Vec::new(),
+        materials: vec![white],
+        objects: vec![Object {
+            shape: Shape::Sphere { radius },
+            material: Some(0),
+            world_from_object: DAffine3::IDENTITY,
+            casts_shadow: true,
+            smooth: true,
+        }],
+        lights: Vec::new(),
+        background: Background::uniform([0.0; 3]),
+        ambient: [1.0; 3],
+        camera: CameraPath::default(),
+    }
 }
 
 #[cfg(test)]

@@ -13,7 +13,10 @@
 //! | `index_of_refraction` | 0.01 to 100 |
 //! | colours of lights and background, `ambient`, `absorption` | 0 to 1,000,000 |
 //! | radii, `scale` | 0.000001 to 1,000,000 |
-//! | `position`, `direction` | −1,000,000 to 1,000,000; a direction is not zero |
+//! | `position`, `direction`, `zenith`, `top` | −1,000,000 to 1,000,000; a direction is not zero |
+//! | `divisions` | 1 to 900 |
+//! | `width_degrees` | 0.001 to 28 |
+//! | `frame` | 1 to 99,999, each after the one before |
 //! | rotations | −360 to 360 |
 //!
 //! A positive yaw turns what points to −Z towards −X, a positive pitch
@@ -28,12 +31,17 @@ mod fault;
 
 pub use fault::{SceneFault, SceneFileError};
 
+use super::camera::{CameraKey, CameraPath, CameraPathError, DomeCamera};
 use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};
 use crate::description::{Located, Source};
-use crate::mesh::{Material, TriangleMesh};
-use entries::{BackgroundEntry, LightEntry, MaterialEntry, MeshEntry, ObjectEntry, SceneEntry};
+use crate::mesh::{Graticule, Material, TriangleMesh};
+use entries::{
+    BackgroundEntry, CameraEntry, GraticuleEntry, LightEntry, MaterialEntry, MeshEntry,
+    ObjectEntry, SceneEntry,
+};
 use fault::{
-    ABSORPTION, Check, DEGREES, EXPONENT, INDEX_OF_REFRACTION, LENGTH, POSITION, RADIANCE, SHARE,
+    ABSORPTION, Check, DEGREES, DIVISIONS, EXPONENT, FRAMES, INDEX_OF_REFRACTION, LENGTH,
+    LINE_WIDTH, POSITION, RADIANCE, SHARE,
 };
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -128,6 +136,7 @@ impl Scene {
             .iter()
             .map(|entry| read_light(&check, entry))
             .collect::<Result<_, _>>()?;
+        let camera = read_path(&check, &entry.camera)?;
         // What is written is checked before anything large is loaded.
         let mut placed = Vec::with_capacity(entry.object.len());
         for object in &entry.object {
@@ -183,6 +192,7 @@ impl Scene {
             lights,
             background,
             ambient,
+            camera,
         })
     }
 }
@@ -260,6 +270,61 @@ fn read_material(
             ABSORPTION,
             default.absorption,
         )?,
+        graticule: match &entry.graticule {
+            None => None,
+            Some(lines) => Some(read_graticule(check, lines)?),
+        },
+    })
+}
+
+fn read_graticule(
+    check: &Check<'_>,
+    entry: &GraticuleEntry,
+) -> Result<Graticule, Located<SceneFault>> {
+    let GraticuleEntry {
+        divisions,
+        width_degrees,
+    } = entry;
+    let width = check.number("width_degrees", width_degrees, LINE_WIDTH)?;
+    Ok(Graticule {
+        divisions: check.whole("divisions", divisions, DIVISIONS)?,
+        width: width.to_radians() as f32,
+    })
+}
+
+fn read_path(
+    check: &Check<'_>,
+    entries: &[Spanned<CameraEntry>],
+) -> Result<CameraPath, Located<SceneFault>> {
+    let mut keys = Vec::with_capacity(entries.len());
+    for entry in entries {
+        let entry = entry.as_ref();
+        let frame = match &entry.frame {
+            None if entries.len() == 1 => 1,
+            None => {
+                let fault = SceneFault::CameraFrame;
+                return Err(check.fault(fault, Some(entry.position.span())));
+            }
+            Some(frame) => check.whole("frame", frame, FRAMES)?,
+        };
+        let upright = DomeCamera::UPRIGHT;
+        let position = check.numbers("position", &entry.position, POSITION)?;
+        keys.push(CameraKey {
+            frame,
+            camera: DomeCamera {
+                position: DVec3::from_array(position),
+                zenith: check.vector_or("zenith", entry.zenith.as_ref(), upright.zenith)?,
+                top: check.vector_or("top", entry.top.as_ref(), upright.top)?,
+            },
+        });
+    }
+    CameraPath::new(keys).map_err(|error| {
+        let (number, fault) = match error {
+            CameraPathError::Order { key } => (key, SceneFault::CameraOrder),
+            CameraPathError::Direction { key } => (key, SceneFault::CameraDirection),
+            CameraPathError::Turn { key } => (key, SceneFault::CameraTurn),
+        };
+        check.fault(fault, entries.get(number).map(Spanned::span))
     })
 }
 

@@ -10,6 +10,7 @@ use shisen::gaze_reference;
 use shisen::mesh::Material;
 use shisen::render::{Options, renderer};
 use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
 use shisen_core::frame::{
@@ -43,6 +44,7 @@ fn hall_of_mirrors() -> Scene {
         lights: Vec::new(),
         background: Background::uniform([1.0; 3]),
         ambient: [0.0; 3],
+        camera: CameraPath::default(),
     }
 }
 

@@ -17,6 +17,7 @@ use shisen::gaze_reference::{self, Limits};
 use shisen::mesh::{Material, TriangleMesh};
 use shisen::render::{self, Frame, Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
 use shisen_core::frame::{Budget, LevelOfDetail, Settings, Tracer, View, Workspace};
@@ -99,9 +100,14 @@ fn places(view: &View) -> impl Iterator<Item = (u32, u32)> + use<> {
     (0..rows).flat_map(move |y| (0..columns).map(move |x| (x, y)))
 }
 
+/// Through a pixel's centre.
+fn direction(view: &View, (x, y): (u32, u32)) -> Vec3 {
+    view.direction(x as f32, y as f32).expect("a direction")
+}
+
 /// The level of a pixel's centre.
-fn level(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32)) -> f32 {
-    let direction = view.direction(x as f32, y as f32);
+fn level(lod: &LevelOfDetail, view: &View, at: (u32, u32)) -> f32 {
+    let direction = direction(view, at);
     lod.gaze.level(direction).expect("a direction")
 }
 
@@ -113,12 +119,8 @@ fn reference((forward, up): (Vec3, Vec3)) -> gaze_reference::Gaze {
 }
 
 /// A pixel by the reference.
-fn exact_sight(
-    gaze: &gaze_reference::Gaze,
-    view: &View,
-    (x, y): (u32, u32),
-) -> gaze_reference::Sight {
-    let direction = view.direction(x as f32, y as f32).as_dvec3();
+fn exact_sight(gaze: &gaze_reference::Gaze, view: &View, at: (u32, u32)) -> gaze_reference::Sight {
+    let direction = direction(view, at).as_dvec3();
     gaze.sight(direction).expect("a direction")
 }
 
@@ -202,6 +204,7 @@ fn empty_scene(background: Background) -> Scene {
         lights: Vec::new(),
         background,
         ambient: [0.0; 3],
+        camera: CameraPath::default(),
     }
 }
 

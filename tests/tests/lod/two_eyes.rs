@@ -1,6 +1,8 @@
 //! Two eyes that have one line of sight, or one each.
 
-use crate::{GAZES, eyes, frame, level, levels, lod, mixed_scene, places, room, samples, views};
+use crate::{
+    GAZES, direction, eyes, frame, level, levels, lod, mixed_scene, places, room, samples, views,
+};
 use glam::Vec3;
 use shisen::bake::Baked;
 use shisen::cave::{Eye, Viewer};
@@ -48,13 +50,13 @@ fn pixel_towards(view: &View, point: Vec3) -> Option<(u32, u32)> {
     let towards = (point - view.eye()).normalize();
     let (at, cosine) = places(view)
         .map(|at| {
-            let direction = view.direction(at.0 as f32, at.1 as f32);
+            let direction = direction(view, at);
             (at, direction.normalize().dot(towards))
         })
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
     // Half a pixel's width, at the wall's middle, and some more.
-    let width = view.direction(1.0, 0.0) - view.direction(0.0, 0.0);
-    let pixel = width.length() / view.direction(0.0, 0.0).length();
+    let first = direction(view, (0, 0));
+    let pixel = (direction(view, (1, 0)) - first).length() / first.length();
     (cosine > (1.5 * pixel).cos()).then_some(at)
 }
 
@@ -71,12 +73,12 @@ fn the_central_field_of_each_eye_is_about_the_point_that_both_look_at() {
                 continue;
             };
             let lod = eye.lod.expect("a line of sight");
-            let direction = view.direction(at.0 as f32, at.1 as f32);
-            let sight = lod.gaze.sight(direction).expect("a direction");
+            let towards = direction(&view, at);
+            let sight = lod.gaze.sight(towards).expect("a direction");
             assert!(sight.l < 0.02, "{point}: {sight:?}");
             // All around, as far as the central field goes, it is level 1.
             for (x, y) in places(&view) {
-                let direction = view.direction(x as f32, y as f32).normalize();
+                let direction = direction(&view, (x, y)).normalize();
                 let angle = direction.dot((point - view.eye()).normalize()).acos();
                 if angle < 28.7f32.to_radians() {
                     assert_eq!(level(&lod, &view, (x, y)), 1.0, "{point}, {x} {y}");

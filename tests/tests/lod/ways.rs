@@ -1,6 +1,6 @@
 //! One frame, one hash, with a level of detail.
 
-use crate::{GAZES, eyes, frame, levels, lod, mixed_scene, scenes};
+use crate::{GAZES, direction, eyes, frame, levels, lod, mixed_scene, scenes};
 use glam::Vec3;
 use shisen::bake::Baked;
 use shisen::render::Options;
@@ -183,8 +183,8 @@ where
 
 #[test]
 fn interruptions_and_mixed_signs_change_nothing() {
-    let middle = view().direction(13.0, 13.0);
-    let [left, right] = [8.0, 15.0].map(|x| view().direction(x, 13.0));
+    let middle = direction(&view(), (13, 13));
+    let [left, right] = [8, 15].map(|x| direction(&view(), (x, 13)));
     assert!(left.x < 0.0 && right.x > 0.0 && middle.z < 0.0);
     assert_interruptions_change_nothing::<8>();
     assert_interruptions_change_nothing::<4>();

@@ -1,8 +1,9 @@
 //! The pictures of a frame and the files they go to.
 
 use super::lod::LodPictures;
-use super::report::{Image, Written, hexadecimal};
+use super::report::{Image, Written};
 use crate::cli::failure::Failure;
+use crate::cli::picture_files::{hexadecimal, metadata};
 use shisen::cave::{Cave, Eye, Wall};
 use shisen::net;
 use shisen::picture::Picture;
@@ -97,11 +98,4 @@ impl Writer<'_> {
             .map_err(Failure::from_error)?;
         Ok(path.display().to_string())
     }
-}
-
-/// What is noted in a file: no time or place, so that equal pictures give
-/// equal files.
-fn metadata(note: String) -> [(&'static str, String); 2] {
-    let software = concat!("Shisen ", env!("CARGO_PKG_VERSION"));
-    [("Software", software.to_owned()), ("Description", note)]
 }

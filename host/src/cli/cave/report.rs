@@ -115,11 +115,6 @@ pub(super) struct Image {
     pub(super) hash: String,
 }
 
-/// A hash as reports show it: 64 bits are more than a JSON number holds.
-pub(super) fn hexadecimal(hash: u64) -> String {
-    format!("{hash:016x}")
-}
-
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "scene {}", self.scene)?;

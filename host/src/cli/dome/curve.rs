@@ -1,7 +1,7 @@
 //! `shisen dome curve`: the paper's figures 10 to 16.
 
-use super::super::cave::make_writable;
 use super::super::failure::Failure;
+use super::super::picture_files::make_writable;
 use super::super::print;
 use super::arguments::ConfigChoice;
 use super::figure::Figure;

@@ -1,7 +1,7 @@
 //! `shisen dome nearfield`: what surroundings near the mirror cost.
 
-use super::super::cave::make_writable;
 use super::super::failure::Failure;
+use super::super::picture_files::make_writable;
 use super::super::print;
 use super::arguments::{MappingChoice, MirrorArguments};
 use super::figure::Figure;

@@ -24,6 +24,17 @@ pub(super) struct SceneEntry {
     pub(super) object: Vec<Spanned<ObjectEntry>>,
     #[serde(default)]
     pub(super) light: Vec<Spanned<LightEntry>>,
+    #[serde(default)]
+    pub(super) camera: Vec<Spanned<CameraEntry>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CameraEntry {
+    pub(super) frame: Option<Number>,
+    pub(super) position: Numbers,
+    pub(super) zenith: Option<Numbers>,
+    pub(super) top: Option<Numbers>,
 }
 
 #[derive(Deserialize)]
@@ -46,6 +57,14 @@ pub(super) struct MaterialEntry {
     pub(super) transmission: Option<Numbers>,
     pub(super) index_of_refraction: Option<Number>,
     pub(super) absorption: Option<Numbers>,
+    pub(super) graticule: Option<GraticuleEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GraticuleEntry {
+    pub(super) divisions: Number,
+    pub(super) width_degrees: Number,
 }
 
 #[derive(Deserialize)]

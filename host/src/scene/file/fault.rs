@@ -16,7 +16,7 @@ pub enum SceneFault {
     /// Not TOML, or not the keys and types that a scene has.
     #[error("{message}")]
     #[diagnostic(help(
-        "a scene file has name, ambient, [background], [materials.NAME], [meshes.NAME], [[object]] and [[light]]"
+        "a scene file has name, ambient, [background], [materials.NAME], [meshes.NAME], [[object]], [[light]] and [[camera]]"
     ))]
     Syntax {
         /// The TOML reader's message.
@@ -81,6 +81,33 @@ pub enum SceneFault {
     #[error("the light's `direction` is zero")]
     #[diagnostic(help("give the way the light travels, such as [0, -1, 0] for straight down"))]
     ZeroDirection,
+    /// A number that has to be a whole one.
+    #[error("`{key}` is {value}, but it must be a whole number")]
+    #[diagnostic(help("give a number without a fraction"))]
+    NotWhole {
+        /// The key it is the value of.
+        key: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// One of several cameras without its place in time.
+    #[error("a camera among others needs `frame`")]
+    #[diagnostic(help("add `frame = N`, the picture that is taken from here, counted from 1"))]
+    CameraFrame,
+    /// Cameras out of order.
+    #[error("the camera's `frame` is not after that of the camera before it")]
+    #[diagnostic(help("put cameras in the order of their frames, each at its own"))]
+    CameraOrder,
+    /// A camera that has no upright.
+    #[error("the camera's `zenith` and `top` point nowhere or along each other")]
+    #[diagnostic(help(
+        "give directions to the middle and to the top of the picture, such as [0, 1, 0] and [0, 0, 1]"
+    ))]
+    CameraDirection,
+    /// A turn that could go either way.
+    #[error("the camera's `zenith` or `top` is against that of the camera before it")]
+    #[diagnostic(help("add a camera between the two that says which way to turn"))]
+    CameraTurn,
     /// A mesh that cannot be loaded.
     #[error("the mesh \"{mesh}\" cannot be loaded")]
     #[diagnostic(help("relative paths start at the folder of the scene file"))]
@@ -134,6 +161,9 @@ pub(super) const EXPONENT: Limits = Limits(1.0, 1.0e4);
 pub(super) const INDEX_OF_REFRACTION: Limits = Limits(0.01, 100.0);
 pub(super) const LENGTH: Limits = Limits(1.0e-6, 1.0e6);
 pub(super) const POSITION: Limits = Limits(-1.0e6, 1.0e6);
+pub(super) const DIVISIONS: Limits = Limits(1.0, 900.0);
+pub(super) const LINE_WIDTH: Limits = Limits(1.0e-3, 28.0);
+pub(super) const FRAMES: Limits = Limits(1.0, 99_999.0);
 pub(super) const DEGREES: Limits = Limits(-360.0, 360.0);
 
 /// Checks values, and makes faults that point into the file.
@@ -158,6 +188,20 @@ impl Check<'_> {
     ) -> Result<f64, Located<SceneFault>> {
         let span = value.span();
         self.within(key, *value.as_ref(), limits, &span)
+    }
+
+    pub(super) fn whole(
+        &self,
+        key: &'static str,
+        value: &Spanned<f64>,
+        limits: Limits,
+    ) -> Result<u32, Located<SceneFault>> {
+        let number = self.number(key, value, limits)?;
+        if number.fract() == 0.0 {
+            return Ok(number as u32);
+        }
+        let fault = SceneFault::NotWhole { key, value: number };
+        Err(self.fault(fault, Some(value.span())))
     }
 
     pub(super) fn number_or(

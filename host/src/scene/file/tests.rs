@@ -47,6 +47,17 @@ fn the_documented_example_is_a_scene() {
     assert_eq!(scene.materials[0].shininess, 200.0);
     assert_eq!(scene.materials[1].absorption, [0.2, 0.05, 0.1]);
     assert_eq!(scene.materials[1].shininess, 32.0);
+    let lines = scene.materials[2].graticule.unwrap();
+    assert_eq!((lines.divisions, lines.width), (9, 0.3f32.to_radians()));
+    assert_eq!(scene.materials[0].graticule, None);
+    assert_eq!(scene.camera.frames(), 120);
+    let first = scene.camera.camera(1).unwrap();
+    assert_eq!(first.position, DVec3::new(0.0, 1.6, 0.0));
+    assert_eq!((first.zenith, first.top), (DVec3::Y, DVec3::Z));
+    assert_eq!(
+        scene.camera.keys()[1].camera.zenith,
+        DVec3::new(0.0, 1.0, -1.0)
+    );
     assert_eq!(scene.background.nadir, [0.12, 0.2, 0.08]);
     assert_eq!(scene.objects.len(), 4);
     let [cow, animal, sphere, spheroid] = &scene.objects[..] else {
@@ -166,6 +177,58 @@ fn faults_point_at_their_line_and_help() {
         assert!(error.to_string().contains(message), "{to}: {error}");
         assert!(Diagnostic::help(&error).is_some(), "{to}: {error}");
         assert_eq!(error.line(), Some(line_of(from)), "{to}: {error}");
+    }
+}
+
+#[test]
+fn cameras_and_lines_are_checked_at_their_lines() {
+    let second = "[[camera]]                              # a smooth";
+    for (from, to, place, message) in [
+        ("frame = 120", "frame = 1", second, "is not after"),
+        ("frame = 120", "frame = 1.5", "frame = 120", "whole number"),
+        ("frame = 120", "frame = 0", "frame = 120", "`frame` is 0"),
+        (
+            "frame = 120",
+            "",
+            "position = [0, 1.6, -2]",
+            "needs `frame`",
+        ),
+        (
+            "top = [0, 0, 1]",
+            "top = [0, -2, 2]",
+            second,
+            "along each other",
+        ),
+        (
+            "top = [0, 0, 1]",
+            "top = [0, 0, 0]",
+            second,
+            "point nowhere",
+        ),
+        (
+            "zenith = [0, 1, -1]",
+            "zenith = [0, -1, 0]",
+            second,
+            "is against that",
+        ),
+        (
+            "divisions = 9",
+            "divisions = 0",
+            "graticule",
+            "`divisions` is 0",
+        ),
+        (
+            "width_degrees = 0.3",
+            "width_degrees = nan",
+            "graticule",
+            "`width_degrees` is NaN",
+        ),
+    ] {
+        let text = EXAMPLE.replacen(from, to, 1);
+        let error = read(&text).unwrap_err();
+        assert!(error.to_string().contains(message), "{to}: {error}");
+        assert!(Diagnostic::help(&error).is_some(), "{to}: {error}");
+        assert_eq!(error.line(), Some(line_of(place)), "{to}: {error}");
     }
 }
 

@@ -1,0 +1,165 @@
+//! A block of a dome master, eight rays at a time.
+
+use super::block::{Block, Sum, Target, offset};
+use super::view::{Dome, RayRow, View};
+use super::{Mode, Renderer};
+use crate::simd::{Runs, Simd};
+use crate::trace::{Budget, Pixel, RayDetail, RowHits, Workspace};
+
+impl Block {
+    /// Renders the pixels from number `first` on, in rows, and says how many
+    /// it finished.
+    pub(super) fn render_dome<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        (view, dome): (&View, &Dome),
+        first: u32,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        target: &mut Target<'_>,
+    ) -> u32
+    where
+        Simd: Runs<W>,
+    {
+        let (simd, samples) = (renderer.tracer.simd(), renderer.settings.samples);
+        let mut detail = None;
+        let mut traced = Traced::NONE;
+        for number in first..self.columns * self.rows {
+            if budget.is_spent() {
+                return number - first;
+            }
+            let (column, row) = (number % self.columns, number / self.columns);
+            let mut own = |column: u32| {
+                let detail = detail.get_or_insert_with(|| self.detail(renderer, view));
+                detail.at(column, row)
+            };
+            let mut sum = Sum::default();
+            if samples == 1 {
+                if column == 0 || number == first {
+                    let rays = self.rays_of_row(simd, dome, row);
+                    traced = Traced::new(
+                        renderer,
+                        rays,
+                        |lane| if lane < column { None } else { own(lane) },
+                        budget,
+                        workspace,
+                    );
+                }
+                sum.add(traced.pixel(renderer, column, budget, workspace));
+            } else {
+                for sample in 0..samples {
+                    let lane = u32::from(sample % 8);
+                    if lane == 0 {
+                        let rays = self.rays_of_pixel(simd, dome, (column, row), sample, samples);
+                        traced = Traced::new(renderer, rays, |_| own(column), budget, workspace);
+                    }
+                    sum.add(traced.pixel(renderer, lane, budget, workspace));
+                }
+            }
+            target.write(column, row, sum.mean(samples));
+        }
+        self.columns * self.rows - first
+    }
+
+    /// Through the centres of its pixels in a row.
+    fn rays_of_row(&self, simd: Simd, dome: &Dome, row: u32) -> RayRow {
+        let (mut x, mut y) = ([0.0; 8], [0.0; 8]);
+        let centre = offset(0, 1);
+        for (column, (x, y)) in (0..).zip(x.iter_mut().zip(&mut y)) {
+            (*x, *y) = self.at(column, row, centre);
+        }
+        dome.row(simd, &x, &y)
+    }
+
+    /// Eight samples of a pixel, from one on.
+    fn rays_of_pixel(
+        &self,
+        simd: Simd,
+        dome: &Dome,
+        (column, row): (u32, u32),
+        sample: u16,
+        samples: u16,
+    ) -> RayRow {
+        let (mut x, mut y) = ([0.0; 8], [0.0; 8]);
+        for (sample, (x, y)) in (sample..samples).zip(x.iter_mut().zip(&mut y)) {
+            (*x, *y) = self.at(column, row, offset(sample, samples));
+        }
+        dome.row(simd, &x, &y)
+    }
+}
+
+/// Rays of eight places and, where they went together, what they met.
+struct Traced {
+    rays: RayRow,
+    /// `None` for those that are not traced.
+    detail: [Option<RayDetail>; 8],
+    hits: Option<RowHits>,
+}
+
+impl Traced {
+    const NONE: Self = Self {
+        rays: RayRow::EMPTY,
+        detail: [None; 8],
+        hits: None,
+    };
+
+    fn new<const W: usize>(
+        renderer: &Renderer<'_, W>,
+        rays: RayRow,
+        mut own: impl FnMut(u32) -> Option<RayDetail>,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Self
+    where
+        Simd: Runs<W>,
+    {
+        let mut detail = [None; 8];
+        if rays.is_empty() {
+            return Self {
+                rays,
+                detail,
+                hits: None,
+            };
+        }
+        for (lane, detail) in (0..).zip(&mut detail) {
+            *detail = own(lane);
+        }
+        let hits = if renderer.settings.mode == Mode::Tile {
+            let one = |lane: usize| Some((rays.ray(lane)?, detail[lane % 8]?.rung));
+            renderer
+                .tracer
+                .nearest_of_row(&rays.together(&detail), one, budget, workspace)
+        } else {
+            None
+        };
+        Self { rays, detail, hits }
+    }
+
+    /// What the ray of a place sees: nothing outside the rim.
+    #[inline]
+    fn pixel<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        lane: u32,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Pixel
+    where
+        Simd: Runs<W>,
+    {
+        let tracer = &renderer.tracer;
+        let lane = lane as usize % 8;
+        let Some(ray) = self.rays.ray(lane) else {
+            return Pixel::default();
+        };
+        match (self.detail[lane], &self.hits) {
+            (None, _) => tracer.missed(ray.direction()),
+            (Some(detail), None) => tracer.radiance_with(&ray, detail, budget, workspace),
+            (Some(detail), Some(hits)) => {
+                hits.between_lines(lane, workspace).unwrap_or_else(|| {
+                    tracer.radiance_from(&ray, hits.at(lane), detail, budget, workspace)
+                })
+            }
+        }
+    }
+}

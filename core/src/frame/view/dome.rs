@@ -1,0 +1,498 @@
+use super::{Directions, View};
+use crate::capture::{Mapping, SpheroidMirror, equidistant, fisheye_equisolid, mirror_ball};
+use crate::numeric::largest_magnitude;
+use crate::shape::Ray;
+use crate::simd::{Kernel, Lanes, Portable, Runs, Simd};
+use crate::trace::{RayDetail, RowRays};
+use core::f32::consts::TAU;
+use core::fmt;
+use glam::{Mat3, Vec3};
+
+/// Where a dome master is taken and which way round.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DomePose {
+    /// Of the viewpoint: metres, in the room.
+    pub position: Vec3,
+    /// The axes of [`capture`](crate::capture) in the room, each a column of
+    /// unit length: the picture's right, its top, and what is behind it. The
+    /// zenith is against the last.
+    pub room_from_capture: Mat3,
+}
+
+impl DomePose {
+    /// A dome over a room (+Y up, −Z forward) with the front at the bottom of
+    /// the picture: a quarter turn about +X.
+    pub const fn over_room(position: Vec3) -> Self {
+        Self {
+            position,
+            room_from_capture: Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y),
+        }
+    }
+}
+
+/// Which direction a dome master's pixel is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DomeProjection {
+    /// What a camera sees in a mirrored spheroid.
+    Mirror(MirrorCamera),
+    /// [`fisheye_equidistant`](crate::capture::fisheye_equidistant): a true
+    /// dome master, of π.
+    Equidistant {
+        /// Across the picture: radians, above 0 to 2π.
+        field_of_view: f32,
+    },
+    /// [`fisheye_equisolid`](crate::capture::fisheye_equisolid).
+    Equisolid {
+        /// Across the picture: radians, above 0 to 2π.
+        field_of_view: f32,
+    },
+    /// [`mirror_ball`](crate::capture::mirror_ball).
+    MirrorBall,
+}
+
+/// A mirror and the camera that looks at it. It is optics, not an object: it
+/// casts no shadow and is in no reflection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MirrorCamera {
+    /// The mirror's shape, and what looks at it.
+    pub mirror: SpheroidMirror,
+    /// Which of its points a pixel sees.
+    pub mapping: Mapping,
+    /// Its equatorial radius: metres, within [`MirrorCamera::RADII`].
+    pub radius: f32,
+    /// Which point of its axis is at the pose's position: equatorial radii from
+    /// its centre towards the camera, −1000 to 1000. The screen's centre, the
+    /// paper's, is at [`SpheroidMirror::screen_distance`].
+    pub viewpoint: f32,
+    /// Whether the picture is left as mirrors give it, left and right
+    /// exchanged.
+    pub mirrored: bool,
+}
+
+impl MirrorCamera {
+    /// Least and greatest equatorial radius: metres.
+    pub const RADII: (f32, f32) = (1.0e-9, 1.0e6);
+
+    /// Farthest viewpoint: equatorial radii.
+    const FARTHEST_VIEWPOINT: f32 = 1000.0;
+}
+
+/// Why there is no such dome master.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum DomeError {
+    /// No pixels, or more than [`View::MOST_PIXELS`] a side.
+    Size {
+        /// Pixels a side.
+        size: u32,
+    },
+    /// The viewpoint is not finite or too far out.
+    Position {
+        /// Where it is: metres.
+        position: Vec3,
+    },
+    /// The axes are not of unit length, right angles and right-handed, within
+    /// [`DomeError::SKEW`], or not finite.
+    Axes {
+        /// The axes.
+        axes: Mat3,
+    },
+    /// The field of view is NaN, 0 or less, or more than 2π.
+    FieldOfView {
+        /// Radians.
+        field_of_view: f32,
+    },
+    /// The mirror's size is NaN or outside [`MirrorCamera::RADII`].
+    Radius {
+        /// Its equatorial radius: metres.
+        radius: f32,
+    },
+    /// The mirror's point at the position is NaN or too far off.
+    Viewpoint {
+        /// Equatorial radii from the mirror's centre.
+        viewpoint: f32,
+    },
+}
+
+impl DomeError {
+    /// How far axes may be from unit length and right angles: of 1.
+    pub const SKEW: f32 = 1.0e-5;
+
+    /// Coordinates of a position may be so far out: metres. What is around the
+    /// mirror can still be traced.
+    const FARTHEST: f32 = 0.5 * Ray::FARTHEST;
+}
+
+impl fmt::Display for DomeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Size { size } => write!(
+                f,
+                "a dome master of {size} pixels a side: give 1 to {}",
+                View::MOST_PIXELS
+            ),
+            Self::Position { position } => write!(
+                f,
+                "the dome master's position is {position}: give three numbers from -{0:e} to {0:e}",
+                Self::FARTHEST
+            ),
+            Self::Axes { axes } => write!(
+                f,
+                "the dome master's axes are {axes}: give three right-handed axes of unit length \
+                 at right angles, within {:e}",
+                Self::SKEW
+            ),
+            Self::FieldOfView { field_of_view } => write!(
+                f,
+                "the field of view is {field_of_view} rad: give a number above 0, to {TAU}"
+            ),
+            Self::Radius { radius } => {
+                let (least, most) = MirrorCamera::RADII;
+                write!(
+                    f,
+                    "the mirror's radius is {radius} m: give a number from {least:e} to {most:e}"
+                )
+            }
+            Self::Viewpoint { viewpoint } => write!(
+                f,
+                "the viewpoint is {viewpoint} radii from the mirror's centre: give a number from \
+                 -{0} to {0}",
+                MirrorCamera::FARTHEST_VIEWPOINT
+            ),
+        }
+    }
+}
+
+impl core::error::Error for DomeError {}
+
+/// The rays of a dome master.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Dome {
+    projection: DomeProjection,
+    pose: DomePose,
+    side: u32,
+    /// [`SpheroidMirror::exact_start`].
+    start: [f32; 3],
+}
+
+/// Rays of eight places.
+pub(crate) struct RayRow {
+    origins: [[f32; 8]; 3],
+    directions: [[f32; 8]; 3],
+    /// A bit for each lane inside the rim.
+    seen: u32,
+}
+
+impl RayRow {
+    /// None inside the rim.
+    pub(crate) const EMPTY: Self = Self {
+        origins: [[0.0; 8]; 3],
+        directions: [[0.0; 8]; 3],
+        seen: 0,
+    };
+
+    /// Whether no place is inside the rim.
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.seen == 0
+    }
+
+    /// Those inside the rim that have a detail.
+    #[inline]
+    pub(crate) fn together(&self, detail: &[Option<RayDetail>; 8]) -> RowRays<'_> {
+        let mut active = 0;
+        for (lane, detail) in detail.iter().enumerate() {
+            let is_traced = detail.is_some() && self.ray(lane).is_some();
+            active |= u32::from(is_traced) << lane;
+        }
+        RowRays {
+            origins: &self.origins,
+            directions: &self.directions,
+            active,
+        }
+    }
+
+    /// `None` outside the rim.
+    #[inline(always)]
+    pub(crate) fn ray(&self, lane: usize) -> Option<Ray> {
+        let lane = lane % 8;
+        let [x, y, z] = &self.origins;
+        let origin = Vec3::new(x[lane], y[lane], z[lane]);
+        let [x, y, z] = &self.directions;
+        let direction = Vec3::new(x[lane], y[lane], z[lane]);
+        if self.seen >> lane & 1 == 0 {
+            return None;
+        }
+        Ray::new(origin, direction)
+    }
+}
+
+/// Rays of as many places as there are lanes, in the room.
+struct Rays<F, M> {
+    origin: [F; 3],
+    direction: [F; 3],
+    seen: M,
+}
+
+impl Dome {
+    /// What is divided by it and its distance from the centre is inside the
+    /// rim, whatever was rounded.
+    const BACK_INSIDE: f32 = 1.0 + 4.0 * f32::EPSILON;
+
+    /// As [`View::dome`].
+    pub(super) fn new(
+        projection: DomeProjection,
+        pose: DomePose,
+        side: u32,
+    ) -> Result<Self, DomeError> {
+        if !(1..=View::MOST_PIXELS).contains(&side) {
+            return Err(DomeError::Size { size: side });
+        }
+        let DomePose {
+            position,
+            room_from_capture: axes,
+        } = pose;
+        // NaN can hide from the largest magnitude.
+        if !(position.is_finite() && largest_magnitude(position) <= DomeError::FARTHEST) {
+            return Err(DomeError::Position { position });
+        }
+        if !is_rotation(&axes) {
+            return Err(DomeError::Axes { axes });
+        }
+        let mut start = [0.0; 3];
+        match projection {
+            DomeProjection::Mirror(camera) => {
+                let (least, most) = MirrorCamera::RADII;
+                let (radius, viewpoint) = (camera.radius, camera.viewpoint);
+                if !(least..=most).contains(&radius) {
+                    return Err(DomeError::Radius { radius });
+                }
+                if !(viewpoint.abs() <= MirrorCamera::FARTHEST_VIEWPOINT) {
+                    return Err(DomeError::Viewpoint { viewpoint });
+                }
+                start = camera.mirror.exact_start();
+            }
+            DomeProjection::Equidistant { field_of_view }
+            | DomeProjection::Equisolid { field_of_view } => {
+                if !(field_of_view > 0.0 && field_of_view <= TAU) {
+                    return Err(DomeError::FieldOfView { field_of_view });
+                }
+            }
+            DomeProjection::MirrorBall => {}
+        }
+        Ok(Self {
+            projection,
+            pose,
+            side,
+            start,
+        })
+    }
+
+    pub(super) const fn side(&self) -> u32 {
+        self.side
+    }
+
+    pub(super) const fn position(&self) -> Vec3 {
+        self.pose.position
+    }
+
+    /// The ray through a point of the picture, in pixels from the centre of
+    /// the first; `None` outside the rim.
+    pub(crate) fn ray(&self, x: f32, y: f32) -> Option<Ray> {
+        let rays = self.rays(Portable, [x], [y]);
+        let vector = |[[x], [y], [z]]: [[f32; 1]; 3]| Vec3::new(x, y, z);
+        if rays.seen == 0 {
+            return None;
+        }
+        Ray::new(vector(rays.origin), vector(rays.direction))
+    }
+
+    /// The rays through eight points of the picture, likewise.
+    pub(crate) fn row(&self, simd: Simd, x: &[f32; 8], y: &[f32; 8]) -> RayRow {
+        <Simd as Runs<8>>::run(simd, Row { dome: self, x, y })
+    }
+
+    /// The rays through points of the picture, in every lane: the scalar's
+    /// bits, since it is one lane of it.
+    #[inline(always)]
+    fn rays<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> Rays<L::F, L::M> {
+        let pixel = self.place(l, x, y);
+        let seen = l.le(pixel[2], l.splat(1.0));
+        let (origin, direction) = self.sight(l, pixel);
+        let Mat3 {
+            x_axis,
+            y_axis,
+            z_axis,
+        } = self.pose.room_from_capture;
+        let axes = [x_axis.to_array(), y_axis.to_array(), z_axis.to_array()];
+        let [x, y, z] = self.pose.position.to_array();
+        let direction = [
+            turned(l, axes, 0, direction),
+            turned(l, axes, 1, direction),
+            turned(l, axes, 2, direction),
+        ];
+        let origin = match origin {
+            None => [l.splat(x), l.splat(y), l.splat(z)],
+            Some(origin) => [
+                l.add(l.splat(x), turned(l, axes, 0, origin)),
+                l.add(l.splat(y), turned(l, axes, 1, origin)),
+                l.add(l.splat(z), turned(l, axes, 2, origin)),
+            ],
+        };
+        Rays {
+            origin,
+            direction,
+            seen,
+        }
+    }
+
+    /// (u, v) of points of the picture and their distances from its centre.
+    /// Rounded once for whole pixels, so that opposite ones are opposite.
+    #[inline(always)]
+    fn place<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> [L::F; 3] {
+        let side = l.splat(self.side as f32);
+        let last = l.splat((self.side - 1) as f32);
+        let two = l.splat(2.0);
+        let u = l.div(l.sub(l.mul(two, x), last), side);
+        let v = l.div(l.sub(last, l.mul(two, y)), side);
+        let radius = l.sqrt(l.add(l.mul(u, u), l.mul(v, v)));
+        [u, v, radius]
+    }
+
+    /// Where lines of sight start, metres from the position (`None` for all at
+    /// it), and where they go, both along the capture's own axes.
+    #[inline(always)]
+    fn sight<const W: usize, L: Lanes<W>>(
+        &self,
+        l: L,
+        pixel: [L::F; 3],
+    ) -> (Option<[L::F; 3]>, [L::F; 3]) {
+        match &self.projection {
+            DomeProjection::Mirror(camera) => {
+                let [u, v, radius] = pixel;
+                let u = if camera.mirrored {
+                    l.mul(l.splat(-1.0), u)
+                } else {
+                    u
+                };
+                let pixel = [u, v, radius];
+                let lines = camera.mirror.pixels(l, pixel, camera.mapping, self.start);
+                let [x, y, z] = lines.point;
+                let scale = l.splat(camera.radius);
+                // The position is added in the room only: the mirror may be
+                // any distance from its origin.
+                let z = l.add(z, l.splat(camera.viewpoint));
+                let point = [l.mul(scale, x), l.mul(scale, y), l.mul(scale, z)];
+                (Some(point), lines.direction)
+            }
+            DomeProjection::Equidistant { field_of_view } => {
+                (None, equidistant(l, pixel, *field_of_view))
+            }
+            DomeProjection::Equisolid { .. } | DomeProjection::MirrorBall => {
+                (None, self.one_by_one(l, pixel))
+            }
+        }
+    }
+
+    /// Directions that need more than f32 on the way, lane by lane.
+    #[inline(always)]
+    fn one_by_one<const W: usize, L: Lanes<W>>(&self, l: L, [u, v, _]: [L::F; 3]) -> [L::F; 3] {
+        let (u, v) = (l.store(u), l.store(v));
+        let mut directions = [[0.0; W]; 3];
+        for lane in 0..W {
+            let direction = match self.projection {
+                DomeProjection::Equisolid { field_of_view } => {
+                    fisheye_equisolid(u[lane], v[lane], field_of_view)
+                }
+                _ => mirror_ball(u[lane], v[lane]),
+            };
+            let direction = direction.unwrap_or(Vec3::ZERO);
+            for (axis, component) in direction.to_array().into_iter().enumerate() {
+                directions[axis][lane] = component;
+            }
+        }
+        let [x, y, z] = &directions;
+        [l.load(x), l.load(y), l.load(z)]
+    }
+}
+
+/// One component of a vector along the axes.
+#[inline(always)]
+fn turned<const W: usize, L: Lanes<W>>(
+    l: L,
+    [right, top, back]: [[f32; 3]; 3],
+    component: usize,
+    [x, y, z]: [L::F; 3],
+) -> L::F {
+    let component = component % 3;
+    let x = l.mul(l.splat(right[component]), x);
+    let y = l.mul(l.splat(top[component]), y);
+    let z = l.mul(l.splat(back[component]), z);
+    l.add(l.add(x, y), z)
+}
+
+/// Whether axes are of unit length, at right angles and right-handed.
+fn is_rotation(axes: &Mat3) -> bool {
+    let Mat3 {
+        x_axis: x,
+        y_axis: y,
+        z_axis: z,
+    } = *axes;
+    // NaN fails each comparison.
+    let off = |found: f32, expected: f32| (found - expected).abs() <= DomeError::SKEW;
+    [x, y, z].iter().all(|axis| off(axis.dot(*axis), 1.0))
+        && off(x.dot(y), 0.0)
+        && off(y.dot(z), 0.0)
+        && off(z.dot(x), 0.0)
+        && x.cross(y).dot(z) > 0.0
+}
+
+impl Directions for Dome {
+    #[inline(always)]
+    fn directions<L: Lanes<8>>(&self, l: L, (x, y): (u32, u32)) -> [L::F; 3] {
+        let last = self.side - 1;
+        let mut columns = [0.0; 8];
+        for (column, place) in (x..).zip(&mut columns) {
+            *place = column.min(last) as f32;
+        }
+        let (x, y) = (l.load(&columns), l.splat(y.min(last) as f32));
+        let [u, v, radius] = self.place(l, x, y);
+        // Inside the rim a division by 1.
+        let past = l.mul(radius, l.splat(Self::BACK_INSIDE));
+        let past = l.select(l.le(radius, l.splat(1.0)), l.splat(1.0), past);
+        let (u, v, radius) = (l.div(u, past), l.div(v, past), l.div(radius, past));
+        let (_, direction) = self.sight(l, [u, v, radius]);
+        let Mat3 {
+            x_axis,
+            y_axis,
+            z_axis,
+        } = self.pose.room_from_capture;
+        let axes = [x_axis.to_array(), y_axis.to_array(), z_axis.to_array()];
+        [
+            turned(l, axes, 0, direction),
+            turned(l, axes, 1, direction),
+            turned(l, axes, 2, direction),
+        ]
+    }
+}
+
+struct Row<'r> {
+    dome: &'r Dome,
+    x: &'r [f32; 8],
+    y: &'r [f32; 8],
+}
+
+impl Kernel<8> for Row<'_> {
+    type Output = RayRow;
+
+    #[inline(always)]
+    fn run<L: Lanes<8>>(self, l: L) -> RayRow {
+        let rays = self.dome.rays(l, l.load(self.x), l.load(self.y));
+        let [ox, oy, oz] = rays.origin;
+        let [dx, dy, dz] = rays.direction;
+        RayRow {
+            origins: [l.store(ox), l.store(oy), l.store(oz)],
+            directions: [l.store(dx), l.store(dy), l.store(dz)],
+            seen: l.bits(rays.seen),
+        }
+    }
+}

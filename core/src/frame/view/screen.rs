@@ -1,0 +1,189 @@
+use super::{Directions, View};
+use crate::shape::Ray;
+use crate::simd::Lanes;
+use core::fmt;
+use glam::Vec3;
+
+/// The rays from an eye through the pixels of a flat screen: an off-axis
+/// frustum (Kooima 2008) as an affine map from pixels to directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Screen {
+    eye: Vec3,
+    first_pixel: Vec3,
+    column_step: Vec3,
+    row_step: Vec3,
+    columns: u32,
+    rows: u32,
+}
+
+/// Why a flat screen's view is not one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ViewError {
+    /// No columns or no rows, or more than [`View::MOST_PIXELS`] of either.
+    Size,
+    /// The eye is not finite or too far out.
+    Eye,
+    /// A corner's direction cannot be traced, or the eye is in the screen's
+    /// plane, or the steps are parallel.
+    Screen,
+}
+
+impl fmt::Display for ViewError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Size => write!(f, "a view has 1 to {} pixels a side", View::MOST_PIXELS),
+            Self::Eye => f.write_str("the eye's position is not finite or too far out"),
+            Self::Screen => f.write_str("the eye is in the screen's plane, or the screen is none"),
+        }
+    }
+}
+
+impl core::error::Error for ViewError {}
+
+impl Screen {
+    /// As [`View::new`].
+    pub(super) fn new(
+        eye: Vec3,
+        first_pixel: Vec3,
+        column_step: Vec3,
+        row_step: Vec3,
+        size: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        let [columns, rows] = size;
+        let fits = |pixels: u32| (1..=View::MOST_PIXELS).contains(&pixels);
+        if !fits(columns) || !fits(rows) {
+            return Err(ViewError::Size);
+        }
+        if Ray::new(eye, Vec3::X).is_none() {
+            return Err(ViewError::Eye);
+        }
+        let screen = Self {
+            eye,
+            first_pixel,
+            column_step,
+            row_step,
+            columns,
+            rows,
+        };
+        // Directions between the corners' are no longer than the longest, and
+        // no shorter than the distance of the plane.
+        let corners = [(0, 0), (columns, 0), (0, rows), (columns, rows)];
+        let normal = column_step.cross(row_step);
+        let distance = first_pixel.dot(normal).abs();
+        let traceable = corners
+            .iter()
+            .all(|&(x, y)| screen.direction(x as f32, y as f32).is_finite());
+        if !traceable || !(distance > 0.0) || screen.ray(0.0, 0.0).is_none() {
+            return Err(ViewError::Screen);
+        }
+        Ok(screen)
+    }
+
+    pub(super) const fn columns(&self) -> u32 {
+        self.columns
+    }
+
+    pub(super) const fn rows(&self) -> u32 {
+        self.rows
+    }
+
+    /// Where all rays start: metres.
+    pub(crate) const fn eye(&self) -> Vec3 {
+        self.eye
+    }
+
+    /// Towards a point of the screen, in pixels from the centre of the first.
+    #[inline(always)]
+    pub(crate) fn direction(&self, x: f32, y: f32) -> Vec3 {
+        (self.first_pixel + self.column_step * x) + self.row_step * y
+    }
+
+    /// [`direction`](Self::direction) of eight pixels of a row from `(x, y)`
+    /// on, at an offset from their centres. Those past the view's borders
+    /// repeat its last column and row.
+    #[inline(always)]
+    pub(crate) fn directions_at<L: Lanes<8>>(
+        &self,
+        l: L,
+        (x, y): (u32, u32),
+        (dx, dy): (f32, f32),
+    ) -> [L::F; 3] {
+        let mut columns = [0.0; 8];
+        for (column, place) in (x..).zip(&mut columns) {
+            *place = column.min(self.columns - 1) as f32 + dx;
+        }
+        let columns = l.load(&columns);
+        let row = l.splat(y.min(self.rows - 1) as f32 + dy);
+        let first = self.first_pixel.to_array();
+        let column_step = self.column_step.to_array();
+        let row_step = self.row_step.to_array();
+        let along = |axis: usize| [first[axis], column_step[axis], row_step[axis]];
+        [
+            affine(l, along(0), columns, row),
+            affine(l, along(1), columns, row),
+            affine(l, along(2), columns, row),
+        ]
+    }
+
+    /// The ray through a point of the screen, in pixels from the centre of
+    /// the first; `None` where its direction cannot be traced.
+    #[inline(always)]
+    pub(crate) fn ray(&self, x: f32, y: f32) -> Option<Ray> {
+        Ray::new(self.eye, self.direction(x, y))
+    }
+}
+
+impl Directions for Screen {
+    #[inline(always)]
+    fn directions<L: Lanes<8>>(&self, l: L, place: (u32, u32)) -> [L::F; 3] {
+        self.directions_at(l, place, (0.0, 0.0))
+    }
+}
+
+/// One component of directions, rounded as a single one is. A function, not a
+/// closure over vectors: see the walk.
+#[inline(always)]
+fn affine<L: Lanes<8>>(l: L, [first, column, row]: [f32; 3], x: L::F, y: L::F) -> L::F {
+    let along = l.mul(l.splat(column), x);
+    l.add(l.add(l.splat(first), along), l.mul(l.splat(row), y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_screen_is_refused() {
+        let new = |eye, first, size| View::new(eye, first, Vec3::X, Vec3::NEG_Y, size);
+        let (eye, first) = (Vec3::ZERO, Vec3::new(-0.5, 0.5, -1.0));
+        assert!(new(eye, first, [2, 2]).is_ok());
+        assert_eq!(new(eye, first, [0, 2]), Err(ViewError::Size));
+        assert_eq!(new(eye, first, [2, 65_537]), Err(ViewError::Size));
+        assert_eq!(
+            new(Vec3::splat(f32::NAN), first, [2, 2]),
+            Err(ViewError::Eye)
+        );
+        assert_eq!(
+            new(eye, Vec3::new(-0.5, 0.5, 0.0), [2, 2]),
+            Err(ViewError::Screen)
+        );
+        assert_eq!(
+            new(eye, Vec3::splat(f32::INFINITY), [2, 2]),
+            Err(ViewError::Screen)
+        );
+        assert_eq!(
+            View::new(eye, first, Vec3::X, Vec3::X, [2, 2]),
+            Err(ViewError::Screen)
+        );
+    }
+
+    #[test]
+    fn rays_go_through_pixel_centres() {
+        let first = Vec3::new(-0.5, 0.5, -1.0);
+        let view = View::new(Vec3::ONE, first, Vec3::X, Vec3::NEG_Y, [2, 2]).unwrap();
+        let ray = view.ray(1.0, 1.0).unwrap();
+        assert_eq!(ray.origin(), Vec3::ONE);
+        assert_eq!(ray.direction(), Vec3::new(0.5, -0.5, -1.0));
+    }
+}

@@ -1,0 +1,401 @@
+//! Eight rays, each with its own start, through a scene together.
+//!
+//! Rays off a mirror have no eye in common. Those of eight neighbours still
+//! enter the same few instances: a scene whose instances are all children of
+//! one node is looked at once for all eight, and spheroids are intersected by
+//! eight rays at a time. Every ray's own test is the one that it would take
+//! alone, so its hit is the same, bit for bit. Meshes are then traced ray by ray.
+
+use super::graticule;
+use super::hit::{Hit, MeshHit};
+use super::tracer::{Pixel, Workspace};
+use super::walk::leaf_index;
+use crate::numeric::{SQUARABLE, UNIT_ROUNDOFF};
+use crate::scene::Scene;
+use crate::scene::format::{Instance, LEAF, NO_MATERIAL, Node, effect, kind};
+use crate::shape::{Ray, Slabs, Spheroid};
+use crate::simd::{Kernel, Lanes};
+
+/// Rays of a row.
+const EIGHT: usize = 8;
+
+/// Eight rays by the components of their starts and directions.
+pub(crate) struct RowRays<'r> {
+    pub(crate) origins: &'r [[f32; EIGHT]; 3],
+    pub(crate) directions: &'r [[f32; EIGHT]; 3],
+    /// A bit for each that is to be traced: a ray that can be.
+    pub(crate) active: u32,
+}
+
+/// What they have found.
+pub(crate) struct RowHits {
+    pub(super) hits: [Hit; EIGHT],
+    /// Meshes that rays may meet, and a bit for each ray.
+    pub(super) meshes: heapless::Vec<(u32, u32), EIGHT>,
+    /// A bit for each ray that has met a surface between its lines.
+    between: u32,
+    /// Nodes and spheroids.
+    pub(super) steps: u64,
+}
+
+impl RowHits {
+    /// What a ray sees that has met a surface between its lines; `None` for
+    /// others.
+    #[inline]
+    pub(crate) fn between_lines(&self, lane: usize, workspace: &mut Workspace) -> Option<Pixel> {
+        (self.between >> (lane % EIGHT) & 1 != 0).then(|| {
+            workspace.statistics.primary += 1;
+            Pixel {
+                alpha: 1.0,
+                ..Pixel::default()
+            }
+        })
+    }
+
+    /// The nearest hit of a ray.
+    #[inline]
+    pub(crate) fn at(&self, lane: usize) -> Option<Hit> {
+        let hit = self.hits[lane % EIGHT];
+        (hit.instance != u32::MAX).then_some(hit)
+    }
+}
+
+/// Against the instances of a scene. `None` where they are not all children of
+/// one node, or where a ray is square to an axis: it has no reciprocal here.
+pub(super) struct RowSearch<'r, 'a, const W: usize> {
+    pub(super) scene: &'r Scene<'a, W>,
+    pub(super) rays: &'r RowRays<'r>,
+}
+
+impl<const W: usize> Kernel<EIGHT> for RowSearch<'_, '_, W> {
+    type Output = Option<RowHits>;
+
+    #[inline(always)]
+    fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<RowHits> {
+        let header = self.scene.header;
+        let node = self.scene.nodes.get(header.root as usize)?;
+        let used = |lane: usize| !node.is_empty_lane(lane);
+        if (0..W).any(|lane| used(lane) && node.child[lane] & LEAF == 0) {
+            return None;
+        }
+        let [ox, oy, oz] = self.rays.origins;
+        let [dx, dy, dz] = self.rays.directions;
+        let origin = [l.load(ox), l.load(oy), l.load(oz)];
+        let direction = [l.load(dx), l.load(dy), l.load(dz)];
+        let slabs = RowSlabs::new(l, origin, direction, header.extent)?;
+        let mut found = RowHits {
+            hits: [Hit::NONE; EIGHT],
+            meshes: heapless::Vec::new(),
+            between: 0,
+            steps: 1,
+        };
+        let mut best = l.splat(f32::INFINITY);
+        for lane in (0..W).filter(|&lane| used(lane)) {
+            let near = slabs.near(l, node, lane);
+            let far = l.min(slabs.far(l, node, lane), best);
+            let entering = l.bits(l.le(near, far)) & self.rays.active;
+            let number = leaf_index(node.child[lane]);
+            let Some(instance) = self.scene.instances.get(number as usize) else {
+                continue;
+            };
+            if entering == 0 {
+                continue;
+            }
+            if instance.kind == kind::MESH {
+                // As many as there are children.
+                let _ = found.meshes.push((number, entering));
+                continue;
+            }
+            found.steps += 1;
+            let Some((t, first, hit)) = on_spheroid(l, instance, origin, direction, near) else {
+                continue;
+            };
+            let hit = l.bits(l.and(hit, l.le(t, best))) & entering;
+            if hit == 0 {
+                continue;
+            }
+            found.take_nearer(number, &l.store(t), l.bits(first), hit);
+            let mut distances = [0.0; EIGHT];
+            for (distance, hit) in distances.iter_mut().zip(&found.hits) {
+                *distance = hit.on.t;
+            }
+            best = l.load(&distances);
+        }
+        if found.meshes.is_empty() {
+            found.between = self.between(l, origin, direction, &found.hits, best);
+        }
+        Some(found)
+    }
+}
+
+impl RowHits {
+    /// Takes hits where they are nearer, as a ray alone does.
+    #[inline(always)]
+    fn take_nearer(&mut self, instance: u32, t: &[f32; EIGHT], first: u32, hit: u32) {
+        for (lane, best) in self.hits.iter_mut().enumerate() {
+            let t = t[lane % EIGHT];
+            let nearer = t < best.on.t || (t == best.on.t && instance < best.instance);
+            if hit >> lane & 1 != 0 && nearer {
+                *best = Hit {
+                    instance,
+                    on: MeshHit {
+                        t,
+                        triangle: 1 - (first >> lane & 1),
+                        leaf: 0,
+                        lane: 0,
+                    },
+                };
+            }
+        }
+    }
+}
+
+impl<const W: usize> RowSearch<'_, '_, W> {
+    /// The rays that all meet one spheroid with lines, between them.
+    #[inline(always)]
+    fn between<L: Lanes<EIGHT>>(
+        &self,
+        l: L,
+        origin: [L::F; 3],
+        direction: [L::F; 3],
+        hits: &[Hit; EIGHT],
+        t: L::F,
+    ) -> u32 {
+        let mut number = u32::MAX;
+        let mut met = 0;
+        for (lane, hit) in hits.iter().enumerate() {
+            if hit.instance != u32::MAX {
+                if number != u32::MAX && number != hit.instance {
+                    return 0;
+                }
+                number = hit.instance;
+                met |= 1 << lane;
+            }
+        }
+        let Some(instance) = self.scene.instances.get(number as usize) else {
+            return 0;
+        };
+        let material = self.scene.materials.get(instance.material as usize);
+        let Some(material) = material
+            .filter(|m| m.effects & effect::GRATICULE != 0 && instance.material != NO_MATERIAL)
+        else {
+            return 0;
+        };
+        let map = &instance.object_from_world;
+        let (o, d) = (point(l, map, origin), vector(l, map, direction));
+        let at = [
+            l.add(o[0], l.mul(d[0], t)),
+            l.add(o[1], l.mul(d[1], t)),
+            l.add(o[2], l.mul(d[2], t)),
+        ];
+        // Spheroid::project.
+        let scale = radii(l, instance);
+        let scaled = quotient(l, at, scale);
+        let largest = l.max(l.abs(scaled[0]), l.max(l.abs(scaled[1]), l.abs(scaled[2])));
+        let usable = l.and(
+            l.le(l.splat(*SQUARABLE.start()), largest),
+            l.le(largest, l.splat(*SQUARABLE.end())),
+        );
+        let length = l.sqrt(dot(l, scaled, scaled));
+        let point = [
+            l.mul(l.div(scaled[0], length), scale[0]),
+            l.mul(l.div(scaled[1], length), scale[1]),
+            l.mul(l.div(scaled[2], length), scale[2]),
+        ];
+        let lines = graticule::are_on_lines(l, point, material);
+        met & l.bits(usable) & !l.bits(lines)
+    }
+}
+
+/// [`Slabs`] of eight rays.
+struct RowSlabs<F, M> {
+    reciprocal: [F; 3],
+    near: [F; 3],
+    far: [F; 3],
+    negative: [M; 3],
+}
+
+impl<F: Copy, M: Copy> RowSlabs<F, M> {
+    #[inline(always)]
+    fn new<L: Lanes<EIGHT, F = F, M = M>>(l: L, o: [F; 3], d: [F; 3], extent: f32) -> Option<Self> {
+        let largest = |v: [F; 3]| l.max(l.abs(v[0]), l.max(l.abs(v[1]), l.abs(v[2])));
+        let zero = l.splat(0.0);
+        let square = l.or(l.eq(d[0], zero), l.or(l.eq(d[1], zero), l.eq(d[2], zero)));
+        if l.bits(square) != 0 {
+            return None;
+        }
+        let least = l.max(
+            l.mul(largest(d), l.splat(1.0e-18)),
+            l.splat(Slabs::LEAST_COMPONENT),
+        );
+        let slack = l.splat(Slabs::SLACK * UNIT_ROUNDOFF);
+        let delta = l.mul(slack, l.max(l.splat(extent), largest(o)));
+        let x = axis(l, o[0], d[0], least, delta);
+        let y = axis(l, o[1], d[1], least, delta);
+        let z = axis(l, o[2], d[2], least, delta);
+        Some(Self {
+            reciprocal: [x.0, y.0, z.0],
+            near: [x.1, y.1, z.1],
+            far: [x.2, y.2, z.2],
+            negative: [l.le(d[0], zero), l.le(d[1], zero), l.le(d[2], zero)],
+        })
+    }
+
+    /// Where rays enter a child, not before their starts.
+    #[inline(always)]
+    fn near<const W: usize, L: Lanes<EIGHT, F = F, M = M>>(
+        &self,
+        l: L,
+        node: &Node<W>,
+        lane: usize,
+    ) -> F {
+        let at = |axis: usize| {
+            let [low, high] = planes(l, node, axis, lane);
+            let plane = l.select(self.negative[axis], high, low);
+            l.sub(l.mul(plane, self.reciprocal[axis]), self.near[axis])
+        };
+        l.max(l.max(at(0), at(1)), l.max(at(2), l.splat(0.0)))
+    }
+
+    /// Where they leave it.
+    #[inline(always)]
+    fn far<const W: usize, L: Lanes<EIGHT, F = F, M = M>>(
+        &self,
+        l: L,
+        node: &Node<W>,
+        lane: usize,
+    ) -> F {
+        let at = |axis: usize| {
+            let [low, high] = planes(l, node, axis, lane);
+            let plane = l.select(self.negative[axis], low, high);
+            l.sub(l.mul(plane, self.reciprocal[axis]), self.far[axis])
+        };
+        l.min(l.min(at(0), at(1)), at(2))
+    }
+}
+
+/// Reciprocal, and what to subtract for near and far planes, as [`Slabs::new`].
+#[inline(always)]
+fn axis<L: Lanes<EIGHT>>(l: L, o: L::F, d: L::F, least: L::F, delta: L::F) -> (L::F, L::F, L::F) {
+    let clamped = l.max(l.abs(d), least);
+    let minus = l.mul(l.splat(-1.0), clamped);
+    let clamped = l.select(l.le(d, l.splat(0.0)), minus, clamped);
+    let reciprocal = l.div(l.splat(1.0), clamped);
+    let centre = l.mul(o, reciprocal);
+    let slack = l.mul(l.abs(reciprocal), delta);
+    (reciprocal, l.add(centre, slack), l.sub(centre, slack))
+}
+
+#[inline(always)]
+fn planes<const W: usize, L: Lanes<EIGHT>>(
+    l: L,
+    node: &Node<W>,
+    axis: usize,
+    lane: usize,
+) -> [L::F; 2] {
+    let axis = axis % 3;
+    [
+        l.splat(node.planes[2 * axis][lane % W]),
+        l.splat(node.planes[2 * axis + 1][lane % W]),
+    ]
+}
+
+/// The map of a direction, as of a single one.
+#[inline(always)]
+fn vector<L: Lanes<EIGHT>>(l: L, map: &[[f32; 3]; 4], v: [L::F; 3]) -> [L::F; 3] {
+    [
+        component(l, map, 0, v),
+        component(l, map, 1, v),
+        component(l, map, 2, v),
+    ]
+}
+
+#[inline(always)]
+fn component<L: Lanes<EIGHT>>(l: L, map: &[[f32; 3]; 4], to: usize, v: [L::F; 3]) -> L::F {
+    let to = to % 3;
+    let x = l.mul(l.splat(map[0][to]), v[0]);
+    let y = l.mul(l.splat(map[1][to]), v[1]);
+    let z = l.mul(l.splat(map[2][to]), v[2]);
+    l.add(l.add(x, y), z)
+}
+
+#[inline(always)]
+fn point<L: Lanes<EIGHT>>(l: L, map: &[[f32; 3]; 4], p: [L::F; 3]) -> [L::F; 3] {
+    let [x, y, z] = vector(l, map, p);
+    [
+        l.add(x, l.splat(map[3][0])),
+        l.add(y, l.splat(map[3][1])),
+        l.add(z, l.splat(map[3][2])),
+    ]
+}
+
+#[inline(always)]
+fn dot<L: Lanes<EIGHT>>(l: L, a: [L::F; 3], b: [L::F; 3]) -> L::F {
+    let xy = l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1]));
+    l.add(xy, l.mul(a[2], b[2]))
+}
+
+#[inline(always)]
+fn quotient<L: Lanes<EIGHT>>(l: L, a: [L::F; 3], b: [L::F; 3]) -> [L::F; 3] {
+    [l.div(a[0], b[0]), l.div(a[1], b[1]), l.div(a[2], b[2])]
+}
+
+#[inline(always)]
+fn radii<L: Lanes<EIGHT>>(l: L, instance: &Instance) -> [L::F; 3] {
+    let [equatorial, polar] = instance.radii;
+    [l.splat(equatorial), l.splat(polar), l.splat(equatorial)]
+}
+
+/// [`Spheroid::intersect`] of eight rays: where each meets a spheroid first
+/// after `start`, whether on the way in, and whether it does.
+#[inline(always)]
+fn on_spheroid<L: Lanes<EIGHT>>(
+    l: L,
+    instance: &Instance,
+    origin: [L::F; 3],
+    direction: [L::F; 3],
+    start: L::F,
+) -> Option<(L::F, L::M, L::M)> {
+    Spheroid::new(instance.radii[0], instance.radii[1])?;
+    let (zero, one) = (l.splat(0.0), l.splat(1.0));
+    let map = &instance.object_from_world;
+    let (o, d) = (point(l, map, origin), vector(l, map, direction));
+    // Ray::new.
+    let far = l.max(l.abs(o[0]), l.max(l.abs(o[1]), l.abs(o[2])));
+    let long = l.max(l.abs(d[0]), l.max(l.abs(d[1]), l.abs(d[2])));
+    let usable = l.and(
+        l.le(far, l.splat(Ray::FARTHEST)),
+        l.and(
+            l.le(l.splat(Ray::SHORTEST_DIRECTION), long),
+            l.le(long, l.splat(Ray::LONGEST_DIRECTION)),
+        ),
+    );
+    let scale = radii(l, instance);
+    let (o, d) = (quotient(l, o, scale), quotient(l, d, scale));
+    let length = l.sqrt(dot(l, d, d));
+    let unit = quotient(l, d, [length, length, length]);
+    // What is not a number is no solution below.
+    let half = dot(l, o, unit);
+    let closest = [
+        l.sub(o[0], l.mul(unit[0], half)),
+        l.sub(o[1], l.mul(unit[1], half)),
+        l.sub(o[2], l.mul(unit[2], half)),
+    ];
+    let discriminant = l.sub(one, dot(l, closest, closest));
+    let distance = l.sqrt(dot(l, o, o));
+    let c = l.mul(l.sub(distance, one), l.add(distance, one));
+    // quadratic_roots.
+    let root = l.sqrt(discriminant);
+    let behind = l.le(half, zero);
+    let minus = l.mul(l.splat(-1.0), half);
+    let q = l.select(behind, l.sub(root, half), l.sub(minus, root));
+    let t0 = l.select(l.eq(q, zero), zero, l.div(c, q));
+    let t1 = l.select(l.eq(q, zero), zero, q);
+    let (near, far) = (l.min(t0, t1), l.max(t1, t0));
+    let (near, far) = (l.div(near, length), l.div(far, length));
+    let first = l.le(zero, near);
+    let t = l.select(first, near, far);
+    let hit = l.and(l.le(zero, discriminant), l.le(zero, t));
+    let t = l.add(l.max(t, start), zero);
+    Some((t, first, l.and(hit, usable)))
+}

@@ -1,0 +1,256 @@
+//! Where dome masters of a scene are taken, frame by frame.
+
+use glam::{DVec3, Mat3};
+use shisen_core::frame::DomePose;
+
+/// Where a dome master is taken and which way round.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DomeCamera {
+    /// Metres.
+    pub position: DVec3,
+    /// Towards the middle of the picture; any length but zero.
+    pub zenith: DVec3,
+    /// Towards the top of the picture, as far as that is square to the zenith;
+    /// not along it.
+    pub top: DVec3,
+}
+
+impl DomeCamera {
+    /// Straight up at the origin, the front (−Z) at the bottom of the picture.
+    pub const UPRIGHT: Self = Self {
+        position: DVec3::ZERO,
+        zenith: DVec3::Y,
+        top: DVec3::Z,
+    };
+
+    /// The sine of the angle between zenith and top, from which on it can be
+    /// told which way is up in the picture.
+    pub const LEAST_SINE: f64 = 1.0e-6;
+
+    /// Upright, then leaning forward until the front is this much nearer to the
+    /// middle of the picture: radians.
+    pub fn tilted(position: DVec3, angle: f64) -> Self {
+        let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+        Self {
+            position,
+            zenith: DVec3::new(0.0, cos, -sin),
+            top: DVec3::new(0.0, sin, cos),
+        }
+    }
+
+    /// Whether zenith and top point anywhere, and not the same way.
+    pub fn is_usable(&self) -> bool {
+        let length = self.zenith.length() * self.top.length();
+        let across = self.zenith.cross(self.top).length();
+        self.position.is_finite() && length > 0.0 && across >= Self::LEAST_SINE * length
+    }
+
+    /// As the core takes it; of no use where [`is_usable`](Self::is_usable) is
+    /// false.
+    pub fn pose(&self) -> DomePose {
+        let back = -self.zenith.normalize_or_zero();
+        let right = self.top.cross(back).normalize_or_zero();
+        let top = back.cross(right);
+        DomePose {
+            position: self.position.as_vec3(),
+            room_from_capture: Mat3::from_cols(right.as_vec3(), top.as_vec3(), back.as_vec3()),
+        }
+    }
+}
+
+/// A camera at a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraKey {
+    /// Of the pictures, counted from 1.
+    pub frame: u32,
+    /// Where it is then.
+    pub camera: DomeCamera,
+}
+
+/// A camera's way through a scene: a Catmull-Rom spline through its keys, at
+/// rest before the first and after the last. Zenith and top turn in proportion
+/// to the frames between keys.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CameraPath {
+    keys: Vec<CameraKey>,
+}
+
+/// Keys that make no path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CameraPathError {
+    /// A key whose frame is not after that of the key before it.
+    Order {
+        /// The key's number, from 0.
+        key: usize,
+    },
+    /// A key whose zenith and top point nowhere or the same way.
+    Direction {
+        /// The key's number, from 0.
+        key: usize,
+    },
+    /// Zeniths or tops of neighbours that are against each other, so that it
+    /// cannot be told which way to turn.
+    Turn {
+        /// The later key's number, from 0.
+        key: usize,
+    },
+}
+
+impl CameraPath {
+    /// By its keys; none is no path.
+    ///
+    /// # Errors
+    /// See [`CameraPathError`].
+    pub fn new(keys: Vec<CameraKey>) -> Result<Self, CameraPathError> {
+        for (number, key) in keys.iter().enumerate() {
+            if !key.camera.is_usable() {
+                return Err(CameraPathError::Direction { key: number });
+            }
+        }
+        for (number, pair) in (1..).zip(keys.windows(2)) {
+            let &[before, after] = pair else { continue };
+            if after.frame <= before.frame {
+                return Err(CameraPathError::Order { key: number });
+            }
+            // Half a turn is the most that a straight line between directions
+            // can make; at a hundred places of it, axes are never lost.
+            let steps = (0..=100).map(|i| between(&before, &after, f64::from(i) / 100.0));
+            if steps.into_iter().any(|camera| !camera.is_usable()) {
+                return Err(CameraPathError::Turn { key: number });
+            }
+        }
+        Ok(Self { keys })
+    }
+
+    /// In the order of their frames.
+    pub fn keys(&self) -> &[CameraKey] {
+        &self.keys
+    }
+
+    /// The last frame that differs from those after it; 1 without keys.
+    pub fn frames(&self) -> u32 {
+        self.keys.last().map_or(1, |key| key.frame)
+    }
+
+    /// The camera at a frame, counted from 1; `None` without keys.
+    pub fn camera(&self, frame: u32) -> Option<DomeCamera> {
+        let after = self.keys.partition_point(|key| key.frame <= frame);
+        let (Some(before), Some(next)) = (after.checked_sub(1), self.keys.get(after)) else {
+            // Before the first or after the last.
+            let held = self.keys.first().filter(|_| after == 0);
+            return held.or(self.keys.last()).map(|key| key.camera);
+        };
+        let key = self.keys[before];
+        let span = f64::from(next.frame - key.frame);
+        let t = f64::from(frame - key.frame) / span;
+        let mut camera = between(&key, next, t);
+        // Hermite's form, with the slope at a key that of its neighbours.
+        let start = self.slope(before) * span;
+        let end = self.slope(after) * span;
+        let (t2, t3) = (t * t, t * t * t);
+        camera.position = key.camera.position * (2.0 * t3 - 3.0 * t2 + 1.0)
+            + start * (t3 - 2.0 * t2 + t)
+            + next.camera.position * (3.0 * t2 - 2.0 * t3)
+            + end * (t3 - t2);
+        Some(camera)
+    }
+
+    /// Metres a frame at a key.
+    fn slope(&self, key: usize) -> DVec3 {
+        let last = self.keys.len() - 1;
+        let (before, after) = (key.saturating_sub(1), (key + 1).min(last));
+        let (before, after) = (&self.keys[before], &self.keys[after]);
+        let frames = f64::from(after.frame - before.frame);
+        (after.camera.position - before.camera.position) / frames
+    }
+}
+
+/// Zenith and top on the way from one key to another.
+fn between(before: &CameraKey, after: &CameraKey, t: f64) -> DomeCamera {
+    let (before, after) = (&before.camera, &after.camera);
+    let mixed = |a: DVec3, b: DVec3| a.normalize_or_zero().lerp(b.normalize_or_zero(), t);
+    DomeCamera {
+        position: before.position.lerp(after.position, t),
+        zenith: mixed(before.zenith, after.zenith),
+        top: mixed(before.top, after.top),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn key(frame: u32, x: f64) -> CameraKey {
+        CameraKey {
+            frame,
+            camera: DomeCamera {
+                position: DVec3::new(x, 0.0, 0.0),
+                ..DomeCamera::UPRIGHT
+            },
+        }
+    }
+
+    #[test]
+    fn upright_the_front_is_at_the_bottom() {
+        let pose = DomeCamera::UPRIGHT.pose();
+        assert_eq!(pose, DomePose::over_room(Vec3::ZERO));
+        assert_eq!(DomeCamera::tilted(DVec3::ZERO, 0.0).pose(), pose);
+        let level = DomeCamera::tilted(DVec3::ZERO, std::f64::consts::FRAC_PI_2).pose();
+        let axes = level.room_from_capture;
+        assert!((axes.z_axis - Vec3::Z).length() < 1.0e-6);
+        assert!((axes.y_axis - Vec3::Y).length() < 1.0e-6);
+    }
+
+    #[test]
+    fn paths_go_through_their_keys_and_straight_on() {
+        let path = CameraPath::new(vec![key(1, 0.0), key(11, 10.0), key(21, 20.0)]).unwrap();
+        assert_eq!(path.frames(), 21);
+        for frame in 1..=30 {
+            let x = path.camera(frame).unwrap().position.x;
+            let expected = f64::from(frame.min(21)) - 1.0;
+            assert!((x - expected).abs() < 1.0e-12, "{frame}: {x}");
+        }
+        let late = CameraPath::new(vec![key(5, 3.0)]).unwrap();
+        assert_eq!(late.camera(1), Some(key(5, 3.0).camera));
+        assert_eq!(late.camera(9), Some(key(5, 3.0).camera));
+        assert_eq!(CameraPath::default().camera(1), None);
+    }
+
+    #[test]
+    fn curves_have_no_corners() {
+        let mut keys = vec![key(1, 0.0), key(11, 10.0), key(31, 0.0)];
+        keys[2].camera.position.y = 5.0;
+        let path = CameraPath::new(keys).unwrap();
+        let place = |frame| path.camera(frame).unwrap().position;
+        for frame in 2..31 {
+            let before = place(frame) - place(frame - 1);
+            let after = place(frame + 1) - place(frame);
+            assert!((after - before).length() < 0.25, "{frame}");
+        }
+    }
+
+    #[test]
+    fn directions_turn_between_keys() {
+        let mut keys = vec![key(1, 0.0), key(3, 0.0)];
+        keys[1].camera = DomeCamera::tilted(DVec3::ZERO, std::f64::consts::FRAC_PI_2);
+        let middle = CameraPath::new(keys).unwrap().camera(2).unwrap().pose();
+        let expected = DomeCamera::tilted(DVec3::ZERO, std::f64::consts::FRAC_PI_4).pose();
+        let axes = [middle, expected].map(|pose| pose.room_from_capture);
+        assert!(axes[0].abs_diff_eq(axes[1], 1.0e-6), "{axes:?}");
+    }
+
+    #[test]
+    fn keys_that_make_no_path_are_refused() {
+        use CameraPathError as Error;
+        let new = CameraPath::new;
+        let same = vec![key(4, 0.0), key(4, 1.0)];
+        assert_eq!(new(same), Err(Error::Order { key: 1 }));
+        let mut along = key(1, 0.0);
+        along.camera.top = DVec3::NEG_Y;
+        assert_eq!(new(vec![along]), Err(Error::Direction { key: 0 }));
+        let mut over = key(2, 0.0);
+        over.camera.zenith = DVec3::NEG_Y;
+        assert_eq!(new(vec![key(1, 0.0), over]), Err(Error::Turn { key: 1 }));
+    }
+}
