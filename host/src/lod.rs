@@ -1,7 +1,9 @@
 //! What the level of detail of the gaze does to a wall: numbers and pictures.
 
+mod outside;
 mod pictures;
 
+pub use outside::OutsideError;
 pub use pictures::{difference, levels, polygons};
 
 use shisen_core::frame::{LevelOfDetail, View};

@@ -9,19 +9,20 @@ use super::arguments::{
     threads,
 };
 use super::failure::Failure;
+use super::filling::{FillArguments, Wanted};
 use super::picture_files::{hexadecimal, make_writable};
 use super::print;
 use super::progress::Progress;
 use super::source::{Loaded, Source, bake};
 use clap::Args;
 use glam::DVec3;
-use lod::{LodArguments, LodPictures};
+use lod::{Filled, LodArguments, LodPictures};
 use pictures::Writer;
 use report::Report;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
 use shisen::look::{Point, ViewDirection};
-use shisen::render::{self, Frame, Observer, Options};
+use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::viewer::ViewerCamera;
 use shisen_core::Simd;
 use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES};
@@ -42,8 +43,12 @@ use std::path::PathBuf;
 /// (paths), with --lod levels, polygons and difference (paths), threads, size,
 /// scene, mesh (null where the scene file says), simd, depth, samples and lod
 /// (null without --lod): mode, faces (of each mesh's levels), field (wall, eye,
-/// central, peripheral, outside, `mean_level` and `mean_bounces` each) and, of
-/// tracing the same in full, `full_seconds`, `full_steps` and `full_rays`.
+/// central, peripheral, outside, `mean_level` and `mean_bounces` each), fill
+/// (mode, `outside_pixels`, `outside_rms`, of 255 codes, and `outside_psnr`,
+/// decibels, against full tracing (null where nothing is outside or differs), and
+/// capture, null without: size, seconds, rays, steps, which are part of the
+/// frame's, and images, the paths of capture-ahead.png and capture-behind.png)
+/// and, of tracing the same in full, `full_seconds`, `full_steps` and `full_rays`.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid (meridians and parallels on a sphere of
@@ -84,6 +89,8 @@ pub(super) struct Arguments {
     look: Option<ViewDirection>,
     #[command(flatten)]
     lod: LodArguments,
+    #[command(flatten)]
+    fill: FillArguments,
     /// Reflections and refractions to follow, one after another; with --lod
     /// those of the centre of the field
     #[arg(long, visible_alias = "reflect-max", value_name = "N", default_value_t = 3,
@@ -128,6 +135,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let eyes = eyes(arguments, pose);
     let (forward, up) = directions(arguments, pose);
     let observers = arguments.lod.observers(&eyes, forward, up)?;
+    let wanted = arguments.fill.wanted(arguments.lod.is_on())?;
     // Seen before anything large is loaded or any file is written.
     for wall in &cave.walls {
         for &(_, position) in &eyes {
@@ -157,13 +165,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         options.threads = threads.get();
     }
     let quiet = arguments.quiet || arguments.json;
-    let frame = render_frame(&baked, &cave, &observers, &options, quiet)?;
+    let background = Filling::Background;
+    let previous = match wanted {
+        Wanted::Previous(look) => {
+            let looked = look.basis();
+            let before = arguments.lod.observers(&eyes, looked.forward, looked.up)?;
+            Some(render_frame(&baked, &cave, &before, &options, background, quiet)?)
+        }
+        Wanted::Background | Wanted::Capture(_) => None,
+    };
+    let filling = match (&previous, wanted) {
+        (Some(frame), _) => Filling::Previous(frame),
+        (None, Wanted::Capture(how)) => Filling::Capture(how),
+        (None, _) => background,
+    };
+    let frame = render_frame(&baked, &cave, &observers, &options, filling, quiet)?;
     let full = arguments.lod.is_on().then(|| {
         let full: Vec<_> = observers
             .iter()
             .map(|one| Observer::new(one.eye, one.place))
             .collect();
-        render_frame(&baked, &cave, &full, &options, quiet)
+        render_frame(&baked, &cave, &full, &options, background, quiet)
     });
     let full = full.transpose()?;
     let lod_pictures = match &full {
@@ -179,6 +201,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         title: &title,
         exr: arguments.exr,
     };
+    let captured = writer.write_capture(frame.capture.as_ref())?;
     let written = writer.write(&frame, &cave, &observers, &camera, lod_pictures.as_ref())?;
     let report = Report {
         seconds: frame.seconds,
@@ -200,11 +223,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         samples: arguments.samples,
         lod: match &full {
             Some(full) => {
-                Some(
-                    arguments
-                        .lod
-                        .report(&baked, &cave, &observers, arguments.depth, full)?,
-                )
+                let filled = Filled {
+                    wanted,
+                    frame: &frame,
+                    images: captured,
+                };
+                let depth = arguments.depth;
+                let lod = &arguments.lod;
+                Some(lod.report(&baked, &cave, &observers, depth, full, filled)?)
             }
             None => None,
         },
@@ -289,13 +315,18 @@ fn render_frame(
     cave: &Cave,
     eyes: &[Observer],
     options: &Options,
+    filling: Filling<'_>,
     quiet: bool,
 ) -> Result<Frame, Failure> {
     let progress = Progress::new(quiet);
     let show = |done, total| progress.show(done, total);
     let frame = match baked {
-        BakedScene::Fast(baked) => render::cave(&baked.scene(), cave, eyes, options, &show),
-        BakedScene::Compact(baked) => render::cave(&baked.scene(), cave, eyes, options, &show),
+        BakedScene::Fast(baked) => {
+            render::cave_filled(&baked.scene(), cave, eyes, options, filling, &show)
+        }
+        BakedScene::Compact(baked) => {
+            render::cave_filled(&baked.scene(), cave, eyes, options, filling, &show)
+        }
     };
     progress.finish();
     frame.map_err(Failure::from_error)
