@@ -17,6 +17,9 @@ use glam::Vec3;
 /// border of the visual field, it goes over into what fills the rest.
 pub const BLEND: f32 = 0.1;
 
+/// Of the pixels around a place at the rim: with less, others must help.
+const LEAST_WEIGHT: f32 = 0.3;
+
 /// What to fill skipped pixels with.
 #[derive(Debug, Clone, Copy)]
 pub enum Fill<'p> {
@@ -124,36 +127,74 @@ impl<'p> Surroundings<'p> {
         })
     }
 
-    /// What is seen along a direction, of any length that can be traced:
-    /// between pixels as the four around it say, across the rim as both
-    /// hemispheres do.
+    /// What is seen at a place: between pixels as the four around it say, across
+    /// the rim as both hemispheres do.
+    #[inline]
     fn at(&self, place: Place) -> Pixel {
+        if place.near_rim {
+            self.at_rim(place)
+        } else {
+            self.inside(place).unwrap_or_default()
+        }
+    }
+
+    /// As the four pixels around a place say, which are inside the rim.
+    #[inline]
+    fn inside(&self, place: Place) -> Option<Pixel> {
+        let (column, row) = (place.x as u32, place.y as u32);
+        let (right, below) = (place.x - column as f32, place.y - row as f32);
+        let index = row as usize * self.side as usize + column as usize;
+        let pixels = self.hemisphere(place);
+        let above = pixels.get(index..index + 2)?;
+        let under = pixels.get(index + self.side as usize..)?.get(..2)?;
+        let ([a, b], [c, d]) = (above, under) else {
+            return None;
+        };
+        Some(mixed(mixed(*a, *b, right), mixed(*c, *d, right), below))
+    }
+
+    #[inline(never)]
+    fn at_rim(&self, place: Place) -> Pixel {
         let side = self.side as f32;
-        let mut sum = Sum::NONE;
-        self.add(&mut sum, place);
-        // From the pixel to the centre, in halves of the side.
         let last = side - 1.0;
+        // From the pixel to the centre, in halves of the side.
         let (u, v) = ((2.0 * place.x - last) / side, (last - 2.0 * place.y) / side);
         let radius = sqrt(u * u + v * v);
-        if radius > 1.0 - 3.0 / side {
-            let beyond = (2.0 - radius) / radius;
-            let (u, v) = (-u * beyond, v * beyond);
-            let other = Place {
-                x: 0.5 * (u * side + last),
-                y: 0.5 * (last - v * side),
-                behind: !place.behind,
-            };
-            self.add(&mut sum, other);
+        let scaled = |by: f32, across: f32, behind: bool| Place {
+            x: 0.5 * (across * u * by * side + last),
+            y: 0.5 * (last - v * by * side),
+            behind,
+            near_rim: true,
+        };
+        let mut sum = Sum::NONE;
+        self.add(&mut sum, place);
+        // As far beyond the other's rim.
+        self.add(
+            &mut sum,
+            scaled((2.0 - radius) / radius, -1.0, !place.behind),
+        );
+        if sum.weight < LEAST_WEIGHT {
+            // The four around are not inside either rim, by a little.
+            let inwards = (1.0 - 3.0 / side) / radius;
+            self.add(&mut sum, scaled(inwards, 1.0, place.behind));
+            self.add(&mut sum, scaled(inwards, -1.0, !place.behind));
         }
         sum.mean()
     }
 
+    fn hemisphere(&self, place: Place) -> &'p [Pixel] {
+        let [ahead, behind] = self.hemispheres;
+        if place.behind { behind } else { ahead }
+    }
+
     /// The four pixels around a place, as far as they are inside the rim.
     fn add(&self, sum: &mut Sum, place: Place) {
-        let [ahead, behind] = self.hemispheres;
-        let pixels = if place.behind { behind } else { ahead };
+        let pixels = self.hemisphere(place);
         // Past the border there is nothing inside the rim.
         let (left, top) = (place.x + 1.0, place.y + 1.0);
+        if !(left >= 0.0 && top >= 0.0) {
+            return;
+        }
         let (column, row) = (left as u32, top as u32);
         let (right, below) = (left - column as f32, top - row as f32);
         for (column, row, weight) in [
@@ -193,6 +234,8 @@ struct Place {
     x: f32,
     y: f32,
     behind: bool,
+    /// The four pixels around may not all be inside the rim.
+    near_rim: bool,
 }
 
 /// Pixels and their weights.
@@ -230,6 +273,7 @@ impl Sum {
 }
 
 /// From `none` at 0 to `all` at 1.
+#[inline(always)]
 fn mixed(none: Pixel, all: Pixel, share: f32) -> Pixel {
     let mix = |none: f32, all: f32| none * (1.0 - share) + all * share;
     Pixel {
@@ -331,7 +375,11 @@ impl Part {
                     (Fill::Surroundings(_), None) => continue,
                 };
                 if let Some(pixel) = pixels.get_mut(index) {
-                    *pixel = mixed(filled, *pixel, own_share(level));
+                    *pixel = if level > 0.0 {
+                        mixed(filled, *pixel, own_share(level))
+                    } else {
+                        filled
+                    };
                 }
             }
         }
@@ -344,6 +392,7 @@ struct Places {
     y: [f32; 8],
     /// A bit for each.
     behind: u32,
+    near_rim: u32,
 }
 
 impl Places {
@@ -353,6 +402,7 @@ impl Places {
             x: self.x[lane],
             y: self.y[lane],
             behind: self.behind >> lane & 1 != 0,
+            near_rim: self.near_rim >> lane & 1 != 0,
         }
     }
 }
@@ -417,6 +467,7 @@ impl<V: Directions> Kernel<8> for Find<'_, V> {
             x: l.store(l.mul(half, l.add(l.mul(u, side), last))),
             y: l.store(l.mul(half, l.sub(last, l.mul(v, side)))),
             behind: !l.bits(ahead) & 0xff,
+            near_rim: !l.bits(l.le(radius, l.splat(1.0 - 3.0 / self.side))) & 0xff,
         }
     }
 }
@@ -427,4 +478,144 @@ fn along<L: Lanes<8>>(l: L, axis: Vec3, [x, y, z]: [L::F; 3]) -> L::F {
     let y = l.mul(l.splat(axis.y), y);
     let z = l.mul(l.splat(axis.z), z);
     l.add(l.add(x, y), z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::LevelOfDetail;
+    use crate::gaze::{Gaze, LineOfSight, VisualField};
+    use glam::Mat3;
+
+    const SIDE: u32 = 32;
+    const AREA: usize = (SIDE * SIDE) as usize;
+
+    fn pose() -> DomePose {
+        DomePose {
+            position: Vec3::ZERO,
+            room_from_capture: Mat3::IDENTITY,
+        }
+    }
+
+    /// Hemispheres in which each pixel shows the direction that it is, from 0
+    /// to 1.
+    fn directions(views: &[View; 2]) -> [[Pixel; AREA]; 2] {
+        views.each_ref().map(|view| {
+            let pixel = |(x, y): (u32, u32)| match view.direction(x as f32, y as f32) {
+                None => Pixel::default(),
+                Some(direction) => {
+                    let direction = direction.normalize() * 0.5 + Vec3::splat(0.5);
+                    Pixel {
+                        red: direction.x,
+                        green: direction.y,
+                        blue: direction.z,
+                        alpha: 1.0,
+                    }
+                }
+            };
+            core::array::from_fn(|number| pixel((number as u32 % SIDE, number as u32 / SIDE)))
+        })
+    }
+
+    /// A cube's side around the eye, which looks at its middle.
+    fn wall(towards: Vec3, right: Vec3, pixels: u32) -> View {
+        let step = 2.0 / pixels as f32;
+        let down = towards.cross(right);
+        let first = towards - (right + down) * (1.0 - 0.5 * step);
+        View::new(Vec3::ZERO, first, right * step, down * step, [pixels; 2]).unwrap()
+    }
+
+    fn walls(pixels: u32) -> [View; 6] {
+        [
+            (Vec3::X, Vec3::Z),
+            (Vec3::NEG_X, Vec3::NEG_Z),
+            (Vec3::Z, Vec3::NEG_X),
+            (Vec3::NEG_Z, Vec3::X),
+            (Vec3::Y, Vec3::X),
+            (Vec3::NEG_Y, Vec3::X),
+        ]
+        .map(|(towards, right)| wall(towards, right, pixels))
+    }
+
+    #[test]
+    fn every_direction_is_found_across_both_rims() {
+        let views = Surroundings::views(pose(), SIDE).unwrap();
+        let [ahead, behind] = directions(&views);
+        let surroundings = Surroundings::new(pose(), SIDE, [&ahead, &behind]).unwrap();
+        let pixels = if cfg!(miri) { 8 } else { 64 };
+        let mut worst = 0f32;
+        for view in walls(pixels) {
+            for y in 0..pixels {
+                for x in (0..pixels).step_by(8) {
+                    let places = surroundings.places(Simd::detect(), &view, y, x);
+                    let portable = surroundings.places(Simd::PORTABLE, &view, y, x);
+                    assert_eq!((places.x, places.y), (portable.x, portable.y));
+                    for lane in 0..8 {
+                        let exact = view.direction((x + lane) as f32, y as f32).unwrap();
+                        let found = surroundings.at(places.at(lane as usize));
+                        assert!((found.alpha - 1.0).abs() < 1e-5, "{exact}: {found:?}");
+                        let found = Vec3::new(found.red, found.green, found.blue) * 2.0 - 1.0;
+                        worst = worst.max(found.angle_between(exact));
+                    }
+                }
+            }
+        }
+        // A pixel is 5.6 degrees.
+        assert!(worst < 3.5f32.to_radians(), "{}", worst.to_degrees());
+    }
+
+    #[test]
+    fn pictures_of_another_size_are_refused() {
+        let pixels = [Pixel::default(); 16];
+        let new = |side, behind| Surroundings::new(pose(), side, [&pixels, behind]).unwrap_err();
+        assert_eq!(
+            new(4, &pixels[..15]),
+            SurroundingsError::Pixels {
+                needed: 16,
+                given: 15
+            }
+        );
+        assert!(matches!(new(0, &pixels), SurroundingsError::Dome(_)));
+    }
+
+    #[test]
+    fn the_smallest_hemispheres_show_something_everywhere() {
+        for side in 1..=4 {
+            let white = Pixel {
+                red: 1.0,
+                green: 1.0,
+                blue: 1.0,
+                alpha: 1.0,
+            };
+            let pixels = [white; 16];
+            let pixels = &pixels[..(side * side) as usize];
+            let surroundings = Surroundings::new(pose(), side, [pixels, pixels]).unwrap();
+            for view in walls(8) {
+                for y in 0..8 {
+                    let places = surroundings.places(Simd::PORTABLE, &view, y, 0);
+                    for lane in 0..8 {
+                        let found = surroundings.at(places.at(lane));
+                        assert!((found.alpha - 1.0).abs() < 1e-5, "{side}: {found:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_pixel_goes_over_into_the_fill_towards_the_border() {
+        assert_eq!(
+            (own_share(0.0), own_share(BLEND), own_share(1.0)),
+            (0.0, 1.0, 1.0)
+        );
+        assert_eq!(own_share(0.5 * BLEND), 0.5);
+        let shares = (0..=100).map(|i| own_share(BLEND * i as f32 / 100.0));
+        assert!(shares.is_sorted());
+        let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).unwrap();
+        let lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
+        assert!(BlockLevels::OUTSIDE.reaches_the_border());
+        let ahead = wall(Vec3::NEG_Z, Vec3::X, 64);
+        let levels = BlockLevels::new(&lod, Simd::PORTABLE, &ahead, (32, 32));
+        assert!(!levels.reaches_the_border());
+    }
 }

@@ -164,29 +164,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(threads) = arguments.threads {
         options.threads = threads.get();
     }
-    let quiet = arguments.quiet || arguments.json;
-    let background = Filling::Background;
-    let previous = match wanted {
+    let frames = Frames {
+        baked: &baked,
+        cave: &cave,
+        options: &options,
+        quiet: arguments.quiet || arguments.json,
+    };
+    let frame = match wanted {
+        Wanted::Background => frames.render(&observers, Filling::Background)?,
+        Wanted::Capture(how) => frames.render(&observers, Filling::Capture(how))?,
         Wanted::Previous(look) => {
             let looked = look.basis();
             let before = arguments.lod.observers(&eyes, looked.forward, looked.up)?;
-            Some(render_frame(&baked, &cave, &before, &options, background, quiet)?)
+            let previous = frames.render(&before, Filling::Background)?;
+            frames.render(&observers, Filling::Previous(&previous))?
         }
-        Wanted::Background | Wanted::Capture(_) => None,
     };
-    let filling = match (&previous, wanted) {
-        (Some(frame), _) => Filling::Previous(frame),
-        (None, Wanted::Capture(how)) => Filling::Capture(how),
-        (None, _) => background,
-    };
-    let frame = render_frame(&baked, &cave, &observers, &options, filling, quiet)?;
-    let full = arguments.lod.is_on().then(|| {
-        let full: Vec<_> = observers
-            .iter()
-            .map(|one| Observer::new(one.eye, one.place))
-            .collect();
-        render_frame(&baked, &cave, &full, &options, background, quiet)
-    });
+    let full = arguments.lod.is_on().then(|| frames.in_full(&observers));
     let full = full.transpose()?;
     let lod_pictures = match &full {
         Some(full) => lod_pictures(&baked, &cave, &observers, &options, (&frame, full))?,
@@ -310,24 +304,37 @@ fn lod_pictures(
     .map(Some)
 }
 
-fn render_frame(
-    baked: &BakedScene,
-    cave: &Cave,
-    eyes: &[Observer],
-    options: &Options,
-    filling: Filling<'_>,
+/// What the frames of one run have in common.
+struct Frames<'r> {
+    baked: &'r BakedScene,
+    cave: &'r Cave,
+    options: &'r Options,
     quiet: bool,
-) -> Result<Frame, Failure> {
-    let progress = Progress::new(quiet);
-    let show = |done, total| progress.show(done, total);
-    let frame = match baked {
-        BakedScene::Fast(baked) => {
-            render::cave_filled(&baked.scene(), cave, eyes, options, filling, &show)
-        }
-        BakedScene::Compact(baked) => {
-            render::cave_filled(&baked.scene(), cave, eyes, options, filling, &show)
-        }
-    };
-    progress.finish();
-    frame.map_err(Failure::from_error)
+}
+
+impl Frames<'_> {
+    fn render(&self, eyes: &[Observer], filling: Filling<'_>) -> Result<Frame, Failure> {
+        let Self { cave, options, .. } = self;
+        let progress = Progress::new(self.quiet);
+        let show = |done, total| progress.show(done, total);
+        let frame = match self.baked {
+            BakedScene::Fast(baked) => {
+                render::cave_filled(&baked.scene(), cave, eyes, options, filling, &show)
+            }
+            BakedScene::Compact(baked) => {
+                render::cave_filled(&baked.scene(), cave, eyes, options, filling, &show)
+            }
+        };
+        progress.finish();
+        frame.map_err(Failure::from_error)
+    }
+
+    /// With nothing that follows the gaze.
+    fn in_full(&self, eyes: &[Observer]) -> Result<Frame, Failure> {
+        let full: Vec<_> = eyes
+            .iter()
+            .map(|one| Observer::new(one.eye, one.place))
+            .collect();
+        self.render(&full, Filling::Background)
+    }
 }

@@ -11,17 +11,17 @@ use shisen::render::CaptureOptions;
 pub(super) struct CaptureArguments {
     /// With --fill capture, pixels along each side of a hemisphere [default:
     /// 128]
-    #[arg(long, value_name = "PIXELS",
+    #[arg(long = "fill-size", value_name = "PIXELS",
           value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
-    fill_size: Option<u32>,
+    size: Option<u32>,
     /// With --fill capture, the level of detail of its rays, which limits their
     /// bounces and the faces of meshes, 0 to 1 [default: 0.34]
-    #[arg(long, value_name = "LEVEL", value_parser = level)]
-    fill_level: Option<f32>,
+    #[arg(long = "fill-level", value_name = "LEVEL", value_parser = level)]
+    level: Option<f32>,
     /// With --fill capture, the most steps that it may take; what they do not
     /// reach shows the background [default: as many as it needs]
-    #[arg(long, value_name = "N")]
-    fill_steps: Option<u64>,
+    #[arg(long = "fill-steps", value_name = "N")]
+    steps: Option<u64>,
 }
 
 fn level(text: &str) -> Result<f32, String> {
@@ -36,18 +36,18 @@ impl CaptureArguments {
     pub(super) fn options(&self) -> CaptureOptions {
         let default = CaptureOptions::default();
         CaptureOptions {
-            size: self.fill_size.unwrap_or(default.size),
-            level: self.fill_level.unwrap_or(default.level),
-            steps: self.fill_steps,
+            size: self.size.unwrap_or(default.size),
+            level: self.level.unwrap_or(default.level),
+            steps: self.steps,
         }
     }
 
     /// The first of them that was given.
     fn given(&self) -> Option<&'static str> {
         [
-            (self.fill_size.is_some(), "--fill-size"),
-            (self.fill_level.is_some(), "--fill-level"),
-            (self.fill_steps.is_some(), "--fill-steps"),
+            (self.size.is_some(), "--fill-size"),
+            (self.level.is_some(), "--fill-level"),
+            (self.steps.is_some(), "--fill-steps"),
         ]
         .into_iter()
         .find_map(|(given, name)| given.then_some(name))

@@ -2,9 +2,9 @@
 
 use super::super::arguments::LevelArguments;
 use super::super::failure::Failure;
+use super::super::filling::Wanted;
 use super::super::levels::Level;
 use super::super::warn;
-use super::super::filling::Wanted;
 use super::report::{Captured, Field, Fill, Lod};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
