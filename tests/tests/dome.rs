@@ -278,7 +278,7 @@ fn interrupted_pictures_are_the_same() {
             let count = (tile.width * tile.height) as usize;
             let mut whole = vec![Pixel::default(); count];
             let mut workspace = Workspace::new();
-            let mut unlimited = Budget::UNLIMITED.clone();
+            let mut unlimited = Budget::UNLIMITED;
             let outcome = TileJob::new(tile).render(
                 &renderer,
                 &view,

@@ -137,11 +137,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let observers = arguments.lod.observers(&eyes, forward, up)?;
     let wanted = arguments.fill.wanted(arguments.lod.is_on())?;
     // Seen before anything large is loaded or any file is written.
-    for wall in &cave.walls {
-        for &(_, position) in &eyes {
-            wall.view_from(position)?;
-        }
-    }
+    all_seen(&cave, &eyes)?;
     let place = observers.first().map_or(DVec3::ZERO, |eye| eye.place);
     let field_of_view = arguments.view_fov.to_radians();
     let camera = ViewerCamera::new(place, forward, up, field_of_view, arguments.view_size.0)
@@ -233,6 +229,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         eyes: eyes.len(),
     };
     print(&report, arguments.json)
+}
+
+/// Whether each eye is before each wall.
+fn all_seen(cave: &Cave, eyes: &[(Eye, DVec3)]) -> Result<(), Failure> {
+    for wall in &cave.walls {
+        for &(_, position) in eyes {
+            wall.view_from(position)?;
+        }
+    }
+    Ok(())
 }
 
 fn walls(arguments: &Arguments) -> Result<Cave, Failure> {
