@@ -378,7 +378,7 @@ fn lines_have_a_number_and_a_width_where_there_are_any() {
         let width = at + offset_of!(format::Material, graticule_width);
         let lines = material.effects & effect::GRATICULE != 0;
         let bad = [
-            (divisions, if lines { 0 } else { 1 }),
+            (divisions, u32::from(!lines)),
             (divisions, 901),
             (width, f32::NAN.to_bits()),
             (width, 0.6f32.to_bits()),

@@ -11,16 +11,16 @@ use shisen::render::CaptureOptions;
 pub(super) struct CaptureArguments {
     /// With --fill capture, pixels along each side of a hemisphere [default:
     /// 128]
-    #[arg(long = "fill-size", value_name = "PIXELS",
+    #[arg(id = "fill-size", long = "fill-size", value_name = "PIXELS",
           value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
     size: Option<u32>,
     /// With --fill capture, the level of detail of its rays, which limits their
     /// bounces and the faces of meshes, 0 to 1 [default: 0.34]
-    #[arg(long = "fill-level", value_name = "LEVEL", value_parser = level)]
+    #[arg(id = "fill-level", long = "fill-level", value_name = "LEVEL", value_parser = level)]
     level: Option<f32>,
     /// With --fill capture, the most steps that it may take; what they do not
     /// reach shows the background [default: as many as it needs]
-    #[arg(long = "fill-steps", value_name = "N")]
+    #[arg(id = "fill-steps", long = "fill-steps", value_name = "N")]
     steps: Option<u64>,
 }
 

@@ -7,8 +7,8 @@ use crate::picture::Picture;
 use glam::{DVec3, Mat3};
 use rayon::ThreadPool;
 use shisen_core::frame::{
-    BLEND, Budget, DomePose, Fill, LevelOfDetail, Pixel, Renderer, Statistics, Surroundings,
-    SurroundingsError, Tile, View,
+    BLEND, Budget, DomePose, Fill, LevelOfDetail, Pixel, Renderer, Settings, Statistics,
+    Surroundings, SurroundingsError, Tile, View,
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
@@ -29,7 +29,7 @@ pub enum Filling<'f> {
     Previous(&'f Frame),
 }
 
-/// How to capture the surroundings.
+/// How to capture the surroundings: with one ray a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CaptureOptions {
     /// Pixels a side of each of the two hemispheres.
@@ -98,8 +98,12 @@ where
             position: place.as_vec3(),
             room_from_capture: Mat3::from_cols(sight.right(), sight.up(), -sight.forward()),
         };
-        let mut renderer =
-            Renderer::new(*scene, frame.simd, frame.settings).at_level(options.level);
+        // A ray a pixel: of several, some would pass the rim.
+        let settings = Settings {
+            samples: 1,
+            ..frame.settings
+        };
+        let mut renderer = Renderer::new(*scene, frame.simd, settings).at_level(options.level);
         // Eyes with a gaze each need what either skips.
         if gazes.all(|other| same_field(&lod, &other)) {
             renderer = renderer.below_level(lod.gaze, needed_below(&lod, options.size));

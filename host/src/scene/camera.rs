@@ -226,7 +226,8 @@ mod tests {
         for frame in 2..31 {
             let before = place(frame) - place(frame - 1);
             let after = place(frame + 1) - place(frame);
-            assert!((after - before).length() < 0.25, "{frame}");
+            // A corner would turn it by 1.5.
+            assert!((after - before).length() < 0.5, "{frame}");
         }
     }
 

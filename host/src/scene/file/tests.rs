@@ -312,7 +312,7 @@ fn the_nearest_name_is_suggested() {
     GraphicalReportHandler::new_themed(GraphicalTheme::none())
         .render_report(&mut report, &error)
         .unwrap();
-    assert!(report.contains("lawn.toml:30:12"), "{report}");
+    assert!(report.contains("lawn.toml:34:12"), "{report}");
     assert!(report.contains("material = \"crome\""), "{report}");
     let error = read("[[object]]\nmesh = \"cow\"").unwrap_err();
     let help = Diagnostic::help(&error).unwrap().to_string();

@@ -1,0 +1,292 @@
+//! What shows where the gaze skips rays.
+
+use glam::{DVec3, Vec3};
+use shisen::bake::Baked;
+use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
+use shisen::lod::OutsideError;
+use shisen::quadruped::quadruped;
+use shisen::render::{self, CaptureOptions, Filling, Frame, Observer, Options};
+use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::simplify::PolygonLevels;
+use shisen_core::Simd;
+use shisen_core::frame::{BLEND, LevelOfDetail, Mode};
+use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+
+const SIZE: u32 = 64;
+
+struct Setting {
+    baked: Baked<8>,
+    cave: Cave,
+    eyes: [Observer; 2],
+}
+
+impl Setting {
+    fn new() -> Self {
+        let scene = paper_scene(PaperScene::A, quadruped()).expect("a scene");
+        let levels = PolygonLevels::new(200..=1_000, 4).expect("levels");
+        Self {
+            baked: Baked::with_levels(&scene, &levels).expect("a scene"),
+            cave: Cave::built_in(BuiltInCave::Cube, [SIZE; 2]).expect("a room"),
+            eyes: Self::eyes(Vec3::new(0.2, -0.3, -1.0)),
+        }
+    }
+
+    fn eyes(forward: Vec3) -> [Observer; 2] {
+        let sight = LineOfSight::new(Vec3::ZERO, forward, Vec3::Y).expect("a gaze");
+        let lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
+        let viewer = Viewer::default();
+        Eye::STEREO.map(|eye| Observer {
+            lod: Some(lod),
+            ..Observer::new(eye, viewer.eye(eye))
+        })
+    }
+
+    fn frame(&self, options: &Options, filling: Filling<'_>) -> Frame {
+        let scene = self.baked.scene();
+        let (cave, eyes) = (&self.cave, &self.eyes);
+        render::cave_filled(&scene, cave, eyes, options, filling, &|_, _| {}).expect("a frame")
+    }
+
+    fn full(&self) -> Frame {
+        let eyes = self.eyes.map(|one| Observer::new(one.eye, one.place));
+        let scene = self.baked.scene();
+        render::cave(&scene, &self.cave, &eyes, &Options::default(), &|_, _| {}).expect("a frame")
+    }
+
+    /// The level of each pixel and its colours in some frames.
+    fn pixels<const N: usize>(&self, frames: [&Frame; N], mut of: impl FnMut(f32, [[f32; 4]; N])) {
+        let views = self.cave.walls.iter().flat_map(|wall| {
+            let eyes = self.eyes.iter();
+            eyes.map(move |eye| (render::view(wall, eye).expect("a view"), eye))
+        });
+        for (number, (view, eye)) in views.enumerate() {
+            for (x, y) in (0..SIZE * SIZE).map(|i| (i % SIZE, i / SIZE)) {
+                let direction = view.direction(x as f32, y as f32).expect("a wall's");
+                let level = eye.lod.and_then(|lod| lod.gaze.level(direction));
+                let pixel = |frame: &Frame| frame.pictures[number].picture.pixel(x, y);
+                let pixels = frames.map(|frame| pixel(frame).expect("a pixel"));
+                of(level.expect("a level"), pixels);
+            }
+        }
+    }
+
+    fn error(&self, found: &Frame, full: &Frame) -> f64 {
+        let mut error = OutsideError::default();
+        let mut pictures = found.pictures.iter().zip(&full.pictures);
+        for wall in &self.cave.walls {
+            for eye in &self.eyes {
+                let view = render::view(wall, eye).expect("a view");
+                let (found, full) = pictures.next().expect("a picture");
+                let lod = eye.lod.expect("a gaze");
+                error.add(&view, &lod, &found.picture, &full.picture);
+            }
+        }
+        error.root_mean_square().expect("pixels outside")
+    }
+}
+
+const CAPTURE: Filling<'static> = Filling::Capture(CaptureOptions {
+    size: 64,
+    level: 0.34,
+    steps: None,
+});
+
+#[test]
+fn only_what_the_gaze_skips_is_filled_and_its_border_blended() {
+    let setting = Setting::new();
+    let options = Options::default();
+    let plain = setting.frame(&options, Filling::Background);
+    let filled = setting.frame(&options, CAPTURE);
+    let (mut kept, mut blended, mut changed) = (0, 0, 0);
+    setting.pixels([&plain, &filled], |level, [plain, filled]| {
+        if level >= BLEND {
+            assert_eq!(plain, filled, "level {level}");
+            kept += 1;
+        } else if level > 0.0 {
+            blended += u32::from(plain != filled);
+        } else {
+            changed += u32::from(plain != filled);
+        }
+    });
+    assert!(
+        kept > 1000 && blended > 100 && changed > 1000,
+        "{kept} {blended} {changed}"
+    );
+    let capture = filled.capture.expect("a capture");
+    assert!(capture.statistics.primary > 0 && plain.capture.is_none());
+    let (with, without) = (filled.statistics, plain.statistics);
+    assert_eq!(with.steps, without.steps + capture.statistics.steps);
+    assert_eq!(with.primary, without.primary + capture.statistics.primary);
+}
+
+#[test]
+fn a_capture_is_closer_to_what_is_there_than_the_background() {
+    let setting = Setting::new();
+    let options = Options::default();
+    let full = setting.full();
+    let error = |filling| setting.error(&setting.frame(&options, filling), &full);
+    let background = error(Filling::Background);
+    let sizes = [16, 32, 64, 128].map(|size| {
+        error(Filling::Capture(CaptureOptions {
+            size,
+            level: 1.0,
+            steps: None,
+        }))
+    });
+    println!("background {background:.2}, captures {sizes:.2?} of 255 codes");
+    assert!(sizes.is_sorted_by(|a, b| a > b), "{sizes:?}");
+    assert!(
+        sizes[1] < background && 2.0 * sizes[3] < background,
+        "{sizes:?} {background}"
+    );
+}
+
+#[test]
+fn there_is_no_hole_and_no_seam_in_a_capture() {
+    // A sky of one colour: whatever shows is that colour.
+    let mut setting = Setting::new();
+    let mut scene = paper_scene(PaperScene::A, quadruped()).expect("a scene");
+    scene.objects.truncate(1);
+    scene.objects[0].world_from_object.translation = DVec3::new(0.0, 0.0, -50.0);
+    scene.background = shisen::scene::Background::uniform([0.25, 0.5, 0.75]);
+    setting.baked = Baked::new(&scene).expect("a scene");
+    for size in [8, 33, 64] {
+        let capture = CaptureOptions {
+            size,
+            ..CaptureOptions::default()
+        };
+        let frame = setting.frame(&Options::default(), Filling::Capture(capture));
+        setting.pixels([&frame], |level, [pixel]| {
+            if level < BLEND {
+                let off = [0.25, 0.5, 0.75, 1.0];
+                let off = pixel.iter().zip(off).map(|(a, b)| (a - b).abs());
+                assert!(off.fold(0.0, f32::max) < 1e-5, "{size}: {pixel:?}");
+            }
+        });
+    }
+}
+
+#[test]
+fn a_filled_frame_is_the_same_bits_however_it_is_made() {
+    let setting = Setting::new();
+    for steps in [None, Some(20_000)] {
+        let capture = Filling::Capture(CaptureOptions {
+            size: 48,
+            level: 0.5,
+            steps,
+        });
+        let options = Options {
+            threads: 1,
+            ..Options::default()
+        };
+        let first = setting.frame(&options, capture);
+        let mut others = vec![
+            Options {
+                threads: 3,
+                ..options
+            },
+            Options {
+                tile: 19,
+                ..options
+            },
+            Options {
+                simd: Simd::PORTABLE,
+                ..options
+            },
+        ];
+        if steps.is_none() {
+            let mut single = options;
+            single.settings.mode = Mode::Single;
+            others.push(single);
+        }
+        for other in others {
+            assert_eq!(
+                setting.frame(&other, capture).hash(),
+                first.hash(),
+                "{other:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_capture_keeps_to_its_steps_and_shows_the_background_beyond() {
+    let setting = Setting::new();
+    let options = Options::default();
+    let steps = |steps| {
+        let capture = Filling::Capture(CaptureOptions {
+            size: 64,
+            level: 0.34,
+            steps,
+        });
+        let frame = setting.frame(&options, capture);
+        (
+            frame.capture.as_ref().expect("a capture").statistics.steps,
+            frame,
+        )
+    };
+    let (needed, all) = steps(None);
+    let (half, _) = steps(Some(needed / 2));
+    // A call does at most its budget and a pixel more: see `TileJob::render`.
+    assert!(half < needed * 3 / 4, "{half} of {needed}");
+    let (none, starved) = steps(Some(0));
+    assert_eq!(none, 0);
+    let full = setting.full();
+    let background = setting.frame(&options, Filling::Background);
+    let errors = [&all, &starved, &background].map(|frame| setting.error(frame, &full));
+    assert!(errors[0] < errors[1], "{errors:?}");
+    assert!(
+        (errors[1] - errors[2]).abs() < 0.05 * errors[2],
+        "{errors:?}"
+    );
+}
+
+#[test]
+fn the_frame_before_shows_where_this_one_traces_nothing() {
+    let mut setting = Setting::new();
+    let options = Options::default();
+    let full = setting.full();
+    let filled = setting.frame(&options, Filling::Previous(&full));
+    setting.pixels([&filled, &full], |level, [filled, full]| {
+        if level == 0.0 {
+            assert_eq!(filled, full);
+        }
+    });
+    // A gaze that goes on from where it was leaves what it saw.
+    let before = setting.frame(&options, Filling::Background);
+    setting.eyes = Setting::eyes(Vec3::new(0.6, -0.3, -1.0));
+    let after = setting.frame(&options, Filling::Previous(&before));
+    let paper = setting.frame(&options, Filling::Background);
+    let mut left = 0;
+    setting.pixels(
+        [&after, &before, &paper],
+        |level, [after, before, paper]| {
+            if level == 0.0 {
+                assert_eq!(after, before);
+                left += u32::from(after != paper);
+            }
+        },
+    );
+    assert!(left > 0);
+}
+
+#[test]
+fn a_frame_of_other_walls_cannot_be_the_one_before() {
+    let setting = Setting::new();
+    let options = Options::default();
+    let mut other = setting.frame(&options, Filling::Background);
+    other.pictures.pop();
+    let scene = setting.baked.scene();
+    let filling = Filling::Previous(&other);
+    let quiet = |_, _| {};
+    let refused = render::cave_filled(
+        &scene,
+        &setting.cave,
+        &setting.eyes,
+        &options,
+        filling,
+        &quiet,
+    );
+    let message = refused.unwrap_err().to_string();
+    assert!(message.contains("other walls, eyes or sizes"), "{message}");
+}
