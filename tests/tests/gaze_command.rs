@@ -402,6 +402,7 @@ fn a_frame_with_levels_of_detail_is_reported() {
             [
                 "faces",
                 "field",
+                "fill",
                 "full_rays",
                 "full_seconds",
                 "full_steps",
@@ -598,5 +599,74 @@ fn levels_of_detail_that_there_are_not_are_usage() {
         let mut command = shisen(folder.path());
         is_no_usage(command.arg("cave").args(arguments), expected);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}
+
+#[test]
+fn what_fills_the_rest_is_chosen_and_reported() {
+    let folder = folder();
+    let filled = |arguments: &[&str]| {
+        let mut all = vec!["--lod", "paper"];
+        all.extend(arguments);
+        cave(folder.path(), &all)
+    };
+    let background = filled(&[]);
+    let fill = &background["lod"]["fill"];
+    assert_eq!(
+        (&fill["mode"], &fill["capture"]),
+        (&"background".into(), &Value::Null)
+    );
+    assert!(fill["outside_pixels"].as_u64().unwrap() > 1000);
+    let captured = filled(&["--fill", "capture", "--fill-size", "64"]);
+    let fill = &captured["lod"]["fill"];
+    assert_eq!(fill["mode"], "capture");
+    assert_eq!(
+        keys(&fill["capture"]),
+        ["images", "rays", "seconds", "size", "steps"]
+    );
+    assert_eq!(fill["capture"]["size"], 64);
+    for image in fill["capture"]["images"].as_array().unwrap() {
+        assert!(
+            Path::new(folder.path())
+                .join(image.as_str().unwrap())
+                .is_file()
+        );
+    }
+    let of = |report: &Value| number(&report["lod"]["fill"], "outside_rms");
+    assert!(
+        of(&captured) < of(&background),
+        "{} {}",
+        of(&captured),
+        of(&background)
+    );
+    assert!(number(fill, "outside_psnr") > 10.0);
+    let before = filled(&["--fill", "previous", "--previous-look", "10,0"]);
+    assert_eq!(before["lod"]["fill"]["mode"], "previous");
+    for (arguments, hint) in [
+        (&["--fill", "capture"][..], "--lod paper"),
+        (&["--lod", "paper", "--fill-size", "64"], "--fill capture"),
+        (&["--lod", "paper", "--fill", "previous"], "--previous-look"),
+        (
+            &["--lod", "paper", "--previous-look", "front"],
+            "--fill previous",
+        ),
+        (
+            &["--lod", "paper", "--fill", "capture", "--fill-level", "1.5"],
+            "from 0 to 1",
+        ),
+        (
+            &["--lod", "paper", "--fill", "capture", "--fill-size", "0"],
+            "--fill-size",
+        ),
+    ] {
+        let output = shisen(folder.path())
+            .arg("cave")
+            .args(arguments)
+            .assert()
+            .code(2)
+            .get_output()
+            .clone();
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(error.contains(hint), "{arguments:?}: {error}");
     }
 }

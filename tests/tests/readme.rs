@@ -62,7 +62,7 @@ fn every_command_runs_on_the_files_shown() {
         .flat_map(|(_, block)| block.lines())
         .filter_map(|line| line.strip_prefix("shisen "))
         .collect();
-    assert_eq!(commands.len(), 10);
+    assert_eq!(commands.len(), 18);
     for command in commands {
         let (command, input) = match command.split_once(" < ") {
             Some((command, file)) => (command, fs::read(folder.path().join(file)).unwrap()),
@@ -72,6 +72,7 @@ fn every_command_runs_on_the_files_shown() {
         let shorter: &[&str] = match command.split_whitespace().nth(1) {
             Some("table2") => &["--size", "16", "--repeat", "1"],
             Some("sweep") => &["--size", "16", "--repeat", "1", "--directions", "3"],
+            Some("fill") => &["--size", "16", "--repeat", "1", "--fill-size", "16"],
             _ => &[],
         };
         shisen(folder.path())
@@ -108,6 +109,7 @@ fn every_key_of_the_report_is_explained() {
         &report["images"][0],
         lod,
         &lod["field"][0],
+        &lod["fill"],
     ] {
         for key in object.as_object().unwrap().keys() {
             assert!(section.contains(&format!("`{key}`")), "{key}");
