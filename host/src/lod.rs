@@ -1,4 +1,4 @@
-//! What the level of detail of the gaze does to a wall: numbers and pictures.
+//! What the level of detail of the gaze does to a screen: numbers and pictures.
 
 mod pictures;
 
@@ -7,7 +7,8 @@ pub use pictures::{difference, levels, polygons};
 use shisen_core::frame::{LevelOfDetail, View};
 use shisen_core::gaze::Detail;
 
-/// What share of a wall's pixels is in which zone, and what they get.
+/// What share of a screen's pixels is in which zone, and what they get; of a
+/// dome, of those inside its rim.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Coverage {
     /// Share of pixels of level 1.
@@ -28,6 +29,9 @@ impl Coverage {
         let mut sum = Self::default();
         let mut pixels = 0u32;
         for (x, y) in places(view) {
+            if view.direction(x as f32, y as f32).is_none() {
+                continue;
+            }
             let level = level(view, lod, x, y);
             pixels += 1;
             match level {

@@ -282,7 +282,7 @@ fn tilted_walls_keep_their_shape() {
 
 #[test]
 fn what_cannot_be_unfolded_is_refused() {
-    assert!(matches!(unfold(&[]), Err(NetError::NoWalls)));
+    assert!(matches!(unfold::<&Wall>(&[]), Err(NetError::NoWalls)));
     let walls = cube(&["front", "left"]);
     let picture = pattern(0, 4, 4);
     let empty = Picture::new(0, 4).unwrap();

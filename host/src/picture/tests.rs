@@ -223,7 +223,9 @@ impl Write for Full {
 #[test]
 fn png_encoder_tells_a_full_disk_from_other_errors() {
     let picture = gradient(2, 2);
-    let error = picture.encode_png(Full, ColorType::Rgb, &[0; 12], &[]).unwrap_err();
+    let error = picture
+        .encode_png(Full, ColorType::Rgb, &[0; 12], &[])
+        .unwrap_err();
     assert!(
         matches!(&error, png::EncodingError::IoError(reason)
             if reason.kind() == io::ErrorKind::StorageFull),

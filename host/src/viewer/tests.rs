@@ -1,4 +1,5 @@
 use super::*;
+use crate::cave::Wall;
 use std::f64::consts::FRAC_PI_2;
 
 /// Pixels along each side of a wall.
