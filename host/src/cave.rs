@@ -467,6 +467,25 @@ impl Cave {
     /// [`WallError::Pixels`] or [`DomeScreenError::Size`] where a side is 0 or
     /// above [`Wall::MOST_PIXELS`].
     pub fn built_in(which: BuiltInCave, pixels: [u32; 2]) -> Result<Self, CaveError> {
+        match which {
+            BuiltInCave::ThreeWall => Self::cube(pixels, false),
+            BuiltInCave::Cube => Self::cube(pixels, true),
+            BuiltInCave::Dome => {
+                let dome = DomeScreen::new(DomeDescription {
+                    name: "dome".to_owned(),
+                    radius: 2.5,
+                    centre: DVec3::new(0.0, -1.5, 0.0),
+                    tilt_degrees: 0.0,
+                    field_of_view_degrees: 180.0,
+                    size: pixels[0],
+                })?;
+                Ok(Self::new(Vec::new())?.with_dome(dome)?)
+            }
+        }
+    }
+
+    /// All walls of the cube, or its front, right and floor.
+    fn cube(pixels: [u32; 2], is_whole: bool) -> Result<Self, CaveError> {
         let wall = |name: &str, lower_left: [f64; 3], lower_right: [f64; 3], upper_left| {
             Wall::new(
                 name,
@@ -481,25 +500,13 @@ impl Cave {
         let front = wall("front", [-1., -1., -1.], [1., -1., -1.], [-1., 1., -1.])?;
         let right = wall("right", [1., -1., -1.], [1., -1., 1.], [1., 1., -1.])?;
         let floor = wall("floor", [-1., -1., 1.], [1., -1., 1.], [-1., -1., -1.])?;
-        let walls = match which {
-            BuiltInCave::ThreeWall => vec![front, right, floor],
-            BuiltInCave::Cube => {
-                let left = wall("left", [-1., -1., 1.], [-1., -1., -1.], [-1., 1., 1.])?;
-                let back = wall("back", [1., -1., 1.], [-1., -1., 1.], [1., 1., 1.])?;
-                let ceiling = wall("ceiling", [-1., 1., -1.], [1., 1., -1.], [-1., 1., 1.])?;
-                vec![front, left, right, back, floor, ceiling]
-            }
-            BuiltInCave::Dome => {
-                let dome = DomeScreen::new(DomeDescription {
-                    name: "dome".to_owned(),
-                    radius: 2.5,
-                    centre: DVec3::new(0.0, -1.5, 0.0),
-                    tilt_degrees: 0.0,
-                    field_of_view_degrees: 180.0,
-                    size: pixels[0],
-                })?;
-                return Ok(Self::new(Vec::new())?.with_dome(dome)?);
-            }
+        let walls = if is_whole {
+            let left = wall("left", [-1., -1., 1.], [-1., -1., -1.], [-1., 1., 1.])?;
+            let back = wall("back", [1., -1., 1.], [-1., -1., 1.], [1., 1., 1.])?;
+            let ceiling = wall("ceiling", [-1., 1., -1.], [1., 1., -1.], [-1., 1., 1.])?;
+            vec![front, left, right, back, floor, ceiling]
+        } else {
+            vec![front, right, floor]
         };
         Ok(Self::new(walls)?)
     }

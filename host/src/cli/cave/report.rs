@@ -168,7 +168,7 @@ impl fmt::Display for Report {
         }
         write!(
             f,
-            "pictures in {folder}: {} of single walls, cave.png, viewer.png",
+            "pictures in {folder}: {} of single screens, cave.png, viewer.png",
             self.written.images.len() + self.written.exr.len()
         )?;
         if self.lod.is_some() {
