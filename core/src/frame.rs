@@ -10,6 +10,7 @@
 mod block;
 mod detail;
 mod dome;
+mod fill;
 mod past;
 mod view;
 
@@ -18,11 +19,12 @@ pub use crate::trace::{
 };
 use block::{BLOCK, Block, Target};
 use core::fmt;
-use detail::{BlockDetail, BlockLevels, PATCH, region_of};
+use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
 pub use detail::{FACE_TOLERANCE, LevelOfDetail};
+pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
 pub use view::{DomeError, DomePose, DomeProjection, DomeScreen, MirrorCamera, View, ViewError};
 
-use crate::gaze::Region;
+use crate::gaze::{Detail, Gaze, Region};
 use crate::scene::Scene;
 use crate::simd::{Runs, Simd};
 
@@ -78,6 +80,57 @@ pub struct Tile {
     pub height: u32,
 }
 
+impl Tile {
+    /// Blocks are of the view's grid, cut off at the tile's borders.
+    fn parts(self) -> impl Iterator<Item = Part> {
+        let cut = |first: u32, end: u32| {
+            let starts = (first / BLOCK..end.div_ceil(BLOCK)).map(|block| block * BLOCK);
+            starts.map(move |start| (start.max(first), (start + BLOCK).min(end)))
+        };
+        cut(self.y, self.y + self.height).flat_map(move |(y, below)| {
+            cut(self.x, self.x + self.width).map(move |(x, right)| Part {
+                x,
+                y,
+                columns: right - x,
+                rows: below - y,
+            })
+        })
+    }
+
+    /// Of a pixel of the view, among the tile's.
+    fn index(self, x: u32, y: u32) -> usize {
+        (y - self.y) as usize * self.width as usize + (x - self.x) as usize
+    }
+
+    /// Whether it is a part of the view, and `given` pixels are its.
+    fn check(self, view: &View, given: usize) -> Result<(), TileError> {
+        let inside = |first: u32, count: u32, all: u32| {
+            count > 0 && first.checked_add(count).is_some_and(|end| end <= all)
+        };
+        if !inside(self.x, self.width, view.columns()) || !inside(self.y, self.height, view.rows())
+        {
+            return Err(TileError::Outside);
+        }
+        let needed = self.width as usize * self.height as usize;
+        if given == needed {
+            Ok(())
+        } else {
+            Err(TileError::Pixels { needed, given })
+        }
+    }
+}
+
+/// The part of a block of a view's grid that a tile has.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    x: u32,
+    y: u32,
+    /// 1 to [`BLOCK`].
+    columns: u32,
+    /// 1 to [`BLOCK`].
+    rows: u32,
+}
+
 /// Why a tile cannot be rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -124,7 +177,11 @@ pub enum Outcome {
 pub struct Renderer<'a, const W: usize = 8> {
     tracer: Tracer<'a, W>,
     settings: Settings,
+    /// What rays may do that no gaze gives less.
+    most: RayDetail,
     lod: Option<LevelOfDetail>,
+    /// Traces only what this gaze gives less than this level.
+    below: Option<(LevelOfDetail, f32)>,
 }
 
 impl<'a, const W: usize> Renderer<'a, W>
@@ -138,11 +195,32 @@ where
             samples: settings.samples.clamp(1, MAX_SAMPLES),
             mode: settings.mode,
         };
+        let tracer = Tracer::new(scene, simd, settings.depth);
         Self {
-            tracer: Tracer::new(scene, simd, settings.depth),
+            tracer,
             settings,
+            most: tracer.detail(),
             lod: None,
+            below: None,
         }
+    }
+
+    /// The same renderer with all rays as at a level of detail of their own,
+    /// wherever they go: bounces by equation 9, the rung of meshes closest to
+    /// equation 10. Levels out of range are moved to the nearest that is in it.
+    #[must_use]
+    pub fn at_level(mut self, level: f32) -> Self {
+        let full = self.tracer.detail();
+        let level = Detail::of_level(level).unwrap_or(if level > 1.0 {
+            Detail::FULL
+        } else {
+            Detail::NONE
+        });
+        self.most = RayDetail {
+            depth: level.bounces(full.depth),
+            rung: Ladder::new(self.tracer.scene().rungs()).nearest(level.level()),
+        };
+        self
     }
 
     /// The same renderer with a detail that follows the gaze. Where a pixel is
@@ -151,6 +229,15 @@ where
     #[must_use]
     pub const fn with_level_of_detail(mut self, lod: LevelOfDetail) -> Self {
         self.lod = Some(lod);
+        self
+    }
+
+    /// The same renderer with only the rays that a gaze gives less than a
+    /// level, each in full: for what is to fill the rest of a frame that follows
+    /// that gaze. Other pixels show what a ray sees that meets nothing.
+    #[must_use]
+    pub const fn below_level(mut self, gaze: Gaze, level: f32) -> Self {
+        self.below = Some((LevelOfDetail::new(gaze), level));
         self
     }
 
@@ -184,7 +271,11 @@ where
     /// Of the pixels of the block of the view's grid that pixel (x, y) is in,
     /// by the region of its patch.
     fn block_detail(&self, patch: Region, view: &View, x: u32, y: u32) -> BlockDetail {
-        let most = self.tracer.detail();
+        let most = self.most;
+        if let Some((gaze, level)) = &self.below {
+            let levels = BlockLevels::new(gaze, self.tracer.simd(), view, (x, y));
+            return levels.below(*level, most);
+        }
         match (&self.lod, patch) {
             (None, _) | (_, Region::Central) => BlockDetail::Equal(most),
             (_, Region::Outside) => BlockDetail::Outside,
@@ -198,6 +289,9 @@ where
     /// Which pixels of that block are traced, by the region of its patch: a bit
     /// for each, by row, then column.
     fn block_traced(&self, patch: Region, view: &View, x: u32, y: u32) -> u64 {
+        if self.below.is_some() {
+            return self.block_detail(patch, view, x, y).traced();
+        }
         match (&self.lod, patch) {
             (None, _) | (_, Region::Central | Region::Traced(_)) => u64::MAX,
             (_, Region::Outside) => 0,
@@ -253,64 +347,84 @@ impl TileJob {
         Simd: Runs<W>,
     {
         let tile = self.tile;
-        let inside = |first: u32, count: u32, all: u32| {
-            count > 0 && first.checked_add(count).is_some_and(|end| end <= all)
-        };
-        if !inside(tile.x, tile.width, view.columns()) || !inside(tile.y, tile.height, view.rows())
-        {
-            return Err(TileError::Outside);
-        }
-        let needed = tile.width as usize * tile.height as usize;
-        if pixels.len() != needed {
-            return Err(TileError::Pixels {
-                needed,
-                given: pixels.len(),
-            });
-        }
-        // Blocks are of the view's grid, cut off at the tile's borders.
+        tile.check(view, pixels.len())?;
         let mut before = 0;
         let mut patch = None;
-        let mut y = tile.y;
-        while y < tile.y + tile.height {
-            let rows = (BLOCK - y % BLOCK).min(tile.y + tile.height - y);
-            let mut x = tile.x;
-            while x < tile.x + tile.width {
-                let columns = (BLOCK - x % BLOCK).min(tile.x + tile.width - x);
-                let area = rows * columns;
-                if self.finished < before + area {
-                    if budget.is_spent() {
-                        return Ok(Outcome::BudgetSpent);
-                    }
-                    let place = (x / PATCH, y / PATCH);
-                    let (_, patch) = match patch {
-                        Some(known @ (at, _)) if at == place => known,
-                        _ => *patch.insert((place, renderer.patch_region(view, x, y))),
-                    };
-                    let block = Block {
-                        x,
-                        y,
-                        columns,
-                        rows,
-                        patch,
-                    };
-                    let first = self.finished - before;
-                    let mut target = Target {
-                        pixels: &mut *pixels,
-                        width: tile.width as usize,
-                        x: (x - tile.x) as usize,
-                        y: (y - tile.y) as usize,
-                    };
-                    let done = block.render(renderer, view, first, budget, workspace, &mut target);
-                    self.finished += done;
-                    if self.finished < before + area {
-                        return Ok(Outcome::BudgetSpent);
-                    }
+        for part in tile.parts() {
+            let Part {
+                x,
+                y,
+                columns,
+                rows,
+            } = part;
+            let area = rows * columns;
+            if self.finished < before + area {
+                if budget.is_spent() {
+                    return Ok(Outcome::BudgetSpent);
                 }
-                before += area;
-                x += columns;
+                let place = (x / PATCH, y / PATCH);
+                let (_, patch) = match patch {
+                    Some(known @ (at, _)) if at == place => known,
+                    _ => *patch.insert((place, renderer.patch_region(view, x, y))),
+                };
+                let block = Block {
+                    x,
+                    y,
+                    columns,
+                    rows,
+                    patch,
+                };
+                let first = self.finished - before;
+                let mut target = Target {
+                    pixels: &mut *pixels,
+                    width: tile.width as usize,
+                    x: (x - tile.x) as usize,
+                    y: (y - tile.y) as usize,
+                };
+                let done = block.render(renderer, view, first, budget, workspace, &mut target);
+                self.finished += done;
+                if self.finished < before + area {
+                    return Ok(Outcome::BudgetSpent);
+                }
             }
-            y += rows;
+            before += area;
         }
         Ok(Outcome::Finished)
+    }
+
+    /// Gives the pixels that are not finished what a ray sees that meets
+    /// nothing, without tracing one: for a tile that its budget did not finish.
+    /// It is finished then.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn give_up<const W: usize>(
+        &mut self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        pixels: &mut [Pixel],
+    ) -> Result<(), TileError>
+    where
+        Simd: Runs<W>,
+    {
+        let tile = self.tile;
+        tile.check(view, pixels.len())?;
+        let mut number = 0;
+        for part in tile.parts() {
+            for y in part.y..part.y + part.rows {
+                for x in part.x..part.x + part.columns {
+                    let index = tile.index(x, y);
+                    if let (true, Some(pixel)) = (number >= self.finished, pixels.get_mut(index)) {
+                        *pixel = match view.direction(x as f32, y as f32) {
+                            Some(direction) => renderer.tracer.missed(direction),
+                            None => Pixel::default(),
+                        };
+                    }
+                    number += 1;
+                }
+            }
+        }
+        self.finished = number;
+        Ok(())
     }
 }

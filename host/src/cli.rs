@@ -10,6 +10,7 @@ mod bench;
 mod cave;
 mod dome;
 mod failure;
+mod filling;
 mod gaze;
 mod inspect;
 mod levels;

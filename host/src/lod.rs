@@ -1,7 +1,9 @@
 //! What the level of detail of the gaze does to a screen: numbers and pictures.
 
+mod outside;
 mod pictures;
 
+pub use outside::OutsideError;
 pub use pictures::{difference, levels, polygons};
 
 use shisen_core::frame::{LevelOfDetail, View};
@@ -28,10 +30,7 @@ impl Coverage {
     pub fn new(view: &View, lod: &LevelOfDetail, depth: u8) -> Self {
         let mut sum = Self::default();
         let mut pixels = 0u32;
-        for (x, y) in places(view) {
-            if view.direction(x as f32, y as f32).is_none() {
-                continue;
-            }
+        for (x, y) in seen(view) {
             let level = level(view, lod, x, y);
             pixels += 1;
             match level {
@@ -65,4 +64,9 @@ fn level(view: &View, lod: &LevelOfDetail, x: u32, y: u32) -> f32 {
 fn places(view: &View) -> impl Iterator<Item = (u32, u32)> + use<> {
     let (columns, rows) = (view.columns(), view.rows());
     (0..rows).flat_map(move |y| (0..columns).map(move |x| (x, y)))
+}
+
+/// Those that show anything: of a dome, inside its rim.
+fn seen(view: &View) -> impl Iterator<Item = (u32, u32)> {
+    places(view).filter(|&(x, y)| view.direction(x as f32, y as f32).is_some())
 }

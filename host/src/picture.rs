@@ -176,6 +176,12 @@ impl Picture {
         }
     }
 
+    /// The pixels as the core reads them.
+    pub fn core_pixels(&self) -> &[Pixel] {
+        // Four floats of one size and alignment: nothing is left out.
+        <[Pixel]>::ref_from_bytes(self.pixels.as_bytes()).unwrap_or_default()
+    }
+
     /// The pixels as the core writes them, so many rows at a time.
     pub fn rows_mut(&mut self, rows: u32) -> impl Iterator<Item = &mut [Pixel]> {
         let band = self.width as usize * rows.max(1) as usize;

@@ -1,11 +1,16 @@
 //! All screens and eyes of a frame, and dome masters, on all cores.
 
+mod fill;
+
 use crate::cave::{Cave, DomeScreenError, Eye, Screen, WallError};
 use crate::picture::{Picture, PictureError};
+use fill::Source;
+pub use fill::{Capture, CaptureOptions, Filling};
 use glam::DVec3;
+use rayon::ThreadPool;
 use shisen_core::frame::{
-    Budget, DomeError, LevelOfDetail, Pixel, Renderer, Settings, Statistics, Tile, TileJob, View,
-    ViewError, Workspace,
+    Budget, DomeError, LevelOfDetail, Outcome, Pixel, Renderer, Settings, Statistics,
+    SurroundingsError, Tile, TileJob, View, ViewError, Workspace,
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
@@ -86,6 +91,8 @@ pub struct Frame {
     pub statistics: Statistics,
     /// From the first ray to the last pixel, wall-clock time.
     pub seconds: f64,
+    /// The surroundings, where they were captured.
+    pub capture: Option<Capture>,
 }
 
 impl Frame {
@@ -130,6 +137,15 @@ pub enum RenderError {
     /// A picture that cannot be kept in memory.
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// A dome master that cannot be traced.
+    #[error("the surroundings cannot be captured")]
+    Surroundings(#[from] SurroundingsError),
+    /// A frame that cannot have been the one before.
+    #[error(
+        "the frame before has other walls, eyes or sizes: fill from a frame of the same walls, \
+         for the same eyes"
+    )]
+    Previous,
     /// No threads to be had.
     #[error("the threads could not be started: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -146,6 +162,25 @@ pub fn cave<const W: usize>(
     cave: &Cave,
     eyes: &[Observer],
     options: &Options,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Frame, RenderError>
+where
+    Simd: Runs<W>,
+{
+    cave_filled(scene, cave, eyes, options, Filling::Background, progress)
+}
+
+/// As [`cave`], with something else than the background where the gaze skips
+/// rays.
+///
+/// # Errors
+/// See [`RenderError`].
+pub fn cave_filled<const W: usize>(
+    scene: &Scene<'_, W>,
+    cave: &Cave,
+    eyes: &[Observer],
+    options: &Options,
+    filling: Filling<'_>,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Frame, RenderError>
 where
@@ -172,16 +207,61 @@ where
     let area = |tile: &Tile| tile.width as usize * tile.height as usize;
     // A frame's memory is there before the frame begins.
     let mut pixels = vec![Pixel::default(); places.iter().map(|(_, tile)| area(tile)).sum()];
-    let mut rest = pixels.as_mut_slice();
-    let mut jobs = Vec::new();
-    for &(picture, tile) in &places {
-        let (own, others) = rest.split_at_mut(area(&tile));
+    let mut jobs = jobs(&places, &mut pixels);
+    let pool = pool(options.threads)?;
+    let capture = match filling {
+        Filling::Capture(how) => fill::capture(scene, eyes, options, how, &pool)?,
+        Filling::Background | Filling::Previous(_) => None,
+    };
+    let source = match (&capture, filling) {
+        (Some((plan, capture)), _) => {
+            Source::Surroundings(plan.surroundings(&capture.hemispheres)?)
+        }
+        (None, Filling::Previous(frame)) => {
+            fill::check_previous(frame, &pictures)?;
+            Source::Frame(frame)
+        }
+        (None, Filling::Background | Filling::Capture(_)) => Source::Nothing,
+    };
+    let (mut statistics, mut seconds) = trace(
+        &views,
+        &mut jobs,
+        &pool,
+        Budget::UNLIMITED,
+        &source,
+        progress,
+    );
+    write_back(&jobs, pictures.iter_mut().map(|one| &mut one.picture));
+    let capture = capture.map(|(_, capture)| capture);
+    if let Some(capture) = &capture {
+        statistics.add(&capture.statistics);
+        seconds += capture.seconds;
+    }
+    Ok(Frame {
+        pictures,
+        statistics,
+        seconds,
+        capture,
+    })
+}
+
+/// Each tile with its own part of the pixels of all.
+fn jobs<'p>(places: &[(usize, Tile)], pixels: &'p mut [Pixel]) -> Vec<Job<'p>> {
+    let mut rest = pixels;
+    let mut jobs = Vec::with_capacity(places.len());
+    for &(picture, tile) in places {
+        let (own, others) = rest.split_at_mut(tile.width as usize * tile.height as usize);
         rest = others;
         jobs.push((picture, tile, own));
     }
-    let (statistics, seconds) = trace(&views, &mut jobs, options.threads, progress)?;
-    for (picture, tile, pixels) in &jobs {
-        let picture = &mut pictures[*picture].picture;
+    jobs
+}
+
+/// Puts finished tiles into their pictures.
+fn write_back<'p>(jobs: &[Job<'_>], pictures: impl Iterator<Item = &'p mut Picture>) {
+    let mut pictures: Vec<_> = pictures.collect();
+    for (picture, tile, pixels) in jobs {
+        let picture = &mut *pictures[*picture];
         for (row, from) in (tile.y..).zip(pixels.chunks_exact(tile.width as usize)) {
             for (column, pixel) in (tile.x..).zip(from) {
                 picture.set_pixel(
@@ -192,11 +272,11 @@ where
             }
         }
     }
-    Ok(Frame {
-        pictures,
-        statistics,
-        seconds,
-    })
+}
+
+fn pool(threads: usize) -> Result<ThreadPool, RenderError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    Ok(pool.build()?)
 }
 
 /// A dome master.
@@ -248,7 +328,14 @@ where
         })
         .collect();
     let views = [(*view, renderer)];
-    let (statistics, seconds) = trace(&views, &mut jobs, options.threads, progress)?;
+    let (statistics, seconds) = trace(
+        &views,
+        &mut jobs,
+        &pool(options.threads)?,
+        Budget::UNLIMITED,
+        &Source::Nothing,
+        progress,
+    );
     Ok(DomePicture {
         picture,
         statistics,
@@ -256,33 +343,34 @@ where
     })
 }
 
-/// Does all jobs, on so many threads, and says what it took.
+/// Does all jobs, each within a budget, fills what they skipped, and says what
+/// it took. What a budget did not reach shows the background.
 fn trace<const W: usize>(
     views: &[(View, Renderer<'_, W>)],
     jobs: &mut [Job<'_>],
-    threads: usize,
+    pool: &ThreadPool,
+    budget: Budget,
+    source: &Source<'_>,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<(Statistics, f64), RenderError>
+) -> (Statistics, f64)
 where
     Simd: Runs<W>,
 {
     let (finished, total) = (AtomicUsize::new(0), jobs.len());
-    let render = |workspace: &mut Workspace, (picture, tile, pixels): &mut Job<'_>| {
+    let render = |workspace: &mut Workspace, job: &mut Job<'_>| {
+        let (picture, tile, pixels) = job;
         let (view, renderer) = &views[*picture];
-        // Tiles of a view's own grid fit it, and no budget ends this one.
-        let outcome = TileJob::new(*tile).render(
-            renderer,
-            view,
-            pixels,
-            &mut Budget::UNLIMITED.clone(),
-            workspace,
-        );
+        let mut of_tile = TileJob::new(*tile);
+        let outcome = of_tile.render(renderer, view, pixels, &mut { budget }, workspace);
+        // Tiles of a view's own grid fit it.
         debug_assert!(outcome.is_ok());
+        if outcome == Ok(Outcome::BudgetSpent) {
+            let given_up = of_tile.give_up(renderer, view, pixels);
+            debug_assert!(given_up.is_ok());
+        }
+        source.fill(renderer, view, job);
         progress(finished.fetch_add(1, Ordering::Relaxed) + 1, total);
     };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()?;
     let start = Instant::now();
     // Tiles differ by a factor of a hundred in what they cost, and the dear
     // ones are neighbours: each thread takes the next one that nobody has.
@@ -299,7 +387,7 @@ where
     for part in &done {
         statistics.add(part);
     }
-    Ok((statistics, seconds))
+    (statistics, seconds)
 }
 
 /// The renderer for what an eye sees.

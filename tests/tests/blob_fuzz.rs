@@ -3,12 +3,12 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
-use shisen::mesh::{Material, TriangleMesh};
+use shisen::mesh::{Graticule, Material, TriangleMesh};
 use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
 use shisen_core::scene::format::{
-    ALIGNMENT, Header, IdLeaf, Instance, Mesh, Table, Triangle, VERSION,
+    self, ALIGNMENT, Header, IdLeaf, Instance, Mesh, Table, Triangle, VERSION, effect,
 };
 use shisen_core::scene::{self, SceneError};
 use shisen_core::shape::Ray;
@@ -43,6 +43,10 @@ fn small_scene() -> Scene {
     };
     let chrome = Material {
         mirror: [0.8; 3],
+        graticule: Some(Graticule {
+            divisions: 9,
+            width: 0.05,
+        }),
         specular: [0.5; 3],
         ..Material::default()
     };
@@ -360,6 +364,38 @@ where
     copy.bytes()[at..at + 4].copy_from_slice(&word.to_le_bytes());
     mend_checksum(copy.bytes());
     try_out::<W>(copy.bytes(), &format!("{word:#x} at byte {at}"), &rays(24))
+}
+
+#[test]
+fn lines_have_a_number_and_a_width_where_there_are_any() {
+    let baked = Baked::<8>::new(&small_scene()).expect("a scene");
+    let (header, _) = Header::read_from_prefix(baked.as_bytes()).expect("a header");
+    let what = "a material's meridians and parallels";
+    let materials = baked.scene().materials();
+    for (record, material) in (0..).zip(materials) {
+        let at = header.materials.offset as usize + record as usize * size_of::<format::Material>();
+        let divisions = at + offset_of!(format::Material, graticule_divisions);
+        let width = at + offset_of!(format::Material, graticule_width);
+        let lines = material.effects & effect::GRATICULE != 0;
+        let bad = [
+            (divisions, u32::from(!lines)),
+            (divisions, 901),
+            (width, f32::NAN.to_bits()),
+            (width, 0.6f32.to_bits()),
+            (width, (-0.1f32).to_bits()),
+            (width, if lines { 0 } else { 0.1f32.to_bits() }),
+        ];
+        for (at, word) in bad {
+            let found = with_word(&baked, at, word);
+            assert_eq!(found, Err(SceneError::Value { what, record }), "{word:#x}");
+        }
+        if lines {
+            assert_eq!(with_word(&baked, divisions, 900), Ok(()));
+            assert_eq!(with_word(&baked, width, 0.5f32.to_bits()), Ok(()));
+        }
+    }
+    let with_lines = materials.iter().filter(|m| m.graticule_divisions == 9);
+    assert_eq!(with_lines.count(), 1);
 }
 
 #[test]

@@ -146,7 +146,8 @@ impl SpheroidMirror {
             let middle = l.div(l.add(low, high), two);
             let next = l.select(between, next, middle);
             let step = l.abs(l.sub(next, slope));
-            let small = l.le(step, l.mul(l.splat(NOTHING), slope));
+            // Only a step of Newton's own.
+            let small = l.and(between, l.le(step, l.mul(l.splat(NOTHING), slope)));
             slope = l.select(done, slope, next);
             done = l.or(done, small);
             if l.bits(done) == (1 << W) - 1 {

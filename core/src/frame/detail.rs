@@ -1,6 +1,7 @@
 //! What the level of detail leaves of each pixel's rays.
 
 use super::block::BLOCK;
+use super::fill::BLEND;
 use super::view::{Directions, Kind, View};
 use crate::gaze::{Detail, Gaze, Region};
 use crate::numeric::{max, min};
@@ -69,9 +70,7 @@ impl BlockDetail {
         most: RayDetail,
         rungs: u8,
     ) -> Self {
-        let ladder = Ladder {
-            steps: f32::from(if lod.faces { rungs.max(1) - 1 } else { 0 }),
-        };
+        let ladder = Ladder::new(if lod.faces { rungs } else { 1 });
         // More level never means fewer bounces: where the least and the most
         // are the same, all are.
         let detail = |rung: u8, level: f32| RayDetail {
@@ -134,6 +133,16 @@ impl BlockDetail {
             Self::Outside => None,
             Self::Own(own) => own.at(column as usize, row as usize),
         }
+    }
+
+    /// Which pixels are traced: a bit for each, by row, then column.
+    pub(super) fn traced(&self) -> u64 {
+        let mut traced = 0;
+        for number in 0..BLOCK * BLOCK {
+            let pixel = self.at(number % BLOCK, number / BLOCK);
+            traced |= u64::from(pixel.is_some()) << number;
+        }
+        traced
     }
 
     /// Of the part of a block that begins at this column and row and is so many
@@ -213,6 +222,44 @@ pub(super) struct BlockLevels {
 }
 
 impl BlockLevels {
+    /// No pixel is traced.
+    pub(super) const OUTSIDE: Self = Self {
+        levels: [[0.0; SIDE]; SIDE],
+        traced: 0,
+        least: 1.0,
+        most: 0.0,
+    };
+
+    /// Of the pixel at this column and row of the block.
+    pub(super) fn at(&self, column: u32, row: u32) -> f32 {
+        self.levels[row as usize % SIDE][column as usize % SIDE]
+    }
+
+    /// Pixels below a level have `most`, others are not traced.
+    pub(super) fn below(&self, level: f32, most: RayDetail) -> BlockDetail {
+        let mut own = OwnDetail::NONE;
+        let (mut any, mut all) = (false, true);
+        for (row, levels) in self.levels.iter().enumerate() {
+            for (column, &of_pixel) in levels.iter().enumerate() {
+                let is_below = of_pixel < level;
+                if is_below {
+                    own.set(column, row, most);
+                }
+                (any, all) = (any || is_below, all && is_below);
+            }
+        }
+        match (any, all) {
+            (false, _) => BlockDetail::Outside,
+            (true, true) => BlockDetail::Equal(most),
+            (true, false) => BlockDetail::Own(own),
+        }
+    }
+
+    /// Whether a pixel is outside the field, or within [`BLEND`] of it.
+    pub(super) fn reaches_the_border(&self) -> bool {
+        self.traced != u64::MAX || self.least < BLEND
+    }
+
     /// Of the block that has pixel (x, y) in it.
     pub(super) fn new(lod: &LevelOfDetail, simd: Simd, view: &View, (x, y): (u32, u32)) -> Self {
         let (x, y) = (x / BLOCK * BLOCK, y / BLOCK * BLOCK);
@@ -278,12 +325,19 @@ impl<V: Directions> Kernel<8> for Levels<'_, V> {
 /// [`FACE_TOLERANCE`] of what eq. 10 asks for; else the rays of each group of
 /// [`TileRays`], likewise, or at last each its own. Rays of level 1 see the
 /// mesh itself.
-struct Ladder {
+pub(super) struct Ladder {
     /// From the first rung to the last.
     steps: f32,
 }
 
 impl Ladder {
+    /// Of so many rungs.
+    pub(super) fn new(rungs: u8) -> Self {
+        Self {
+            steps: f32::from(rungs.max(1) - 1),
+        }
+    }
+
     /// The rung that all of some levels share, the least and the most of which
     /// these are.
     fn shared(&self, least: f32, most: f32) -> Option<u8> {
@@ -300,7 +354,7 @@ impl Ladder {
     }
 
     /// The rung whose faces are closest to eq. 10.
-    fn nearest(&self, level: f32) -> u8 {
+    pub(super) fn nearest(&self, level: f32) -> u8 {
         ((1.0 - level) * self.steps + 0.5) as u8
     }
 }

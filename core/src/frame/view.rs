@@ -108,6 +108,14 @@ impl View {
         }
     }
 
+    /// Whether a pixel shows anything: not outside a dome master's rim.
+    pub(super) fn has(&self, column: u32, row: u32) -> bool {
+        match &self.0 {
+            Kind::Screen(_) => true,
+            Kind::Dome(dome) => dome.ray(column as f32, row as f32).is_some(),
+        }
+    }
+
     /// The ray through a point of the picture, in pixels from the centre of
     /// the first; `None` outside a dome master's rim and where its direction
     /// cannot be traced.

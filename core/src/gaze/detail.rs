@@ -8,6 +8,9 @@ impl Detail {
     /// Everything: level 1.
     pub const FULL: Self = Self(1.0);
 
+    /// Nothing: level 0.
+    pub const NONE: Self = Self(0.0);
+
     /// Of a level from 0 to 1; `None` for others and NaN.
     pub fn of_level(level: f32) -> Option<Self> {
         (0.0..=1.0).contains(&level).then_some(Self(level))

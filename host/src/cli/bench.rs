@@ -1,5 +1,6 @@
 //! `shisen bench`: how fast it is.
 
+mod fill;
 mod frames;
 mod rays;
 mod sweep;
@@ -14,6 +15,7 @@ pub(super) enum Bench {
     Rays(rays::Arguments),
     Table2(table2::Arguments),
     Sweep(sweep::Arguments),
+    Fill(fill::Arguments),
 }
 
 /// Runs the command.
@@ -22,5 +24,6 @@ pub(super) fn run(bench: &Bench) -> Result<(), Failure> {
         Bench::Rays(arguments) => rays::run(arguments),
         Bench::Table2(arguments) => table2::run(arguments),
         Bench::Sweep(arguments) => sweep::run(arguments),
+        Bench::Fill(arguments) => fill::run(arguments),
     }
 }

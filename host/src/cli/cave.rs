@@ -9,19 +9,20 @@ use super::arguments::{
     threads,
 };
 use super::failure::Failure;
+use super::filling::{FillArguments, Wanted};
 use super::picture_files::{hexadecimal, make_writable};
 use super::print;
 use super::progress::Progress;
 use super::source::{Loaded, Source, bake};
 use clap::Args;
 use glam::DVec3;
-use lod::{LodArguments, LodPictures};
+use lod::{Filled, LodArguments, LodPictures};
 use pictures::Writer;
 use report::Report;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
 use shisen::look::{Point, ViewDirection};
-use shisen::render::{self, Frame, Observer, Options};
+use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::viewer::ViewerCamera;
 use shisen_core::Simd;
 use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES};
@@ -44,8 +45,12 @@ use std::path::PathBuf;
 /// (paths), with --lod levels, polygons and difference (paths), threads, size,
 /// scene, mesh (null where the scene file says), simd, depth, samples and lod
 /// (null without --lod): mode, faces (of each mesh's levels), field (wall, eye,
-/// central, peripheral, outside, `mean_level` and `mean_bounces` each) and, of
-/// tracing the same in full, `full_seconds`, `full_steps` and `full_rays`.
+/// central, peripheral, outside, `mean_level` and `mean_bounces` each), fill
+/// (mode, `outside_pixels`, `outside_rms`, of 255 codes, and `outside_psnr`,
+/// decibels, against full tracing (null where nothing is outside or differs), and
+/// capture, null without: size, seconds, rays, steps, which are part of the
+/// frame's, and images, the paths of capture-ahead.png and capture-behind.png)
+/// and, of tracing the same in full, `full_seconds`, `full_steps` and `full_rays`.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid (meridians and parallels on a sphere of
@@ -88,6 +93,8 @@ pub(super) struct Arguments {
     look: Option<ViewDirection>,
     #[command(flatten)]
     lod: LodArguments,
+    #[command(flatten)]
+    fill: FillArguments,
     /// Reflections and refractions to follow, one after another; with --lod
     /// those of the centre of the field
     #[arg(long, visible_alias = "reflect-max", value_name = "N", default_value_t = 3,
@@ -132,6 +139,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let eyes = eyes(arguments, pose);
     let (forward, up) = directions(arguments, pose);
     let observers = arguments.lod.observers(&eyes, forward, up)?;
+    let wanted = arguments.fill.wanted(arguments.lod.is_on())?;
     // Seen before anything large is loaded or any file is written.
     for &(_, position) in &eyes {
         cave.check_eye(position)?;
@@ -158,15 +166,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(threads) = arguments.threads {
         options.threads = threads.get();
     }
-    let quiet = arguments.quiet || arguments.json;
-    let frame = render_frame(&baked, &cave, &observers, &options, quiet)?;
-    let full = arguments.lod.is_on().then(|| {
-        let full: Vec<_> = observers
-            .iter()
-            .map(|one| Observer::new(one.eye, one.place))
-            .collect();
-        render_frame(&baked, &cave, &full, &options, quiet)
-    });
+    let frames = Frames {
+        baked: &baked,
+        cave: &cave,
+        options: &options,
+        quiet: arguments.quiet || arguments.json,
+    };
+    let frame = match wanted {
+        Wanted::Background => frames.render(&observers, Filling::Background)?,
+        Wanted::Capture(how) => frames.render(&observers, Filling::Capture(how))?,
+        Wanted::Previous(look) => {
+            let looked = look.basis();
+            let before = arguments.lod.observers(&eyes, looked.forward, looked.up)?;
+            let previous = frames.render(&before, Filling::Background)?;
+            frames.render(&observers, Filling::Previous(&previous))?
+        }
+    };
+    let full = arguments.lod.is_on().then(|| frames.in_full(&observers));
     let full = full.transpose()?;
     let lod_pictures = match &full {
         Some(full) => lod_pictures(&baked, &cave, &observers, &options, (&frame, full))?,
@@ -181,6 +197,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         title: &title,
         exr: arguments.exr,
     };
+    let captured = writer.write_capture(frame.capture.as_ref())?;
     let written = writer.write(&frame, &cave, &observers, &camera, lod_pictures.as_ref())?;
     let report = Report {
         seconds: frame.seconds,
@@ -202,11 +219,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         samples: arguments.samples,
         lod: match &full {
             Some(full) => {
-                Some(
-                    arguments
-                        .lod
-                        .report(&baked, &cave, &observers, arguments.depth, full)?,
-                )
+                let filled = Filled {
+                    wanted,
+                    frame: &frame,
+                    images: captured,
+                };
+                let depth = arguments.depth;
+                let lod = &arguments.lod;
+                Some(lod.report(&baked, &cave, &observers, depth, full, filled)?)
             }
             None => None,
         },
@@ -279,19 +299,37 @@ fn lod_pictures(
     .map(Some)
 }
 
-fn render_frame(
-    baked: &BakedScene,
-    cave: &Cave,
-    eyes: &[Observer],
-    options: &Options,
+/// What the frames of one run have in common.
+struct Frames<'r> {
+    baked: &'r BakedScene,
+    cave: &'r Cave,
+    options: &'r Options,
     quiet: bool,
-) -> Result<Frame, Failure> {
-    let progress = Progress::new(quiet);
-    let show = |done, total| progress.show(done, total);
-    let frame = match baked {
-        BakedScene::Fast(baked) => render::cave(&baked.scene(), cave, eyes, options, &show),
-        BakedScene::Compact(baked) => render::cave(&baked.scene(), cave, eyes, options, &show),
-    };
-    progress.finish();
-    frame.map_err(Failure::from_error)
+}
+
+impl Frames<'_> {
+    fn render(&self, eyes: &[Observer], filling: Filling<'_>) -> Result<Frame, Failure> {
+        let Self { cave, options, .. } = self;
+        let progress = Progress::new(self.quiet);
+        let show = |done, total| progress.show(done, total);
+        let frame = match self.baked {
+            BakedScene::Fast(baked) => {
+                render::cave_filled(&baked.scene(), cave, eyes, options, filling, &show)
+            }
+            BakedScene::Compact(baked) => {
+                render::cave_filled(&baked.scene(), cave, eyes, options, filling, &show)
+            }
+        };
+        progress.finish();
+        frame.map_err(Failure::from_error)
+    }
+
+    /// With nothing that follows the gaze.
+    fn in_full(&self, eyes: &[Observer]) -> Result<Frame, Failure> {
+        let full: Vec<_> = eyes
+            .iter()
+            .map(|one| Observer::new(one.eye, one.place))
+            .collect();
+        self.render(&full, Filling::Background)
+    }
 }

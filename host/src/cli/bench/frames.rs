@@ -7,7 +7,7 @@ use clap::Args;
 use glam::Vec3;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
-use shisen::render::{self, Observer, Options};
+use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::PaperScene;
 use shisen_core::frame::{LevelOfDetail, Statistics};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
@@ -36,7 +36,7 @@ pub(super) struct FrameArguments {
 /// The frames of one scene.
 pub(super) struct Frames {
     scene: BakedScene,
-    cave: Cave,
+    pub(super) cave: Cave,
     options: Options,
 }
 
@@ -91,6 +91,13 @@ impl FrameArguments {
     }
 }
 
+/// Where the viewer looks, and what is up then.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Look {
+    pub(super) forward: Vec3,
+    pub(super) up: Vec3,
+}
+
 impl Frames {
     /// Renders one: seconds, rays and steps.
     ///
@@ -102,26 +109,49 @@ impl Frames {
         forward: Vec3,
         up: Vec3,
     ) -> Result<(f64, Statistics), Failure> {
+        let frame = self.frame(way, Look { forward, up }, Filling::Background)?;
+        Ok((frame.seconds, frame.statistics))
+    }
+
+    /// Renders one.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub(super) fn frame(
+        &self,
+        way: Way,
+        look: Look,
+        filling: Filling<'_>,
+    ) -> Result<Frame, Failure> {
+        let eyes = Self::observers(way, look)?;
+        let (cave, options) = (&self.cave, &self.options);
+        let quiet = |_, _| {};
+        match &self.scene {
+            BakedScene::Fast(baked) => {
+                render::cave_filled(&baked.scene(), cave, &eyes, options, filling, &quiet)
+            }
+            BakedScene::Compact(baked) => {
+                render::cave_filled(&baked.scene(), cave, &eyes, options, filling, &quiet)
+            }
+        }
+        .map_err(Failure::from_error)
+    }
+
+    /// The two eyes, with what follows their gaze.
+    ///
+    /// # Errors
+    /// A line of sight that is none.
+    pub(super) fn observers(way: Way, look: Look) -> Result<[Observer; 2], Failure> {
+        let Look { forward, up } = look;
         let sight = LineOfSight::new(Vec3::ZERO, forward, up).map_err(Failure::from_error)?;
         let mut lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
         lod.bounces = way != Way::Cut;
         lod.faces = way == Way::Lod;
         let viewer = Viewer::default();
-        let eyes = Eye::STEREO.map(|eye| Observer {
+        Ok(Eye::STEREO.map(|eye| Observer {
             lod: (way != Way::Plain).then_some(lod),
             ..Observer::new(eye, viewer.eye(eye))
-        });
-        let quiet = |_, _| {};
-        let frame = match &self.scene {
-            BakedScene::Fast(baked) => {
-                render::cave(&baked.scene(), &self.cave, &eyes, &self.options, &quiet)
-            }
-            BakedScene::Compact(baked) => {
-                render::cave(&baked.scene(), &self.cave, &eyes, &self.options, &quiet)
-            }
-        };
-        let frame = frame.map_err(Failure::from_error)?;
-        Ok((frame.seconds, frame.statistics))
+        }))
     }
 }
 

@@ -41,7 +41,7 @@ const PAPER: [(PaperScene, [f64; 2], f64); 4] = [
 ];
 
 /// Where the viewer looks in states 1 and 2, and what is up then.
-const STATES: [(Vec3, Vec3); 2] = [(Vec3::NEG_Z, Vec3::Y), (Vec3::NEG_Y, Vec3::NEG_Z)];
+pub(super) const STATES: [(Vec3, Vec3); 2] = [(Vec3::NEG_Z, Vec3::Y), (Vec3::NEG_Y, Vec3::NEG_Z)];
 
 /// Share of the plain frame's steps above which times of frames can be compared.
 const SAME_WORK: f64 = 0.98;

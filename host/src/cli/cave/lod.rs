@@ -2,14 +2,15 @@
 
 use super::super::arguments::LevelArguments;
 use super::super::failure::Failure;
+use super::super::filling::Wanted;
 use super::super::levels::Level;
 use super::super::warn;
-use super::report::{Field, Lod};
+use super::report::{Captured, Field, Fill, Lod};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, Eye, Screen};
-use shisen::lod::Coverage;
+use shisen::lod::{Coverage, OutsideError};
 use shisen::look::Point;
 use shisen::picture::Picture;
 use shisen::render::{self, Frame, Observer, Options};
@@ -158,13 +159,20 @@ impl LodArguments {
         observers: &[Observer],
         depth: u8,
         full: &Frame,
+        filled: Filled<'_>,
     ) -> Result<Lod, Failure> {
         let mut field = Vec::new();
+        let mut error = OutsideError::default();
+        let mut pictures = filled.frame.pictures.iter().zip(&full.pictures);
         for screen in cave.screens() {
             for observer in observers {
+                let both = pictures.next();
                 let Some(lod) = &observer.lod else { continue };
                 let view = render::view(screen, observer).map_err(Failure::from_error)?;
                 let coverage = Coverage::new(&view, lod, depth);
+                if let Some((found, full)) = both {
+                    error.add(&view, lod, &found.picture, &full.picture);
+                }
                 field.push(Field {
                     wall: screen.name().to_owned(),
                     eye: observer.eye.name(),
@@ -184,11 +192,34 @@ impl LodArguments {
                 .map(|levels| levels.iter().map(|level| level.faces).collect())
                 .collect(),
             field,
+            fill: Fill {
+                mode: filled.wanted.name(),
+                outside_pixels: error.pixels(),
+                outside_rms: error.root_mean_square(),
+                outside_psnr: error.psnr(),
+                capture: filled.frame.capture.as_ref().map(|capture| Captured {
+                    size: capture.hemispheres[0].width,
+                    seconds: capture.seconds,
+                    rays: capture.statistics.into(),
+                    steps: capture.statistics.steps,
+                    images: filled.images,
+                }),
+            },
             full_seconds: full.seconds,
             full_steps: full.statistics.steps,
             full_rays: full.statistics.into(),
         })
     }
+}
+
+/// A frame in which something shows where the gaze skipped rays.
+pub(super) struct Filled<'f> {
+    /// What.
+    pub(super) wanted: Wanted,
+    /// The frame.
+    pub(super) frame: &'f Frame,
+    /// Files of what was captured.
+    pub(super) images: Vec<String>,
 }
 
 /// What one eye's level of detail did, walls unfolded.

@@ -7,7 +7,7 @@ use crate::cli::picture_files::{hexadecimal, metadata};
 use shisen::cave::{Cave, Eye, Screen};
 use shisen::net;
 use shisen::picture::Picture;
-use shisen::render::{Frame, Observer};
+use shisen::render::{Capture, Frame, Observer};
 use shisen::viewer::{self, ViewerCamera};
 use std::path::Path;
 
@@ -110,6 +110,29 @@ impl Writer<'_> {
             .write_png_with_alpha(&path, &metadata(note))
             .map_err(Failure::from_error)?;
         Ok(path.display().to_string())
+    }
+
+    /// Writes what was captured of the surroundings, if anything was: the paths.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(super) fn write_capture(&self, capture: Option<&Capture>) -> Result<Vec<String>, Failure> {
+        let Some(capture) = capture else {
+            return Ok(Vec::new());
+        };
+        let names = ["capture-ahead", "capture-behind"];
+        names
+            .into_iter()
+            .zip(&capture.hemispheres)
+            .map(|(name, picture)| {
+                let path = self.folder.join(format!("{name}.png"));
+                let note = format!("{}, surroundings", self.title);
+                picture
+                    .write_png_with_alpha(&path, &metadata(note))
+                    .map_err(Failure::from_error)?;
+                Ok(path.display().to_string())
+            })
+            .collect()
     }
 
     /// Writes a PNG and returns its path: the folder as given, and its name.

@@ -83,12 +83,41 @@ pub(super) struct Lod {
     pub(super) faces: Vec<Vec<u32>>,
     /// Of each wall and eye, in the order of the images.
     pub(super) field: Vec<Field>,
+    /// What shows outside it.
+    pub(super) fill: Fill,
     /// Of full tracing in the same run.
     pub(super) full_seconds: f64,
     /// Of full tracing.
     pub(super) full_steps: u64,
     /// Of full tracing.
     pub(super) full_rays: RayCounts,
+}
+
+/// What shows where the gaze skips rays, and how far it is from what is there.
+#[derive(Debug, Serialize)]
+pub(super) struct Fill {
+    /// `background`, `capture` or `previous`.
+    pub(super) mode: &'static str,
+    /// Outside the visual field, of all walls and eyes.
+    pub(super) outside_pixels: u64,
+    /// Codes of 255, root mean square.
+    pub(super) outside_rms: Option<f64>,
+    /// Decibels.
+    pub(super) outside_psnr: Option<f64>,
+    /// The surroundings, where they were captured.
+    pub(super) capture: Option<Captured>,
+}
+
+/// What a capture of the surroundings took, as part of the frame.
+#[derive(Debug, Serialize)]
+pub(super) struct Captured {
+    /// Pixels a side of a hemisphere.
+    pub(super) size: u32,
+    pub(super) seconds: f64,
+    pub(super) rays: RayCounts,
+    pub(super) steps: u64,
+    /// Of the two hemispheres.
+    pub(super) images: Vec<String>,
 }
 
 /// What share of a wall's pixels is in which zone, and what they get.
@@ -165,6 +194,21 @@ impl fmt::Display for Report {
                 100.0 * self.steps as f64 / lod.full_steps.max(1) as f64,
                 100.0 * self.rays.all() as f64 / lod.full_rays.all().max(1) as f64,
             )?;
+        }
+        if let Some((fill, error)) = self.lod.as_ref().and_then(|lod| {
+            let error = lod.fill.outside_rms?;
+            Some((&lod.fill, error))
+        }) {
+            write!(
+                f,
+                "outside the field ({}): {error:.1} of 255 codes from full tracing",
+                fill.mode
+            )?;
+            if let Some(capture) = &fill.capture {
+                let ms = 1e3 * capture.seconds;
+                write!(f, ", captured in {ms:.1} ms and {} steps", capture.steps)?;
+            }
+            writeln!(f)?;
         }
         write!(
             f,

@@ -80,13 +80,20 @@ pub(in crate::cli) struct Arguments {
     /// Threads to trace on [default: as many as the machine runs at once]
     #[arg(long, value_name = "N", value_parser = threads)]
     threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    output: Output,
+    /// Folder of the pictures, made where it does not exist, or their name: of
+    /// shots/Zoo.png they are `shots/Zoo_00001.png` and on
+    #[arg(long, value_name = "DIR|FILE.png", default_value = "shisen-out")]
+    out: PathBuf,
+}
+
+/// What goes where, beside the pictures.
+#[derive(Debug, Args)]
+struct Output {
     /// Write linear `OpenEXR` files with alpha, too
     #[arg(long)]
     exr: bool,
-    /// Folder of the pictures, made where it does not exist, or their name: of
-    /// shots/Zoo.png they are shots/Zoo_00001.png and on
-    #[arg(long, value_name = "DIR|FILE.png", default_value = "shisen-out")]
-    out: PathBuf,
     /// Show no progress
     #[arg(long)]
     quiet: bool,
@@ -216,7 +223,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(threads) = arguments.threads {
         options.threads = threads.get();
     }
-    let quiet = arguments.quiet || arguments.json;
+    let quiet = arguments.output.quiet || arguments.output.json;
     let frames = arguments.frames.unwrap_or(path.frames());
     let (mut images, mut exr) = (Vec::new(), Vec::new());
     let (mut statistics, mut seconds) = (Statistics::default(), 0.0);
@@ -229,7 +236,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         seconds += found.seconds;
         let title = format!("dome master of scene {}, frame {frame}", source.name);
         images.push(write(&names, frame, &found, &title)?);
-        if arguments.exr {
+        if arguments.output.exr {
             let path = names.path(frame, "exr");
             found
                 .picture
@@ -265,7 +272,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         depth: arguments.depth,
         samples: arguments.samples,
     };
-    print(&report, arguments.json)
+    print(&report, arguments.output.json)
 }
 
 /// The field of view, radians: a mirror's is half of all directions.

@@ -1,0 +1,621 @@
+//! What shows where the gaze skips rays.
+
+use super::block::BLOCK;
+use super::detail::{BlockLevels, PATCH, region_of};
+use super::view::{Directions, Kind, View};
+use super::{DomeError, DomePose, DomeProjection, MirrorCamera, Part, Renderer, Tile, TileError};
+use crate::capture::{Mapping, SpheroidMirror};
+use crate::gaze::Region;
+use crate::numeric::{arctangent, sqrt};
+use crate::simd::{Kernel, Lanes, Runs, Simd};
+use crate::trace::Pixel;
+use core::f32::consts::FRAC_2_PI;
+use core::fmt;
+use glam::Vec3;
+
+/// The level from which on a traced pixel is only itself; below, towards the
+/// border of the visual field, it goes over into what fills the rest.
+pub const BLEND: f32 = 0.1;
+
+/// Of the pixels around a place at the rim: with less, others must help.
+const LEAST_WEIGHT: f32 = 0.3;
+
+/// What to fill skipped pixels with.
+#[derive(Debug, Clone, Copy)]
+pub enum Fill<'p> {
+    /// What is seen in their direction from the place of a capture.
+    Surroundings(Surroundings<'p>),
+    /// As many pixels as the tile has, in its rows, such as those of the frame
+    /// before.
+    Pixels(&'p [Pixel]),
+}
+
+/// All that is around a place, captured in two dome masters: one of the side
+/// that its pose looks at, one of what is behind.
+#[derive(Debug, Clone, Copy)]
+pub struct Surroundings<'p> {
+    hemispheres: [&'p [Pixel]; 2],
+    side: u32,
+    /// The first dome master's axes in the room.
+    axes: [Vec3; 3],
+}
+
+/// Why two pictures are no surroundings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum SurroundingsError {
+    /// There are no such dome masters.
+    Dome(DomeError),
+    /// Not as many pixels as a picture has.
+    Pixels {
+        /// How many it has.
+        needed: usize,
+        /// How many were given.
+        given: usize,
+    },
+}
+
+impl fmt::Display for SurroundingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Dome(error) => error.fmt(f),
+            Self::Pixels { needed, given } => {
+                write!(f, "a hemisphere has {needed} pixels, {given} were given")
+            }
+        }
+    }
+}
+
+impl core::error::Error for SurroundingsError {}
+
+impl From<DomeError> for SurroundingsError {
+    fn from(error: DomeError) -> Self {
+        Self::Dome(error)
+    }
+}
+
+impl<'p> Surroundings<'p> {
+    /// The captures' mirror: metres. Small enough for all that anybody stands
+    /// before to be far away, large enough for f32 to place its points.
+    pub const MIRROR_RADIUS: f32 = 1.0e-4;
+
+    /// The two dome masters to render, of `side`² pixels each: through the best
+    /// mirror, in its exact mapping.
+    ///
+    /// # Errors
+    /// A pose or a size that cannot be.
+    pub fn views(pose: DomePose, side: u32) -> Result<[View; 2], DomeError> {
+        let mirror = SpheroidMirror::BEST;
+        let camera = MirrorCamera {
+            mirror,
+            mapping: Mapping::Exact,
+            radius: Self::MIRROR_RADIUS,
+            viewpoint: mirror.screen_distance(),
+            mirrored: false,
+        };
+        let mut behind = pose;
+        let axes = &mut behind.room_from_capture;
+        (axes.x_axis, axes.z_axis) = (-axes.x_axis, -axes.z_axis);
+        let view = |pose| View::dome(DomeProjection::Mirror(camera), pose, side);
+        Ok([view(pose)?, view(behind)?])
+    }
+
+    /// Of the pixels of [`views`](Self::views), in rows from the top.
+    ///
+    /// # Errors
+    /// As there; pictures of another size.
+    pub fn new(
+        pose: DomePose,
+        side: u32,
+        hemispheres: [&'p [Pixel]; 2],
+    ) -> Result<Self, SurroundingsError> {
+        Self::views(pose, side)?;
+        let needed = side as usize * side as usize;
+        for hemisphere in hemispheres {
+            if hemisphere.len() != needed {
+                return Err(SurroundingsError::Pixels {
+                    needed,
+                    given: hemisphere.len(),
+                });
+            }
+        }
+        let axes = pose.room_from_capture;
+        Ok(Self {
+            hemispheres,
+            side,
+            axes: [axes.x_axis, axes.y_axis, axes.z_axis],
+        })
+    }
+
+    /// What is seen at a place: between pixels as the four around it say, across
+    /// the rim as both hemispheres do.
+    #[inline]
+    fn at(&self, place: Place) -> Pixel {
+        if place.near_rim {
+            self.at_rim(place)
+        } else {
+            self.inside(place).unwrap_or_default()
+        }
+    }
+
+    /// As the four pixels around a place say, which are inside the rim.
+    #[inline]
+    fn inside(&self, place: Place) -> Option<Pixel> {
+        let (column, row) = (place.x as u32, place.y as u32);
+        let (right, below) = (place.x - column as f32, place.y - row as f32);
+        let index = row as usize * self.side as usize + column as usize;
+        let pixels = self.hemisphere(place);
+        let above = pixels.get(index..index + 2)?;
+        let under = pixels.get(index + self.side as usize..)?.get(..2)?;
+        let ([a, b], [c, d]) = (above, under) else {
+            return None;
+        };
+        Some(mixed(mixed(*a, *b, right), mixed(*c, *d, right), below))
+    }
+
+    #[inline(never)]
+    fn at_rim(&self, place: Place) -> Pixel {
+        let side = self.side as f32;
+        let last = side - 1.0;
+        // From the pixel to the centre, in halves of the side.
+        let (u, v) = ((2.0 * place.x - last) / side, (last - 2.0 * place.y) / side);
+        let radius = sqrt(u * u + v * v);
+        let scaled = |by: f32, across: f32, behind: bool| Place {
+            x: 0.5 * (across * u * by * side + last),
+            y: 0.5 * (last - v * by * side),
+            behind,
+            near_rim: true,
+        };
+        let mut sum = Sum::NONE;
+        self.add(&mut sum, place);
+        // As far beyond the other's rim.
+        self.add(
+            &mut sum,
+            scaled((2.0 - radius) / radius, -1.0, !place.behind),
+        );
+        if sum.weight < LEAST_WEIGHT {
+            // The four around are not inside either rim, by a little.
+            let inwards = (1.0 - 3.0 / side) / radius;
+            self.add(&mut sum, scaled(inwards, 1.0, place.behind));
+            self.add(&mut sum, scaled(inwards, -1.0, !place.behind));
+        }
+        sum.mean()
+    }
+
+    fn hemisphere(&self, place: Place) -> &'p [Pixel] {
+        let [ahead, behind] = self.hemispheres;
+        if place.behind { behind } else { ahead }
+    }
+
+    /// The four pixels around a place, as far as they are inside the rim.
+    fn add(&self, sum: &mut Sum, place: Place) {
+        let pixels = self.hemisphere(place);
+        // Past the border there is nothing inside the rim.
+        let (left, top) = (place.x + 1.0, place.y + 1.0);
+        if !(left >= 0.0 && top >= 0.0) {
+            return;
+        }
+        let (column, row) = (left as u32, top as u32);
+        let (right, below) = (left - column as f32, top - row as f32);
+        for (column, row, weight) in [
+            (column, row, (1.0 - right) * (1.0 - below)),
+            (column + 1, row, right * (1.0 - below)),
+            (column, row + 1, (1.0 - right) * below),
+            (column + 1, row + 1, right * below),
+        ] {
+            // Counted from 1: 0 and the side's next are past the border.
+            let (column, row) = (column.wrapping_sub(1), row.wrapping_sub(1));
+            if self.is_inside(column, row) {
+                let index = row as usize * self.side as usize + column as usize;
+                if let Some(pixel) = pixels.get(index) {
+                    sum.add(*pixel, weight);
+                }
+            }
+        }
+    }
+
+    /// Whether the centre of a pixel is inside the rim, by more than rounding.
+    fn is_inside(&self, column: u32, row: u32) -> bool {
+        if column >= self.side || row >= self.side {
+            return false;
+        }
+        let side = u64::from(self.side);
+        let from_centre = |at: u32| (2 * u64::from(at) + 1).abs_diff(side);
+        let (x, y) = (from_centre(column), from_centre(row));
+        // All of one pixel, and of two.
+        side <= 2 || x * x + y * y + side <= side * side
+    }
+}
+
+/// A place in one of the hemispheres.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    /// Pixels from the centre of the first.
+    x: f32,
+    y: f32,
+    behind: bool,
+    /// The four pixels around may not all be inside the rim.
+    near_rim: bool,
+}
+
+/// Pixels and their weights.
+struct Sum {
+    pixel: Pixel,
+    weight: f32,
+}
+
+impl Sum {
+    const NONE: Self = Self {
+        pixel: Pixel {
+            red: 0.0,
+            green: 0.0,
+            blue: 0.0,
+            alpha: 0.0,
+        },
+        weight: 0.0,
+    };
+
+    fn add(&mut self, pixel: Pixel, weight: f32) {
+        self.pixel.red += pixel.red * weight;
+        self.pixel.green += pixel.green * weight;
+        self.pixel.blue += pixel.blue * weight;
+        self.pixel.alpha += pixel.alpha * weight;
+        self.weight += weight;
+    }
+
+    /// Nothing where there is no weight.
+    fn mean(self) -> Pixel {
+        if !(self.weight > 0.0) {
+            return Pixel::default();
+        }
+        mixed(Pixel::default(), self.pixel, 1.0 / self.weight)
+    }
+}
+
+/// From `none` at 0 to `all` at 1.
+#[inline(always)]
+fn mixed(none: Pixel, all: Pixel, share: f32) -> Pixel {
+    let mix = |none: f32, all: f32| none * (1.0 - share) + all * share;
+    Pixel {
+        red: mix(none.red, all.red),
+        green: mix(none.green, all.green),
+        blue: mix(none.blue, all.blue),
+        alpha: mix(none.alpha, all.alpha),
+    }
+}
+
+/// How much of a pixel of some level is its own: smooth from 0 to 1.
+fn own_share(level: f32) -> f32 {
+    if level >= BLEND {
+        return 1.0;
+    }
+    let share = level / BLEND;
+    share * share * (3.0 - 2.0 * share)
+}
+
+impl<const W: usize> Renderer<'_, W>
+where
+    Simd: Runs<W>,
+{
+    /// Fills the pixels of a finished tile that the gaze skipped, and blends
+    /// those that it nearly did. Without level of detail there are none.
+    ///
+    /// It traces nothing and takes no steps. Each pixel depends on itself, its
+    /// place in the view and the fill only.
+    ///
+    /// # Errors
+    /// A tile that is not inside the view; `pixels` or the fill's of another
+    /// number than the tile has.
+    pub fn fill(
+        &self,
+        view: &View,
+        tile: Tile,
+        fill: &Fill<'_>,
+        pixels: &mut [Pixel],
+    ) -> Result<(), TileError> {
+        tile.check(view, pixels.len())?;
+        if let Fill::Pixels(with) = fill {
+            tile.check(view, with.len())?;
+        }
+        let Some(lod) = &self.lod else {
+            return Ok(());
+        };
+        let own = |region: Region| match region {
+            Region::Central => Some(true),
+            Region::Outside => Some(false),
+            Region::Traced(part) => (lod.gaze.levels_within(&part).0 >= BLEND).then_some(true),
+            Region::Mixed => None,
+        };
+        let simd = self.tracer.simd();
+        for part in tile.parts() {
+            let place = (part.x, part.y);
+            let known = own(region_of(lod, view, place, PATCH))
+                .or_else(|| own(region_of(lod, view, place, BLOCK)));
+            let levels = match known {
+                Some(true) => continue,
+                Some(false) => BlockLevels::OUTSIDE,
+                None => BlockLevels::new(lod, simd, view, place),
+            };
+            if levels.reaches_the_border() {
+                part.fill(simd, view, tile, fill, &levels, pixels);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Part {
+    fn fill(
+        &self,
+        simd: Simd,
+        view: &View,
+        tile: Tile,
+        fill: &Fill<'_>,
+        levels: &BlockLevels,
+        pixels: &mut [Pixel],
+    ) {
+        for row in self.y..self.y + self.rows {
+            let places = match fill {
+                Fill::Surroundings(surroundings) => {
+                    Some(surroundings.places(simd, view, row, self.x))
+                }
+                Fill::Pixels(_) => None,
+            };
+            for column in self.x..self.x + self.columns {
+                let level = levels.at(column % BLOCK, row % BLOCK);
+                if level >= BLEND || !view.has(column, row) {
+                    continue;
+                }
+                let index = tile.index(column, row);
+                let filled = match (fill, &places) {
+                    (Fill::Surroundings(surroundings), Some(places)) => {
+                        surroundings.at(places.at((column - self.x) as usize))
+                    }
+                    (Fill::Pixels(pixels), _) => pixels.get(index).copied().unwrap_or_default(),
+                    (Fill::Surroundings(_), None) => continue,
+                };
+                if let Some(pixel) = pixels.get_mut(index) {
+                    *pixel = if level > 0.0 {
+                        mixed(filled, *pixel, own_share(level))
+                    } else {
+                        filled
+                    };
+                }
+            }
+        }
+    }
+}
+
+/// Places of eight pixels.
+struct Places {
+    x: [f32; 8],
+    y: [f32; 8],
+    /// A bit for each.
+    behind: u32,
+    near_rim: u32,
+}
+
+impl Places {
+    fn at(&self, lane: usize) -> Place {
+        let lane = lane % 8;
+        Place {
+            x: self.x[lane],
+            y: self.y[lane],
+            behind: self.behind >> lane & 1 != 0,
+            near_rim: self.near_rim >> lane & 1 != 0,
+        }
+    }
+}
+
+impl Surroundings<'_> {
+    /// Of eight pixels of a view's row, from `x` on.
+    fn places(&self, simd: Simd, view: &View, y: u32, x: u32) -> Places {
+        let (axes, side) = (self.axes, self.side as f32);
+        let place = (x, y);
+        match view.kind() {
+            Kind::Screen(view) => <Simd as Runs<8>>::run(
+                simd,
+                Find {
+                    axes,
+                    side,
+                    view,
+                    place,
+                },
+            ),
+            Kind::Dome(view) => <Simd as Runs<8>>::run(
+                simd,
+                Find {
+                    axes,
+                    side,
+                    view,
+                    place,
+                },
+            ),
+        }
+    }
+}
+
+struct Find<'r, V> {
+    axes: [Vec3; 3],
+    side: f32,
+    view: &'r V,
+    place: (u32, u32),
+}
+
+impl<V: Directions> Kernel<8> for Find<'_, V> {
+    type Output = Places;
+
+    #[inline(always)]
+    fn run<L: Lanes<8>>(self, l: L) -> Places {
+        let direction = self.view.directions(l, self.place);
+        let [right, top, back] = self.axes;
+        let right = along(l, right, direction);
+        let top = along(l, top, direction);
+        let back = along(l, back, direction);
+        let aside = l.sqrt(l.add(l.mul(right, right), l.mul(top, top)));
+        let angle = arctangent(l, aside, l.abs(back));
+        // The distance from the centre is the angle: equation 1.
+        let radius = l.mul(angle, l.splat(FRAC_2_PI));
+        let share = l.div(radius, l.max(aside, l.splat(f32::MIN_POSITIVE)));
+        let ahead = l.le(back, l.splat(0.0));
+        let outwards = l.mul(right, share);
+        let u = l.select(ahead, outwards, l.sub(l.splat(0.0), outwards));
+        let v = l.mul(top, share);
+        let (side, last) = (l.splat(self.side), l.splat(self.side - 1.0));
+        let half = l.splat(0.5);
+        Places {
+            x: l.store(l.mul(half, l.add(l.mul(u, side), last))),
+            y: l.store(l.mul(half, l.sub(last, l.mul(v, side)))),
+            behind: !l.bits(ahead) & 0xff,
+            near_rim: !l.bits(l.le(radius, l.splat(1.0 - 3.0 / self.side))) & 0xff,
+        }
+    }
+}
+
+#[inline(always)]
+fn along<L: Lanes<8>>(l: L, axis: Vec3, [x, y, z]: [L::F; 3]) -> L::F {
+    let x = l.mul(l.splat(axis.x), x);
+    let y = l.mul(l.splat(axis.y), y);
+    let z = l.mul(l.splat(axis.z), z);
+    l.add(l.add(x, y), z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::LevelOfDetail;
+    use crate::gaze::{Gaze, LineOfSight, VisualField};
+    use glam::Mat3;
+
+    const SIDE: u32 = 32;
+    const AREA: usize = (SIDE * SIDE) as usize;
+
+    fn pose() -> DomePose {
+        DomePose {
+            position: Vec3::ZERO,
+            room_from_capture: Mat3::IDENTITY,
+        }
+    }
+
+    /// Hemispheres in which each pixel shows the direction that it is, from 0
+    /// to 1.
+    fn directions(views: &[View; 2]) -> [[Pixel; AREA]; 2] {
+        views.each_ref().map(|view| {
+            let pixel = |(x, y): (u32, u32)| match view.direction(x as f32, y as f32) {
+                None => Pixel::default(),
+                Some(direction) => {
+                    let direction = direction.normalize() * 0.5 + Vec3::splat(0.5);
+                    Pixel {
+                        red: direction.x,
+                        green: direction.y,
+                        blue: direction.z,
+                        alpha: 1.0,
+                    }
+                }
+            };
+            core::array::from_fn(|number| pixel((number as u32 % SIDE, number as u32 / SIDE)))
+        })
+    }
+
+    /// A cube's side around the eye, which looks at its middle.
+    fn wall(towards: Vec3, right: Vec3, pixels: u32) -> View {
+        let step = 2.0 / pixels as f32;
+        let down = towards.cross(right);
+        let first = towards - (right + down) * (1.0 - 0.5 * step);
+        View::new(Vec3::ZERO, first, right * step, down * step, [pixels; 2]).unwrap()
+    }
+
+    fn walls(pixels: u32) -> [View; 6] {
+        [
+            (Vec3::X, Vec3::Z),
+            (Vec3::NEG_X, Vec3::NEG_Z),
+            (Vec3::Z, Vec3::NEG_X),
+            (Vec3::NEG_Z, Vec3::X),
+            (Vec3::Y, Vec3::X),
+            (Vec3::NEG_Y, Vec3::X),
+        ]
+        .map(|(towards, right)| wall(towards, right, pixels))
+    }
+
+    #[test]
+    fn every_direction_is_found_across_both_rims() {
+        let views = Surroundings::views(pose(), SIDE).unwrap();
+        let [ahead, behind] = directions(&views);
+        let surroundings = Surroundings::new(pose(), SIDE, [&ahead, &behind]).unwrap();
+        let pixels = if cfg!(miri) { 8 } else { 64 };
+        let mut worst = 0f32;
+        for view in walls(pixels) {
+            for y in 0..pixels {
+                for x in (0..pixels).step_by(8) {
+                    let places = surroundings.places(Simd::detect(), &view, y, x);
+                    let portable = surroundings.places(Simd::PORTABLE, &view, y, x);
+                    assert_eq!((places.x, places.y), (portable.x, portable.y));
+                    for lane in 0..8 {
+                        let exact = view.direction((x + lane) as f32, y as f32).unwrap();
+                        let found = surroundings.at(places.at(lane as usize));
+                        assert!((found.alpha - 1.0).abs() < 1e-5, "{exact}: {found:?}");
+                        let found = Vec3::new(found.red, found.green, found.blue) * 2.0 - 1.0;
+                        worst = worst.max(found.angle_between(exact));
+                    }
+                }
+            }
+        }
+        // A pixel is 5.6 degrees.
+        assert!(worst < 3.5f32.to_radians(), "{}", worst.to_degrees());
+    }
+
+    #[test]
+    fn pictures_of_another_size_are_refused() {
+        let pixels = [Pixel::default(); 16];
+        let new = |side, behind| Surroundings::new(pose(), side, [&pixels, behind]).unwrap_err();
+        assert_eq!(
+            new(4, &pixels[..15]),
+            SurroundingsError::Pixels {
+                needed: 16,
+                given: 15
+            }
+        );
+        assert!(matches!(new(0, &pixels), SurroundingsError::Dome(_)));
+    }
+
+    #[test]
+    fn the_smallest_hemispheres_show_something_everywhere() {
+        for side in 1..=4 {
+            let white = Pixel {
+                red: 1.0,
+                green: 1.0,
+                blue: 1.0,
+                alpha: 1.0,
+            };
+            let pixels = [white; 16];
+            let pixels = &pixels[..(side * side) as usize];
+            let surroundings = Surroundings::new(pose(), side, [pixels, pixels]).unwrap();
+            for view in walls(8) {
+                for y in 0..8 {
+                    let places = surroundings.places(Simd::PORTABLE, &view, y, 0);
+                    for lane in 0..8 {
+                        let found = surroundings.at(places.at(lane));
+                        assert!((found.alpha - 1.0).abs() < 1e-5, "{side}: {found:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_pixel_goes_over_into_the_fill_towards_the_border() {
+        assert_eq!(
+            (own_share(0.0), own_share(BLEND), own_share(1.0)),
+            (0.0, 1.0, 1.0)
+        );
+        assert_eq!(own_share(0.5 * BLEND), 0.5);
+        let shares = (0..=100).map(|i| own_share(BLEND * i as f32 / 100.0));
+        assert!(shares.is_sorted());
+        let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).unwrap();
+        let lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
+        assert!(BlockLevels::OUTSIDE.reaches_the_border());
+        let ahead = wall(Vec3::NEG_Z, Vec3::X, 64);
+        let levels = BlockLevels::new(&lod, Simd::PORTABLE, &ahead, (32, 32));
+        assert!(!levels.reaches_the_border());
+    }
+}

@@ -1,0 +1,136 @@
+//! What shows where the gaze skips rays, as it is asked for.
+
+use super::failure::Failure;
+use clap::{Args, ValueEnum};
+use shisen::cave::Wall;
+use shisen::look::ViewDirection;
+use shisen::render::CaptureOptions;
+
+/// How to capture the surroundings.
+#[derive(Debug, Args)]
+pub(super) struct CaptureArguments {
+    /// With --fill capture, pixels along each side of a hemisphere [default:
+    /// 128]
+    #[arg(long = "fill-size", value_name = "PIXELS",
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
+    size: Option<u32>,
+    /// With --fill capture, the level of detail of its rays, which limits their
+    /// bounces and the faces of meshes, 0 to 1 [default: 0.34]
+    #[arg(long = "fill-level", value_name = "LEVEL", value_parser = level)]
+    level: Option<f32>,
+    /// With --fill capture, the most steps that it may take; what they do not
+    /// reach shows the background [default: as many as it needs]
+    #[arg(long = "fill-steps", value_name = "N")]
+    steps: Option<u64>,
+}
+
+fn level(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(level) if (0.0..=1.0).contains(&level) => Ok(level),
+        _ => Err("give a level of detail from 0 to 1".to_owned()),
+    }
+}
+
+impl CaptureArguments {
+    /// What was asked for.
+    pub(super) fn options(&self) -> CaptureOptions {
+        let default = CaptureOptions::default();
+        CaptureOptions {
+            size: self.size.unwrap_or(default.size),
+            level: self.level.unwrap_or(default.level),
+            steps: self.steps,
+        }
+    }
+
+    /// The first of them that was given.
+    fn given(&self) -> Option<&'static str> {
+        [
+            (self.size.is_some(), "--fill-size"),
+            (self.level.is_some(), "--fill-level"),
+            (self.steps.is_some(), "--fill-steps"),
+        ]
+        .into_iter()
+        .find_map(|(given, name)| given.then_some(name))
+    }
+}
+
+/// What shows where the gaze skips rays.
+#[derive(Debug, Args)]
+pub(super) struct FillArguments {
+    /// With --lod, what shows where the gaze skips rays
+    #[arg(long, value_enum, default_value = "background")]
+    fill: Choice,
+    #[command(flatten)]
+    capture: CaptureArguments,
+    /// With --fill previous, where the viewer looked in the frame before, as
+    /// --look
+    #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
+    previous_look: Option<ViewDirection>,
+}
+
+/// `--fill`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Choice {
+    /// What a ray sees that meets nothing: the paper's
+    Background,
+    /// The surroundings, captured once a frame through mirrored spheroids at
+    /// the head, with a smooth blend at the border
+    Capture,
+    /// What the frame before shows there, with a smooth blend at the border
+    Previous,
+}
+
+/// What to fill with.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Wanted {
+    /// The background.
+    Background,
+    /// A capture.
+    Capture(CaptureOptions),
+    /// A frame that is looked at along this.
+    Previous(ViewDirection),
+}
+
+impl Wanted {
+    /// As it is written on a command line.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Background => "background",
+            Self::Capture(_) => "capture",
+            Self::Previous(_) => "previous",
+        }
+    }
+}
+
+impl FillArguments {
+    /// What was asked for.
+    ///
+    /// # Errors
+    /// Of usage: what does not go together.
+    pub(super) fn wanted(&self, lod_is_on: bool) -> Result<Wanted, Failure> {
+        if self.fill != Choice::Background && !lod_is_on {
+            return Err(Failure::usage(
+                "--fill is for --lod paper or paper-ellipse: with --lod off no ray is skipped",
+            ));
+        }
+        if let (Some(argument), true) = (self.capture.given(), self.fill != Choice::Capture) {
+            return Err(Failure::usage(&format!(
+                "{argument} is for --fill capture: nothing else is captured"
+            )));
+        }
+        if self.previous_look.is_some() && self.fill != Choice::Previous {
+            return Err(Failure::usage(
+                "--previous-look is for --fill previous: nothing else shows an earlier frame",
+            ));
+        }
+        match (self.fill, self.previous_look) {
+            (Choice::Background, _) => Ok(Wanted::Background),
+            (Choice::Capture, _) => Ok(Wanted::Capture(self.capture.options())),
+            (Choice::Previous, Some(look)) => Ok(Wanted::Previous(look)),
+            (Choice::Previous, None) => Err(Failure::usage(
+                "--fill previous needs --previous-look DIRECTION: where the viewer looked in the \
+                 frame before",
+            )),
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! What shows where the gaze skips rays.
+
+use super::{
+    Frame, Job, Observer, Options, RenderError, WallPicture, jobs, tiles, trace, write_back,
+};
+use crate::picture::Picture;
+use glam::{DVec3, Mat3};
+use rayon::ThreadPool;
+use shisen_core::frame::{
+    BLEND, Budget, DomePose, Fill, LevelOfDetail, Pixel, Renderer, Statistics, Surroundings,
+    SurroundingsError, Tile, View,
+};
+use shisen_core::scene::Scene;
+use shisen_core::{Runs, Simd};
+use std::f32::consts::PI;
+
+/// What shows where the gaze skips rays. At the border of the visual field
+/// traced pixels go over into it smoothly.
+#[derive(Debug, Clone, Copy, Default)]
+pub enum Filling<'f> {
+    /// What a ray sees that meets nothing, up to the border: the paper's.
+    #[default]
+    Background,
+    /// The surroundings, captured once a frame through mirrored spheroids at the
+    /// head.
+    Capture(CaptureOptions),
+    /// What another frame of the same walls, eyes and sizes shows at the same
+    /// place, such as the one before.
+    Previous(&'f Frame),
+}
+
+/// How to capture the surroundings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CaptureOptions {
+    /// Pixels a side of each of the two hemispheres.
+    pub size: u32,
+    /// The level of detail of all its rays, 0 to 1.
+    pub level: f32,
+    /// The most steps to take; what they do not reach shows the background.
+    /// `None` for as many as it needs. Steps are dealt out to tiles in equal
+    /// parts, so that the picture does not depend on threads.
+    pub steps: Option<u64>,
+}
+
+impl Default for CaptureOptions {
+    /// 128 pixels, a third of the detail: of three bounces one.
+    fn default() -> Self {
+        Self {
+            size: 128,
+            level: 0.34,
+            steps: None,
+        }
+    }
+}
+
+/// The surroundings of a frame's viewer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Capture {
+    /// What is on the side that the viewer looks at, and behind; top up.
+    pub hemispheres: [Picture; 2],
+    /// Rays and steps; part of the frame's.
+    pub statistics: Statistics,
+    /// Wall-clock time; part of the frame's.
+    pub seconds: f64,
+}
+
+/// Pixels a side of the tiles that steps are dealt out to.
+const TILE: u32 = 16;
+
+/// A capture that is still to be made.
+pub(super) struct Plan<'a, const W: usize> {
+    pose: DomePose,
+    options: CaptureOptions,
+    pub(super) views: Vec<(View, Renderer<'a, W>)>,
+    pub(super) tiles: Vec<(usize, Tile)>,
+    /// Of each tile.
+    pub(super) budget: Budget,
+}
+
+impl<'a, const W: usize> Plan<'a, W>
+where
+    Simd: Runs<W>,
+{
+    /// Around the middle of the eyes; `None` where nothing follows their gaze.
+    pub(super) fn new(
+        scene: &Scene<'a, W>,
+        eyes: &[Observer],
+        frame: &Options,
+        options: CaptureOptions,
+    ) -> Result<Option<Self>, RenderError> {
+        let mut gazes = eyes.iter().filter_map(|eye| eye.lod);
+        let Some(lod) = gazes.next() else {
+            return Ok(None);
+        };
+        let place = eyes.iter().map(|eye| eye.place).sum::<DVec3>() / eyes.len() as f64;
+        let sight = lod.gaze.line_of_sight();
+        let pose = DomePose {
+            position: place.as_vec3(),
+            room_from_capture: Mat3::from_cols(sight.right(), sight.up(), -sight.forward()),
+        };
+        let mut renderer =
+            Renderer::new(*scene, frame.simd, frame.settings).at_level(options.level);
+        // Eyes with a gaze each need what either skips.
+        if gazes.all(|other| same_field(&lod, &other)) {
+            renderer = renderer.below_level(lod.gaze, needed_below(&lod, options.size));
+        }
+        let views: Vec<_> = Surroundings::views(pose, options.size)
+            .map_err(SurroundingsError::from)?
+            .into_iter()
+            .map(|view| (view, renderer))
+            .collect();
+        let tiles: Vec<_> = views
+            .iter()
+            .enumerate()
+            .flat_map(|(number, (view, _))| tiles(view, TILE).map(move |tile| (number, tile)))
+            .collect();
+        let budget = match options.steps {
+            Some(steps) => Budget::steps(steps / tiles.len().max(1) as u64),
+            None => Budget::UNLIMITED,
+        };
+        Ok(Some(Self {
+            pose,
+            options,
+            views,
+            tiles,
+            budget,
+        }))
+    }
+
+    /// The surroundings in the pictures of the two views.
+    pub(super) fn surroundings<'p>(
+        &self,
+        hemispheres: &'p [Picture; 2],
+    ) -> Result<Surroundings<'p>, RenderError> {
+        let pictures = hemispheres.each_ref().map(Picture::core_pixels);
+        Ok(Surroundings::new(self.pose, self.options.size, pictures)?)
+    }
+}
+
+fn same_field(one: &LevelOfDetail, other: &LevelOfDetail) -> bool {
+    let axes = |lod: &LevelOfDetail| {
+        let sight = lod.gaze.line_of_sight();
+        (sight.forward(), sight.up(), lod.gaze.visual_field())
+    };
+    axes(one) == axes(other)
+}
+
+/// The level below which pixels of a capture are looked up: those of the blend,
+/// and their neighbours.
+fn needed_below(lod: &LevelOfDetail, size: u32) -> f32 {
+    let limits = lod.gaze.visual_field().limits();
+    let least = limits
+        .up
+        .min(limits.down)
+        .min(limits.left)
+        .min(limits.right);
+    // From a pixel to the far one of the four around a place.
+    let across = 3.0 * PI / size as f32;
+    BLEND + across / (least - limits.central)
+}
+
+/// What fills a tile of a picture, if anything does.
+pub(super) enum Source<'s> {
+    Nothing,
+    Surroundings(Surroundings<'s>),
+    /// By the number of the picture in the frame.
+    Frame(&'s Frame),
+}
+
+impl Source<'_> {
+    /// Fills a finished tile.
+    pub(super) fn fill<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        (number, tile, pixels): &mut Job<'_>,
+    ) where
+        Simd: Runs<W>,
+    {
+        let before: Vec<Pixel>;
+        let fill = match self {
+            Self::Nothing => return,
+            Self::Surroundings(surroundings) => Fill::Surroundings(*surroundings),
+            Self::Frame(frame) => {
+                let Some(one) = frame.pictures.get(*number) else {
+                    return;
+                };
+                before = pixels_of(&one.picture, *tile);
+                Fill::Pixels(&before)
+            }
+        };
+        // The tile is the view's, and so many pixels are its.
+        let outcome = renderer.fill(view, *tile, &fill, pixels);
+        debug_assert!(outcome.is_ok());
+    }
+}
+
+fn pixels_of(picture: &Picture, tile: Tile) -> Vec<Pixel> {
+    let rows = tile.y..tile.y + tile.height;
+    rows.flat_map(|y| (tile.x..tile.x + tile.width).map(move |x| (x, y)))
+        .map(|(x, y)| {
+            let [red, green, blue, alpha] = picture.pixel(x, y).unwrap_or_default();
+            Pixel {
+                red,
+                green,
+                blue,
+                alpha,
+            }
+        })
+        .collect()
+}
+
+/// Captures the surroundings; `None` where nothing follows the eyes' gaze.
+pub(super) fn capture<'a, const W: usize>(
+    scene: &Scene<'a, W>,
+    eyes: &[Observer],
+    frame: &Options,
+    options: CaptureOptions,
+    pool: &ThreadPool,
+) -> Result<Option<(Plan<'a, W>, Capture)>, RenderError>
+where
+    Simd: Runs<W>,
+{
+    let Some(plan) = Plan::new(scene, eyes, frame, options)? else {
+        return Ok(None);
+    };
+    let mut hemispheres = [
+        Picture::new(options.size, options.size)?,
+        Picture::new(options.size, options.size)?,
+    ];
+    let area = 2 * options.size as usize * options.size as usize;
+    let mut pixels = vec![Pixel::default(); area];
+    let mut jobs = jobs(&plan.tiles, &mut pixels);
+    let quiet = |_, _| {};
+    let (views, budget) = (&plan.views, plan.budget);
+    let (statistics, seconds) = trace(views, &mut jobs, pool, budget, &Source::Nothing, &quiet);
+    write_back(&jobs, hemispheres.iter_mut());
+    let capture = Capture {
+        hemispheres,
+        statistics,
+        seconds,
+    };
+    Ok(Some((plan, capture)))
+}
+
+/// Whether a frame can be another's last: as many pictures of the same places
+/// and sizes.
+pub(super) fn check_previous(
+    previous: &Frame,
+    pictures: &[WallPicture],
+) -> Result<(), RenderError> {
+    let like = |one: &WallPicture| {
+        let size = [one.picture.width, one.picture.height];
+        (one.wall, one.eye, size)
+    };
+    if previous
+        .pictures
+        .iter()
+        .map(like)
+        .eq(pictures.iter().map(like))
+    {
+        Ok(())
+    } else {
+        Err(RenderError::Previous)
+    }
+}
