@@ -11,7 +11,7 @@ use shisen::render::CaptureOptions;
 pub(super) struct CaptureArguments {
     /// With --fill capture, pixels along each side of a hemisphere [default:
     /// 128]
-    #[arg(long = "fill-size", value_name = "PIXELS",
+    #[arg(id = "fill-size", long = "fill-size", value_name = "PIXELS",
           value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
     size: Option<u32>,
     /// With --fill capture, the level of detail of its rays, which limits their
