@@ -6,14 +6,14 @@ use quick_xml::Reader;
 use quick_xml::events::Event;
 use serde_json::Value;
 use shisen::bake::Baked;
-use shisen::cave::{Cave, DomeScreen, Eye};
+use shisen::cave::{Cave, DomeScreen, Eye, Wall};
 use shisen::mesh::Material;
 use shisen::picture::Picture;
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen::viewer::{self, ViewerCamera};
-use shisen::warp::Projector;
+use shisen::warp::{Nodes, Projector, Warp};
 use shisen_core::Simd;
 use shisen_core::frame::{LevelOfDetail, Mode, Settings};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
@@ -464,6 +464,53 @@ fn a_bourke_mesh_brings_the_dome_master_where_light_arrives() {
             "{drawn}"
         );
     }
+}
+
+/// A projector where the viewer's eye is has to show what the eye sees: a plain
+/// perspective, in spite of the dome between.
+#[test]
+fn a_warp_for_a_projector_at_the_eye_shows_a_plain_perspective() {
+    let scene = paper_scene(PaperScene::B, icosphere(4)).expect("a scene");
+    let room = room(2048);
+    let dome = &room.domes[0];
+    let master = shown(&scene, &room, EYE);
+    let text = format!(
+        "name = \"eye\"\nposition = [{}, {}, {}]\nlook = [0.2, 0.1, -1]\n\
+         horizontal_degrees = 70\nresolution = [200, 150]\n",
+        EYE.x, EYE.y, EYE.z
+    );
+    let projector = Projector::from_toml(&text, "").expect("a projector");
+    let warp = Warp::new(dome, &projector, [200, 150], Nodes::Centres).expect("a warp");
+    // The same picture, traced as a flat wall's at distance 1.
+    let [left, right, down, up] = projector.edges();
+    let corner = |x: f64, y: f64| EYE + projector.axes() * DVec3::new(x, y, -1.0);
+    let wall = Wall::new(
+        "picture",
+        corner(left, down),
+        corner(right, down),
+        corner(left, up),
+        [200, 150],
+    );
+    let flat = Cave::new(vec![wall.expect("a wall")]).expect("a room");
+    let direct = shown(&scene, &flat, EYE);
+    let (mut sum, mut count) = (0.0, 0);
+    for (x, y) in (0..150).flat_map(|y| (0..200).map(move |x| (x, y))) {
+        let Some(node) = warp.node(x, y) else {
+            continue;
+        };
+        let at = (node.place * DVec2::new(1.0, -1.0) + 1.0) * 1024.0;
+        let found = master.sample(at.x, at.y);
+        let expected = direct.pixel(x, y).expect("a pixel");
+        let apart = found
+            .iter()
+            .zip(expected)
+            .map(|(a, b)| f64::from((a - b).abs()));
+        sum += apart.sum::<f64>();
+        count += 4;
+    }
+    let mean = sum / f64::from(count);
+    println!("mean difference {mean} of {} pixels", count / 4);
+    assert!(mean < 0.003 && count / 4 > 25_000, "{mean} {count}");
 }
 
 /// The text of each element by its path, and its attributes as `path@name`.
