@@ -1,7 +1,7 @@
 //! Tiles of pixels: resumable, within a budget.
 //!
-//! A wall, or a dome master, is a [`View`]; a [`TileJob`] is a rectangle of it on its way to being
-//! finished. The caller owns the pixels and the [`Workspace`], deals out the
+//! A wall, a dome or a dome master is a [`View`]; a [`TileJob`] is a rectangle
+//! of it on its way to being finished. The caller owns the pixels and the [`Workspace`], deals out the
 //! [`Budget`], and calls [`TileJob::render`] until it says
 //! [`Outcome::Finished`]. Every pixel is a function of the scene, the view, the
 //! [`Settings`] and its place in the view only: not of tiles, their order, or
@@ -22,7 +22,7 @@ use core::fmt;
 use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
 pub use detail::{FACE_TOLERANCE, LevelOfDetail};
 pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
-pub use view::{DomeError, DomePose, DomeProjection, MirrorCamera, View, ViewError};
+pub use view::{DomeError, DomePose, DomeProjection, DomeScreen, MirrorCamera, View, ViewError};
 
 use crate::gaze::{Detail, Gaze, Region};
 use crate::scene::Scene;

@@ -1,15 +1,20 @@
-//! The walls of a CAVE and the eyes before them.
+//! The walls of a CAVE, its domes, and the eyes before them.
 //!
 //! A wall is three corners and a number of pixels. Which way it faces
 //! follows from the corners: its viewer stands on the side from which lower
 //! left, lower right and upper left run counter-clockwise. The picture's
 //! first row is at the upper edge, its first column at the left one, and
 //! pixel (x, y) has its centre x + ½ columns and y + ½ rows from there.
+//!
+//! A dome is part of a sphere seen from inside, by its radius, its centre and
+//! how far it is tilted; its picture is a dome master.
 
+mod dome;
 mod file;
 mod view;
 mod viewer;
 
+pub use dome::{DomeDescription, DomeScreen, DomeScreenError};
 pub use file::{CaveFileError, CaveFileFault};
 pub use view::{Frustum, WallView};
 pub use viewer::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer};
@@ -269,7 +274,7 @@ impl Wall {
 }
 
 /// Whether every coordinate is finite and near enough.
-fn is_in_a_room(position: DVec3) -> bool {
+pub(crate) fn is_in_a_room(position: DVec3) -> bool {
     position
         .to_array()
         .iter()
@@ -277,7 +282,7 @@ fn is_in_a_room(position: DVec3) -> bool {
 }
 
 /// What keeps a name from being part of a file's name on some system.
-fn name_fault(name: &str) -> Option<&'static str> {
+pub(crate) fn name_fault(name: &str) -> Option<&'static str> {
     if name.is_empty() {
         Some("is empty")
     } else if name.len() > Wall::LONGEST_NAME {
@@ -296,38 +301,89 @@ fn name_fault(name: &str) -> Option<&'static str> {
     }
 }
 
-/// The walls of one room.
+/// The screens of one room.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cave {
     /// In the order of their pictures.
     pub walls: Vec<Wall>,
+    /// In the order of their pictures, which come after the walls'.
+    pub domes: Vec<DomeScreen>,
 }
 
-/// A room that needs no file. A 3 m cube centred on the origin.
+/// What a picture is shown on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Screen<'a> {
+    /// A flat one.
+    Wall(&'a Wall),
+    /// A dome's inside.
+    Dome(&'a DomeScreen),
+}
+
+impl<'a> Screen<'a> {
+    /// For file names and messages.
+    pub fn name(self) -> &'a str {
+        match self {
+            Self::Wall(wall) => &wall.name,
+            Self::Dome(dome) => dome.name(),
+        }
+    }
+}
+
+impl<'a> From<&'a Wall> for Screen<'a> {
+    fn from(wall: &'a Wall) -> Self {
+        Self::Wall(wall)
+    }
+}
+
+impl<'a> From<&'a DomeScreen> for Screen<'a> {
+    fn from(dome: &'a DomeScreen) -> Self {
+        Self::Dome(dome)
+    }
+}
+
+/// Why a screen cannot be used, or not from where the eye is.
+#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+pub enum CaveError {
+    /// A wall's fault.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Wall(#[from] WallError),
+    /// A dome's fault.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Dome(#[from] DomeScreenError),
+}
+
+/// A room that needs no file: a 3 m cube centred on the origin, or a dome over
+/// its floor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BuiltInCave {
     /// `three-wall`: front, right and floor.
     ThreeWall,
     /// `cube`: front, left, right, back, floor and ceiling.
     Cube,
+    /// `dome`: a hemisphere of 2.5 m whose rim is level with the floor and whose
+    /// centre is 1.5 m under the origin.
+    Dome,
 }
 
 impl BuiltInCave {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::ThreeWall, Self::Cube];
+    pub const ALL: [Self; 3] = [Self::ThreeWall, Self::Cube, Self::Dome];
 
     /// What it is called.
     pub const fn name(self) -> &'static str {
         match self {
             Self::ThreeWall => "three-wall",
             Self::Cube => "cube",
+            Self::Dome => "dome",
         }
     }
 }
 
 /// A name that no built-in room has.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("there is no built-in CAVE \"{given}\": use three-wall or cube")]
+#[error("there is no built-in CAVE \"{given}\": use three-wall, cube or dome")]
 pub struct UnknownCave {
     /// What was given.
     pub given: String,
@@ -360,15 +416,76 @@ impl Cave {
                 });
             }
         }
-        Ok(Self { walls })
+        Ok(Self {
+            walls,
+            domes: Vec::new(),
+        })
     }
 
-    /// A built-in room, every wall with `pixels` columns and rows.
+    /// The same room with a dome more.
     ///
     /// # Errors
-    /// [`WallError::Pixels`] where a side is 0 or above
-    /// [`Wall::MOST_PIXELS`].
-    pub fn built_in(which: BuiltInCave, pixels: [u32; 2]) -> Result<Self, WallError> {
+    /// A dome whose name another screen has already, upper and lower case being
+    /// the same.
+    pub fn with_dome(mut self, dome: DomeScreen) -> Result<Self, DomeScreenError> {
+        let name = dome.name().to_lowercase();
+        if self.screens().any(|one| one.name().to_lowercase() == name) {
+            return Err(DomeScreenError::DuplicateName {
+                dome: dome.name().to_owned(),
+            });
+        }
+        self.domes.push(dome);
+        Ok(self)
+    }
+
+    /// All screens, in the order of their pictures: walls, then domes.
+    pub fn screens(&self) -> impl Iterator<Item = Screen<'_>> {
+        let walls = self.walls.iter().map(Screen::Wall);
+        walls.chain(self.domes.iter().map(Screen::Dome))
+    }
+
+    /// Whether an eye at `eye` (metres, in the room) sees all screens from where
+    /// they are to be seen.
+    ///
+    /// # Errors
+    /// The first screen that it does not: [`Wall::view_from`] and
+    /// [`DomeScreen::view_from`].
+    pub fn check_eye(&self, eye: DVec3) -> Result<(), CaveError> {
+        for screen in self.screens() {
+            match screen {
+                Screen::Wall(wall) => wall.view_from(eye).map(drop)?,
+                Screen::Dome(dome) => dome.view_from(eye).map(drop)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// A built-in room, every wall with `pixels` columns and rows, a dome with
+    /// as many columns and rows as `pixels` has columns.
+    ///
+    /// # Errors
+    /// [`WallError::Pixels`] or [`DomeScreenError::Size`] where a side is 0 or
+    /// above [`Wall::MOST_PIXELS`].
+    pub fn built_in(which: BuiltInCave, pixels: [u32; 2]) -> Result<Self, CaveError> {
+        match which {
+            BuiltInCave::ThreeWall => Self::cube(pixels, false),
+            BuiltInCave::Cube => Self::cube(pixels, true),
+            BuiltInCave::Dome => {
+                let dome = DomeScreen::new(DomeDescription {
+                    name: "dome".to_owned(),
+                    radius: 2.5,
+                    centre: DVec3::new(0.0, -1.5, 0.0),
+                    tilt_degrees: 0.0,
+                    field_of_view_degrees: 180.0,
+                    size: pixels[0],
+                })?;
+                Ok(Self::new(Vec::new())?.with_dome(dome)?)
+            }
+        }
+    }
+
+    /// All walls of the cube, or its front, right and floor.
+    fn cube(pixels: [u32; 2], is_whole: bool) -> Result<Self, CaveError> {
         let wall = |name: &str, lower_left: [f64; 3], lower_right: [f64; 3], upper_left| {
             Wall::new(
                 name,
@@ -383,16 +500,15 @@ impl Cave {
         let front = wall("front", [-1., -1., -1.], [1., -1., -1.], [-1., 1., -1.])?;
         let right = wall("right", [1., -1., -1.], [1., -1., 1.], [1., 1., -1.])?;
         let floor = wall("floor", [-1., -1., 1.], [1., -1., 1.], [-1., -1., -1.])?;
-        let walls = match which {
-            BuiltInCave::ThreeWall => vec![front, right, floor],
-            BuiltInCave::Cube => {
-                let left = wall("left", [-1., -1., 1.], [-1., -1., -1.], [-1., 1., 1.])?;
-                let back = wall("back", [1., -1., 1.], [-1., -1., 1.], [1., 1., 1.])?;
-                let ceiling = wall("ceiling", [-1., 1., -1.], [1., 1., -1.], [-1., 1., 1.])?;
-                vec![front, left, right, back, floor, ceiling]
-            }
+        let walls = if is_whole {
+            let left = wall("left", [-1., -1., 1.], [-1., -1., -1.], [-1., 1., 1.])?;
+            let back = wall("back", [1., -1., 1.], [-1., -1., 1.], [1., 1., 1.])?;
+            let ceiling = wall("ceiling", [-1., 1., -1.], [1., 1., -1.], [-1., 1., 1.])?;
+            vec![front, left, right, back, floor, ceiling]
+        } else {
+            vec![front, right, floor]
         };
-        Self::new(walls)
+        Ok(Self::new(walls)?)
     }
 }
 

@@ -21,3 +21,4 @@ pub mod scene;
 pub mod simplify;
 pub mod viewer;
 pub mod wall_plane;
+pub mod warp;

@@ -1,4 +1,4 @@
-//! What the level of detail of the gaze does to a wall: numbers and pictures.
+//! What the level of detail of the gaze does to a screen: numbers and pictures.
 
 mod outside;
 mod pictures;
@@ -9,7 +9,8 @@ pub use pictures::{difference, levels, polygons};
 use shisen_core::frame::{LevelOfDetail, View};
 use shisen_core::gaze::Detail;
 
-/// What share of a wall's pixels is in which zone, and what they get.
+/// What share of a screen's pixels is in which zone, and what they get; of a
+/// dome, of those inside its rim.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Coverage {
     /// Share of pixels of level 1.
@@ -29,7 +30,7 @@ impl Coverage {
     pub fn new(view: &View, lod: &LevelOfDetail, depth: u8) -> Self {
         let mut sum = Self::default();
         let mut pixels = 0u32;
-        for (x, y) in places(view) {
+        for (x, y) in seen(view) {
             let level = level(view, lod, x, y);
             pixels += 1;
             match level {
@@ -63,4 +64,9 @@ fn level(view: &View, lod: &LevelOfDetail, x: u32, y: u32) -> f32 {
 fn places(view: &View) -> impl Iterator<Item = (u32, u32)> + use<> {
     let (columns, rows) = (view.columns(), view.rows());
     (0..rows).flat_map(move |y| (0..columns).map(move |x| (x, y)))
+}
+
+/// Those that show anything: of a dome, inside its rim.
+fn seen(view: &View) -> impl Iterator<Item = (u32, u32)> {
+    places(view).filter(|&(x, y)| view.direction(x as f32, y as f32).is_some())
 }

@@ -1,9 +1,10 @@
 //! The walls of one eye unfolded into a net, so that a person sees all of
-//! them at once and across their seams.
+//! them at once and across their seams. A dome lies beside them as it is: its
+//! dome master, as many pixels per metre along its meridians as the net has.
 
 mod label;
 
-use crate::cave::Wall;
+use crate::cave::{DomeScreen, Screen, Wall};
 use crate::picture::{Picture, PictureError};
 use crate::wall_plane::{DegenerateWall, WallPlane};
 use glam::{DVec2, DVec3};
@@ -49,19 +50,42 @@ pub enum NetError {
     Picture(#[from] PictureError),
 }
 
-/// A wall in its own plane, measured in the net's pixels: the lower left
+/// A screen in its own plane, measured in the net's pixels: the lower left
 /// corner at the origin, x along the lower edge, y up.
 struct Sheet<'a> {
     name: &'a str,
     picture: &'a Picture,
-    /// In the room, against the clock from the lower left.
-    corners: [DVec3; 4],
+    /// In the room, against the clock from the lower left; none of a dome, so
+    /// that it shares no edge.
+    corners: Option<[DVec3; 4]>,
     /// The same corners in the plane.
     outline: [DVec2; 4],
 }
 
 impl<'a> Sheet<'a> {
-    fn new(wall: &'a Wall, picture: &'a Picture, scale: f64) -> Result<Self, NetError> {
+    fn new(screen: Screen<'a>, picture: &'a Picture, scale: f64) -> Result<Self, NetError> {
+        match screen {
+            Screen::Wall(wall) => Self::of_wall(wall, picture, scale),
+            Screen::Dome(dome) => Ok(Self::of_dome(dome, picture, scale)),
+        }
+    }
+
+    fn of_dome(dome: &'a DomeScreen, picture: &'a Picture, scale: f64) -> Self {
+        let side = dome.width() * scale;
+        Self {
+            name: dome.name(),
+            picture,
+            corners: None,
+            outline: [
+                DVec2::ZERO,
+                DVec2::new(side, 0.0),
+                DVec2::splat(side),
+                DVec2::new(0.0, side),
+            ],
+        }
+    }
+
+    fn of_wall(wall: &'a Wall, picture: &'a Picture, scale: f64) -> Result<Self, NetError> {
         let plane = WallPlane::new(wall)?;
         let along = plane.right.normalize();
         let width = plane.right.length() * scale;
@@ -70,7 +94,7 @@ impl<'a> Sheet<'a> {
         Ok(Self {
             name: &wall.name,
             picture,
-            corners: plane.corners(),
+            corners: Some(plane.corners()),
             outline: [
                 DVec2::ZERO,
                 DVec2::new(width, 0.0),
@@ -78,6 +102,13 @@ impl<'a> Sheet<'a> {
                 DVec2::new(skew, height),
             ],
         })
+    }
+
+    /// Whether a place in it, 0 to 1 across from its upper left corner, is in
+    /// its picture, grown by so many pixels of the net: a dome's is round.
+    fn is_inside(&self, at: DVec2, grow: f64) -> bool {
+        let side = self.outline[1].x;
+        self.corners.is_some() || (2.0 * at - 1.0).length() <= 1.0 + 2.0 * grow / side
     }
 
     fn edge_lengths(&self) -> impl Iterator<Item = f64> {
@@ -120,14 +151,15 @@ impl Placement {
     /// The place of `sheet` beside a placed one with which it shares an edge;
     /// `None` where it shares none.
     fn folded_from(&self, placed: &Sheet, sheet: &Sheet) -> Option<Self> {
+        let (placed_corners, corners) = (placed.corners?, sheet.corners?);
         edges().find_map(|(from, to)| {
-            let length = placed.corners[from].distance(placed.corners[to]);
+            let length = placed_corners[from].distance(placed_corners[to]);
             let near = |a: DVec3, b: DVec3| a.distance(b) <= SHARED_CORNER * length;
             // Seen from inside, two walls run along their edge in opposite
             // directions.
             let (first, last) = edges().find(|&(first, last)| {
-                near(placed.corners[from], sheet.corners[last])
-                    && near(placed.corners[to], sheet.corners[first])
+                near(placed_corners[from], corners[last])
+                    && near(placed_corners[to], corners[first])
             })?;
             let start = self.net_from_sheet(placed.outline[from]);
             let end = self.net_from_sheet(placed.outline[to]);
@@ -150,15 +182,16 @@ fn snapped_to_quarter(rotation: DVec2) -> DVec2 {
         .unwrap_or(rotation)
 }
 
-/// Unfolds walls, as the viewer inside sees them, with their pictures.
+/// Unfolds screens, as the viewer inside sees them, with their pictures.
 ///
 /// The wall named `front`, or else the first, lies upright. Every wall that
 /// shares an edge with a placed one is folded flat about that edge, nearest
 /// walls first, so that pictures go on across it. A wall that shares no edge,
 /// or whose place is taken, lies upright to the right of the others, and its
-/// own neighbours beside it.
+/// own neighbours beside it; so does a dome, round and without edges.
 ///
-/// The net has as many pixels per metre as the first placed wall across;
+/// The net has as many pixels per metre as the first placed screen across, a
+/// dome along its surface;
 /// pictures of that scale at whole-pixel places and quarter turns are copied
 /// bit for bit. Names are written into the walls' upper left corners, upright
 /// in the net. The picture is opaque where the walls' pictures are.
@@ -167,23 +200,33 @@ fn snapped_to_quarter(rotation: DVec2) -> DVec2 {
 ///
 /// When there is no wall, a wall has no area, a picture no pixels, or the net
 /// would have more pixels than a picture may.
-pub fn unfold(walls: &[(&Wall, &Picture)]) -> Result<Picture, NetError> {
-    let first = walls
-        .iter()
-        .position(|(wall, _)| wall.name == "front")
+pub fn unfold<'a, S>(screens: &[(S, &'a Picture)]) -> Result<Picture, NetError>
+where
+    S: Into<Screen<'a>> + Copy,
+{
+    let screens = || {
+        screens
+            .iter()
+            .map(|&(screen, picture)| (screen.into(), picture))
+    };
+    let first = screens()
+        .position(|(screen, _)| screen.name() == "front")
         .unwrap_or(0);
-    let &(wall, picture) = walls.get(first).ok_or(NetError::NoWalls)?;
-    let scale = f64::from(picture.width) / WallPlane::new(wall)?.right.length();
-    let sheets = walls
-        .iter()
-        .map(|&(wall, picture)| {
+    let (screen, picture) = screens().nth(first).ok_or(NetError::NoWalls)?;
+    let across = match screen {
+        Screen::Wall(wall) => WallPlane::new(wall)?.right.length(),
+        Screen::Dome(dome) => dome.width(),
+    };
+    let scale = f64::from(picture.width) / across;
+    let sheets = screens()
+        .map(|(screen, picture): (Screen<'_>, _)| {
             let empty = picture.width == 0 || picture.height == 0;
             if empty || picture.pixels.is_empty() {
                 return Err(NetError::EmptyPicture {
-                    wall: wall.name.clone(),
+                    wall: screen.name().to_owned(),
                 });
             }
-            Sheet::new(wall, picture, scale)
+            Sheet::new(screen, picture, scale)
         })
         .collect::<Result<Vec<_>, _>>()?;
     let placements = arrange(&sheets, first);
@@ -330,7 +373,7 @@ impl Canvas {
                 let y_up = point.y / up.y;
                 let at = DVec2::new((point.x - y_up * up.x) / right.x, 1.0 - y_up);
                 let inside = at.cmpge(-slack).all() && at.cmple(1.0 + slack).all();
-                if inside {
+                if inside && sheet.is_inside(at, grow) {
                     self.picture.set_pixel(x, y, colour(at));
                 }
             }

@@ -1,16 +1,16 @@
-//! All walls and eyes of a frame, and dome masters, on all cores.
+//! All screens and eyes of a frame, and dome masters, on all cores.
 
 mod fill;
 
-use crate::cave::{Cave, Eye, Wall, WallError};
+use crate::cave::{Cave, DomeScreenError, Eye, Screen, WallError};
 use crate::picture::{Picture, PictureError};
 use fill::Source;
 pub use fill::{Capture, CaptureOptions, Filling};
 use glam::DVec3;
 use rayon::ThreadPool;
 use shisen_core::frame::{
-    Budget, LevelOfDetail, Outcome, Pixel, Renderer, Settings, Statistics, SurroundingsError, Tile,
-    TileJob, View, ViewError, Workspace,
+    Budget, DomeError, LevelOfDetail, Outcome, Pixel, Renderer, Settings, Statistics,
+    SurroundingsError, Tile, TileJob, View, ViewError, Workspace,
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
@@ -68,24 +68,24 @@ impl Observer {
     }
 }
 
-/// What one eye sees on one wall.
+/// What one eye sees on one wall or dome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WallPicture {
-    /// Index of the wall.
+    /// Index of the screen among [`Cave::screens`]: walls come first.
     pub wall: usize,
     /// The eye.
     pub eye: Eye,
-    /// Linear light.
+    /// Linear light; transparent outside a dome's rim.
     pub picture: Picture,
 }
 
 /// A tile to render: of which picture, and into which pixels.
 type Job<'p> = (usize, Tile, &'p mut [Pixel]);
 
-/// All walls for all eyes.
+/// All screens for all eyes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Wall by wall, and eye by eye in each.
+    /// Screen by screen, and eye by eye in each.
     pub pictures: Vec<WallPicture>,
     /// Rays and steps.
     pub statistics: Statistics,
@@ -122,6 +122,18 @@ pub enum RenderError {
         #[source]
         source: ViewError,
     },
+    /// An eye that is not inside a dome.
+    #[error(transparent)]
+    Dome(#[from] DomeScreenError),
+    /// A dome's rays that cannot be traced.
+    #[error("dome \"{dome}\" cannot be traced")]
+    DomeView {
+        /// Its name.
+        dome: String,
+        /// Why.
+        #[source]
+        source: DomeError,
+    },
     /// A picture that cannot be kept in memory.
     #[error(transparent)]
     Picture(#[from] PictureError),
@@ -139,7 +151,7 @@ pub enum RenderError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Renders what each eye sees on each wall. All threads share all tiles, so
+/// Renders what each eye sees on each wall and dome. All threads share all tiles, so
 /// that a wall that is looked at does not wait for its own. `progress` is
 /// called with the tiles finished so far and their total.
 ///
@@ -176,9 +188,9 @@ where
 {
     let mut views = Vec::new();
     let mut pictures = Vec::new();
-    for (number, wall) in cave.walls.iter().enumerate() {
+    for (number, screen) in cave.screens().enumerate() {
         for observer in eyes {
-            let view = view(wall, observer)?;
+            let view = view(screen, observer)?;
             pictures.push(WallPicture {
                 wall: number,
                 eye: observer.eye,
@@ -394,23 +406,37 @@ where
     }
 }
 
-/// The rays through a wall's pixels from an eye.
+/// The rays through a screen's pixels from an eye.
 ///
 /// # Errors
-/// [`RenderError::Wall`] and [`RenderError::View`].
-pub fn view(wall: &Wall, observer: &Observer) -> Result<View, RenderError> {
-    let view = wall.view_from(observer.place)?;
-    View::new(
-        view.eye.into(),
-        view.first_pixel.into(),
-        view.column_step.into(),
-        view.row_step.into(),
-        [view.columns, view.rows],
-    )
-    .map_err(|source| RenderError::View {
-        wall: wall.name.clone(),
-        source,
-    })
+/// [`RenderError::Wall`] and [`RenderError::View`], [`RenderError::Dome`] and
+/// [`RenderError::DomeView`].
+pub fn view<'a>(screen: impl Into<Screen<'a>>, observer: &Observer) -> Result<View, RenderError> {
+    match screen.into() {
+        Screen::Wall(wall) => {
+            let view = wall.view_from(observer.place)?;
+            View::new(
+                view.eye.into(),
+                view.first_pixel.into(),
+                view.column_step.into(),
+                view.row_step.into(),
+                [view.columns, view.rows],
+            )
+            .map_err(|source| RenderError::View {
+                wall: wall.name.clone(),
+                source,
+            })
+        }
+        Screen::Dome(dome) => {
+            let seen = dome.view_from(observer.place)?;
+            View::dome_screen(seen, observer.place.as_vec3(), dome.size()).map_err(|source| {
+                RenderError::DomeView {
+                    dome: dome.name().to_owned(),
+                    source,
+                }
+            })
+        }
+    }
 }
 
 /// The tiles of a view, in rows.

@@ -1,15 +1,15 @@
-//! What the viewer sees looking at the walls: a perspective view from the
+//! What the viewer sees looking at the screens: a perspective view from the
 //! eye, so that a person can check on a desk what a CAVE would show.
 
-use crate::cave::Wall;
+use crate::cave::{DomeScreen, Screen};
 use crate::picture::{Picture, PictureError};
 use crate::wall_plane::{DegenerateWall, WallPlane};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 use thiserror::Error;
 
-/// Where there is no wall: linear dark grey that shows in files without
+/// Where there is no screen: linear dark grey that shows in files without
 /// alpha, and no coverage.
 pub const NO_WALL: [f32; 4] = [0.02, 0.02, 0.02, 0.0];
 
@@ -138,17 +138,23 @@ impl ViewerCamera {
     }
 }
 
-/// Draws what the camera sees of the walls and their pictures: for every
-/// pixel's centre the nearest wall, its picture interpolated bilinearly;
-/// [`NO_WALL`] where there is none. A wall is drawn from behind too.
+/// Draws what the camera sees of the screens and their pictures: for every
+/// pixel's centre the nearest screen, its picture interpolated bilinearly;
+/// [`NO_WALL`] where there is none. A screen is drawn from behind too.
 ///
 /// # Errors
 ///
 /// When a wall has no area or the camera's picture is too large.
-pub fn render(camera: &ViewerCamera, walls: &[(&Wall, &Picture)]) -> Result<Picture, ViewError> {
-    let planes = walls
+pub fn render<'a, S>(
+    camera: &ViewerCamera,
+    screens: &[(S, &'a Picture)],
+) -> Result<Picture, ViewError>
+where
+    S: Into<Screen<'a>> + Copy,
+{
+    let surfaces = screens
         .iter()
-        .map(|&(wall, picture)| Ok((WallPlane::new(wall)?, picture)))
+        .map(|&(screen, picture)| Ok((Surface::new(screen.into())?, picture)))
         .collect::<Result<Vec<_>, DegenerateWall>>()?;
     let [columns, rows] = camera.size;
     let mut view = Picture::new(columns, rows)?;
@@ -158,23 +164,63 @@ pub fn render(camera: &ViewerCamera, walls: &[(&Wall, &Picture)]) -> Result<Pict
         .for_each(|(y, row)| {
             for (x, pixel) in row.iter_mut().enumerate() {
                 let direction = camera.ray(x as f64 + 0.5, y as f64 + 0.5);
-                *pixel = nearest(&planes, camera.eye, direction);
+                *pixel = nearest(&surfaces, camera.eye, direction);
             }
         });
     Ok(view)
 }
 
-fn nearest(planes: &[(WallPlane, &Picture)], eye: DVec3, direction: DVec3) -> [f32; 4] {
-    planes
+/// Where a picture is shown.
+enum Surface<'a> {
+    Wall(WallPlane),
+    Dome(&'a DomeScreen),
+}
+
+impl<'a> Surface<'a> {
+    fn new(screen: Screen<'a>) -> Result<Self, DegenerateWall> {
+        Ok(match screen {
+            Screen::Wall(wall) => Self::Wall(WallPlane::new(wall)?),
+            Screen::Dome(dome) => Self::Dome(dome),
+        })
+    }
+
+    /// Where a ray meets it: the ray's parameter, above 0, and the place in its
+    /// picture, in pixels from the upper left corner.
+    fn intersect(
+        &self,
+        picture: &Picture,
+        eye: DVec3,
+        direction: DVec3,
+    ) -> Option<(f64, f64, f64)> {
+        let size = DVec2::new(f64::from(picture.width), f64::from(picture.height));
+        match self {
+            Self::Wall(plane) => {
+                let (distance, x, y) = plane.intersect(eye, direction)?;
+                Some((distance, x * size.x, y * size.y))
+            }
+            Self::Dome(dome) => {
+                let (distance, at) = dome.meet(eye, direction)?;
+                // Next to the rim as far inwards as all four pixels around are
+                // inside: what is outside has no colour.
+                let half = 0.5 * size.min_element();
+                let from_centre = (at.length() * half).min((half - SQRT_2).max(0.0));
+                let from_centre = at.normalize_or_zero() * from_centre * DVec2::new(1.0, -1.0);
+                let place = 0.5 * size + from_centre;
+                Some((distance, place.x, place.y))
+            }
+        }
+    }
+}
+
+fn nearest(surfaces: &[(Surface, &Picture)], eye: DVec3, direction: DVec3) -> [f32; 4] {
+    surfaces
         .iter()
-        .filter_map(|(plane, picture)| {
-            let (distance, x, y) = plane.intersect(eye, direction)?;
+        .filter_map(|(surface, picture)| {
+            let (distance, x, y) = surface.intersect(picture, eye, direction)?;
             Some((distance, x, y, picture))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or(NO_WALL, |(_, x, y, picture)| {
-            picture.sample(x * f64::from(picture.width), y * f64::from(picture.height))
-        })
+        .map_or(NO_WALL, |(_, x, y, picture)| picture.sample(x, y))
 }
 
 #[cfg(test)]

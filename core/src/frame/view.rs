@@ -1,10 +1,12 @@
 //! Where a picture's rays start and where they go.
 
 mod dome;
+mod dome_screen;
 mod screen;
 
 pub(super) use dome::{Dome, RayRow};
 pub use dome::{DomeError, DomePose, DomeProjection, MirrorCamera};
+pub use dome_screen::DomeScreen;
 pub(super) use screen::Screen;
 pub use screen::ViewError;
 
@@ -12,8 +14,8 @@ use crate::shape::Ray;
 use crate::simd::Lanes;
 use glam::Vec3;
 
-/// The rays of a picture: from an eye through the pixels of a flat screen, or
-/// those of a dome master.
+/// The rays of a picture: from an eye through the pixels of a flat screen or
+/// of a dome's inside, or those of a dome master.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View(Kind);
 
@@ -56,6 +58,17 @@ impl View {
         Dome::new(projection, pose, size).map(|dome| Self(Kind::Dome(dome)))
     }
 
+    /// The rays from `eye` (metres, in the room) through the pixels of a dome
+    /// screen. Its picture of `size`² pixels is the dome master for an eye that
+    /// need not be at the centre: each pixel shows what is behind its place on
+    /// the dome. What is outside the rim is transparent and costs no ray.
+    ///
+    /// # Errors
+    /// A size, a screen or an eye that cannot be.
+    pub fn dome_screen(screen: DomeScreen, eye: Vec3, size: u32) -> Result<Self, DomeError> {
+        Dome::on_screen(screen, eye, size).map(|dome| Self(Kind::Dome(dome)))
+    }
+
     pub(super) const fn kind(&self) -> &Kind {
         &self.0
     }
@@ -76,8 +89,8 @@ impl View {
         }
     }
 
-    /// Where the rays of a screen start and where a dome master is taken:
-    /// metres. Rays off a mirror start all around it.
+    /// Where the rays of a screen start, flat or dome, and where a dome master
+    /// is taken: metres. Rays off a mirror start all around it.
     pub const fn eye(&self) -> Vec3 {
         match &self.0 {
             Kind::Screen(screen) => screen.eye(),

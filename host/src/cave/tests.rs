@@ -1,7 +1,7 @@
 //! Rooms, eyes, rays and frusta against what geometry says they are.
 
 use super::*;
-use glam::{Quat, Vec3};
+use glam::{DVec2, Quat, Vec3};
 use shisen_core::gaze::HeadPose;
 
 fn oblique_wall() -> Wall {
@@ -278,7 +278,7 @@ fn faults_in_toml_point_at_their_line() {
         ("[-1, 1, -1]", "[-1, nan, -1]", Some(6), "upper left corner"),
         ("[-1, 1, -1]", "[3, -1, -1]", Some(6), "on one line"),
         ("[-1, 1, -1]", "[-1, 1]", Some(6), "invalid length 2"),
-        (ROOM, "", None, "no walls"),
+        (ROOM, "", None, "no walls and no domes"),
     ] {
         assert!(ROOM.contains(from), "{from}");
         let text = ROOM.replacen(from, to, 1);
@@ -286,6 +286,153 @@ fn faults_in_toml_point_at_their_line() {
         assert!(error.to_string().contains(message), "{from}: {error}");
         assert_eq!(error.line(), line, "{from}: {error}");
         assert!(Diagnostic::help(&error).is_some(), "{from}: {error}");
+    }
+}
+
+const DOME: &str = r#"
+[[wall]]
+name = "floor"
+lower_left = [-1, -1, 1]
+lower_right = [1, -1, 1]
+upper_left = [-1, -1, -1]
+
+[[dome]]
+name = "sky"
+radius = 2.5
+centre = [0, -1.0, 0.5]
+tilt_degrees = 30
+field_of_view_degrees = 200
+size = 640
+
+[[dome]]
+name = "small"
+radius = 1
+centre = [0, 0, 0]
+"#;
+
+fn sky() -> DomeScreen {
+    let cave = Cave::from_toml(DOME, "room.toml", [9, 9]).unwrap();
+    cave.domes[0].clone()
+}
+
+#[test]
+fn domes_come_from_toml() {
+    let cave = Cave::from_toml(DOME, "room.toml", [100, 50]).unwrap();
+    let [sky, small] = cave.domes.as_slice() else {
+        panic!("{cave:?}");
+    };
+    assert_eq!((sky.radius(), sky.size()), (2.5, 640));
+    assert_eq!(sky.centre(), DVec3::new(0.0, -1.0, 0.5));
+    assert!((sky.field_of_view() - 200f64.to_radians()).abs() < 1e-15);
+    assert_eq!((small.size(), small.name()), (100, "small"));
+    assert_eq!(small.field_of_view(), std::f64::consts::PI);
+    assert_eq!(small.axes().z_axis, DVec3::NEG_Y);
+    let names: Vec<&str> = cave.screens().map(Screen::name).collect();
+    assert_eq!(names, ["floor", "sky", "small"]);
+}
+
+#[test]
+fn faults_of_domes_point_at_their_line() {
+    for (from, to, line, message) in [
+        ("\"sky\"", "\"FLOOR\"", Some(9), "as another screen"),
+        ("\"small\"", "\"Sky\"", Some(17), "as another screen"),
+        ("\"sky\"", "\"a/b\"", Some(9), "\"a/b\""),
+        ("2.5", "0", Some(10), "radius of 0 m"),
+        ("2.5", "nan", Some(10), "radius of NaN m"),
+        ("2.5", "1e7", Some(10), "radius of 10000000 m"),
+        ("[0, -1.0, 0.5]", "[0, inf, 0.5]", Some(11), "inf"),
+        ("[0, -1.0, 0.5]", "[0, 1]", Some(11), "invalid length 2"),
+        ("30", "361", Some(12), "tilted by 361°"),
+        ("30", "nan", Some(12), "tilted by NaN°"),
+        ("200", "0", Some(13), "field of view of 0°"),
+        ("200", "360.5", Some(13), "field of view of 360.5°"),
+        ("640", "0", Some(14), "0 × 0"),
+        ("640", "16385", Some(14), "16385 × 16385"),
+        ("640", "-1", Some(14), "-1"),
+        ("size", "pixels", Some(14), "unknown field `pixels`"),
+        ("radius = 1\n", "", Some(16), "radius"),
+    ] {
+        assert!(DOME.contains(from), "{from}");
+        let text = DOME.replacen(from, to, 1);
+        let error = Cave::from_toml(&text, "room.toml", [9, 9]).unwrap_err();
+        assert!(error.to_string().contains(message), "{from}: {error}");
+        assert_eq!(error.line(), line, "{from}: {error}");
+        assert!(Diagnostic::help(&error).is_some(), "{from}: {error}");
+    }
+}
+
+#[test]
+fn a_dome_leans_to_the_front_by_its_tilt() {
+    let sky = sky();
+    let (sin, cos) = 30f64.to_radians().sin_cos();
+    let zenith = sky.centre() + 2.5 * DVec3::new(0.0, cos, -sin);
+    assert!((sky.point(DVec2::ZERO) - zenith).length() < 1e-14);
+    // Down the picture, 100° from the zenith: 20 below level ahead and 20 of
+    // the tilt more.
+    let (sin, cos) = 40f64.to_radians().sin_cos();
+    let front = sky.centre() + 2.5 * DVec3::new(0.0, -sin, -cos);
+    assert!((sky.point(DVec2::NEG_Y) - front).length() < 1e-14);
+    assert!(sky.point(DVec2::X).x > 2.4);
+}
+
+#[test]
+fn places_of_a_dome_are_the_inverse_of_its_points() {
+    let sky = sky();
+    for (i, j) in (-9..=9).flat_map(|i| (-9..=9).map(move |j| (i, j))) {
+        let at = DVec2::new(f64::from(i), f64::from(j)) / 9.0;
+        let point = sky.point(at);
+        assert!((point.distance(sky.centre()) - 2.5).abs() < 1e-14);
+        // On the rim itself it is a matter of rounding.
+        if at.length() > 0.999 {
+            continue;
+        }
+        assert!((sky.place(point).unwrap() - at).length() < 1e-14, "{at}");
+        // Along a ray to it from anywhere inside.
+        for eye in [DVec3::new(0.3, -1.5, 1.0), DVec3::new(0.0, 0.1, -0.4)] {
+            let direction = (point - eye).normalize();
+            let (distance, found) = sky.meet(eye, direction).unwrap();
+            assert!((found - at).length() < 1e-13, "{at}: {found}");
+            assert!((eye + distance * direction).distance(point) < 1e-13);
+            assert_eq!(sky.lit(eye, direction), Some(found));
+        }
+    }
+    assert_eq!(sky.place(sky.centre()), None);
+}
+
+#[test]
+fn light_comes_through_the_opening_and_not_through_the_dome() {
+    let dome = &Cave::built_in(BuiltInCave::Dome, [8; 2]).unwrap().domes[0];
+    let below = DVec3::new(0.0, -3.0, 0.0);
+    assert_eq!(dome.lit(below, DVec3::Y), Some(DVec2::ZERO));
+    let above = DVec3::new(0.0, 3.0, 0.0);
+    assert_eq!(dome.lit(above, DVec3::NEG_Y), None);
+    assert!(dome.meet(above, DVec3::NEG_Y).is_some());
+    // Down through the opening, past, and from a lamp on the rim.
+    assert_eq!(dome.lit(DVec3::ZERO, DVec3::NEG_Y), None);
+    assert_eq!(dome.lit(above, DVec3::X), None);
+    let rim = DVec3::new(2.5, -1.5, 0.0);
+    let across = dome.lit(rim, DVec3::new(-1.0, 1.0, 0.0).normalize());
+    assert!(across.unwrap().length() < 1e-14, "{across:?}");
+}
+
+#[test]
+fn eyes_outside_a_dome_are_refused() {
+    let cave = Cave::built_in(BuiltInCave::Dome, [8; 2]).unwrap();
+    let at = |y: f64| cave.check_eye(DVec3::new(0.0, -1.5 + y, 0.0));
+    assert_eq!(at(2.47), Ok(()));
+    for y in [2.48, -2.6, f64::NAN, f64::INFINITY] {
+        let error = at(y).unwrap_err();
+        assert!(matches!(
+            error,
+            CaveError::Dome(DomeScreenError::Eye { .. })
+        ));
+        assert!(error.to_string().contains("not inside dome \"dome\""));
+        let help = Diagnostic::help(&error).unwrap().to_string();
+        assert!(help.contains("2.475"), "{help}");
+    }
+    for pixels in [0, Wall::MOST_PIXELS + 1] {
+        let none = Cave::built_in(BuiltInCave::Dome, [pixels; 2]);
+        assert!(matches!(none, Err(CaveError::Dome(_))), "{pixels}");
     }
 }
 

@@ -4,7 +4,7 @@ use super::failure::Failure;
 use clap::builder::{OsStringValueParser, PossibleValue, TypedValueParser};
 use clap::{Args, ValueEnum};
 use shisen::bake::Layout;
-use shisen::cave::{BuiltInCave, Wall};
+use shisen::cave::{BuiltInCave, Cave, Wall};
 use shisen::scene::builtin::PaperScene;
 use shisen::simplify::PolygonLevels;
 use shisen_core::Simd;
@@ -63,7 +63,7 @@ impl SceneName {
 pub(super) enum WallsName {
     /// A built-in room.
     BuiltIn(BuiltInCave),
-    /// A TOML file of walls.
+    /// A TOML file of walls and domes.
     File(PathBuf),
 }
 
@@ -77,6 +77,17 @@ impl From<OsString> for WallsName {
 }
 
 impl WallsName {
+    /// The room; `size`, in columns and rows, is for screens that do not say.
+    ///
+    /// # Errors
+    /// A room that there is not, or a file that describes none.
+    pub(super) fn cave(&self, size: [u32; 2]) -> Result<Cave, Failure> {
+        Ok(match self {
+            Self::BuiltIn(which) => Cave::built_in(*which, size)?,
+            Self::File(path) => Cave::load(path, size)?,
+        })
+    }
+
     /// Any text is a name.
     pub(super) fn parser() -> impl TypedValueParser<Value = Self> {
         OsStringValueParser::new().map(Self::from)

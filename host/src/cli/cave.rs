@@ -34,7 +34,9 @@ use std::path::PathBuf;
 ///
 /// Writes a PNG a wall and eye, named after them (front-left.png), cave.png
 /// (the walls of one eye unfolded) and viewer.png (what the viewer sees of
-/// them, looking along --look). Of two eyes, these two show the left one.
+/// them, looking along --look). Of two eyes, these two show the left one. A
+/// dome's PNG is a dome master for that eye, front at the bottom, transparent
+/// outside the rim; it is among the walls everywhere else.
 ///
 /// With --json, one object: seconds (of tracing), rays (primary, reflected,
 /// refracted, shadow), steps (tree nodes visited and primitives tested),
@@ -58,11 +60,13 @@ pub(super) struct Arguments {
     scene: SceneName,
     #[command(flatten)]
     model: Model,
-    /// three-wall (front, right and floor), cube, or a TOML file of walls
+    /// three-wall (front, right and floor), cube, dome (a hemisphere of 2.5 m
+    /// over the floor, its centre 1.5 m under the origin), or a TOML file of
+    /// walls and domes
     #[arg(long, value_name = "NAME|FILE", default_value = "three-wall",
           value_parser = WallsName::parser())]
     walls: WallsName,
-    /// Pixels along each side of a wall that does not say itself
+    /// Pixels along each side of a wall or dome that does not say itself
     #[arg(long, value_name = "PIXELS", default_value_t = 256,
           value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
     size: u32,
@@ -130,14 +134,16 @@ pub(super) struct Arguments {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let cave = walls(arguments)?;
+    let cave = arguments.walls.cave([arguments.size; 2])?;
     let pose = head(arguments);
     let eyes = eyes(arguments, pose);
     let (forward, up) = directions(arguments, pose);
     let observers = arguments.lod.observers(&eyes, forward, up)?;
     let wanted = arguments.fill.wanted(arguments.lod.is_on())?;
     // Seen before anything large is loaded or any file is written.
-    all_seen(&cave, &eyes)?;
+    for &(_, position) in &eyes {
+        cave.check_eye(position)?;
+    }
     let place = observers.first().map_or(DVec3::ZERO, |eye| eye.place);
     let field_of_view = arguments.view_fov.to_radians();
     let camera = ViewerCamera::new(place, forward, up, field_of_view, arguments.view_size.0)
@@ -226,27 +232,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
         folder: arguments.out.display().to_string(),
         walls: cave.walls.len(),
+        domes: cave.domes.len(),
         eyes: eyes.len(),
     };
     print(&report, arguments.json)
-}
-
-/// Whether each eye is before each wall.
-fn all_seen(cave: &Cave, eyes: &[(Eye, DVec3)]) -> Result<(), Failure> {
-    for wall in &cave.walls {
-        for &(_, position) in eyes {
-            wall.view_from(position)?;
-        }
-    }
-    Ok(())
-}
-
-fn walls(arguments: &Arguments) -> Result<Cave, Failure> {
-    let size = [arguments.size; 2];
-    Ok(match &arguments.walls {
-        WallsName::BuiltIn(which) => Cave::built_in(*which, size)?,
-        WallsName::File(path) => Cave::load(path, size)?,
-    })
 }
 
 fn head(arguments: &Arguments) -> HeadPose {

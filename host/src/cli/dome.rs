@@ -1,4 +1,4 @@
-//! `shisen dome`: dome masters through a mirrored spheroid.
+//! `shisen dome`: dome masters through a mirrored spheroid, and on domes.
 
 mod arguments;
 mod camera;
@@ -9,11 +9,13 @@ mod figure;
 mod map;
 mod nearfield;
 mod render;
+mod warp;
 
 use super::failure::Failure;
 use clap::Subcommand;
 
-/// Dome masters through a mirrored spheroid, and how true they are
+/// Dome masters through a mirrored spheroid, how true they are, and warps for a
+/// dome's projectors
 #[derive(Debug, Subcommand)]
 pub(super) enum Dome {
     Design(design::Arguments),
@@ -22,6 +24,7 @@ pub(super) enum Dome {
     Nearfield(nearfield::Arguments),
     Render(Box<render::Arguments>),
     Compare(compare::Arguments),
+    Warp(warp::Arguments),
 }
 
 /// Runs the command.
@@ -33,5 +36,6 @@ pub(super) fn run(dome: &Dome) -> Result<(), Failure> {
         Dome::Nearfield(arguments) => nearfield::run(arguments),
         Dome::Render(arguments) => render::run(arguments),
         Dome::Compare(arguments) => compare::run(arguments),
+        Dome::Warp(arguments) => warp::run(arguments),
     }
 }

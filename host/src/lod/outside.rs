@@ -1,4 +1,4 @@
-use super::{level, places};
+use super::{level, seen};
 use crate::picture::{Picture, srgb_from_linear};
 use shisen_core::frame::{LevelOfDetail, View};
 
@@ -14,7 +14,7 @@ impl OutsideError {
     /// Counts the pixels of a view that are outside the visual field: those
     /// found, and those that full tracing finds.
     pub fn add(&mut self, view: &View, lod: &LevelOfDetail, found: &Picture, full: &Picture) {
-        for (x, y) in places(view).filter(|&(x, y)| level(view, lod, x, y) == 0.0) {
+        for (x, y) in seen(view).filter(|&(x, y)| level(view, lod, x, y) == 0.0) {
             let (Some(found), Some(full)) = (found.pixel(x, y), full.pixel(x, y)) else {
                 continue;
             };

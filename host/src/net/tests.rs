@@ -282,7 +282,7 @@ fn tilted_walls_keep_their_shape() {
 
 #[test]
 fn what_cannot_be_unfolded_is_refused() {
-    assert!(matches!(unfold(&[]), Err(NetError::NoWalls)));
+    assert!(matches!(unfold::<&Wall>(&[]), Err(NetError::NoWalls)));
     let walls = cube(&["front", "left"]);
     let picture = pattern(0, 4, 4);
     let empty = Picture::new(0, 4).unwrap();
@@ -300,4 +300,45 @@ fn what_cannot_be_unfolded_is_refused() {
     let far = wall("far", [0.; 3], [1e9, 0., 0.], [0., 1e9, 0.]);
     let error = unfold(&[(&walls[0], &picture), (&far, &picture)]).unwrap_err();
     assert!(matches!(error, NetError::Picture(_)), "{error}");
+}
+
+#[test]
+fn a_dome_lies_beside_the_walls_round_and_to_scale() {
+    let room = r#"
+        [[dome]]
+        name = "dome"
+        radius = 1.0
+        centre = [0, 0, 0]
+    "#;
+    let cave = crate::cave::Cave::from_toml(room, "", [100; 2]).unwrap();
+    let dome = Screen::Dome(&cave.domes[0]);
+    let white = Picture::from_pixels(100, 100, vec![[1.0; 4]; 10_000]).unwrap();
+    // Alone it is copied, but for what is outside the rim and its border.
+    let net = unfold(&[(dome, &white)]).unwrap();
+    let side = 100 + 2 * MARGIN as u32;
+    assert_eq!((net.width, net.height), (side, side));
+    // The name is written over the upper half.
+    let found = net.pixels[(net.width * net.height / 2) as usize..]
+        .iter()
+        .filter(|pixel| **pixel == [1.0; 4])
+        .count();
+    let expected = (5_000..10_000)
+        .map(|i| DVec2::new(f64::from(i % 100), f64::from(i / 100)) - 49.5)
+        .filter(|at| at.length() <= 50.0)
+        .count();
+    assert_eq!(found, expected);
+    assert_eq!(net.pixel(side - 18, side - 18), Some(BACKGROUND));
+
+    let walls = cube(&["front"]);
+    let wall = Picture::from_pixels(100, 100, vec![[0.5; 4]; 10_000]).unwrap();
+    let net = unfold(&[(Screen::Wall(&walls[0]), &wall), (dome, &white)]).unwrap();
+    // 2 m of wall are 100 pixels, so π m of dome are 157.
+    let columns = |colour| {
+        let is = |x: u32| (0..net.height).any(|y| net.pixel(x, y) == Some(colour));
+        (0..net.width).filter(|&x| is(x)).collect::<Vec<_>>()
+    };
+    let (wall, dome) = (columns([0.5; 4]), columns([1.0; 4]));
+    assert_eq!(wall.len(), 100);
+    assert!(dome.len().abs_diff(157) < 3, "{}", dome.len());
+    assert!(wall[99] < dome[0]);
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::cave::Wall;
 use std::f64::consts::FRAC_PI_2;
 
 /// Pixels along each side of a wall.
@@ -164,6 +165,53 @@ fn nearest_wall_hides_the_others() {
         let view = render(&camera, &pairs).unwrap();
         assert!(view.pixels.iter().all(|pixel| *pixel == [1.0; 4]));
     }
+}
+
+/// A dome's picture of directions from its eye, off its centre, is seen from
+/// that eye in those directions: to its rim, past which there is nothing.
+#[test]
+fn a_dome_is_seen_from_the_eye_that_it_is_painted_for() {
+    let room = r#"
+        [[dome]]
+        name = "dome"
+        radius = 2.0
+        centre = [0.4, -0.3, 0.5]
+        tilt_degrees = 25
+    "#;
+    let cave = crate::cave::Cave::from_toml(room, "", [512; 2]).unwrap();
+    let dome = &cave.domes[0];
+    let mut picture = Picture::new(512, 512).unwrap();
+    for (x, y) in (0..512).flat_map(|y| (0..512).map(move |x| (x, y))) {
+        let at = DVec2::new(f64::from(x) - 255.5, 255.5 - f64::from(y)) / 256.0;
+        if at.length() <= 1.0 {
+            let [red, green, blue] = colour(dome.point(at) - EYE).map(|c| c as f32);
+            picture.set_pixel(x, y, [red, green, blue, 1.0]);
+        }
+    }
+    let (mut seen, mut missed) = (0, 0);
+    for look in [DVec3::NEG_Z, DVec3::Y, DVec3::new(1.0, 0.2, 0.3)] {
+        let up = if look == DVec3::Y { DVec3::Z } else { DVec3::Y };
+        let camera = ViewerCamera::new(EYE, look, up, FRAC_PI_2, [200, 150]).unwrap();
+        let view = render(&camera, &[(dome, &picture)]).unwrap();
+        for (x, y) in (0..200).flat_map(|x| (0..150).map(move |y| (x, y))) {
+            let direction = camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let pixel = view.pixel(x, y).unwrap();
+            if dome.meet(EYE, direction).is_none() {
+                assert_eq!(pixel, NO_WALL);
+                missed += 1;
+                continue;
+            }
+            seen += 1;
+            // Two pixels of the dome, from the nearest that the eye is to it.
+            let slack = 2.0 * dome.width() / 512.0 / 1.2 * 1.5;
+            for (found, expected) in pixel.into_iter().zip(colour(direction)) {
+                let apart = (f64::from(found) - expected).abs();
+                assert!(apart < slack, "{direction}: {found} {expected}");
+            }
+            assert_eq!(pixel[3], 1.0);
+        }
+    }
+    assert!(seen > 60_000 && missed > 1_000, "{seen} {missed}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
-use super::{Directions, View};
+use super::{Directions, DomeScreen, View};
 use crate::capture::{Mapping, SpheroidMirror, equidistant, fisheye_equisolid, mirror_ball};
-use crate::numeric::largest_magnitude;
+use crate::numeric::{largest_magnitude, sqrt};
 use crate::shape::Ray;
 use crate::simd::{Kernel, Lanes, Portable, Runs, Simd};
 use crate::trace::{RayDetail, RowRays};
@@ -112,6 +112,19 @@ pub enum DomeError {
         /// Equatorial radii from the mirror's centre.
         viewpoint: f32,
     },
+    /// The screen's size is NaN or outside [`DomeScreen::RADII`].
+    ScreenRadius {
+        /// Of the screen: metres.
+        radius: f32,
+    },
+    /// The eye is not finite, or farther from the screen's centre than
+    /// [`DomeScreen::FARTHEST_EYE`].
+    Eye {
+        /// Where it is: metres, in the room.
+        eye: Vec3,
+        /// From it to the screen's centre: radii.
+        distance: f32,
+    },
 }
 
 impl DomeError {
@@ -159,6 +172,19 @@ impl fmt::Display for DomeError {
                  -{0} to {0}",
                 MirrorCamera::FARTHEST_VIEWPOINT
             ),
+            Self::ScreenRadius { radius } => {
+                let (least, most) = DomeScreen::RADII;
+                write!(
+                    f,
+                    "the dome screen's radius is {radius} m: give a number from {least:e} to {most:e}"
+                )
+            }
+            Self::Eye { eye, distance } => write!(
+                f,
+                "the eye is at {eye}, {distance} radii from the dome screen's centre: give a place \
+                 within {} radii",
+                DomeScreen::FARTHEST_EYE
+            ),
         }
     }
 }
@@ -173,6 +199,8 @@ pub(crate) struct Dome {
     side: u32,
     /// [`SpheroidMirror::exact_start`].
     start: [f32; 3],
+    /// Of a screen, from the eye: its radii. `None` for pictures of directions.
+    centre: Option<Vec3>,
 }
 
 /// Rays of eight places.
@@ -284,6 +312,35 @@ impl Dome {
             pose,
             side,
             start,
+            centre: None,
+        })
+    }
+
+    /// As [`View::dome_screen`].
+    pub(super) fn on_screen(screen: DomeScreen, eye: Vec3, side: u32) -> Result<Self, DomeError> {
+        let field_of_view = screen.field_of_view;
+        let projection = DomeProjection::Equidistant { field_of_view };
+        let dome = Self::new(projection, screen.pose, side)?;
+        let radius = screen.radius;
+        let (least, most) = DomeScreen::RADII;
+        if !(least..=most).contains(&radius) {
+            return Err(DomeError::ScreenRadius { radius });
+        }
+        // Lengths in radii: at the centre, directions are those of a dome
+        // master, to the bit.
+        let centre = (screen.pose.position - eye) / radius;
+        let distance = sqrt(centre.length_squared());
+        if !(distance <= DomeScreen::FARTHEST_EYE && Ray::new(eye, Vec3::X).is_some()) {
+            return Err(DomeError::Eye { eye, distance });
+        }
+        let pose = DomePose {
+            position: eye,
+            ..screen.pose
+        };
+        Ok(Self {
+            pose,
+            centre: Some(centre),
+            ..dome
         })
     }
 
@@ -318,18 +375,9 @@ impl Dome {
         let pixel = self.place(l, x, y);
         let seen = l.le(pixel[2], l.splat(1.0));
         let (origin, direction) = self.sight(l, pixel);
-        let Mat3 {
-            x_axis,
-            y_axis,
-            z_axis,
-        } = self.pose.room_from_capture;
-        let axes = [x_axis.to_array(), y_axis.to_array(), z_axis.to_array()];
+        let axes = self.axes();
         let [x, y, z] = self.pose.position.to_array();
-        let direction = [
-            turned(l, axes, 0, direction),
-            turned(l, axes, 1, direction),
-            turned(l, axes, 2, direction),
-        ];
+        let direction = self.in_room(l, axes, direction);
         let origin = match origin {
             None => [l.splat(x), l.splat(y), l.splat(z)],
             Some(origin) => [
@@ -342,6 +390,42 @@ impl Dome {
             origin,
             direction,
             seen,
+        }
+    }
+
+    /// Of the capture in the room: right, top and back.
+    #[inline(always)]
+    fn axes(&self) -> [[f32; 3]; 3] {
+        let Mat3 {
+            x_axis,
+            y_axis,
+            z_axis,
+        } = self.pose.room_from_capture;
+        [x_axis.to_array(), y_axis.to_array(), z_axis.to_array()]
+    }
+
+    /// Directions along the capture's own axes in the room: of a screen, from
+    /// the eye to what they are of it.
+    #[inline(always)]
+    fn in_room<const W: usize, L: Lanes<W>>(
+        &self,
+        l: L,
+        axes: [[f32; 3]; 3],
+        direction: [L::F; 3],
+    ) -> [L::F; 3] {
+        let x = turned(l, axes, 0, direction);
+        let y = turned(l, axes, 1, direction);
+        let z = turned(l, axes, 2, direction);
+        match self.centre {
+            None => [x, y, z],
+            Some(centre) => {
+                let [cx, cy, cz] = centre.to_array();
+                [
+                    l.add(l.splat(cx), x),
+                    l.add(l.splat(cy), y),
+                    l.add(l.splat(cz), z),
+                ]
+            }
         }
     }
 
@@ -461,17 +545,7 @@ impl Directions for Dome {
         let past = l.select(l.le(radius, l.splat(1.0)), l.splat(1.0), past);
         let (u, v, radius) = (l.div(u, past), l.div(v, past), l.div(radius, past));
         let (_, direction) = self.sight(l, [u, v, radius]);
-        let Mat3 {
-            x_axis,
-            y_axis,
-            z_axis,
-        } = self.pose.room_from_capture;
-        let axes = [x_axis.to_array(), y_axis.to_array(), z_axis.to_array()];
-        [
-            turned(l, axes, 0, direction),
-            turned(l, axes, 1, direction),
-            turned(l, axes, 2, direction),
-        ]
+        self.in_room(l, self.axes(), direction)
     }
 }
 

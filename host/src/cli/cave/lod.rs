@@ -9,7 +9,7 @@ use super::report::{Captured, Field, Fill, Lod};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use shisen::bake::{BakedScene, Layout};
-use shisen::cave::{Cave, Eye, Wall};
+use shisen::cave::{Cave, Eye, Screen};
 use shisen::lod::{Coverage, OutsideError};
 use shisen::look::Point;
 use shisen::picture::Picture;
@@ -164,17 +164,17 @@ impl LodArguments {
         let mut field = Vec::new();
         let mut error = OutsideError::default();
         let mut pictures = filled.frame.pictures.iter().zip(&full.pictures);
-        for wall in &cave.walls {
+        for screen in cave.screens() {
             for observer in observers {
                 let both = pictures.next();
                 let Some(lod) = &observer.lod else { continue };
-                let view = render::view(wall, observer).map_err(Failure::from_error)?;
+                let view = render::view(screen, observer).map_err(Failure::from_error)?;
                 let coverage = Coverage::new(&view, lod, depth);
                 if let Some((found, full)) = both {
                     error.add(&view, lod, &found.picture, &full.picture);
                 }
                 field.push(Field {
-                    wall: wall.name.clone(),
+                    wall: screen.name().to_owned(),
                     eye: observer.eye.name(),
                     central: coverage.central,
                     peripheral: coverage.peripheral,
@@ -249,11 +249,11 @@ impl LodPictures {
     {
         let renderer = render::renderer(scene, observer, options);
         let (mut levels, mut polygons, mut difference) = (Vec::new(), Vec::new(), Vec::new());
-        for (number, wall) in cave.walls.iter().enumerate() {
-            let view = render::view(wall, observer).map_err(Failure::from_error)?;
+        for (number, screen) in cave.screens().enumerate() {
+            let view = render::view(screen, observer).map_err(Failure::from_error)?;
             let made = |picture: Result<Picture, _>| {
                 picture
-                    .map(|picture| (wall, picture))
+                    .map(|picture| (screen, picture))
                     .map_err(Failure::from_error)
             };
             levels.push(made(lod::levels(&view, lod))?);
@@ -276,10 +276,10 @@ impl LodPictures {
     }
 }
 
-fn unfold(walls: &[(&Wall, Picture)]) -> Result<Picture, Failure> {
-    let walls: Vec<_> = walls
+fn unfold(screens: &[(Screen<'_>, Picture)]) -> Result<Picture, Failure> {
+    let screens: Vec<_> = screens
         .iter()
-        .map(|(wall, picture)| (*wall, picture))
+        .map(|(screen, picture)| (*screen, picture))
         .collect();
-    net::unfold(&walls).map_err(Failure::from_error)
+    net::unfold(&screens).map_err(Failure::from_error)
 }

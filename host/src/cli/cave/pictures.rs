@@ -4,7 +4,7 @@ use super::lod::LodPictures;
 use super::report::{Image, Written};
 use crate::cli::failure::Failure;
 use crate::cli::picture_files::{hexadecimal, metadata};
-use shisen::cave::{Cave, Eye, Wall};
+use shisen::cave::{Cave, Eye, Screen};
 use shisen::net;
 use shisen::picture::Picture;
 use shisen::render::{Capture, Frame, Observer};
@@ -40,17 +40,21 @@ impl Writer<'_> {
             .map_or(Eye::Centre, |observer| observer.eye);
         let mut images = Vec::new();
         let mut exr = Vec::new();
-        let mut seen: Vec<(&Wall, &Picture)> = Vec::new();
+        let mut seen: Vec<(Screen<'_>, &Picture)> = Vec::new();
         for one in &frame.pictures {
-            let Some(wall) = cave.walls.get(one.wall) else {
+            let Some(screen) = cave.screens().nth(one.wall) else {
                 continue;
             };
             if one.eye == eye {
-                seen.push((wall, &one.picture));
+                seen.push((screen, &one.picture));
             }
-            let name = format!("{}-{}", wall.name, one.eye);
-            let note = format!("{}, wall {}, {} eye", self.title, wall.name, one.eye);
-            let path = self.write_png(&name, &one.picture, note.clone())?;
+            let name = format!("{}-{}", screen.name(), one.eye);
+            let kind = match screen {
+                Screen::Wall(_) => "wall",
+                Screen::Dome(_) => "dome",
+            };
+            let note = format!("{}, {kind} {}, {} eye", self.title, screen.name(), one.eye);
+            let path = self.write_screen(&name, screen, &one.picture, note.clone())?;
             if self.exr {
                 let path = self.folder.join(format!("{name}.exr"));
                 one.picture
@@ -59,7 +63,7 @@ impl Writer<'_> {
                 exr.push(path.display().to_string());
             }
             images.push(Image {
-                wall: wall.name.clone(),
+                wall: screen.name().to_owned(),
                 eye: one.eye.name(),
                 path,
                 hash: hexadecimal(one.picture.hash()),
@@ -88,6 +92,24 @@ impl Writer<'_> {
             polygons,
             difference,
         })
+    }
+
+    /// Writes a screen's own PNG, a dome's with alpha, as [`Self::write_png`].
+    fn write_screen(
+        &self,
+        name: &str,
+        screen: Screen<'_>,
+        picture: &Picture,
+        note: String,
+    ) -> Result<String, Failure> {
+        if let Screen::Wall(_) = screen {
+            return self.write_png(name, picture, note);
+        }
+        let path = self.folder.join(format!("{name}.png"));
+        picture
+            .write_png_with_alpha(&path, &metadata(note))
+            .map_err(Failure::from_error)?;
+        Ok(path.display().to_string())
     }
 
     /// Writes what was captured of the surroundings, if anything was: the paths.

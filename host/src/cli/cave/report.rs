@@ -45,13 +45,16 @@ pub(super) struct Report {
     pub(super) walls: usize,
     /// How many.
     #[serde(skip)]
+    pub(super) domes: usize,
+    /// How many.
+    #[serde(skip)]
     pub(super) eyes: usize,
 }
 
 /// Files, by their paths: the folder as given, and their names.
 #[derive(Debug, Serialize)]
 pub(super) struct Written {
-    /// One a wall and eye.
+    /// One a wall or dome and eye.
     pub(super) images: Vec<Image>,
     /// The same pictures, linear; empty where nobody asked for them.
     pub(super) exr: Vec<String>,
@@ -153,6 +156,7 @@ impl fmt::Display for Report {
         let plural = |count: usize| if count == 1 { "" } else { "s" };
         let Self {
             walls,
+            domes,
             eyes,
             seconds,
             threads,
@@ -160,10 +164,15 @@ impl fmt::Display for Report {
             folder,
             ..
         } = self;
+        f.write_str(":")?;
+        for (count, what) in [(*walls, "wall"), (*domes, "dome")] {
+            if count > 0 {
+                write!(f, " {count} {what}{},", plural(count))?;
+            }
+        }
         writeln!(
             f,
-            ": {walls} wall{}, {eyes} eye{}, traced in {seconds:.3} s on {threads} thread{} ({simd})",
-            plural(*walls),
+            " {eyes} eye{}, traced in {seconds:.3} s on {threads} thread{} ({simd})",
             plural(*eyes),
             plural(*threads),
         )?;
@@ -203,7 +212,7 @@ impl fmt::Display for Report {
         }
         write!(
             f,
-            "pictures in {folder}: {} of single walls, cave.png, viewer.png",
+            "pictures in {folder}: {} of single screens, cave.png, viewer.png",
             self.written.images.len() + self.written.exr.len()
         )?;
         if self.lod.is_some() {

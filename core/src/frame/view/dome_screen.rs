@@ -1,0 +1,137 @@
+use super::DomePose;
+
+/// A dome's inside that a dome master is shown on: the part of a sphere within
+/// half of the field of view around its zenith. The picture is equidistant as
+/// seen from the sphere's centre: the distance of a pixel from the picture's is
+/// the angle between zenith and its place on the dome.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DomeScreen {
+    /// Where the sphere's centre is and which way the dome points.
+    pub pose: DomePose,
+    /// Of the sphere: metres, within [`DomeScreen::RADII`].
+    pub radius: f32,
+    /// Of the screen from the centre, across the picture: radians, above 0 to
+    /// 2π; π is a hemisphere.
+    pub field_of_view: f32,
+}
+
+impl DomeScreen {
+    /// Least and greatest radius: metres.
+    pub const RADII: (f32, f32) = (1.0e-3, 1.0e6);
+
+    /// Farthest that an eye may be from the centre: radii. Past it a pixel's
+    /// place would be a matter of rounding.
+    pub const FARTHEST_EYE: f32 = 0.99;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{DomeError, DomeProjection, View};
+    use super::*;
+    use crate::simd::Simd;
+    use core::f32::consts::{PI, TAU};
+    use glam::{EulerRot, Mat3, Vec3};
+
+    const SIZE: u32 = 64;
+
+    fn screen() -> DomeScreen {
+        DomeScreen {
+            pose: DomePose {
+                position: Vec3::new(0.5, -1.5, 2.0),
+                room_from_capture: Mat3::from_euler(EulerRot::XYZ, 0.3, -1.1, 2.0),
+            },
+            radius: 2.5,
+            field_of_view: 1.25 * PI,
+        }
+    }
+
+    #[test]
+    fn rays_from_the_centre_are_the_dome_masters() {
+        let screen = screen();
+        let centre = screen.pose.position;
+        let view = View::dome_screen(screen, centre, SIZE).unwrap();
+        let field_of_view = screen.field_of_view;
+        let lens = DomeProjection::Equidistant { field_of_view };
+        let master = View::dome(lens, screen.pose, SIZE).unwrap();
+        for at in (0..SIZE * SIZE).map(|i| ((i % SIZE) as f32, (i / SIZE) as f32)) {
+            assert_eq!(view.ray(at.0, at.1), master.ray(at.0, at.1), "{at:?}");
+        }
+    }
+
+    #[test]
+    fn rays_from_elsewhere_go_through_the_same_places() {
+        let screen = screen();
+        let centre = screen.pose.position;
+        let offsets = [Vec3::X, Vec3::new(-0.5, 0.5, 0.7), Vec3::NEG_Y];
+        for eye in offsets.map(|offset| centre + 2.3 * offset) {
+            let view = View::dome_screen(screen, eye, SIZE).unwrap();
+            assert_eq!(view.eye(), eye);
+            let central = View::dome_screen(screen, centre, SIZE).unwrap();
+            for at in (0..SIZE * SIZE).map(|i| ((i % SIZE) as f32, (i / SIZE) as f32)) {
+                let (own, place) = (view.ray(at.0, at.1), central.direction(at.0, at.1));
+                assert_eq!(own.is_some(), place.is_some(), "{at:?}");
+                let (Some(ray), Some(place)) = (own, place) else {
+                    continue;
+                };
+                assert_eq!(ray.origin(), eye);
+                let towards = (centre - eye) + 2.5 * place;
+                let sine = towards.cross(ray.direction()).length()
+                    / (towards.length() * ray.direction().length());
+                // Near the dome f32 has few digits left.
+                assert!(sine < 1.0e-5, "{at:?}: {sine:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn rows_have_the_bits_of_single_rays() {
+        let screen = screen();
+        let eye = screen.pose.position + Vec3::new(0.4, 1.1, -0.2);
+        let view = View::dome_screen(screen, eye, SIZE).unwrap();
+        let super::super::Kind::Dome(dome) = view.kind() else {
+            panic!("no dome");
+        };
+        for simd in [Simd::PORTABLE, Simd::detect()] {
+            for (row, first) in (0..SIZE).flat_map(|y| (0..SIZE / 8).map(move |x| (y, 8 * x))) {
+                let x = core::array::from_fn(|lane| (first + lane as u32) as f32);
+                let rays = dome.row(simd, &x, &[row as f32; 8]);
+                for (lane, &x) in x.iter().enumerate() {
+                    assert_eq!(rays.ray(lane), view.ray(x, row as f32), "{row} {x}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_screen_and_no_eye_of_one_is_refused() {
+        let screen = screen();
+        let centre = screen.pose.position;
+        let eye = |offset: Vec3| View::dome_screen(screen, centre + offset, SIZE);
+        assert!(eye(2.47 * Vec3::X).is_ok());
+        for outside in [2.48 * Vec3::X, 3.0 * Vec3::Y, Vec3::splat(f32::NAN)] {
+            assert!(
+                matches!(eye(outside), Err(DomeError::Eye { .. })),
+                "{outside}"
+            );
+        }
+        for radius in [0.0, -2.5, 1.0e7, f32::NAN] {
+            let none = View::dome_screen(DomeScreen { radius, ..screen }, centre, SIZE);
+            assert!(
+                matches!(none, Err(DomeError::ScreenRadius { .. })),
+                "{radius}"
+            );
+        }
+        for field_of_view in [0.0, -1.0, TAU.next_up(), f32::NAN] {
+            let screen = DomeScreen {
+                field_of_view,
+                ..screen
+            };
+            let none = View::dome_screen(screen, centre, SIZE);
+            assert!(matches!(none, Err(DomeError::FieldOfView { .. })));
+        }
+        assert!(matches!(
+            View::dome_screen(screen, centre, 0),
+            Err(DomeError::Size { size: 0 })
+        ));
+    }
+}

@@ -1,0 +1,166 @@
+//! Warps: what projectors have to show for a dome to carry its dome master.
+//!
+//! A [`Projector`] is a pinhole with a lens shift, at a place in the room. For
+//! each node of a grid over its picture, its light is followed to where it
+//! meets the dome's inside, and that place is the node's: (u, v) in the dome
+//! master, (x, y, z) in the room. The geometry is the one that the dome's own
+//! pictures are rendered with ([`DomeScreen`]), so the picture for a viewer
+//! anywhere in the dome, sent through a warp, is right for that viewer.
+//!
+//! Written as [`bourke`]'s mesh, for players of dome masters, or as [`mpcdi`],
+//! for what knows the viewer's eye itself. There is no edge blending: a node is
+//! drawn in full where its light meets the dome, else not at all.
+
+pub mod bourke;
+pub mod mpcdi;
+mod projector;
+
+pub use projector::{
+    Aim, Lens, Projector, ProjectorError, ProjectorFault, ProjectorFileError, Throw,
+};
+
+use crate::cave::DomeScreen;
+use glam::{DVec2, DVec3};
+use miette::Diagnostic;
+use rayon::prelude::*;
+use thiserror::Error;
+
+/// Where light of a node meets a dome.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Node {
+    /// In the room: metres.
+    pub point: DVec3,
+    /// In the dome master: u to the right and v to the top, in the unit disc.
+    pub place: DVec2,
+}
+
+/// Where the nodes of a grid are on a projector's picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nodes {
+    /// From edge to edge: a mesh to draw a picture on.
+    Corners,
+    /// In the middle of the grid's cells: with as many as pixels, in theirs.
+    Centres,
+}
+
+/// A projector, a dome, and a grid of nodes between them.
+#[derive(Debug, Clone, Copy)]
+pub struct Warp<'a> {
+    dome: &'a DomeScreen,
+    projector: &'a Projector,
+    grid: [u32; 2],
+    nodes: Nodes,
+}
+
+/// Why there is no warp.
+#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+pub enum WarpError {
+    /// A grid that is none.
+    #[error("a grid of {} × {} nodes", .grid[0], .grid[1])]
+    #[diagnostic(help("give {least} to {most} nodes a side", most = Warp::MOST_NODES))]
+    Grid {
+        /// Columns and rows.
+        grid: [u32; 2],
+        /// The fewest.
+        least: u32,
+    },
+    /// No node's light meets the dome.
+    #[error(
+        "projector \"{projector}\" does not see dome \"{dome}\": none of its light meets the inside"
+    )]
+    #[diagnostic(help(
+        "turn it towards the dome with look, or yaw_degrees and pitch_degrees, and place it inside or before the opening: the centre is at {}, {}, {}, the radius {radius} m",
+        .centre.x, .centre.y, .centre.z
+    ))]
+    NotSeen {
+        /// The projector's name.
+        projector: String,
+        /// The dome's name.
+        dome: String,
+        /// The dome's centre: metres.
+        centre: DVec3,
+        /// The dome's radius: metres.
+        radius: f64,
+    },
+}
+
+impl<'a> Warp<'a> {
+    /// Most nodes along a side.
+    pub const MOST_NODES: u32 = 16_384;
+
+    /// A grid of so many columns and rows of nodes.
+    ///
+    /// # Errors
+    /// A grid of no nodes, of more than [`Self::MOST_NODES`] a side or, at
+    /// [`Nodes::Corners`], of one; light that does not meet the dome.
+    pub fn new(
+        dome: &'a DomeScreen,
+        projector: &'a Projector,
+        grid: [u32; 2],
+        nodes: Nodes,
+    ) -> Result<Self, WarpError> {
+        let least = match nodes {
+            Nodes::Corners => 2,
+            Nodes::Centres => 1,
+        };
+        if grid
+            .iter()
+            .any(|side| !(least..=Self::MOST_NODES).contains(side))
+        {
+            return Err(WarpError::Grid { grid, least });
+        }
+        let warp = Self {
+            dome,
+            projector,
+            grid,
+            nodes,
+        };
+        if warp.drawn() == 0 {
+            return Err(WarpError::NotSeen {
+                projector: projector.name().to_owned(),
+                dome: dome.name().to_owned(),
+                centre: dome.centre(),
+                radius: dome.radius(),
+            });
+        }
+        Ok(warp)
+    }
+
+    /// Columns and rows.
+    pub const fn grid(&self) -> [u32; 2] {
+        self.grid
+    }
+
+    /// Where a node is on the projector's picture: 0 to 1 from its upper left
+    /// corner, to the right and downwards.
+    pub fn at(&self, column: u32, row: u32) -> DVec2 {
+        let along = |number: u32, count: u32| match self.nodes {
+            Nodes::Corners => f64::from(number) / f64::from(count - 1),
+            Nodes::Centres => (f64::from(number) + 0.5) / f64::from(count),
+        };
+        DVec2::new(along(column, self.grid[0]), along(row, self.grid[1]))
+    }
+
+    /// Where a node's light meets the dome's inside; `None` where it does not.
+    pub fn node(&self, column: u32, row: u32) -> Option<Node> {
+        let direction = self.projector.direction(self.at(column, row));
+        let place = self.dome.lit(self.projector.position(), direction)?;
+        Some(Node {
+            point: self.dome.point(place),
+            place,
+        })
+    }
+
+    /// How many nodes' light meets the dome.
+    pub fn drawn(&self) -> u64 {
+        let [columns, rows] = self.grid;
+        let in_row = |row| {
+            let nodes = (0..columns).filter_map(|column| self.node(column, row));
+            nodes.count() as u64
+        };
+        (0..rows).into_par_iter().map(in_row).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,49 @@
+//! Bourke's mesh for image warping: text that players of dome masters read
+//! ("Mesh format for image warping", 2006).
+//!
+//! The first line is the mesh's type, 2 for a grid of rows and columns; the
+//! second its columns and rows; then a line a node, from the lower left one, row
+//! by row: x y u v i. (x, y) is on the projector's picture, y from −1 at its
+//! lower edge to 1 and x from minus to plus its width by height; (u, v) is on
+//! the dome master's square, 0 to 1 from its lower left corner; i is the
+//! brightness, 1 on the dome, and −1 for nodes that are not drawn, nor the cells
+//! around them.
+
+use super::{Projector, Warp};
+use std::io::{self, Write};
+
+/// A grid of rows and columns.
+const RECTANGULAR: u32 = 2;
+
+/// Writes the mesh.
+///
+/// # Errors
+/// What writing reports.
+pub fn write(warp: &Warp<'_>, to: &mut (impl Write + ?Sized)) -> io::Result<()> {
+    let [columns, rows] = warp.grid();
+    let aspect = warp.projector.aspect();
+    writeln!(to, "{RECTANGULAR}\n{columns} {rows}")?;
+    for row in (0..rows).rev() {
+        for column in 0..columns {
+            let at = warp.at(column, row);
+            let (x, y) = (aspect * (2.0 * at.x - 1.0), 1.0 - 2.0 * at.y);
+            match warp.node(column, row) {
+                Some(node) => {
+                    let place = 0.5 * node.place + 0.5;
+                    let (u, v) = (place.x, place.y);
+                    writeln!(to, "{x:.7} {y:.7} {u:.7} {v:.7} 1")?;
+                }
+                None => writeln!(to, "{x:.7} {y:.7} 0 0 -1")?,
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Projector {
+    /// Width by height of the picture, in pixels.
+    fn aspect(&self) -> f64 {
+        let [columns, rows] = self.resolution().map(f64::from);
+        columns / rows
+    }
+}

@@ -1,0 +1,211 @@
+use super::*;
+use crate::cave::{BuiltInCave, Cave};
+use miette::Diagnostic;
+
+const PROJECTOR: &str = r#"
+name = "back"
+position = [0.2, -1.2, 2]
+look = [0, 0.6, -1]
+up = [0, 1, 0]
+horizontal_degrees = 60
+lens_shift = [0.1, 0.5]
+resolution = [1920, 1200]
+"#;
+
+fn projector(text: &str) -> Projector {
+    Projector::from_toml(text, "back.toml").unwrap()
+}
+
+fn dome() -> DomeScreen {
+    Cave::built_in(BuiltInCave::Dome, [8; 2]).unwrap().domes[0].clone()
+}
+
+fn near(found: DVec3, expected: DVec3) {
+    let apart = found.distance(expected.normalize());
+    assert!(apart < 1e-14, "{found} {expected}");
+}
+
+#[test]
+fn a_picture_is_as_wide_as_its_lens_throws_it_and_shifted() {
+    let level = PROJECTOR
+        .replace("look = [0, 0.6, -1]", "look = [0, 0, -3]")
+        .replace("lens_shift = [0.1, 0.5]", "");
+    let one = projector(&level);
+    let half = 30f64.to_radians().tan();
+    near(one.direction(DVec2::splat(0.5)), DVec3::NEG_Z);
+    near(
+        one.direction(DVec2::new(0.0, 0.5)),
+        DVec3::new(-half, 0.0, -1.0),
+    );
+    // Square pixels.
+    let tall = half * 1200.0 / 1920.0;
+    near(
+        one.direction(DVec2::new(0.5, 0.0)),
+        DVec3::new(0.0, tall, -1.0),
+    );
+    let throw = level.replace("horizontal_degrees = 60", "throw = 0.75");
+    let wide = projector(&throw).direction(DVec2::new(1.0, 0.5));
+    near(wide, DVec3::new(0.5 / 0.75, 0.0, -1.0));
+    let oblong = level.replace("resolution", "vertical_degrees = 90\nresolution");
+    near(
+        projector(&oblong).direction(DVec2::new(0.5, 1.0)),
+        DVec3::new(0.0, -1.0, -1.0),
+    );
+    // By half its height upwards: the lower edge is straight ahead.
+    let shifted = level.replace("resolution", "lens_shift = [0.25, 0.5]\nresolution");
+    let shifted = projector(&shifted);
+    near(shifted.direction(DVec2::new(0.25, 1.0)), DVec3::NEG_Z);
+    near(
+        shifted.direction(DVec2::new(0.25, 0.0)),
+        DVec3::new(0.0, 2.0 * tall, -1.0),
+    );
+}
+
+#[test]
+fn angles_are_those_that_a_projector_is_turned_by() {
+    for (yaw, pitch, roll) in [
+        (0.0, 0.0, 0.0),
+        (30.0, 0.0, 0.0),
+        (-100.0, 40.0, 10.0),
+        (170.0, -80.0, -60.0),
+        (20.0, 30.0, 175.0),
+    ] {
+        let text = PROJECTOR
+            .replace("look = [0, 0.6, -1]", &format!("yaw_degrees = {yaw:.1}"))
+            .replace(
+                "up = [0, 1, 0]",
+                &format!("pitch_degrees = {pitch:.1}\nroll_degrees = {roll:.1}"),
+            );
+        let projector = projector(&text);
+        let found = projector.angles().map(f64::to_degrees);
+        for (found, expected) in found.into_iter().zip([yaw, pitch, roll]) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        let axes = projector.axes();
+        assert!((axes.determinant() - 1.0).abs() < 1e-14);
+        assert!((axes * axes.transpose()).abs_diff_eq(glam::DMat3::IDENTITY, 1e-14));
+    }
+    // To the right, up, and the picture's right side down.
+    let turned = |text: &str| {
+        let text = PROJECTOR.replace("look = [0, 0.6, -1]", text);
+        projector(&text.replace("up = [0, 1, 0]", "")).axes()
+    };
+    assert_eq!(-turned("yaw_degrees = 90").z_axis, DVec3::X);
+    assert_eq!(-turned("pitch_degrees = 90").z_axis, DVec3::Y);
+    assert_eq!(turned("roll_degrees = 90").x_axis, DVec3::NEG_Y);
+    let up = turned("look = [0, 5, 0]\nup = [0, 0, 1]");
+    assert_eq!((-up.z_axis, up.y_axis), (DVec3::Y, DVec3::Z));
+}
+
+#[test]
+fn nodes_are_where_light_meets_the_dome() {
+    let (dome, projector) = (dome(), projector(PROJECTOR));
+    for nodes in [Nodes::Corners, Nodes::Centres] {
+        let warp = Warp::new(&dome, &projector, [17, 9], nodes).unwrap();
+        let mut drawn = 0;
+        for (column, row) in (0..17).flat_map(|x| (0..9).map(move |y| (x, y))) {
+            let Some(node) = warp.node(column, row) else {
+                continue;
+            };
+            drawn += 1;
+            let towards = (node.point - projector.position()).normalize();
+            assert!(towards.distance(projector.direction(warp.at(column, row))) < 1e-14);
+            assert!((node.point.distance(dome.centre()) - 2.5).abs() < 1e-14);
+            assert!(node.place.length() <= 1.0 && node.point.y >= -1.5);
+        }
+        assert_eq!(warp.drawn(), drawn);
+    }
+    let at = |nodes| {
+        let warp = Warp::new(&dome, &projector, [5, 4], nodes).unwrap();
+        [warp.at(0, 0), warp.at(4, 3)]
+    };
+    assert_eq!(at(Nodes::Corners), [DVec2::ZERO, DVec2::ONE]);
+    assert_eq!(
+        at(Nodes::Centres),
+        [DVec2::new(0.1, 0.125), DVec2::new(0.9, 0.875)]
+    );
+}
+
+#[test]
+fn warps_that_are_none_are_refused() {
+    let (dome, one) = (dome(), projector(PROJECTOR));
+    for (grid, nodes) in [
+        ([1, 2], Nodes::Corners),
+        ([0, 2], Nodes::Centres),
+        ([2, Warp::MOST_NODES + 1], Nodes::Centres),
+    ] {
+        let error = Warp::new(&dome, &one, grid, nodes).unwrap_err();
+        assert!(matches!(error, WarpError::Grid { .. }), "{grid:?}");
+    }
+    assert!(Warp::new(&dome, &one, [1, 1], Nodes::Centres).is_ok());
+    let away = PROJECTOR.replace("look = [0, 0.6, -1]", "look = [0, -1, 0.1]");
+    let outside = PROJECTOR.replace("2]", "20]").replace("0.6", "0.1");
+    for text in [away, outside] {
+        let projector = projector(&text);
+        let error = Warp::new(&dome, &projector, [9, 9], Nodes::Corners).unwrap_err();
+        assert!(matches!(error, WarpError::NotSeen { .. }), "{text}");
+        assert!(error.to_string().contains("does not see"), "{error}");
+    }
+}
+
+#[test]
+fn faults_of_projectors_point_at_their_line() {
+    for (from, to, line, message) in [
+        ("\"back\"", "\"a/b\"", Some(2), "\"a/b\""),
+        ("0.2", "nan", Some(3), "NaN"),
+        ("[0, 0.6, -1]", "[0, 0, 0]", Some(4), "looks along 0, 0, 0"),
+        ("[0, 0.6, -1]", "[0, 0]", Some(4), "invalid length 2"),
+        ("[0, 1, 0]", "[0, 1.2, -2]", Some(5), "what is up"),
+        ("[0, 1, 0]", "[nan, 1, 0]", Some(5), "what is up"),
+        ("up =", "yaw_degrees = 10 #", Some(5), "both of look"),
+        (
+            "horizontal_degrees = 60",
+            "horizontal_degrees = 180",
+            Some(6),
+            "180°",
+        ),
+        (
+            "horizontal_degrees = 60",
+            "throw = 0",
+            Some(6),
+            "throw is 0",
+        ),
+        (
+            "horizontal_degrees = 60",
+            "",
+            None,
+            "none of horizontal_degrees",
+        ),
+        (
+            "lens_shift = [0.1, 0.5]",
+            "throw = 1.2",
+            Some(7),
+            "both of horizontal",
+        ),
+        (
+            "lens_shift = [0.1, 0.5]",
+            "vertical_degrees = 0",
+            Some(7),
+            "vertical",
+        ),
+        ("[0.1, 0.5]", "[0.1, 2.5]", Some(7), "shifted by 0.1, 2.5"),
+        ("[1920, 1200]", "[1920, 0]", Some(8), "1920 × 0"),
+        ("lens_shift", "shift", Some(7), "unknown field `shift`"),
+        ("resolution = [1920, 1200]", "", Some(1), "resolution"),
+    ] {
+        assert!(PROJECTOR.contains(from), "{from}");
+        let text = PROJECTOR.replacen(from, to, 1);
+        let error = Projector::from_toml(&text, "back.toml").unwrap_err();
+        assert!(error.to_string().contains(message), "{from}: {error}");
+        assert_eq!(error.line(), line, "{from}: {error}");
+        assert!(Diagnostic::help(&error).is_some(), "{from}: {error}");
+    }
+    let angles = PROJECTOR
+        .replace("look = [0, 0.6, -1]", "yaw_degrees = 400")
+        .replace("up = [0, 1, 0]", "");
+    let error = Projector::from_toml(&angles, "back.toml").unwrap_err();
+    assert_eq!(error.line(), Some(4), "{error}");
+    let none = angles.replace("yaw_degrees = 400", "");
+    let error = Projector::from_toml(&none, "back.toml").unwrap_err();
+    assert!(error.to_string().contains("none of look"), "{error}");
+}
