@@ -51,7 +51,7 @@ fn every_command_runs_on_the_files_shown() {
     let folder = tempfile::tempdir().unwrap();
     write_inputs(folder.path());
     let files = blocks(&text, "toml");
-    assert_eq!(files.len(), 2);
+    assert_eq!(files.len(), 4);
     for (before, file) in files {
         let name = before.rsplit('`').nth(1).unwrap();
         assert!(Path::new(name).extension().is_some_and(|e| e == "toml"));
@@ -62,7 +62,7 @@ fn every_command_runs_on_the_files_shown() {
         .flat_map(|(_, block)| block.lines())
         .filter_map(|line| line.strip_prefix("shisen "))
         .collect();
-    assert_eq!(commands.len(), 18);
+    assert_eq!(commands.len(), 20);
     for command in commands {
         let (command, input) = match command.split_once(" < ") {
             Some((command, file)) => (command, fs::read(folder.path().join(file)).unwrap()),
