@@ -101,28 +101,28 @@ impl SpheroidMirror {
         clearance: 1.0,
     };
 
-    /// Table 1 (2): perspective, a sphere, p = 1.277. Largest error 1.0521 %,
-    /// 21.55 pixels at 4096.
+    /// Table 1 (2): perspective, a sphere, p = 1.277, here with all digits of
+    /// its best viewpoint. Largest error 1.0485 %, 21.47 pixels at 4096.
     pub const PAPER_SPHERE: Self = Self {
         a: 1.0,
-        p: Some(1.277),
-        slope: 0.396_863_25,
-        k: 2.877_521_5,
-        c1: 0.929_478_65,
-        b1: 0.368_875_92,
-        clearance: 0.797_073_3,
+        p: Some(1.276_709_7),
+        slope: 0.396_686_23,
+        k: 2.880_395,
+        c1: 0.929_535_1,
+        b1: 0.368_733_76,
+        clearance: 0.797_033_13,
     };
 
-    /// Table 1 (3): perspective, a = 2.35, p = 3.374, β₁ as it follows from
-    /// them. Largest error 0.1089 %, 2.23 pixels at 4096.
+    /// Table 1 (3): perspective, a = 2.35, p = 3.374, here with all digits of
+    /// its best viewpoint. Largest error 0.1087 %, 2.23 pixels at 4096.
     pub const PAPER_SPHEROID: Self = Self {
         a: 2.35,
-        p: Some(3.374),
-        slope: 0.764_643_97,
-        k: 0.877_716_4,
-        c1: 2.234_679_7,
-        b1: 0.309_413_22,
-        clearance: 0.898_781_8,
+        p: Some(3.374_106_2),
+        slope: 0.764_659_7,
+        k: 0.877_631_3,
+        c1: 2.234_675_4,
+        b1: 0.309_419,
+        clearance: 0.898_787_74,
     };
 
     /// The least error by parallel projection: 0.1238 %, 2.54 pixels at 4096.
@@ -308,8 +308,8 @@ mod tests {
     fn named_mirrors_are_those_of_their_axis_ratio_and_viewpoint() {
         for (named, a, p) in [
             (SpheroidMirror::PAPER_PARALLEL, 1.288, None),
-            (SpheroidMirror::PAPER_SPHERE, 1.0, Some(1.277)),
-            (SpheroidMirror::PAPER_SPHEROID, 2.35, Some(3.374)),
+            (SpheroidMirror::PAPER_SPHERE, 1.0, Some(1.276_709_7)),
+            (SpheroidMirror::PAPER_SPHEROID, 2.35, Some(3.374_106_2)),
             (SpheroidMirror::BEST_PARALLEL, 1.288_248_3, None),
             (SpheroidMirror::BEST, 4.504_15, Some(4.892_703_5)),
         ] {

@@ -84,20 +84,12 @@ mod tests {
     fn single_precision_has_the_same_mirrors() {
         for (named, single) in [
             (Named::Paper1, SpheroidMirror::PAPER_PARALLEL),
+            (Named::Paper2, SpheroidMirror::PAPER_SPHERE),
+            (Named::Paper3, SpheroidMirror::PAPER_SPHEROID),
             (Named::BestParallel, SpheroidMirror::BEST_PARALLEL),
             (Named::Best, SpheroidMirror::BEST),
         ] {
             assert_eq!(named.mirror().single(), Ok(single), "{named:?}");
-        }
-        // The core has the viewpoints of Table 1 as they are printed.
-        for (named, single) in [
-            (Named::Paper2, SpheroidMirror::PAPER_SPHERE),
-            (Named::Paper3, SpheroidMirror::PAPER_SPHEROID),
-        ] {
-            let found = named.mirror().single().unwrap();
-            assert_eq!(found.axis_ratio(), single.axis_ratio());
-            let off = found.viewpoint().unwrap() - single.viewpoint().unwrap();
-            assert!(off.abs() <= 5.0e-4, "{named:?} {off}");
         }
     }
 
