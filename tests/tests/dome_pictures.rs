@@ -199,3 +199,30 @@ fn what_cannot_be_is_said_with_its_range() {
     assert!(says.contains("give mirror or exact"), "{says}");
     assert!(!folder.join("shisen-out/A_00001.png").exists());
 }
+
+#[test]
+fn a_grid_in_the_mirror_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [
+        &["dome", "compare", "--distance", "0.6", "--size", "32"][..],
+        &[
+            "dome",
+            "render",
+            "--scene",
+            "grid",
+            "--distance",
+            "0.1",
+            "--mapping",
+            "mirror",
+        ],
+    ] {
+        let output = shisen(folder.path())
+            .args(arguments)
+            .assert()
+            .code(2)
+            .get_output()
+            .clone();
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(error.contains("above 0.613"), "{arguments:?}: {error}");
+    }
+}

@@ -214,7 +214,7 @@ impl<'p> Surroundings<'p> {
         }
     }
 
-    /// Whether the centre of a pixel is inside the rim, by more than rounding.
+    /// Whether the centre of a pixel is inside the rim, whatever f32 makes of it.
     fn is_inside(&self, column: u32, row: u32) -> bool {
         if column >= self.side || row >= self.side {
             return false;
@@ -222,8 +222,9 @@ impl<'p> Surroundings<'p> {
         let side = u64::from(self.side);
         let from_centre = |at: u32| (2 * u64::from(at) + 1).abs_diff(side);
         let (x, y) = (from_centre(column), from_centre(row));
-        // All of one pixel, and of two.
-        side <= 2 || x * x + y * y + side <= side * side
+        // No centre is on the rim: squares of two odd numbers, or of two even
+        // ones, are not that of the other kind.
+        x * x + y * y + side * side / 4_000_000 <= side * side
     }
 }
 
@@ -487,7 +488,8 @@ mod tests {
     use crate::gaze::{Gaze, LineOfSight, VisualField};
     use glam::Mat3;
 
-    const SIDE: u32 = 32;
+    // An interpreter takes its time.
+    const SIDE: u32 = if cfg!(miri) { 8 } else { 32 };
     const AREA: usize = (SIDE * SIDE) as usize;
 
     fn pose() -> DomePose {
@@ -560,8 +562,9 @@ mod tests {
                 }
             }
         }
-        // A pixel is 5.6 degrees.
-        assert!(worst < 3.5f32.to_radians(), "{}", worst.to_degrees());
+        // A pixel is 5.6 degrees, or 22.5.
+        let bound = if cfg!(miri) { 16.0f32 } else { 3.5 };
+        assert!(worst < bound.to_radians(), "{}", worst.to_degrees());
     }
 
     #[test]
@@ -580,7 +583,7 @@ mod tests {
 
     #[test]
     fn the_smallest_hemispheres_show_something_everywhere() {
-        for side in 1..=4 {
+        for side in if cfg!(miri) { 3..=3 } else { 1..=4 } {
             let white = Pixel {
                 red: 1.0,
                 green: 1.0,

@@ -14,8 +14,9 @@ pub(super) struct CaptureArguments {
     #[arg(id = "fill-size", long = "fill-size", value_name = "PIXELS",
           value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
     size: Option<u32>,
-    /// With --fill capture, the level of detail of its rays, which limits their
-    /// bounces and the faces of meshes, 0 to 1 [default: 0.34]
+    /// With --fill capture, the level of detail of its rays, 0 to 1, which limits
+    /// their bounces, to --depth times it, rounded down, and the faces of meshes:
+    /// mirrors show nothing at a level without bounces [default: 0.34]
     #[arg(id = "fill-level", long = "fill-level", value_name = "LEVEL", value_parser = level)]
     level: Option<f32>,
     /// With --fill capture, the most steps that it may take; what they do not

@@ -107,6 +107,12 @@ impl MirrorChoice {
             });
         };
         let double = self.config.0.mirror();
+        if let Some(distance) = grid {
+            // Its centre is the screen's.
+            let near = NearField::new(double, self.mapping.0);
+            near.check(distance)
+                .map_err(|error| Failure::usage(&error.to_string()))?;
+        }
         let viewpoint = match self.viewpoint {
             Viewpoint::Screen => 0.0,
             Viewpoint::At(offset) => offset,
