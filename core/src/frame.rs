@@ -323,6 +323,11 @@ impl TileJob {
         self.tile
     }
 
+    /// Whether all its pixels are there.
+    pub const fn is_finished(&self) -> bool {
+        self.finished as u64 == self.tile.width as u64 * self.tile.height as u64
+    }
+
     /// Renders pixels into `pixels` (rows of the tile, from the top) until
     /// the tile is finished or the budget spent.
     ///

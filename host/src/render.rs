@@ -9,8 +9,8 @@ pub use fill::{Capture, CaptureOptions, Filling};
 use glam::DVec3;
 use rayon::ThreadPool;
 use shisen_core::frame::{
-    Budget, DomeError, LevelOfDetail, Outcome, Pixel, Renderer, Settings, Statistics,
-    SurroundingsError, Tile, TileJob, View, ViewError, Workspace,
+    Budget, DomeError, LevelOfDetail, Pixel, Renderer, Settings, Statistics, SurroundingsError,
+    Tile, TileJob, View, ViewError, Workspace,
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
@@ -223,14 +223,7 @@ where
         }
         (None, Filling::Background | Filling::Capture(_)) => Source::Nothing,
     };
-    let (mut statistics, mut seconds) = trace(
-        &views,
-        &mut jobs,
-        &pool,
-        Budget::UNLIMITED,
-        &source,
-        progress,
-    );
+    let (mut statistics, mut seconds) = trace(&views, &mut jobs, &pool, &source, progress);
     write_back(&jobs, pictures.iter_mut().map(|one| &mut one.picture));
     let capture = capture.map(|(_, capture)| capture);
     if let Some(capture) = &capture {
@@ -332,7 +325,6 @@ where
         &views,
         &mut jobs,
         &pool(options.threads)?,
-        Budget::UNLIMITED,
         &Source::Nothing,
         progress,
     );
@@ -343,13 +335,11 @@ where
     })
 }
 
-/// Does all jobs, each within a budget, fills what they skipped, and says what
-/// it took. What a budget did not reach shows the background.
+/// Does all jobs, fills what they skipped, and says what it took.
 fn trace<const W: usize>(
     views: &[(View, Renderer<'_, W>)],
     jobs: &mut [Job<'_>],
     pool: &ThreadPool,
-    budget: Budget,
     source: &Source<'_>,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> (Statistics, f64)
@@ -360,14 +350,15 @@ where
     let render = |workspace: &mut Workspace, job: &mut Job<'_>| {
         let (picture, tile, pixels) = job;
         let (view, renderer) = &views[*picture];
-        let mut of_tile = TileJob::new(*tile);
-        let outcome = of_tile.render(renderer, view, pixels, &mut { budget }, workspace);
-        // Tiles of a view's own grid fit it.
+        // Tiles of a view's own grid fit it, and no budget ends this one.
+        let outcome = TileJob::new(*tile).render(
+            renderer,
+            view,
+            pixels,
+            &mut { Budget::UNLIMITED },
+            workspace,
+        );
         debug_assert!(outcome.is_ok());
-        if outcome == Ok(Outcome::BudgetSpent) {
-            let given_up = of_tile.give_up(renderer, view, pixels);
-            debug_assert!(given_up.is_ok());
-        }
         source.fill(renderer, view, job);
         progress(finished.fetch_add(1, Ordering::Relaxed) + 1, total);
     };

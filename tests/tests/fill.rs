@@ -226,9 +226,16 @@ fn a_capture_keeps_to_its_steps_and_shows_the_background_beyond() {
         )
     };
     let (needed, all) = steps(None);
-    let (half, _) = steps(Some(needed / 2));
-    // A call does at most its budget and a pixel more: see `TileJob::render`.
-    assert!(half < needed * 3 / 4, "{half} of {needed}");
+    // What tiles leave is passed on: most of a limit is used, and little more.
+    for share in [4, 2] {
+        let limit = needed / share;
+        let (used, _) = steps(Some(limit));
+        let range = limit * 9 / 10..limit * 5 / 4;
+        assert!(range.contains(&used), "{used} of {limit}");
+    }
+    let (enough, _) = steps(Some(2 * needed));
+    // A block that was interrupted goes on ray by ray.
+    assert!(enough.abs_diff(needed) < needed / 10, "{enough} {needed}");
     let (none, starved) = steps(Some(0));
     assert_eq!(none, 0);
     let full = setting.full();

@@ -546,11 +546,12 @@ mod tests {
         let surroundings = Surroundings::new(pose(), SIDE, [&ahead, &behind]).unwrap();
         let pixels = if cfg!(miri) { 8 } else { 64 };
         let mut worst = 0f32;
-        for view in walls(pixels) {
+        let walls = walls(pixels);
+        for view in &walls[..if cfg!(miri) { 1 } else { 6 }] {
             for y in 0..pixels {
                 for x in (0..pixels).step_by(8) {
-                    let places = surroundings.places(Simd::detect(), &view, y, x);
-                    let portable = surroundings.places(Simd::PORTABLE, &view, y, x);
+                    let places = surroundings.places(Simd::detect(), view, y, x);
+                    let portable = surroundings.places(Simd::PORTABLE, view, y, x);
                     assert_eq!((places.x, places.y), (portable.x, portable.y));
                     for lane in 0..8 {
                         let exact = view.direction((x + lane) as f32, y as f32).unwrap();
@@ -593,9 +594,9 @@ mod tests {
             let pixels = [white; 16];
             let pixels = &pixels[..(side * side) as usize];
             let surroundings = Surroundings::new(pose(), side, [pixels, pixels]).unwrap();
-            for view in walls(8) {
+            for view in &walls(8)[..if cfg!(miri) { 1 } else { 6 }] {
                 for y in 0..8 {
-                    let places = surroundings.places(Simd::PORTABLE, &view, y, 0);
+                    let places = surroundings.places(Simd::PORTABLE, view, y, 0);
                     for lane in 0..8 {
                         let found = surroundings.at(places.at(lane));
                         assert!((found.alpha - 1.0).abs() < 1e-5, "{side}: {found:?}");

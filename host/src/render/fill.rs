@@ -8,11 +8,13 @@ use glam::{DVec3, Mat3};
 use rayon::ThreadPool;
 use shisen_core::frame::{
     BLEND, Budget, DomePose, Fill, LevelOfDetail, Pixel, Renderer, Settings, Statistics,
-    Surroundings, SurroundingsError, Tile, View,
+    Surroundings, SurroundingsError, Tile, TileJob, View, Workspace,
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::f32::consts::PI;
+use std::sync::Mutex;
+use std::time::Instant;
 
 /// What shows where the gaze skips rays. At the border of the visual field
 /// traced pixels go over into it smoothly.
@@ -36,9 +38,9 @@ pub struct CaptureOptions {
     pub size: u32,
     /// The level of detail of all its rays, 0 to 1.
     pub level: f32,
-    /// The most steps to take; what they do not reach shows the background.
-    /// `None` for as many as it needs. Steps are dealt out to tiles in equal
-    /// parts, so that the picture does not depend on threads.
+    /// The most steps to take, but for the ray that each tile of 16² pixels may be
+    /// busy with; what they do not reach shows the background. `None` for as many
+    /// as it needs.
     pub steps: Option<u64>,
 }
 
@@ -67,14 +69,15 @@ pub struct Capture {
 /// Pixels a side of the tiles that steps are dealt out to.
 const TILE: u32 = 16;
 
+/// Steps that a tile gets in a round, if any.
+const LEAST_PART: u64 = 256;
+
 /// A capture that is still to be made.
 pub(super) struct Plan<'a, const W: usize> {
     pose: DomePose,
     options: CaptureOptions,
     pub(super) views: Vec<(View, Renderer<'a, W>)>,
     pub(super) tiles: Vec<(usize, Tile)>,
-    /// Of each tile.
-    pub(super) budget: Budget,
 }
 
 impl<'a, const W: usize> Plan<'a, W>
@@ -118,17 +121,58 @@ where
             .enumerate()
             .flat_map(|(number, (view, _))| tiles(view, TILE).map(move |tile| (number, tile)))
             .collect();
-        let budget = match options.steps {
-            Some(steps) => Budget::steps(steps / tiles.len().max(1) as u64),
-            None => Budget::UNLIMITED,
-        };
         Ok(Some(Self {
             pose,
             options,
             views,
             tiles,
-            budget,
         }))
+    }
+
+    /// Renders tiles within so many steps. They are dealt out in rounds, in equal
+    /// parts to the tiles that are not finished; what a tile leaves goes to the
+    /// next round's. Neither parts nor what is left depend on threads.
+    fn trace_within(
+        &self,
+        jobs: &mut [Job<'_>],
+        pool: &ThreadPool,
+        steps: u64,
+    ) -> (Statistics, f64) {
+        let start = Instant::now();
+        let mut statistics = Statistics::default();
+        let mut pending: Vec<(TileJob, &mut Job<'_>)> = jobs
+            .iter_mut()
+            .map(|job| (TileJob::new(job.1), job))
+            .collect();
+        loop {
+            let left = steps.saturating_sub(statistics.steps);
+            let served = pending.len().min((left / LEAST_PART) as usize);
+            let Some(part) = left.checked_div(served as u64) else {
+                break;
+            };
+            let next = Mutex::new(pending[..served].iter_mut());
+            let done = pool.broadcast(|_| {
+                let mut workspace = Workspace::new();
+                while let Some((tile, job)) = next.lock().ok().and_then(|mut next| next.next()) {
+                    let (view, renderer) = &self.views[job.0];
+                    let mut budget = Budget::steps(part);
+                    // Tiles of a view's own grid fit it.
+                    let outcome = tile.render(renderer, view, job.2, &mut budget, &mut workspace);
+                    debug_assert!(outcome.is_ok());
+                }
+                workspace.statistics
+            });
+            for part in &done {
+                statistics.add(part);
+            }
+            pending.retain(|(tile, _)| !tile.is_finished());
+        }
+        for (mut tile, job) in pending {
+            let (view, renderer) = &self.views[job.0];
+            let given_up = tile.give_up(renderer, view, job.2);
+            debug_assert!(given_up.is_ok());
+        }
+        (statistics, start.elapsed().as_secs_f64())
     }
 
     /// The surroundings in the pictures of the two views.
@@ -235,9 +279,10 @@ where
     let area = 2 * options.size as usize * options.size as usize;
     let mut pixels = vec![Pixel::default(); area];
     let mut jobs = jobs(&plan.tiles, &mut pixels);
-    let quiet = |_, _| {};
-    let (views, budget) = (&plan.views, plan.budget);
-    let (statistics, seconds) = trace(views, &mut jobs, pool, budget, &Source::Nothing, &quiet);
+    let (statistics, seconds) = match options.steps {
+        Some(steps) => plan.trace_within(&mut jobs, pool, steps),
+        None => trace(&plan.views, &mut jobs, pool, &Source::Nothing, &|_, _| {}),
+    };
     write_back(&jobs, hemispheres.iter_mut());
     let capture = Capture {
         hemispheres,
