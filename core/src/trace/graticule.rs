@@ -99,7 +99,9 @@ mod tests {
 
     #[test]
     fn lines_are_every_ten_degrees_all_round() {
-        for line in -9..=9i32 {
+        // An interpreter takes its time.
+        let step = if cfg!(miri) { 9 } else { 1 };
+        for line in (-9..=9i32).step_by(step) {
             let latitude = 10.0 * f64::from(line);
             for longitude in [0.3, 44.9, 95.0, 183.0, -77.0] {
                 for off in [-0.149, 0.0, 0.149] {
@@ -112,7 +114,7 @@ mod tests {
                 }
             }
         }
-        for line in 0..36 {
+        for line in (0..36).step_by(step) {
             let longitude = 10.0 * f64::from(line);
             for latitude in [-75.0, -33.0, 5.0, 64.0f64] {
                 let width = 1.0 / latitude.to_radians().cos();
