@@ -1,9 +1,9 @@
 //! Tiles of pixels: resumable, within a budget.
 //!
 //! A wall, a dome or a dome master is a [`View`]; a [`TileJob`] is a rectangle
-//! of it on its way to being finished. The caller owns the pixels and the [`Workspace`], deals out the
-//! [`Budget`], and calls [`TileJob::render`] until it says
-//! [`Outcome::Finished`]. Every pixel is a function of the scene, the view, the
+//! of it on its way to being finished. The caller owns the pixels and the
+//! [`Workspace`], deals out the [`Budget`], and calls [`TileJob::render`] until
+//! it says [`Outcome::Finished`]. Every pixel is a function of the scene, the view, the
 //! [`Settings`] and its place in the view only: not of tiles, their order, or
 //! how often rendering was interrupted.
 

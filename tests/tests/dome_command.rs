@@ -58,6 +58,7 @@ fn designs_have_the_digits_of_the_optima() {
             "error_percent",
             "error_px_4096",
             "extrema",
+            "mapping",
             "p",
             "projection",
             "width"
@@ -103,6 +104,7 @@ fn designs_have_the_digits_of_the_optima() {
                 "error_px_4096",
                 "extrema",
                 "fov",
+                "mapping",
                 "p",
                 "projection"
             ]
@@ -219,6 +221,35 @@ fn designs_are_the_ones_that_are_asked_for() {
     assert!(limit["p"].is_null());
     assert_eq!(limit["projection"], "parallel");
     assert!(limit["error_percent"].is_number());
+}
+
+#[test]
+fn other_mappings_have_no_error() {
+    for mapping in ["exact", "true"] {
+        let found = design(&["--config", "paper-2", "--mapping", mapping]);
+        assert_eq!(found["mapping"], mapping);
+        assert_eq!(found["error_percent"], 0.0);
+        assert_eq!(found["error_px_4096"], 0.0);
+        assert_eq!(found["extrema"].as_array().unwrap().len(), 0);
+        let mirror = design(&["--config", "paper-2"]);
+        assert_eq!((&found["a"], &found["p"]), (&mirror["a"], &mirror["p"]));
+    }
+    let folder = folder();
+    let curves = ["curve", "--points", "9", "--mapping", "exact"];
+    let figures = dome(folder.path(), &curves);
+    for (number, zero) in [(0, true), (2, false), (5, true)] {
+        let line = figures["figures"][number]["lines"].as_array().unwrap();
+        let y = line.last().unwrap()["y"].as_array().unwrap();
+        assert_eq!(y.len(), 9);
+        assert_eq!(y.iter().all(|y| y.as_f64() == Some(0.0)), zero, "{number}");
+    }
+    let same = dome(
+        folder.path(),
+        &["compare", "--mapping", "true", "--size", "64"],
+    );
+    assert!(same["config"].is_null());
+    assert_eq!(same["differing"], 0);
+    assert_eq!(same["true_lines"], same["simulated_lines"]);
 }
 
 #[test]

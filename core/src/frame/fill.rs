@@ -6,7 +6,7 @@ use super::view::{Directions, Kind, View};
 use super::{DomeError, DomePose, DomeProjection, MirrorCamera, Part, Renderer, Tile, TileError};
 use crate::capture::{Mapping, SpheroidMirror};
 use crate::gaze::Region;
-use crate::numeric::{arctangent, sqrt};
+use crate::numeric::{arctangent, max, min, sqrt};
 use crate::simd::{Kernel, Lanes, Runs, Simd};
 use crate::trace::Pixel;
 use core::f32::consts::FRAC_2_PI;
@@ -16,9 +16,6 @@ use glam::Vec3;
 /// The level from which on a traced pixel is only itself; below, towards the
 /// border of the visual field, it goes over into what fills the rest.
 pub const BLEND: f32 = 0.1;
-
-/// Of the pixels around a place at the rim: with less, others must help.
-const LEAST_WEIGHT: f32 = 0.3;
 
 /// What to fill skipped pixels with.
 #[derive(Debug, Clone, Copy)]
@@ -80,7 +77,8 @@ impl<'p> Surroundings<'p> {
     pub const MIRROR_RADIUS: f32 = 1.0e-4;
 
     /// The two dome masters to render, of `side`² pixels each: through the best
-    /// mirror, in its exact mapping.
+    /// mirror, in its exact mapping. Pixels next to the rim's outside show what is
+    /// at the rim, so that all four around a place show something.
     ///
     /// # Errors
     /// A pose or a size that cannot be.
@@ -96,7 +94,7 @@ impl<'p> Surroundings<'p> {
         let mut behind = pose;
         let axes = &mut behind.room_from_capture;
         (axes.x_axis, axes.z_axis) = (-axes.x_axis, -axes.z_axis);
-        let view = |pose| View::dome(DomeProjection::Mirror(camera), pose, side);
+        let view = |pose| View::surroundings(DomeProjection::Mirror(camera), pose, side);
         Ok([view(pose)?, view(behind)?])
     }
 
@@ -127,104 +125,67 @@ impl<'p> Surroundings<'p> {
         })
     }
 
-    /// What is seen at a place: between pixels as the four around it say, across
-    /// the rim as both hemispheres do.
+    /// What is seen at a place: between pixels as the four around it say. Across
+    /// the last pixel before the rim it goes over into what the other hemisphere
+    /// says there, so that both say the same at the rim.
     #[inline]
     fn at(&self, place: Place) -> Pixel {
+        let own = self.inside(place);
         if place.near_rim {
-            self.at_rim(place)
+            self.across_rim(place, own)
         } else {
-            self.inside(place).unwrap_or_default()
+            own
         }
     }
 
-    /// As the four pixels around a place say, which are inside the rim.
+    /// As the four pixels around a place say.
     #[inline]
-    fn inside(&self, place: Place) -> Option<Pixel> {
-        let (column, row) = (place.x as u32, place.y as u32);
-        let (right, below) = (place.x - column as f32, place.y - row as f32);
+    fn inside(&self, place: Place) -> Pixel {
+        let last = self.side - 1;
+        let within = |at: f32| max(min(at, last as f32), 0.0);
+        let (x, y) = (within(place.x), within(place.y));
+        let (column, row) = (x as u32, y as u32);
+        let (right, below) = (x - column as f32, y - row as f32);
         let index = row as usize * self.side as usize + column as usize;
+        let next = usize::from(column < last);
         let pixels = self.hemisphere(place);
-        let above = pixels.get(index..index + 2)?;
-        let under = pixels.get(index + self.side as usize..)?.get(..2)?;
-        let ([a, b], [c, d]) = (above, under) else {
-            return None;
+        let above = pixels.get(index..).unwrap_or_default();
+        let under = if row < last {
+            above.get(self.side as usize..).unwrap_or_default()
+        } else {
+            above
         };
-        Some(mixed(mixed(*a, *b, right), mixed(*c, *d, right), below))
+        let at = |row: &[Pixel], number: usize| row.get(number).copied().unwrap_or_default();
+        mixed(
+            mixed(at(above, 0), at(above, next), right),
+            mixed(at(under, 0), at(under, next), right),
+            below,
+        )
     }
 
     #[inline(never)]
-    fn at_rim(&self, place: Place) -> Pixel {
+    fn across_rim(&self, place: Place, own: Pixel) -> Pixel {
         let side = self.side as f32;
         let last = side - 1.0;
-        // From the pixel to the centre, in halves of the side.
+        // From the centre, in halves of the side.
         let (u, v) = ((2.0 * place.x - last) / side, (last - 2.0 * place.y) / side);
         let radius = sqrt(u * u + v * v);
-        let scaled = |by: f32, across: f32, behind: bool| Place {
-            x: 0.5 * (across * u * by * side + last),
-            y: 0.5 * (last - v * by * side),
-            behind,
-            near_rim: true,
-        };
-        let mut sum = Sum::NONE;
-        self.add(&mut sum, place);
-        // As far beyond the other's rim.
-        self.add(
-            &mut sum,
-            scaled((2.0 - radius) / radius, -1.0, !place.behind),
-        );
-        if sum.weight < LEAST_WEIGHT {
-            // The four around are not inside either rim, by a little.
-            let inwards = (1.0 - 3.0 / side) / radius;
-            self.add(&mut sum, scaled(inwards, 1.0, place.behind));
-            self.add(&mut sum, scaled(inwards, -1.0, !place.behind));
+        let pixels_inside = max(0.5 * side * (1.0 - radius), 0.0);
+        if !(pixels_inside < 1.0 && radius > 0.0) {
+            return own;
         }
-        sum.mean()
+        let other = Place {
+            x: 0.5 * (last - u / radius * side),
+            y: 0.5 * (last - v / radius * side),
+            behind: !place.behind,
+            near_rim: false,
+        };
+        mixed(own, self.inside(other), 0.5 * (1.0 - pixels_inside))
     }
 
     fn hemisphere(&self, place: Place) -> &'p [Pixel] {
         let [ahead, behind] = self.hemispheres;
         if place.behind { behind } else { ahead }
-    }
-
-    /// The four pixels around a place, as far as they are inside the rim.
-    fn add(&self, sum: &mut Sum, place: Place) {
-        let pixels = self.hemisphere(place);
-        // Past the border there is nothing inside the rim.
-        let (left, top) = (place.x + 1.0, place.y + 1.0);
-        if !(left >= 0.0 && top >= 0.0) {
-            return;
-        }
-        let (column, row) = (left as u32, top as u32);
-        let (right, below) = (left - column as f32, top - row as f32);
-        for (column, row, weight) in [
-            (column, row, (1.0 - right) * (1.0 - below)),
-            (column + 1, row, right * (1.0 - below)),
-            (column, row + 1, (1.0 - right) * below),
-            (column + 1, row + 1, right * below),
-        ] {
-            // Counted from 1: 0 and the side's next are past the border.
-            let (column, row) = (column.wrapping_sub(1), row.wrapping_sub(1));
-            if self.is_inside(column, row) {
-                let index = row as usize * self.side as usize + column as usize;
-                if let Some(pixel) = pixels.get(index) {
-                    sum.add(*pixel, weight);
-                }
-            }
-        }
-    }
-
-    /// Whether the centre of a pixel is inside the rim, whatever f32 makes of it.
-    fn is_inside(&self, column: u32, row: u32) -> bool {
-        if column >= self.side || row >= self.side {
-            return false;
-        }
-        let side = u64::from(self.side);
-        let from_centre = |at: u32| (2 * u64::from(at) + 1).abs_diff(side);
-        let (x, y) = (from_centre(column), from_centre(row));
-        // No centre is on the rim: squares of two odd numbers, or of two even
-        // ones, are not that of the other kind.
-        x * x + y * y + side * side / 4_000_000 <= side * side
     }
 }
 
@@ -235,42 +196,8 @@ struct Place {
     x: f32,
     y: f32,
     behind: bool,
-    /// The four pixels around may not all be inside the rim.
+    /// Within three halves of a pixel of the rim.
     near_rim: bool,
-}
-
-/// Pixels and their weights.
-struct Sum {
-    pixel: Pixel,
-    weight: f32,
-}
-
-impl Sum {
-    const NONE: Self = Self {
-        pixel: Pixel {
-            red: 0.0,
-            green: 0.0,
-            blue: 0.0,
-            alpha: 0.0,
-        },
-        weight: 0.0,
-    };
-
-    fn add(&mut self, pixel: Pixel, weight: f32) {
-        self.pixel.red += pixel.red * weight;
-        self.pixel.green += pixel.green * weight;
-        self.pixel.blue += pixel.blue * weight;
-        self.pixel.alpha += pixel.alpha * weight;
-        self.weight += weight;
-    }
-
-    /// Nothing where there is no weight.
-    fn mean(self) -> Pixel {
-        if !(self.weight > 0.0) {
-            return Pixel::default();
-        }
-        mixed(Pixel::default(), self.pixel, 1.0 / self.weight)
-    }
 }
 
 /// From `none` at 0 to `all` at 1.
@@ -601,6 +528,24 @@ mod tests {
                         let found = surroundings.at(places.at(lane));
                         assert!((found.alpha - 1.0).abs() < 1e-5, "{side}: {found:?}");
                     }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn places_next_to_a_pole_are_inside_pictures_of_a_single_pixel() {
+        let pixels = [Pixel::default(); 9];
+        for side in 1..=3 {
+            let pixels = &pixels[..(side * side) as usize];
+            let surroundings = Surroundings::new(pose(), side, [pixels, pixels]).unwrap();
+            for tiny in [0.0, 1.0e-45, 1.0e-30, 1.0e-10] {
+                for right in [tiny, -tiny] {
+                    let eye = Vec3::ZERO;
+                    let first = Vec3::new(right, tiny, -1.0);
+                    let view = View::new(eye, first, Vec3::X, Vec3::Y, [8, 1]).unwrap();
+                    let places = surroundings.places(Simd::PORTABLE, &view, 0, 0);
+                    assert_eq!(surroundings.at(places.at(0)), Pixel::default());
                 }
             }
         }

@@ -58,6 +58,16 @@ impl View {
         Dome::new(projection, pose, size).map(|dome| Self(Kind::Dome(dome)))
     }
 
+    /// As [`dome`](Self::dome), with what is at the rim in the pixels next to its
+    /// outside.
+    pub(super) fn surroundings(
+        projection: DomeProjection,
+        pose: DomePose,
+        size: u32,
+    ) -> Result<Self, DomeError> {
+        Dome::new(projection, pose, size).map(|dome| Self(Kind::Dome(dome.past_the_rim())))
+    }
+
     /// The rays from `eye` (metres, in the room) through the pixels of a dome
     /// screen. Its picture of `size`² pixels is the dome master for an eye that
     /// need not be at the centre: each pixel shows what is behind its place on

@@ -1,3 +1,4 @@
+use super::mapping::Mapping;
 use super::mirror::{Mirror, MirrorError, Parameters, Projection};
 use std::f64::consts::FRAC_PI_2;
 
@@ -70,6 +71,21 @@ impl Design {
             error_percent: error / FRAC_PI_2 * 100.0,
             error_px_4096: error / FRAC_PI_2 * 2048.0,
             extrema,
+        }
+    }
+
+    /// The same mirror with its pixels mapped otherwise: but for
+    /// [`Mapping::Mirror`] there is no error, and no place of it.
+    #[must_use]
+    pub fn mapped(self, mapping: Mapping) -> Self {
+        match mapping {
+            Mapping::Mirror => self,
+            Mapping::Exact | Mapping::True => Self {
+                error_percent: 0.0,
+                error_px_4096: 0.0,
+                extrema: Vec::new(),
+                ..self
+            },
         }
     }
 }

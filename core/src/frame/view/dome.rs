@@ -201,6 +201,9 @@ pub(crate) struct Dome {
     start: [f32; 3],
     /// Of a screen, from the eye: its radii. `None` for pictures of directions.
     centre: Option<Vec3>,
+    /// Pixels are seen to this distance from the centre; past 1, the rim, what is
+    /// at the rim.
+    seen_to: f32,
 }
 
 /// Rays of eight places.
@@ -262,10 +265,6 @@ struct Rays<F, M> {
 }
 
 impl Dome {
-    /// What is divided by it and its distance from the centre is inside the
-    /// rim, whatever was rounded.
-    const BACK_INSIDE: f32 = 1.0 + 4.0 * f32::EPSILON;
-
     /// As [`View::dome`].
     pub(super) fn new(
         projection: DomeProjection,
@@ -313,7 +312,16 @@ impl Dome {
             side,
             start,
             centre: None,
+            seen_to: 1.0,
         })
+    }
+
+    /// With what is at the rim in all pixels that are among the four around a
+    /// place inside it.
+    pub(super) fn past_the_rim(self) -> Self {
+        // The diagonal of a pixel is 2·√2 over the side.
+        let seen_to = 1.0 + 3.0 / self.side as f32;
+        Self { seen_to, ..self }
     }
 
     /// As [`View::dome_screen`].
@@ -372,8 +380,11 @@ impl Dome {
     /// bits, since it is one lane of it.
     #[inline(always)]
     fn rays<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> Rays<L::F, L::M> {
-        let pixel = self.place(l, x, y);
-        let seen = l.le(pixel[2], l.splat(1.0));
+        let mut pixel = self.place(l, x, y);
+        let seen = l.le(pixel[2], l.splat(self.seen_to));
+        if self.seen_to > 1.0 {
+            pixel = back_inside(l, pixel);
+        }
         let (origin, direction) = self.sight(l, pixel);
         let axes = self.axes();
         let [x, y, z] = self.pose.position.to_array();
@@ -499,6 +510,19 @@ impl Dome {
     }
 }
 
+/// Places outside the rim at the nearest point of it: (u, v) and the distance
+/// from the centre.
+#[inline(always)]
+fn back_inside<const W: usize, L: Lanes<W>>(l: L, [u, v, radius]: [L::F; 3]) -> [L::F; 3] {
+    /// What is divided by it and its distance from the centre is inside the rim,
+    /// whatever was rounded.
+    const BACK_INSIDE: f32 = 1.0 + 4.0 * f32::EPSILON;
+    // Inside the rim a division by 1.
+    let past = l.mul(radius, l.splat(BACK_INSIDE));
+    let past = l.select(l.le(radius, l.splat(1.0)), l.splat(1.0), past);
+    [l.div(u, past), l.div(v, past), l.div(radius, past)]
+}
+
 /// One component of a vector along the axes.
 #[inline(always)]
 fn turned<const W: usize, L: Lanes<W>>(
@@ -539,12 +563,7 @@ impl Directions for Dome {
             *place = column.min(last) as f32;
         }
         let (x, y) = (l.load(&columns), l.splat(y.min(last) as f32));
-        let [u, v, radius] = self.place(l, x, y);
-        // Inside the rim a division by 1.
-        let past = l.mul(radius, l.splat(Self::BACK_INSIDE));
-        let past = l.select(l.le(radius, l.splat(1.0)), l.splat(1.0), past);
-        let (u, v, radius) = (l.div(u, past), l.div(v, past), l.div(radius, past));
-        let (_, direction) = self.sight(l, [u, v, radius]);
+        let (_, direction) = self.sight(l, back_inside(l, self.place(l, x, y)));
         self.in_room(l, self.axes(), direction)
     }
 }

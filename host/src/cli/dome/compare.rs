@@ -10,7 +10,7 @@ use crate::cli::source::bake;
 use clap::Args;
 use serde::Serialize;
 use shisen::bake::Layout;
-use shisen::dome::{Mapping, Named};
+use shisen::dome::Named;
 use shisen::picture::Picture;
 use shisen::render::Options;
 use shisen::scene::camera::DomeCamera;
@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 /// With --json, one object: image (path), hash (16 hexadecimal digits over all
 /// pixels), differing (pixels inside the rim where one has a line and the other
 /// not, by more than half), `true_lines` and `simulated_lines` (pixels of lines),
-/// pixels (inside the rim), config, mapping, distance (mirror radii), viewpoint
+/// pixels (inside the rim), config (null where there is no mirror), mapping, distance (mirror radii), viewpoint
 /// (radii from the screen's centre), size, samples and seconds (of tracing both).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
@@ -71,7 +71,7 @@ struct Report {
     true_lines: u64,
     simulated_lines: u64,
     pixels: u64,
-    config: &'static str,
+    config: Option<&'static str>,
     mapping: &'static str,
     distance: f64,
     viewpoint: f64,
@@ -83,11 +83,6 @@ struct Report {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let MappingChoice(mapping) = arguments.mirror.mapping;
-    if mapping == Mapping::True {
-        return Err(Failure::usage(
-            "--mapping true is what the others are compared with: give mirror or exact",
-        ));
-    }
     // Both are taken from the camera's place, the mirror by its viewpoint.
     let camera = DomeCamera::UPRIGHT;
     let distance = arguments.distance;
@@ -110,7 +105,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let quiet = arguments.quiet || arguments.json;
     let truth = trace(&baked, &truth, &options, quiet)?;
     let simulated = trace(&baked, &simulated, &options, quiet)?;
-    let (config, mapping) = (optics.config.map_or("", Named::name), mapping.name());
+    let (config, mapping) = (optics.config.map(Named::name), mapping.name());
     let mut report = Report {
         image: path.display().to_string(),
         hash: String::new(),
@@ -129,7 +124,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut picture = simulated.picture;
     report.overlay(&truth.picture, &mut picture);
     report.hash = hexadecimal(picture.hash());
-    let note = format!("grid at {distance} radii, {config} ({mapping}): red true, cyan simulated");
+    let name = config.unwrap_or("no mirror");
+    let note = format!("grid at {distance} radii, {name} ({mapping}): red true, cyan simulated");
     picture
         .write_png_with_alpha(&path, &metadata(note))
         .map_err(Failure::from_error)?;
@@ -168,7 +164,12 @@ impl fmt::Display for Report {
         write!(
             f,
             "{} ({}) at {} radii: {} of {} pixels differ\n{}",
-            self.config, self.mapping, self.distance, self.differing, self.pixels, self.image
+            self.config.unwrap_or("no mirror"),
+            self.mapping,
+            self.distance,
+            self.differing,
+            self.pixels,
+            self.image
         )
     }
 }

@@ -3,13 +3,13 @@
 use super::super::failure::Failure;
 use super::super::picture_files::make_writable;
 use super::super::print;
-use super::arguments::ConfigChoice;
+use super::arguments::{ConfigChoice, MappingChoice};
 use super::figure::Figure;
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 use shisen::chart::{Axis, Chart, Corner, Line};
-use shisen::dome::{self, Design, MirrorError, Projection};
+use shisen::dome::{self, Design, Mapping, MirrorError, Projection};
 use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -35,6 +35,10 @@ pub(in crate::cli) struct Arguments {
     /// A mirror to mark
     #[arg(long, value_name = "NAME", value_enum)]
     config: Option<ConfigChoice>,
+    /// How pixels become directions: but by the mirror the errors are 0, and
+    /// nowhere largest
+    #[arg(long, value_enum, default_value = "mirror")]
+    mapping: MappingChoice,
     /// Axis ratios in each figure
     #[arg(long, value_name = "N", default_value_t = 300,
           value_parser = clap::value_parser!(u32).range(2..=10_000))]
@@ -75,9 +79,14 @@ const PARALLEL_BEST: Range<f64> = 1.28..1.3;
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     make_writable(&arguments.out)?;
     let count = arguments.points;
-    let whole = perspective(&WHOLE, count)?;
-    let small_errors = perspective(&SMALL_ERRORS, count)?;
-    let far_viewpoints = perspective(&FAR_VIEWPOINTS, count)?;
+    let MappingChoice(mapping) = arguments.mapping;
+    let whole = perspective(&WHOLE, count, mapping)?;
+    let small_errors = perspective(&SMALL_ERRORS, count, mapping)?;
+    let far_viewpoints = perspective(&FAR_VIEWPOINTS, count, mapping)?;
+    let enlarged = |range: Range<f64>| match mapping {
+        Mapping::Mirror => range,
+        Mapping::Exact | Mapping::True => 0.0..range.end,
+    };
     let mut charts = [
         (10, errors("Error by perspective", &whole, &WHOLE, 0.0..2.0)),
         (
@@ -86,7 +95,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 "Error by perspective, enlarged",
                 &small_errors,
                 &SMALL_ERRORS,
-                0.1..0.14,
+                enlarged(0.1..0.14),
             ),
         ),
         (
@@ -110,20 +119,25 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         (14, places(&whole)),
         (
             15,
-            parallel_errors("Error in parallel projection", count, &PARALLEL, 0.0..22.0)?,
+            parallel_errors(
+                "Error in parallel projection",
+                (count, mapping),
+                &PARALLEL,
+                0.0..22.0,
+            )?,
         ),
         (
             16,
             parallel_errors(
                 "Error in parallel projection, enlarged",
-                count,
+                (count, mapping),
                 &PARALLEL_BEST,
-                0.1..0.22,
+                enlarged(0.1..0.22),
             )?,
         ),
     ];
     if let Some(ConfigChoice(named)) = arguments.config {
-        let design = Design::of(named.mirror());
+        let design = Design::of(named.mirror()).mapped(mapping);
         for (number, chart) in &mut charts {
             mark(chart, *number, named.name(), &design);
         }
@@ -164,15 +178,15 @@ fn ratios(range: &Range<f64>, count: u32) -> Vec<f64> {
     (0..count).map(ratio).collect()
 }
 
-fn perspective(range: &Range<f64>, count: u32) -> Result<Vec<Shape>, Failure> {
+fn perspective(range: &Range<f64>, count: u32, mapping: Mapping) -> Result<Vec<Shape>, Failure> {
     let shape = |&a: &f64| -> Result<Shape, MirrorError> {
         let best = dome::optimum(a, Projection::Perspective)?;
         let mut local = dome::local_optima(a)?;
         local.retain(|local| local.error_percent > best.error_percent);
         Ok(Shape {
             a,
-            best,
-            other: local.pop(),
+            best: best.mapped(mapping),
+            other: local.pop().map(|other| other.mapped(mapping)),
         })
     };
     let shapes: Result<_, _> = ratios(range, count).par_iter().map(shape).collect();
@@ -281,11 +295,14 @@ fn places(shapes: &[Shape]) -> Chart {
 
 fn parallel_errors(
     title: &str,
-    count: u32,
+    (count, mapping): (u32, Mapping),
     range: &Range<f64>,
     errors: Range<f64>,
 ) -> Result<Chart, Failure> {
-    let point = |a| dome::optimum(a, Projection::Parallel).map(|d| (a, Some(d.error_percent)));
+    let point = |a| {
+        let design = dome::optimum(a, Projection::Parallel)?.mapped(mapping);
+        Ok::<_, MirrorError>((a, Some(design.error_percent)))
+    };
     let points: Result<_, _> = ratios(range, count).into_iter().map(point).collect();
     Ok(Chart {
         title: title.to_owned(),

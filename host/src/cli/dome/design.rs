@@ -2,10 +2,10 @@
 
 use super::super::failure::Failure;
 use super::super::print;
-use super::arguments::{MirrorArguments, projection_name};
+use super::arguments::{MappingChoice, MirrorArguments, projection_name};
 use clap::Args;
 use serde::Serialize;
-use shisen::dome::Design;
+use shisen::dome::{Design, Mapping};
 use std::fmt;
 
 /// Designs the mirror that takes the truest dome master
@@ -16,8 +16,8 @@ use std::fmt;
 /// projection. Lengths are in equatorial radii of the mirror, distances from
 /// its centre but for d1.
 ///
-/// With --json, one object: config (the name given, or null), projection
-/// (parallel or perspective), a, p (the viewpoint), c1 (the screen), b1 (half
+/// With --json, one object: config (the name given, or null), mapping,
+/// projection (parallel or perspective), a, p (the viewpoint), c1 (the screen), b1 (half
 /// the screen's width), d1 (from the viewpoint to the screen), beta1 (radians),
 /// fov (the camera's full field of view, degrees), `error_percent` (the largest
 /// difference between angle and place, of the picture's radius),
@@ -29,6 +29,9 @@ use std::fmt;
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     mirror: MirrorArguments,
+    /// How pixels become directions: but by the mirror there is no error
+    #[arg(long, value_enum, default_value = "mirror")]
+    mapping: MappingChoice,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -38,6 +41,7 @@ pub(in crate::cli) struct Arguments {
 #[derive(Debug, Serialize)]
 struct Report {
     config: Option<&'static str>,
+    mapping: &'static str,
     projection: &'static str,
     a: f64,
     p: Option<f64>,
@@ -59,11 +63,12 @@ struct Report {
 }
 
 impl Report {
-    fn of(design: &Design, config: Option<&'static str>) -> Self {
+    fn of(design: &Design, config: Option<&'static str>, mapping: Mapping) -> Self {
         let parallel = design.p.is_none();
         let degrees = |e: &shisen::dome::Extremum| e.r_d.to_degrees();
         Self {
             config,
+            mapping: mapping.name(),
             projection: projection_name(design),
             a: design.a,
             p: design.p,
@@ -89,7 +94,9 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         ));
     };
     let config = arguments.mirror.name();
-    print(&Report::of(&design, config), arguments.json)
+    let MappingChoice(mapping) = arguments.mapping;
+    let report = Report::of(&design.mapped(mapping), config, mapping);
+    print(&report, arguments.json)
 }
 
 impl fmt::Display for Report {
@@ -124,6 +131,7 @@ impl fmt::Display for Report {
             self.error_percent,
             self.error_px_4096,
             match self.extrema.len() {
+                0 => "by its mapping",
                 1 => "extremum at",
                 _ => "extrema at",
             }
