@@ -9,7 +9,8 @@ pub mod format;
 mod validate;
 
 use format::{
-    Background, Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Triangle,
+    Background, Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Texel, Texture,
+    Triangle,
 };
 pub use validate::SceneError;
 use zerocopy::FromBytes;
@@ -30,6 +31,9 @@ pub struct Scene<'a, const W: usize = 8> {
     pub(crate) normals: &'a [[f32; 3]],
     pub(crate) id_leaves: &'a [IdLeaf],
     pub(crate) positions: &'a [[f32; 3]],
+    pub(crate) coordinates: &'a [[f32; 2]],
+    pub(crate) textures: &'a [Texture],
+    pub(crate) texels: &'a [Texel],
 }
 
 impl<'a, const W: usize> Scene<'a, W> {
@@ -52,6 +56,9 @@ impl<'a, const W: usize> Scene<'a, W> {
             normals: validate::table(bytes, header.normals, "normals")?,
             id_leaves: validate::table(bytes, header.id_leaves, "leaves of numbers")?,
             positions: validate::table(bytes, header.positions, "positions")?,
+            coordinates: validate::table(bytes, header.coordinates, "coordinates")?,
+            textures: validate::table(bytes, header.textures, "textures")?,
+            texels: validate::table(bytes, header.texels, "texels")?,
         };
         validate::contents(&scene)?;
         Ok(scene)
@@ -92,6 +99,11 @@ impl<'a, const W: usize> Scene<'a, W> {
     /// The materials.
     pub const fn materials(&self) -> &'a [Material] {
         self.materials
+    }
+
+    /// The textures.
+    pub const fn textures(&self) -> &'a [Texture] {
+        self.textures
     }
 
     /// The lights.

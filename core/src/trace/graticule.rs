@@ -1,7 +1,7 @@
 //! Meridians and parallels on a surface, as lines of one width.
 
 use crate::numeric::{arctangent, sin_cos, sines_and_cosines};
-use crate::scene::format::{Material, effect};
+use crate::scene::format::{Material, NO_MEDIUM, NO_TEXTURE, effect};
 use crate::simd::{Lanes, Portable};
 use core::f32::consts::{FRAC_2_PI, FRAC_PI_2};
 use glam::Vec3;
@@ -15,11 +15,13 @@ pub(super) static BETWEEN: Material = Material {
     mirror: [0.0; 3],
     effects: 0,
     transmission: [0.0; 3],
-    reserved: 0,
+    texture: NO_TEXTURE,
     absorption: [0.0; 3],
     graticule_divisions: 0,
     graticule_width: 0.0,
-    reserved2: [0; 11],
+    emission: [0.0; 3],
+    medium: NO_MEDIUM,
+    reserved2: [0; 7],
 };
 
 /// Whether a point of a shape's own frame is between the lines of a material

@@ -1,7 +1,7 @@
 use super::BakeError;
 use shisen_core::scene::format::{
     ALIGNMENT, Background, Header, IdLeaf, Instance, LeafBlock, Light, MAGIC, Material, Mesh, Node,
-    Table, Triangle, VERSION,
+    Table, Texel, Texture, Triangle, VERSION,
 };
 use xxhash_rust::xxh32::xxh32;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
@@ -47,6 +47,9 @@ pub(super) struct Tables<const W: usize> {
     pub(super) normals: Vec<[f32; 3]>,
     pub(super) id_leaves: Vec<IdLeaf>,
     pub(super) positions: Vec<[f32; 3]>,
+    pub(super) coordinates: Vec<[f32; 2]>,
+    pub(super) textures: Vec<Texture>,
+    pub(super) texels: Vec<Texel>,
     pub(super) rungs: u32,
     pub(super) background: Background,
     pub(super) ambient: [f32; 3],
@@ -68,6 +71,9 @@ impl<const W: usize> Default for Tables<W> {
             normals: Vec::new(),
             id_leaves: Vec::new(),
             positions: Vec::new(),
+            coordinates: Vec::new(),
+            textures: Vec::new(),
+            texels: Vec::new(),
             rungs: 1,
             background: Background {
                 zenith: [0.0; 3],
@@ -108,6 +114,10 @@ impl<const W: usize> Tables<W> {
         let normals = append_records(&mut bytes, &self.normals);
         let id_leaves = append_records(&mut bytes, &self.id_leaves);
         let positions = append_records(&mut bytes, &self.positions);
+        let coordinates = append_records(&mut bytes, &self.coordinates);
+        let textures = append_records(&mut bytes, &self.textures);
+        let texels = append_records(&mut bytes, &self.texels);
+        let none = append_records::<u32>(&mut bytes, &[]);
         let byte_len = u32::try_from(bytes.len()).map_err(|_| BakeError::TooLarge {
             bytes: bytes.len() as u64,
         })?;
@@ -135,6 +145,10 @@ impl<const W: usize> Tables<W> {
             positions,
             rungs: self.rungs,
             reserved: [0; 2],
+            coordinates,
+            textures,
+            texels,
+            reserved2: none,
         };
         bytes[..size_of::<Header>()].copy_from_slice(header.as_bytes());
         let checksum = xxh32(&bytes[12..], 0);

@@ -7,7 +7,8 @@ use clap::Args;
 use serde::Serialize;
 use shisen::bake::{Baked, BakedScene};
 use shisen_core::scene::format::{
-    Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Table, Triangle,
+    Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Table, Texel, Texture,
+    Triangle,
 };
 use std::fmt;
 use std::path::PathBuf;
@@ -121,6 +122,9 @@ fn tables<const W: usize>(bytes: &[u8]) -> Vec<TableReport> {
         table("triangles", header.triangles, size_of::<Triangle>()),
         table("normals", header.normals, size_of::<[f32; 3]>()),
         table("positions", header.positions, size_of::<[f32; 3]>()),
+        table("coordinates", header.coordinates, size_of::<[f32; 2]>()),
+        table("textures", header.textures, size_of::<Texture>()),
+        table("texels", header.texels, size_of::<Texel>()),
     ]
 }
 

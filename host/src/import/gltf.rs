@@ -458,6 +458,8 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
             .filter(|volume| volume.thickness_factor() > 0.0)
             .map_or(default.absorption, |volume| absorption(&volume)),
         graticule: default.graticule,
+        texture: None,
+        emission: default.emission,
     }
 }
 

@@ -378,6 +378,8 @@ fn whitted(material: &tobj::Material) -> Material {
         ),
         absorption: default.absorption,
         graticule: default.graticule,
+        texture: None,
+        emission: default.emission,
     }
 }
 
