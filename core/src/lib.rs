@@ -48,6 +48,7 @@ pub mod numeric;
 pub mod scene;
 pub mod shape;
 mod simd;
+pub mod spectrum;
 pub mod trace;
 
 pub use simd::{Runs, Simd};
