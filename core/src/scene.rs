@@ -8,6 +8,7 @@
 pub mod format;
 mod validate;
 
+use crate::spectrum::Medium;
 use format::{
     Background, Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Texel, Texture,
     Triangle,
@@ -34,6 +35,7 @@ pub struct Scene<'a, const W: usize = 8> {
     pub(crate) coordinates: &'a [[f32; 2]],
     pub(crate) textures: &'a [Texture],
     pub(crate) texels: &'a [Texel],
+    pub(crate) media: &'a [Medium],
 }
 
 impl<'a, const W: usize> Scene<'a, W> {
@@ -59,6 +61,7 @@ impl<'a, const W: usize> Scene<'a, W> {
             coordinates: validate::table(bytes, header.coordinates, "coordinates")?,
             textures: validate::table(bytes, header.textures, "textures")?,
             texels: validate::table(bytes, header.texels, "texels")?,
+            media: validate::table(bytes, header.media, "media")?,
         };
         validate::contents(&scene)?;
         Ok(scene)
@@ -104,6 +107,11 @@ impl<'a, const W: usize> Scene<'a, W> {
     /// The textures.
     pub const fn textures(&self) -> &'a [Texture] {
         self.textures
+    }
+
+    /// What transparent materials are made of.
+    pub const fn media(&self) -> &'a [Medium] {
+        self.media
     }
 
     /// The lights.

@@ -22,6 +22,7 @@ use shisen_core::scene::format::{
     kind, light, texture,
 };
 use shisen_core::shape::Spheroid;
+use shisen_core::spectrum::line;
 use std::sync::Arc;
 use thiserror::Error;
 use tree::{Bounds, Effort, WideTree};
@@ -405,6 +406,14 @@ impl<const W: usize> Tables<W> {
         if let Some(texture) = texture {
             baked.texture = textures.add(texture, self);
         }
+        if let Some(medium) = source.medium {
+            let known = self.media.iter().position(|known| *known == medium);
+            let number = known.unwrap_or(self.media.len());
+            if number == self.media.len() {
+                self.media.push(medium);
+            }
+            baked.medium = number as u32;
+        }
         self.materials.push(baked);
     }
 }
@@ -528,7 +537,10 @@ fn material(m: &Material) -> (format::Material, Option<&Texture>) {
         diffuse: m.diffuse,
         shininess: m.shininess,
         specular: m.specular,
-        index_of_refraction: m.index_of_refraction,
+        index_of_refraction: match m.medium {
+            Some(medium) => medium.index_clamped(line::D),
+            None => m.index_of_refraction,
+        },
         mirror: m.mirror,
         effects,
         transmission: m.transmission,

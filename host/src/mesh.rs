@@ -2,6 +2,7 @@
 
 use crate::texture::Texture;
 use glam::DVec3;
+use shisen_core::spectrum::Medium;
 use std::borrow::Cow;
 use thiserror::Error;
 
@@ -21,6 +22,9 @@ pub struct Material {
     pub transmission: [f32; 3],
     /// Index of refraction relative to the surroundings, above 0.
     pub index_of_refraction: f32,
+    /// What it is made of: its index, which depends on the wavelength, is used
+    /// instead of `index_of_refraction`.
+    pub medium: Option<Medium>,
     /// Beer's absorption inside the body, per metre and channel, 0 or more.
     pub absorption: [f32; 3],
     /// Where the surface is this material; between the lines it is black.
@@ -51,6 +55,7 @@ impl Default for Material {
             mirror: [0.0; 3],
             transmission: [0.0; 3],
             index_of_refraction: 1.5,
+            medium: None,
             absorption: [0.0; 3],
             graticule: None,
             texture: None,

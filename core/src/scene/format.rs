@@ -126,8 +126,8 @@ pub struct Header {
     pub textures: Table,
     /// [`Texel`]s of images, row by row from their tops.
     pub texels: Table,
-    /// Zero.
-    pub reserved2: Table,
+    /// [`Medium`](crate::spectrum::Medium)s.
+    pub media: Table,
 }
 
 /// An inner node: the boxes of up to `W` children.
@@ -329,7 +329,8 @@ pub struct Material {
     /// Light of its own, the same in all directions outside; it lights nothing
     /// else.
     pub emission: [f32; 3],
-    /// Index of the medium that it is made of, or [`NO_MEDIUM`].
+    /// Index of the medium that it is made of, whose index of refraction at
+    /// the d line is `index_of_refraction`, or [`NO_MEDIUM`].
     pub medium: u32,
     /// Zero.
     pub reserved2: [u32; 7],

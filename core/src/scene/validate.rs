@@ -1,8 +1,8 @@
 use super::Scene;
 use super::format::{
     ALIGNMENT, COUNT_SHIFT, COVER_NODES, Header, INDEX, Instance, LARGEST_SIDE, LEAF, Light, MAGIC,
-    MOST_LIGHT_SAMPLES, Material, Mesh, NO_MATERIAL, NO_TEXTURE, Table, Texture, VERSION, effect,
-    kind, light, texture,
+    MOST_LIGHT_SAMPLES, Material, Mesh, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Table, Texture,
+    VERSION, effect, kind, light, texture,
 };
 use crate::shape::{Ray, Slabs, Spheroid};
 use crate::trace::STACK_ENTRIES;
@@ -294,6 +294,20 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
     for (record, material) in scene.materials.iter().enumerate() {
         check_material(material, record as u32)?;
         check_textured(material, scene.textures, record as u32)?;
+        let index = material.medium;
+        if index != NO_MEDIUM && index as usize >= scene.media.len() {
+            return Err(SceneError::Index {
+                what: "medium",
+                record: record as u32,
+                index,
+            });
+        }
+    }
+    for (record, medium) in scene.media.iter().enumerate() {
+        medium.check().map_err(|_| SceneError::Value {
+            what: "a medium's coefficients",
+            record: record as u32,
+        })?;
     }
     for (record, light) in scene.lights.iter().enumerate() {
         check_light(light, record as u32)?;

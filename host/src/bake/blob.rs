@@ -3,6 +3,7 @@ use shisen_core::scene::format::{
     ALIGNMENT, Background, Header, IdLeaf, Instance, LeafBlock, Light, MAGIC, Material, Mesh, Node,
     Table, Texel, Texture, Triangle, VERSION,
 };
+use shisen_core::spectrum::Medium;
 use xxhash_rust::xxh32::xxh32;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
@@ -50,6 +51,7 @@ pub(super) struct Tables<const W: usize> {
     pub(super) coordinates: Vec<[f32; 2]>,
     pub(super) textures: Vec<Texture>,
     pub(super) texels: Vec<Texel>,
+    pub(super) media: Vec<Medium>,
     pub(super) rungs: u32,
     pub(super) background: Background,
     pub(super) ambient: [f32; 3],
@@ -74,6 +76,7 @@ impl<const W: usize> Default for Tables<W> {
             coordinates: Vec::new(),
             textures: Vec::new(),
             texels: Vec::new(),
+            media: Vec::new(),
             rungs: 1,
             background: Background {
                 zenith: [0.0; 3],
@@ -117,7 +120,7 @@ impl<const W: usize> Tables<W> {
         let coordinates = append_records(&mut bytes, &self.coordinates);
         let textures = append_records(&mut bytes, &self.textures);
         let texels = append_records(&mut bytes, &self.texels);
-        let none = append_records::<u32>(&mut bytes, &[]);
+        let media = append_records(&mut bytes, &self.media);
         let byte_len = u32::try_from(bytes.len()).map_err(|_| BakeError::TooLarge {
             bytes: bytes.len() as u64,
         })?;
@@ -148,7 +151,7 @@ impl<const W: usize> Tables<W> {
             coordinates,
             textures,
             texels,
-            reserved2: none,
+            media,
         };
         bytes[..size_of::<Header>()].copy_from_slice(header.as_bytes());
         let checksum = xxh32(&bytes[12..], 0);

@@ -13,6 +13,8 @@
 //! | `index_of_refraction` | 0.01 to 100 |
 //! | colours of lights and background, `ambient`, `absorption`, `emission` | 0 to 1,000,000 |
 //! | `colours` of a checker | 0 to 1 |
+//! | `range_nm` | 10 to 1,000,000 nm, the shorter first, without a pole, the index from 1 to 100 |
+//! | `coefficients` | A and up to four pairs of B and C, −1e9 to 1e9 |
 //! | `repeats` | 0.001 to 10,000 |
 //! | images | PNG, up to 8,192 × 8,192 texels, all of a scene up to 512 MiB at 4 bytes a texel |
 //! | radii, `scale`, `size` of a light | 0.000001 to 1,000,000 |
@@ -28,7 +30,9 @@
 //! are for meshes only. A texture multiplies `diffuse` and `emission`; meshes
 //! say in their files where they are on it, the built-in `square` is from 0 to
 //! 1 along x and against z, and on spheres and spheroids u goes round with the
-//! longitude and v up with the latitude. `emission` is seen, but lights
+//! longitude and v up with the latitude. A material has an `index_of_refraction`
+//! or a `medium`: one of the file's or `fused-silica`, `quartz-o`, `quartz-e`,
+//! `n-bk7`, `sf11`, `diamond` or `water`. `emission` is seen, but lights
 //! nothing, and a rectangle lights, but is not seen. A scene has at least one object and may have no
 //! light. Meshes and materials are numbered by name in the [`Scene`],
 //! objects and lights by place in the file. A key that is not described here
@@ -45,14 +49,15 @@ use crate::description::{Located, Source};
 use crate::mesh::{Graticule, Material, TriangleMesh};
 use crate::texture::{Image, Pattern, Texture};
 use entries::{
-    BackgroundEntry, CameraEntry, GraticuleEntry, LightEntry, MaterialEntry, MeshEntry,
-    ObjectEntry, SceneEntry, TextureEntry,
+    BackgroundEntry, CameraEntry, GraticuleEntry, LightEntry, MaterialEntry, MediumEntry,
+    MeshEntry, ObjectEntry, SceneEntry, TextureEntry,
 };
 use fault::{
-    ABSORPTION, Check, DEGREES, DIVISIONS, EXPONENT, FRAMES, INDEX_OF_REFRACTION, LENGTH,
-    LIGHT_SAMPLES, LINE_WIDTH, POSITION, RADIANCE, REPEATS, SHARE,
+    ABSORPTION, Check, DEGREES, DIVISIONS, EXPONENT, FORM, FRAMES, INDEX_OF_REFRACTION, LENGTH,
+    LIGHT_SAMPLES, LINE_WIDTH, POSITION, RADIANCE, REPEATS, SHARE, WAVELENGTH,
 };
 use glam::DVec3;
+use shisen_core::spectrum::Medium;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -139,11 +144,16 @@ impl Scene {
                 read_background(&check, entry)
             })?;
         let texture_numbers = numbers(&entry.textures);
+        // A file's own media come before built-in ones of the same name.
+        let mut media: BTreeMap<&str, Medium> = Medium::NAMED.into();
+        for (name, entry) in &entry.media {
+            media.insert(name.as_ref(), read_medium(&check, name, entry.as_ref())?);
+        }
         // Each with the number of its texture, if it has one.
         let mut materials = entry
             .materials
             .values()
-            .map(|entry| read_material(&check, entry, &texture_numbers))
+            .map(|entry| read_material(&check, entry, &texture_numbers, &media))
             .collect::<Result<Vec<_>, _>>()?;
         let lights = entry
             .light
@@ -274,6 +284,7 @@ fn read_material(
     check: &Check<'_>,
     entry: &MaterialEntry,
     textures: &BTreeMap<&str, usize>,
+    media: &BTreeMap<&str, Medium>,
 ) -> Result<(Material, Option<usize>), Located<SceneFault>> {
     let default = Material::default();
     let share = |key, value: &Option<Spanned<[f64; 3]>>, default| {
@@ -282,6 +293,17 @@ fn read_material(
     let texture = match &entry.texture {
         None => None,
         Some(name) => Some(check.named("texture", name, textures)?),
+    };
+    let medium = match &entry.medium {
+        None => None,
+        Some(name) if entry.index_of_refraction.is_some() => {
+            let fault = SceneFault::Choice {
+                owner: "a material",
+                choice: "at most one of `medium` and `index_of_refraction`",
+            };
+            return Err(check.fault(fault, Some(name.span())));
+        }
+        Some(name) => Some(check.named("medium", name, media)?),
     };
     let material = Material {
         diffuse: share("diffuse", &entry.diffuse, default.diffuse)?,
@@ -310,6 +332,7 @@ fn read_material(
             None => None,
             Some(lines) => Some(read_graticule(check, lines)?),
         },
+        medium,
         texture: None,
         emission: check.colour_or(
             "emission",
@@ -319,6 +342,36 @@ fn read_material(
         )?,
     };
     Ok((material, texture))
+}
+
+fn read_medium(
+    check: &Check<'_>,
+    name: &Spanned<String>,
+    entry: &MediumEntry,
+) -> Result<Medium, Located<SceneFault>> {
+    let form = check.whole("form", &entry.form, FORM)?;
+    let range = check
+        .numbers("range_nm", &entry.range_nm, WAVELENGTH)?
+        .map(|nm| nm as f32);
+    let coefficients = entry.coefficients.as_ref();
+    let coefficients: Vec<f32> = coefficients.iter().map(|&c| c as f32).collect();
+    let terms = coefficients
+        .split_first()
+        .map(|(a, rest)| (*a, rest.as_chunks()));
+    let Some((a, (terms, []))) = terms else {
+        let found = coefficients.len();
+        let fault = SceneFault::Coefficients { found };
+        return Err(check.fault(fault, Some(entry.coefficients.span())));
+    };
+    let medium = if form == 1 {
+        Medium::form1(range, a, terms)
+    } else {
+        Medium::form2(range, a, terms)
+    };
+    medium.map_err(|source| {
+        let medium = name.as_ref().clone();
+        check.fault(SceneFault::Medium { medium, source }, Some(name.span()))
+    })
 }
 
 /// The textures in the order of their names.

@@ -19,6 +19,8 @@ pub(super) struct SceneEntry {
     #[serde(default)]
     pub(super) materials: BTreeMap<Spanned<String>, MaterialEntry>,
     #[serde(default)]
+    pub(super) media: BTreeMap<Spanned<String>, Spanned<MediumEntry>>,
+    #[serde(default)]
     pub(super) textures: BTreeMap<Spanned<String>, Spanned<TextureEntry>>,
     #[serde(default)]
     pub(super) meshes: BTreeMap<Spanned<String>, Spanned<MeshEntry>>,
@@ -60,8 +62,17 @@ pub(super) struct MaterialEntry {
     pub(super) index_of_refraction: Option<Number>,
     pub(super) absorption: Option<Numbers>,
     pub(super) graticule: Option<GraticuleEntry>,
+    pub(super) medium: Option<Spanned<String>>,
     pub(super) texture: Option<Spanned<String>>,
     pub(super) emission: Option<Numbers>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MediumEntry {
+    pub(super) form: Number,
+    pub(super) range_nm: Spanned<[f64; 2]>,
+    pub(super) coefficients: Spanned<Vec<f64>>,
 }
 
 #[derive(Deserialize)]

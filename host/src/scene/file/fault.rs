@@ -5,6 +5,7 @@ use crate::mesh::MeshError;
 use crate::texture::ImageError;
 use glam::DVec3;
 use miette::Diagnostic;
+use shisen_core::spectrum::{Medium, MediumError};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -17,7 +18,7 @@ pub enum SceneFault {
     /// Not TOML, or not the keys and types that a scene has.
     #[error("{message}")]
     #[diagnostic(help(
-        "a scene file has name, ambient, [background], [materials.NAME], [textures.NAME], [meshes.NAME], [[object]], [[light]] and [[camera]]"
+        "a scene file has name, ambient, [background], [materials.NAME], [media.NAME], [textures.NAME], [meshes.NAME], [[object]], [[light]] and [[camera]]"
     ))]
     Syntax {
         /// The TOML reader's message.
@@ -88,6 +89,24 @@ pub enum SceneFault {
     #[error("the light's `up` is zero or along its `direction`")]
     #[diagnostic(help("give the way to its upper side, or leave it out"))]
     LightUp,
+    /// Coefficients that are no A and pairs of B and C.
+    #[error("the medium has {found} coefficients, which are not A and pairs of B and C")]
+    #[diagnostic(help(
+        "give A, B, C, B, C and so on, with up to {} pairs",
+        Medium::MOST_TERMS
+    ))]
+    Coefficients {
+        /// How many there are.
+        found: usize,
+    },
+    /// A medium that there cannot be.
+    #[error("the medium \"{medium}\" cannot be used: {source}")]
+    Medium {
+        /// Its name in the scene.
+        medium: String,
+        /// Why.
+        source: MediumError,
+    },
     /// An image that cannot be had.
     #[error("the texture \"{texture}\" cannot be loaded")]
     #[diagnostic(help("relative paths start at the folder of the scene file"))]
@@ -187,6 +206,9 @@ pub(super) const DIVISIONS: Limits = Limits(1.0, 900.0);
 pub(super) const LINE_WIDTH: Limits = Limits(1.0e-3, 28.0);
 pub(super) const FRAMES: Limits = Limits(1.0, 99_999.0);
 pub(super) const DEGREES: Limits = Limits(-360.0, 360.0);
+pub(super) const FORM: Limits = Limits(1.0, 2.0);
+pub(super) const WAVELENGTH: Limits =
+    Limits(Medium::WAVELENGTHS[0] as f64, Medium::WAVELENGTHS[1] as f64);
 pub(super) const REPEATS: Limits = Limits(1.0e-3, 1.0e4);
 pub(super) const LIGHT_SAMPLES: Limits = Limits(1.0, 64.0);
 
