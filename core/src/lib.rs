@@ -50,4 +50,5 @@ pub mod shape;
 mod simd;
 pub mod trace;
 
+pub use scene::EffectSet;
 pub use simd::{Runs, Simd};

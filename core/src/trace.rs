@@ -8,6 +8,8 @@ mod leaves;
 mod mesh;
 mod optics;
 mod row;
+mod sample;
+mod shading;
 mod stack;
 mod surface;
 mod tile;
@@ -17,10 +19,13 @@ mod world;
 
 pub(crate) use background::colours;
 pub use budget::{Budget, Statistics};
+#[cfg(test)]
+pub(crate) use graticule::BETWEEN as BETWEEN_LINES;
 pub use hit::{Hit, MeshHit};
 pub use mesh::MeshTracer;
 pub use optics::{Refraction, reflect, refract};
 pub(crate) use row::{RowHits, RowRays};
+pub use sample::Sample;
 pub use stack::{STACK_ENTRIES, TraversalStack};
 pub(crate) use tile::NOT_TRACED;
 pub use tile::{TileHits, TileRays};

@@ -13,7 +13,7 @@ compile_error!("scenes are little-endian and used in place: big-endian targets a
 pub const MAGIC: [u8; 8] = *b"SHISEN\r\n";
 
 /// Raised by any change to the records in this module.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// Bytes to which a blob and each of its tables are aligned.
 pub const ALIGNMENT: usize = 32;
@@ -111,8 +111,11 @@ pub struct Header {
     /// Meshes of a ladder of polygon levels, the full one included; 1 where
     /// there are none.
     pub rungs: u32,
+    /// Bits of [`EffectSet`](super::EffectSet): what the records ask for, by
+    /// [`EffectSet::of_records`](super::EffectSet::of_records).
+    pub effects: u32,
     /// Zero.
-    pub reserved: [u32; 2],
+    pub reserved: u32,
 }
 
 /// An inner node: the boxes of up to `W` children.
@@ -258,7 +261,7 @@ pub struct Instance {
     pub reserved: u32,
 }
 
-/// The bits of [`Material::effects`]: what a surface asks for.
+/// The bits of [`Material::effects`]: what a surface asks for; under 2¹⁶.
 pub mod effect {
     /// Diffuse or specular light from light sources.
     pub const LIT: u32 = 1;

@@ -27,8 +27,16 @@ pub(super) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// `None` only where a scene's bytes make no sense.
-    pub(super) fn new<const W: usize>(scene: &Scene<'a, W>, ray: &Ray, hit: &Hit) -> Option<Self> {
+    /// With what `effects`, bits of [`EffectSet`](crate::EffectSet), make of it;
+    /// those not in `EFFECTS` have no code. `None` only where a scene's bytes make
+    /// no sense.
+    pub(super) fn new<const W: usize, const EFFECTS: u32>(
+        scene: &Scene<'a, W>,
+        ray: &Ray,
+        hit: &Hit,
+        effects: u32,
+    ) -> Option<Self> {
+        let effects = effects & EFFECTS;
         let instance = scene.instances.get(hit.instance as usize)?;
         let object_ray = Ray::new(
             map_point(&instance.object_from_world, ray.origin()),
@@ -67,7 +75,7 @@ impl<'a> Surface<'a> {
             };
             let point = a * weights[0] + b * weights[1] + c * weights[2];
             let material = material_of(record.material)?;
-            if graticule::is_between(material, point) {
+            if graticule::is_between::<EFFECTS>(effects, material, point) {
                 return Some(Self::between_lines(to_world(point)));
             }
             // The point may be at the origin, and is no more exact for it.
@@ -79,7 +87,7 @@ impl<'a> Surface<'a> {
             let spheroid = Spheroid::new(equatorial, polar)?;
             let point = spheroid.project(object_ray.at(hit.on.t));
             let material = material_of(NO_MATERIAL)?;
-            if graticule::is_between(material, point) {
+            if graticule::is_between::<EFFECTS>(effects, material, point) {
                 return Some(Self::between_lines(to_world(point)));
             }
             let normal = spheroid.normal(point);
