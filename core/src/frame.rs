@@ -11,11 +11,12 @@ mod block;
 mod detail;
 mod dome;
 mod fill;
+mod ledger;
 mod past;
 mod view;
 
 pub use crate::trace::{
-    Budget, LEAST_WEIGHT, MAX_DEPTH, Pixel, RayDetail, Statistics, Tracer, Workspace,
+    Budget, Entry, LEAST_WEIGHT, Ledger, MAX_DEPTH, Pixel, RayDetail, Statistics, Tracer, Workspace,
 };
 use block::{BLOCK, Block, Target};
 use core::fmt;

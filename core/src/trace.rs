@@ -5,6 +5,7 @@ mod budget;
 mod graticule;
 mod hit;
 mod leaves;
+mod ledger;
 mod mesh;
 mod optics;
 mod row;
@@ -22,6 +23,7 @@ pub use budget::{Budget, Statistics};
 #[cfg(test)]
 pub(crate) use graticule::BETWEEN as BETWEEN_LINES;
 pub use hit::{Hit, MeshHit};
+pub use ledger::{Entry, Ledger};
 pub use mesh::MeshTracer;
 pub use optics::{Refraction, reflect, refract};
 pub(crate) use row::{RowHits, RowRays};

@@ -63,6 +63,9 @@ impl EffectSet {
     /// No effect: surfaces have ambient light and light from lights.
     pub const NONE: Self = Self(0);
 
+    /// Bits that there can be.
+    pub(crate) const PLACES: usize = 32;
+
     /// As a const parameter.
     pub const fn bits(self) -> u32 {
         self.0

@@ -13,7 +13,7 @@ pub(crate) static BETWEEN: Material = Material {
     specular: [0.0; 3],
     index_of_refraction: 1.0,
     mirror: [0.0; 3],
-    effects: 0,
+    effects: effect::GRATICULE,
     transmission: [0.0; 3],
     reserved: 0,
     absorption: [0.0; 3],

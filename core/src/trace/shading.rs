@@ -5,6 +5,7 @@
 use super::background;
 use super::budget::Budget;
 use super::hit::Hit;
+use super::ledger::{Ledger, Record};
 use super::optics::{reflect, refract};
 use super::sample::Sample;
 use super::surface::Surface;
@@ -35,6 +36,8 @@ pub(super) struct Pending {
     /// What the background behind it takes from the pixel's coverage.
     uncovered: f32,
     bounces: u8,
+    /// The effect that sent it, by its bit's number.
+    cause: u8,
 }
 
 /// As [`Tracer::radiance_from`], which it is chosen by: what is compiled for the
@@ -43,9 +46,40 @@ pub(super) fn shade_tree<const W: usize, const EFFECTS: u32>(
     tracer: &Tracer<'_, W>,
     ray: &Ray,
     hit: Hit,
+    of: (RayDetail, Sample),
+    budget: &mut Budget,
+    workspace: &mut Workspace,
+) -> Pixel
+where
+    Simd: Runs<W>,
+{
+    tree::<W, EFFECTS, ()>(tracer, (ray, hit), of, budget, workspace, &mut ())
+}
+
+/// The same with all effects, and what each does.
+pub(super) fn shade_and_record<const W: usize>(
+    tracer: &Tracer<'_, W>,
+    (ray, hit): (&Ray, Hit),
+    of: (RayDetail, Sample),
+    workspace: &mut Workspace,
+    ledger: &mut Ledger,
+) -> Pixel
+where
+    Simd: Runs<W>,
+{
+    const ALL: u32 = EffectSet::ALL.bits();
+    let budget = &mut { Budget::UNLIMITED };
+    tree::<W, ALL, Ledger>(tracer, (ray, hit), of, budget, workspace, ledger)
+}
+
+#[inline(always)]
+fn tree<const W: usize, const EFFECTS: u32, R: Record>(
+    tracer: &Tracer<'_, W>,
+    (ray, hit): (&Ray, Hit),
     (detail, _sample): (RayDetail, Sample),
     budget: &mut Budget,
     workspace: &mut Workspace,
+    record: &mut R,
 ) -> Pixel
 where
     Simd: Runs<W>,
@@ -58,18 +92,23 @@ where
     let mut gathered = Gathered {
         light: Vec3::ZERO,
         alpha: 1.0,
+        record,
     };
     let primary = Pending {
         ray: *ray,
         weight: Vec3::ONE,
         uncovered: 1.0,
         bounces: 0,
+        cause: 0,
     };
     workspace.pending.clear();
     shading.shade(&primary, Some(hit), &mut gathered, budget, workspace);
     // Every ray has more bounces than its parent: the loop ends.
     while let Some(next) = workspace.pending.pop() {
+        let before = workspace.statistics.steps;
         let hit = tracer.nearest_on(detail.rung, &next.ray, budget, workspace);
+        let steps = workspace.statistics.steps - before;
+        gathered.record.ray(next.cause, steps);
         shading.shade(&next, hit, &mut gathered, budget, workspace);
     }
     Pixel {
@@ -78,6 +117,14 @@ where
         blue: gathered.light.z,
         alpha: gathered.alpha,
     }
+}
+
+/// Effects that are carried out wherever a surface that has them is met.
+const OF_SURFACES: u32 = effect::GRATICULE;
+
+/// The number of an effect's bit.
+const fn place(bit: u32) -> u8 {
+    bit.trailing_zeros() as u8
 }
 
 /// The shading of one ray tree, for the effects of some bits.
@@ -99,11 +146,11 @@ where
 
     /// Adds what a ray sees to the pixel, and the rays that it leaves behind to
     /// those that are still to be traced.
-    fn shade(
+    fn shade<R: Record>(
         &self,
         from: &Pending,
         hit: Option<Hit>,
-        gathered: &mut Gathered,
+        gathered: &mut Gathered<'_, R>,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) {
@@ -123,11 +170,13 @@ where
         };
         let material = surface.material;
         let effects = material.effects & self.effects;
+        gathered.record.touch(effects & OF_SURFACES);
         let length = sqrt(direction.dot(direction));
         let direction = direction / length;
         let inside = direction.dot(surface.geometric_normal) > 0.0;
         let weight = if inside && Self::has(effect::ABSORPTION) && effects & effect::ABSORPTION != 0
         {
+            gathered.record.touch(effect::ABSORPTION);
             let distance = hit.on.t * length;
             let [r, g, b] = map3(material.absorption, |a| libm::expf(-a * distance));
             from.weight * Vec3::new(r, g, b)
@@ -137,7 +186,9 @@ where
         let facing = if inside { -1.0 } else { 1.0 };
         let normal = surface.shading_normal * facing;
         if material.effects & effect::LIT != 0 {
-            let lit = self.lit(&surface, direction, (normal, facing), budget, workspace);
+            let towards = (direction, normal, facing);
+            let record = &mut *gathered.record;
+            let lit = self.lit(&surface, towards, budget, workspace, record);
             gathered.light += weight * lit;
         }
         if from.bounces >= self.detail.depth {
@@ -157,8 +208,10 @@ where
                     weight: weight * share,
                     uncovered: from.uncovered * share.max_element(),
                     bounces,
+                    cause: effect::REFRACTION,
                 };
                 if next.push(workspace) {
+                    gathered.record.touch(effect::REFRACTION);
                     workspace.statistics.refracted += 1;
                 }
             }
@@ -176,8 +229,10 @@ where
                     0.0
                 },
                 bounces,
+                cause: effect::REFRACTION,
             };
             if next.push(workspace) {
+                gathered.record.touch(effect::REFRACTION);
                 workspace.statistics.reflected += 1;
             }
         } else if Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0 {
@@ -190,21 +245,23 @@ where
                 weight: weight * Vec3::from_array(material.mirror),
                 uncovered: 0.0,
                 bounces,
+                cause: effect::REFLECTION,
             };
             if next.push(workspace) {
+                gathered.record.touch(effect::REFLECTION);
                 workspace.statistics.reflected += 1;
             }
         }
     }
 
     /// Light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
-    fn lit(
+    fn lit<R: Record>(
         &self,
         surface: &Surface<'_>,
-        direction: Vec3,
-        (normal, facing): (Vec3, f32),
+        (direction, normal, facing): (Vec3, Vec3, f32),
         budget: &mut Budget,
         workspace: &mut Workspace,
+        record: &mut R,
     ) -> Vec3 {
         let scene = self.tracer.scene();
         let material = surface.material;
@@ -235,7 +292,7 @@ where
             let Some(ray) = Ray::new(start, along) else {
                 continue;
             };
-            if self.is_shadowed(&ray, limit, budget, workspace) {
+            if self.is_shadowed(&ray, limit, budget, workspace, record) {
                 continue;
             }
             let mut colour = Vec3::from_array(source.colour);
@@ -255,19 +312,24 @@ where
 
     /// Whether something keeps light from a place.
     #[inline]
-    fn is_shadowed(
+    fn is_shadowed<R: Record>(
         &self,
         ray: &Ray,
         limit: f32,
         budget: &mut Budget,
         workspace: &mut Workspace,
+        record: &mut R,
     ) -> bool {
-        let shadows = EffectSet::SHADOWS.bits();
-        Self::has(shadows) && self.effects & shadows != 0 && {
-            let rung = self.detail.rung;
-            self.tracer
-                .is_occluded_on(rung, ray, limit, budget, workspace)
+        const SHADOWS: u32 = EffectSet::SHADOWS.bits();
+        if !Self::has(SHADOWS) || self.effects & SHADOWS == 0 {
+            return false;
         }
+        let before = workspace.statistics.steps;
+        let (tracer, rung) = (self.tracer, self.detail.rung);
+        let is_shadowed = tracer.is_occluded_on(rung, ray, limit, budget, workspace);
+        record.touch(SHADOWS);
+        record.ray(place(SHADOWS), workspace.statistics.steps - before);
+        is_shadowed
     }
 }
 
@@ -281,9 +343,10 @@ fn highlight(cosine: f32, shininess: f32) -> f32 {
     }
 }
 
-struct Gathered {
+struct Gathered<'r, R> {
     light: Vec3,
     alpha: f32,
+    record: &'r mut R,
 }
 
 /// A ray about to be added to the tree.
@@ -292,6 +355,8 @@ struct Next {
     weight: Vec3,
     uncovered: f32,
     bounces: u8,
+    /// The effect's bit.
+    cause: u32,
 }
 
 impl Next {
@@ -310,6 +375,7 @@ impl Next {
                 weight: self.weight,
                 uncovered: self.uncovered,
                 bounces: self.bounces,
+                cause: place(self.cause),
             })
             .is_ok()
     }

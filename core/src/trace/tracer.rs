@@ -3,9 +3,10 @@
 use super::background;
 use super::budget::{Budget, Statistics};
 use super::hit::Hit;
+use super::ledger::Ledger;
 use super::row::{Between, OnLines, RowHits, RowRays, RowSearch};
 use super::sample::Sample;
-use super::shading::{Pending, Shade, shade_tree};
+use super::shading::{Pending, Shade, shade_and_record, shade_tree};
 use super::stack::{TraversalStack, Work};
 use super::tile::{ALL_INSTANCES, MayHit, TileHits, TileRays, TileSearch};
 use super::world::{Search, SearchInstance};
@@ -395,6 +396,26 @@ where
         workspace.statistics.primary += 1;
         match hit {
             Some(hit) => (self.shade)(self, ray, hit, (detail, sample), budget, workspace),
+            None => self.missed(ray.direction()),
+        }
+    }
+
+    /// As [`radiance_with`](Self::radiance_with), entering into a ledger what
+    /// each effect does. Slower.
+    pub(crate) fn radiance_and_record(
+        &self,
+        ray: &Ray,
+        detail: RayDetail,
+        sample: Sample,
+        workspace: &mut Workspace,
+        ledger: &mut Ledger,
+    ) -> Pixel {
+        let budget = &mut { Budget::UNLIMITED };
+        let hit = self.nearest_on(detail.rung, ray, budget, workspace);
+        workspace.statistics.primary += 1;
+        let of = (detail, sample);
+        match hit {
+            Some(hit) => shade_and_record(self, (ray, hit), of, workspace, ledger),
             None => self.missed(ray.direction()),
         }
     }
