@@ -51,4 +51,5 @@ mod simd;
 pub mod spectrum;
 pub mod trace;
 
+pub use scene::EffectSet;
 pub use simd::{Runs, Simd};

@@ -5,10 +5,12 @@
 //! out of range or loop without end, whatever the bytes were: every index is
 //! in its table, every tree is a tree and fits the traversal stack.
 
+mod effects;
 pub mod format;
 mod validate;
 
 use crate::spectrum::Medium;
+pub use effects::{EffectSet, Records};
 use format::{
     Background, Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Texel, Texture,
     Triangle,
@@ -117,6 +119,11 @@ impl<'a, const W: usize> Scene<'a, W> {
     /// The lights.
     pub const fn lights(&self) -> &'a [Light] {
         self.lights
+    }
+
+    /// The effects that it asks for.
+    pub const fn effects(&self) -> EffectSet {
+        EffectSet::from_bits(self.header.effects)
     }
 
     /// Counts of nodes, leaves and triangles, all meshes together.

@@ -5,9 +5,12 @@ mod budget;
 mod graticule;
 mod hit;
 mod leaves;
+mod ledger;
 mod mesh;
 mod optics;
 mod row;
+mod sample;
+mod shading;
 mod soft_light;
 mod stack;
 mod surface;
@@ -19,10 +22,14 @@ mod world;
 
 pub(crate) use background::colours;
 pub use budget::{Budget, Statistics};
+#[cfg(test)]
+pub(crate) use graticule::BETWEEN as BETWEEN_LINES;
 pub use hit::{Hit, MeshHit};
+pub use ledger::{Entry, Ledger};
 pub use mesh::MeshTracer;
 pub use optics::{Refraction, reflect, refract};
 pub(crate) use row::{RowHits, RowRays};
+pub use sample::Sample;
 pub use stack::{STACK_ENTRIES, TraversalStack};
 pub(crate) use tile::NOT_TRACED;
 pub use tile::{TileHits, TileRays};

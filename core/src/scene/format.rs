@@ -117,8 +117,11 @@ pub struct Header {
     /// Meshes of a ladder of polygon levels, the full one included; 1 where
     /// there are none.
     pub rungs: u32,
+    /// Bits of [`EffectSet`](super::EffectSet): what the records ask for, by
+    /// [`EffectSet::of_records`](super::EffectSet::of_records).
+    pub effects: u32,
     /// Zero.
-    pub reserved: [u32; 2],
+    pub reserved: u32,
     /// Where vertices are on textures: u to the right and v up, 0 to 1 from
     /// the lower left corner to the upper right one, or beyond.
     pub coordinates: Table,
@@ -277,7 +280,7 @@ pub struct Instance {
     pub reserved: u32,
 }
 
-/// The bits of [`Material::effects`]: what a surface asks for.
+/// The bits of [`Material::effects`]: what a surface asks for; under 2¹⁶.
 pub mod effect {
     /// Diffuse or specular light from light sources.
     pub const LIT: u32 = 1;
@@ -426,6 +429,13 @@ pub struct Light {
     pub up: [f32; 3],
     /// Zero.
     pub reserved2: u32,
+}
+
+impl Light {
+    /// Whether it has a size.
+    pub const fn is_large(&self) -> bool {
+        matches!(self.kind, light::RECTANGLE | light::TWO_SIDED_RECTANGLE)
+    }
 }
 
 /// What shading needs of a triangle beside its corners.

@@ -1,9 +1,9 @@
-use super::Scene;
 use super::format::{
     ALIGNMENT, COUNT_SHIFT, COVER_NODES, Header, INDEX, Instance, LARGEST_SIDE, LEAF, Light, MAGIC,
     MOST_LIGHT_SAMPLES, Material, Mesh, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Table, Texture,
     VERSION, effect, kind, light, texture,
 };
+use super::{EffectSet, Records, Scene};
 use crate::shape::{Ray, Slabs, Spheroid};
 use crate::trace::STACK_ENTRIES;
 use core::fmt;
@@ -96,6 +96,13 @@ pub enum SceneError {
         /// The mesh.
         mesh: u32,
     },
+    /// Another set of effects than its records ask for.
+    Effects {
+        /// In the header.
+        stored: u32,
+        /// Of the records.
+        asked: u32,
+    },
     /// A value that is NaN, infinite, or outside its range.
     Value {
         /// Which.
@@ -164,6 +171,10 @@ impl fmt::Display for SceneError {
             Self::Ladder { mesh } => write!(
                 f,
                 "mesh {mesh} does not fit the ladder of polygon levels that it is said to be part of"
+            ),
+            Self::Effects { stored, asked } => write!(
+                f,
+                "the scene is said to ask for the effects {stored:#x}, its records ask for {asked:#x}"
             ),
             Self::Value { what, record } => {
                 write!(f, "record {record} has {what} out of range or not a number")
@@ -349,7 +360,25 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
             limit: header.stack_entries.min(STACK_ENTRIES as u32),
         });
     }
-    Ok(())
+    check_effects(scene)
+}
+
+/// They are what shading is chosen by.
+fn check_effects<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
+    let stored = scene.header.effects;
+    let asked = EffectSet::of_records(&Records {
+        instances: scene.instances,
+        meshes: scene.meshes,
+        triangles: scene.triangles,
+        materials: scene.materials,
+        lights: scene.lights,
+    })
+    .bits();
+    if stored == asked {
+        Ok(())
+    } else {
+        Err(SceneError::Effects { stored, asked })
+    }
 }
 
 /// Leaves are of one kind, by the width, and what either looks up is there.

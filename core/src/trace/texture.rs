@@ -1,16 +1,39 @@
 //! Colours over a surface: checkers and images.
 
-use crate::numeric::max;
-use crate::scene::format::{Texel, Texture};
+use crate::numeric::{max, sqrt};
+use crate::scene::Scene;
+use crate::scene::format::{Material, Texel, Texture, effect};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 use libm::floorf;
+
+/// Bits of the effects that are textures.
+pub(super) const TEXTURES: u32 = effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE;
+
+/// What a material's colours are multiplied by at a place on its texture, 0 to
+/// 1; textures that are not in `EFFECTS` have no code.
+pub(super) fn colour<const W: usize, const EFFECTS: u32>(
+    scene: &Scene<'_, W>,
+    material: &Material,
+    coordinate: [f32; 2],
+) -> Vec3 {
+    let Some(texture) = scene.textures.get(material.texture as usize) else {
+        return Vec3::ONE;
+    };
+    if EFFECTS & effect::IMAGE_TEXTURE != 0 && material.effects & effect::IMAGE_TEXTURE != 0 {
+        image(texture, scene.texels, coordinate)
+    } else if EFFECTS & effect::CHECKER_TEXTURE != 0 {
+        checker(texture, coordinate)
+    } else {
+        Vec3::ONE
+    }
+}
 
 /// Where a point of a spheroid's own frame is on a texture: u is its longitude,
 /// a half at +Z and more towards +X, and v its latitude, 0 at −Y and 1 at +Y,
 /// both as seen from the shape's origin. Error ≤ 3·10⁻⁷.
 pub(super) fn around(point: Vec3) -> [f32; 2] {
-    let across = crate::numeric::sqrt(point.x * point.x + point.z * point.z);
+    let across = sqrt(point.x * point.x + point.z * point.z);
     [
         0.5 + libm::atan2f(point.x, point.z) * (0.5 * FRAC_1_PI),
         0.5 + libm::atan2f(point.y, across) * FRAC_1_PI,
@@ -19,7 +42,7 @@ pub(super) fn around(point: Vec3) -> [f32; 2] {
 
 /// The colour of a checker: a border is part of the cell above or to the right
 /// of it. Coordinates that are no number are in the first cell.
-pub(super) fn checker(texture: &Texture, [u, v]: [f32; 2]) -> Vec3 {
+fn checker(texture: &Texture, [u, v]: [f32; 2]) -> Vec3 {
     let [across, up] = texture.repeats;
     let odd = is_odd(floorf(u * across)) != is_odd(floorf(v * up));
     Vec3::from_array(texture.colours[usize::from(odd)])
@@ -32,7 +55,7 @@ fn is_odd(whole: f32) -> bool {
 
 /// The colour of an image: between the middles of four texels in linear light,
 /// past an edge from the one opposite.
-pub(super) fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
+fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
     let [across, up] = texture.repeats;
     let (left, right, to_right) = beside(u * across, texture.width);
     // Rows go down.

@@ -3,6 +3,7 @@ use shisen_core::scene::format::{
     ALIGNMENT, Background, Header, IdLeaf, Instance, LeafBlock, Light, MAGIC, Material, Mesh, Node,
     Table, Texel, Texture, Triangle, VERSION,
 };
+use shisen_core::scene::{EffectSet, Records};
 use shisen_core::spectrum::Medium;
 use xxhash_rust::xxh32::xxh32;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
@@ -147,7 +148,15 @@ impl<const W: usize> Tables<W> {
             id_leaves,
             positions,
             rungs: self.rungs,
-            reserved: [0; 2],
+            effects: EffectSet::of_records(&Records {
+                instances: &self.instances,
+                meshes: &self.meshes,
+                triangles: &self.triangles,
+                materials: &self.materials,
+                lights: &self.lights,
+            })
+            .bits(),
+            reserved: 0,
             coordinates,
             textures,
             texels,
