@@ -2,7 +2,7 @@ use super::format::{
     ALIGNMENT, COUNT_SHIFT, COVER_NODES, Header, INDEX, Instance, LEAF, Light, MAGIC, Material,
     Mesh, NO_MATERIAL, Table, VERSION, effect, kind, light,
 };
-use super::{EffectSet, Records, Scene};
+use super::{EffectSet, Scene};
 use crate::shape::{Ray, Slabs, Spheroid};
 use crate::trace::STACK_ENTRIES;
 use core::fmt;
@@ -336,14 +336,7 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
 /// They are what shading is chosen by.
 fn check_effects<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
     let stored = scene.header.effects;
-    let asked = EffectSet::of_records(&Records {
-        instances: scene.instances,
-        meshes: scene.meshes,
-        triangles: scene.triangles,
-        materials: scene.materials,
-        lights: scene.lights,
-    })
-    .bits();
+    let asked = EffectSet::of_records(&scene.records()).bits();
     if stored == asked {
         Ok(())
     } else {
