@@ -126,6 +126,17 @@ impl<'a, const W: usize> Scene<'a, W> {
         EffectSet::from_bits(self.header.effects)
     }
 
+    /// What it asks them by.
+    pub const fn records(&self) -> Records<'a> {
+        Records {
+            instances: self.instances,
+            meshes: self.meshes,
+            triangles: self.triangles,
+            materials: self.materials,
+            lights: self.lights,
+        }
+    }
+
     /// Counts of nodes, leaves and triangles, all meshes together.
     pub const fn sizes(&self) -> (usize, usize, usize) {
         // One of the two kinds of leaves is empty.

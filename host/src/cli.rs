@@ -9,6 +9,7 @@ mod bake;
 mod bench;
 mod cave;
 mod dome;
+mod explain;
 mod failure;
 mod filling;
 mod gaze;
@@ -33,6 +34,7 @@ enum Shisen {
     Cave(Box<cave::Arguments>),
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
+    Explain(explain::Arguments),
     Gaze(gaze::Arguments),
     #[command(subcommand)]
     Dome(dome::Dome),
@@ -56,6 +58,7 @@ pub(crate) fn main() -> ExitCode {
                 Shisen::Cave(arguments) => cave::run(&arguments),
                 Shisen::Bake(arguments) => bake::run(&arguments),
                 Shisen::Inspect(arguments) => inspect::run(&arguments),
+                Shisen::Explain(arguments) => explain::run(&arguments),
                 Shisen::Gaze(arguments) => gaze::run(&arguments),
                 Shisen::Dome(dome) => dome::run(&dome),
                 Shisen::Bench(bench) => bench::run(&bench),

@@ -6,6 +6,7 @@ pub mod cave;
 pub mod chart;
 pub mod description;
 pub mod dome;
+pub mod effects;
 pub mod gaze_reference;
 pub mod import;
 pub mod input;

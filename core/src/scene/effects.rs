@@ -68,6 +68,33 @@ pub struct Records<'r> {
     pub lights: &'r [Light],
 }
 
+impl Records<'_> {
+    /// Calls `met` with the number of each material that rays can meet, once or
+    /// more often.
+    pub fn materials_met(&self, mut met: impl FnMut(u32)) {
+        let instances = self.instances.iter();
+        for instance in instances.clone() {
+            if instance.material != NO_MATERIAL {
+                met(instance.material);
+            }
+        }
+        for (number, mesh) in self.meshes.iter().enumerate() {
+            let shows = |instance: &Instance| {
+                let (own, of) = (instance.material == NO_MATERIAL, instance.geometry);
+                own && instance.kind == kind::MESH && of as usize == number
+            };
+            if !instances.clone().any(shows) {
+                continue;
+            }
+            let first = self.triangles.get(mesh.first_triangle as usize..);
+            let triangles = first.unwrap_or_default().iter();
+            for triangle in triangles.take(mesh.triangle_count as usize) {
+                met(triangle.material);
+            }
+        }
+    }
+}
+
 impl EffectSet {
     /// No effect: surfaces have ambient light and light from lights.
     pub const NONE: Self = Self(0);
@@ -137,34 +164,14 @@ impl EffectSet {
     /// [`Scene::from_bytes`](super::Scene::from_bytes) both go by it.
     pub fn of_records(records: &Records<'_>) -> Self {
         let mut asked = 0;
-        let mut ask = |number: u32| {
+        records.materials_met(|number| {
             let material = records.materials.get(number as usize);
             asked |= material.map_or(0, |material| material.effects);
-        };
-        let instances = records.instances.iter();
-        for instance in instances.clone() {
-            if instance.material != NO_MATERIAL {
-                ask(instance.material);
-            }
-        }
-        for (number, mesh) in records.meshes.iter().enumerate() {
-            let shows = |instance: &Instance| {
-                let (own, of) = (instance.material == NO_MATERIAL, instance.geometry);
-                own && instance.kind == kind::MESH && of as usize == number
-            };
-            if !instances.clone().any(shows) {
-                continue;
-            }
-            let first = records.triangles.get(mesh.first_triangle as usize..);
-            let triangles = first.unwrap_or_default().iter();
-            for triangle in triangles.take(mesh.triangle_count as usize) {
-                ask(triangle.material);
-            }
-        }
+        });
         let mut set = Self::from_bits(asked & 0xffff);
         let occludes = |instance: &Instance| instance.flags & flag::OCCLUDES != 0;
         let is_lit = asked & effect::LIT != 0;
-        if !records.lights.is_empty() && is_lit && instances.clone().any(occludes) {
+        if !records.lights.is_empty() && is_lit && records.instances.iter().any(occludes) {
             set = set.union(Self::SHADOWS);
         }
         if is_lit && records.lights.iter().any(Light::is_large) {

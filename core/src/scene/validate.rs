@@ -3,7 +3,7 @@ use super::format::{
     MOST_LIGHT_SAMPLES, Material, Mesh, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Table, Texture,
     VERSION, effect, kind, light, texture,
 };
-use super::{EffectSet, Records, Scene};
+use super::{EffectSet, Scene};
 use crate::shape::{Ray, Slabs, Spheroid};
 use crate::trace::STACK_ENTRIES;
 use core::fmt;
@@ -366,14 +366,7 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
 /// They are what shading is chosen by.
 fn check_effects<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
     let stored = scene.header.effects;
-    let asked = EffectSet::of_records(&Records {
-        instances: scene.instances,
-        meshes: scene.meshes,
-        triangles: scene.triangles,
-        materials: scene.materials,
-        lights: scene.lights,
-    })
-    .bits();
+    let asked = EffectSet::of_records(&scene.records()).bits();
     if stored == asked {
         Ok(())
     } else {

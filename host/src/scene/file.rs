@@ -237,6 +237,19 @@ impl Scene {
     }
 }
 
+/// What a scene file calls its materials, in their order; none where the text
+/// is no scene file.
+pub fn material_names(text: &str) -> Vec<String> {
+    let table: Option<toml::Table> = text.parse().ok();
+    let materials = table.and_then(|mut table| table.remove("materials"));
+    let Some(toml::Value::Table(materials)) = materials else {
+        return Vec::new();
+    };
+    // As `numbers` has them.
+    let names: BTreeMap<_, _> = materials.into_iter().collect();
+    names.into_keys().collect()
+}
+
 /// Each name's place in the order of names.
 fn numbers<T>(entries: &BTreeMap<Spanned<String>, T>) -> BTreeMap<&str, usize> {
     entries
