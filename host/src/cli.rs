@@ -14,10 +14,12 @@ mod filling;
 mod gaze;
 mod inspect;
 mod levels;
+mod medium;
 mod picture_files;
 mod progress;
 mod ray_counts;
 mod source;
+mod spectrum;
 
 use clap::Parser;
 use failure::{Failure, Fault};
@@ -34,6 +36,8 @@ enum Shisen {
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
     Gaze(gaze::Arguments),
+    Medium(medium::Arguments),
+    Spectrum(spectrum::Arguments),
     #[command(subcommand)]
     Dome(dome::Dome),
     #[command(subcommand)]
@@ -57,6 +61,8 @@ pub(crate) fn main() -> ExitCode {
                 Shisen::Bake(arguments) => bake::run(&arguments),
                 Shisen::Inspect(arguments) => inspect::run(&arguments),
                 Shisen::Gaze(arguments) => gaze::run(&arguments),
+                Shisen::Medium(arguments) => medium::run(&arguments),
+                Shisen::Spectrum(arguments) => spectrum::run(&arguments),
                 Shisen::Dome(dome) => dome::run(&dome),
                 Shisen::Bench(bench) => bench::run(&bench),
             });

@@ -19,6 +19,7 @@ pub mod quadruped;
 pub mod render;
 pub mod scene;
 pub mod simplify;
+pub mod spectrum;
 pub mod viewer;
 pub mod wall_plane;
 pub mod warp;
