@@ -15,10 +15,12 @@ mod filling;
 mod gaze;
 mod inspect;
 mod levels;
+mod medium;
 mod picture_files;
 mod progress;
 mod ray_counts;
 mod source;
+mod spectrum;
 
 use clap::Parser;
 use failure::{Failure, Fault};
@@ -36,6 +38,8 @@ enum Shisen {
     Inspect(inspect::Arguments),
     Explain(explain::Arguments),
     Gaze(gaze::Arguments),
+    Medium(medium::Arguments),
+    Spectrum(spectrum::Arguments),
     #[command(subcommand)]
     Dome(dome::Dome),
     #[command(subcommand)]
@@ -60,6 +64,8 @@ pub(crate) fn main() -> ExitCode {
                 Shisen::Inspect(arguments) => inspect::run(&arguments),
                 Shisen::Explain(arguments) => explain::run(&arguments),
                 Shisen::Gaze(arguments) => gaze::run(&arguments),
+                Shisen::Medium(arguments) => medium::run(&arguments),
+                Shisen::Spectrum(arguments) => spectrum::run(&arguments),
                 Shisen::Dome(dome) => dome::run(&dome),
                 Shisen::Bench(bench) => bench::run(&bench),
             });

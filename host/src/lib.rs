@@ -20,6 +20,7 @@ pub mod quadruped;
 pub mod render;
 pub mod scene;
 pub mod simplify;
+pub mod spectrum;
 pub mod texture;
 pub mod viewer;
 pub mod wall_plane;

@@ -160,3 +160,90 @@ fn endo(nm: f32) -> Vec3 {
     });
     lobes.sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_matrices_are_each_others_inverse() {
+        for xyz in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(0.3, 0.9, -0.2)] {
+            assert!((xyz_from_rgb(rgb_from_xyz(xyz)) - xyz).length() < 1.0e-6);
+        }
+        // D65.
+        let white = xyz_from_rgb(Vec3::ONE);
+        assert!((white - Vec3::new(0.950_47, 1.0, 1.088_83)).length() < 1.0e-6);
+    }
+
+    #[test]
+    fn the_fit_is_that_of_double_precision() {
+        let exact = |nm: f64| {
+            WYMAN.map(|lobes| {
+                let lobes = lobes.iter().map(|lobe| {
+                    let [peak, centre, rise, fall] = lobe.map(f64::from);
+                    let t = (nm - centre) * if nm < centre { rise } else { fall };
+                    peak * libm::exp(-0.5 * t * t)
+                });
+                lobes.sum::<f64>()
+            })
+        };
+        let steps = if cfg!(miri) { 40 } else { 20_000 };
+        for i in 0..=steps {
+            let nm = 360.0 + 470.0 * i as f32 / steps as f32;
+            let found = Matching::Wyman.values(nm).to_array();
+            for (found, exact) in found.into_iter().zip(exact(f64::from(nm))) {
+                let error = (f64::from(found) - exact).abs();
+                assert!(error < 3.1e-7, "{nm}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn endos_colours_are_those_of_the_paper() {
+        // Worked out apart from this code, in f64: Δ is not σ.
+        for (nm, expected) in [
+            (700.0, [0.982_606_8, 0.041_855_9, 0.007_513_3]),
+            (546.1, [0.203_624, 0.986_710_8, 0.232_358_6]),
+            (400.0, [0.300_017_6, 0.188_101_6, 0.925_640_7]),
+        ] {
+            let found = Matching::Endo.values(nm);
+            assert!(
+                (found - Vec3::from(expected)).length() < 1.0e-6,
+                "{nm} {found}"
+            );
+        }
+        assert_eq!(Matching::Endo.values(379.9), Vec3::ZERO);
+        assert_eq!(Matching::Endo.values(750.1), Vec3::ZERO);
+        assert_eq!(Matching::Endo.values(f32::NAN), Vec3::ZERO);
+    }
+
+    #[test]
+    fn tables_are_exact_at_their_steps_and_cubic_between() {
+        // Values that a cubic goes through.
+        let cubic = |x: f32| 10.0 + x * (1.0 + x * (0.5 - 0.125 * x));
+        let values: [[f32; 3]; 6] =
+            core::array::from_fn(|i| [1.0, 2.0, 1.0].map(|scale| scale * cubic(i as f32)));
+        let table = MatchingTable {
+            first_nm: 400.0,
+            step_nm: 5.0,
+            xyz: &values,
+        };
+        for i in 10..=40u8 {
+            let steps = f32::from(i) / 10.0;
+            let found = Matching::Table(table).values(400.0 + 5.0 * steps);
+            let expected = cubic(steps);
+            assert!(
+                (found.x - expected).abs() < 1.0e-4 * expected,
+                "{steps} {found}"
+            );
+            assert!((found.y - 2.0 * found.x).abs() < 1.0e-5 * found.y);
+        }
+        assert_eq!(table.xyz(400.0), Vec3::from(values[0]));
+        assert_eq!(table.xyz(425.0), Vec3::from(values[5]));
+        for nm in [0.0, 389.0, 436.0, f32::NAN, f32::INFINITY] {
+            assert_eq!(table.xyz(nm), Vec3::ZERO);
+        }
+        let empty = MatchingTable { xyz: &[], ..table };
+        assert_eq!(empty.xyz(401.0), Vec3::ZERO);
+    }
+}

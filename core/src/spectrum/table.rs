@@ -21,7 +21,8 @@ pub struct SpectralSample {
 ///
 /// In every phase the weights sum to white, exactly but for 3.6e-7: XYZ of the
 /// n wavelengths under a spectrum of equal energy are scaled, each of the three
-/// by itself, to those of white.
+/// by itself, to those of white. One that none of them has, such as Z of far
+/// red alone, they share equally.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpectralTable<'a> {
     /// Phase after phase.
@@ -47,11 +48,6 @@ pub enum TableError {
         /// What it takes.
         needed: usize,
     },
-    /// Wavelengths that leave one of the display's colours out.
-    NoWhite {
-        /// Their range: nanometres.
-        range: [f32; 2],
-    },
 }
 
 impl fmt::Display for TableError {
@@ -67,14 +63,6 @@ impl fmt::Display for TableError {
                 "there is room for {given} samples: {needed} are needed, one a wavelength and \
                  phase"
             ),
-            Self::NoWhite { range: [low, high] } => {
-                let [least, most] = Wavelengths::RANGE;
-                write!(
-                    f,
-                    "the wavelengths from {low} to {high} nm give no white: give a range with \
-                     more of {least} to {most} nm"
-                )
-            }
         }
     }
 }
@@ -92,7 +80,8 @@ impl<'a> SpectralTable<'a> {
     /// Samples that most wavelengths in the phases of a comb take.
     pub const MOST_SAMPLES: usize = (Wavelengths::MOST * Self::COMB_PHASES) as usize;
 
-    /// Below this sum of a colour-matching function there is no light to scale.
+    /// Below this sum of a colour-matching function there is nothing to scale:
+    /// a few wavelengths at one end of the spectrum.
     const LEAST_SUM: f32 = 1.0e-6;
 
     /// Works a table out, in the caller's memory: `wavelengths` times `phases`
@@ -100,8 +89,7 @@ impl<'a> SpectralTable<'a> {
     ///
     /// # Errors
     /// A number of phases that is no power of two up to
-    /// [`MOST_PHASES`](Self::MOST_PHASES), too little memory, or wavelengths
-    /// that cannot sum to white.
+    /// [`MOST_PHASES`](Self::MOST_PHASES), or too little memory.
     pub fn new(
         wavelengths: Wavelengths,
         phases: u32,
@@ -120,10 +108,7 @@ impl<'a> SpectralTable<'a> {
             for (k, sample) in samples.iter_mut().enumerate() {
                 sample.nm = wavelengths.at(k, offset);
             }
-            if !weigh(samples, matching) {
-                let range = wavelengths.range();
-                return Err(TableError::NoWhite { range });
-            }
+            weigh(samples, matching);
         }
         Ok(Self {
             samples,
@@ -172,18 +157,18 @@ fn offset(phase: u32, phases: u32) -> f32 {
     (place as f32 + 0.5) / phases as f32
 }
 
-/// Sets the weights by the wavelengths; false where they cannot sum to white.
-fn weigh(samples: &mut [SpectralSample], matching: Matching<'_>) -> bool {
+/// Sets the weights by the wavelengths.
+fn weigh(samples: &mut [SpectralSample], matching: Matching<'_>) {
     for sample in samples.iter_mut() {
         sample.weight = matching.values(sample.nm);
     }
     let sum: Vec3 = samples.iter().map(|sample| sample.weight).sum();
-    if !(sum.min_element() >= SpectralTable::LEAST_SUM) {
-        return false;
-    }
-    let scale = matching.white() / sum;
+    let seen = sum.cmpge(Vec3::splat(SpectralTable::LEAST_SUM));
+    let scale = matching.white() / Vec3::select(seen, sum, Vec3::ONE);
+    let equal = matching.white() / samples.len() as f32;
     for sample in samples.iter_mut() {
-        sample.weight = matching.rgb(sample.weight * scale);
+        let share = Vec3::select(seen, sample.weight * scale, equal);
+        sample.weight = matching.rgb(share);
     }
     // What rounding took goes to the weight that it changes least, of each
     // channel one.
@@ -196,5 +181,138 @@ fn weigh(samples: &mut [SpectralSample], matching: Matching<'_>) -> bool {
         sample.weight += Vec3::select(here, missing, Vec3::ZERO);
         missing = Vec3::select(here, Vec3::ZERO, missing);
     }
-    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::MatchingTable;
+    use super::*;
+    extern crate std;
+    use std::string::ToString;
+
+    /// Without Z.
+    const RED: Matching<'_> = Matching::Table(MatchingTable {
+        first_nm: 700.0,
+        step_nm: 65.0,
+        xyz: &[
+            [0.011, 0.004, 0.0],
+            [0.001, 0.001, 0.0],
+            [0.001, 0.001, 0.0],
+        ],
+    });
+
+    const MATCHINGS: [(Matching<'_>, [f32; 2]); 4] = [
+        (Matching::Wyman, Wavelengths::RANGE),
+        (Matching::Wyman, Wavelengths::LIMITS),
+        (Matching::Endo, Wavelengths::PAPER_RANGE),
+        (RED, [700.0, 830.0]),
+    ];
+
+    /// Of seven wavelengths, worked out apart from this code in f64.
+    const SEVEN: [[f32; 3]; 7] = [
+        [0.030_937_7, -0.041_196_9, 0.350_383_9],
+        [-0.073_994_5, -0.011_100_4, 0.714_343_1],
+        [-0.306_515_3, 0.338_210_8, 0.048_215_8],
+        [-0.077_82, 0.592_257, -0.068_669_2],
+        [0.845_764_9, 0.163_396_2, -0.037_654_1],
+        [0.542_695, -0.041_831_1, -0.005_794_3],
+        [0.038_932_2, 0.000_264_3, -0.000_825_2],
+    ];
+
+    /// Tables of all numbers of wavelengths, or of some for an interpreter.
+    fn for_all_tables(mut check: impl FnMut(&SpectralTable<'_>, u32)) {
+        let mut storage = std::vec![SpectralSample::default(); SpectralTable::MOST_SAMPLES];
+        for count in (1..=Wavelengths::MOST).step_by(if cfg!(miri) { 21 } else { 1 }) {
+            for phases in [1, 8, 32] {
+                for (matching, range) in MATCHINGS {
+                    let wavelengths = Wavelengths::new(count, range).unwrap();
+                    let table = SpectralTable::new(wavelengths, phases, matching, &mut storage);
+                    check(&table.unwrap(), phases);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_phase_sums_to_white() {
+        for_all_tables(|table, phases| {
+            for phase in 0..phases {
+                let samples = table.phase(phase);
+                assert_eq!(samples.len(), table.wavelengths().count());
+                let sum: Vec3 = samples.iter().map(|sample| sample.weight).sum();
+                let error = (sum - Vec3::ONE).abs().max_element();
+                assert!(error <= 3.6e-7, "{samples:?} {error}");
+            }
+        });
+    }
+
+    #[test]
+    fn phases_shift_all_wavelengths_alike_and_fill_the_gaps() {
+        for_all_tables(|table, phases| {
+            let count = table.wavelengths().count();
+            let [low, high] = table.wavelengths().range();
+            let part = (high - low) / count as f32;
+            let mut offsets = 0.0;
+            for phase in 0..phases {
+                let offset = table.offset(phase);
+                offsets += offset;
+                for k in 0..count {
+                    let expected = low + (k as f32 + offset) * part;
+                    let sample = table.sample(phase, k);
+                    assert!((sample.nm - expected).abs() < 1.0e-3);
+                    assert_eq!(sample, table.sample(phase + phases, k));
+                }
+                // Any two after one another are half a part apart, but for
+                // where the sequence turns.
+                let next = (table.offset(phase + 1) - offset).abs();
+                assert!(phases == 1 || next >= 0.25, "{phase} of {phases}: {next}");
+            }
+            assert_eq!(offsets / phases as f32, 0.5);
+            assert_eq!(table.sample(0, count), SpectralSample::default());
+        });
+    }
+
+    #[test]
+    fn one_wavelength_is_white() {
+        let mut storage = [SpectralSample::default(); 1];
+        let one = Wavelengths::new(1, Wavelengths::RANGE).unwrap();
+        let table = SpectralTable::new(one, 1, Matching::Wyman, &mut storage).unwrap();
+        let expected = SpectralSample {
+            nm: 550.0,
+            weight: Vec3::ONE,
+        };
+        assert_eq!(table.sample(0, 0), expected);
+    }
+
+    #[test]
+    fn weights_are_the_white_rule_in_double_precision() {
+        let mut storage = [SpectralSample::default(); 7];
+        let seven = Wavelengths::new(7, Wavelengths::RANGE).unwrap();
+        let table = SpectralTable::new(seven, 1, Matching::Wyman, &mut storage).unwrap();
+        for (sample, expected) in table.phase(0).iter().zip(SEVEN) {
+            let error = (sample.weight - Vec3::from(expected)).abs().max_element();
+            assert!(error < 2.0e-6, "{sample:?}");
+        }
+    }
+
+    #[test]
+    fn tables_that_are_none_are_refused() {
+        let mut storage = [SpectralSample::default(); 8];
+        let mut new = |count, range, phases| {
+            let wavelengths = Wavelengths::new(count, range).unwrap();
+            SpectralTable::new(wavelengths, phases, Matching::Wyman, &mut storage)
+                .map(|table| table.phases())
+        };
+        let range = Wavelengths::RANGE;
+        assert_eq!(new(2, range, 4), Ok(4));
+        for phases in [0, 3, 512, u32::MAX] {
+            let error = new(1, range, phases).unwrap_err();
+            assert_eq!(error, TableError::Phases { given: phases });
+            assert!(error.to_string().contains("from 1 to 256"));
+        }
+        let error = new(9, range, 1).unwrap_err();
+        let (given, needed) = (8, 9);
+        assert_eq!(error, TableError::Storage { given, needed });
+        assert!(error.to_string().contains("9 are needed"));
+    }
 }

@@ -130,3 +130,66 @@ impl Wavelengths {
         min(low + (high - low) * part, high)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    extern crate std;
+    use std::string::ToString;
+
+    #[test]
+    fn wavelengths_are_the_centres_of_equal_parts() {
+        let seven = Wavelengths::new(7, Wavelengths::RANGE).unwrap();
+        assert_eq!(seven.count(), 7);
+        assert_eq!(seven.at(3, 0.5), 550.0);
+        assert!((seven.at(0, 0.5) - (400.0 + 150.0 / 7.0)).abs() < 1.0e-4);
+        let one = Wavelengths::new(1, Wavelengths::PAPER_RANGE).unwrap();
+        assert_eq!(one.at(0, 0.5), 565.0);
+        // None leaves the range, wherever in its part.
+        for count in 1..=Wavelengths::MOST {
+            for range in [[400.0, 700.0], [390.3, 749.9], [500.0, 500.1]] {
+                let all = Wavelengths::new(count, range).unwrap();
+                let mut last = range[0];
+                for k in 0..all.count() {
+                    let [first, end] = [0.0, 1.0].map(|offset| all.at(k, offset));
+                    assert!(last <= first && first <= end && end <= range[1]);
+                    last = end;
+                }
+                assert_eq!(last, range[1]);
+            }
+        }
+    }
+
+    #[test]
+    fn clamping_keeps_the_number() {
+        let paper = Wavelengths::new(14, Wavelengths::PAPER_RANGE).unwrap();
+        let clamped = paper.clamped_to([390.0, 2500.0]).unwrap();
+        assert_eq!((clamped.count(), clamped.range()), (14, [390.0, 750.0]));
+        assert_eq!(paper.clamped_to([200.0, 2000.0]), Ok(paper));
+        for within in [[750.0, 900.0], [100.0, 380.0], [f32::NAN, f32::NAN]] {
+            let error = paper.clamped_to(within).unwrap_err().to_string();
+            assert!(error.contains("no wavelength from 380 to 750"), "{error}");
+        }
+    }
+
+    #[test]
+    fn numbers_and_ranges_that_are_none_are_refused() {
+        for given in [0, 65, u32::MAX] {
+            let error = Wavelengths::new(given, Wavelengths::RANGE).unwrap_err();
+            assert_eq!(error, WavelengthsError::Count { given });
+            assert!(error.to_string().contains("from 1 to 64"));
+        }
+        let nan = f32::NAN;
+        for range in [
+            [700.0, 400.0],
+            [500.0, 500.0],
+            [359.0, 700.0],
+            [400.0, 831.0],
+            [nan, 700.0],
+            [400.0, nan],
+        ] {
+            let error = Wavelengths::new(7, range).unwrap_err().to_string();
+            assert!(error.contains("from 360 to 830 nm"), "{error}");
+        }
+    }
+}

@@ -223,11 +223,11 @@ where
         let bounces = from.bounces + 1;
         if Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0 {
             let index = material.index_of_refraction;
-            let ratio = if inside { index } else { 1.0 / index };
-            let refraction = refract(direction, normal, ratio);
+            let (before, beyond) = if inside { (index, 1.0) } else { (1.0, index) };
+            let refraction = refract(direction, normal, before, beyond);
             let let_through = Vec3::from_array(material.transmission);
             if let Some(refracted) = refraction.direction {
-                let share = let_through * (1.0 - refraction.reflectance);
+                let share = let_through * refraction.transmittance;
                 let ray = Ray::new(surface.start(refracted), refracted);
                 let next = Next {
                     ray,

@@ -1,7 +1,7 @@
 //! What `shisen explain` prints.
 
 use serde::Serialize;
-use shisen_core::scene::format::{Material, effect, flag, light};
+use shisen_core::scene::format::{Light, Material, effect, flag, light};
 use shisen_core::scene::{EffectSet, Records};
 use std::fmt;
 
@@ -72,6 +72,13 @@ pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
         EffectSet::REFLECTION => "no material is a mirror",
         EffectSet::REFRACTION => "no material lets light through",
         EffectSet::ABSORPTION => "no material takes light away along its way",
+        EffectSet::SOFT_LIGHT if !records.lights.iter().any(Light::is_large) => {
+            "all lights are points or infinitely far"
+        }
+        EffectSet::SOFT_LIGHT => "no material shows the light of lights",
+        EffectSet::IMAGE_TEXTURE => "no material has an image",
+        EffectSet::CHECKER_TEXTURE => "no material has a checker",
+        EffectSet::EMISSION => "no material shines",
         EffectSet::GRATICULE => "no material has meridians and parallels",
         _ => "nothing in the scene asks for it",
     }
@@ -84,7 +91,8 @@ fn occludes(instance: &shisen_core::scene::format::Instance) -> bool {
 /// What rays can meet, and what it is called.
 pub(super) struct Met<'r> {
     materials: Vec<(String, &'r Material)>,
-    lights: Vec<String>,
+    /// With whether they have a size.
+    lights: Vec<(String, bool)>,
 }
 
 impl<'r> Met<'r> {
@@ -108,22 +116,24 @@ impl<'r> Met<'r> {
                 .map(|(number, material)| (name(number), material))
                 .collect(),
             lights: lights
-                .map(|(one, number)| match one.kind {
-                    light::DIRECTIONAL => format!("light {number} (directional)"),
-                    light::POINT | light::POINT_INVERSE_SQUARE => {
-                        format!("light {number} (point)")
-                    }
-                    _ => format!("light {number}"),
+                .map(|(one, number)| {
+                    let kind = match one.kind {
+                        light::DIRECTIONAL => "directional",
+                        light::POINT | light::POINT_INVERSE_SQUARE => "point",
+                        _ => "rectangle",
+                    };
+                    (format!("light {number} ({kind})"), one.is_large())
                 })
                 .collect(),
         }
     }
 
-    /// The materials that ask for an effect. For shadows those are the materials
-    /// that lights light.
+    /// The materials that ask for an effect. For shadows and soft light those are
+    /// the materials that lights light.
     pub(super) fn materials(&self, asked: EffectSet) -> Vec<String> {
         let asks = |material: &Material| {
-            let lit = asked == EffectSet::SHADOWS && material.effects & effect::LIT != 0;
+            let by_lights = asked == EffectSet::SHADOWS || asked == EffectSet::SOFT_LIGHT;
+            let lit = by_lights && material.effects & effect::LIT != 0;
             lit || EffectSet::of_material(material).contains(asked)
         };
         let materials = self.materials.iter();
@@ -135,11 +145,11 @@ impl<'r> Met<'r> {
 
     /// The lights that do.
     pub(super) fn lights(&self, asked: EffectSet) -> Vec<String> {
-        if asked == EffectSet::SHADOWS {
-            self.lights.clone()
-        } else {
-            Vec::new()
-        }
+        let asks = |is_large: bool| {
+            asked == EffectSet::SHADOWS || (asked == EffectSet::SOFT_LIGHT && is_large)
+        };
+        let lights = self.lights.iter().filter(|(_, is_large)| asks(*is_large));
+        lights.map(|(name, _)| name.clone()).collect()
     }
 }
 
