@@ -11,11 +11,12 @@ mod block;
 mod detail;
 mod dome;
 mod fill;
+mod ledger;
 mod past;
 mod view;
 
 pub use crate::trace::{
-    Budget, LEAST_WEIGHT, MAX_DEPTH, Pixel, RayDetail, Statistics, Tracer, Workspace,
+    Budget, Entry, LEAST_WEIGHT, Ledger, MAX_DEPTH, Pixel, RayDetail, Statistics, Tracer, Workspace,
 };
 use block::{BLOCK, Block, Target};
 use core::fmt;
@@ -25,7 +26,7 @@ pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
 pub use view::{DomeError, DomePose, DomeProjection, DomeScreen, MirrorCamera, View, ViewError};
 
 use crate::gaze::{Detail, Gaze, Region};
-use crate::scene::Scene;
+use crate::scene::{EffectSet, Scene};
 use crate::simd::{Runs, Simd};
 
 /// Most samples of a pixel.
@@ -188,14 +189,26 @@ impl<'a, const W: usize> Renderer<'a, W>
 where
     Simd: Runs<W>,
 {
-    /// Settings out of range are moved to the nearest that is in it.
+    /// With every effect there is. Settings out of range are moved to the
+    /// nearest that is in it.
     pub fn new(scene: Scene<'a, W>, simd: Simd, settings: Settings) -> Self {
+        Self::for_effects::<{ EffectSet::ALL.bits() }>(scene, simd, settings)
+    }
+
+    /// As [`new`](Self::new), with the shading compiled for the effects of some
+    /// [bits](EffectSet::bits): see [`Tracer::for_effects`]. A program that makes
+    /// its renderers by this function only has no code of other effects.
+    pub fn for_effects<const EFFECTS: u32>(
+        scene: Scene<'a, W>,
+        simd: Simd,
+        settings: Settings,
+    ) -> Self {
         let settings = Settings {
             depth: settings.depth.min(MAX_DEPTH),
             samples: settings.samples.clamp(1, MAX_SAMPLES),
             mode: settings.mode,
         };
-        let tracer = Tracer::new(scene, simd, settings.depth);
+        let tracer = Tracer::for_effects::<EFFECTS>(scene, simd, settings.depth);
         Self {
             tracer,
             settings,
@@ -203,6 +216,13 @@ where
             lod: None,
             below: None,
         }
+    }
+
+    /// The same renderer without some effects.
+    #[must_use]
+    pub const fn without(mut self, effects: EffectSet) -> Self {
+        self.tracer = self.tracer.without(effects);
+        self
     }
 
     /// The same renderer with all rays as at a level of detail of their own,

@@ -48,6 +48,8 @@ pub mod numeric;
 pub mod scene;
 pub mod shape;
 mod simd;
+pub mod spectrum;
 pub mod trace;
 
+pub use scene::EffectSet;
 pub use simd::{Runs, Simd};

@@ -5,11 +5,15 @@
 //! out of range or loop without end, whatever the bytes were: every index is
 //! in its table, every tree is a tree and fits the traversal stack.
 
+mod effects;
 pub mod format;
 mod validate;
 
+use crate::spectrum::Medium;
+pub use effects::{EffectSet, Records};
 use format::{
-    Background, Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Triangle,
+    Background, Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Texel, Texture,
+    Triangle,
 };
 pub use validate::SceneError;
 use zerocopy::FromBytes;
@@ -30,6 +34,10 @@ pub struct Scene<'a, const W: usize = 8> {
     pub(crate) normals: &'a [[f32; 3]],
     pub(crate) id_leaves: &'a [IdLeaf],
     pub(crate) positions: &'a [[f32; 3]],
+    pub(crate) coordinates: &'a [[f32; 2]],
+    pub(crate) textures: &'a [Texture],
+    pub(crate) texels: &'a [Texel],
+    pub(crate) media: &'a [Medium],
 }
 
 impl<'a, const W: usize> Scene<'a, W> {
@@ -52,6 +60,10 @@ impl<'a, const W: usize> Scene<'a, W> {
             normals: validate::table(bytes, header.normals, "normals")?,
             id_leaves: validate::table(bytes, header.id_leaves, "leaves of numbers")?,
             positions: validate::table(bytes, header.positions, "positions")?,
+            coordinates: validate::table(bytes, header.coordinates, "coordinates")?,
+            textures: validate::table(bytes, header.textures, "textures")?,
+            texels: validate::table(bytes, header.texels, "texels")?,
+            media: validate::table(bytes, header.media, "media")?,
         };
         validate::contents(&scene)?;
         Ok(scene)
@@ -94,9 +106,35 @@ impl<'a, const W: usize> Scene<'a, W> {
         self.materials
     }
 
+    /// The textures.
+    pub const fn textures(&self) -> &'a [Texture] {
+        self.textures
+    }
+
+    /// What transparent materials are made of.
+    pub const fn media(&self) -> &'a [Medium] {
+        self.media
+    }
+
     /// The lights.
     pub const fn lights(&self) -> &'a [Light] {
         self.lights
+    }
+
+    /// The effects that it asks for.
+    pub const fn effects(&self) -> EffectSet {
+        EffectSet::from_bits(self.header.effects)
+    }
+
+    /// What it asks them by.
+    pub const fn records(&self) -> Records<'a> {
+        Records {
+            instances: self.instances,
+            meshes: self.meshes,
+            triangles: self.triangles,
+            materials: self.materials,
+            lights: self.lights,
+        }
     }
 
     /// Counts of nodes, leaves and triangles, all meshes together.

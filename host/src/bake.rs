@@ -11,15 +11,19 @@ use crate::mesh::{Material, MeshError, TriangleMesh};
 use crate::scene::camera::CameraPath;
 use crate::scene::{Background, Light, Object, Scene, Shape};
 use crate::simplify::{Ladder, LadderError, PolygonLevels};
+use crate::texture::{Image, Pattern, Texture};
 use blob::{AlignedBytes, Tables};
 use cover::Cover;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{
-    self, IdLeaf, Instance, LeafBlock, NO_MATERIAL, Node, effect, flag, kind, light,
+    self, IdLeaf, Instance, LeafBlock, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Node, effect, flag,
+    kind, light, texture,
 };
 use shisen_core::shape::Spheroid;
+use shisen_core::spectrum::line;
+use std::sync::Arc;
 use thiserror::Error;
 use tree::{Bounds, Effort, WideTree};
 
@@ -62,6 +66,14 @@ pub enum BakeError {
         what: &'static str,
         /// By this index.
         index: usize,
+    },
+    /// A texture on a mesh that does not say where its vertices are on it.
+    #[error(
+        "object {object} (counted from 0) has a texture, but its mesh has no texture coordinates"
+    )]
+    NoCoordinates {
+        /// The object.
+        object: usize,
     },
     /// A map that flattens, or that is not finite, or that moves things out
     /// of range.
@@ -126,10 +138,11 @@ impl<const W: usize> Baked<W> {
     }
 
     fn with_ladders(scene: &Scene, ladders: &[Ladder<'_>]) -> Result<Self, BakeError> {
-        let mut tables = Tables::<W> {
-            materials: scene.materials.iter().map(material).collect(),
-            ..Tables::default()
-        };
+        let mut tables = Tables::<W>::default();
+        let mut textures = Textures::default();
+        for source in &scene.materials {
+            tables.add_material(source, &mut textures);
+        }
         let trees: Vec<Vec<WideTree<W>>> = ladders.par_iter().map(trees).collect();
         let covers: Vec<Cover<W>> = ladders
             .par_iter()
@@ -179,7 +192,7 @@ impl<const W: usize> Baked<W> {
             }
         }
         for (ladder, trees) in ladders.iter().zip(&trees) {
-            tables.add_mesh(ladder, trees);
+            tables.add_mesh(ladder, trees, &mut textures);
         }
         tables.rungs = trees.iter().map(Vec::len).max().unwrap_or(1) as u32;
         tables.lights = scene.lights.iter().map(baked_light).collect();
@@ -294,10 +307,11 @@ impl<const W: usize> Tables<W> {
     }
 
     /// Adds a ladder, of which `trees` has one tree a rung.
-    fn add_mesh(&mut self, ladder: &Ladder<'_>, trees: &[WideTree<W>]) {
+    fn add_mesh(&mut self, ladder: &Ladder<'_>, trees: &[WideTree<W>], textures: &mut Textures) {
         let mesh = ladder.versions();
         let first_triangle = self.triangles.len() as u32;
         let first_normal = self.normals.len() as u32;
+        let first_coordinate = self.coordinates.len() as u32;
         let first_material = self.materials.len() as u32;
         for (number, &corners) in mesh.triangles.iter().enumerate() {
             // Resolved to the default material once all materials are there.
@@ -307,8 +321,11 @@ impl<const W: usize> Tables<W> {
                 .map_or(NO_MATERIAL, |m| first_material + m);
             self.triangles.push(format::Triangle { corners, material });
         }
-        self.materials.extend(mesh.materials.iter().map(material));
+        for source in &mesh.materials {
+            self.add_material(source, textures);
+        }
         self.normals.extend_from_slice(&mesh.vertex_normals());
+        self.coordinates.extend_from_slice(&mesh.coordinates);
         if W == 4 {
             let positions = mesh.positions.iter();
             self.positions
@@ -357,7 +374,9 @@ impl<const W: usize> Tables<W> {
                 extent,
                 rungs,
                 faces: faces.len() as u32,
-                reserved: [0; 4],
+                first_coordinate,
+                coordinate_count: mesh.coordinates.len() as u32,
+                reserved: [0; 2],
             });
         }
     }
@@ -378,8 +397,82 @@ impl<const W: usize> Tables<W> {
             }
         }
         if used {
-            self.materials.push(material(&Material::default()));
+            self.add_material(&Material::default(), &mut Textures::default());
         }
+    }
+
+    fn add_material(&mut self, source: &Material, textures: &mut Textures) {
+        let (mut baked, texture) = material(source);
+        if let Some(texture) = texture {
+            baked.texture = textures.add(texture, self);
+        }
+        if let Some(medium) = source.medium {
+            let known = self.media.iter().position(|known| *known == medium);
+            let number = known.unwrap_or(self.media.len());
+            if number == self.media.len() {
+                self.media.push(medium);
+            }
+            baked.medium = number as u32;
+        }
+        self.materials.push(baked);
+    }
+}
+
+/// What was put into the tables of textures and texels, each once.
+#[derive(Default)]
+struct Textures {
+    textures: Vec<Texture>,
+    /// With the number of each image's first texel.
+    images: Vec<(Arc<Image>, u32)>,
+}
+
+impl Textures {
+    /// The number of a texture in the tables.
+    fn add<const W: usize>(&mut self, source: &Texture, tables: &mut Tables<W>) -> u32 {
+        let same = |known: &Texture| {
+            known.repeats == source.repeats
+                && match (&known.pattern, &source.pattern) {
+                    (Pattern::Image(known), Pattern::Image(image)) => Arc::ptr_eq(known, image),
+                    (known, pattern) => known == pattern,
+                }
+        };
+        if let Some(number) = self.textures.iter().position(same) {
+            return number as u32;
+        }
+        let mut baked = format::Texture {
+            kind: texture::CHECKER,
+            width: 0,
+            height: 0,
+            first_texel: 0,
+            repeats: source.repeats,
+            colours: [[0.0; 3]; 2],
+            reserved: [0; 4],
+        };
+        match &source.pattern {
+            Pattern::Checker(colours) => baked.colours = *colours,
+            Pattern::Image(image) => {
+                baked.kind = texture::IMAGE;
+                (baked.width, baked.height) = (image.width(), image.height());
+                baked.first_texel = self.first_texel(image, tables);
+            }
+        }
+        tables.textures.push(baked);
+        self.textures.push(source.clone());
+        tables.textures.len() as u32 - 1
+    }
+
+    fn first_texel<const W: usize>(&mut self, image: &Arc<Image>, tables: &mut Tables<W>) -> u32 {
+        let known = self
+            .images
+            .iter()
+            .find(|(known, _)| Arc::ptr_eq(known, image));
+        if let Some(&(_, first)) = known {
+            return first;
+        }
+        let first = tables.texels.len() as u32;
+        tables.texels.extend_from_slice(image.texels());
+        self.images.push((Arc::clone(image), first));
+        first
     }
 }
 
@@ -412,9 +505,20 @@ fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlo
     block
 }
 
-fn material(m: &Material) -> format::Material {
+/// A material but for the number of its texture, and that where it shows.
+fn material(m: &Material) -> (format::Material, Option<&Texture>) {
     let any = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
     let mut effects = 0;
+    if any(m.emission) {
+        effects |= effect::EMISSION;
+    }
+    let shows = any(m.diffuse) || any(m.emission);
+    let texture = m.texture.as_ref().filter(|_| shows);
+    effects |= match texture.map(|texture| &texture.pattern) {
+        None => 0,
+        Some(Pattern::Checker(_)) => effect::CHECKER_TEXTURE,
+        Some(Pattern::Image(_)) => effect::IMAGE_TEXTURE,
+    };
     if any(m.diffuse) || any(m.specular) {
         effects |= effect::LIT;
     }
@@ -429,24 +533,41 @@ fn material(m: &Material) -> format::Material {
     if m.graticule.is_some() {
         effects |= effect::GRATICULE;
     }
-    format::Material {
+    let baked = format::Material {
         diffuse: m.diffuse,
         shininess: m.shininess,
         specular: m.specular,
-        index_of_refraction: m.index_of_refraction,
+        index_of_refraction: match m.medium {
+            Some(medium) => medium.index_clamped(line::D),
+            None => m.index_of_refraction,
+        },
         mirror: m.mirror,
         effects,
         transmission: m.transmission,
-        reserved: 0,
+        texture: NO_TEXTURE,
         absorption: m.absorption,
         graticule_divisions: m.graticule.map_or(0, |lines| lines.divisions),
         graticule_width: m.graticule.map_or(0.0, |lines| lines.width),
-        reserved2: [0; 11],
-    }
+        emission: m.emission,
+        medium: NO_MEDIUM,
+        reserved2: [0; 7],
+    };
+    (baked, texture)
 }
 
 fn baked_light(source: &Light) -> format::Light {
-    let (place, kind, colour) = match *source {
+    let vector = |v: DVec3| v.as_vec3().to_array();
+    let small = |place, kind, colour| format::Light {
+        place: vector(place),
+        kind,
+        colour,
+        samples: 0,
+        right: [0.0; 3],
+        reserved: 0,
+        up: [0.0; 3],
+        reserved2: 0,
+    };
+    match *source {
         Light::Point {
             position,
             colour,
@@ -457,19 +578,33 @@ fn baked_light(source: &Light) -> format::Light {
             } else {
                 light::POINT
             };
-            (position, kind, colour)
+            small(position, kind, colour)
         }
-        Light::Directional { direction, colour } => (
+        Light::Directional { direction, colour } => small(
             -direction.normalize_or(DVec3::NEG_Y),
             light::DIRECTIONAL,
             colour,
         ),
-    };
-    format::Light {
-        place: place.as_vec3().to_array(),
-        kind,
-        colour,
-        reserved: 0,
+        Light::Rectangle {
+            centre,
+            right,
+            up,
+            colour,
+            samples,
+            two_sided,
+        } => {
+            let kind = if two_sided {
+                light::TWO_SIDED_RECTANGLE
+            } else {
+                light::RECTANGLE
+            };
+            format::Light {
+                samples,
+                right: vector(right),
+                up: vector(up),
+                ..small(centre, kind, colour)
+            }
+        }
     }
 }
 
@@ -512,6 +647,11 @@ fn instance(scene: &Scene, number: usize, object: &Object) -> Result<(Instance, 
     }
     if let Some(index) = object.material.filter(|&m| m >= scene.materials.len()) {
         return Err(missing("material", index));
+    }
+    if let Shape::Mesh(index) = object.shape
+        && !scene.meshes[index].has_coordinates_for(object.material.map(|m| &scene.materials[m]))
+    {
+        return Err(BakeError::NoCoordinates { object: number });
     }
     let bad_map = BakeError::Transform {
         object: number,

@@ -9,15 +9,18 @@ mod bake;
 mod bench;
 mod cave;
 mod dome;
+mod explain;
 mod failure;
 mod filling;
 mod gaze;
 mod inspect;
 mod levels;
+mod medium;
 mod picture_files;
 mod progress;
 mod ray_counts;
 mod source;
+mod spectrum;
 
 use clap::Parser;
 use failure::{Failure, Fault};
@@ -33,7 +36,10 @@ enum Shisen {
     Cave(Box<cave::Arguments>),
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
+    Explain(explain::Arguments),
     Gaze(gaze::Arguments),
+    Medium(medium::Arguments),
+    Spectrum(spectrum::Arguments),
     #[command(subcommand)]
     Dome(dome::Dome),
     #[command(subcommand)]
@@ -56,7 +62,10 @@ pub(crate) fn main() -> ExitCode {
                 Shisen::Cave(arguments) => cave::run(&arguments),
                 Shisen::Bake(arguments) => bake::run(&arguments),
                 Shisen::Inspect(arguments) => inspect::run(&arguments),
+                Shisen::Explain(arguments) => explain::run(&arguments),
                 Shisen::Gaze(arguments) => gaze::run(&arguments),
+                Shisen::Medium(arguments) => medium::run(&arguments),
+                Shisen::Spectrum(arguments) => spectrum::run(&arguments),
                 Shisen::Dome(dome) => dome::run(&dome),
                 Shisen::Bench(bench) => bench::run(&bench),
             });

@@ -7,6 +7,7 @@ use glam::Vec3;
 use thiserror::Error;
 
 use crate::mesh::{MeshError, TriangleMesh};
+use crate::texture::ImageError;
 
 mod gltf;
 mod obj;
@@ -108,6 +109,9 @@ pub enum ImportError {
         /// The index of the last vertex; less than `first` where there is none.
         last: i64,
     },
+    /// A texture that one of its materials names and that cannot be had.
+    #[error(transparent)]
+    Texture(#[from] ImageError),
     /// Well-formed contents that make no usable mesh.
     #[error("{place}: {fault}; repair the mesh in a modelling program and export it again")]
     Mesh {
@@ -121,24 +125,29 @@ pub enum ImportError {
 /// Reads a triangle mesh; the extension, in any case, tells the format.
 ///
 /// Polygons become fans of triangles around their first corner, and triangles
-/// keep the file's order. Texture coordinates and textures are not read.
-/// Normals are made unit length; a mesh with a normal that has no direction,
-/// or with normals at only some of its vertices, comes without any.
+/// keep the file's order. Normals are made unit length; a mesh with a normal
+/// that has no direction, or with normals at only some of its vertices, comes
+/// without any. So does one with texture coordinates at only some of its
+/// vertices, or with one beyond [`TriangleMesh::FARTHEST_COORDINATE`], and
+/// without coordinates it has no textures. Textures are PNG files; others are
+/// not read. They multiply the diffuse reflectance.
 ///
-/// - `.obj`: groups and objects become one mesh. Without normals the vertices
-///   are the file's, in its order; with normals, each pair of position and
-///   normal is one vertex, in order of first use. Only the first three numbers
-///   of a `v` count. Lines, points and curves are skipped. The materials come
+/// - `.obj`: groups and objects become one mesh. Without normals and texture
+///   coordinates the vertices are the file's, in its order; with either, each
+///   position with its normal and `vt` is one vertex, in order of first use.
+///   Only the first three numbers of a `v` count, and two of a `vt`. Lines, points and curves are skipped. The materials come
 ///   from the `.mtl` files named in it, as far as these exist: `Kd` and
 ///   `Ks` are the diffuse and specular reflectance, `Ns` the shininess and
-///   `Ni` the index of refraction; `illum` 3, 5 or 8 makes `Ks` the mirror
+///   `Ni` the index of refraction, `map_Kd` the texture; `illum` 3, 5 or 8 makes `Ks` the mirror
 ///   reflectance too. What `d` (or 1 - `Tr`) leaves of the light is
 ///   transmitted, filtered by `Tf`, and dims `Kd`; `illum` 4, 6, 7 or 9
 ///   without `d` and `Tr` transmits `Tf`, or all.
 /// - `.ply`: ASCII and binary, either endianness; `x`, `y`, `z`, optionally
-///   `nx`, `ny`, `nz`, and faces from `vertex_indices` or `vertex_index`.
+///   `nx`, `ny`, `nz`, and `s`, `t` or `u`, `v` or `texture_u`, `texture_v`;
+///   faces from `vertex_indices` or `vertex_index`.
 /// - `.gltf` and `.glb`: every triangle primitive in the default scene (or the
-///   first), in world space. The base colour is the diffuse reflectance; a
+///   first), in world space. The base colour, with its texture where that uses
+///   the first set of coordinates, is the diffuse reflectance; a
 ///   metalness of 0.5 or more at a roughness of 0.3 or less makes it the
 ///   mirror reflectance instead. `KHR_materials_transmission`, `_ior` and
 ///   `_volume` give transmission, index of refraction and absorption.
@@ -209,6 +218,17 @@ fn unit_normals(mut normals: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
         }
     }
     normals
+}
+
+/// The places on textures, or none at all where one is far out or no number.
+fn usable_coordinates(coordinates: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
+    let limit = TriangleMesh::FARTHEST_COORDINATE;
+    let usable = |place: &[f32; 2]| place.iter().all(|c| c.abs() <= limit);
+    if coordinates.iter().all(usable) {
+        coordinates
+    } else {
+        Vec::new()
+    }
 }
 
 /// `value` within the range; its lower end for NaN.

@@ -1,6 +1,8 @@
 //! A triangle mesh as imported or generated, before it is baked.
 
+use crate::texture::Texture;
 use glam::DVec3;
+use shisen_core::spectrum::Medium;
 use std::borrow::Cow;
 use thiserror::Error;
 
@@ -20,10 +22,18 @@ pub struct Material {
     pub transmission: [f32; 3],
     /// Index of refraction relative to the surroundings, above 0.
     pub index_of_refraction: f32,
+    /// What it is made of: its index, which depends on the wavelength, is used
+    /// instead of `index_of_refraction`.
+    pub medium: Option<Medium>,
     /// Beer's absorption inside the body, per metre and channel, 0 or more.
     pub absorption: [f32; 3],
     /// Where the surface is this material; between the lines it is black.
     pub graticule: Option<Graticule>,
+    /// What `diffuse` and `emission` are multiplied by.
+    pub texture: Option<Texture>,
+    /// Light of its own per channel, 0 or more: as bright outside from all
+    /// directions. It lights nothing else.
+    pub emission: [f32; 3],
 }
 
 /// Meridians and parallels about a shape's own Y axis.
@@ -45,8 +55,11 @@ impl Default for Material {
             mirror: [0.0; 3],
             transmission: [0.0; 3],
             index_of_refraction: 1.5,
+            medium: None,
             absorption: [0.0; 3],
             graticule: None,
+            texture: None,
+            emission: [0.0; 3],
         }
     }
 }
@@ -58,6 +71,10 @@ pub struct TriangleMesh {
     pub positions: Vec<[f32; 3]>,
     /// Unit vertex normals, one a position; empty where the file has none.
     pub normals: Vec<[f32; 3]>,
+    /// Where vertices are on textures, one a position; empty where the file
+    /// has none. u to the right and v up, 0 to 1 from the lower left corner of
+    /// an image to the upper right one; up to [`Self::FARTHEST_COORDINATE`].
+    pub coordinates: Vec<[f32; 2]>,
     /// Three indices into `positions` a triangle, counter-clockwise from
     /// outside, in the file's order.
     pub triangles: Vec<[u32; 3]>,
@@ -104,6 +121,20 @@ pub enum MeshError {
         /// How many vertices there are.
         vertices: usize,
     },
+    /// A place on a texture that is NaN, infinite or far beyond it.
+    #[error(
+        "vertex {vertex} (counted from 0) is at {}, {} on its texture, but coordinates may be up \
+         to {limit:e}",
+        .coordinate[0], .coordinate[1]
+    )]
+    Coordinate {
+        /// Its index.
+        vertex: usize,
+        /// Its place.
+        coordinate: [f32; 2],
+        /// The largest magnitude a coordinate may have.
+        limit: f32,
+    },
     /// The same vertex twice in one triangle.
     #[error("triangle {triangle} (counted from 0) names vertex {index} twice")]
     RepeatedVertex {
@@ -135,6 +166,8 @@ pub enum MeshError {
 impl TriangleMesh {
     /// Largest magnitude of a coordinate.
     pub const FARTHEST: f32 = 1.0e12;
+    /// Largest magnitude of a coordinate on a texture.
+    pub const FARTHEST_COORDINATE: f32 = 1.0e5;
     /// Most triangles in one mesh.
     pub const MOST_TRIANGLES: usize = 1 << 26;
 
@@ -189,6 +222,16 @@ impl TriangleMesh {
             }
         };
         expect("normals", self.normals.len(), vertices)?;
+        expect("coordinates", self.coordinates.len(), vertices)?;
+        let limit = Self::FARTHEST_COORDINATE;
+        let usable = |c: &[f32; 2]| c.iter().all(|c| c.abs() <= limit);
+        if let Some(vertex) = self.coordinates.iter().position(|c| !usable(c)) {
+            return Err(MeshError::Coordinate {
+                vertex,
+                coordinate: self.coordinates[vertex],
+                limit,
+            });
+        }
         expect(
             "triangle materials",
             self.triangle_materials.len(),
@@ -208,6 +251,14 @@ impl TriangleMesh {
         Ok(())
     }
 
+    /// Whether it says where it is on the textures of a material, or of its own
+    /// materials where there is none, if there are any.
+    pub fn has_coordinates_for(&self, material: Option<&Material>) -> bool {
+        let has_texture = |material: &Material| material.texture.is_some();
+        !self.coordinates.is_empty()
+            || !material.map_or_else(|| self.materials.iter().any(has_texture), has_texture)
+    }
+
     /// The mesh's own normals, or the mean of the faces around each vertex,
     /// weighted by area and angle-free: the cross products summed.
     pub fn vertex_normals(&self) -> Cow<'_, [[f32; 3]]> {
@@ -225,6 +276,19 @@ impl TriangleMesh {
         sums.into_iter()
             .map(|sum| sum.normalize_or(DVec3::Y).as_vec3().to_array())
             .collect()
+    }
+
+    /// One metre along x and z about the origin, its front up, with u along x
+    /// and v against z.
+    pub fn square() -> Self {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        Self {
+            positions: corners.map(|[u, v]| [u - 0.5, 0.0, 0.5 - v]).to_vec(),
+            normals: vec![[0.0, 1.0, 0.0]; 4],
+            coordinates: corners.to_vec(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Self::default()
+        }
     }
 
     /// The least and the greatest corner of the vertices' box.

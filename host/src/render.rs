@@ -1,12 +1,15 @@
 //! All screens and eyes of a frame, and dome masters, on all cores.
 
 mod fill;
+mod ledger;
 
 use crate::cave::{Cave, DomeScreenError, Eye, Screen, WallError};
+use crate::effects::{self, Effects};
 use crate::picture::{Picture, PictureError};
 use fill::Source;
 pub use fill::{Capture, CaptureOptions, Filling};
 use glam::DVec3;
+pub use ledger::{Account, account};
 use rayon::ThreadPool;
 use shisen_core::frame::{
     Budget, DomeError, LevelOfDetail, Pixel, Renderer, Settings, Statistics, SurroundingsError,
@@ -20,11 +23,13 @@ use std::time::Instant;
 use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3;
 
-/// How to render a frame. Only `settings` changes what is in it.
+/// How to render a frame. Only `settings` and `effects` change what is in it.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
     /// Bounces, samples, and how primary rays go.
     pub settings: Settings,
+    /// What to carry out of what the scene asks for.
+    pub effects: Effects,
     /// Threads, 1 or more.
     pub threads: usize,
     /// Pixels a side of the tiles that threads take, 1 or more.
@@ -38,6 +43,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             settings: Settings::default(),
+            effects: Effects::AUTO,
             threads: std::thread::available_parallelism().map_or(1, Into::into),
             tile: 32,
             simd: Simd::detect(),
@@ -301,7 +307,7 @@ where
 {
     let (columns, rows) = (view.columns(), view.rows());
     let mut picture = Picture::new(columns, rows)?;
-    let renderer = Renderer::new(*scene, options.simd, options.settings);
+    let renderer = effects::renderer(*scene, options.simd, options.settings, &options.effects);
     let renderer = match lod {
         Some(lod) => renderer.with_level_of_detail(lod),
         None => renderer,
@@ -390,7 +396,7 @@ pub fn renderer<'a, const W: usize>(
 where
     Simd: Runs<W>,
 {
-    let renderer = Renderer::new(*scene, options.simd, options.settings);
+    let renderer = effects::renderer(*scene, options.simd, options.settings, &options.effects);
     match observer.lod {
         Some(lod) => renderer.with_level_of_detail(lod),
         None => renderer,

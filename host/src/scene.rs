@@ -88,6 +88,27 @@ pub enum Light {
         /// Linear RGB irradiance.
         colour: [f32; 3],
     },
+    /// From all over a rectangle or parallelogram, which is not itself seen: a
+    /// lamp to look at is an object in its place whose material has the same
+    /// colour as its emission, and which casts no shadow.
+    Rectangle {
+        /// Its middle: metres, in the world.
+        centre: DVec3,
+        /// From there to the middle of its right side: metres.
+        right: DVec3,
+        /// From there to the middle of its upper side: metres. Light goes to
+        /// the side from which `right` and `up` are so: that of right × up.
+        up: DVec3,
+        /// Linear RGB radiance. It lights by the inverse square of the
+        /// distance; white of 1 all round a surface would give it the colour
+        /// of its reflectance.
+        colour: [f32; 3],
+        /// Points of it that each lit point looks at, 1 to 64, spread evenly;
+        /// further samples of a pixel look at further points.
+        samples: u32,
+        /// Whether light goes to both sides.
+        two_sided: bool,
+    },
 }
 
 /// What a ray sees that meets nothing: a vertical gradient.

@@ -7,11 +7,13 @@ use shisen::mesh::{Graticule, Material, TriangleMesh};
 use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
+use shisen::texture::{Image, Pattern, Texture};
 use shisen_core::scene::format::{
     self, ALIGNMENT, Header, IdLeaf, Instance, Mesh, Table, Triangle, VERSION, effect,
 };
 use shisen_core::scene::{self, SceneError};
 use shisen_core::shape::Ray;
+use shisen_core::spectrum::Medium;
 use shisen_core::trace::{Budget, MeshTracer, Tracer, TraversalStack, Workspace};
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::icosphere;
@@ -19,6 +21,7 @@ use shisen_tests::rays::Random;
 use shisen_tests::sizes::cases;
 use std::mem::offset_of;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use xxhash_rust::xxh32::xxh32;
 use zerocopy::FromBytes as _;
 
@@ -32,13 +35,30 @@ fn small_scene() -> Scene {
             [-1.0, -1.0, 1.0],
         ],
         triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
-        materials: vec![Material::default()],
+        coordinates: vec![[0.0, 0.0], [1.0, 0.0], [0.5, 2.0], [-3.0, 1.0]],
+        materials: vec![Material {
+            texture: Some(Texture {
+                pattern: Pattern::Checker([[0.9; 3], [0.1; 3]]),
+                repeats: [3.0, 2.0],
+            }),
+            ..Material::default()
+        }],
         triangle_materials: vec![0; 4],
         ..TriangleMesh::default()
+    };
+    let image = Image::new(2, 1, &[[255, 9, 0], [3, 200, 50]]).expect("an image");
+    let globe = Material {
+        emission: [0.5; 3],
+        texture: Some(Texture {
+            pattern: Pattern::Image(Arc::new(image)),
+            repeats: [1.0, 5.0],
+        }),
+        ..Material::default()
     };
     let glass = Material {
         transmission: [0.9; 3],
         absorption: [0.1, 0.2, 0.3],
+        medium: Some(Medium::SF11),
         ..Material::default()
     };
     let chrome = Material {
@@ -64,12 +84,13 @@ fn small_scene() -> Scene {
     Scene {
         name: "small".into(),
         meshes: vec![tetrahedron, icosphere(0)],
-        materials: vec![glass, chrome],
+        materials: vec![glass, chrome, globe],
         objects: vec![
             object(Shape::Mesh(0), None, [0.0, 0.0, -3.0], false),
             object(Shape::Mesh(1), Some(1), [1.5, 0.0, -4.0], true),
             object(Shape::Mesh(1), Some(0), [-1.5, 0.5, -4.0], false),
             object(spheroid, Some(0), [0.0, 0.0, -1.5], false),
+            object(spheroid, Some(2), [0.5, 1.0, -2.5], false),
         ],
         lights: vec![
             Light::Point {
@@ -80,6 +101,14 @@ fn small_scene() -> Scene {
             Light::Directional {
                 direction: DVec3::new(1.0, -2.0, -1.0),
                 colour: [0.5; 3],
+            },
+            Light::Rectangle {
+                centre: DVec3::new(0.0, 2.0, -3.0),
+                right: DVec3::new(-0.5, 0.0, 0.0),
+                up: DVec3::new(0.0, 0.0, -0.5),
+                colour: [5.0; 3],
+                samples: 2,
+                two_sided: true,
             },
         ],
         background: Background::uniform([0.2; 3]),
@@ -162,8 +191,9 @@ where
     // A lane of a node is a leaf block of eight triangles or an instance.
     let in_mesh = (nodes * (1 + 8 * W)) as u64;
     let in_scene = (nodes * (1 + W)) as u64 * (1 + in_mesh);
-    // Each hit leaves two rays and one to each light.
-    let in_tree = 15 * (1 + scene.lights().len() as u64) * in_scene;
+    // Each hit leaves two rays and one to each light, or to each of its points.
+    let to_lights = scene.lights().iter().map(|light| light.samples.max(1));
+    let in_tree = 15 * (1 + u64::from(to_lights.sum::<u32>())) * in_scene;
     let tracer = Tracer::new(scene, simd, depth);
     let mut workspace = Workspace::new();
     let mut stack = TraversalStack::EMPTY;
@@ -396,6 +426,136 @@ fn lines_have_a_number_and_a_width_where_there_are_any() {
     }
     let with_lines = materials.iter().filter(|m| m.graticule_divisions == 9);
     assert_eq!(with_lines.count(), 1);
+}
+
+#[test]
+fn textures_lights_and_media_are_checked_one_by_one() {
+    let baked = Baked::<8>::new(&small_scene()).expect("a scene");
+    let (header, _) = Header::read_from_prefix(baked.as_bytes()).expect("a header");
+    let of = |table: Table, record: usize, size: usize, field: usize| {
+        table.offset as usize + record * size + field
+    };
+    let material = |record: usize, field: usize| {
+        of(
+            header.materials,
+            record,
+            size_of::<format::Material>(),
+            field,
+        )
+    };
+    let texture = |record: usize, field: usize| {
+        of(header.textures, record, size_of::<format::Texture>(), field)
+    };
+    let light =
+        |record: usize, field: usize| of(header.lights, record, size_of::<format::Light>(), field);
+    let mesh = |record: usize, field: usize| of(header.meshes, record, size_of::<Mesh>(), field);
+    let of_material = offset_of!(format::Material, texture);
+    let emission = offset_of!(format::Material, emission);
+    let medium = offset_of!(format::Material, medium);
+    let [kind, width, first, repeats, colours] = [
+        offset_of!(format::Texture, kind),
+        offset_of!(format::Texture, width),
+        offset_of!(format::Texture, first_texel),
+        offset_of!(format::Texture, repeats),
+        offset_of!(format::Texture, colours),
+    ];
+    let [samples, right] = [
+        offset_of!(format::Light, samples),
+        offset_of!(format::Light, right),
+    ];
+    let value = |what, record| SceneError::Value { what, record };
+    let index = |what, record, index| SceneError::Index {
+        what,
+        record,
+        index,
+    };
+    // The image comes first: materials of the scene before those of meshes.
+    let (image, checker) = (0, 1);
+    let of_texture = "a material's kind of texture";
+    let [nan, over] = [f32::NAN, 1.01].map(f32::to_bits);
+    for (at, word, expected) in [
+        (material(2, of_material), 2, index("texture", 2, 2)),
+        (material(2, of_material), checker, value(of_texture, 2)),
+        (material(2, of_material), u32::MAX, value(of_texture, 2)),
+        (material(0, of_material), image, value(of_texture, 0)),
+        (
+            material(2, emission),
+            nan,
+            value("a material's emission", 2),
+        ),
+        (
+            material(1, emission),
+            over,
+            value("a material's emission", 1),
+        ),
+        (material(0, medium), 1, index("medium", 0, 1)),
+        (texture(0, kind), 2, value("a texture's kind", 0)),
+        (texture(0, kind), 0, value("a texture's size", 0)),
+        (texture(1, kind), 1, value("a texture's size", 1)),
+        (texture(0, width), 0, value("a texture's size", 0)),
+        (texture(0, width), 8193, value("a texture's size", 0)),
+        (texture(0, width), 3, index("texel", 0, 0)),
+        (texture(0, first), 1, index("texel", 0, 1)),
+        (texture(0, first), u32::MAX, index("texel", 0, u32::MAX)),
+        (texture(1, first), 1, value("a texture's size", 1)),
+        (texture(0, repeats), 0, value("a texture's repeats", 0)),
+        (
+            texture(0, repeats + 4),
+            nan,
+            value("a texture's repeats", 0),
+        ),
+        (texture(0, colours), over, value("a texture's colours", 0)),
+        (
+            texture(1, colours + 20),
+            over,
+            value("a texture's colours", 1),
+        ),
+        (
+            light(2, samples),
+            0,
+            value("a light's number of samples", 2),
+        ),
+        (
+            light(2, samples),
+            65,
+            value("a light's number of samples", 2),
+        ),
+        (light(2, right), nan, value("a light's size", 2)),
+        (light(0, samples), 1, value("a light's size", 0)),
+        (light(1, right), over, value("a light's size", 1)),
+        (
+            light(2, offset_of!(format::Light, kind)),
+            5,
+            value("a light's kind", 2),
+        ),
+        (
+            header.coordinates.offset as usize + 4,
+            1.0e6f32.to_bits(),
+            value("a texture coordinate", 0),
+        ),
+        (
+            mesh(0, offset_of!(Mesh, first_coordinate)),
+            1,
+            index("coordinate", 0, 1),
+        ),
+        (
+            mesh(0, offset_of!(Mesh, coordinate_count)),
+            3,
+            index("coordinate", 0, 0),
+        ),
+        // The medium's range.
+        (
+            header.media.offset as usize,
+            nan,
+            value("a medium's coefficients", 0),
+        ),
+    ] {
+        assert_eq!(with_word(&baked, at, word), Err(expected), "{word:#x}");
+    }
+    // A mesh without coordinates has its texture's first colour.
+    let count = mesh(0, offset_of!(Mesh, coordinate_count));
+    assert_eq!(with_word(&baked, count, 0), Ok(()));
+    assert_eq!(with_word(&baked, light(2, samples), 64), Ok(()));
 }
 
 #[test]

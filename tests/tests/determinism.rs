@@ -4,16 +4,19 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::mesh::Material;
+use shisen::effects::Effects;
+use shisen::mesh::{Material, TriangleMesh};
 use shisen::render::{Frame, Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
-use shisen::scene::{Background, Object, Scene, Shape};
+use shisen::scene::{Background, Light, Object, Scene, Shape};
+use shisen::texture::{Image, Pattern, Texture};
 use shisen_core::frame::{
     Budget, Mode, Outcome, Pixel, Renderer, Settings, Statistics, Tile, TileError, TileJob, View,
     Workspace,
 };
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::{icosphere, meshes};
+use std::sync::Arc;
 
 const MODES: [Mode; 2] = [Mode::Single, Mode::Tile];
 
@@ -69,6 +72,7 @@ fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
             mode,
             ..Settings::default()
         },
+        effects: Effects::AUTO,
     }
 }
 
@@ -125,6 +129,65 @@ fn glass_has_one_hash() {
     let scene = glass_and_mirrors();
     assert_one_hash("glass", &scene, 64, &[13, 7, 8, 32, 256]);
     assert_one_hash("glass", &scene, 9, &[1, 2, 100]);
+}
+
+/// The same over a checkered floor, a ball with a picture on it and a lamp,
+/// under a light that has a size.
+fn textures_and_a_lamp() -> Scene {
+    let mut scene = glass_and_mirrors();
+    let texels: Vec<[u8; 3]> = (0..35u8).map(|i| [7 * i, 255 - 5 * i, i * i]).collect();
+    let image = Arc::new(Image::new(7, 5, &texels).expect("an image"));
+    let textured = |pattern, repeats| Material {
+        texture: Some(Texture { pattern, repeats }),
+        ..Material::default()
+    };
+    let checker = Pattern::Checker([[0.9, 0.8, 0.1], [0.6, 0.0, 0.0]]);
+    let first = scene.materials.len();
+    scene.materials.extend([
+        textured(checker, [12.0; 2]),
+        textured(Pattern::Image(image), [2.0, 1.0]),
+        Material {
+            diffuse: [0.0; 3],
+            emission: [4.0, 3.5, 3.0],
+            ..Material::default()
+        },
+    ]);
+    scene.meshes.push(TriangleMesh::square());
+    let shapes = [
+        (Shape::Mesh(1), DVec3::new(0.0, -1.5, 0.0), 9.0),
+        (
+            Shape::Sphere { radius: 0.4 },
+            DVec3::new(0.3, 0.5, -2.0),
+            1.0,
+        ),
+        (Shape::Mesh(1), DVec3::new(-1.0, -1.4, -1.0), 0.5),
+    ];
+    for (number, (shape, place, scale)) in shapes.into_iter().enumerate() {
+        scene.objects.push(Object {
+            shape,
+            material: Some(first + number),
+            world_from_object: DAffine3::from_translation(place)
+                * DAffine3::from_rotation_y(0.3)
+                * DAffine3::from_scale(DVec3::splat(scale)),
+            casts_shadow: true,
+            smooth: true,
+        });
+    }
+    scene.lights.push(Light::Rectangle {
+        centre: DVec3::new(0.5, 3.0, -1.0),
+        right: DVec3::new(-0.5, 0.0, 0.0),
+        up: DVec3::new(0.0, 0.0, -0.4),
+        colour: [6.0; 3],
+        samples: 3,
+        two_sided: false,
+    });
+    scene
+}
+
+#[test]
+fn textures_and_soft_light_have_one_hash() {
+    let scene = textures_and_a_lamp();
+    assert_one_hash("textures", &scene, 48, &[13, 8, 32, 256]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::view::{Kind, Screen, View};
 use super::{Mode, Renderer};
 use crate::gaze::Region;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
-use crate::trace::{Budget, NOT_TRACED, Pixel, TileRays, Workspace};
+use crate::trace::{Budget, NOT_TRACED, Pixel, Sample, TileRays, Workspace};
 use glam::Vec3;
 
 /// Pixels a side.
@@ -141,7 +141,8 @@ impl Block {
             let (x, y) = self.at(column, row, offset(sample, samples));
             match (detail, screen.ray(x, y)) {
                 (Some(detail), Some(ray)) => {
-                    sum.add(tracer.radiance_with(&ray, detail, budget, workspace));
+                    let own = self.sample((column, row), sample, samples);
+                    sum.add(tracer.radiance_with(&ray, detail, own, budget, workspace));
                 }
                 _ => sum.add(tracer.missed(screen.direction(x, y))),
             }
@@ -252,7 +253,9 @@ impl Block {
                         if budget.is_spent() && !first {
                             return row * self.columns + column;
                         }
-                        sum.add(tracer.radiance_from(&ray, Some(hit), own, budget, workspace));
+                        let of = self.sample((column, row), sample, samples);
+                        let hit = Some(hit);
+                        sum.add(tracer.radiance_from(&ray, hit, own, of, budget, workspace));
                     } else {
                         workspace.statistics.primary += u64::from(traced);
                         sum.add(if let Some(past) = &past {
@@ -308,6 +311,12 @@ impl Block {
     /// A point of a pixel of this block, in pixels of the view.
     pub(super) fn at(&self, column: u32, row: u32, (dx, dy): (f32, f32)) -> (f32, f32) {
         ((self.x + column) as f32 + dx, (self.y + row) as f32 + dy)
+    }
+
+    /// Of one of its pixels.
+    #[inline(always)]
+    pub(super) fn sample(&self, (column, row): (u32, u32), index: u16, count: u16) -> Sample {
+        Sample::new(self.x + column, self.y + row, index, count)
     }
 
     /// Towards the four pixels at the block's corners.

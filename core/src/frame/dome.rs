@@ -4,7 +4,7 @@ use super::block::{Block, Sum, Target, offset};
 use super::view::{Dome, RayRow, View};
 use super::{Mode, Renderer};
 use crate::simd::{Runs, Simd};
-use crate::trace::{Budget, Pixel, RayDetail, RowHits, Workspace};
+use crate::trace::{Budget, Pixel, RayDetail, RowHits, Sample, Workspace};
 
 impl Block {
     /// Renders the pixels from number `first` on, in rows, and says how many
@@ -45,7 +45,8 @@ impl Block {
                         workspace,
                     );
                 }
-                sum.add(traced.pixel(renderer, column, budget, workspace));
+                let own = self.sample((column, row), 0, 1);
+                sum.add(traced.pixel(renderer, column, own, budget, workspace));
             } else {
                 for sample in 0..samples {
                     let lane = u32::from(sample % 8);
@@ -53,7 +54,8 @@ impl Block {
                         let rays = self.rays_of_pixel(simd, dome, (column, row), sample, samples);
                         traced = Traced::new(renderer, rays, |_| own(column), budget, workspace);
                     }
-                    sum.add(traced.pixel(renderer, lane, budget, workspace));
+                    let own = self.sample((column, row), sample, samples);
+                    sum.add(traced.pixel(renderer, lane, own, budget, workspace));
                 }
             }
             target.write(column, row, sum.mean(samples));
@@ -141,6 +143,7 @@ impl Traced {
         &self,
         renderer: &Renderer<'_, W>,
         lane: u32,
+        sample: Sample,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Pixel
@@ -154,10 +157,10 @@ impl Traced {
         };
         match (self.detail[lane], &self.hits) {
             (None, _) => tracer.missed(ray.direction()),
-            (Some(detail), None) => tracer.radiance_with(&ray, detail, budget, workspace),
+            (Some(detail), None) => tracer.radiance_with(&ray, detail, sample, budget, workspace),
             (Some(detail), Some(hits)) => {
                 hits.between_lines(lane, workspace).unwrap_or_else(|| {
-                    tracer.radiance_from(&ray, hits.at(lane), detail, budget, workspace)
+                    tracer.radiance_from(&ray, hits.at(lane), detail, sample, budget, workspace)
                 })
             }
         }

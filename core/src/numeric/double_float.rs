@@ -26,7 +26,7 @@ impl DoubleFloat {
     }
 
     /// a·b, exactly.
-    fn product(a: f32, b: f32) -> Self {
+    pub(crate) fn product(a: f32, b: f32) -> Self {
         let high = a * b;
         let ((a_high, a_low), (b_high, b_low)) = (halves(a), halves(b));
         let low = ((a_high * b_high - high) + a_high * b_low + a_low * b_high) + a_low * b_low;

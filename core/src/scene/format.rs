@@ -1,6 +1,6 @@
 //! The bytes of a baked scene.
 //!
-//! Little-endian, one [`Header`] and ten tables that it points to, each
+//! Little-endian, one [`Header`] and fourteen tables that it points to, each
 //! aligned to [`ALIGNMENT`]. The format's version is its own, apart from the
 //! crate's; any change to a record here raises it.
 
@@ -13,7 +13,7 @@ compile_error!("scenes are little-endian and used in place: big-endian targets a
 pub const MAGIC: [u8; 8] = *b"SHISEN\r\n";
 
 /// Raised by any change to the records in this module.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// Bytes to which a blob and each of its tables are aligned.
 pub const ALIGNMENT: usize = 32;
@@ -32,6 +32,12 @@ pub const COVER_NODES: u32 = 1 + 8 + 64;
 
 /// No material of its own: the mesh's triangles say.
 pub const NO_MATERIAL: u32 = u32::MAX;
+
+/// No texture: the material's colours are those of its whole surface.
+pub const NO_TEXTURE: u32 = u32::MAX;
+
+/// No medium: one index of refraction for all wavelengths.
+pub const NO_MEDIUM: u32 = u32::MAX;
 
 /// Where a table is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, KnownLayout)]
@@ -111,8 +117,20 @@ pub struct Header {
     /// Meshes of a ladder of polygon levels, the full one included; 1 where
     /// there are none.
     pub rungs: u32,
+    /// Bits of [`EffectSet`](super::EffectSet): what the records ask for, by
+    /// [`EffectSet::of_records`](super::EffectSet::of_records).
+    pub effects: u32,
     /// Zero.
-    pub reserved: [u32; 2],
+    pub reserved: u32,
+    /// Where vertices are on textures: u to the right and v up, 0 to 1 from
+    /// the lower left corner to the upper right one, or beyond.
+    pub coordinates: Table,
+    /// [`Texture`]s.
+    pub textures: Table,
+    /// [`Texel`]s of images, row by row from their tops.
+    pub texels: Table,
+    /// [`Medium`](crate::spectrum::Medium)s.
+    pub media: Table,
 }
 
 /// An inner node: the boxes of up to `W` children.
@@ -203,8 +221,12 @@ pub struct Mesh {
     pub rungs: u32,
     /// Faces that a ray may meet; `triangle_count` counts those of all rungs.
     pub faces: u32,
+    /// First of its coordinates on textures.
+    pub first_coordinate: u32,
+    /// Coordinates: one a vertex normal, or 0 where the mesh has none.
+    pub coordinate_count: u32,
     /// Zero.
-    pub reserved: [u32; 4],
+    pub reserved: [u32; 2],
 }
 
 /// What an instance places: the values of [`Instance::kind`].
@@ -258,7 +280,7 @@ pub struct Instance {
     pub reserved: u32,
 }
 
-/// The bits of [`Material::effects`]: what a surface asks for.
+/// The bits of [`Material::effects`]: what a surface asks for; under 2¹⁶.
 pub mod effect {
     /// Diffuse or specular light from light sources.
     pub const LIT: u32 = 1;
@@ -270,6 +292,12 @@ pub mod effect {
     pub const ABSORPTION: u32 = 8;
     /// Meridians and parallels: the surface is opaque and black between them.
     pub const GRATICULE: u32 = 16;
+    /// A texture that is a checker.
+    pub const CHECKER_TEXTURE: u32 = 32;
+    /// A texture that is an image.
+    pub const IMAGE_TEXTURE: u32 = 64;
+    /// Light of its own.
+    pub const EMISSION: u32 = 128;
 }
 
 /// A surface, in Whitted's terms, linear RGB.
@@ -290,8 +318,9 @@ pub struct Material {
     pub effects: u32,
     /// Share of refracted light let through.
     pub transmission: [f32; 3],
-    /// Zero.
-    pub reserved: u32,
+    /// Index of the texture that `diffuse` and `emission` are multiplied by,
+    /// or [`NO_TEXTURE`].
+    pub texture: u32,
     /// Per metre.
     pub absorption: [f32; 3],
     /// Meridians, and parallels, of a quarter turn about the shape's own Y
@@ -300,9 +329,61 @@ pub struct Material {
     /// Of each line, seen from the shape's origin: radians, above 0 to 0.5 with
     /// [`effect::GRATICULE`], else 0.
     pub graticule_width: f32,
+    /// Light of its own, the same in all directions outside; it lights nothing
+    /// else.
+    pub emission: [f32; 3],
+    /// Index of the medium that it is made of, whose index of refraction at
+    /// the d line is `index_of_refraction`, or [`NO_MEDIUM`].
+    pub medium: u32,
     /// Zero.
-    pub reserved2: [u32; 11],
+    pub reserved2: [u32; 7],
 }
+
+/// The values of [`Texture::kind`].
+pub mod texture {
+    /// Cells of two colours in turn.
+    pub const CHECKER: u32 = 0;
+    /// Texels, interpolated.
+    pub const IMAGE: u32 = 1;
+}
+
+/// Most texels of an image along either side.
+pub const LARGEST_SIDE: u32 = 8192;
+
+/// Colours over a surface. It goes on beyond coordinates of 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C, align(32))]
+pub struct Texture {
+    /// One of [`texture`].
+    pub kind: u32,
+    /// Texels from left to right: 1 to [`LARGEST_SIDE`]; 0 for other kinds.
+    pub width: u32,
+    /// Likewise from top to bottom.
+    pub height: u32,
+    /// The image's first texel; 0 for other kinds.
+    pub first_texel: u32,
+    /// Cells of a checker, or copies of an image, from 0 to 1 along u and v.
+    pub repeats: [f32; 2],
+    /// Of a checker's cells, linear RGB, 0 to 1: of that with its lower left
+    /// corner at 0, 0 and of those beside it. Zero for other kinds.
+    pub colours: [[f32; 3]; 2],
+    /// Zero.
+    pub reserved: [u32; 4],
+}
+
+impl Texture {
+    /// Which of [`effect`] it is.
+    pub const fn effect(&self) -> u32 {
+        if self.kind == texture::IMAGE {
+            effect::IMAGE_TEXTURE
+        } else {
+            effect::CHECKER_TEXTURE
+        }
+    }
+}
+
+/// Red, green and blue of an image as sRGB codes them, and a zero.
+pub type Texel = [u8; 4];
 
 /// The values of [`Light::kind`].
 pub mod light {
@@ -312,20 +393,49 @@ pub mod light {
     pub const POINT_INVERSE_SQUARE: u32 = 1;
     /// From infinitely far.
     pub const DIRECTIONAL: u32 = 2;
+    /// From all over a parallelogram, to the side from which
+    /// [`right`](super::Light::right) × [`up`](super::Light::up) comes. It is
+    /// not itself seen.
+    pub const RECTANGLE: u32 = 3;
+    /// The same to both sides.
+    pub const TWO_SIDED_RECTANGLE: u32 = 4;
 }
+
+/// Most points of a light that a surface looks at from each of its own.
+pub const MOST_LIGHT_SAMPLES: u32 = 64;
 
 /// A light.
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[repr(C, align(32))]
 pub struct Light {
-    /// Position, or the unit vector towards the light.
+    /// Position, of its middle if it is large, or the unit vector towards it.
     pub place: [f32; 3],
     /// One of [`light`].
     pub kind: u32,
-    /// Linear RGB irradiance, at 1 m where it falls off.
+    /// Linear RGB irradiance, at 1 m where it falls off; radiance of what is
+    /// large. White of radiance 1 all round a surface, and of irradiance 1
+    /// head-on, gives it the colour of its reflectance.
     pub colour: [f32; 3],
+    /// Points of it that are looked at from a point: 1 to
+    /// [`MOST_LIGHT_SAMPLES`] for rectangles, 0 for other kinds.
+    pub samples: u32,
+    /// From the middle of a rectangle to that of its right side: metres. Zero
+    /// for other kinds.
+    pub right: [f32; 3],
     /// Zero.
     pub reserved: u32,
+    /// From the middle of a rectangle to that of its upper side: metres. Zero
+    /// for other kinds.
+    pub up: [f32; 3],
+    /// Zero.
+    pub reserved2: u32,
+}
+
+impl Light {
+    /// Whether it has a size.
+    pub const fn is_large(&self) -> bool {
+        matches!(self.kind, light::RECTANGLE | light::TWO_SIDED_RECTANGLE)
+    }
 }
 
 /// What shading needs of a triangle beside its corners.
@@ -340,11 +450,12 @@ pub struct Triangle {
 }
 
 const _: () = {
-    assert!(size_of::<Header>() == 192);
+    assert!(size_of::<Header>() == 224);
     assert!(size_of::<Node<8>>() == 256 && size_of::<Node<4>>() == 128);
     assert!(size_of::<LeafBlock<8>>() == 320 && size_of::<LeafBlock<4>>() == 160);
     assert!(size_of::<Mesh>() == 64);
     assert!(size_of::<Instance>() == 160);
     assert!(size_of::<Material>() == 128);
-    assert!(size_of::<Light>() == 32);
+    assert!(size_of::<Light>() == 64);
+    assert!(size_of::<Texture>() == 64);
 };

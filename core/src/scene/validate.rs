@@ -1,8 +1,9 @@
-use super::Scene;
 use super::format::{
-    ALIGNMENT, COUNT_SHIFT, COVER_NODES, Header, INDEX, Instance, LEAF, Light, MAGIC, Material,
-    Mesh, NO_MATERIAL, Table, VERSION, effect, kind, light,
+    ALIGNMENT, COUNT_SHIFT, COVER_NODES, Header, INDEX, Instance, LARGEST_SIDE, LEAF, Light, MAGIC,
+    MOST_LIGHT_SAMPLES, Material, Mesh, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Table, Texture,
+    VERSION, effect, kind, light, texture,
 };
+use super::{EffectSet, Scene};
 use crate::shape::{Ray, Slabs, Spheroid};
 use crate::trace::STACK_ENTRIES;
 use core::fmt;
@@ -95,6 +96,13 @@ pub enum SceneError {
         /// The mesh.
         mesh: u32,
     },
+    /// Another set of effects than its records ask for.
+    Effects {
+        /// In the header.
+        stored: u32,
+        /// Of the records.
+        asked: u32,
+    },
     /// A value that is NaN, infinite, or outside its range.
     Value {
         /// Which.
@@ -163,6 +171,10 @@ impl fmt::Display for SceneError {
             Self::Ladder { mesh } => write!(
                 f,
                 "mesh {mesh} does not fit the ladder of polygon levels that it is said to be part of"
+            ),
+            Self::Effects { stored, asked } => write!(
+                f,
+                "the scene is said to ask for the effects {stored:#x}, its records ask for {asked:#x}"
             ),
             Self::Value { what, record } => {
                 write!(f, "record {record} has {what} out of range or not a number")
@@ -250,6 +262,13 @@ const GRATICULE_DIVISIONS: RangeInclusive<u32> = 1..=900;
 /// The widest that lines may be: radians.
 const GRATICULE_WIDEST: f32 = 0.5;
 
+/// Farthest that a vertex may be from a texture's lower left corner, in its
+/// sides: an f32 has some two digits of a side left there.
+const FARTHEST_COORDINATE: f32 = 1.0e5;
+
+/// Cells or copies of a texture in a unit of coordinates.
+const REPEATS: RangeInclusive<f32> = 1.0e-3..=1.0e4;
+
 /// How many rungs a ladder of polygon levels may have; 1 is no ladder.
 const RUNGS: RangeInclusive<u32> = 1..=64;
 
@@ -276,8 +295,30 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
         let range = -Ray::FARTHEST..=Ray::FARTHEST;
         within(position, range, "a vertex position", record as u32)?;
     }
+    for (record, coordinate) in scene.coordinates.iter().enumerate() {
+        let range = -FARTHEST_COORDINATE..=FARTHEST_COORDINATE;
+        within(coordinate, range, "a texture coordinate", record as u32)?;
+    }
+    for (record, texture) in scene.textures.iter().enumerate() {
+        check_texture(texture, scene.texels.len(), record as u32)?;
+    }
     for (record, material) in scene.materials.iter().enumerate() {
         check_material(material, record as u32)?;
+        check_textured(material, scene.textures, record as u32)?;
+        let index = material.medium;
+        if index != NO_MEDIUM && index as usize >= scene.media.len() {
+            return Err(SceneError::Index {
+                what: "medium",
+                record: record as u32,
+                index,
+            });
+        }
+    }
+    for (record, medium) in scene.media.iter().enumerate() {
+        medium.check().map_err(|_| SceneError::Value {
+            what: "a medium's coefficients",
+            record: record as u32,
+        })?;
     }
     for (record, light) in scene.lights.iter().enumerate() {
         check_light(light, record as u32)?;
@@ -319,7 +360,18 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
             limit: header.stack_entries.min(STACK_ENTRIES as u32),
         });
     }
-    Ok(())
+    check_effects(scene)
+}
+
+/// They are what shading is chosen by.
+fn check_effects<const W: usize>(scene: &Scene<'_, W>) -> Result<(), SceneError> {
+    let stored = scene.header.effects;
+    let asked = EffectSet::of_records(&scene.records()).bits();
+    if stored == asked {
+        Ok(())
+    } else {
+        Err(SceneError::Effects { stored, asked })
+    }
 }
 
 /// Leaves are of one kind, by the width, and what either looks up is there.
@@ -401,24 +453,93 @@ fn check_material(m: &Material, record: u32) -> Result<(), SceneError> {
             && m.graticule_width > 0.0
             && m.graticule_width <= GRATICULE_WIDEST
     };
-    if lines {
+    if !lines {
+        let what = "a material's meridians and parallels";
+        return Err(SceneError::Value { what, record });
+    }
+    let what = "a material's emission";
+    within(&m.emission, 0.0..=1.0e12, what, record)?;
+    let shines = m.emission.iter().any(|&c| c > 0.0);
+    if shines == (m.effects & effect::EMISSION != 0) {
         Ok(())
     } else {
-        let what = "a material's meridians and parallels";
         Err(SceneError::Value { what, record })
+    }
+}
+
+/// Whether a material's texture is there, and of the kind that it says.
+fn check_textured(m: &Material, textures: &[Texture], record: u32) -> Result<(), SceneError> {
+    let asked = m.effects & (effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE);
+    let expected = if m.texture == NO_TEXTURE {
+        0
+    } else {
+        match textures.get(m.texture as usize) {
+            Some(texture) => texture.effect(),
+            None => {
+                return Err(SceneError::Index {
+                    what: "texture",
+                    record,
+                    index: m.texture,
+                });
+            }
+        }
+    };
+    if asked == expected {
+        Ok(())
+    } else {
+        let what = "a material's kind of texture";
+        Err(SceneError::Value { what, record })
+    }
+}
+
+fn check_texture(t: &Texture, texels: usize, record: u32) -> Result<(), SceneError> {
+    let wrong = |what| SceneError::Value { what, record };
+    within(&t.repeats, REPEATS, "a texture's repeats", record)?;
+    let colours = t.colours.as_flattened();
+    within(colours, 0.0..=1.0, "a texture's colours", record)?;
+    let sides = [t.width, t.height];
+    match t.kind {
+        texture::CHECKER if sides == [0; 2] && t.first_texel == 0 => Ok(()),
+        texture::IMAGE if sides.iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => {
+            if colours.iter().any(|&channel| channel != 0.0) {
+                return Err(wrong("a texture's colours"));
+            }
+            // Sides of so many texels do not overflow.
+            part(t.first_texel, t.width * t.height, texels)
+                .map(|_| ())
+                .ok_or(SceneError::Index {
+                    what: "texel",
+                    record,
+                    index: t.first_texel,
+                })
+        }
+        texture::CHECKER | texture::IMAGE => Err(wrong("a texture's size")),
+        _ => Err(wrong("a texture's kind")),
     }
 }
 
 fn check_light(light: &Light, record: u32) -> Result<(), SceneError> {
     within(&light.colour, 0.0..=1.0e12, "a light's colour", record)?;
     within(&light.place, -1.0e12..=1.0e12, "a light's place", record)?;
-    if light.kind > light::DIRECTIONAL {
-        return Err(SceneError::Value {
-            what: "a light's kind",
-            record,
-        });
-    }
-    Ok(())
+    let size = [light.right, light.up];
+    within(
+        size.as_flattened(),
+        -1.0e6..=1.0e6,
+        "a light's size",
+        record,
+    )?;
+    let what = match light.kind {
+        light::POINT | light::POINT_INVERSE_SQUARE | light::DIRECTIONAL => {
+            let is_small = light.samples == 0 && light.right == [0.0; 3] && light.up == [0.0; 3];
+            (!is_small).then_some("a light's size")
+        }
+        light::RECTANGLE | light::TWO_SIDED_RECTANGLE => {
+            let may_be = (1..=MOST_LIGHT_SAMPLES).contains(&light.samples);
+            (!may_be).then_some("a light's number of samples")
+        }
+        _ => Some("a light's kind"),
+    };
+    what.map_or(Ok(()), |what| Err(SceneError::Value { what, record }))
 }
 
 /// `start..start + count` if it lies within a table of `length` records.
@@ -441,6 +562,8 @@ fn check_rung(
             mesh.triangle_count,
             mesh.first_normal,
             mesh.normal_count,
+            mesh.first_coordinate,
+            mesh.coordinate_count,
         )
     };
     let fits = match finer {
@@ -474,6 +597,13 @@ fn check_triangles<const W: usize>(
     .ok_or(outside("triangle", mesh.first_triangle))?;
     part(mesh.first_normal, mesh.normal_count, scene.normals.len())
         .ok_or(outside("normal", mesh.first_normal))?;
+    part(
+        mesh.first_coordinate,
+        mesh.coordinate_count,
+        scene.coordinates.len(),
+    )
+    .filter(|_| mesh.coordinate_count == 0 || mesh.coordinate_count == mesh.normal_count)
+    .ok_or(outside("coordinate", mesh.first_coordinate))?;
     for triangle in scene
         .triangles
         .get(triangles.start as usize..triangles.end as usize)

@@ -1,33 +1,42 @@
 //! Meridians and parallels on a surface, as lines of one width.
 
 use crate::numeric::{arctangent, sin_cos, sines_and_cosines};
-use crate::scene::format::{Material, effect};
+use crate::scene::format::{Material, NO_MEDIUM, NO_TEXTURE, effect};
 use crate::simd::{Lanes, Portable};
 use core::f32::consts::{FRAC_2_PI, FRAC_PI_2};
 use glam::Vec3;
 
 /// What a surface is between the lines: opaque and black.
-pub(super) static BETWEEN: Material = Material {
+pub(crate) static BETWEEN: Material = Material {
     diffuse: [0.0; 3],
     shininess: 1.0,
     specular: [0.0; 3],
     index_of_refraction: 1.0,
     mirror: [0.0; 3],
-    effects: 0,
+    effects: effect::GRATICULE,
     transmission: [0.0; 3],
-    reserved: 0,
+    texture: NO_TEXTURE,
     absorption: [0.0; 3],
     graticule_divisions: 0,
     graticule_width: 0.0,
-    reserved2: [0; 11],
+    emission: [0.0; 3],
+    medium: NO_MEDIUM,
+    reserved2: [0; 7],
 };
 
 /// Whether a point of a shape's own frame is between the lines of a material
-/// that has lines. Not from the ray, whose angle to the surface does not
-/// matter: lines have the same width everywhere, seen from the origin.
+/// that has lines, where `effects` has them; there is no code for it where
+/// `EFFECTS` has not. Not from the ray, whose angle to
+/// the surface does not matter: lines have the same width everywhere, seen from
+/// the origin.
 #[inline]
-pub(super) fn is_between(material: &Material, point: Vec3) -> bool {
-    material.effects & effect::GRATICULE != 0
+pub(super) fn is_between<const EFFECTS: u32>(
+    effects: u32,
+    material: &Material,
+    point: Vec3,
+) -> bool {
+    EFFECTS & effect::GRATICULE != 0
+        && material.effects & effects & effect::GRATICULE != 0
         && are_on_lines(Portable, point.to_array().map(|c| [c]), material) == 0
 }
 
@@ -94,7 +103,7 @@ mod tests {
             graticule_width: 0.3f32.to_radians(),
             ..BETWEEN
         };
-        !is_between(&lines, point * 7.0)
+        !is_between::<{ effect::GRATICULE }>(effect::GRATICULE, &lines, point * 7.0)
     }
 
     #[test]

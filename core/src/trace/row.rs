@@ -12,7 +12,7 @@ use super::tracer::{Pixel, Workspace};
 use super::walk::leaf_index;
 use crate::numeric::{SQUARABLE, UNIT_ROUNDOFF};
 use crate::scene::Scene;
-use crate::scene::format::{Instance, LEAF, NO_MATERIAL, Node, effect, kind};
+use crate::scene::format::{Instance, LEAF, Material, NO_MATERIAL, Node, effect, kind};
 use crate::shape::{Ray, Slabs, Spheroid};
 use crate::simd::{Kernel, Lanes};
 
@@ -33,7 +33,7 @@ pub(crate) struct RowHits {
     /// Meshes that rays may meet, and a bit for each ray.
     pub(super) meshes: heapless::Vec<(u32, u32), EIGHT>,
     /// A bit for each ray that has met a surface between its lines.
-    between: u32,
+    pub(super) between: u32,
     /// Nodes and spheroids.
     pub(super) steps: u64,
 }
@@ -115,14 +115,7 @@ impl<const W: usize> Kernel<EIGHT> for RowSearch<'_, '_, W> {
                 continue;
             }
             found.take_nearer(number, &l.store(t), l.bits(first), hit);
-            let mut distances = [0.0; EIGHT];
-            for (distance, hit) in distances.iter_mut().zip(&found.hits) {
-                *distance = hit.on.t;
-            }
-            best = l.load(&distances);
-        }
-        if found.meshes.is_empty() {
-            found.between = self.between(l, origin, direction, &found.hits, best);
+            best = l.load(&distances(&found.hits));
         }
         Some(found)
     }
@@ -150,39 +143,70 @@ impl RowHits {
     }
 }
 
-impl<const W: usize> RowSearch<'_, '_, W> {
-    /// The rays that all meet one spheroid with lines, between them.
-    #[inline(always)]
-    fn between<L: Lanes<EIGHT>>(
-        &self,
-        l: L,
-        origin: [L::F; 3],
-        direction: [L::F; 3],
-        hits: &[Hit; EIGHT],
-        t: L::F,
-    ) -> u32 {
+/// Rays that all meet one spheroid with lines, and nothing else.
+pub(super) struct OnLines<'f> {
+    instance: &'f Instance,
+    material: &'f Material,
+    hits: &'f [Hit; EIGHT],
+    /// A bit for each ray that meets it.
+    met: u32,
+}
+
+impl RowHits {
+    /// Where all rays that hit anything meet one spheroid with lines.
+    #[inline]
+    pub(super) fn on_lines<'f, const W: usize>(
+        &'f self,
+        scene: &Scene<'f, W>,
+    ) -> Option<OnLines<'f>> {
+        if !self.meshes.is_empty() {
+            return None;
+        }
         let mut number = u32::MAX;
         let mut met = 0;
-        for (lane, hit) in hits.iter().enumerate() {
+        for (lane, hit) in self.hits.iter().enumerate() {
             if hit.instance != u32::MAX {
                 if number != u32::MAX && number != hit.instance {
-                    return 0;
+                    return None;
                 }
                 number = hit.instance;
                 met |= 1 << lane;
             }
         }
-        let Some(instance) = self.scene.instances.get(number as usize) else {
-            return 0;
-        };
-        let material = self.scene.materials.get(instance.material as usize);
-        let Some(material) = material
-            .filter(|m| m.effects & effect::GRATICULE != 0 && instance.material != NO_MATERIAL)
-        else {
-            return 0;
-        };
+        let instance = scene.instances.get(number as usize)?;
+        let material = scene.materials.get(instance.material as usize)?;
+        let lines = material.effects & effect::GRATICULE != 0;
+        (lines && instance.material != NO_MATERIAL).then_some(OnLines {
+            instance,
+            material,
+            hits: &self.hits,
+            met,
+        })
+    }
+}
+
+/// A bit for each ray that meets a spheroid between its lines.
+pub(super) struct Between<'f> {
+    pub(super) rays: &'f RowRays<'f>,
+    pub(super) on: &'f OnLines<'f>,
+}
+
+impl Kernel<EIGHT> for Between<'_> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<L: Lanes<EIGHT>>(self, l: L) -> u32 {
+        let OnLines {
+            instance,
+            material,
+            hits,
+            met,
+        } = self.on;
+        let load = |[x, y, z]: &[[f32; EIGHT]; 3]| [l.load(x), l.load(y), l.load(z)];
         let map = &instance.object_from_world;
-        let (o, d) = (point(l, map, origin), vector(l, map, direction));
+        let o = point(l, map, load(self.rays.origins));
+        let d = vector(l, map, load(self.rays.directions));
+        let t = l.load(&distances(hits));
         let at = [
             l.add(o[0], l.mul(d[0], t)),
             l.add(o[1], l.mul(d[1], t)),
@@ -205,6 +229,16 @@ impl<const W: usize> RowSearch<'_, '_, W> {
         let lines = graticule::are_on_lines(l, point, material);
         met & l.bits(usable) & !l.bits(lines)
     }
+}
+
+/// Of hits; infinite where there is none.
+#[inline(always)]
+fn distances(hits: &[Hit; EIGHT]) -> [f32; EIGHT] {
+    let mut distances = [0.0; EIGHT];
+    for (distance, hit) in distances.iter_mut().zip(hits) {
+        *distance = hit.on.t;
+    }
+    distances
 }
 
 /// [`Slabs`] of eight rays.

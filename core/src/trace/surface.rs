@@ -3,6 +3,7 @@
 use super::graticule;
 use super::hit::Hit;
 use super::leaves::Leaves;
+use super::texture::{self, TEXTURES};
 use super::world::{map_point, map_vector};
 use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, normalize};
 use crate::scene::Scene;
@@ -21,14 +22,25 @@ pub(super) struct Surface<'a> {
     /// Unit, outward, interpolated where the instance asks for it.
     pub(super) shading_normal: Vec3,
     pub(super) material: &'a Material,
+    /// Where it is on the material's texture; 0 where there is none, or the
+    /// effects do not have it.
+    pub(super) coordinate: [f32; 2],
     /// How far from the surface `point` may be, and a ray started there as
     /// the instance's own frame sees it: metres.
     error: f32,
 }
 
 impl<'a> Surface<'a> {
-    /// `None` only where a scene's bytes make no sense.
-    pub(super) fn new<const W: usize>(scene: &Scene<'a, W>, ray: &Ray, hit: &Hit) -> Option<Self> {
+    /// With what `effects`, bits of [`EffectSet`](crate::EffectSet), make of it;
+    /// those not in `EFFECTS` have no code. `None` only where a scene's bytes make
+    /// no sense.
+    pub(super) fn new<const W: usize, const EFFECTS: u32>(
+        scene: &Scene<'a, W>,
+        ray: &Ray,
+        hit: &Hit,
+        effects: u32,
+    ) -> Option<Self> {
+        let effects = effects & EFFECTS;
         let instance = scene.instances.get(hit.instance as usize)?;
         let object_ray = Ray::new(
             map_point(&instance.object_from_world, ray.origin()),
@@ -43,7 +55,10 @@ impl<'a> Surface<'a> {
             };
             scene.materials.get(number as usize)
         };
-        let (point, normal, smooth, material, reach) = if instance.kind == kind::MESH {
+        let is_textured = |material: &Material| {
+            EFFECTS & TEXTURES != 0 && material.effects & effects & TEXTURES != 0
+        };
+        let (point, normal, smooth, material, coordinate, reach) = if instance.kind == kind::MESH {
             let mesh = scene.meshes.get(instance.geometry as usize)?;
             let triangle = Leaves::new(scene, mesh)
                 .leaf(hit.on.leaf)?
@@ -67,27 +82,46 @@ impl<'a> Surface<'a> {
             };
             let point = a * weights[0] + b * weights[1] + c * weights[2];
             let material = material_of(record.material)?;
-            if graticule::is_between(material, point) {
+            if graticule::is_between::<EFFECTS>(effects, material, point) {
                 return Some(Self::between_lines(to_world(point)));
             }
             // The point may be at the origin, and is no more exact for it.
             let reach = map3([a, b, c], |corner| largest_magnitude(to_world(corner)));
             let reach = max(reach[0], max(reach[1], reach[2]));
-            (point, normal, smooth, material, reach)
+            let coordinate = if is_textured(material) && mesh.coordinate_count > 0 {
+                let corner = |i: usize| {
+                    let number = mesh.first_coordinate.checked_add(record.corners[i])?;
+                    scene.coordinates.get(number as usize)
+                };
+                let [a, b, c] = [corner(0)?, corner(1)?, corner(2)?];
+                [
+                    a[0] * weights[0] + b[0] * weights[1] + c[0] * weights[2],
+                    a[1] * weights[0] + b[1] * weights[1] + c[1] * weights[2],
+                ]
+            } else {
+                [0.0; 2]
+            };
+            (point, normal, smooth, material, coordinate, reach)
         } else {
             let [equatorial, polar] = instance.radii;
             let spheroid = Spheroid::new(equatorial, polar)?;
             let point = spheroid.project(object_ray.at(hit.on.t));
             let material = material_of(NO_MATERIAL)?;
-            if graticule::is_between(material, point) {
+            if graticule::is_between::<EFFECTS>(effects, material, point) {
                 return Some(Self::between_lines(to_world(point)));
             }
             let normal = spheroid.normal(point);
+            let coordinate = if is_textured(material) {
+                texture::around(point)
+            } else {
+                [0.0; 2]
+            };
             (
                 point,
                 normal,
                 normal,
                 material,
+                coordinate,
                 largest_magnitude(to_world(point)),
             )
         };
@@ -103,6 +137,7 @@ impl<'a> Surface<'a> {
             geometric_normal,
             shading_normal,
             material,
+            coordinate,
             error: Self::SLACK * UNIT_ROUNDOFF * instance.condition * size,
         })
     }
@@ -115,6 +150,7 @@ impl<'a> Surface<'a> {
             geometric_normal: Vec3::Y,
             shading_normal: Vec3::Y,
             material: &graticule::BETWEEN,
+            coordinate: [0.0; 2],
             error: 0.0,
         }
     }

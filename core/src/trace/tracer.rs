@@ -1,17 +1,17 @@
-//! Whitted's ray tree (1980), on an explicit stack.
+//! Rays through a scene: what they meet and what comes back along them.
 
 use super::background;
 use super::budget::{Budget, Statistics};
 use super::hit::Hit;
-use super::optics::{reflect, refract};
-use super::row::{RowHits, RowRays, RowSearch};
+use super::ledger::Ledger;
+use super::row::{Between, OnLines, RowHits, RowRays, RowSearch};
+use super::sample::Sample;
+use super::shading::{Pending, Shade, shade_and_record, shade_tree};
 use super::stack::{TraversalStack, Work};
-use super::surface::Surface;
 use super::tile::{ALL_INSTANCES, MayHit, TileHits, TileRays, TileSearch};
 use super::world::{Search, SearchInstance};
-use crate::numeric::{map3, normalize, sqrt};
-use crate::scene::Scene;
-use crate::scene::format::{effect, light};
+use crate::scene::format::effect;
+use crate::scene::{EffectSet, Scene};
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use glam::Vec3;
@@ -47,7 +47,7 @@ pub struct Pixel {
 #[derive(Debug, Clone, Default)]
 pub struct Workspace {
     pub(crate) stack: TraversalStack,
-    pending: Vec<Pending, MOST_PENDING>,
+    pub(super) pending: Vec<Pending, MOST_PENDING>,
     /// What has been done with this workspace; the caller's to clear.
     pub statistics: Statistics,
 }
@@ -86,23 +86,28 @@ pub struct RayDetail {
     pub rung: u8,
 }
 
-/// A ray of the tree that is still to be traced.
-#[derive(Debug, Clone, Copy)]
-struct Pending {
-    ray: Ray,
-    /// What its light counts for in the pixel.
-    weight: Vec3,
-    /// What the background behind it takes from the pixel's coverage.
-    uncovered: f32,
-    bounces: u8,
-}
-
 /// Traces the rays of a scene.
+///
+/// Shading is compiled for a set of effects, and a tracer holds a pointer to
+/// the shading that it uses: a program that makes tracers with
+/// [`for_effects`](Self::for_effects) only has no code of other effects. Where
+/// rays go through the scene is the same code for all sets.
 #[derive(Debug, Clone, Copy)]
 pub struct Tracer<'a, const W: usize = 8> {
     scene: Scene<'a, W>,
     simd: Simd,
     detail: RayDetail,
+    effects: EffectSet,
+    shade: Shade<W>,
+    /// For graticules.
+    between: Option<BetweenLines>,
+}
+
+/// Which of eight rays meet a surface between its lines: a bit for each.
+type BetweenLines = for<'r> fn(Simd, &'r RowRays<'r>, &'r OnLines<'r>) -> u32;
+
+fn between_lines(simd: Simd, rays: &RowRays<'_>, on: &OnLines<'_>) -> u32 {
+    <Simd as Runs<8>>::run(simd, Between { rays, on })
 }
 
 impl<'a, const W: usize> Tracer<'a, W>
@@ -110,8 +115,17 @@ where
     Simd: Runs<W>,
 {
     /// Follows at most `depth` reflections and refractions after one another,
-    /// never more than [`MAX_DEPTH`], through the finest meshes.
+    /// never more than [`MAX_DEPTH`], through the finest meshes, with every
+    /// effect there is.
     pub fn new(scene: Scene<'a, W>, simd: Simd, depth: u8) -> Self {
+        Self::for_effects::<{ EffectSet::ALL.bits() }>(scene, simd, depth)
+    }
+
+    /// As [`new`](Self::new), with the shading compiled for the effects of some
+    /// [bits](EffectSet::bits). Where the scene asks for no others the picture
+    /// is the same, bit for bit; an effect of the scene's that is not among
+    /// them is left out as its constant in [`EffectSet`] says.
+    pub fn for_effects<const EFFECTS: u32>(scene: Scene<'a, W>, simd: Simd, depth: u8) -> Self {
         Self {
             scene,
             simd,
@@ -119,7 +133,26 @@ where
                 depth: depth.min(MAX_DEPTH),
                 rung: 0,
             },
+            effects: EffectSet::from_bits(EFFECTS),
+            shade: shade_tree::<W, EFFECTS>,
+            between: if EFFECTS & effect::GRATICULE == 0 {
+                None
+            } else {
+                Some(between_lines)
+            },
         }
+    }
+
+    /// The same tracer without some effects.
+    #[must_use]
+    pub const fn without(mut self, effects: EffectSet) -> Self {
+        self.effects = self.effects.without(effects);
+        self
+    }
+
+    /// The effects that it carries out where the scene asks for them.
+    pub const fn effects(&self) -> EffectSet {
+        self.effects
     }
 
     /// The same tracer for rays through the meshes of a rung.
@@ -154,7 +187,7 @@ where
         self.nearest_on(self.detail.rung, ray, budget, workspace)
     }
 
-    fn nearest_on(
+    pub(super) fn nearest_on(
         &self,
         rung: u8,
         ray: &Ray,
@@ -263,6 +296,12 @@ where
     ) -> Option<RowHits> {
         let scene = &self.scene;
         let mut found = <Simd as Runs<8>>::run(self.simd, RowSearch::<W> { scene, rays })?;
+        if let Some(between) = self.between
+            && self.effects.contains(EffectSet::GRATICULE)
+            && let Some(on) = found.on_lines(scene)
+        {
+            found.between = between(self.simd, rays, &on);
+        }
         let work = Work {
             steps: found.steps,
             deepest: 0,
@@ -303,7 +342,7 @@ where
         self.is_occluded_on(self.detail.rung, ray, limit, budget, workspace)
     }
 
-    fn is_occluded_on(
+    pub(super) fn is_occluded_on(
         &self,
         rung: u8,
         ray: &Ray,
@@ -326,56 +365,58 @@ where
     /// The light that comes back along a ray from the eye.
     pub fn radiance(&self, ray: &Ray, budget: &mut Budget, workspace: &mut Workspace) -> Pixel {
         let hit = self.nearest(ray, budget, workspace);
-        self.radiance_from(ray, hit, self.detail, budget, workspace)
+        self.radiance_from(ray, hit, self.detail, Sample::ALONE, budget, workspace)
     }
 
-    /// As [`radiance`](Self::radiance), with a detail of its own.
+    /// As [`radiance`](Self::radiance), with a detail of its own, as a sample of
+    /// a pixel.
     pub(crate) fn radiance_with(
         &self,
         ray: &Ray,
         detail: RayDetail,
+        sample: Sample,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Pixel {
         let hit = self.nearest_on(detail.rung, ray, budget, workspace);
-        self.radiance_from(ray, hit, detail, budget, workspace)
+        self.radiance_from(ray, hit, detail, sample, budget, workspace)
     }
 
-    /// As [`radiance`](Self::radiance), the primary ray's hit being known.
+    /// As [`radiance_with`](Self::radiance_with), the primary ray's hit being
+    /// known.
     pub(crate) fn radiance_from(
         &self,
         ray: &Ray,
         hit: Option<Hit>,
         detail: RayDetail,
+        sample: Sample,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Pixel {
         workspace.statistics.primary += 1;
-        if hit.is_none() {
-            return self.missed(ray.direction());
+        match hit {
+            Some(hit) => (self.shade)(self, ray, hit, (detail, sample), budget, workspace),
+            None => self.missed(ray.direction()),
         }
-        let mut gathered = Gathered {
-            light: Vec3::ZERO,
-            alpha: 1.0,
-        };
-        let primary = Pending {
-            ray: *ray,
-            weight: Vec3::ONE,
-            uncovered: 1.0,
-            bounces: 0,
-        };
-        workspace.pending.clear();
-        self.shade(&primary, hit, detail, &mut gathered, budget, workspace);
-        // Every ray has more bounces than its parent: the loop ends.
-        while let Some(next) = workspace.pending.pop() {
-            let hit = self.nearest_on(detail.rung, &next.ray, budget, workspace);
-            self.shade(&next, hit, detail, &mut gathered, budget, workspace);
-        }
-        Pixel {
-            red: gathered.light.x,
-            green: gathered.light.y,
-            blue: gathered.light.z,
-            alpha: gathered.alpha,
+    }
+
+    /// As [`radiance_with`](Self::radiance_with), entering into a ledger what
+    /// each effect does. Slower.
+    pub(crate) fn radiance_and_record(
+        &self,
+        ray: &Ray,
+        detail: RayDetail,
+        sample: Sample,
+        workspace: &mut Workspace,
+        ledger: &mut Ledger,
+    ) -> Pixel {
+        let budget = &mut { Budget::UNLIMITED };
+        let hit = self.nearest_on(detail.rung, ray, budget, workspace);
+        workspace.statistics.primary += 1;
+        let of = (detail, sample);
+        match hit {
+            Some(hit) => shade_and_record(self, (ray, hit), of, workspace, ledger),
+            None => self.missed(ray.direction()),
         }
     }
 
@@ -387,222 +428,9 @@ where
             red: light.x,
             green: light.y,
             blue: light.z,
-            // As it is taken off below.
+            // As it is taken off a tree's.
             alpha: 1.0 - (1.0 - background.alpha),
         }
-    }
-
-    fn shade(
-        &self,
-        from: &Pending,
-        hit: Option<Hit>,
-        detail: RayDetail,
-        gathered: &mut Gathered,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) {
-        let direction = from.ray.direction();
-        let surface = hit.and_then(|hit| Surface::new(&self.scene, &from.ray, &hit));
-        let (Some(hit), Some(surface)) = (hit, surface) else {
-            let background = self.scene.background();
-            let alpha = background.alpha;
-            // Seen directly or through glass it counts as far as it covers;
-            // seen in a mirror it is part of the mirror.
-            let share = if from.uncovered > 0.0 { alpha } else { 1.0 };
-            gathered.light += from.weight * background::colour(background, direction) * share;
-            gathered.alpha -= from.uncovered * (1.0 - alpha);
-            return;
-        };
-        let material = surface.material;
-        let length = sqrt(direction.dot(direction));
-        let direction = direction / length;
-        let inside = direction.dot(surface.geometric_normal) > 0.0;
-        let weight = if inside && material.effects & effect::ABSORPTION != 0 {
-            let distance = hit.on.t * length;
-            let [r, g, b] = map3(material.absorption, |a| libm::expf(-a * distance));
-            from.weight * Vec3::new(r, g, b)
-        } else {
-            from.weight
-        };
-        let facing = if inside { -1.0 } else { 1.0 };
-        let normal = surface.shading_normal * facing;
-        if material.effects & effect::LIT != 0 {
-            gathered.light += weight
-                * self.lit(
-                    &surface,
-                    direction,
-                    (normal, facing),
-                    detail.rung,
-                    budget,
-                    workspace,
-                );
-        }
-        if from.bounces >= detail.depth {
-            return;
-        }
-        let bounces = from.bounces + 1;
-        if material.effects & effect::REFRACTION != 0 {
-            let index = material.index_of_refraction;
-            let ratio = if inside { index } else { 1.0 / index };
-            let refraction = refract(direction, normal, ratio);
-            let let_through = Vec3::from_array(material.transmission);
-            if let Some(refracted) = refraction.direction {
-                let share = let_through * (1.0 - refraction.reflectance);
-                let ray = Ray::new(surface.start(refracted), refracted);
-                let next = Next {
-                    ray,
-                    weight: weight * share,
-                    uncovered: from.uncovered * share.max_element(),
-                    bounces,
-                };
-                if next.push(workspace) {
-                    workspace.statistics.refracted += 1;
-                }
-            }
-            let reflected = above(
-                reflect(direction, normal),
-                surface.geometric_normal * facing,
-            );
-            let next = Next {
-                ray: Ray::new(surface.start(reflected), reflected),
-                weight: weight * refraction.reflectance,
-                // Inside, what is reflected is still on its way through.
-                uncovered: if inside {
-                    from.uncovered * refraction.reflectance
-                } else {
-                    0.0
-                },
-                bounces,
-            };
-            if next.push(workspace) {
-                workspace.statistics.reflected += 1;
-            }
-        } else if material.effects & effect::REFLECTION != 0 {
-            let reflected = above(
-                reflect(direction, normal),
-                surface.geometric_normal * facing,
-            );
-            let next = Next {
-                ray: Ray::new(surface.start(reflected), reflected),
-                weight: weight * Vec3::from_array(material.mirror),
-                uncovered: 0.0,
-                bounces,
-            };
-            if next.push(workspace) {
-                workspace.statistics.reflected += 1;
-            }
-        }
-    }
-
-    /// Light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
-    fn lit(
-        &self,
-        surface: &Surface<'_>,
-        direction: Vec3,
-        (normal, facing): (Vec3, f32),
-        rung: u8,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> Vec3 {
-        let material = surface.material;
-        let diffuse = Vec3::from_array(material.diffuse);
-        let specular = Vec3::from_array(material.specular);
-        let mut sum = Vec3::from_array(self.scene.header.ambient) * diffuse;
-        for source in self.scene.lights {
-            let place = Vec3::from_array(source.place);
-            let (to_light, limit) = if source.kind == light::DIRECTIONAL {
-                (place, f32::INFINITY)
-            } else {
-                (place - surface.point, 1.0)
-            };
-            let Some(unit) = normalize(to_light) else {
-                continue;
-            };
-            let cosine = normal.dot(unit);
-            if cosine <= 0.0 || surface.geometric_normal.dot(unit) * facing <= 0.0 {
-                continue;
-            }
-            let start = surface.start(unit);
-            // To the light's own place from where the ray starts.
-            let along = if source.kind == light::DIRECTIONAL {
-                unit
-            } else {
-                place - start
-            };
-            let Some(ray) = Ray::new(start, along) else {
-                continue;
-            };
-            if self.is_occluded_on(rung, &ray, limit, budget, workspace) {
-                continue;
-            }
-            let mut colour = Vec3::from_array(source.colour);
-            if source.kind == light::POINT_INVERSE_SQUARE {
-                colour /= to_light.dot(to_light);
-            }
-            let mut answer = diffuse * cosine;
-            if specular != Vec3::ZERO
-                && let Some(half) = normalize(unit - direction)
-            {
-                answer += specular * highlight(normal.dot(half), material.shininess);
-            }
-            sum += colour * answer;
-        }
-        sum
-    }
-}
-
-/// Blinn-Phong's cosⁿ, or 0 where it is under e⁻¹⁶, a ten-millionth: there
-/// by ln x ≤ x − 1, without the price of a power.
-fn highlight(cosine: f32, shininess: f32) -> f32 {
-    if cosine <= 0.0 || shininess * (1.0 - cosine) > 16.0 {
-        0.0
-    } else {
-        libm::powf(cosine, shininess)
-    }
-}
-
-struct Gathered {
-    light: Vec3,
-    alpha: f32,
-}
-
-/// A ray about to be added to the tree.
-struct Next {
-    ray: Option<Ray>,
-    weight: Vec3,
-    uncovered: f32,
-    bounces: u8,
-}
-
-impl Next {
-    /// Whether it is worth tracing, and was put down for it.
-    fn push(self, workspace: &mut Workspace) -> bool {
-        let Some(ray) = self.ray else {
-            return false;
-        };
-        if self.weight.max_element() < LEAST_WEIGHT {
-            return false;
-        }
-        workspace
-            .pending
-            .push(Pending {
-                ray,
-                weight: self.weight,
-                uncovered: self.uncovered,
-                bounces: self.bounces,
-            })
-            .is_ok()
-    }
-}
-
-/// A reflection off an interpolated normal can point into the surface; it is
-/// turned back out, continuously.
-fn above(direction: Vec3, normal: Vec3) -> Vec3 {
-    let depth = direction.dot(normal);
-    if depth < 0.0 {
-        direction - normal * (2.0 * depth)
-    } else {
-        direction
     }
 }
 
@@ -614,23 +442,5 @@ mod tests {
     fn a_workspace_is_as_small_as_documented() {
         let size = size_of::<Workspace>();
         assert!(size <= 2 * 1024 + 64, "{size} bytes");
-    }
-
-    #[test]
-    fn highlights_are_a_power_down_to_a_ten_millionth() {
-        assert_eq!(highlight(1.0, 50.0), 1.0);
-        assert!((highlight(0.9, 20.0) - 0.9f32.powi(20)).abs() < 1e-6);
-        assert_eq!(highlight(-0.5, 2.0), 0.0);
-        for shininess in [1.0, 30.0, 1.0e4] {
-            let cut = 1.0 - 16.0 / shininess;
-            assert!(cut <= 0.0 || libm::powf(cut, shininess) < 1.2e-7);
-        }
-    }
-
-    #[test]
-    fn reflections_into_the_surface_come_back_out() {
-        let bent = above(Vec3::new(0.8, -0.6, 0.0), Vec3::Y);
-        assert_eq!(bent, Vec3::new(0.8, 0.6, 0.0));
-        assert_eq!(above(bent, Vec3::Y), bent);
     }
 }

@@ -1,8 +1,10 @@
 use super::BakeError;
 use shisen_core::scene::format::{
     ALIGNMENT, Background, Header, IdLeaf, Instance, LeafBlock, Light, MAGIC, Material, Mesh, Node,
-    Table, Triangle, VERSION,
+    Table, Texel, Texture, Triangle, VERSION,
 };
+use shisen_core::scene::{EffectSet, Records};
+use shisen_core::spectrum::Medium;
 use xxhash_rust::xxh32::xxh32;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
@@ -47,6 +49,10 @@ pub(super) struct Tables<const W: usize> {
     pub(super) normals: Vec<[f32; 3]>,
     pub(super) id_leaves: Vec<IdLeaf>,
     pub(super) positions: Vec<[f32; 3]>,
+    pub(super) coordinates: Vec<[f32; 2]>,
+    pub(super) textures: Vec<Texture>,
+    pub(super) texels: Vec<Texel>,
+    pub(super) media: Vec<Medium>,
     pub(super) rungs: u32,
     pub(super) background: Background,
     pub(super) ambient: [f32; 3],
@@ -68,6 +74,10 @@ impl<const W: usize> Default for Tables<W> {
             normals: Vec::new(),
             id_leaves: Vec::new(),
             positions: Vec::new(),
+            coordinates: Vec::new(),
+            textures: Vec::new(),
+            texels: Vec::new(),
+            media: Vec::new(),
             rungs: 1,
             background: Background {
                 zenith: [0.0; 3],
@@ -108,6 +118,10 @@ impl<const W: usize> Tables<W> {
         let normals = append_records(&mut bytes, &self.normals);
         let id_leaves = append_records(&mut bytes, &self.id_leaves);
         let positions = append_records(&mut bytes, &self.positions);
+        let coordinates = append_records(&mut bytes, &self.coordinates);
+        let textures = append_records(&mut bytes, &self.textures);
+        let texels = append_records(&mut bytes, &self.texels);
+        let media = append_records(&mut bytes, &self.media);
         let byte_len = u32::try_from(bytes.len()).map_err(|_| BakeError::TooLarge {
             bytes: bytes.len() as u64,
         })?;
@@ -134,7 +148,19 @@ impl<const W: usize> Tables<W> {
             id_leaves,
             positions,
             rungs: self.rungs,
-            reserved: [0; 2],
+            effects: EffectSet::of_records(&Records {
+                instances: &self.instances,
+                meshes: &self.meshes,
+                triangles: &self.triangles,
+                materials: &self.materials,
+                lights: &self.lights,
+            })
+            .bits(),
+            reserved: 0,
+            coordinates,
+            textures,
+            texels,
+            media,
         };
         bytes[..size_of::<Header>()].copy_from_slice(header.as_bytes());
         let checksum = xxh32(&bytes[12..], 0);

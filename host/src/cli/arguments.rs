@@ -3,8 +3,10 @@
 use super::failure::Failure;
 use clap::builder::{OsStringValueParser, PossibleValue, TypedValueParser};
 use clap::{Args, ValueEnum};
-use shisen::bake::Layout;
+use serde::Serialize;
+use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Wall};
+use shisen::effects::Effects;
 use shisen::scene::builtin::PaperScene;
 use shisen::simplify::PolygonLevels;
 use shisen_core::Simd;
@@ -142,6 +144,41 @@ impl LevelArguments {
         PolygonLevels::new(min..=max.unwrap_or(u32::MAX), rungs)
             .map_err(|error| Failure::usage(&error.to_string()))
     }
+}
+
+/// What is carried out of what scenes ask for.
+#[derive(Debug, Args)]
+pub(super) struct EffectArguments {
+    /// Effects to carry out: auto, what the scene asks for; all, everything that is
+    /// built, which gives the same picture; -NAME to leave one out, +NAME to have
+    /// one carried out anyway, such as --effects=-shadows,-reflection. Names:
+    /// see `shisen explain`
+    #[arg(long, value_name = "LIST", default_value_t = Effects::AUTO,
+          allow_hyphen_values = true)]
+    pub(super) effects: Effects,
+}
+
+impl EffectArguments {
+    /// The names of what is carried out of a scene, and of what it asks for.
+    pub(super) fn of(&self, baked: &BakedScene) -> EffectReport {
+        let asked = match baked {
+            BakedScene::Fast(baked) => baked.scene().effects(),
+            BakedScene::Compact(baked) => baked.scene().effects(),
+        };
+        EffectReport {
+            effects: self.effects.of(asked).names().collect(),
+            effects_asked: asked.names().collect(),
+        }
+    }
+}
+
+/// Effects, for reports.
+#[derive(Debug, Serialize)]
+pub(super) struct EffectReport {
+    /// Carried out.
+    effects: Vec<&'static str>,
+    /// That the scene asks for.
+    effects_asked: Vec<&'static str>,
 }
 
 /// How a mesh is shaded.

@@ -8,6 +8,7 @@ mod table2;
 
 use super::failure::Failure;
 use clap::Subcommand;
+pub(super) use frames::median;
 
 /// Measures speed
 #[derive(Debug, Subcommand)]

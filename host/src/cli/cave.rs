@@ -5,8 +5,8 @@ mod pictures;
 mod report;
 
 use super::arguments::{
-    HeadReport, Model, PictureSize, SceneName, WallsName, field_of_view, interpupillary_distance,
-    threads,
+    EffectArguments, HeadReport, Model, PictureSize, SceneName, WallsName, field_of_view,
+    interpupillary_distance, threads,
 };
 use super::failure::Failure;
 use super::filling::{FillArguments, Wanted};
@@ -43,8 +43,9 @@ use std::path::PathBuf;
 /// `deepest_stack`, `frame_hash` (16 hexadecimal digits over all pixels),
 /// images (wall, eye, path and hash each), exr (paths), cave and viewer
 /// (paths), with --lod levels, polygons and difference (paths), threads, size,
-/// scene, mesh (null where the scene file says), simd, depth, samples and lod
-/// (null without --lod): mode, faces (of each mesh's levels), field (wall, eye,
+/// scene, mesh (null where the scene file says), simd, depth, samples, effects
+/// (the names of those carried out), `effects_asked` (of those that the scene
+/// asks for) and lod (null without --lod): mode, faces (of each mesh's levels), field (wall, eye,
 /// central, peripheral, outside, `mean_level` and `mean_bounces` each), fill
 /// (mode, `outside_pixels`, `outside_rms`, of 255 codes, and `outside_psnr`,
 /// decibels, against full tracing (null where nothing is outside or differs), and
@@ -95,6 +96,8 @@ pub(super) struct Arguments {
     lod: LodArguments,
     #[command(flatten)]
     fill: FillArguments,
+    #[command(flatten)]
+    effects: EffectArguments,
     /// Reflections and refractions to follow, one after another; with --lod
     /// those of the centre of the field
     #[arg(long, visible_alias = "reflect-max", value_name = "N", default_value_t = 3,
@@ -160,12 +163,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     };
     make_writable(&arguments.out)?;
-    let mut options = Options::default();
-    options.settings.depth = arguments.depth;
-    options.settings.samples = arguments.samples;
-    if let Some(threads) = arguments.threads {
-        options.threads = threads.get();
-    }
+    let options = options(arguments);
     let frames = Frames {
         baked: &baked,
         cave: &cave,
@@ -217,6 +215,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
         depth: arguments.depth,
         samples: arguments.samples,
+        effects: arguments.effects.of(&baked),
         lod: match &full {
             Some(full) => {
                 let filled = Filled {
@@ -236,6 +235,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         eyes: eyes.len(),
     };
     print(&report, arguments.json)
+}
+
+fn options(arguments: &Arguments) -> Options {
+    let mut options = Options {
+        effects: arguments.effects.effects,
+        ..Options::default()
+    };
+    options.settings.depth = arguments.depth;
+    options.settings.samples = arguments.samples;
+    if let Some(threads) = arguments.threads {
+        options.threads = threads.get();
+    }
+    options
 }
 
 fn head(arguments: &Arguments) -> HeadPose {

@@ -7,8 +7,10 @@ use clap::Args;
 use serde::Serialize;
 use shisen::bake::{Baked, BakedScene};
 use shisen_core::scene::format::{
-    Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Table, Triangle,
+    Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Table, Texel, Texture,
+    Triangle,
 };
+use shisen_core::spectrum::Medium;
 use std::fmt;
 use std::path::PathBuf;
 use zerocopy::FromBytes;
@@ -121,6 +123,10 @@ fn tables<const W: usize>(bytes: &[u8]) -> Vec<TableReport> {
         table("triangles", header.triangles, size_of::<Triangle>()),
         table("normals", header.normals, size_of::<[f32; 3]>()),
         table("positions", header.positions, size_of::<[f32; 3]>()),
+        table("coordinates", header.coordinates, size_of::<[f32; 2]>()),
+        table("textures", header.textures, size_of::<Texture>()),
+        table("media", header.media, size_of::<Medium>()),
+        table("texels", header.texels, size_of::<Texel>()),
     ]
 }
 

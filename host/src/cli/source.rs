@@ -231,6 +231,7 @@ fn load_scene(path: &Path) -> Result<Loaded, Failure> {
         match source {
             MeshSource::File(path) => import::load(path),
             MeshSource::BuiltIn(BuiltInMesh::Quadruped) => Ok(quadruped()),
+            MeshSource::BuiltIn(BuiltInMesh::Square) => Ok(TriangleMesh::square()),
         }
     };
     Ok(Loaded::Described(Scene::from_toml(

@@ -8,8 +8,13 @@ use glam::{Mat3, Mat4, Vec3};
 use gltf::accessor::{DataType, Dimensions, Item, Iter};
 use gltf::{Accessor, Document, Node, Primitive, Semantic, buffer, json, mesh::Mode};
 
-use super::{ImportError, Place, bounded, bounded_colour, syntax, unit_normals, validated};
+use super::{
+    ImportError, Place, bounded, bounded_colour, syntax, unit_normals, usable_coordinates,
+    validated,
+};
 use crate::mesh::{Material, MeshError, TriangleMesh};
+use crate::texture::{Image, Pattern, Texture};
+use std::sync::Arc;
 
 /// Metalness from which a smooth surface is a mirror.
 const METALLIC: f32 = 0.5;
@@ -185,7 +190,7 @@ impl Importer<'_> {
         // The last is taken first: this keeps the document's order.
         open.reverse();
         let mut visited = vec![false; document.nodes().len()];
-        let mut bare = false;
+        let (mut bare, mut unmapped) = (false, false);
         while let Some((node, parent)) = open.pop() {
             if std::mem::replace(&mut visited[node.index()], true) {
                 return Err(self.fault(format!(
@@ -196,6 +201,7 @@ impl Importer<'_> {
             let transform = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
             for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
                 self.add_primitive(&primitive, transform, &mut mesh, &mut bare)?;
+                unmapped |= mesh.coordinates.len() < mesh.positions.len();
             }
             let first_child = open.len();
             open.extend(node.children().map(|child| (child, transform)));
@@ -206,7 +212,17 @@ impl Importer<'_> {
         } else {
             unit_normals(mesh.normals)
         };
-        paint(document, &mut mesh);
+        mesh.coordinates = if unmapped {
+            Vec::new()
+        } else {
+            usable_coordinates(mesh.coordinates)
+        };
+        let textures = if mesh.coordinates.is_empty() {
+            Vec::new()
+        } else {
+            self.textures(document)?
+        };
+        paint(document, &textures, &mut mesh);
         Ok(mesh)
     }
 
@@ -250,12 +266,92 @@ impl Importer<'_> {
             }
             _ => *bare = true,
         }
+        match primitive.get(&Semantic::TexCoords(0)) {
+            Some(accessor) if accessor.count() == count => {
+                let coordinates = self.coordinates(accessor)?;
+                // Theirs start at the top.
+                let turned = coordinates.into_iter().map(|[u, v]| [u, 1.0 - v]);
+                // None where a primitive before had none: they would be others'.
+                if mesh.coordinates.len() == first {
+                    mesh.coordinates.extend(turned);
+                }
+            }
+            _ => {}
+        }
         let mirrored = transform.determinant() < 0.0;
         self.add_triangles(primitive, count, mirrored, mesh)?;
         let material = primitive.material().index().unwrap_or(usize::MAX);
         mesh.triangle_materials
             .resize(mesh.triangles.len(), material as u32);
         Ok(())
+    }
+
+    /// Numbers, or codes of 8 or 16 bits from 0 to 1.
+    fn coordinates(&self, accessor: Accessor<'_>) -> Result<Vec<[f32; 2]>, ImportError> {
+        let pair = Dimensions::Vec2;
+        Ok(match accessor.data_type() {
+            DataType::U8 => self
+                .items::<[u8; 2]>(accessor, pair, DataType::U8)?
+                .map(|place| place.map(|c| f32::from(c) / f32::from(u8::MAX)))
+                .collect(),
+            DataType::U16 => self
+                .items::<[u16; 2]>(accessor, pair, DataType::U16)?
+                .map(|place| place.map(|c| f32::from(c) / f32::from(u16::MAX)))
+                .collect(),
+            _ => self
+                .items::<[f32; 2]>(accessor, pair, DataType::F32)?
+                .collect(),
+        })
+    }
+
+    /// For each material, the texture of its base colour: of those on the
+    /// first set of coordinates that are PNG files.
+    fn textures(&self, document: &Document) -> Result<Vec<Option<Texture>>, ImportError> {
+        let mut left = Image::MOST_BYTES;
+        let mut images = HashMap::new();
+        document
+            .materials()
+            .map(|material| {
+                let base = material.pbr_metallic_roughness().base_color_texture();
+                let Some(info) = base.filter(|info| info.tex_coord() == 0) else {
+                    return Ok(None);
+                };
+                let source = info.texture().source();
+                let image = match images.get(&source.index()) {
+                    Some(known) => Option::<Arc<Image>>::clone(known),
+                    None => {
+                        let image = self.image(&source, &mut left)?.map(Arc::new);
+                        images.insert(source.index(), image.clone());
+                        image
+                    }
+                };
+                Ok(image.map(|image| Texture {
+                    pattern: Pattern::Image(image),
+                    repeats: [1.0; 2],
+                }))
+            })
+            .collect()
+    }
+
+    fn image(&self, image: &gltf::Image<'_>, left: &mut u64) -> Result<Option<Image>, ImportError> {
+        let bytes = match image.source() {
+            gltf::image::Source::Uri { uri, .. } => Cow::Owned(read_uri(self.path, uri)?),
+            gltf::image::Source::View { view, .. } => {
+                let buffer = self.buffers.get(&view.buffer()).unwrap_or_default();
+                let end = view.offset().checked_add(view.length());
+                let bytes = end.and_then(|end| buffer.get(view.offset()..end));
+                Cow::Borrowed(bytes.ok_or_else(|| ImportError::Claim {
+                    place: Place::file(self.path),
+                    what: format!("buffer view {}", view.index()),
+                    claimed: view.offset() as u128 + view.length() as u128,
+                    available: buffer.len() as u64,
+                })?)
+            }
+        };
+        if !Image::is_png(&bytes) {
+            return Ok(None);
+        }
+        Ok(Some(Image::from_png(self.path, &bytes, left)?))
     }
 
     /// Appends the triangles among the last `count` vertices.
@@ -404,8 +500,11 @@ fn normal_matrix(transform: Mat4) -> Mat3 {
 
 /// Fills in the materials; triangles without one get the default, and a mesh
 /// without any stays without.
-fn paint(document: &Document, mesh: &mut TriangleMesh) {
+fn paint(document: &Document, textures: &[Option<Texture>], mesh: &mut TriangleMesh) {
     mesh.materials = document.materials().map(|m| whitted(&m)).collect();
+    for (material, texture) in mesh.materials.iter_mut().zip(textures) {
+        material.texture.clone_from(texture);
+    }
     let fallback = mesh.materials.len() as u32;
     if fallback == 0 {
         mesh.triangle_materials.clear();
@@ -458,6 +557,9 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
             .filter(|volume| volume.thickness_factor() > 0.0)
             .map_or(default.absorption, |volume| absorption(&volume)),
         graticule: default.graticule,
+        medium: default.medium,
+        texture: None,
+        emission: default.emission,
     }
 }
 

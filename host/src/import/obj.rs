@@ -9,19 +9,26 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::str::FromStr;
 
-use super::{ImportError, Place, bounded, bounded_colour, syntax, unit_normals, validated};
+use super::{
+    ImportError, Place, bounded, bounded_colour, syntax, unit_normals, usable_coordinates,
+    validated,
+};
 use crate::mesh::{Material, MeshError, TriangleMesh};
+use crate::texture::{Image, Pattern, Texture};
+use std::sync::Arc;
 
 /// A corner of a face, indices counted from 0.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Corner {
     position: u32,
+    coordinate: Option<u32>,
     normal: Option<u32>,
 }
 
 #[derive(Default)]
 struct Geometry {
     positions: Vec<[f32; 3]>,
+    coordinates: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
     /// Triangulated, in the file's order.
     triangles: Vec<[Corner; 3]>,
@@ -96,6 +103,17 @@ impl Geometry {
                     })?;
                     geometry.normals.push(normal);
                 }
+                "vt" => {
+                    let mut numbers = words.map_while(|word| f32::from_str(word).ok());
+                    let u = numbers.next().ok_or_else(|| {
+                        syntax(
+                            Place::line(path, line),
+                            "a texture coordinate needs a number or two",
+                        )
+                    })?;
+                    let v = numbers.next().unwrap_or(0.0);
+                    geometry.coordinates.push([u, v]);
+                }
                 "f" => {
                     corners.clear();
                     for word in words {
@@ -167,7 +185,16 @@ impl Geometry {
             ),
             _ => None,
         };
-        Ok(Corner { position, normal })
+        // One that does not exist is none: files name them without having any.
+        let coordinate = match texture {
+            Some(Ok(index)) => from_zero(index, self.coordinates.len()),
+            _ => None,
+        };
+        Ok(Corner {
+            position,
+            coordinate,
+            normal,
+        })
     }
 
     fn no_vertex(&self, path: &Path, line: usize, face: usize, index: i64) -> ImportError {
@@ -237,24 +264,56 @@ impl Geometry {
                 }
             }
         }
-        if !every_corner_has_a_normal {
-            mesh.positions.clone_from(&self.positions);
-            mesh.triangles = self
+        let every_corner = |has: fn(&Corner) -> bool| self.triangles.as_flattened().iter().all(has);
+        let known = self.coordinates.len();
+        let has_coordinates = known > 0
+            && every_corner(|corner| corner.coordinate.is_some())
+            && self
+                .triangles
+                .as_flattened()
+                .iter()
+                .all(|corner| corner.coordinate.is_some_and(|c| (c as usize) < known))
+            && !usable_coordinates(self.coordinates.clone()).is_empty();
+        let mut whole = TriangleMesh {
+            positions: self.positions.clone(),
+            triangles: self
                 .triangles
                 .iter()
                 .map(|corners| corners.map(|corner| corner.position))
-                .collect();
+                .collect(),
+            ..TriangleMesh::default()
+        };
+        if !every_corner_has_a_normal && !has_coordinates {
+            *mesh = whole;
             return Ok(());
         }
+        // A seam of a texture is none of the surface: where the file has no
+        // normals, both sides have those of the whole.
+        let own = if every_corner_has_a_normal {
+            Vec::new()
+        } else {
+            whole.normals = whole.vertex_normals().into_owned();
+            std::mem::take(&mut whole.normals)
+        };
         let mut vertices = HashMap::new();
         let mut normals = Vec::new();
         for corners in &self.triangles {
             mesh.triangles.push(corners.map(|corner| {
+                let corner = Corner {
+                    coordinate: corner.coordinate.filter(|_| has_coordinates),
+                    normal: corner.normal.filter(|_| every_corner_has_a_normal),
+                    ..corner
+                };
                 *vertices.entry(corner).or_insert_with(|| {
                     let vertex = mesh.positions.len() as u32;
-                    mesh.positions
-                        .push(self.positions[corner.position as usize]);
-                    normals.extend(corner.normal.map(|n| self.normals[n as usize]));
+                    let position = corner.position as usize;
+                    mesh.positions.push(self.positions[position]);
+                    mesh.coordinates
+                        .extend(corner.coordinate.map(|c| self.coordinates[c as usize]));
+                    normals.push(match corner.normal {
+                        Some(normal) => self.normals[normal as usize],
+                        None => own[position],
+                    });
                     vertex
                 })
             }));
@@ -267,10 +326,19 @@ impl Geometry {
     /// default one.
     fn paint(&self, path: &Path, mesh: &mut TriangleMesh) -> Result<(), ImportError> {
         let mut places = HashMap::new();
+        let mut textures = Textures::default();
         for library in &self.libraries {
-            for material in load_library(&path.with_file_name(library))? {
+            let library = path.with_file_name(library);
+            for material in load_library(&library)? {
                 places.insert(material.name.clone(), mesh.materials.len() as u32);
-                mesh.materials.push(whitted(&material));
+                let texture = match &material.diffuse_texture {
+                    Some(map) if !mesh.coordinates.is_empty() => textures.load(&library, map)?,
+                    _ => None,
+                };
+                mesh.materials.push(Material {
+                    texture,
+                    ..whitted(&material)
+                });
             }
         }
         if mesh.materials.is_empty() {
@@ -293,6 +361,41 @@ impl Geometry {
             mesh.materials.push(Material::default());
         }
         Ok(())
+    }
+}
+
+/// The images of a mesh's materials, each once.
+#[derive(Default)]
+struct Textures {
+    left: Option<u64>,
+    images: HashMap<String, Option<Arc<Image>>>,
+}
+
+impl Textures {
+    /// What a `map_Kd` of a library names, if it is a PNG file.
+    fn load(&mut self, library: &Path, map: &str) -> Result<Option<Texture>, ImportError> {
+        // Options, if any, come first.
+        let name = if map.starts_with('-') {
+            map.split_whitespace().last().unwrap_or_default()
+        } else {
+            map.trim()
+        };
+        if !self.images.contains_key(name) {
+            let path = library.with_file_name(name.replace('\\', "/"));
+            let bytes = super::read(&path)?;
+            let left = self.left.get_or_insert(Image::MOST_BYTES);
+            let image = if Image::is_png(&bytes) {
+                Some(Arc::new(Image::from_png(&path, &bytes, left)?))
+            } else {
+                None
+            };
+            self.images.insert(name.to_owned(), image);
+        }
+        let image = self.images.get(name).and_then(Option::as_ref);
+        Ok(image.map(|image| Texture {
+            pattern: Pattern::Image(Arc::clone(image)),
+            repeats: [1.0; 2],
+        }))
     }
 }
 
@@ -378,6 +481,9 @@ fn whitted(material: &tobj::Material) -> Material {
         ),
         absorption: default.absorption,
         graticule: default.graticule,
+        medium: default.medium,
+        texture: None,
+        emission: default.emission,
     }
 }
 
@@ -422,6 +528,65 @@ mod tests {
         assert_eq!(split.normals[0], [0.0, 0.0, 1.0]);
         let partly = mesh(&format!("{SQUARE}{normals}f 1//1 2//1 3\n")).unwrap();
         assert!(partly.normals.is_empty());
+    }
+
+    #[test]
+    fn splits_vertices_at_seams_of_a_texture_but_not_their_normals() {
+        let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 1\nvt 0 0\nvt 1 0.5\nvt 0.25\n";
+        let split = mesh(&format!("{text}f 1/1 2/2 3/3\nf 2/1 1/1 4/3\n")).unwrap();
+        assert_eq!(split.triangles, [[0, 1, 2], [3, 0, 4]]);
+        let places = [[0.0, 0.0], [1.0, 0.5], [0.25, 0.0], [0.0, 0.0], [0.25, 0.0]];
+        assert_eq!(split.coordinates, places);
+        assert_eq!(split.positions[1], split.positions[3]);
+        assert_eq!(split.normals[1], split.normals[3]);
+        // Only some corners, one that is not there, one that is far out.
+        for face in ["f 1/1 2/2 3", "f 1/1 2/2 3/4"] {
+            let without = mesh(&format!("{text}{face}\n")).unwrap();
+            assert!(without.coordinates.is_empty() && without.normals.is_empty());
+            assert_eq!(without.positions.len(), 4);
+        }
+        let far = mesh(&format!("{text}vt 1e9 0\nf 1/1 2/2 3/3\n")).unwrap();
+        assert!(far.coordinates.is_empty());
+        assert!(fault(&format!("{text}vt x\n")).starts_with("a.obj:8: "));
+    }
+
+    #[test]
+    fn textures_are_those_of_the_library_where_the_mesh_is_on_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &[u8]| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let mut image = Vec::new();
+        let encoder = png::Encoder::new(&mut image, 1, 1);
+        encoder
+            .write_header()
+            .unwrap()
+            .write_image_data(&[77])
+            .unwrap();
+        write("a.png", &image);
+        write("b.jpg", b"\xff\xd8\xff");
+        let library = "newmtl a\nmap_Kd -s 1 1 1 a.png\nnewmtl b\nmap_Kd b.jpg\n\
+                       newmtl c\nmap_Kd a.png\n";
+        write("a.mtl", library.as_bytes());
+        let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nmtllib a.mtl\nusemtl a\n";
+        let path = folder.path().join("a.obj");
+        let read = |text: &str| parse(&path, text.as_bytes());
+        let with = read(&format!("{corners}f 1/1 2/1 3/1\n")).unwrap();
+        let [a, b, c] = &with.materials[..] else {
+            panic!("{:?}", with.materials)
+        };
+        let Some(Pattern::Image(image)) = a.texture.as_ref().map(|texture| &texture.pattern) else {
+            panic!("{a:?}")
+        };
+        assert_eq!(image.texels(), [[77, 77, 77, 0]]);
+        assert_eq!((a.texture == c.texture, &b.texture), (true, &None));
+        let without = read(&format!("{corners}f 1 2 3\n")).unwrap();
+        assert!(without.materials.iter().all(|m| m.texture.is_none()));
+        write("a.mtl", b"newmtl a\nmap_Kd c.png\n");
+        let error = read(&format!("{corners}f 1/1 2/1 3/1\n")).unwrap_err();
+        assert!(error.to_string().contains("c.png"), "{error}");
     }
 
     #[test]

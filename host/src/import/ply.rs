@@ -8,8 +8,11 @@ use ply_rs_bw::ply::{
     ScalarType,
 };
 
-use super::{ImportError, Place, syntax, unit_normals, validated};
+use super::{ImportError, Place, syntax, unit_normals, usable_coordinates, validated};
 use crate::mesh::TriangleMesh;
+
+/// The names that places on a texture go by: across, and up.
+const COORDINATES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
 
 /// The names that the list of a face's corners goes by.
 const CORNER_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
@@ -17,6 +20,7 @@ const CORNER_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 struct Vertex {
     position: [f32; 3],
     normal: [f32; 3],
+    coordinate: [f32; 2],
 }
 
 impl PropertyAccess for Vertex {
@@ -24,6 +28,7 @@ impl PropertyAccess for Vertex {
         Self {
             position: [0.0; 3],
             normal: [0.0; 3],
+            coordinate: [0.0; 2],
         }
     }
 
@@ -35,6 +40,8 @@ impl PropertyAccess for Vertex {
             "nx" => &mut self.normal[0],
             "ny" => &mut self.normal[1],
             "nz" => &mut self.normal[2],
+            _ if COORDINATES.iter().any(|[u, _]| *u == name) => &mut self.coordinate[0],
+            _ if COORDINATES.iter().any(|[_, v]| *v == name) => &mut self.coordinate[1],
             _ => return PropertyAccessResult::Ignored,
         };
         match property.to_f32_lossy() {
@@ -95,6 +102,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportErr
         .map_err(fault)?;
     check_claims(path, &header, reader.get_ref().len() as u64)?;
     let has_normals = check_properties(path, &header)?;
+    let has_coordinates = has_coordinates(&header);
 
     let mut mesh = TriangleMesh::default();
     let mut faces = Vec::new();
@@ -107,6 +115,10 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportErr
                 mesh.positions = vertices.iter().map(|v| v.position).collect();
                 if has_normals {
                     mesh.normals = unit_normals(vertices.iter().map(|v| v.normal).collect());
+                }
+                if has_coordinates {
+                    let coordinates = vertices.iter().map(|v| v.coordinate).collect();
+                    mesh.coordinates = usable_coordinates(coordinates);
                 }
             }
             "face" => {
@@ -235,6 +247,18 @@ fn check_properties(path: &Path, header: &Header) -> Result<bool, ImportError> {
         .all(|&name| vertex.properties.contains_key(name)))
 }
 
+fn has_coordinates(header: &Header) -> bool {
+    let Some(vertex) = header.elements.get("vertex") else {
+        return false;
+    };
+    let has = |pair: &&[&str; 2]| {
+        pair.iter()
+            .all(|&name| vertex.properties.contains_key(name))
+    };
+    // Two pairs would overwrite each other.
+    COORDINATES.iter().filter(has).count() == 1
+}
+
 fn triangulate(path: &Path, faces: &[Face], mesh: &mut TriangleMesh) -> Result<(), ImportError> {
     let vertices = mesh.positions.len();
     let mut corners = Vec::new();
@@ -346,6 +370,32 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn places_on_a_texture_go_by_several_names() {
+        for [u, v] in COORDINATES {
+            let text = |second: &str| {
+                format!(
+                    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n\
+                     property float {u}\nproperty float y\nproperty float z\n\
+                     property float {v}\nelement face 1\n\
+                     property list uchar int vertex_indices\nend_header\n\
+                     0 0.5 0 0 0.25\n1 {second} 0 0 0\n0 0 1 0 1\n3 0 1 2\n"
+                )
+            };
+            let read = mesh(text("0.75").as_bytes()).unwrap();
+            assert_eq!(read.coordinates, [[0.5, 0.25], [0.75, 0.0], [0.0, 1.0]]);
+            assert_eq!(read.positions[2], [0.0, 1.0, 0.0]);
+            let far = mesh(text("1e9").as_bytes()).unwrap();
+            assert!(far.coordinates.is_empty());
+        }
+        assert!(
+            mesh(ascii(&["3 0 1 2"]).as_bytes())
+                .unwrap()
+                .coordinates
+                .is_empty()
+        );
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::{
     Frame, Job, Observer, Options, RenderError, WallPicture, jobs, tiles, trace, write_back,
 };
+use crate::effects;
 use crate::picture::Picture;
 use glam::{DVec3, Mat3};
 use rayon::ThreadPool;
@@ -106,7 +107,8 @@ where
             samples: 1,
             ..frame.settings
         };
-        let mut renderer = Renderer::new(*scene, frame.simd, settings).at_level(options.level);
+        let mut renderer =
+            effects::renderer(*scene, frame.simd, settings, &frame.effects).at_level(options.level);
         // Eyes with a gaze each need what either skips.
         if gazes.all(|other| same_field(&lod, &other)) {
             renderer = renderer.below_level(lod.gaze, needed_below(&lod, options.size));

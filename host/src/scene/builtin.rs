@@ -97,7 +97,7 @@ impl PaperScene {
     }
 
     /// Chrome with a cold tint, or clay.
-    const fn material(self) -> Material {
+    fn material(self) -> Material {
         let (diffuse, specular, shininess, mirror) = if self.is_mirror() {
             ([0.10, 0.11, 0.13], [0.6; 3], 200.0, [0.80, 0.81, 0.83])
         } else {
@@ -108,10 +108,7 @@ impl PaperScene {
             specular,
             shininess,
             mirror,
-            transmission: [0.0; 3],
-            index_of_refraction: 1.5,
-            absorption: [0.0; 3],
-            graticule: None,
+            ..Material::default()
         }
     }
 }

@@ -11,9 +11,15 @@
 //! | `diffuse`, `specular`, `mirror`, `transmission`, `alpha` | 0 to 1 |
 //! | `shininess` | 1 to 10,000 |
 //! | `index_of_refraction` | 0.01 to 100 |
-//! | colours of lights and background, `ambient`, `absorption` | 0 to 1,000,000 |
-//! | radii, `scale` | 0.000001 to 1,000,000 |
-//! | `position`, `direction`, `zenith`, `top` | −1,000,000 to 1,000,000; a direction is not zero |
+//! | colours of lights and background, `ambient`, `absorption`, `emission` | 0 to 1,000,000 |
+//! | `colours` of a checker | 0 to 1 |
+//! | `range_nm` | 10 to 1,000,000 nm, the shorter first, without a pole, the index from 1 to 100 |
+//! | `coefficients` | A and up to four pairs of B and C, −1e9 to 1e9 |
+//! | `repeats` | 0.001 to 10,000 |
+//! | images | PNG, up to 8,192 × 8,192 texels, all of a scene up to 512 MiB at 4 bytes a texel |
+//! | radii, `scale`, `size` of a light | 0.000001 to 1,000,000 |
+//! | `samples` of a light | 1 to 64 |
+//! | `position`, `direction`, `up`, `zenith`, `top` | −1,000,000 to 1,000,000; a direction is not zero |
 //! | `divisions` | 1 to 900 |
 //! | `width_degrees` | 0.001 to 28 |
 //! | `frame` | 1 to 99,999, each after the one before |
@@ -21,7 +27,13 @@
 //!
 //! A positive yaw turns what points to −Z towards −X, a positive pitch
 //! raises it ([`Placement`]). `normals` and `normalise`
-//! are for meshes only. A scene has at least one object and may have no
+//! are for meshes only. A texture multiplies `diffuse` and `emission`; meshes
+//! say in their files where they are on it, the built-in `square` is from 0 to
+//! 1 along x and against z, and on spheres and spheroids u goes round with the
+//! longitude and v up with the latitude. A material has an `index_of_refraction`
+//! or a `medium`: one of the file's or `fused-silica`, `quartz-o`, `quartz-e`,
+//! `n-bk7`, `sf11`, `diamond` or `water`. `emission` is seen, but lights
+//! nothing, and a rectangle lights, but is not seen. A scene has at least one object and may have no
 //! light. Meshes and materials are numbered by name in the [`Scene`],
 //! objects and lights by place in the file. A key that is not described here
 //! is an error, not ignored.
@@ -35,17 +47,20 @@ use super::camera::{CameraKey, CameraPath, CameraPathError, DomeCamera};
 use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};
 use crate::description::{Located, Source};
 use crate::mesh::{Graticule, Material, TriangleMesh};
+use crate::texture::{Image, Pattern, Texture};
 use entries::{
-    BackgroundEntry, CameraEntry, GraticuleEntry, LightEntry, MaterialEntry, MeshEntry,
-    ObjectEntry, SceneEntry,
+    BackgroundEntry, CameraEntry, GraticuleEntry, LightEntry, MaterialEntry, MediumEntry,
+    MeshEntry, ObjectEntry, SceneEntry, TextureEntry,
 };
 use fault::{
-    ABSORPTION, Check, DEGREES, DIVISIONS, EXPONENT, FRAMES, INDEX_OF_REFRACTION, LENGTH,
-    LINE_WIDTH, POSITION, RADIANCE, SHARE,
+    ABSORPTION, Check, DEGREES, DIVISIONS, EXPONENT, FORM, FRAMES, INDEX_OF_REFRACTION, LENGTH,
+    LIGHT_SAMPLES, LINE_WIDTH, POSITION, RADIANCE, REPEATS, SHARE, WAVELENGTH,
 };
 use glam::DVec3;
+use shisen_core::spectrum::Medium;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use toml::Spanned;
 
 /// Where a scene's mesh comes from.
@@ -62,6 +77,8 @@ pub enum MeshSource {
 pub enum BuiltInMesh {
     /// `quadruped`: an animal on four legs.
     Quadruped,
+    /// `square`: 1 m along x and z about the origin, its front up.
+    Square,
 }
 
 impl Scene {
@@ -98,7 +115,7 @@ impl Scene {
     /// # Errors
     /// The first fault found and its place: text that is not TOML, unknown
     /// or missing keys, values out of range, names that nothing has, meshes
-    /// that cannot be loaded or used, no objects.
+    /// and images that cannot be loaded or used, no objects.
     pub fn from_toml<E>(
         text: &str,
         source_name: &str,
@@ -126,11 +143,18 @@ impl Scene {
             .map_or(Ok(Background::uniform([0.0; 3])), |entry| {
                 read_background(&check, entry)
             })?;
-        let materials = entry
+        let texture_numbers = numbers(&entry.textures);
+        // A file's own media come before built-in ones of the same name.
+        let mut media: BTreeMap<&str, Medium> = Medium::NAMED.into();
+        for (name, entry) in &entry.media {
+            media.insert(name.as_ref(), read_medium(&check, name, entry.as_ref())?);
+        }
+        // Each with the number of its texture, if it has one.
+        let mut materials = entry
             .materials
             .values()
-            .map(|entry| read_material(&check, entry))
-            .collect::<Result<_, _>>()?;
+            .map(|entry| read_material(&check, entry, &texture_numbers, &media))
+            .collect::<Result<Vec<_>, _>>()?;
         let lights = entry
             .light
             .iter()
@@ -147,6 +171,14 @@ impl Scene {
                 &material_numbers,
             )?);
         }
+        let textures = read_textures(&check, &entry.textures, base_dir)?;
+        let materials: Vec<Material> = materials
+            .drain(..)
+            .map(|(material, texture)| Material {
+                texture: texture.map(|number| textures[number].clone()),
+                ..material
+            })
+            .collect();
         let meshes = entry
             .meshes
             .iter()
@@ -178,6 +210,14 @@ impl Scene {
                 _ => Normalisation::NONE,
             };
             object.world_from_object = placement.world_from_object(&normalisation);
+            let material = object.material.map(|number| &materials[number]);
+            if let Shape::Mesh(mesh) = object.shape
+                && !meshes[mesh].has_coordinates_for(material)
+            {
+                let name = entry.as_ref().material.as_ref();
+                let span = name.map_or(entry.span(), Spanned::span);
+                return Err(check.fault(SceneFault::NoCoordinates, Some(span)));
+            }
         }
         let file_name = || {
             Path::new(source_name)
@@ -195,6 +235,19 @@ impl Scene {
             camera,
         })
     }
+}
+
+/// What a scene file calls its materials, in their order; none where the text
+/// is no scene file.
+pub fn material_names(text: &str) -> Vec<String> {
+    let table: Option<toml::Table> = text.parse().ok();
+    let materials = table.and_then(|mut table| table.remove("materials"));
+    let Some(toml::Value::Table(materials)) = materials else {
+        return Vec::new();
+    };
+    // As `numbers` has them.
+    let names: BTreeMap<_, _> = materials.into_iter().collect();
+    names.into_keys().collect()
 }
 
 /// Each name's place in the order of names.
@@ -239,15 +292,33 @@ fn read_background(
     Ok(background)
 }
 
+/// A material but for its texture, and the number of that.
 fn read_material(
     check: &Check<'_>,
     entry: &MaterialEntry,
-) -> Result<Material, Located<SceneFault>> {
+    textures: &BTreeMap<&str, usize>,
+    media: &BTreeMap<&str, Medium>,
+) -> Result<(Material, Option<usize>), Located<SceneFault>> {
     let default = Material::default();
     let share = |key, value: &Option<Spanned<[f64; 3]>>, default| {
         check.colour_or(key, value.as_ref(), SHARE, default)
     };
-    Ok(Material {
+    let texture = match &entry.texture {
+        None => None,
+        Some(name) => Some(check.named("texture", name, textures)?),
+    };
+    let medium = match &entry.medium {
+        None => None,
+        Some(name) if entry.index_of_refraction.is_some() => {
+            let fault = SceneFault::Choice {
+                owner: "a material",
+                choice: "at most one of `medium` and `index_of_refraction`",
+            };
+            return Err(check.fault(fault, Some(name.span())));
+        }
+        Some(name) => Some(check.named("medium", name, media)?),
+    };
+    let material = Material {
         diffuse: share("diffuse", &entry.diffuse, default.diffuse)?,
         specular: share("specular", &entry.specular, default.specular)?,
         shininess: check.number_or(
@@ -274,7 +345,96 @@ fn read_material(
             None => None,
             Some(lines) => Some(read_graticule(check, lines)?),
         },
+        medium,
+        texture: None,
+        emission: check.colour_or(
+            "emission",
+            entry.emission.as_ref(),
+            RADIANCE,
+            default.emission,
+        )?,
+    };
+    Ok((material, texture))
+}
+
+fn read_medium(
+    check: &Check<'_>,
+    name: &Spanned<String>,
+    entry: &MediumEntry,
+) -> Result<Medium, Located<SceneFault>> {
+    let form = check.whole("form", &entry.form, FORM)?;
+    let range = check
+        .numbers("range_nm", &entry.range_nm, WAVELENGTH)?
+        .map(|nm| nm as f32);
+    let coefficients = entry.coefficients.as_ref();
+    let coefficients: Vec<f32> = coefficients.iter().map(|&c| c as f32).collect();
+    let terms = coefficients
+        .split_first()
+        .map(|(a, rest)| (*a, rest.as_chunks()));
+    let Some((a, (terms, []))) = terms else {
+        let found = coefficients.len();
+        let fault = SceneFault::Coefficients { found };
+        return Err(check.fault(fault, Some(entry.coefficients.span())));
+    };
+    let medium = if form == 1 {
+        Medium::form1(range, a, terms)
+    } else {
+        Medium::form2(range, a, terms)
+    };
+    medium.map_err(|source| {
+        let medium = name.as_ref().clone();
+        check.fault(SceneFault::Medium { medium, source }, Some(name.span()))
     })
+}
+
+/// The textures in the order of their names.
+fn read_textures(
+    check: &Check<'_>,
+    entries: &BTreeMap<Spanned<String>, Spanned<TextureEntry>>,
+    base_dir: &Path,
+) -> Result<Vec<Texture>, Located<SceneFault>> {
+    let mut left = Image::MOST_BYTES;
+    let mut textures = Vec::with_capacity(entries.len());
+    for (name, entry) in entries {
+        let TextureEntry {
+            file,
+            checker,
+            repeats,
+        } = entry.as_ref();
+        let repeats = match repeats {
+            None => [1.0; 2],
+            Some(repeats) => check
+                .numbers("repeats", repeats, REPEATS)?
+                .map(|number| number as f32),
+        };
+        let pattern = match (file, checker) {
+            (Some(file), None) => {
+                let image = Image::load_within(&base_dir.join(file), &mut left);
+                let image = image.map_err(|source| {
+                    let texture = name.as_ref().clone();
+                    let fault = SceneFault::Texture { texture, source };
+                    check.fault(fault, Some(entry.span()))
+                })?;
+                Pattern::Image(Arc::new(image))
+            }
+            (None, Some(checker)) => {
+                let [first, second] = &checker.colours;
+                Pattern::Checker([
+                    check.colour("colours", first, SHARE)?,
+                    check.colour("colours", second, SHARE)?,
+                ])
+            }
+            _ => {
+                let fault = SceneFault::Choice {
+                    owner: "a texture",
+                    choice: "one of `file` and `checker`",
+                };
+                return Err(check.fault(fault, Some(name.span())));
+            }
+        };
+        textures.push(Texture { pattern, repeats });
+    }
+    Ok(textures)
 }
 
 fn read_graticule(
@@ -338,7 +498,10 @@ fn read_mesh_source(
     match (file, builtin) {
         (Some(file), None) => Ok(MeshSource::File(base_dir.join(file))),
         (None, Some(builtin)) => {
-            let known = [("quadruped", BuiltInMesh::Quadruped)];
+            let known = [
+                ("quadruped", BuiltInMesh::Quadruped),
+                ("square", BuiltInMesh::Square),
+            ];
             check
                 .named("built-in mesh", builtin, &known.into())
                 .map(MeshSource::BuiltIn)
@@ -431,60 +594,155 @@ fn read_object(
     Ok((object, placement))
 }
 
+/// The types of light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum LightKind {
+    Point,
+    Directional,
+    Rectangle,
+}
+
 fn read_light(
     check: &Check<'_>,
     entry: &Spanned<LightEntry>,
 ) -> Result<Light, Located<SceneFault>> {
+    use LightKind::{Directional, Point, Rectangle};
+
     let light = entry.as_ref();
     let colour = check.colour_or("colour", light.colour.as_ref(), RADIANCE, [1.0; 3])?;
-    let missing =
-        |owner, key| check.fault(SceneFault::Missing { owner, key }, Some(light.kind.span()));
-    let not_here = |owner, key, span| check.fault(SceneFault::NotHere { key, owner }, Some(span));
-    let is_point = check.named(
+    let kind = check.named(
         "type of light",
         &light.kind,
-        &[("point", true), ("directional", false)].into(),
+        &[
+            ("point", Point),
+            ("directional", Directional),
+            ("rectangle", Rectangle),
+        ]
+        .into(),
     )?;
-    if is_point {
-        if let Some(direction) = &light.direction {
-            return Err(not_here(
-                "directional lights",
-                "direction",
-                direction.span(),
-            ));
-        }
-        let position = light
-            .position
-            .as_ref()
-            .ok_or_else(|| missing("a point light", "position"))?;
-        return Ok(Light::Point {
-            position: DVec3::from_array(check.numbers("position", position, POSITION)?),
-            colour,
-            inverse_square: light.inverse_square.as_ref().is_some_and(|on| *on.as_ref()),
-        });
-    }
-    let spans = [
-        ("position", light.position.as_ref().map(Spanned::span)),
+    let not_point = "directional lights and rectangles";
+    let not_directional = "point lights and rectangles";
+    let large = "rectangles";
+    let flag = |on: &Option<Spanned<bool>>| on.as_ref().map(Spanned::span);
+    let keys: &[(_, _, &[LightKind], _)] = &[
+        (
+            "position",
+            light.position.as_ref().map(Spanned::span),
+            &[Point, Rectangle],
+            not_directional,
+        ),
+        (
+            "direction",
+            light.direction.as_ref().map(Spanned::span),
+            &[Directional, Rectangle],
+            not_point,
+        ),
         (
             "inverse_square",
-            light.inverse_square.as_ref().map(Spanned::span),
+            flag(&light.inverse_square),
+            &[Point],
+            "point lights",
         ),
+        (
+            "size",
+            light.size.as_ref().map(Spanned::span),
+            &[Rectangle],
+            large,
+        ),
+        (
+            "up",
+            light.up.as_ref().map(Spanned::span),
+            &[Rectangle],
+            large,
+        ),
+        (
+            "samples",
+            light.samples.as_ref().map(Spanned::span),
+            &[Rectangle],
+            large,
+        ),
+        ("two_sided", flag(&light.two_sided), &[Rectangle], large),
     ];
-    for (key, span) in spans {
-        if let Some(span) = span {
-            return Err(not_here("point lights", key, span));
+    for (key, span, kinds, owner) in keys {
+        if span.is_some() && !kinds.contains(&kind) {
+            return Err(check.fault(SceneFault::NotHere { key, owner }, span.clone()));
         }
     }
-    let written = light
-        .direction
-        .as_ref()
-        .ok_or_else(|| missing("a directional light", "direction"))?;
-    let direction = DVec3::from_array(check.numbers("direction", written, POSITION)?);
-    if direction == DVec3::ZERO {
-        return Err(check.fault(SceneFault::ZeroDirection, Some(written.span())));
+    let missing = |owner, key, example| {
+        let fault = SceneFault::Missing {
+            owner,
+            key,
+            example,
+        };
+        check.fault(fault, Some(light.kind.span()))
+    };
+    let owner = match kind {
+        Point => "a point light",
+        Directional => "a directional light",
+        Rectangle => "a rectangle",
+    };
+    let vector = |key, written: &Option<Spanned<[f64; 3]>>| {
+        let written = written
+            .as_ref()
+            .ok_or_else(|| missing(owner, key, "[x, y, z]"))?;
+        let vector = check.numbers(key, written, POSITION)?;
+        Ok((DVec3::from_array(vector), written.span()))
+    };
+    let direction = || {
+        let (direction, span) = vector("direction", &light.direction)?;
+        if direction == DVec3::ZERO {
+            return Err(check.fault(SceneFault::ZeroDirection, Some(span)));
+        }
+        Ok(direction)
+    };
+    match kind {
+        Point => Ok(Light::Point {
+            position: vector("position", &light.position)?.0,
+            colour,
+            inverse_square: light.inverse_square.as_ref().is_some_and(|on| *on.as_ref()),
+        }),
+        Directional => Ok(Light::Directional {
+            direction: direction()?,
+            colour,
+        }),
+        Rectangle => {
+            let size = light.size.as_ref();
+            let size = size.ok_or_else(|| missing(owner, "size", "[width, height]"))?;
+            let [width, height] = check.numbers("size", size, LENGTH)?;
+            let forward = direction()?.normalize();
+            let right = match &light.up {
+                Some(up) => {
+                    let vector = DVec3::from_array(check.numbers("up", up, POSITION)?);
+                    let right = forward.cross(vector.normalize_or_zero());
+                    // A ten-thousandth of a degree.
+                    if right.length() < 2e-6 {
+                        return Err(check.fault(SceneFault::LightUp, Some(up.span())));
+                    }
+                    right
+                }
+                // As for lines of sight: straight up or down, it is +X.
+                None if forward.y.abs() > 1.0 - 1e-12 => DVec3::X,
+                None => forward.cross(DVec3::Y),
+            };
+            // Seen from where it shines, left and right change places.
+            let right = -right.normalize();
+            Ok(Light::Rectangle {
+                centre: vector("position", &light.position)?.0,
+                right: right * (0.5 * width),
+                up: forward.cross(right) * (0.5 * height),
+                colour,
+                samples: match &light.samples {
+                    None => DEFAULT_LIGHT_SAMPLES,
+                    Some(samples) => check.whole("samples", samples, LIGHT_SAMPLES)?,
+                },
+                two_sided: light.two_sided.as_ref().is_some_and(|on| *on.as_ref()),
+            })
+        }
     }
-    Ok(Light::Directional { direction, colour })
 }
+
+/// Points of a rectangle that are looked at where nothing else is asked for.
+const DEFAULT_LIGHT_SAMPLES: u32 = 16;
 
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! Frames of the paper's scenes with and without level of detail, in turns.
 
-use super::super::arguments::{LevelArguments, Model, SceneName, threads};
+use super::super::arguments::{EffectArguments, LevelArguments, Model, SceneName, threads};
 use super::super::failure::Failure;
 use super::super::source::{Loaded, Source, bake};
 use clap::Args;
@@ -31,6 +31,8 @@ pub(super) struct FrameArguments {
     pub(super) repeat: u32,
     #[command(flatten)]
     levels: LevelArguments,
+    #[command(flatten)]
+    effects: EffectArguments,
 }
 
 /// The frames of one scene.
@@ -65,7 +67,10 @@ impl FrameArguments {
     }
 
     fn options(&self) -> Options {
-        let mut options = Options::default();
+        let mut options = Options {
+            effects: self.effects.effects,
+            ..Options::default()
+        };
         if let Some(threads) = self.threads {
             options.threads = threads.get();
         }
@@ -156,7 +161,7 @@ impl Frames {
 }
 
 /// The middle of some times, or the mean of the middle two.
-pub(super) fn median(mut of: Vec<f64>) -> f64 {
+pub(in crate::cli) fn median(mut of: Vec<f64>) -> f64 {
     of.sort_by(f64::total_cmp);
     let last = of.len().saturating_sub(1);
     let at = |index: usize| of.get(index).copied().unwrap_or_default();

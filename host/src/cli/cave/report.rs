@@ -1,5 +1,6 @@
 //! What `shisen cave` prints.
 
+use super::super::arguments::EffectReport;
 use super::super::ray_counts::RayCounts;
 use serde::Serialize;
 use std::fmt;
@@ -35,6 +36,9 @@ pub(super) struct Report {
     pub(super) depth: u8,
     /// Rays a pixel.
     pub(super) samples: u16,
+    /// Carried out, and asked for.
+    #[serde(flatten)]
+    pub(super) effects: EffectReport,
     /// Where detail follows the gaze.
     pub(super) lod: Option<Lod>,
     /// As given.

@@ -1,7 +1,7 @@
 //! `shisen dome render`: dome masters of a scene.
 
 use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
-use crate::cli::arguments::{Model, SceneName, threads};
+use crate::cli::arguments::{EffectArguments, EffectReport, Model, SceneName, threads};
 use crate::cli::failure::Failure;
 use crate::cli::picture_files::{hexadecimal, make_writable, metadata};
 use crate::cli::print;
@@ -33,7 +33,9 @@ use std::path::{Path, PathBuf};
 /// primitives tested), size, frames, mapping, config, `mirror_size` (metres),
 /// viewpoint (radii from the screen's centre; these three null without a
 /// mirror), `fov` (degrees), mirrored, distance (null but for the grid), scene,
-/// mesh (null where there is none to choose), threads, simd, depth and samples.
+/// mesh (null where there is none to choose), threads, simd, depth, samples,
+/// effects (the names of those carried out) and `effects_asked` (of those that the
+/// scene asks for).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// A, B, C or D of Mochizuki and Makino, grid (meridians and parallels every
@@ -69,6 +71,8 @@ pub(in crate::cli) struct Arguments {
     /// Pictures, from the first [default: to the last [[camera]], else 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=99_999))]
     frames: Option<u32>,
+    #[command(flatten)]
+    effects: EffectArguments,
     /// Reflections and refractions to follow, one after another
     #[arg(long, value_name = "N", default_value_t = 3,
           value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_DEPTH)))]
@@ -135,6 +139,8 @@ struct Report {
     simd: &'static str,
     depth: u8,
     samples: u16,
+    #[serde(flatten)]
+    effects: EffectReport,
 }
 
 #[derive(Debug, Serialize)]
@@ -220,6 +226,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     options.settings.depth = arguments.depth;
     options.settings.samples = arguments.samples;
+    options.effects = arguments.effects.effects;
     if let Some(threads) = arguments.threads {
         options.threads = threads.get();
     }
@@ -271,6 +278,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
         depth: arguments.depth,
         samples: arguments.samples,
+        effects: arguments.effects.of(&baked),
     };
     print(&report, arguments.output.json)
 }

@@ -77,6 +77,63 @@ fn reads_primitives_without_indices_normals_and_material() {
 }
 
 #[test]
+fn textures_are_those_of_the_first_coordinates() {
+    let mut image = Vec::new();
+    let encoder = png::Encoder::new(&mut image, 1, 1);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&[99]).unwrap();
+    writer.finish().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a b.png"), &image).unwrap();
+    let mut bytes = triangle_bytes();
+    for number in [0.0_f32, 1.0, 1.0, 1.0, 0.0, 0.25] {
+        bytes.extend(number.to_le_bytes());
+    }
+    // Aligned anew: the indices before take six bytes.
+    let at = triangle_bytes().len();
+    std::fs::write(folder.path().join("a.bin"), &bytes).unwrap();
+    let json = |texture: &str, uri: &str| {
+        triangle_json("", r#","uri":"a.bin""#)
+            .replace(r#""byteLength":78"#, r#""byteLength":102"#)
+            .replace(r#""NORMAL":1"#, r#""NORMAL":1,"TEXCOORD_0":3"#)
+            .replace(
+                r#""type":"SCALAR"}"#,
+                r#""type":"SCALAR"},{"bufferView":3,"componentType":5126,"count":3,"type":"VEC2"}"#,
+            )
+            .replace(
+                r#""byteLength":6}"#,
+                &format!(r#""byteLength":6}},{{"buffer":0,"byteOffset":{at},"byteLength":24}}"#),
+            )
+            .replace(
+                r#""roughnessFactor":0.1"#,
+                &format!(r#""roughnessFactor":0.1,"baseColorTexture":{texture}"#),
+            )
+            .replace(
+                r#""buffers":"#,
+                &format!(r#""images":[{{"uri":"{uri}"}}],"textures":[{{"source":0}}],"buffers":"#),
+            )
+    };
+    let read = |texture: &str, uri: &str| {
+        let path = folder.path().join("a.gltf");
+        parse(&path, json(texture, uri).as_bytes())
+    };
+    let mesh = read(r#"{"index":0}"#, "a%20b.png").unwrap();
+    assert_eq!(mesh.coordinates, [[0.0, 0.0], [1.0, 0.0], [0.0, 0.75]]);
+    let texture = mesh.materials[0].texture.as_ref().expect("a texture");
+    let Pattern::Image(image) = &texture.pattern else {
+        panic!("{texture:?}")
+    };
+    assert_eq!(image.texels(), [[99, 99, 99, 0]]);
+    // Another set of coordinates, and a file that is no PNG.
+    let other = read(r#"{"index":0,"texCoord":1}"#, "a%20b.png").unwrap();
+    assert_eq!(other.materials[0].texture, None);
+    let other = read(r#"{"index":0}"#, "a.bin").unwrap();
+    assert_eq!(other.materials[0].texture, None);
+    let missing = read(r#"{"index":0}"#, "b.png").unwrap_err();
+    assert!(missing.to_string().contains("b.png"), "{missing}");
+}
+
+#[test]
 fn reads_sparse_accessors() {
     let json = triangle_json("", "").replace(
         r#""type":"VEC3","min""#,

@@ -19,6 +19,10 @@ pub(super) struct SceneEntry {
     #[serde(default)]
     pub(super) materials: BTreeMap<Spanned<String>, MaterialEntry>,
     #[serde(default)]
+    pub(super) media: BTreeMap<Spanned<String>, Spanned<MediumEntry>>,
+    #[serde(default)]
+    pub(super) textures: BTreeMap<Spanned<String>, Spanned<TextureEntry>>,
+    #[serde(default)]
     pub(super) meshes: BTreeMap<Spanned<String>, Spanned<MeshEntry>>,
     #[serde(default)]
     pub(super) object: Vec<Spanned<ObjectEntry>>,
@@ -58,6 +62,31 @@ pub(super) struct MaterialEntry {
     pub(super) index_of_refraction: Option<Number>,
     pub(super) absorption: Option<Numbers>,
     pub(super) graticule: Option<GraticuleEntry>,
+    pub(super) medium: Option<Spanned<String>>,
+    pub(super) texture: Option<Spanned<String>>,
+    pub(super) emission: Option<Numbers>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MediumEntry {
+    pub(super) form: Number,
+    pub(super) range_nm: Spanned<[f64; 2]>,
+    pub(super) coefficients: Spanned<Vec<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TextureEntry {
+    pub(super) file: Option<String>,
+    pub(super) checker: Option<CheckerEntry>,
+    pub(super) repeats: Option<Spanned<[f64; 2]>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CheckerEntry {
+    pub(super) colours: [Numbers; 2],
 }
 
 #[derive(Deserialize)]
@@ -113,6 +142,10 @@ pub(super) struct LightEntry {
     pub(super) direction: Option<Numbers>,
     pub(super) colour: Option<Numbers>,
     pub(super) inverse_square: Option<Spanned<bool>>,
+    pub(super) size: Option<Spanned<[f64; 2]>>,
+    pub(super) up: Option<Numbers>,
+    pub(super) samples: Option<Number>,
+    pub(super) two_sided: Option<Spanned<bool>>,
 }
 
 /// One factor for all axes, or one for each.

@@ -2,8 +2,10 @@
 
 use crate::description::{Located, Source, suggestion};
 use crate::mesh::MeshError;
+use crate::texture::ImageError;
 use glam::DVec3;
 use miette::Diagnostic;
+use shisen_core::spectrum::{Medium, MediumError};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -16,7 +18,7 @@ pub enum SceneFault {
     /// Not TOML, or not the keys and types that a scene has.
     #[error("{message}")]
     #[diagnostic(help(
-        "a scene file has name, ambient, [background], [materials.NAME], [meshes.NAME], [[object]], [[light]] and [[camera]]"
+        "a scene file has name, ambient, [background], [materials.NAME], [media.NAME], [textures.NAME], [meshes.NAME], [[object]], [[light]] and [[camera]]"
     ))]
     Syntax {
         /// The TOML reader's message.
@@ -61,12 +63,14 @@ pub enum SceneFault {
     },
     /// A key that is not there.
     #[error("{owner} needs `{key}`")]
-    #[diagnostic(help("add `{key} = [x, y, z]`"))]
+    #[diagnostic(help("add `{key} = {example}`"))]
     Missing {
         /// What needs it.
         owner: &'static str,
         /// The key.
         key: &'static str,
+        /// What its value looks like.
+        example: &'static str,
     },
     /// A key in the wrong table.
     #[error("`{key}` is for {owner} only")]
@@ -81,6 +85,43 @@ pub enum SceneFault {
     #[error("the light's `direction` is zero")]
     #[diagnostic(help("give the way the light travels, such as [0, -1, 0] for straight down"))]
     ZeroDirection,
+    /// A light that could be turned any way about its direction.
+    #[error("the light's `up` is zero or along its `direction`")]
+    #[diagnostic(help("give the way to its upper side, or leave it out"))]
+    LightUp,
+    /// Coefficients that are no A and pairs of B and C.
+    #[error("the medium has {found} coefficients, which are not A and pairs of B and C")]
+    #[diagnostic(help(
+        "give A, B, C, B, C and so on, with up to {} pairs",
+        Medium::MOST_TERMS
+    ))]
+    Coefficients {
+        /// How many there are.
+        found: usize,
+    },
+    /// A medium that there cannot be.
+    #[error("the medium \"{medium}\" cannot be used: {source}")]
+    Medium {
+        /// Its name in the scene.
+        medium: String,
+        /// Why.
+        source: MediumError,
+    },
+    /// An image that cannot be had.
+    #[error("the texture \"{texture}\" cannot be loaded")]
+    #[diagnostic(help("relative paths start at the folder of the scene file"))]
+    Texture {
+        /// Its name in the scene.
+        texture: String,
+        /// Why.
+        source: ImageError,
+    },
+    /// A texture on a mesh that does not say where it is on it.
+    #[error("the object has a texture, but its mesh has no texture coordinates")]
+    #[diagnostic(help(
+        "export the mesh with coordinates (UVs), or take a material without a texture"
+    ))]
+    NoCoordinates,
     /// A number that has to be a whole one.
     #[error("`{key}` is {value}, but it must be a whole number")]
     #[diagnostic(help("give a number without a fraction"))]
@@ -165,6 +206,11 @@ pub(super) const DIVISIONS: Limits = Limits(1.0, 900.0);
 pub(super) const LINE_WIDTH: Limits = Limits(1.0e-3, 28.0);
 pub(super) const FRAMES: Limits = Limits(1.0, 99_999.0);
 pub(super) const DEGREES: Limits = Limits(-360.0, 360.0);
+pub(super) const FORM: Limits = Limits(1.0, 2.0);
+pub(super) const WAVELENGTH: Limits =
+    Limits(Medium::WAVELENGTHS[0] as f64, Medium::WAVELENGTHS[1] as f64);
+pub(super) const REPEATS: Limits = Limits(1.0e-3, 1.0e4);
+pub(super) const LIGHT_SAMPLES: Limits = Limits(1.0, 64.0);
 
 /// Checks values, and makes faults that point into the file.
 pub(super) struct Check<'a> {
@@ -214,12 +260,12 @@ impl Check<'_> {
         value.map_or(Ok(default), |value| self.number(key, value, limits))
     }
 
-    pub(super) fn numbers(
+    pub(super) fn numbers<const N: usize>(
         &self,
         key: &'static str,
-        values: &Spanned<[f64; 3]>,
+        values: &Spanned<[f64; N]>,
         limits: Limits,
-    ) -> Result<[f64; 3], Located<SceneFault>> {
+    ) -> Result<[f64; N], Located<SceneFault>> {
         let span = values.span();
         for &value in values.as_ref() {
             self.within(key, value, limits, &span)?;

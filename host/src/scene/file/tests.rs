@@ -16,6 +16,7 @@ fn tetrahedron() -> TriangleMesh {
             [0.0, 2.0, 0.0],
             [0.0, 0.0, 2.0],
         ],
+        coordinates: vec![[0.0; 2]; 4],
         triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
         ..TriangleMesh::default()
     }
@@ -35,12 +36,13 @@ fn the_documented_example_is_a_scene() {
         Ok::<_, Infallible>(tetrahedron())
     })
     .unwrap();
-    // By name: animal before cow, chrome before glass.
+    // By name: animal before cow and floor, chrome before glass.
     assert_eq!(
         sources,
         [
             MeshSource::BuiltIn(BuiltInMesh::Quadruped),
             MeshSource::File("scenes/meshes/cow.obj".into()),
+            MeshSource::BuiltIn(BuiltInMesh::Square),
         ]
     );
     assert_eq!(scene.name, "chrome on a lawn");
@@ -49,6 +51,20 @@ fn the_documented_example_is_a_scene() {
     assert_eq!(scene.materials[1].shininess, 32.0);
     let lines = scene.materials[2].graticule.unwrap();
     assert_eq!((lines.divisions, lines.width), (9, 0.3f32.to_radians()));
+    let [lamp, prism, tiles] = &scene.materials[3..] else {
+        panic!("six materials were described");
+    };
+    assert_eq!((lamp.emission, lamp.diffuse), ([9.0, 9.0, 8.0], [0.0; 3]));
+    assert_eq!(prism.medium.map(|m| m.index(588.0)), {
+        let flint = Medium::named("sf11").unwrap();
+        Some(flint.index(588.0))
+    });
+    let texture = tiles.texture.as_ref().unwrap();
+    assert_eq!(texture.repeats, [8.0; 2]);
+    assert_eq!(
+        texture.pattern,
+        Pattern::Checker([[0.9; 3], [0.2, 0.05, 0.05]])
+    );
     assert_eq!(scene.materials[0].graticule, None);
     assert_eq!(scene.camera.frames(), 120);
     let first = scene.camera.camera(1).unwrap();
@@ -59,10 +75,10 @@ fn the_documented_example_is_a_scene() {
         DVec3::new(0.0, 1.0, -1.0)
     );
     assert_eq!(scene.background.nadir, [0.12, 0.2, 0.08]);
-    assert_eq!(scene.objects.len(), 4);
-    let [cow, animal, sphere, spheroid] = &scene.objects[..] else {
-        panic!("four objects were described");
+    let [cow, animal, sphere, spheroid, floor] = &scene.objects[..] else {
+        panic!("five objects were described");
     };
+    assert_eq!((floor.shape, floor.material), (Shape::Mesh(2), Some(5)));
     assert_eq!((cow.shape, cow.material), (Shape::Mesh(1), Some(0)));
     assert_eq!((animal.shape, animal.material), (Shape::Mesh(0), None));
     assert_eq!(sphere.shape, Shape::Sphere { radius: 0.5 });
@@ -78,6 +94,17 @@ fn the_documented_example_is_a_scene() {
     assert!((across.length() - 2.0).abs() < 1e-12);
     assert_eq!(
         scene.lights[1],
+        Light::Rectangle {
+            centre: DVec3::new(0.0, 3.0, -3.0),
+            right: DVec3::new(-0.6, 0.0, 0.0),
+            up: DVec3::new(0.0, 0.0, -0.3),
+            colour: [9.0, 9.0, 8.0],
+            samples: 16,
+            two_sided: false,
+        }
+    );
+    assert_eq!(
+        scene.lights[2],
         Light::Directional {
             direction: DVec3::new(0.3, -1.0, -0.2),
             colour: [0.3, 0.3, 0.25],
@@ -171,6 +198,21 @@ fn faults_point_at_their_line_and_help() {
             "direction = [0, 0, -0.0]",
             "is zero",
         ),
+        ("samples = 16", "samples = 65", "`samples` is 65"),
+        ("samples = 16", "samples = 1.5", "whole number"),
+        ("size = [1.2, 0.6]", "size = [1.2, 0]", "`size` is 0"),
+        ("size = [1.2, 0.6]", "size = [1.2]", "invalid length 1"),
+        ("up = [0, 0, -1]", "up = [0, 3, 0]", "`up` is zero or along"),
+        ("up = [0, 0, -1]", "up = [0, 0, 0]", "`up` is zero or along"),
+        ("emission = [9", "emission = [-9", "`emission` is -9"),
+        ("texture = \"tiles\"", "texture = \"tile\"", "no texture"),
+        ("medium = \"flint\"", "medium = \"flnt\"", "no medium"),
+        ("repeats = [8, 8]", "repeats = [8, 0]", "`repeats` is 0"),
+        ("[0.9, 0.9, 0.9]", "[0.9, 1.1, 0.9]", "`colours` is 1.1"),
+        ("checker = {", "chequer = {", "unknown field"),
+        ("form = 2", "form = 3", "`form` is 3"),
+        ("range_nm = [390,", "range_nm = [1,", "`range_nm` is 1"),
+        ("coefficients = [0,", "coefficients = [", "6 coefficients"),
     ] {
         let text = EXAMPLE.replacen(from, to, 1);
         let error = read(&text).unwrap_err();
@@ -239,13 +281,13 @@ fn lights_have_what_their_type_has() {
             "\"directional\"",
             "\"point\"",
             "direction = [0.3",
-            "`direction` is for directional lights only",
+            "`direction` is for directional lights and rectangles only",
         ),
         (
             "\"point\"",
             "\"directional\"",
             "position = [0, 2.5",
-            "`position` is for point lights only",
+            "`position` is for point lights and rectangles only",
         ),
         (
             "position = [0, 2.5, 0.5]",
@@ -273,10 +315,87 @@ fn lights_have_what_their_type_has() {
 }
 
 #[test]
+fn media_are_checked_and_the_nearest_is_suggested() {
+    for (from, to, message) in [
+        ("[390, 2500]", "[110, 2500]", "has a pole at 116"),
+        ("[0, 1.73848403,", "[-2, 1.73848403,", "the square of"),
+        ("[390, 2500]", "[2500, 390]", "the shorter one first"),
+        ("121.922711]", "121.922711, 1, 1, 1, 1]", "up to 4 pairs"),
+    ] {
+        let error = read(&EXAMPLE.replacen(from, to, 1)).unwrap_err();
+        assert!(matches!(error.fault(), SceneFault::Medium { .. }));
+        assert!(error.to_string().contains(message), "{error}");
+        assert_eq!(error.line(), Some(line_of("[media.flint]")), "{error}");
+    }
+    let error = read(&EXAMPLE.replacen("\"flint\"", "\"fused-silicon\"", 1)).unwrap_err();
+    let help = Diagnostic::help(&error).unwrap().to_string();
+    assert_eq!(help, "did you mean \"fused-silica\"?");
+    let built_in = read(&EXAMPLE.replacen("\"flint\"", "\"water\"", 1)).unwrap();
+    assert_eq!(built_in.materials[4].medium, Medium::named("water"));
+}
+
+#[test]
+fn images_that_cannot_be_had_are_named_at_their_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    let png = |width: u32| {
+        let mut bytes = Vec::new();
+        let mut writer = png::Encoder::new(&mut bytes, width, 1)
+            .write_header()
+            .unwrap();
+        writer.write_image_data(&vec![9; width as usize]).unwrap();
+        writer.finish().unwrap();
+        bytes
+    };
+    file("good.png", &png(2));
+    file("wide.png", &png(8193));
+    file("cut.png", &png(2)[..50]);
+    file("text.png", b"text");
+    let read = |name: &str| {
+        let text = format!(
+            "[textures.one]\nfile = \"{name}\"\n[materials.one]\ntexture = \"one\"\n\
+             [[object]]\nsphere = {{ radius = 1 }}\nmaterial = \"one\"\n"
+        );
+        Scene::from_toml(&text, "a.toml", folder.path(), |_| {
+            Ok::<_, Infallible>(tetrahedron())
+        })
+    };
+    let scene = read("good.png").unwrap();
+    let texture = scene.materials[0].texture.as_ref().unwrap();
+    let Pattern::Image(image) = &texture.pattern else {
+        panic!("{texture:?}")
+    };
+    assert_eq!(image.texels(), [[9, 9, 9, 0]; 2]);
+    for name in ["none.png", "wide.png", "cut.png", "text.png", "."] {
+        let error = read(name).unwrap_err();
+        assert!(matches!(error.fault(), SceneFault::Texture { .. }));
+        assert!(error.to_string().contains("\"one\""), "{error}");
+        assert_eq!(error.line(), Some(1), "{name}");
+    }
+}
+
+#[test]
+fn a_texture_needs_coordinates() {
+    let bare = |_: &MeshSource| {
+        let mut mesh = tetrahedron();
+        mesh.coordinates.clear();
+        Ok::<_, Infallible>(mesh)
+    };
+    let error = Scene::from_toml(EXAMPLE, "a.toml", Path::new(""), bare).unwrap_err();
+    assert!(matches!(error.fault(), SceneFault::NoCoordinates));
+    assert_eq!(error.line(), Some(line_of("material = \"tiles\"")));
+}
+
+#[test]
 fn exactly_one_of_keys_that_exclude_each_other() {
     for (from, to) in [
         ("nadir   = [0.12, 0.20, 0.08]", ""),
         ("alpha = 1.0", "colour = [0, 0, 0]"),
+        ("checker = {", "file = \"no.png\"\nchecker = {"),
+        (
+            "medium = \"flint\"",
+            "medium = \"flint\"\nindex_of_refraction = 1.5",
+        ),
         ("file = \"meshes/cow.obj\"", ""),
         ("builtin =", "file = \"a.ply\"\nbuiltin ="),
         ("sphere = { radius = 0.5 }", ""),
@@ -312,7 +431,7 @@ fn the_nearest_name_is_suggested() {
     GraphicalReportHandler::new_themed(GraphicalTheme::none())
         .render_report(&mut report, &error)
         .unwrap();
-    assert!(report.contains("lawn.toml:34:12"), "{report}");
+    assert!(report.contains("lawn.toml:58:12"), "{report}");
     assert!(report.contains("material = \"crome\""), "{report}");
     let error = read("[[object]]\nmesh = \"cow\"").unwrap_err();
     let help = Diagnostic::help(&error).unwrap().to_string();

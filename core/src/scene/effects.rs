@@ -1,0 +1,298 @@
+//! The effects that a scene asks for.
+
+use super::format::{Instance, Light, Material, Mesh, NO_MATERIAL, Triangle, effect, flag, kind};
+use core::fmt;
+use core::ops::{BitAnd, BitOr};
+
+/// A set of effects: those that a scene asks for, that a tracer is compiled
+/// for, or that it carries out. As a number ([`bits`](Self::bits)) it is a
+/// const parameter of shading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[repr(transparent)]
+pub struct EffectSet(u32);
+
+/// All effects there are, each with its bit and the name that command lines
+/// and reports give it. Bits of materials are those of [`effect`]; bits from
+/// 2¹⁶ up are of the scene as a whole.
+macro_rules! effects {
+    ($($(#[$doc:meta])* $constant:ident = $bits:expr, $name:literal;)*) => {
+        impl EffectSet {
+            $($(#[$doc])* pub const $constant: Self = Self($bits);)*
+
+            /// Each effect and its name, in the order of reports.
+            pub const NAMED: &'static [(Self, &'static str)] =
+                &[$((Self::$constant, $name)),*];
+
+            /// All that is built.
+            pub const ALL: Self = Self($($bits)|*);
+        }
+    };
+}
+
+effects! {
+    /// What occludes keeps light from what is lit. Without it, lights shine
+    /// through everything.
+    SHADOWS = 1 << 16, "shadows";
+    /// Mirrors. Without it, nothing is added to what lights give them.
+    REFLECTION = effect::REFLECTION, "reflection";
+    /// Clear bodies, and what their borders reflect. Without it, they are
+    /// opaque, and nothing is added to what lights give them.
+    REFRACTION = effect::REFRACTION, "refraction";
+    /// Clear bodies take light away along the way. Without it, they do not.
+    ABSORPTION = effect::ABSORPTION, "absorption";
+    /// Lights that have a size are looked at in several places. Without it,
+    /// they shine from their middles.
+    SOFT_LIGHT = 1 << 17, "soft-light";
+    /// Images on surfaces. Without it, those have their material's colours.
+    IMAGE_TEXTURE = effect::IMAGE_TEXTURE, "image-texture";
+    /// Checkers on surfaces. Without it, those have their material's colours.
+    CHECKER_TEXTURE = effect::CHECKER_TEXTURE, "checker-texture";
+    /// Surfaces that shine. Without it, they do not.
+    EMISSION = effect::EMISSION, "emission";
+    /// Meridians and parallels. Without it, the surface is the same all over.
+    GRATICULE = effect::GRATICULE, "graticule";
+}
+
+/// The records of a scene that say what it asks for.
+#[derive(Debug, Clone, Copy)]
+pub struct Records<'r> {
+    /// Placed shapes.
+    pub instances: &'r [Instance],
+    /// What they place.
+    pub meshes: &'r [Mesh],
+    /// What those consist of.
+    pub triangles: &'r [Triangle],
+    /// All materials, asked for or not.
+    pub materials: &'r [Material],
+    /// All lights.
+    pub lights: &'r [Light],
+}
+
+impl Records<'_> {
+    /// Calls `met` with the number of each material that rays can meet, once or
+    /// more often.
+    pub fn materials_met(&self, mut met: impl FnMut(u32)) {
+        let instances = self.instances.iter();
+        for instance in instances.clone() {
+            if instance.material != NO_MATERIAL {
+                met(instance.material);
+            }
+        }
+        for (number, mesh) in self.meshes.iter().enumerate() {
+            let shows = |instance: &Instance| {
+                let (own, of) = (instance.material == NO_MATERIAL, instance.geometry);
+                own && instance.kind == kind::MESH && of as usize == number
+            };
+            if !instances.clone().any(shows) {
+                continue;
+            }
+            let first = self.triangles.get(mesh.first_triangle as usize..);
+            let triangles = first.unwrap_or_default().iter();
+            for triangle in triangles.take(mesh.triangle_count as usize) {
+                met(triangle.material);
+            }
+        }
+    }
+}
+
+impl EffectSet {
+    /// No effect: surfaces have ambient light and light from lights.
+    pub const NONE: Self = Self(0);
+
+    /// Bits that there can be.
+    pub(crate) const PLACES: usize = 32;
+
+    /// As a const parameter.
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// The effects of some bits; what is none is left out.
+    pub const fn from_bits(bits: u32) -> Self {
+        Self(bits & Self::ALL.0)
+    }
+
+    /// The effect of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        let mut all = Self::NAMED.iter();
+        all.find(|(_, known)| *known == name).map(|&(of, _)| of)
+    }
+
+    /// The names of its effects, in the order of reports.
+    pub fn names(self) -> impl Iterator<Item = &'static str> + Clone {
+        let own = move |&&(effect, _): &&(Self, &str)| self.contains(effect);
+        Self::NAMED.iter().filter(own).map(|&(_, name)| name)
+    }
+
+    /// Whether there is none.
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether all of `other` are among them.
+    pub const fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// Those of both.
+    #[must_use]
+    pub const fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Those that both have.
+    #[must_use]
+    pub const fn intersection(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
+    /// Those that `other` does not have.
+    #[must_use]
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// What a material asks for, wherever it is.
+    pub const fn of_material(material: &Material) -> Self {
+        Self::from_bits(material.effects & 0xffff)
+    }
+
+    /// What a scene of these records asks for: the effects of the materials
+    /// that rays can meet, shadows where a light, a surface that is lit and
+    /// an instance that occludes come together, and soft light where a light
+    /// with a size and a surface that is lit do. Baking and
+    /// [`Scene::from_bytes`](super::Scene::from_bytes) both go by it.
+    pub fn of_records(records: &Records<'_>) -> Self {
+        let mut asked = 0;
+        records.materials_met(|number| {
+            let material = records.materials.get(number as usize);
+            asked |= material.map_or(0, |material| material.effects);
+        });
+        let mut set = Self::from_bits(asked & 0xffff);
+        let occludes = |instance: &Instance| instance.flags & flag::OCCLUDES != 0;
+        let is_lit = asked & effect::LIT != 0;
+        if !records.lights.is_empty() && is_lit && records.instances.iter().any(occludes) {
+            set = set.union(Self::SHADOWS);
+        }
+        if is_lit && records.lights.iter().any(Light::is_large) {
+            set = set.union(Self::SOFT_LIGHT);
+        }
+        set
+    }
+}
+
+impl BitOr for EffectSet {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        self.union(other)
+    }
+}
+
+impl BitAnd for EffectSet {
+    type Output = Self;
+
+    fn bitand(self, other: Self) -> Self {
+        self.intersection(other)
+    }
+}
+
+impl fmt::Display for EffectSet {
+    /// The names, or "none".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_empty() {
+            return f.write_str("none");
+        }
+        for (number, name) in self.names().enumerate() {
+            f.write_str(if number == 0 { "" } else { ", " })?;
+            f.write_str(name)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::format::light;
+    use crate::trace::BETWEEN_LINES as NOTHING;
+
+    #[test]
+    fn each_effect_has_a_bit_and_a_name_of_its_own() {
+        let mut seen = EffectSet::NONE;
+        for &(effect, name) in EffectSet::NAMED {
+            assert_eq!(effect.bits().count_ones(), 1, "{name}");
+            assert!(!seen.contains(effect), "{name}");
+            assert_eq!(EffectSet::named(name), Some(effect));
+            assert_ne!(effect.bits(), effect::LIT, "{name}");
+            seen = seen | effect;
+        }
+        assert_eq!(seen, EffectSet::ALL);
+        assert_eq!(EffectSet::named("Shadows"), None);
+        assert_eq!(EffectSet::from_bits(u32::MAX), EffectSet::ALL);
+    }
+
+    #[test]
+    fn only_what_rays_can_meet_asks() {
+        let material = |effects| Material { effects, ..NOTHING };
+        let materials = [
+            material(effect::REFLECTION),
+            material(effect::LIT),
+            material(effect::REFRACTION | effect::ABSORPTION),
+        ];
+        let instance = Instance {
+            kind: kind::SPHEROID,
+            geometry: 0,
+            material: 1,
+            flags: flag::OCCLUDES,
+            radii: [1.0; 2],
+            condition: 1.0,
+            cover: 0,
+            object_from_world: [[0.0; 3]; 4],
+            world_from_object: [[0.0; 3]; 4],
+            low: [0.0; 3],
+            high: [0.0; 3],
+            cover_nodes: 0,
+            reserved: 0,
+        };
+        let light = Light {
+            place: [0.0; 3],
+            kind: light::POINT,
+            colour: [1.0; 3],
+            samples: 0,
+            right: [0.0; 3],
+            reserved: 0,
+            up: [0.0; 3],
+            reserved2: 0,
+        };
+        let of = |instance: Instance, lights: &[Light]| {
+            EffectSet::of_records(&Records {
+                instances: &[instance],
+                meshes: &[],
+                triangles: &[],
+                materials: &materials,
+                lights,
+            })
+        };
+        assert_eq!(of(instance, &[light]), EffectSet::SHADOWS);
+        assert_eq!(of(instance, &[]), EffectSet::NONE);
+        let lets_through = Instance {
+            flags: 0,
+            ..instance
+        };
+        assert_eq!(of(lets_through, &[light]), EffectSet::NONE);
+        let large = Light {
+            kind: light::RECTANGLE,
+            samples: 4,
+            ..light
+        };
+        let soft = EffectSet::SOFT_LIGHT;
+        assert_eq!(of(instance, &[light, large]), EffectSet::SHADOWS | soft);
+        assert_eq!(of(lets_through, &[large]), soft);
+        let mirror = Instance {
+            material: 0,
+            ..instance
+        };
+        assert_eq!(of(mirror, &[light, large]), EffectSet::REFLECTION);
+    }
+}

@@ -1,0 +1,515 @@
+use crate::numeric::{max, min, sqrt};
+use core::fmt;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
+
+/// Fraunhofer's lines that glass is described by: nanometres.
+pub mod line {
+    /// Hydrogen, blue.
+    pub const F: f32 = 486.132_7;
+    /// Helium, yellow.
+    pub const D: f32 = 587.561_8;
+    /// Hydrogen, red.
+    pub const C: f32 = 656.272_5;
+}
+
+/// A clear medium, by Sellmeier's equation: n² = 1 + A + Σ Bᵢ·λ²/(λ² − Cᵢ), λ
+/// in micrometres, over a range of wavelengths.
+///
+/// A value that was made here, or of which [`check`](Self::check) found nothing
+/// wrong, has an index from 1 to [`MOST_INDEX`](Self::MOST_INDEX) everywhere in
+/// its range. As bytes it is eleven little-endian f32, part of a baked scene.
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Medium {
+    /// Least and greatest wavelength: nanometres.
+    range: [f32; 2],
+    a: f32,
+    /// 0 of terms that there are not.
+    b: [f32; Medium::MOST_TERMS],
+    /// Square micrometres.
+    c: [f32; Medium::MOST_TERMS],
+}
+
+/// Why there is no such medium, or no such index.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum MediumError {
+    /// A range that is NaN, not from less to more, or not within
+    /// [`Medium::WAVELENGTHS`].
+    Range {
+        /// Nanometres.
+        range: [f32; 2],
+    },
+    /// More terms than [`Medium::MOST_TERMS`].
+    Terms {
+        /// How many.
+        given: usize,
+    },
+    /// A coefficient that is NaN or larger than [`Medium::MOST_COEFFICIENT`].
+    Coefficient {
+        /// The coefficient.
+        value: f32,
+    },
+    /// A term without limit inside the range.
+    Pole {
+        /// Where: nanometres.
+        nm: f32,
+        /// The range: nanometres.
+        range: [f32; 2],
+    },
+    /// An index that is below 1 or above [`Medium::MOST_INDEX`], or so near
+    /// that it cannot be told, somewhere in the range.
+    Index {
+        /// Where: nanometres.
+        nm: f32,
+        /// n² there, which may be below 0.
+        squared: f32,
+    },
+    /// A wavelength that is NaN or outside the medium's range.
+    OutOfRange {
+        /// Nanometres.
+        nm: f32,
+        /// The range: nanometres.
+        range: [f32; 2],
+    },
+}
+
+impl fmt::Display for MediumError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Range { range: [low, high] } => {
+                let [least, most] = Medium::WAVELENGTHS;
+                write!(
+                    f,
+                    "the medium's range is {low} to {high} nm: give two wavelengths from {least} \
+                     to {most} nm, the shorter one first"
+                )
+            }
+            Self::Terms { given } => write!(
+                f,
+                "the medium has {given} terms: give up to {} pairs of B and C",
+                Medium::MOST_TERMS
+            ),
+            Self::Coefficient { value } => write!(
+                f,
+                "a coefficient is {value}: give a number from -{most} to {most}",
+                most = Medium::MOST_COEFFICIENT
+            ),
+            Self::Pole {
+                nm,
+                range: [low, high],
+            } => write!(
+                f,
+                "the formula has a pole at {nm} nm, inside the medium's range of {low} to {high} \
+                 nm: give a range on one side of it"
+            ),
+            Self::Index { nm, squared } => write!(
+                f,
+                "the square of the medium's index of refraction is {squared} at {nm} nm: give a \
+                 range in which the index is from 1 to {}",
+                Medium::MOST_INDEX
+            ),
+            Self::OutOfRange {
+                nm,
+                range: [low, high],
+            } => write!(
+                f,
+                "a wavelength of {nm} nm is outside the medium's range, {low} to {high} nm"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for MediumError {}
+
+impl Medium {
+    /// Most pairs of B and C.
+    pub const MOST_TERMS: usize = 4;
+
+    /// Least and greatest wavelength of any range: nanometres.
+    pub const WAVELENGTHS: [f32; 2] = [10.0, 1.0e6];
+
+    /// Largest magnitude of A, of a B and of a C in square micrometres.
+    pub const MOST_COEFFICIENT: f32 = 1.0e9;
+
+    /// Greatest index of refraction, as of other materials.
+    pub const MOST_INDEX: f32 = 100.0;
+
+    /// Most steps of [`check`](Self::check) along the range.
+    const MOST_STEPS: u32 = 1 << 14;
+
+    /// By catalogues' form 1, n² = 1 + A + Σ Bᵢ·λ²/(λ² − Cᵢ²): `terms` are
+    /// pairs of B and C, C in micrometres, `range` is in nanometres.
+    ///
+    /// # Errors
+    /// All but [`MediumError::OutOfRange`].
+    pub fn form1(range: [f32; 2], a: f32, terms: &[[f32; 2]]) -> Result<Self, MediumError> {
+        Self::new(range, a, terms, |c| c * c)
+    }
+
+    /// By catalogues' form 2, n² = 1 + A + Σ Bᵢ·λ²/(λ² − Cᵢ): `terms` are
+    /// pairs of B and C, C in square micrometres, `range` is in nanometres.
+    ///
+    /// # Errors
+    /// All but [`MediumError::OutOfRange`].
+    pub fn form2(range: [f32; 2], a: f32, terms: &[[f32; 2]]) -> Result<Self, MediumError> {
+        Self::new(range, a, terms, |c| c)
+    }
+
+    fn new(
+        range: [f32; 2],
+        a: f32,
+        terms: &[[f32; 2]],
+        squared: fn(f32) -> f32,
+    ) -> Result<Self, MediumError> {
+        if terms.len() > Self::MOST_TERMS {
+            let given = terms.len();
+            return Err(MediumError::Terms { given });
+        }
+        let mut medium = Self {
+            range,
+            a,
+            b: [0.0; Self::MOST_TERMS],
+            c: [0.0; Self::MOST_TERMS],
+        };
+        let slots = medium.b.iter_mut().zip(&mut medium.c);
+        for ((b, c), &[of_b, of_c]) in slots.zip(terms) {
+            (*b, *c) = (of_b, squared(of_c));
+        }
+        medium.check()?;
+        Ok(medium)
+    }
+
+    /// One whose values a test has checked: form 2, or form 1 with C squared.
+    pub(super) const fn known(
+        range: [f32; 2],
+        a: f32,
+        b: [f32; Self::MOST_TERMS],
+        c: [f32; Self::MOST_TERMS],
+    ) -> Self {
+        Self { range, a, b, c }
+    }
+
+    /// Whether the index is from 1 to [`MOST_INDEX`](Self::MOST_INDEX) in all
+    /// of the range: for media that come as bytes.
+    ///
+    /// Between poles every term rises or falls throughout. So the sum over an
+    /// interval is at least the sum of the terms' lesser ends, and at most that
+    /// of their greater ones: walked in steps as long as these bounds hold, the
+    /// range is proved, not sampled. Where all terms fall, as in glass with all
+    /// B and C above 0, one step does.
+    ///
+    /// # Errors
+    /// All but [`MediumError::Terms`] and [`MediumError::OutOfRange`].
+    pub fn check(&self) -> Result<(), MediumError> {
+        let range = self.range;
+        let [least, most] = Self::WAVELENGTHS;
+        // NaN fails the comparisons.
+        if !(least <= range[0] && range[0] < range[1] && range[1] <= most) {
+            return Err(MediumError::Range { range });
+        }
+        let coefficients = [self.a].into_iter().chain(self.b).chain(self.c);
+        for value in coefficients {
+            if !(value.abs() <= Self::MOST_COEFFICIENT) {
+                return Err(MediumError::Coefficient { value });
+            }
+        }
+        let [start, end] = range.map(square_micrometres);
+        for (b, c) in self.terms() {
+            if b != 0.0 && start <= c && c <= end {
+                let nm = 1.0e3 * sqrt(c);
+                return Err(MediumError::Pole { nm, range });
+            }
+        }
+        self.check_index(start, end)
+    }
+
+    /// The index over square wavelengths from `start` to `end`, between which
+    /// there is no pole.
+    fn check_index(&self, start: f32, end: f32) -> Result<(), MediumError> {
+        let allowed = 1.0 - Self::SLACK..=Self::MOST_INDEX * Self::MOST_INDEX;
+        let mut at = start;
+        let mut step = end - start;
+        for _ in 0..Self::MOST_STEPS {
+            let squared = self.squared_index(at);
+            if !allowed.contains(&squared) {
+                return Err(index_error(at, squared));
+            }
+            if at >= end {
+                return Ok(());
+            }
+            let next = min(at + step, end);
+            // The step no longer moves: the border is right here.
+            if next <= at {
+                return Err(index_error(at, squared));
+            }
+            let [low, high] = self.bounds(at, next);
+            if allowed.contains(&low) && allowed.contains(&high) {
+                at = next;
+                step *= 2.0;
+            } else {
+                step *= 0.5;
+            }
+        }
+        Err(index_error(at, self.squared_index(at)))
+    }
+
+    /// What rounding may take from n² = 1.
+    const SLACK: f32 = 1.0e-6;
+
+    /// Bounds of n² over square wavelengths between two that no pole divides.
+    fn bounds(&self, from: f32, to: f32) -> [f32; 2] {
+        let base = 1.0 + self.a;
+        self.terms().fold([base; 2], |[low, high], term| {
+            let (a, b) = (contribution(term, from), contribution(term, to));
+            [low + min(a, b), high + max(a, b)]
+        })
+    }
+
+    /// Pairs of B and C.
+    fn terms(&self) -> impl Iterator<Item = (f32, f32)> {
+        self.b.into_iter().zip(self.c)
+    }
+
+    /// n², of the square of a wavelength in micrometres.
+    #[inline]
+    fn squared_index(&self, square: f32) -> f32 {
+        // The largest last: it decides the rounding.
+        let sum = self
+            .terms()
+            .fold(self.a, |sum, term| sum + contribution(term, square));
+        1.0 + sum
+    }
+
+    /// The least and the greatest wavelength that the coefficients are good
+    /// for: nanometres.
+    pub const fn range(&self) -> [f32; 2] {
+        self.range
+    }
+
+    /// Index of refraction at a wavelength in nanometres, by the formula alone:
+    /// for wavelengths that are known to be in the [`range`](Self::range).
+    /// Elsewhere the formula means nothing; it is at least 1 anyhow, and never
+    /// NaN.
+    ///
+    /// Error ≤ 2.8e-7, relative, of the media that are built in.
+    #[inline]
+    pub fn index(&self, nm: f32) -> f32 {
+        max(sqrt(self.squared_index(square_micrometres(nm))), 1.0)
+    }
+
+    /// [`index`](Self::index) where the medium is known.
+    ///
+    /// # Errors
+    /// A wavelength outside the [`range`](Self::range).
+    pub fn index_in(&self, nm: f32) -> Result<f32, MediumError> {
+        let range = self.range;
+        if range[0] <= nm && nm <= range[1] {
+            Ok(self.index(nm))
+        } else {
+            Err(MediumError::OutOfRange { nm, range })
+        }
+    }
+
+    /// [`index`](Self::index) at the wavelength of the [`range`](Self::range)
+    /// that is nearest: for callers that asked for this.
+    pub fn index_clamped(&self, nm: f32) -> f32 {
+        let [least, most] = self.range;
+        self.index(max(least, min(nm, most)))
+    }
+
+    /// Abbe's number `(n_d − 1)/(n_F − n_C)`; `None` where one of the [`line`]s
+    /// is out of range or the medium has no dispersion.
+    ///
+    /// `n_F − n_C` from the difference of each term, which does not cancel.
+    pub fn abbe(&self) -> Option<f32> {
+        let n_f = self.index_in(line::F).ok()?;
+        let n_d = self.index_in(line::D).ok()?;
+        let n_c = self.index_in(line::C).ok()?;
+        let [f, d, c] = [line::F, line::D, line::C].map(square_micrometres);
+        let apart = 1.0e-6 * (line::C - line::F) * (line::C + line::F);
+        // n_F² − n_C²: each term's is B·C·(c − f)/((f − C)·(c − C)).
+        let between = self.terms().fold(0.0, |sum, (b, pole)| {
+            sum + b * pole * apart / ((f - pole) * (c - pole))
+        });
+        let above_one = (self.squared_index(d) - 1.0) / (n_d + 1.0);
+        (between != 0.0).then(|| above_one * (n_f + n_c) / between)
+    }
+}
+
+fn index_error(square: f32, squared: f32) -> MediumError {
+    let nm = 1.0e3 * sqrt(square);
+    MediumError::Index { nm, squared }
+}
+
+/// λ² in square micrometres of λ in nanometres.
+#[inline]
+fn square_micrometres(nm: f32) -> f32 {
+    let micrometres = nm / 1.0e3;
+    micrometres * micrometres
+}
+
+/// B·λ²/(λ² − C); none of a term that there is not.
+#[inline]
+fn contribution((b, c): (f32, f32), square: f32) -> f32 {
+    if b == 0.0 {
+        0.0
+    } else {
+        b * square / (square - c)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    extern crate std;
+    use std::string::ToString;
+
+    const BK7: [[f32; 2]; 3] = [
+        [1.039_612, 0.006_000_699],
+        [0.231_792_34, 0.020_017_914],
+        [1.010_469_5, 103.560_65],
+    ];
+
+    #[test]
+    fn both_forms_are_the_same_medium() {
+        let squared = Medium::form2([300.0, 2500.0], 0.0, &BK7).unwrap();
+        assert_eq!(squared, Medium::N_BK7);
+        let roots = BK7.map(|[b, c]| [b, sqrt(c)]);
+        let plain = Medium::form1([300.0, 2500.0], 0.0, &roots).unwrap();
+        for nm in [300.0, 400.0, 587.6, 2500.0] {
+            assert!((plain.index(nm) - squared.index(nm)).abs() < 4.0e-7);
+        }
+    }
+
+    #[test]
+    fn an_index_is_known_in_its_range_and_clamped_where_asked() {
+        let sf11 = Medium::SF11;
+        assert_eq!(sf11.range(), [390.0, 2500.0]);
+        assert_eq!(sf11.index_in(390.0), Ok(sf11.index(390.0)));
+        for nm in [380.0, f32::NAN, 2500.1, f32::INFINITY, -1.0] {
+            let error = sf11.index_in(nm).unwrap_err();
+            assert!(matches!(error, MediumError::OutOfRange { range, .. } if range == sf11.range));
+            assert!(error.to_string().contains("390 to 2500 nm"), "{error}");
+        }
+        assert_eq!(sf11.index_clamped(380.0), sf11.index(390.0));
+        assert_eq!(sf11.index_clamped(1.0e9), sf11.index(2500.0));
+        assert!((390.0..=2500.0).contains(&{ sf11.index_clamped(f32::NAN) * 1000.0 }));
+    }
+
+    #[test]
+    fn poles_and_indices_below_one_are_found_wherever_they_are() {
+        let range = [400.0, 700.0];
+        // A pole at 500 nm, on an end, and next to it.
+        let pole = |nm: f32| Medium::form1(range, 0.0, &[[1.0, nm / 1000.0]]);
+        for nm in [400.0, 500.0, 700.0] {
+            let Err(MediumError::Pole { nm: found, .. }) = pole(nm) else {
+                panic!("{nm} {:?}", pole(nm));
+            };
+            assert!((found - nm).abs() < 0.01, "{found}");
+        }
+        // Beside a pole the index has no limit, before one it is below 1.
+        assert!(matches!(
+            pole(399.999),
+            Err(MediumError::Index { squared, .. }) if squared > 1.0e4
+        ));
+        assert!(matches!(
+            pole(700.001),
+            Err(MediumError::Index { squared, .. }) if squared < 1.0
+        ));
+        assert!(pole(350.0).is_ok());
+        // A pole that no term has.
+        let none = Medium::form1(range, 1.25, &[[0.0, 0.5]]).unwrap();
+        assert_eq!(none.index(500.0), 1.5);
+    }
+
+    #[test]
+    fn a_dip_between_samples_is_found() {
+        // n² − 1 = A + B·x/(x − C) − D·x/(x − E) has a minimum inside: lift it
+        // until it is just above 0.
+        let range = [400.0, 700.0];
+        let terms = [[0.4, 0.1], [-1.69, 0.04]];
+        let squared = |a: f64, x: f64| 1.0 + a + 0.4 * x / (x - 0.1) - 1.69 * x / (x - 0.04);
+        let places = (0..=300_000).map(|i| 0.16 + 0.33 * f64::from(i) / 300_000.0);
+        // An interpreter takes its time.
+        let places = places.step_by(if cfg!(miri) { 300 } else { 1 });
+        let least = places.fold(f64::MAX, |least, x| least.min(squared(0.0, x)));
+        assert!(least < squared(0.0, 0.16) - 0.01 && least < squared(0.0, 0.49) - 0.01);
+        let lifted = |above: f64| Medium::form2(range, (1.0 - least + above) as f32, &terms);
+        assert!(lifted(1.0e-3).is_ok());
+        assert!(lifted(1.0e-4).is_ok());
+        for below in [-1.0e-5, -1.0e-4, -1.0e-3, -0.1] {
+            let Err(MediumError::Index { nm, squared }) = lifted(below) else {
+                panic!("{below} {:?}", lifted(below));
+            };
+            assert!(
+                (400.0..=700.0).contains(&nm) && squared < 1.000_1,
+                "{below}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_accepted_has_an_index_everywhere() {
+        for (name, medium) in Medium::NAMED {
+            assert_eq!(medium.check(), Ok(()), "{name}");
+            let [low, high] = medium.range();
+            for i in 0..=1000 {
+                let nm = low + (high - low) * i as f32 / 1000.0;
+                let n = medium.index_in(nm.min(high)).unwrap();
+                assert!((1.0..4.0).contains(&n), "{name} at {nm}: {n}");
+            }
+        }
+        // No dispersion, nothing at all, and the densest there may be.
+        let flat = |a| Medium::form2([400.0, 700.0], a, &[]);
+        assert_eq!(flat(0.0).unwrap().index(500.0), 1.0);
+        assert_eq!(flat(0.0).unwrap().abbe(), None);
+        assert_eq!(flat(9999.0).unwrap().index(500.0), 100.0);
+        assert!(matches!(flat(10_000.0), Err(MediumError::Index { .. })));
+        assert!(matches!(flat(-0.01), Err(MediumError::Index { .. })));
+    }
+
+    #[test]
+    fn media_that_are_none_are_refused_by_name() {
+        let says = |range, a, terms: &[[f32; 2]], words: &str| {
+            let error = Medium::form2(range, a, terms).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        };
+        let range = [400.0, 700.0];
+        let nan = f32::NAN;
+        says([700.0, 400.0], 0.0, &BK7, "range is 700 to 400 nm");
+        says([400.0, 400.0], 0.0, &BK7, "10 to 1000000 nm");
+        says([-1.0, 400.0], 0.0, &BK7, "-1 to 400");
+        says([nan, 400.0], 0.0, &BK7, "NaN to 400");
+        says([400.0, f32::INFINITY], 0.0, &BK7, "400 to inf");
+        says(range, nan, &BK7, "coefficient is NaN");
+        says(range, 0.0, &[[2.0e9, 0.01]], "from -1000000000 to");
+        says(range, 0.0, &[[1.0, f32::INFINITY]], "is inf");
+        says(range, 0.0, &[[1.0, 0.01]; 5], "5 terms: give up to 4");
+        says(range, 0.0, &[[1.0, 0.25]], "pole at 500 nm");
+        says(range, -0.5, &[], "0.5 at 400 nm");
+        // A root too large for its square.
+        assert!(Medium::form1(range, 0.0, &[[1.0, 1.0e30]]).is_err());
+    }
+
+    #[test]
+    fn any_coefficients_end_in_a_verdict() {
+        use proptest::prelude::*;
+        let coefficient = || -2f32..2.0;
+        proptest!(|(
+            a in coefficient(),
+            terms in proptest::collection::vec([coefficient(), coefficient()], 0..4),
+            low in 100f32..1000.0,
+            width in 1f32..2000.0,
+        )| {
+            let made = Medium::form2([low, low + width], a, &terms);
+            if let Ok(medium) = made {
+                for i in 0..=50u8 {
+                    let nm = low + width * f32::from(i) / 50.0;
+                    let squared = medium.squared_index(square_micrometres(nm));
+                    prop_assert!((1.0 - 2.0e-6..=10_001.0).contains(&squared), "{nm} {squared}");
+                }
+            }
+        });
+    }
+}

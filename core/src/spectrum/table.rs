@@ -1,0 +1,318 @@
+use super::{Matching, Wavelengths};
+use core::fmt;
+use glam::Vec3;
+
+/// A wavelength and its part in a colour.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SpectralSample {
+    /// Nanometres.
+    pub nm: f32,
+    /// What light of this wavelength counts for: linear sRGB, negative where
+    /// the display cannot show it.
+    pub weight: Vec3,
+}
+
+/// The wavelengths that rays take, and the colours that they add up to.
+///
+/// A table has one or more *phases*, each of which is n wavelengths at the same
+/// offset in their parts of the range. One phase alone is the fixed set: the
+/// parts' centres. Rays that take phases at random, or one after another,
+/// are a comb, which sees no stripes where n is too small.
+///
+/// In every phase the weights sum to white, exactly but for 3.6e-7: XYZ of the
+/// n wavelengths under a spectrum of equal energy are scaled, each of the three
+/// by itself, to those of white. One that none of them has, such as Z of far
+/// red alone, they share equally.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpectralTable<'a> {
+    /// Phase after phase.
+    samples: &'a [SpectralSample],
+    wavelengths: Wavelengths,
+    phases: u32,
+}
+
+/// Why there is no such table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum TableError {
+    /// Phases that are no power of two, or more than
+    /// [`SpectralTable::MOST_PHASES`].
+    Phases {
+        /// How many.
+        given: u32,
+    },
+    /// Room for fewer samples than n in every phase.
+    Storage {
+        /// What there is.
+        given: usize,
+        /// What it takes.
+        needed: usize,
+    },
+}
+
+impl fmt::Display for TableError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Phases { given } => write!(
+                f,
+                "{given} phases: give a power of two from 1 to {}",
+                SpectralTable::MOST_PHASES
+            ),
+            Self::Storage { given, needed } => write!(
+                f,
+                "there is room for {given} samples: {needed} are needed, one a wavelength and \
+                 phase"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for TableError {}
+
+impl<'a> SpectralTable<'a> {
+    /// Phases of a comb, unless somebody asks for another number: the offsets
+    /// between them are then too small to see.
+    pub const COMB_PHASES: u32 = 32;
+
+    /// Most phases.
+    pub const MOST_PHASES: u32 = 256;
+
+    /// Samples that most wavelengths in the phases of a comb take.
+    pub const MOST_SAMPLES: usize = (Wavelengths::MOST * Self::COMB_PHASES) as usize;
+
+    /// Below this sum of a colour-matching function there is nothing to scale:
+    /// a few wavelengths at one end of the spectrum.
+    const LEAST_SUM: f32 = 1.0e-6;
+
+    /// Works a table out, in the caller's memory: `wavelengths` times `phases`
+    /// samples, 16 bytes each.
+    ///
+    /// # Errors
+    /// A number of phases that is no power of two up to
+    /// [`MOST_PHASES`](Self::MOST_PHASES), or too little memory.
+    pub fn new(
+        wavelengths: Wavelengths,
+        phases: u32,
+        matching: Matching<'_>,
+        storage: &'a mut [SpectralSample],
+    ) -> Result<Self, TableError> {
+        if !(phases.is_power_of_two() && phases <= Self::MOST_PHASES) {
+            return Err(TableError::Phases { given: phases });
+        }
+        let (given, needed) = (storage.len(), wavelengths.count() * phases as usize);
+        let Some(samples) = storage.get_mut(..needed) else {
+            return Err(TableError::Storage { given, needed });
+        };
+        for (phase, samples) in samples.chunks_exact_mut(wavelengths.count()).enumerate() {
+            let offset = offset(phase as u32, phases);
+            for (k, sample) in samples.iter_mut().enumerate() {
+                sample.nm = wavelengths.at(k, offset);
+            }
+            weigh(samples, matching);
+        }
+        Ok(Self {
+            samples,
+            wavelengths,
+            phases,
+        })
+    }
+
+    /// The wavelengths, by their parts.
+    pub const fn wavelengths(&self) -> Wavelengths {
+        self.wavelengths
+    }
+
+    /// How many phases there are: a power of two.
+    pub const fn phases(&self) -> u32 {
+        self.phases
+    }
+
+    /// Where in their parts the wavelengths of a phase are, above 0 and below
+    /// 1.
+    pub fn offset(&self, phase: u32) -> f32 {
+        offset(phase & (self.phases - 1), self.phases)
+    }
+
+    /// The n samples of a phase, by wavelength. Phases beyond the last begin
+    /// again with the first, so a hash will do. Phases one after another
+    /// halve the gaps between those before.
+    #[inline]
+    pub fn phase(&self, phase: u32) -> &'a [SpectralSample] {
+        let count = self.wavelengths.count();
+        let first = (phase & (self.phases - 1)) as usize * count;
+        self.samples.get(first..first + count).unwrap_or_default()
+    }
+
+    /// Sample `k`, 0 to n − 1, of a phase; nothing, black, beyond.
+    #[inline]
+    pub fn sample(&self, phase: u32, k: usize) -> SpectralSample {
+        self.phase(phase).get(k).copied().unwrap_or_default()
+    }
+}
+
+/// The centre of one of `phases` equal parts of 0 to 1, by van der Corput's
+/// sequence: bits in reverse.
+fn offset(phase: u32, phases: u32) -> f32 {
+    let place = (u64::from(phase.reverse_bits()) * u64::from(phases)) >> 32;
+    (place as f32 + 0.5) / phases as f32
+}
+
+/// Sets the weights by the wavelengths.
+fn weigh(samples: &mut [SpectralSample], matching: Matching<'_>) {
+    for sample in samples.iter_mut() {
+        sample.weight = matching.values(sample.nm);
+    }
+    let sum: Vec3 = samples.iter().map(|sample| sample.weight).sum();
+    let seen = sum.cmpge(Vec3::splat(SpectralTable::LEAST_SUM));
+    let scale = matching.white() / Vec3::select(seen, sum, Vec3::ONE);
+    let equal = matching.white() / samples.len() as f32;
+    for sample in samples.iter_mut() {
+        let share = Vec3::select(seen, sample.weight * scale, equal);
+        sample.weight = matching.rgb(share);
+    }
+    // What rounding took goes to the weight that it changes least, of each
+    // channel one.
+    let sum: Vec3 = samples.iter().map(|sample| sample.weight).sum();
+    let largest = samples.iter().map(|sample| sample.weight);
+    let largest = largest.fold(Vec3::NEG_INFINITY, Vec3::max);
+    let mut missing = Vec3::ONE - sum;
+    for sample in samples.iter_mut() {
+        let here = sample.weight.cmpeq(largest);
+        sample.weight += Vec3::select(here, missing, Vec3::ZERO);
+        missing = Vec3::select(here, Vec3::ZERO, missing);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::MatchingTable;
+    use super::*;
+    extern crate std;
+    use std::string::ToString;
+
+    /// Without Z.
+    const RED: Matching<'_> = Matching::Table(MatchingTable {
+        first_nm: 700.0,
+        step_nm: 65.0,
+        xyz: &[
+            [0.011, 0.004, 0.0],
+            [0.001, 0.001, 0.0],
+            [0.001, 0.001, 0.0],
+        ],
+    });
+
+    const MATCHINGS: [(Matching<'_>, [f32; 2]); 4] = [
+        (Matching::Wyman, Wavelengths::RANGE),
+        (Matching::Wyman, Wavelengths::LIMITS),
+        (Matching::Endo, Wavelengths::PAPER_RANGE),
+        (RED, [700.0, 830.0]),
+    ];
+
+    /// Of seven wavelengths, worked out apart from this code in f64.
+    const SEVEN: [[f32; 3]; 7] = [
+        [0.030_937_7, -0.041_196_9, 0.350_383_9],
+        [-0.073_994_5, -0.011_100_4, 0.714_343_1],
+        [-0.306_515_3, 0.338_210_8, 0.048_215_8],
+        [-0.077_82, 0.592_257, -0.068_669_2],
+        [0.845_764_9, 0.163_396_2, -0.037_654_1],
+        [0.542_695, -0.041_831_1, -0.005_794_3],
+        [0.038_932_2, 0.000_264_3, -0.000_825_2],
+    ];
+
+    /// Tables of all numbers of wavelengths, or of some for an interpreter.
+    fn for_all_tables(mut check: impl FnMut(&SpectralTable<'_>, u32)) {
+        let mut storage = std::vec![SpectralSample::default(); SpectralTable::MOST_SAMPLES];
+        for count in (1..=Wavelengths::MOST).step_by(if cfg!(miri) { 21 } else { 1 }) {
+            for phases in [1, 8, 32] {
+                for (matching, range) in MATCHINGS {
+                    let wavelengths = Wavelengths::new(count, range).unwrap();
+                    let table = SpectralTable::new(wavelengths, phases, matching, &mut storage);
+                    check(&table.unwrap(), phases);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_phase_sums_to_white() {
+        for_all_tables(|table, phases| {
+            for phase in 0..phases {
+                let samples = table.phase(phase);
+                assert_eq!(samples.len(), table.wavelengths().count());
+                let sum: Vec3 = samples.iter().map(|sample| sample.weight).sum();
+                let error = (sum - Vec3::ONE).abs().max_element();
+                assert!(error <= 3.6e-7, "{samples:?} {error}");
+            }
+        });
+    }
+
+    #[test]
+    fn phases_shift_all_wavelengths_alike_and_fill_the_gaps() {
+        for_all_tables(|table, phases| {
+            let count = table.wavelengths().count();
+            let [low, high] = table.wavelengths().range();
+            let part = (high - low) / count as f32;
+            let mut offsets = 0.0;
+            for phase in 0..phases {
+                let offset = table.offset(phase);
+                offsets += offset;
+                for k in 0..count {
+                    let expected = low + (k as f32 + offset) * part;
+                    let sample = table.sample(phase, k);
+                    assert!((sample.nm - expected).abs() < 1.0e-3);
+                    assert_eq!(sample, table.sample(phase + phases, k));
+                }
+                // Any two after one another are half a part apart, but for
+                // where the sequence turns.
+                let next = (table.offset(phase + 1) - offset).abs();
+                assert!(phases == 1 || next >= 0.25, "{phase} of {phases}: {next}");
+            }
+            assert_eq!(offsets / phases as f32, 0.5);
+            assert_eq!(table.sample(0, count), SpectralSample::default());
+        });
+    }
+
+    #[test]
+    fn one_wavelength_is_white() {
+        let mut storage = [SpectralSample::default(); 1];
+        let one = Wavelengths::new(1, Wavelengths::RANGE).unwrap();
+        let table = SpectralTable::new(one, 1, Matching::Wyman, &mut storage).unwrap();
+        let expected = SpectralSample {
+            nm: 550.0,
+            weight: Vec3::ONE,
+        };
+        assert_eq!(table.sample(0, 0), expected);
+    }
+
+    #[test]
+    fn weights_are_the_white_rule_in_double_precision() {
+        let mut storage = [SpectralSample::default(); 7];
+        let seven = Wavelengths::new(7, Wavelengths::RANGE).unwrap();
+        let table = SpectralTable::new(seven, 1, Matching::Wyman, &mut storage).unwrap();
+        for (sample, expected) in table.phase(0).iter().zip(SEVEN) {
+            let error = (sample.weight - Vec3::from(expected)).abs().max_element();
+            assert!(error < 2.0e-6, "{sample:?}");
+        }
+    }
+
+    #[test]
+    fn tables_that_are_none_are_refused() {
+        let mut storage = [SpectralSample::default(); 8];
+        let mut new = |count, range, phases| {
+            let wavelengths = Wavelengths::new(count, range).unwrap();
+            SpectralTable::new(wavelengths, phases, Matching::Wyman, &mut storage)
+                .map(|table| table.phases())
+        };
+        let range = Wavelengths::RANGE;
+        assert_eq!(new(2, range, 4), Ok(4));
+        for phases in [0, 3, 512, u32::MAX] {
+            let error = new(1, range, phases).unwrap_err();
+            assert_eq!(error, TableError::Phases { given: phases });
+            assert!(error.to_string().contains("from 1 to 256"));
+        }
+        let error = new(9, range, 1).unwrap_err();
+        let (given, needed) = (8, 9);
+        assert_eq!(error, TableError::Storage { given, needed });
+        assert!(error.to_string().contains("9 are needed"));
+    }
+}

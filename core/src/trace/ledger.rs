@@ -1,0 +1,135 @@
+//! What each effect of a picture cost.
+
+use crate::scene::EffectSet;
+
+/// What one effect did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Entry {
+    /// Pixels in whose ray trees it was carried out.
+    pub pixels: u64,
+    /// Rays that were traced for it and nothing else.
+    pub rays: u64,
+    /// What those took: nodes visited and primitives tested. Each ray counts
+    /// once, for the effect that sent it.
+    pub steps: u64,
+}
+
+/// What each effect did in the pixels that were gone through with it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ledger {
+    /// By the number of the effect's bit.
+    entries: [Entry; EffectSet::PLACES],
+    /// Bits of the effects of the pixel that is being traced.
+    touched: u32,
+}
+
+impl Default for Ledger {
+    fn default() -> Self {
+        Self::EMPTY
+    }
+}
+
+impl Ledger {
+    /// With no pixel in it.
+    pub const EMPTY: Self = Self {
+        entries: [Entry {
+            pixels: 0,
+            rays: 0,
+            steps: 0,
+        }; EffectSet::PLACES],
+        touched: 0,
+    };
+
+    /// What an effect did, or of several all together, but for pixels: those
+    /// have each once for each.
+    pub fn entry(&self, effects: EffectSet) -> Entry {
+        let mut sum = Entry::default();
+        for (place, entry) in self.entries.iter().enumerate() {
+            if effects.bits() >> place & 1 != 0 {
+                sum.add(entry);
+            }
+        }
+        sum
+    }
+
+    /// Takes another part of the same picture in, in any order.
+    pub fn add(&mut self, other: &Self) {
+        for (entry, other) in self.entries.iter_mut().zip(&other.entries) {
+            entry.add(other);
+        }
+    }
+
+    /// A pixel has all its samples.
+    pub(crate) fn end_pixel(&mut self) {
+        for (place, entry) in self.entries.iter_mut().enumerate() {
+            entry.pixels += u64::from(self.touched >> place & 1);
+        }
+        self.touched = 0;
+    }
+}
+
+impl Entry {
+    const fn add(&mut self, other: &Self) {
+        self.pixels += other.pixels;
+        self.rays += other.rays;
+        self.steps += other.steps;
+    }
+}
+
+/// Where shading says what it does.
+pub(super) trait Record {
+    /// Effects of some bits are carried out.
+    fn touch(&mut self, effects: u32);
+
+    /// A ray was traced for the effect of a bit's number.
+    fn ray(&mut self, cause: u8, steps: u64);
+}
+
+/// Nobody wants to know: no code.
+impl Record for () {
+    #[inline(always)]
+    fn touch(&mut self, _: u32) {}
+
+    #[inline(always)]
+    fn ray(&mut self, _: u8, _: u64) {}
+}
+
+impl Record for Ledger {
+    fn touch(&mut self, effects: u32) {
+        self.touched |= effects;
+    }
+
+    fn ray(&mut self, cause: u8, steps: u64) {
+        if let Some(entry) = self.entries.get_mut(usize::from(cause)) {
+            entry.rays += 1;
+            entry.steps += steps;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_count_once_and_rays_each() {
+        let place = EffectSet::SHADOWS.bits().trailing_zeros() as u8;
+        let mut ledger = Ledger::EMPTY;
+        for _ in 0..2 {
+            ledger.touch(EffectSet::SHADOWS.bits());
+            ledger.ray(place, 5);
+        }
+        ledger.end_pixel();
+        ledger.end_pixel();
+        let expected = Entry {
+            pixels: 1,
+            rays: 2,
+            steps: 10,
+        };
+        assert_eq!(ledger.entry(EffectSet::SHADOWS), expected);
+        assert_eq!(ledger.entry(EffectSet::REFLECTION), Entry::default());
+        let mut both = ledger;
+        both.add(&ledger);
+        assert_eq!(both.entry(EffectSet::ALL).steps, 20);
+    }
+}

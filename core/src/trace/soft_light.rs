@@ -1,0 +1,176 @@
+//! Points of a light that has a size.
+
+use crate::numeric::{min, normalize, sqrt};
+use crate::scene::format::{Light, light};
+use core::f32::consts::FRAC_1_PI;
+use glam::Vec3;
+
+/// The first two dimensions of Sobol's sequence (1967), of which every run of
+/// 2ⁿ points that starts at a multiple of 2ⁿ has one in each of the 2ⁿ cells of
+/// every grid of such cells. Exclusive-or with the same number for all points
+/// (Kollig & Keller 2002) keeps that, and makes the points of different pixels
+/// different.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Points {
+    scramble: [u32; 2],
+}
+
+impl Points {
+    /// Those of a light for a pixel, by its seed.
+    pub(super) const fn new(seed: u32, light: u32) -> Self {
+        let first = mixed(seed ^ light.wrapping_mul(0x9e37_79b9));
+        Self {
+            scramble: [first, mixed(first ^ 0x5bf0_3635)],
+        }
+    }
+
+    /// A point of a square, from −1 to 1, both excluded.
+    pub(super) fn point(&self, number: u32) -> [f32; 2] {
+        let first = number.reverse_bits();
+        let mut second = 0;
+        let (mut left, mut direction) = (number, 1u32 << 31);
+        // A turn a bit of the number: 32 at most.
+        while left != 0 {
+            if left & 1 != 0 {
+                second ^= direction;
+            }
+            left >>= 1;
+            direction ^= direction >> 1;
+        }
+        [
+            centred(first ^ self.scramble[0]),
+            centred(second ^ self.scramble[1]),
+        ]
+    }
+}
+
+/// A hash of 32 bits in which each depends on all (Wellons' lowbias32, 2018).
+const fn mixed(word: u32) -> u32 {
+    let word = (word ^ word >> 16).wrapping_mul(0x7feb_352d);
+    let word = (word ^ word >> 15).wrapping_mul(0x846c_a68b);
+    word ^ word >> 16
+}
+
+/// 32 bits as a number from −1 to 1: the middle of one of 2²³ equal parts.
+fn centred(bits: u32) -> f32 {
+    const PARTS: f32 = 8_388_608.0;
+    ((bits >> 9) as f32 * 2.0 + (1.0 - PARTS)) / PARTS
+}
+
+/// A rectangle, as the points of it see what they light.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rectangle<'a> {
+    light: &'a Light,
+    /// Unit, to the side that shines; of both sides either.
+    normal: Vec3,
+    /// Its area over π: square metres.
+    area: f32,
+}
+
+impl<'a> Rectangle<'a> {
+    /// `None` for one without an area, which gives no light.
+    pub(super) fn new(light: &'a Light) -> Option<Self> {
+        let right = Vec3::from_array(light.right);
+        let up = Vec3::from_array(light.up);
+        let normal = normalize(right.cross(up))?;
+        let cross = right.cross(up);
+        Some(Self {
+            light,
+            normal,
+            area: 4.0 * sqrt(cross.dot(cross)) * FRAC_1_PI,
+        })
+    }
+
+    /// The place of a point of the square from −1 to 1.
+    pub(super) fn place(&self, [x, y]: [f32; 2]) -> Vec3 {
+        Vec3::from_array(self.light.place)
+            + Vec3::from_array(self.light.right) * x
+            + Vec3::from_array(self.light.up) * y
+    }
+
+    /// Irradiance that the whole rectangle would give, were all of it at one
+    /// place of it, `to_light` away in the direction `unit`, and head-on: its
+    /// radiance times cos θ·area/(π·distance²). Not more than so many times the
+    /// radiance as there are points, each of which counts for one of them: all
+    /// round a surface it is once.
+    pub(super) fn irradiance(&self, to_light: Vec3, unit: Vec3) -> f32 {
+        let cosine = -self.normal.dot(unit);
+        let cosine = if self.light.kind == light::TWO_SIDED_RECTANGLE {
+            cosine.abs()
+        } else {
+            cosine
+        };
+        if cosine > 0.0 {
+            let all = self.light.samples as f32;
+            min(cosine * self.area / to_light.dot(to_light), all)
+        } else {
+            0.0
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_in_every_cell_of_every_grid() {
+        for seed in [0, 1, 0xdead_beef] {
+            let points = Points::new(seed, seed % 3);
+            for start in [0, 16, 160] {
+                for bits in 0..=4u32 {
+                    let mut cells = 0u32;
+                    for number in start..start + 16 {
+                        let [x, y] = points.point(number);
+                        assert!(x > -1.0 && x < 1.0 && y > -1.0 && y < 1.0);
+                        let column = ((x + 1.0) * 0.5 * (1 << bits) as f32) as u32;
+                        let row = ((y + 1.0) * 0.5 * (16 >> bits) as f32) as u32;
+                        cells |= 1 << (row << bits | column);
+                    }
+                    assert_eq!(cells, 0xffff, "{bits} bits across");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pixels_and_lights_have_points_of_their_own() {
+        let first = |seed, light| Points::new(seed, light).point(0);
+        assert_ne!(first(1, 0), first(2, 0));
+        assert_ne!(first(1, 0), first(1, 1));
+        assert_eq!(first(7, 3), first(7, 3));
+        let [x, y] = first(9, 0);
+        assert!(x != y, "both sides alike");
+    }
+
+    #[test]
+    fn ends_are_as_far_out_as_each_other() {
+        assert_eq!(centred(0), -centred(u32::MAX));
+        assert!(centred(u32::MAX) < 1.0);
+    }
+
+    #[test]
+    fn what_has_no_area_gives_no_light() {
+        let line = Light {
+            place: [0.0; 3],
+            kind: light::RECTANGLE,
+            colour: [1.0; 3],
+            samples: 1,
+            right: [1.0, 0.0, 0.0],
+            reserved: 0,
+            up: [2.0, 0.0, 0.0],
+            reserved2: 0,
+        };
+        assert!(Rectangle::new(&line).is_none());
+        let square = Light {
+            up: [0.0, 1.0, 0.0],
+            ..line
+        };
+        let square = Rectangle::new(&square).expect("an area");
+        // Four square metres, head-on from two: 4/(4π), and none from behind.
+        let towards = |z: f32| square.irradiance(Vec3::Z * z, Vec3::Z * z.signum());
+        assert!((towards(-2.0) - FRAC_1_PI).abs() < 1e-6);
+        assert_eq!(towards(2.0), 0.0);
+        assert_eq!(towards(-1e-30), 1.0);
+    }
+}

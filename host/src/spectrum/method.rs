@@ -1,0 +1,51 @@
+use shisen_core::spectrum::{Matching, SpectralTable, Wavelengths};
+
+/// A way to choose wavelengths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// The centres of n equal parts of 400 to 700 nm, for all rays.
+    Fixed,
+    /// The same, shifted by an offset that changes from ray to ray.
+    Comb,
+    /// As in Kishioka's paper: the centres of n equal parts of 380 to 750 nm,
+    /// in Endo's colours.
+    Paper,
+}
+
+impl Method {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Fixed, Self::Comb, Self::Paper];
+
+    /// As the command line has it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::Comb => "comb",
+            Self::Paper => "paper",
+        }
+    }
+
+    /// The range unless somebody asks for another: nanometres.
+    pub const fn range(self) -> [f32; 2] {
+        match self {
+            Self::Fixed | Self::Comb => Wavelengths::RANGE,
+            Self::Paper => Wavelengths::PAPER_RANGE,
+        }
+    }
+
+    /// The colours unless somebody asks for others.
+    pub const fn matching(self) -> Matching<'static> {
+        match self {
+            Self::Fixed | Self::Comb => Matching::Wyman,
+            Self::Paper => Matching::Endo,
+        }
+    }
+
+    /// Phases of its table.
+    pub const fn phases(self) -> u32 {
+        match self {
+            Self::Fixed | Self::Paper => 1,
+            Self::Comb => SpectralTable::COMB_PHASES,
+        }
+    }
+}

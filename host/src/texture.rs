@@ -1,0 +1,320 @@
+//! Colours over a surface, as described or read from PNG files.
+
+use png::{BitDepth, ColorType, DecodingError, Limits, Transformations};
+use shisen_core::scene::format::LARGEST_SIDE;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use thiserror::Error;
+
+/// What the diffuse reflectance and the emission of a material are multiplied
+/// by.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Texture {
+    /// What is seen.
+    pub pattern: Pattern,
+    /// Cells of a checker, or copies of an image, from 0 to 1 along u and v of
+    /// the surface's coordinates: 0.001 to 10,000.
+    pub repeats: [f32; 2],
+}
+
+/// What is seen on a texture.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pattern {
+    /// Cells of two colours in turn, linear RGB, 0 to 1. The first has its
+    /// lower left corner where the coordinates are 0.
+    Checker([[f32; 3]; 2]),
+    /// An image, its lower left corner where the coordinates are 0.
+    Image(Arc<Image>),
+}
+
+/// A picture in memory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    width: u32,
+    height: u32,
+    texels: Vec<[u8; 4]>,
+}
+
+/// Why a file gives no image.
+#[derive(Debug, Error)]
+pub enum ImageError {
+    /// A file that is not there or cannot be read.
+    #[error("{}: {fault}; check the file's name and permissions", .path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        fault: std::io::Error,
+    },
+    /// More texels than the scene format takes.
+    #[error(
+        "{}: the image has {width} × {height} texels, but either side may have {LARGEST_SIDE}: \
+         make it smaller",
+        .path.display()
+    )]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Texels from left to right.
+        width: u32,
+        /// From top to bottom.
+        height: u32,
+    },
+    /// More texels than all textures of a scene may have.
+    #[error(
+        "{}: with its {width} × {height} texels the scene's images would take {bytes} bytes, \
+         but they may take {limit}: make it smaller",
+        .path.display(),
+        limit = Image::MOST_BYTES
+    )]
+    TooMany {
+        /// The file.
+        path: PathBuf,
+        /// Texels from left to right.
+        width: u32,
+        /// From top to bottom.
+        height: u32,
+        /// Of all images.
+        bytes: u64,
+    },
+    /// Contents that are no PNG.
+    #[error("{}: not a whole PNG file: {fault}; save the image as PNG again", .path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What the decoder says.
+        fault: DecodingError,
+    },
+}
+
+impl Image {
+    /// Bytes that the images of a scene may take together: an eighth of what a
+    /// baked scene may.
+    pub const MOST_BYTES: u64 = 1 << 29;
+
+    /// An image of texels coded as sRGB, row by row from the top; `None` where
+    /// there are not as many as sides of 1 to [`LARGEST_SIDE`] make.
+    pub fn new(width: u32, height: u32, texels: &[[u8; 3]]) -> Option<Self> {
+        let sides = [width, height];
+        let fits = sides.iter().all(|side| (1..=LARGEST_SIDE).contains(side))
+            && texels.len() == width as usize * height as usize;
+        fits.then(|| Self {
+            width,
+            height,
+            texels: texels.iter().map(|&[r, g, b]| [r, g, b, 0]).collect(),
+        })
+    }
+
+    /// Reads a PNG file of any kind. Its colours are taken to be sRGB, without
+    /// their alpha; of 16 bits a channel the upper 8 count.
+    ///
+    /// # Errors
+    /// If the file cannot be read, its sides are too long, or it is no PNG.
+    pub fn load(path: &Path) -> Result<Self, ImageError> {
+        let mut left = Self::MOST_BYTES;
+        Self::load_within(path, &mut left)
+    }
+
+    /// As [`load`](Self::load), of what bytes a scene has left.
+    pub(crate) fn load_within(path: &Path, left: &mut u64) -> Result<Self, ImageError> {
+        let bytes = crate::input::read(path).map_err(|fault| ImageError::Read {
+            path: path.to_owned(),
+            fault,
+        })?;
+        Self::from_png(path, &bytes, left)
+    }
+
+    /// Whether a file starts as a PNG does.
+    pub(crate) fn is_png(bytes: &[u8]) -> bool {
+        bytes.starts_with(b"\x89PNG\r\n\x1a\n")
+    }
+
+    /// As [`load`](Self::load), from the bytes of a file. Nothing is decoded of
+    /// an image that is too large.
+    pub(crate) fn from_png(path: &Path, bytes: &[u8], left: &mut u64) -> Result<Self, ImageError> {
+        let malformed = |fault| ImageError::Malformed {
+            path: path.to_owned(),
+            fault,
+        };
+        // Sixteen bits a channel, and a line before it.
+        let limits = Limits {
+            bytes: 3 * Self::MOST_BYTES as usize,
+        };
+        let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
+        decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
+        let mut reader = decoder.read_info().map_err(malformed)?;
+        let (width, height) = reader.info().size();
+        if width.max(height) > LARGEST_SIDE {
+            return Err(ImageError::TooLarge {
+                path: path.to_owned(),
+                width,
+                height,
+            });
+        }
+        let taken = u64::from(width) * u64::from(height) * 4;
+        *left = left.checked_sub(taken).ok_or_else(|| ImageError::TooMany {
+            path: path.to_owned(),
+            width,
+            height,
+            bytes: Self::MOST_BYTES - *left + taken,
+        })?;
+        let size = reader
+            .output_buffer_size()
+            .ok_or_else(|| malformed(DecodingError::LimitsExceeded))?;
+        let mut decoded = vec![0; size];
+        let frame = reader.next_frame(&mut decoded).map_err(malformed)?;
+        // Past the last row there is at least the mark of the end.
+        reader.finish().map_err(malformed)?;
+        debug_assert_eq!(frame.bit_depth, BitDepth::Eight, "expanded or stripped");
+        let samples = &decoded[..frame.buffer_size()];
+        let texels = match frame.color_type {
+            ColorType::Grayscale | ColorType::Indexed => {
+                samples.iter().map(|&g| [g, g, g, 0]).collect()
+            }
+            ColorType::GrayscaleAlpha => chunks(samples, |&[g, _]| [g, g, g, 0]),
+            ColorType::Rgb => chunks(samples, |&[r, g, b]| [r, g, b, 0]),
+            ColorType::Rgba => chunks(samples, |&[r, g, b, _]| [r, g, b, 0]),
+        };
+        Ok(Self {
+            width,
+            height,
+            texels,
+        })
+    }
+
+    /// Texels from left to right.
+    pub const fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Texels from top to bottom.
+    pub const fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// Red, green and blue as sRGB codes them, and a zero: row by row from the
+    /// top.
+    pub fn texels(&self) -> &[[u8; 4]] {
+        &self.texels
+    }
+}
+
+fn chunks<const N: usize>(samples: &[u8], texel: impl Fn(&[u8; N]) -> [u8; 4]) -> Vec<[u8; 4]> {
+    samples.as_chunks().0.iter().map(texel).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn png(size: [u32; 2], colour: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
+        encoder.set_color(colour);
+        encoder.set_depth(depth);
+        if colour == ColorType::Indexed {
+            encoder.set_palette(vec![1, 2, 3, 250, 251, 252]);
+        }
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(data).unwrap();
+        writer.finish().unwrap();
+        bytes
+    }
+
+    fn read(bytes: &[u8]) -> Result<Image, ImageError> {
+        let mut left = Image::MOST_BYTES;
+        Image::from_png(Path::new("a.png"), bytes, &mut left)
+    }
+
+    #[test]
+    fn every_kind_of_png_becomes_eight_bits_of_three_channels() {
+        for (colour, depth, data, expected) in [
+            (
+                ColorType::Rgb,
+                BitDepth::Eight,
+                &[1, 2, 3, 4, 5, 6][..],
+                [[1, 2, 3, 0], [4, 5, 6, 0]],
+            ),
+            (
+                ColorType::Rgba,
+                BitDepth::Eight,
+                &[1, 2, 3, 9, 4, 5, 6, 0],
+                [[1, 2, 3, 0], [4, 5, 6, 0]],
+            ),
+            (
+                ColorType::Grayscale,
+                BitDepth::One,
+                &[0b0100_0000],
+                [[0, 0, 0, 0], [255, 255, 255, 0]],
+            ),
+            (
+                ColorType::GrayscaleAlpha,
+                BitDepth::Sixteen,
+                &[7, 200, 1, 1, 9, 0, 2, 2],
+                [[7, 7, 7, 0], [9, 9, 9, 0]],
+            ),
+            (
+                ColorType::Indexed,
+                BitDepth::Eight,
+                &[1, 0],
+                [[250, 251, 252, 0], [1, 2, 3, 0]],
+            ),
+        ] {
+            let image = read(&png([2, 1], colour, depth, data)).unwrap();
+            assert_eq!((image.width(), image.height()), (2, 1));
+            assert_eq!(image.texels(), expected, "{colour:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_too_large_is_refused_before_it_is_decoded() {
+        let wide = png([8193, 1], ColorType::Grayscale, BitDepth::One, &[0; 1025]);
+        let error = read(&wide).unwrap_err();
+        assert!(matches!(
+            error,
+            ImageError::TooLarge {
+                width: 8193,
+                height: 1,
+                ..
+            }
+        ));
+        assert!(error.to_string().contains("8192"), "{error}");
+        // A header alone that claims much, with the sums that it needs.
+        let mut header = png([1, 1], ColorType::Rgba, BitDepth::Eight, &[0; 4]);
+        header[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
+        assert!(read(&header).is_err());
+        let fits = png([8192, 1], ColorType::Grayscale, BitDepth::One, &[0; 1024]);
+        assert_eq!(read(&fits).unwrap().width(), 8192);
+        let mut left = 4 * 8192;
+        let path = Path::new("a.png");
+        Image::from_png(path, &fits, &mut left).unwrap();
+        assert_eq!(left, 0);
+        let error = Image::from_png(path, &fits, &mut left).unwrap_err();
+        assert!(matches!(error, ImageError::TooMany { .. }), "{error}");
+    }
+
+    #[test]
+    fn damaged_files_are_refused() {
+        let whole = png([3, 2], ColorType::Rgb, BitDepth::Eight, &[77; 18]);
+        for length in 0..whole.len() - 12 {
+            let error = read(&whole[..length]).unwrap_err();
+            assert!(matches!(error, ImageError::Malformed { .. }), "{length}");
+        }
+        let mut damaged = whole.clone();
+        damaged[20] ^= 1;
+        assert!(read(&damaged).is_err());
+        assert!(read(b"GIF89a").is_err() && !Image::is_png(b"GIF89a"));
+        assert!(Image::is_png(&whole));
+        let error = Image::load(Path::new("/nowhere/a.png")).unwrap_err();
+        assert!(matches!(error, ImageError::Read { .. }), "{error}");
+    }
+
+    #[test]
+    fn images_have_as_many_texels_as_their_sides_make() {
+        assert!(Image::new(2, 1, &[[0; 3]; 2]).is_some());
+        assert!(Image::new(2, 1, &[[0; 3]; 3]).is_none());
+        assert!(Image::new(0, 1, &[]).is_none());
+        assert!(Image::new(8193, 1, &[[0; 3]; 8193]).is_none());
+    }
+}
