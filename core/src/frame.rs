@@ -16,7 +16,8 @@ mod past;
 mod view;
 
 pub use crate::trace::{
-    Budget, Entry, LEAST_WEIGHT, Ledger, MAX_DEPTH, Pixel, RayDetail, Statistics, Tracer, Workspace,
+    Budget, Entry, LEAST_WEIGHT, Ledger, MAX_DEPTH, Pixel, RayDetail, Spectrum, SpectrumError,
+    Statistics, Tracer, Workspace,
 };
 use block::{BLOCK, Block, Target};
 use core::fmt;
@@ -225,6 +226,17 @@ where
         self
     }
 
+    /// The same renderer with wavelengths: see [`Tracer::with_spectrum`]. Before
+    /// any level of detail.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with_spectrum(mut self, spectrum: Spectrum<'a>) -> Result<Self, SpectrumError> {
+        self.tracer = self.tracer.with_spectrum(spectrum)?;
+        self.most = self.tracer.detail();
+        Ok(self)
+    }
+
     /// The same renderer with all rays as at a level of detail of their own,
     /// wherever they go: bounces by equation 9, the rung of meshes closest to
     /// equation 10. Levels out of range are moved to the nearest that is in it.
@@ -239,6 +251,7 @@ where
         self.most = RayDetail {
             depth: level.bounces(full.depth),
             rung: Ladder::new(self.tracer.scene().rungs()).nearest(level.level()),
+            wavelengths: level.wavelengths(full.wavelengths),
         };
         self
     }

@@ -2,6 +2,7 @@
 
 mod background;
 mod budget;
+mod dispersion;
 mod graticule;
 mod hit;
 mod leaves;
@@ -22,6 +23,7 @@ mod world;
 
 pub(crate) use background::colours;
 pub use budget::{Budget, Statistics};
+pub use dispersion::{Spectrum, SpectrumError};
 #[cfg(test)]
 pub(crate) use graticule::BETWEEN as BETWEEN_LINES;
 pub use hit::{Hit, MeshHit};

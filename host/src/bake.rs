@@ -413,6 +413,9 @@ impl<const W: usize> Tables<W> {
                 self.media.push(medium);
             }
             baked.medium = number as u32;
+            if baked.effects & effect::REFRACTION != 0 {
+                baked.effects |= effect::DISPERSION;
+            }
         }
         self.materials.push(baked);
     }

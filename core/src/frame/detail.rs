@@ -57,6 +57,7 @@ pub(super) struct OwnDetail {
     depths: [[u8; SIDE]; SIDE],
     /// [`NOT_TRACED`] where pixels are not.
     pub(super) rungs: [[u8; SIDE]; SIDE],
+    wavelengths: [[u8; SIDE]; SIDE],
 }
 
 impl BlockDetail {
@@ -73,12 +74,13 @@ impl BlockDetail {
         let ladder = Ladder::new(if lod.faces { rungs } else { 1 });
         // More level never means fewer bounces: where the least and the most
         // are the same, all are.
-        let detail = |rung: u8, level: f32| RayDetail {
-            depth: match Detail::of_level(level) {
-                Some(detail) if lod.bounces => detail.bounces(most.depth),
-                _ => most.depth,
+        let detail = |rung: u8, level: f32| match Detail::of_level(level) {
+            Some(detail) if lod.bounces => RayDetail {
+                depth: detail.bounces(most.depth),
+                rung,
+                wavelengths: detail.wavelengths(most.wavelengths),
             },
-            rung,
+            _ => RayDetail { rung, ..most },
         };
         let equal = |least: f32, most: f32| {
             let rung = ladder.shared(least, most)?;
@@ -169,13 +171,18 @@ impl OwnDetail {
     const NONE: Self = Self {
         depths: [[0; SIDE]; SIDE],
         rungs: [[NOT_TRACED; SIDE]; SIDE],
+        wavelengths: [[0; SIDE]; SIDE],
     };
 
     #[inline(always)]
     fn at(&self, column: usize, row: usize) -> Option<RayDetail> {
         let (column, row) = (column % SIDE, row % SIDE);
         let (depth, rung) = (self.depths[row][column], self.rungs[row][column]);
-        (rung != NOT_TRACED).then_some(RayDetail { depth, rung })
+        (rung != NOT_TRACED).then_some(RayDetail {
+            depth,
+            rung,
+            wavelengths: self.wavelengths[row][column],
+        })
     }
 
     #[inline(always)]
@@ -183,6 +190,7 @@ impl OwnDetail {
         let (column, row) = (column % SIDE, row % SIDE);
         self.depths[row][column] = detail.depth;
         self.rungs[row][column] = detail.rung;
+        self.wavelengths[row][column] = detail.wavelengths;
     }
 }
 

@@ -38,6 +38,10 @@ effects! {
     /// Clear bodies, and what their borders reflect. Without it, they are
     /// opaque, and nothing is added to what lights give them.
     REFRACTION = effect::REFRACTION, "refraction";
+    /// Clear bodies bend each wavelength its own way. Without it, they have the
+    /// index of the d line for all. Whether it is carried out, and with how many
+    /// wavelengths, is also the renderer's choice.
+    DISPERSION = effect::DISPERSION, "dispersion";
     /// Clear bodies take light away along the way. Without it, they do not.
     ABSORPTION = effect::ABSORPTION, "absorption";
     /// Lights that have a size are looked at in several places. Without it,

@@ -298,6 +298,8 @@ pub mod effect {
     pub const IMAGE_TEXTURE: u32 = 64;
     /// Light of its own.
     pub const EMISSION: u32 = 128;
+    /// Refraction by the wavelength: of what has a [`medium`](super::Material::medium).
+    pub const DISPERSION: u32 = 256;
 }
 
 /// A surface, in Whitted's terms, linear RGB.

@@ -313,6 +313,14 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
                 index,
             });
         }
+        if material.effects & effect::DISPERSION != 0
+            && (index == NO_MEDIUM || material.effects & effect::REFRACTION == 0)
+        {
+            return Err(SceneError::Value {
+                what: "a dispersive material's medium",
+                record: record as u32,
+            });
+        }
     }
     for (record, medium) in scene.media.iter().enumerate() {
         medium.check().map_err(|_| SceneError::Value {

@@ -4,6 +4,7 @@
 
 use super::background;
 use super::budget::Budget;
+use super::dispersion::Fan;
 use super::hit::Hit;
 use super::ledger::{Ledger, Record};
 use super::optics::{reflect, refract};
@@ -12,9 +13,9 @@ use super::soft_light::{Points, Rectangle};
 use super::surface::Surface;
 use super::texture::{self, TEXTURES};
 use super::tracer::{LEAST_WEIGHT, Pixel, RayDetail, Tracer, Workspace};
-use crate::numeric::{map3, normalize, sqrt};
+use crate::numeric::{map3, max, normalize, sqrt};
 use crate::scene::EffectSet;
-use crate::scene::format::{Light, effect, light};
+use crate::scene::format::{Light, Material, effect, light};
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use glam::Vec3;
@@ -95,6 +96,9 @@ where
     let mut gathered = Gathered {
         light: Vec3::ZERO,
         alpha: 1.0,
+        nm: tracer.spectrum().single(),
+        tint: Vec3::ONE,
+        fan: None,
         record,
     };
     let primary = Pending {
@@ -106,8 +110,15 @@ where
     };
     workspace.pending.clear();
     shading.shade(&primary, Some(hit), &mut gathered, budget, workspace);
-    // Every ray has more bounces than its parent: the loop ends.
-    while let Some(next) = workspace.pending.pop() {
+    // Every ray has more bounces than its parent, and fans have so many
+    // wavelengths: the loop ends.
+    loop {
+        if EFFECTS & effect::DISPERSION != 0 {
+            shading.go_on_with_fan(&mut gathered, workspace);
+        }
+        let Some(next) = workspace.pending.pop() else {
+            break;
+        };
         let before = workspace.statistics.steps;
         let hit = tracer.nearest_on(detail.rung, &next.ray, budget, workspace);
         let steps = workspace.statistics.steps - before;
@@ -139,7 +150,7 @@ struct Shading<'t, 'a, const W: usize, const EFFECTS: u32> {
     effects: u32,
 }
 
-impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS>
+impl<'a, const W: usize, const EFFECTS: u32> Shading<'_, 'a, W, EFFECTS>
 where
     Simd: Runs<W>,
 {
@@ -154,7 +165,7 @@ where
         &self,
         from: &Pending,
         hit: Option<Hit>,
-        gathered: &mut Gathered<'_, R>,
+        gathered: &mut Gathered<'_, 'a, R>,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) {
@@ -168,7 +179,8 @@ where
             // Seen directly or through glass it counts as far as it covers;
             // seen in a mirror it is part of the mirror.
             let share = if from.uncovered > 0.0 { alpha } else { 1.0 };
-            gathered.light += from.weight * background::colour(background, direction) * share;
+            let light = from.weight * background::colour(background, direction) * share;
+            gathered.add::<EFFECTS>(light);
             gathered.alpha -= from.uncovered * (1.0 - alpha);
             return;
         };
@@ -203,7 +215,7 @@ where
             texture.map_or(colour, |texture| colour * texture)
         };
         if Self::has(effect::EMISSION) && effects & effect::EMISSION != 0 && !inside {
-            gathered.light += weight * textured(material.emission);
+            gathered.add::<EFFECTS>(weight * textured(material.emission));
         }
         if material.effects & effect::LIT != 0 {
             let lighting = Lighting {
@@ -215,15 +227,36 @@ where
             };
             let record = &mut *gathered.record;
             let lit = self.lit(&lighting, budget, workspace, record);
-            gathered.light += weight * lit;
+            gathered.add::<EFFECTS>(weight * lit);
         }
         if from.bounces >= self.detail.depth {
             return;
         }
         let bounces = from.bounces + 1;
         if Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0 {
-            let index = material.index_of_refraction;
-            let (before, beyond) = if inside { (index, 1.0) } else { (1.0, index) };
+            if Self::has(effect::DISPERSION)
+                && effects & effect::DISPERSION != 0
+                && gathered.nm == 0.0
+                && let Some(part) = self
+                    .tracer
+                    .spectrum()
+                    .part(self.sample, self.detail.wavelengths)
+            {
+                let fan = Fan {
+                    part,
+                    waiting: 0,
+                    surface,
+                    direction,
+                    normal,
+                    inside,
+                    weight,
+                    uncovered: from.uncovered,
+                    bounces,
+                };
+                self.begin_fan(fan, gathered, workspace);
+                return;
+            }
+            let (before, beyond) = self.indices(material, inside, gathered.nm);
             let refraction = refract(direction, normal, before, beyond);
             let let_through = Vec3::from_array(material.transmission);
             if let Some(refracted) = refraction.direction {
@@ -278,6 +311,111 @@ where
                 workspace.statistics.reflected += 1;
             }
         }
+    }
+
+    /// Of refraction at a wavelength, on a ray's side of a surface and beyond.
+    /// Nested media are not known: outside is always air.
+    fn indices(&self, material: &Material, inside: bool, nm: f32) -> (f32, f32) {
+        let own = if Self::has(effect::DISPERSION)
+            && material.effects & self.effects & effect::DISPERSION != 0
+            && nm > 0.0
+            && let Some(medium) = self.tracer.scene().media.get(material.medium as usize)
+        {
+            medium.index(nm)
+        } else {
+            material.index_of_refraction
+        };
+        if inside { (own, 1.0) } else { (1.0, own) }
+    }
+
+    /// A ray of all wavelengths enters a dispersive medium. What is reflected
+    /// goes the same way for all of them; the rest one after another.
+    #[inline(never)]
+    fn begin_fan<R: Record>(
+        &self,
+        mut fan: Fan<'a>,
+        gathered: &mut Gathered<'_, 'a, R>,
+        workspace: &mut Workspace,
+    ) {
+        let material = fan.surface.material;
+        let mut reflectance = Vec3::ZERO;
+        for sample in fan.part.all() {
+            let (before, beyond) = self.indices(material, fan.inside, sample.nm);
+            let refraction = refract(fan.direction, fan.normal, before, beyond);
+            reflectance += sample.weight * refraction.reflectance;
+        }
+        let facing = if fan.inside { -1.0 } else { 1.0 };
+        let reflected = above(
+            reflect(fan.direction, fan.normal),
+            fan.surface.geometric_normal * facing,
+        );
+        let next = Next {
+            ray: Ray::new(fan.surface.start(reflected), reflected),
+            weight: fan.weight * reflectance,
+            uncovered: if fan.inside {
+                fan.uncovered * reflectance.max_element()
+            } else {
+                0.0
+            },
+            bounces: fan.bounces,
+            cause: effect::REFRACTION,
+        };
+        if next.push(workspace) {
+            gathered.record.touch(effect::REFRACTION);
+            workspace.statistics.reflected += 1;
+        }
+        gathered.record.touch(effect::DISPERSION);
+        fan.uncovered /= fan.part.count().max(1) as f32;
+        fan.waiting = workspace.pending.len();
+        gathered.fan = Some(fan);
+    }
+
+    /// Once all rays of a fan's wavelength are through, its next.
+    #[inline(always)]
+    fn go_on_with_fan<R: Record>(
+        &self,
+        gathered: &mut Gathered<'_, 'a, R>,
+        workspace: &mut Workspace,
+    ) {
+        if let Some(fan) = &gathered.fan
+            && workspace.pending.len() <= fan.waiting
+        {
+            self.next_of_fan(gathered, workspace);
+        }
+    }
+
+    #[inline(never)]
+    fn next_of_fan<R: Record>(
+        &self,
+        gathered: &mut Gathered<'_, 'a, R>,
+        workspace: &mut Workspace,
+    ) {
+        if let Some(fan) = &mut gathered.fan {
+            let material = fan.surface.material;
+            let let_through = fan.weight * Vec3::from_array(material.transmission);
+            while let Some(sample) = fan.part.next() {
+                let (before, beyond) = self.indices(material, fan.inside, sample.nm);
+                let refraction = refract(fan.direction, fan.normal, before, beyond);
+                let Some(refracted) = refraction.direction else {
+                    continue;
+                };
+                let share = material.transmission.into_iter().fold(0.0, max);
+                let next = Next {
+                    ray: Ray::new(fan.surface.start(refracted), refracted),
+                    weight: let_through * refraction.transmittance,
+                    uncovered: fan.uncovered * share * refraction.transmittance,
+                    bounces: fan.bounces,
+                    cause: effect::DISPERSION,
+                };
+                if next.push(workspace) {
+                    workspace.statistics.refracted += 1;
+                    (gathered.nm, gathered.tint) = (sample.nm, sample.weight);
+                    return;
+                }
+            }
+        }
+        gathered.fan = None;
+        (gathered.nm, gathered.tint) = (0.0, Vec3::ONE);
     }
 
     /// Light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
@@ -445,10 +583,27 @@ fn highlight(cosine: f32, shininess: f32) -> f32 {
     }
 }
 
-struct Gathered<'r, R> {
+struct Gathered<'r, 'a, R> {
     light: Vec3,
     alpha: f32,
+    /// Of the rays that are being traced: nanometres; 0 for all wavelengths.
+    nm: f32,
+    /// And their colour.
+    tint: Vec3,
+    /// What they come from, if they have one.
+    fan: Option<Fan<'a>>,
     record: &'r mut R,
+}
+
+impl<R> Gathered<'_, '_, R> {
+    #[inline(always)]
+    fn add<const EFFECTS: u32>(&mut self, light: Vec3) {
+        self.light += if EFFECTS & effect::DISPERSION == 0 {
+            light
+        } else {
+            light * self.tint
+        };
+    }
 }
 
 /// A ray about to be added to the tree.

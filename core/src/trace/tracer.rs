@@ -2,6 +2,7 @@
 
 use super::background;
 use super::budget::{Budget, Statistics};
+use super::dispersion::{Spectrum, SpectrumError};
 use super::hit::Hit;
 use super::ledger::Ledger;
 use super::row::{Between, OnLines, RowHits, RowRays, RowSearch};
@@ -84,6 +85,8 @@ pub struct RayDetail {
     /// The rung of each mesh's ladder of polygon levels, the finest being 0.
     /// A mesh that has no such rung is seen as it is.
     pub rung: u8,
+    /// How many wavelengths dispersive media tell apart; 1 for none.
+    pub wavelengths: u8,
 }
 
 /// Traces the rays of a scene.
@@ -97,6 +100,7 @@ pub struct Tracer<'a, const W: usize = 8> {
     scene: Scene<'a, W>,
     simd: Simd,
     detail: RayDetail,
+    spectrum: Spectrum<'a>,
     effects: EffectSet,
     shade: Shade<W>,
     /// For graticules.
@@ -132,7 +136,9 @@ where
             detail: RayDetail {
                 depth: depth.min(MAX_DEPTH),
                 rung: 0,
+                wavelengths: 1,
             },
+            spectrum: Spectrum::Rgb,
             effects: EffectSet::from_bits(EFFECTS),
             shade: shade_tree::<W, EFFECTS>,
             between: if EFFECTS & effect::GRATICULE == 0 {
@@ -148,6 +154,26 @@ where
     pub const fn without(mut self, effects: EffectSet) -> Self {
         self.effects = self.effects.without(effects);
         self
+    }
+
+    /// The same tracer with wavelengths, where the scene asks for dispersion and
+    /// the tracer carries it out. Without, all rays are [`Spectrum::Rgb`].
+    ///
+    /// # Errors
+    /// A wavelength outside the range of a medium of the scene.
+    pub fn with_spectrum(mut self, spectrum: Spectrum<'a>) -> Result<Self, SpectrumError> {
+        let carried_out = self.effects.intersection(self.scene.effects());
+        if carried_out.contains(EffectSet::DISPERSION) {
+            spectrum.check(self.scene.media())?;
+            self.detail.wavelengths = spectrum.count();
+            self.spectrum = spectrum;
+        }
+        Ok(self)
+    }
+
+    /// The wavelengths of its rays.
+    pub(super) const fn spectrum(&self) -> &Spectrum<'a> {
+        &self.spectrum
     }
 
     /// The effects that it carries out where the scene asks for them.

@@ -1,0 +1,319 @@
+//! Wavelengths: taken only where a ray first enters a dispersive medium.
+
+use super::sample::Sample;
+use super::surface::Surface;
+use crate::spectrum::{Medium, SpectralSample, SpectralTable};
+use core::fmt;
+use glam::Vec3;
+
+/// Which wavelengths rays have.
+///
+/// A ray is one ray of red, green and blue until it first enters a medium whose
+/// index depends on the wavelength; what goes on from there is a ray for each
+/// wavelength that the sample takes, in its colour. Where the gaze leaves a
+/// pixel less detail, neighbouring wavelengths go as one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Spectrum<'a> {
+    /// None: media have the index of the d line, 587.5618 nm, for all colours.
+    #[default]
+    Rgb,
+    /// Each sample of a pixel takes all wavelengths of a table, each in a phase
+    /// of its own.
+    Split(SpectralTable<'a>),
+    /// The samples of a pixel take turns, so that all together have each
+    /// wavelength equally: one each, or more where there are fewer samples than
+    /// wavelengths. Which, and the first phase, differ from pixel to pixel.
+    Comb(SpectralTable<'a>),
+    /// All rays have this wavelength, nanometres, from the eye on, and the
+    /// colours of everything: one of the pictures of Kishioka's method.
+    Single(f32),
+}
+
+/// Why a scene cannot be traced with a spectrum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpectrumError {
+    /// The number of the medium that is not known at some of its wavelengths.
+    pub medium: usize,
+    /// The range in which it is known: nanometres.
+    pub known: [f32; 2],
+    /// The spectrum's: nanometres.
+    pub wavelengths: [f32; 2],
+}
+
+impl fmt::Display for SpectrumError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([from, to], [low, high]) = (self.wavelengths, self.known);
+        write!(
+            f,
+            "the wavelengths are {from} to {to} nm, but medium {} of the scene is known from {low} \
+             to {high} nm: give a range within",
+            self.medium
+        )
+    }
+}
+
+impl core::error::Error for SpectrumError {}
+
+impl<'a> Spectrum<'a> {
+    /// How many wavelengths a dispersive medium may tell apart.
+    pub(crate) fn count(&self) -> u8 {
+        match self {
+            Self::Rgb | Self::Single(_) => 1,
+            // At most 64.
+            Self::Split(table) | Self::Comb(table) => table.wavelengths().count() as u8,
+        }
+    }
+
+    /// Whether media are known at all its wavelengths.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub(super) fn check(&self, media: &[Medium]) -> Result<(), SpectrumError> {
+        let wavelengths = match *self {
+            Self::Rgb => return Ok(()),
+            Self::Split(table) | Self::Comb(table) => table.wavelengths().range(),
+            Self::Single(nm) => [nm, nm],
+        };
+        for (medium, known) in media.iter().map(Medium::range).enumerate() {
+            // NaN fails the comparisons.
+            if !(known[0] <= wavelengths[0] && wavelengths[1] <= known[1]) {
+                return Err(SpectrumError {
+                    medium,
+                    known,
+                    wavelengths,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The wavelength that all rays have; 0 where they are of all.
+    pub(super) const fn single(&self) -> f32 {
+        match self {
+            Self::Single(nm) => *nm,
+            _ => 0.0,
+        }
+    }
+
+    /// What a sample of a pixel takes where `groups` are told apart: nothing
+    /// where that is one.
+    pub(super) fn part(&self, sample: Sample, groups: u8) -> Option<Part<'a>> {
+        let groups = u32::from(groups).min(u32::from(self.count()));
+        if groups < 2 {
+            return None;
+        }
+        let seed = sample.seed();
+        let (index, count) = (u32::from(sample.index()), u32::from(sample.count()));
+        match self {
+            Self::Rgb | Self::Single(_) => None,
+            Self::Split(table) => Some(Part {
+                samples: table.phase(seed.wrapping_add(index)),
+                groups,
+                turn: 0,
+                position: 0,
+                step: 1,
+                factor: 1.0,
+            }),
+            Self::Comb(table) => {
+                let turn = (seed >> 16) % groups;
+                if count < groups {
+                    return Some(Part {
+                        samples: table.phase(seed),
+                        groups,
+                        turn,
+                        position: index,
+                        step: count,
+                        factor: count as f32,
+                    });
+                }
+                // Whole rounds, each in a phase of its own; what is left over
+                // shares the last one's.
+                let rounds = count / groups;
+                let round = (index / groups).min(rounds - 1);
+                let position = index % groups;
+                let is_shared = round + 1 == rounds && position < count % groups;
+                let sharing = if is_shared { 2.0 } else { 1.0 };
+                Some(Part {
+                    samples: table.phase(seed.wrapping_add(round)),
+                    groups,
+                    turn,
+                    position,
+                    step: groups,
+                    factor: count as f32 / (rounds as f32 * sharing),
+                })
+            }
+        }
+    }
+}
+
+/// Wavelengths that one sample of a pixel takes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part<'a> {
+    /// Of the phase, by wavelength.
+    samples: &'a [SpectralSample],
+    /// Parts of the phase that are told apart.
+    groups: u32,
+    /// Where the first turn is.
+    turn: u32,
+    /// Of the next turn.
+    position: u32,
+    /// To the turn after it.
+    step: u32,
+    /// What each counts for, so that the mean of the pixel's samples is white.
+    factor: f32,
+}
+
+impl Part<'_> {
+    /// From one turn to the next: a prime above all numbers of groups, so that
+    /// all of them have a turn. Samples of a pixel go from its left to its
+    /// right, and wavelengths next to each other should not.
+    const STRIDE: u32 = 67;
+
+    /// How many it still has.
+    pub(super) const fn count(&self) -> u32 {
+        self.groups
+            .saturating_sub(self.position)
+            .div_ceil(self.step)
+    }
+
+    /// The next, and its colour.
+    pub(super) fn next(&mut self) -> Option<SpectralSample> {
+        if self.position >= self.groups {
+            return None;
+        }
+        let group = (self.position * Self::STRIDE + self.turn) % self.groups;
+        self.position += self.step;
+        let SpectralSample { nm, weight } = self.group(group);
+        Some(SpectralSample {
+            nm,
+            weight: weight * self.factor,
+        })
+    }
+
+    /// All groups of the phase, whoever's turn they are.
+    pub(super) fn all(&self) -> impl Iterator<Item = SpectralSample> {
+        (0..self.groups).map(|group| self.group(group))
+    }
+
+    /// One of the groups, at its middle wavelength with the colours of all.
+    fn group(&self, group: u32) -> SpectralSample {
+        let count = self.samples.len() as u32;
+        let first = (group * count / self.groups) as usize;
+        let end = ((group + 1) * count / self.groups) as usize;
+        let own = self.samples.get(first..end).unwrap_or_default();
+        let middle = own.get(own.len() / 2).copied().unwrap_or_default();
+        if own.len() == 1 {
+            return middle;
+        }
+        SpectralSample {
+            nm: middle.nm,
+            weight: own.iter().map(|sample| sample.weight).sum(),
+        }
+    }
+}
+
+/// A ray that enters a dispersive medium: what goes on from there, one
+/// wavelength after another.
+pub(super) struct Fan<'a> {
+    /// Wavelengths that are still to come.
+    pub(super) part: Part<'a>,
+    /// Rays that wait until all are through.
+    pub(super) waiting: usize,
+    pub(super) surface: Surface<'a>,
+    /// The ray's: unit.
+    pub(super) direction: Vec3,
+    /// Unit, on the ray's side.
+    pub(super) normal: Vec3,
+    pub(super) inside: bool,
+    /// Of the ray, with what it leaves there.
+    pub(super) weight: Vec3,
+    /// Of each wavelength's ray.
+    pub(super) uncovered: f32,
+    pub(super) bounces: u8,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectrum::{Matching, Wavelengths};
+    use glam::DVec3;
+
+    fn with_tables(count: u32, check: impl Fn(SpectralTable<'_>)) {
+        let mut storage = [SpectralSample::default(); 64 * 8];
+        let wavelengths = Wavelengths::new(count, Wavelengths::RANGE).unwrap();
+        check(SpectralTable::new(wavelengths, 8, Matching::Wyman, &mut storage).unwrap());
+    }
+
+    /// The mean of a pixel's samples, and how many rays they take.
+    fn of_pixel(spectrum: &Spectrum<'_>, (column, count): (u32, u16), groups: u8) -> (DVec3, u32) {
+        let (mut sum, mut rays) = (DVec3::ZERO, 0);
+        for index in 0..count {
+            let sample = Sample::new(column, 5, index, count);
+            let mut part = spectrum.part(sample, groups).unwrap();
+            let announced = part.count();
+            let mut own = 0;
+            while let Some(sample) = part.next() {
+                assert!((400.0..=700.0).contains(&sample.nm));
+                sum += sample.weight.as_dvec3();
+                own += 1;
+            }
+            assert_eq!(own, announced);
+            rays += own;
+        }
+        (sum / f64::from(count), rays)
+    }
+
+    #[test]
+    fn pixels_are_white_whatever_their_samples_and_wavelengths() {
+        let counts: &[u32] = if cfg!(miri) {
+            &[3]
+        } else {
+            &[2, 3, 7, 14, 33, 64]
+        };
+        for &wavelengths in counts {
+            with_tables(wavelengths, |table| {
+                let samples: &[u16] = if cfg!(miri) {
+                    &[2, 7]
+                } else {
+                    &[1, 2, 4, 5, 16, 31, 140]
+                };
+                for &samples in samples {
+                    for groups in [wavelengths as u8, 2, wavelengths.div_ceil(2).max(2) as u8] {
+                        for column in 0..3 {
+                            let of = |spectrum| of_pixel(&spectrum, (column, samples), groups);
+                            let (white, rays) = of(Spectrum::Split(table));
+                            assert!(white.abs_diff_eq(DVec3::ONE, 1e-6), "{white}");
+                            assert_eq!(rays, u32::from(samples) * u32::from(groups));
+                            let (white, rays) = of(Spectrum::Comb(table));
+                            assert!(white.abs_diff_eq(DVec3::ONE, 1e-6), "{white}");
+                            assert_eq!(rays, u32::from(samples.max(groups.into())));
+                        }
+                    }
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn one_wavelength_is_no_dispersion() {
+        with_tables(7, |table| {
+            assert!(Spectrum::Comb(table).part(Sample::ALONE, 1).is_none());
+            assert_eq!(Spectrum::Comb(table).count(), 7);
+        });
+        assert!(Spectrum::Single(500.0).part(Sample::ALONE, 7).is_none());
+        assert!(Spectrum::Rgb.part(Sample::ALONE, 7).is_none());
+    }
+
+    #[test]
+    fn media_that_are_not_known_are_named() {
+        with_tables(7, |table| {
+            let media = [Medium::N_BK7, Medium::SF11];
+            assert_eq!(Spectrum::Comb(table).check(&media), Ok(()));
+        });
+        let media = [Medium::N_BK7, Medium::SF11];
+        let error = Spectrum::Single(380.0).check(&media).unwrap_err();
+        assert_eq!((error.medium, error.known), (1, [390.0, 2500.0]));
+        assert!(Spectrum::Single(f32::NAN).check(&media).is_err());
+        assert_eq!(Spectrum::Rgb.check(&media), Ok(()));
+    }
+}
