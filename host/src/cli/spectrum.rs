@@ -63,7 +63,7 @@ impl ValueEnum for MethodChoice {
     fn to_possible_value(&self) -> Option<PossibleValue> {
         let help = match self.0 {
             Method::Fixed => "The centres of equal parts of the range",
-            Method::Comb => "The same, shifted from ray to ray",
+            Method::Comb | Method::Split => "The same, shifted from ray to ray",
             Method::Paper => "As in Kishioka's paper, an image each",
         };
         Some(PossibleValue::new(self.0.name()).help(help))
