@@ -318,7 +318,7 @@ impl Medium {
         self.index(max(least, min(nm, most)))
     }
 
-    /// Abbe's number `(n_d − 1)/(n_F − n_C)`; `None` where one of the [`line`]s
+    /// Abbe's number `(n_d − 1)/(n_F − n_C)`; `None` where one of the [lines](mod@line)
     /// is out of range or the medium has no dispersion.
     ///
     /// `n_F − n_C` from the difference of each term, which does not cancel.
