@@ -498,7 +498,9 @@ mod tests {
     fn any_coefficients_end_in_a_verdict() {
         use proptest::prelude::*;
         let coefficient = || -2f32..2.0;
-        proptest!(|(
+        // An interpreter takes its time.
+        let cases = if cfg!(miri) { 2 } else { 256 };
+        proptest!(ProptestConfig::with_cases(cases), |(
             a in coefficient(),
             terms in proptest::collection::vec([coefficient(), coefficient()], 0..4),
             low in 100f32..1000.0,
