@@ -228,6 +228,9 @@ impl fmt::Display for Report {
         for (nm, [red, green, blue]) in self.wavelengths_nm.iter().zip(&self.weights) {
             write!(f, "\n{nm:>10.3}{red:>11.6}{green:>11.6}{blue:>11.6}")?;
         }
-        write!(f, "\noff the white by {:.1e} at most", self.white_error)
+        match self.white_error {
+            0.0 => write!(f, "\nsum: white, exactly"),
+            error => write!(f, "\nsum: off the white by {error:.1e} at most"),
+        }
     }
 }
