@@ -257,10 +257,9 @@ fn shading_fixed_to_a_set_gives_the_same_pixels() {
                 picture(&left_out)
             );
         }
-        assert_ne!(
-            picture(&fixed(&compact, EffectSet::NONE, Mode::Tile)),
-            expected
-        );
+        // No shadow falls on what is seen of the first.
+        let bare = picture(&fixed(&compact, EffectSet::NONE, Mode::Tile));
+        assert_eq!(bare == expected, set == SHADOWS, "{set}");
     }
 }
 
@@ -416,7 +415,7 @@ fn pixels_are_counted_as_geometry_says() {
     }
     let found = account(&baked, 60, Effects::AUTO);
     let reflection = found.ledger.entry(REFLECTION);
-    assert!(expected > 1000);
+    assert!(expected > 300);
     assert_eq!((reflection.pixels, reflection.rays), (expected, expected));
     assert_eq!(found.pixels, 6 * 60 * 60);
     // Light from behind the eyes is on all that they see of it, but for a rim.

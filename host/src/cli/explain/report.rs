@@ -200,7 +200,7 @@ impl fmt::Display for Report {
         if self.effects.is_empty() {
             writeln!(f, "the scene asks for no effect")?;
         }
-        writeln!(f, "not simulated, and missed by nothing:")?;
+        writeln!(f, "not simulated, since nothing asks for it:")?;
         for one in &self.not_simulated {
             writeln!(f, "  {}: {}", one.effect, one.reason)?;
         }
