@@ -4,7 +4,6 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::effects::Effects;
 use shisen::mesh::{Material, TriangleMesh};
 use shisen::render::{Frame, Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
@@ -72,7 +71,7 @@ fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
             mode,
             ..Settings::default()
         },
-        effects: Effects::AUTO,
+        ..Options::default()
     }
 }
 
