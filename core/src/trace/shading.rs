@@ -189,34 +189,9 @@ where
         };
         let facing = if inside { -1.0 } else { 1.0 };
         let normal = surface.shading_normal * facing;
-        let texture = if Self::has(TEXTURES) && effects & TEXTURES != 0 {
-            Some(texture::colour::<W, EFFECTS>(
-                scene,
-                material,
-                surface.coordinate,
-            ))
-        } else {
-            None
-        };
-        let textured = |colour: [f32; 3]| {
-            let colour = Vec3::from_array(colour);
-            texture.map_or(colour, |texture| colour * texture)
-        };
-        if Self::has(effect::EMISSION) && effects & effect::EMISSION != 0 && !inside {
-            gathered.light += weight * textured(material.emission);
-        }
-        if material.effects & effect::LIT != 0 {
-            let lighting = Lighting {
-                surface: &surface,
-                diffuse: textured(material.diffuse),
-                direction,
-                normal,
-                facing,
-            };
-            let record = &mut *gathered.record;
-            let lit = self.lit(&lighting, budget, workspace, record);
-            gathered.light += weight * lit;
-        }
+        let towards = (direction, normal, facing);
+        let record = &mut *gathered.record;
+        gathered.light += weight * self.own_light(&surface, towards, budget, workspace, record);
         if from.bounces >= self.detail.depth {
             return;
         }
@@ -278,6 +253,47 @@ where
                 workspace.statistics.reflected += 1;
             }
         }
+    }
+
+    /// What a surface sends back along a ray without any further ones of the
+    /// tree: its own light and that of lights, in the colours of its texture.
+    #[inline(always)]
+    fn own_light<R: Record>(
+        &self,
+        surface: &Surface<'_>,
+        (direction, normal, facing): (Vec3, Vec3, f32),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        record: &mut R,
+    ) -> Vec3 {
+        let material = surface.material;
+        let effects = material.effects & self.effects;
+        let texture = if Self::has(TEXTURES) && effects & TEXTURES != 0 {
+            let (scene, at) = (self.tracer.scene(), surface.coordinate);
+            Some(texture::colour::<W, EFFECTS>(scene, material, at))
+        } else {
+            None
+        };
+        let textured = |colour: [f32; 3]| {
+            let colour = Vec3::from_array(colour);
+            texture.map_or(colour, |texture| colour * texture)
+        };
+        let mut light = Vec3::ZERO;
+        if material.effects & effect::LIT != 0 {
+            let at = Lighting {
+                surface,
+                diffuse: textured(material.diffuse),
+                direction,
+                normal,
+                facing,
+            };
+            light = self.lit(&at, budget, workspace, record);
+        }
+        let outside = facing > 0.0;
+        if Self::has(effect::EMISSION) && effects & effect::EMISSION != 0 && outside {
+            light += textured(material.emission);
+        }
+        light
     }
 
     /// Light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
