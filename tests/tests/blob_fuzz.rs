@@ -598,8 +598,8 @@ fn leaves_of_numbers_name_triangles_and_those_name_vertices() {
             assert_eq!(with_word(&baked, at + 4 * corner, index - 1), Ok(()));
         }
     }
-    // Without normals there are no positions either.
-    let normals = header.meshes.offset as usize + offset_of!(Mesh, normal_count);
+    // Without normals there are no positions either, nor coordinates.
+    let normals = field::<Mesh>(header.meshes, 1, offset_of!(Mesh, normal_count));
     assert!(matches!(
         refused(normals, 0),
         SceneError::Index { what: "vertex", .. }
