@@ -134,7 +134,9 @@ fn glass_has_one_hash() {
 /// under a light that has a size.
 fn textures_and_a_lamp() -> Scene {
     let mut scene = glass_and_mirrors();
-    let texels: Vec<[u8; 3]> = (0..35u8).map(|i| [7 * i, 255 - 5 * i, i * i]).collect();
+    let texels: Vec<[u8; 3]> = (0..35u8)
+        .map(|i| [7 * i, 255 - 5 * i, i.wrapping_mul(i)])
+        .collect();
     let image = Arc::new(Image::new(7, 5, &texels).expect("an image"));
     let textured = |pattern, repeats| Material {
         texture: Some(Texture { pattern, repeats }),
