@@ -212,6 +212,7 @@ fn options(threads: usize, tile: u32, simd: Simd, settings: Settings) -> Options
         threads,
         tile,
         simd,
+        ..Options::default()
     }
 }
 

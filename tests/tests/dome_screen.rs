@@ -233,6 +233,7 @@ fn the_same_bytes_come_from_any_threads_tiles_and_vectors() {
                 threads,
                 tile,
                 simd,
+                ..Options::default()
             };
             let place = EYE;
             let eye = Eye::Left;

@@ -64,12 +64,11 @@ pub(super) fn sum<I: Image, E>(
     let mut sum: Option<I> = None;
     for (options, weight) in images {
         let mut part = render(options)?;
-        match &mut sum {
-            Some(sum) => sum.add(part, *weight, share),
-            None => {
-                part.weigh(*weight, share);
-                sum = Some(part);
-            }
+        if let Some(sum) = &mut sum {
+            sum.add(part, *weight, share);
+        } else {
+            part.weigh(*weight, share);
+            sum = Some(part);
         }
     }
     Ok(sum)

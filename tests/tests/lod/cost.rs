@@ -14,7 +14,7 @@ use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
 use shisen_core::frame::{
-    Budget, Mode, Pixel, Renderer, Settings, Statistics, Tile, TileJob, View, Workspace,
+    Budget, Mode, Pixel, Renderer, Settings, Spectrum, Statistics, Tile, TileJob, View, Workspace,
 };
 use shisen_core::gaze::Zone;
 use shisen_tests::meshes::{meshes, torus};
@@ -68,7 +68,7 @@ fn no_ray_bounces_more_than_its_level_allows() {
             let mut allowed_to_all = 0;
             let mut kinds = vec![0; usize::from(most) + 1];
             for (view, eye) in views(size, &eyes) {
-                let renderer = renderer(&scene, &eye, &options);
+                let renderer = renderer(&scene, &eye, &options, Spectrum::Rgb).unwrap();
                 for at in places(&view) {
                     let level = level(&lod, &view, at);
                     let allowed = (f64::from(level) * f64::from(most)).floor() as u64;
@@ -185,7 +185,7 @@ fn faces_are_those_of_equation_10_to_five_hundredths() {
                     // One eye: the other's field is all but the same.
                     let eyes = &eyes(Some(lod(gaze)))[..1];
                     for (view, eye) in views([side; 2], eyes) {
-                        let renderer = renderer(&scene, &eye, &samples(1));
+                        let renderer = renderer(&scene, &eye, &samples(1), Spectrum::Rgb).unwrap();
                         let blocks = |all: u32| (0..all).step_by(BLOCK as usize);
                         let places = blocks(side).flat_map(|y| blocks(side).map(move |x| (x, y)));
                         for place in places.step_by(stride) {

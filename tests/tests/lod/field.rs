@@ -9,7 +9,7 @@ use shisen::bake::Baked;
 use shisen::render::{Frame, Options, renderer};
 use shisen::scene::Scene;
 use shisen::scene::builtin::{PaperScene, paper_scene};
-use shisen_core::frame::LevelOfDetail;
+use shisen_core::frame::{LevelOfDetail, Spectrum};
 use shisen_core::gaze::Zone;
 use shisen_core::scene::Scene as CoreScene;
 use shisen_tests::meshes::{icosphere, meshes};
@@ -59,7 +59,7 @@ impl Stage {
         let mut compared = Compared::default();
         let mut traced = 0;
         for (number, (view, eye)) in views(size, &eyes).iter().enumerate() {
-            let renderer = renderer(&ladder, eye, options);
+            let renderer = renderer(&ladder, eye, options, Spectrum::Rgb).unwrap();
             let full = renderer.tracer().detail();
             for (x, y) in places(view) {
                 let at = |frame: &Frame| {

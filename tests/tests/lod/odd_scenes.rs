@@ -6,7 +6,7 @@ use shisen::mesh::TriangleMesh;
 use shisen::render::renderer;
 use shisen::simplify::{PolygonLevels, Topology};
 use shisen_core::Simd;
-use shisen_core::frame::Tracer;
+use shisen_core::frame::{Spectrum, Tracer};
 use shisen_tests::meshes::{gridded_cube, icosphere};
 
 /// Without the faces on one side.
@@ -48,7 +48,7 @@ fn assert_traced_as_told(name: &str, baked: &Baked<8>) {
         let found = frame(&scene, size, &eyes, &options);
         let mut hit = 0;
         for (number, (view, eye)) in views(size, &eyes).iter().enumerate() {
-            let renderer = renderer(&scene, eye, &options);
+            let renderer = renderer(&scene, eye, &options, Spectrum::Rgb).unwrap();
             for at in places(view) {
                 let picture = &found.pictures[number].picture;
                 let seen = picture.pixel(at.0, at.1).expect("a pixel");

@@ -13,7 +13,7 @@ use shisen::render::renderer;
 use shisen::scene::Scene;
 use shisen::simplify::Ladder;
 use shisen_core::Simd;
-use shisen_core::frame::Tracer;
+use shisen_core::frame::{Spectrum, Tracer};
 use shisen_core::gaze::Zone;
 use shisen_core::scene::Scene as CoreScene;
 use shisen_tests::meshes::meshes;
@@ -69,7 +69,7 @@ impl Met {
             let most = options.settings.depth;
             let found = frame(&ladder, size, &eyes, &options);
             for (number, (view, eye)) in views(size, &eyes).iter().enumerate() {
-                let renderer = renderer(&ladder, eye, &options);
+                let renderer = renderer(&ladder, eye, &options, Spectrum::Rgb).unwrap();
                 for at in places(view) {
                     self.pixels += 1;
                     let sight = exact_sight(&exact, view, at);

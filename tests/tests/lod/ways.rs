@@ -24,6 +24,7 @@ fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
             mode,
             ..Settings::default()
         },
+        ..Options::default()
     }
 }
 

@@ -68,7 +68,6 @@ pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
         EffectSet::SHADOWS if !records.instances.iter().any(occludes) => {
             "nothing keeps light from anything"
         }
-        EffectSet::SHADOWS => "no material shows the light of lights",
         EffectSet::REFLECTION => "no material is a mirror",
         EffectSet::REFRACTION => "no material lets light through",
         EffectSet::DISPERSION => "no clear material has an index that depends on the wavelength",
@@ -76,7 +75,7 @@ pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
         EffectSet::SOFT_LIGHT if !records.lights.iter().any(Light::is_large) => {
             "all lights are points or infinitely far"
         }
-        EffectSet::SOFT_LIGHT => "no material shows the light of lights",
+        EffectSet::SHADOWS | EffectSet::SOFT_LIGHT => "no material shows the light of lights",
         EffectSet::IMAGE_TEXTURE => "no material has an image",
         EffectSet::CHECKER_TEXTURE => "no material has a checker",
         EffectSet::EMISSION => "no material shines",
