@@ -23,6 +23,7 @@ use shisen_core::scene::format::{
 };
 use shisen_core::shape::Spheroid;
 use shisen_core::spectrum::line;
+use std::borrow::Cow;
 use std::sync::Arc;
 use thiserror::Error;
 use tree::{Bounds, Effort, WideTree};
@@ -116,7 +117,8 @@ impl<const W: usize> Baked<W> {
     /// Whatever the core would refuse, found and named before it is asked.
     pub fn new(scene: &Scene) -> Result<Self, BakeError> {
         validate(scene)?;
-        let ladders: Vec<_> = scene.meshes.iter().map(Ladder::single).collect();
+        let meshes = shown(scene);
+        let ladders: Vec<_> = meshes.iter().map(|mesh| Ladder::single(mesh)).collect();
         Self::with_ladders(scene, &ladders)
     }
 
@@ -126,8 +128,8 @@ impl<const W: usize> Baked<W> {
     /// Also where a mesh cannot be simplified that far.
     pub fn with_levels(scene: &Scene, levels: &PolygonLevels) -> Result<Self, BakeError> {
         validate(scene)?;
-        let ladders: Vec<_> = scene
-            .meshes
+        let meshes = shown(scene);
+        let ladders: Vec<_> = meshes
             .par_iter()
             .enumerate()
             .map(|(mesh, source)| {
@@ -258,6 +260,25 @@ pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
         ambient: [0.0; 3],
         camera: CameraPath::default(),
     }
+}
+
+/// The meshes, without coordinates where no object shows a texture on them.
+fn shown(scene: &Scene) -> Vec<Cow<'_, TriangleMesh>> {
+    let meshes = scene.meshes.iter().enumerate();
+    meshes
+        .map(|(number, mesh)| {
+            let places = |object: &&Object| object.shape == Shape::Mesh(number);
+            let material = |object: &Object| scene.materials.get(object.material?);
+            let mut objects = scene.objects.iter().filter(places);
+            if mesh.coordinates.is_empty() || objects.any(|o| mesh.shows_texture(material(o))) {
+                return Cow::Borrowed(mesh);
+            }
+            Cow::Owned(TriangleMesh {
+                coordinates: Vec::new(),
+                ..mesh.clone()
+            })
+        })
+        .collect()
 }
 
 fn validate(scene: &Scene) -> Result<(), BakeError> {

@@ -8,6 +8,7 @@ mod arguments;
 mod bake;
 mod bench;
 mod cave;
+mod dispersion;
 mod dome;
 mod explain;
 mod failure;

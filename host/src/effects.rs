@@ -6,7 +6,7 @@
 //! not ask for changes no pixel, asked for here or not.
 
 use crate::description::suggestion;
-use shisen_core::frame::{Renderer, Settings};
+use shisen_core::frame::{Renderer, Settings, Spectrum, SpectrumError};
 use shisen_core::scene::{EffectSet, Scene};
 use shisen_core::{Runs, Simd};
 use std::fmt;
@@ -131,12 +131,16 @@ macro_rules! compiled {
 
         /// A renderer of a scene, with the smallest shading that has the effects
         /// wanted.
+        ///
+        /// # Errors
+        /// A wavelength at which a medium of the scene is not known.
         pub fn renderer<'a, const W: usize>(
             scene: Scene<'a, W>,
             simd: Simd,
             settings: Settings,
             effects: &Effects,
-        ) -> Renderer<'a, W>
+            spectrum: Spectrum<'a>,
+        ) -> Result<Renderer<'a, W>, SpectrumError>
         where
             Simd: Runs<W>,
         {
@@ -144,9 +148,11 @@ macro_rules! compiled {
             let others = EffectSet::ALL.without(wanted);
             $(if $set.contains(wanted) {
                 const SET: u32 = $set.bits();
-                return Renderer::for_effects::<SET>(scene, simd, settings).without(others);
+                let renderer = Renderer::for_effects::<SET>(scene, simd, settings);
+                return renderer.without(others).with_spectrum(spectrum);
             })*
-            Renderer::new(scene, simd, settings).without(others)
+            let renderer = Renderer::new(scene, simd, settings);
+            renderer.without(others).with_spectrum(spectrum)
         }
     };
 }

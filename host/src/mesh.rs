@@ -251,12 +251,16 @@ impl TriangleMesh {
         Ok(())
     }
 
-    /// Whether it says where it is on the textures of a material, or of its own
-    /// materials where there is none, if there are any.
-    pub fn has_coordinates_for(&self, material: Option<&Material>) -> bool {
+    /// Whether a texture is on it: of a material, or of its own materials where
+    /// it is given none.
+    pub fn shows_texture(&self, material: Option<&Material>) -> bool {
         let has_texture = |material: &Material| material.texture.is_some();
-        !self.coordinates.is_empty()
-            || !material.map_or_else(|| self.materials.iter().any(has_texture), has_texture)
+        material.map_or_else(|| self.materials.iter().any(has_texture), has_texture)
+    }
+
+    /// Whether it says where it is on such a texture, if there is one.
+    pub fn has_coordinates_for(&self, material: Option<&Material>) -> bool {
+        !self.coordinates.is_empty() || !self.shows_texture(material)
     }
 
     /// The mesh's own normals, or the mean of the faces around each vertex,

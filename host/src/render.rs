@@ -1,19 +1,22 @@
 //! All screens and eyes of a frame, and dome masters, on all cores.
 
 mod fill;
+mod images;
 mod ledger;
 
 use crate::cave::{Cave, DomeScreenError, Eye, Screen, WallError};
 use crate::effects::{self, Effects};
 use crate::picture::{Picture, PictureError};
+use crate::spectrum::Dispersion;
 use fill::Source;
 pub use fill::{Capture, CaptureOptions, Filling};
 use glam::DVec3;
+use images::images;
 pub use ledger::{Account, account};
 use rayon::ThreadPool;
 use shisen_core::frame::{
-    Budget, DomeError, LevelOfDetail, Pixel, Renderer, Settings, Statistics, SurroundingsError,
-    Tile, TileJob, View, ViewError, Workspace,
+    Budget, DomeError, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, SpectrumError,
+    Statistics, SurroundingsError, Tile, TileJob, View, ViewError, Workspace,
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
@@ -23,13 +26,16 @@ use std::time::Instant;
 use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3;
 
-/// How to render a frame. Only `settings` and `effects` change what is in it.
+/// How to render a frame. Only `settings`, `effects` and `dispersion` change
+/// what is in it.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
     /// Bounces, samples, and how primary rays go.
     pub settings: Settings,
     /// What to carry out of what the scene asks for.
     pub effects: Effects,
+    /// How to take wavelengths where the scene asks for dispersion.
+    pub dispersion: Dispersion,
     /// Threads, 1 or more.
     pub threads: usize,
     /// Pixels a side of the tiles that threads take, 1 or more.
@@ -44,6 +50,7 @@ impl Default for Options {
         Self {
             settings: Settings::default(),
             effects: Effects::AUTO,
+            dispersion: Dispersion::default(),
             threads: std::thread::available_parallelism().map_or(1, Into::into),
             tile: 32,
             simd: Simd::detect(),
@@ -152,6 +159,9 @@ pub enum RenderError {
          for the same eyes"
     )]
     Previous,
+    /// A wavelength at which a medium of the scene is not known.
+    #[error(transparent)]
+    Spectrum(#[from] SpectrumError),
     /// No threads to be had.
     #[error("the threads could not be started: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -192,6 +202,14 @@ pub fn cave_filled<const W: usize>(
 where
     Simd: Runs<W>,
 {
+    if let Some(images) = images(scene, options) {
+        let of_wavelength = |one: &Options| cave_filled(scene, cave, eyes, one, filling, progress);
+        if let Some(frame) = images::sum(&images, of_wavelength)? {
+            return Ok(frame);
+        }
+    }
+    let mut storage = Vec::new();
+    let spectrum = options.dispersion.spectrum(&mut storage);
     let mut views = Vec::new();
     let mut pictures = Vec::new();
     for (number, screen) in cave.screens().enumerate() {
@@ -202,7 +220,7 @@ where
                 eye: observer.eye,
                 picture: Picture::new(view.columns(), view.rows())?,
             });
-            views.push((view, renderer(scene, observer, options)));
+            views.push((view, renderer(scene, observer, options, spectrum)?));
         }
     }
     let places: Vec<(usize, Tile)> = views
@@ -216,7 +234,7 @@ where
     let mut jobs = jobs(&places, &mut pixels);
     let pool = pool(options.threads)?;
     let capture = match filling {
-        Filling::Capture(how) => fill::capture(scene, eyes, options, how, &pool)?,
+        Filling::Capture(how) => fill::capture((scene, spectrum), eyes, options, how, &pool)?,
         Filling::Background | Filling::Previous(_) => None,
     };
     let source = match (&capture, filling) {
@@ -305,13 +323,17 @@ pub fn dome<const W: usize>(
 where
     Simd: Runs<W>,
 {
+    if let Some(images) = images(scene, options) {
+        let of_wavelength = |one: &Options| dome(scene, view, lod, one, progress);
+        if let Some(picture) = images::sum(&images, of_wavelength)? {
+            return Ok(picture);
+        }
+    }
     let (columns, rows) = (view.columns(), view.rows());
     let mut picture = Picture::new(columns, rows)?;
-    let renderer = effects::renderer(*scene, options.simd, options.settings, &options.effects);
-    let renderer = match lod {
-        Some(lod) => renderer.with_level_of_detail(lod),
-        None => renderer,
-    };
+    let mut storage = Vec::new();
+    let spectrum = options.dispersion.spectrum(&mut storage);
+    let renderer = in_detail(scene, lod, options, spectrum)?;
     let height = options.tile.max(1);
     let mut jobs: Vec<Job<'_>> = picture
         .rows_mut(height)
@@ -387,20 +409,37 @@ where
     (statistics, seconds)
 }
 
-/// The renderer for what an eye sees.
+/// The renderer for what an eye sees, of [`Dispersion::spectrum`].
+///
+/// # Errors
+/// A wavelength at which a medium of the scene is not known.
 pub fn renderer<'a, const W: usize>(
     scene: &Scene<'a, W>,
     observer: &Observer,
     options: &Options,
-) -> Renderer<'a, W>
+    spectrum: Spectrum<'a>,
+) -> Result<Renderer<'a, W>, SpectrumError>
 where
     Simd: Runs<W>,
 {
-    let renderer = effects::renderer(*scene, options.simd, options.settings, &options.effects);
-    match observer.lod {
+    in_detail(scene, observer.lod, options, spectrum)
+}
+
+fn in_detail<'a, const W: usize>(
+    scene: &Scene<'a, W>,
+    lod: Option<LevelOfDetail>,
+    options: &Options,
+    spectrum: Spectrum<'a>,
+) -> Result<Renderer<'a, W>, SpectrumError>
+where
+    Simd: Runs<W>,
+{
+    let (simd, settings) = (options.simd, options.settings);
+    let renderer = effects::renderer(*scene, simd, settings, &options.effects, spectrum)?;
+    Ok(match lod {
         Some(lod) => renderer.with_level_of_detail(lod),
         None => renderer,
-    }
+    })
 }
 
 /// The rays through a screen's pixels from an eye.

@@ -310,9 +310,6 @@ impl TriangleMesh {
     }
 }
 
-/// Most vertices at a place that are compared by where they are on a texture.
-const SIDES_OF_SEAMS: usize = 8;
-
 /// How often the simplifier is asked again where it goes too far.
 const ATTEMPTS: usize = 4;
 
@@ -447,8 +444,7 @@ impl Versions {
     }
 
     /// Vertices of the mesh at the corners of a face: of those at one place,
-    /// the one whose normal is most like the face's. Where several are as like,
-    /// as along a seam of a texture, those that are nearest to each other on it.
+    /// the one whose normal is most like the face's.
     fn corners(&self, face: [u32; 3]) -> [u32; 3] {
         let place = |vertex: u32| DVec3::from(self.weld.places[vertex as usize].map(f64::from));
         let [a, b, c] = face.map(place);
@@ -457,38 +453,12 @@ impl Versions {
             let own = DVec3::from(self.mesh.normals[*vertex as usize].map(f64::from));
             own.dot(normal)
         };
-        let chosen = face.map(|vertex| {
+        face.map(|vertex| {
             let originals = self.weld.originals(vertex);
             originals
                 .max_by(|a, b| along(a).total_cmp(&along(b)))
                 .expect("every vertex stands for one of the mesh's")
-        });
-        if self.mesh.coordinates.is_empty() {
-            return chosen;
-        }
-        let alike = [0, 1, 2].map(|corner: usize| {
-            let best = along(&chosen[corner]);
-            let originals = self.weld.originals(face[corner]);
-            let alike = originals.filter(|vertex| along(vertex) == best);
-            alike.take(SIDES_OF_SEAMS).collect::<Vec<_>>()
-        });
-        let on_texture = |vertex: u32| self.mesh.coordinates[vertex as usize].map(f64::from);
-        let apart = |a: u32, b: u32| {
-            let ([a, b], [c, d]) = (on_texture(a), on_texture(b));
-            (a - c).abs() + (b - d).abs()
-        };
-        let around = |&[a, b, c]: &[u32; 3]| apart(a, b) + apart(b, c) + apart(c, a);
-        let mut nearest = chosen;
-        for &a in &alike[0] {
-            for &b in &alike[1] {
-                for &c in &alike[2] {
-                    if around(&[a, b, c]) < around(&nearest) {
-                        nearest = [a, b, c];
-                    }
-                }
-            }
-        }
-        nearest
+        })
     }
 }
 

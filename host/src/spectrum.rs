@@ -3,10 +3,12 @@
 //! What the tracer computes with is in [`shisen_core::spectrum`].
 
 mod cie1931;
+mod dispersion;
 mod method;
 mod prism;
 
 pub use cie1931::CIE_1931;
+pub use dispersion::Dispersion;
 pub use method::Method;
 pub use prism::minimum_deviation;
 

@@ -315,6 +315,6 @@ mod tests {
         assert!(Image::new(2, 1, &[[0; 3]; 2]).is_some());
         assert!(Image::new(2, 1, &[[0; 3]; 3]).is_none());
         assert!(Image::new(0, 1, &[]).is_none());
-        assert!(Image::new(8193, 1, &[[0; 3]; 8193]).is_none());
+        assert!(Image::new(8193, 1, &vec![[0; 3]; 8193]).is_none());
     }
 }

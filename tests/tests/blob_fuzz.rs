@@ -428,133 +428,122 @@ fn lines_have_a_number_and_a_width_where_there_are_any() {
     assert_eq!(with_lines.count(), 1);
 }
 
-#[test]
-fn textures_lights_and_media_are_checked_one_by_one() {
-    let baked = Baked::<8>::new(&small_scene()).expect("a scene");
-    let (header, _) = Header::read_from_prefix(baked.as_bytes()).expect("a header");
-    let of = |table: Table, record: usize, size: usize, field: usize| {
-        table.offset as usize + record * size + field
-    };
-    let material = |record: usize, field: usize| {
-        of(
-            header.materials,
-            record,
-            size_of::<format::Material>(),
-            field,
-        )
-    };
-    let texture = |record: usize, field: usize| {
-        of(header.textures, record, size_of::<format::Texture>(), field)
-    };
-    let light =
-        |record: usize, field: usize| of(header.lights, record, size_of::<format::Light>(), field);
-    let mesh = |record: usize, field: usize| of(header.meshes, record, size_of::<Mesh>(), field);
-    let of_material = offset_of!(format::Material, texture);
-    let emission = offset_of!(format::Material, emission);
-    let medium = offset_of!(format::Material, medium);
-    let [kind, width, first, repeats, colours] = [
-        offset_of!(format::Texture, kind),
-        offset_of!(format::Texture, width),
-        offset_of!(format::Texture, first_texel),
-        offset_of!(format::Texture, repeats),
-        offset_of!(format::Texture, colours),
-    ];
-    let [samples, right] = [
-        offset_of!(format::Light, samples),
-        offset_of!(format::Light, right),
-    ];
-    let value = |what, record| SceneError::Value { what, record };
-    let index = |what, record, index| SceneError::Index {
+/// Where the field of a record is.
+fn field<T>(table: Table, record: usize, field: usize) -> usize {
+    table.offset as usize + record * size_of::<T>() + field
+}
+
+/// Damages one word after another: what is in it, and the error.
+fn assert_refused(baked: &Baked<8>, damages: &[(usize, u32, SceneError)]) {
+    for &(at, word, expected) in damages {
+        let found = with_word(baked, at, word);
+        assert_eq!(found, Err(expected), "{word:#x} at byte {at}");
+    }
+}
+
+const fn value(what: &'static str, record: u32) -> SceneError {
+    SceneError::Value { what, record }
+}
+
+const fn index(what: &'static str, record: u32, index: u32) -> SceneError {
+    SceneError::Index {
         what,
         record,
         index,
+    }
+}
+
+#[test]
+fn textures_and_where_meshes_are_on_them_are_checked() {
+    let baked = Baked::<8>::new(&small_scene()).expect("a scene");
+    let (header, _) = Header::read_from_prefix(baked.as_bytes()).expect("a header");
+    let material = |record, at| {
+        let at = if at == 0 {
+            offset_of!(format::Material, texture)
+        } else {
+            offset_of!(format::Material, emission)
+        };
+        field::<format::Material>(header.materials, record, at)
     };
+    let texture = |record, at| field::<format::Texture>(header.textures, record, at);
+    let mesh = |at| field::<Mesh>(header.meshes, 0, at);
+    let count = mesh(offset_of!(Mesh, coordinate_count));
+    let first = offset_of!(format::Texture, first_texel);
+    let width = offset_of!(format::Texture, width);
+    let repeats = offset_of!(format::Texture, repeats);
+    let colours = offset_of!(format::Texture, colours);
     // The image comes first: materials of the scene before those of meshes.
     let (image, checker) = (0, 1);
     let of_texture = "a material's kind of texture";
-    let [nan, over] = [f32::NAN, 1.01].map(f32::to_bits);
-    for (at, word, expected) in [
-        (material(2, of_material), 2, index("texture", 2, 2)),
-        (material(2, of_material), checker, value(of_texture, 2)),
-        (material(2, of_material), u32::MAX, value(of_texture, 2)),
-        (material(0, of_material), image, value(of_texture, 0)),
-        (
-            material(2, emission),
-            nan,
-            value("a material's emission", 2),
-        ),
-        (
-            material(1, emission),
-            over,
-            value("a material's emission", 1),
-        ),
-        (material(0, medium), 1, index("medium", 0, 1)),
-        (texture(0, kind), 2, value("a texture's kind", 0)),
-        (texture(0, kind), 0, value("a texture's size", 0)),
-        (texture(1, kind), 1, value("a texture's size", 1)),
-        (texture(0, width), 0, value("a texture's size", 0)),
-        (texture(0, width), 8193, value("a texture's size", 0)),
+    let emission = "a material's emission";
+    let (size, repeated) = ("a texture's size", "a texture's repeats");
+    let coloured = "a texture's colours";
+    let [nan, over, far] = [f32::NAN, 1.01, 1.0e6].map(f32::to_bits);
+    let damages = [
+        (material(2, 0), 2, index("texture", 2, 2)),
+        (material(2, 0), checker, value(of_texture, 2)),
+        (material(2, 0), u32::MAX, value(of_texture, 2)),
+        (material(0, 0), image, value(of_texture, 0)),
+        (material(2, 1), nan, value(emission, 2)),
+        (material(1, 1), over, value(emission, 1)),
+        (texture(0, 0), 2, value("a texture's kind", 0)),
+        (texture(0, 0), 0, value(size, 0)),
+        (texture(1, 0), 1, value(size, 1)),
+        (texture(0, width), 0, value(size, 0)),
+        (texture(0, width), 8193, value(size, 0)),
         (texture(0, width), 3, index("texel", 0, 0)),
         (texture(0, first), 1, index("texel", 0, 1)),
         (texture(0, first), u32::MAX, index("texel", 0, u32::MAX)),
-        (texture(1, first), 1, value("a texture's size", 1)),
-        (texture(0, repeats), 0, value("a texture's repeats", 0)),
-        (
-            texture(0, repeats + 4),
-            nan,
-            value("a texture's repeats", 0),
-        ),
-        (texture(0, colours), over, value("a texture's colours", 0)),
-        (
-            texture(1, colours + 20),
-            over,
-            value("a texture's colours", 1),
-        ),
-        (
-            light(2, samples),
-            0,
-            value("a light's number of samples", 2),
-        ),
-        (
-            light(2, samples),
-            65,
-            value("a light's number of samples", 2),
-        ),
-        (light(2, right), nan, value("a light's size", 2)),
-        (light(0, samples), 1, value("a light's size", 0)),
-        (light(1, right), over, value("a light's size", 1)),
-        (
-            light(2, offset_of!(format::Light, kind)),
-            5,
-            value("a light's kind", 2),
-        ),
+        (texture(1, first), 1, value(size, 1)),
+        (texture(0, repeats), 0, value(repeated, 0)),
+        (texture(0, repeats + 4), nan, value(repeated, 0)),
+        (texture(0, colours), over, value(coloured, 0)),
+        (texture(1, colours + 20), over, value(coloured, 1)),
         (
             header.coordinates.offset as usize + 4,
-            1.0e6f32.to_bits(),
+            far,
             value("a texture coordinate", 0),
         ),
         (
-            mesh(0, offset_of!(Mesh, first_coordinate)),
+            mesh(offset_of!(Mesh, first_coordinate)),
             1,
             index("coordinate", 0, 1),
         ),
-        (
-            mesh(0, offset_of!(Mesh, coordinate_count)),
-            3,
-            index("coordinate", 0, 0),
-        ),
-        // The medium's range.
+        (count, 3, index("coordinate", 0, 0)),
+    ];
+    assert_refused(&baked, &damages);
+    // A mesh without coordinates has its texture's first colour.
+    assert_eq!(with_word(&baked, count, 0), Ok(()));
+}
+
+#[test]
+fn large_lights_and_media_are_checked() {
+    let baked = Baked::<8>::new(&small_scene()).expect("a scene");
+    let (header, _) = Header::read_from_prefix(baked.as_bytes()).expect("a header");
+    let light = |record, at| field::<format::Light>(header.lights, record, at);
+    let medium =
+        field::<format::Material>(header.materials, 0, offset_of!(format::Material, medium));
+    let samples = offset_of!(format::Light, samples);
+    let right = offset_of!(format::Light, right);
+    let kind = offset_of!(format::Light, kind);
+    let [nan, over] = [f32::NAN, 1.01].map(f32::to_bits);
+    let (size, number) = ("a light's size", "a light's number of samples");
+    let damages = [
+        (light(2, samples), 0, value(number, 2)),
+        (light(2, samples), 65, value(number, 2)),
+        (light(2, right), nan, value(size, 2)),
+        (light(0, samples), 1, value(size, 0)),
+        (light(1, right), over, value(size, 1)),
+        (light(2, kind), 5, value("a light's kind", 2)),
+        (medium, 1, index("medium", 0, 1)),
+        // Its range.
         (
             header.media.offset as usize,
             nan,
             value("a medium's coefficients", 0),
         ),
-    ] {
-        assert_eq!(with_word(&baked, at, word), Err(expected), "{word:#x}");
-    }
-    // A mesh without coordinates has its texture's first colour.
-    let count = mesh(0, offset_of!(Mesh, coordinate_count));
-    assert_eq!(with_word(&baked, count, 0), Ok(()));
+    ];
+    assert_refused(&baked, &damages);
     assert_eq!(with_word(&baked, light(2, samples), 64), Ok(()));
 }
 
@@ -609,8 +598,8 @@ fn leaves_of_numbers_name_triangles_and_those_name_vertices() {
             assert_eq!(with_word(&baked, at + 4 * corner, index - 1), Ok(()));
         }
     }
-    // Without normals there are no positions either.
-    let normals = header.meshes.offset as usize + offset_of!(Mesh, normal_count);
+    // Without normals there are no positions either, nor coordinates.
+    let normals = field::<Mesh>(header.meshes, 1, offset_of!(Mesh, normal_count));
     assert!(matches!(
         refused(normals, 0),
         SceneError::Index { what: "vertex", .. }

@@ -4,7 +4,6 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::effects::Effects;
 use shisen::mesh::{Material, TriangleMesh};
 use shisen::render::{Frame, Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
@@ -72,7 +71,7 @@ fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
             mode,
             ..Settings::default()
         },
-        effects: Effects::AUTO,
+        ..Options::default()
     }
 }
 
@@ -135,7 +134,9 @@ fn glass_has_one_hash() {
 /// under a light that has a size.
 fn textures_and_a_lamp() -> Scene {
     let mut scene = glass_and_mirrors();
-    let texels: Vec<[u8; 3]> = (0..35u8).map(|i| [7 * i, 255 - 5 * i, i * i]).collect();
+    let texels: Vec<[u8; 3]> = (0..35u8)
+        .map(|i| [7 * i, 255 - 5 * i, i.wrapping_mul(i)])
+        .collect();
     let image = Arc::new(Image::new(7, 5, &texels).expect("an image"));
     let textured = |pattern, repeats| Material {
         texture: Some(Texture { pattern, repeats }),

@@ -13,6 +13,7 @@ use shisen::render::{self, Account, Frame, Observer, Options};
 use shisen::scene::builtin::{PaperScene, grid, paper_scene};
 use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
+use shisen::texture::{Image, Pattern, Texture};
 use shisen_core::frame::{
     Budget, Entry, Ledger, Mode, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
 };
@@ -25,6 +26,7 @@ use shisen_tests::command::shisen;
 use shisen_tests::meshes::icosphere;
 use std::mem::offset_of;
 use std::path::Path;
+use std::sync::Arc;
 use xxhash_rust::xxh32::xxh32;
 
 const SHADOWS: EffectSet = EffectSet::SHADOWS;
@@ -91,8 +93,40 @@ fn everything() -> Scene {
         sphere(0.5, 2, [1.1, 0.0, -2.0]),
         sphere(0.3, 3, [0.2, 0.9, -1.8]),
         sphere(3.0, 3, [0.0, 0.0, -6.0]),
+        sphere(0.2, 4, [-0.6, 0.8, -1.8]),
+        sphere(0.2, 5, [-0.2, -0.9, -1.8]),
+        sphere(0.1, 6, [0.6, -0.8, -1.8]),
     ];
-    scene(vec![mirror(), glass(), lines, Material::default()], objects)
+    let textured = |pattern| Material {
+        texture: Some(Texture {
+            pattern,
+            repeats: [4.0, 3.0],
+        }),
+        ..Material::default()
+    };
+    let image = Image::new(2, 1, &[[255, 0, 0], [0, 255, 99]]).expect("an image");
+    let materials = vec![
+        mirror(),
+        glass(),
+        lines,
+        Material::default(),
+        textured(Pattern::Checker([[0.9; 3], [0.1; 3]])),
+        textured(Pattern::Image(Arc::new(image))),
+        Material {
+            emission: [0.5; 3],
+            ..Material::default()
+        },
+    ];
+    let mut scene = scene(materials, objects);
+    scene.lights.push(Light::Rectangle {
+        centre: DVec3::new(0.0, 2.0, 0.0),
+        right: DVec3::new(-0.5, 0.0, 0.0),
+        up: DVec3::new(0.0, 0.0, -0.5),
+        colour: [2.0; 3],
+        samples: 2,
+        two_sided: false,
+    });
+    scene
 }
 
 fn frame<const W: usize>(baked: &Baked<W>, side: u32, effects: Effects) -> Frame
@@ -257,10 +291,9 @@ fn shading_fixed_to_a_set_gives_the_same_pixels() {
                 picture(&left_out)
             );
         }
-        assert_ne!(
-            picture(&fixed(&compact, EffectSet::NONE, Mode::Tile)),
-            expected
-        );
+        // No shadow falls on what is seen of the first.
+        let bare = picture(&fixed(&compact, EffectSet::NONE, Mode::Tile));
+        assert_eq!(bare == expected, set == SHADOWS, "{set}");
     }
 }
 
@@ -364,7 +397,8 @@ fn the_ledger_adds_up_and_its_pixels_are_the_picture_s() {
     let all = ledger.entry(EffectSet::ALL);
     assert_eq!(all.rays, found.reflected + found.refracted + found.shadow);
     assert_eq!(found.primary, 3 * 48 * 48);
-    assert_eq!(ledger.entry(SHADOWS).rays, found.shadow);
+    let soft = ledger.entry(EffectSet::SOFT_LIGHT).rays;
+    assert_eq!(ledger.entry(SHADOWS).rays + soft, found.shadow);
     let mirrored = ledger.entry(REFLECTION).rays;
     let refracting = ledger.entry(REFRACTION).rays;
     assert_eq!(mirrored + refracting, found.reflected + found.refracted);
@@ -377,7 +411,7 @@ fn the_ledger_adds_up_and_its_pixels_are_the_picture_s() {
         } = ledger.entry(effect);
         assert!(pixels > 0 && pixels < 48 * 48, "{name}: {pixels} pixels");
         assert!(steps >= rays, "{name}: {steps} steps of {rays} rays");
-        let traces = [SHADOWS, REFLECTION, REFRACTION].contains(&effect);
+        let traces = [SHADOWS, EffectSet::SOFT_LIGHT, REFLECTION, REFRACTION].contains(&effect);
         assert_eq!(rays > 0, traces, "{name}: {rays} rays");
     }
     // Without an effect nothing is entered for it, and less for no other but
@@ -416,7 +450,7 @@ fn pixels_are_counted_as_geometry_says() {
     }
     let found = account(&baked, 60, Effects::AUTO);
     let reflection = found.ledger.entry(REFLECTION);
-    assert!(expected > 1000);
+    assert!(expected > 300);
     assert_eq!((reflection.pixels, reflection.rays), (expected, expected));
     assert_eq!(found.pixels, 6 * 60 * 60);
     // Light from behind the eyes is on all that they see of it, but for a rim.

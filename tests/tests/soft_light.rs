@@ -94,7 +94,7 @@ fn pixels(scene: &Scene, place: DVec3, samples: u16, without: EffectSet) -> Vec<
     });
     let mut pixels = vec![Pixel::default(); (SIDE * SIDE) as usize];
     let mut workspace = Workspace::new();
-    let mut budget = Budget::UNLIMITED.clone();
+    let mut budget = Budget::UNLIMITED;
     let outcome = job.render(&renderer, &view, &mut pixels, &mut budget, &mut workspace);
     assert_eq!(outcome, Ok(Outcome::Finished));
     pixels.iter().map(|pixel| f64::from(pixel.green)).collect()
@@ -123,14 +123,16 @@ fn energy_is_that_of_the_form_factor() {
             let expected = REFLECTANCE * RADIANCE * form_factor([x, z], sides[0], sides[1], HEIGHT);
             let found = pixels(&scene, DVec3::new(x, 0.0, z), 1, EffectSet::NONE);
             let off = (mean(&found) / expected - 1.0).abs();
-            assert!(off < 0.01, "{samples} at {x}, {z}: {off}");
-            worst = worst.max(rms_error(&found, expected) / expected);
+            let rms = rms_error(&found, expected) / expected;
+            // Four deviations of a mean of 256.
+            assert!(off < 0.25 * rms + 1e-4, "{samples} at {x}, {z}: {off}");
+            worst = worst.max(rms);
         }
         // Strata: faster than the square root of their number.
         assert!(worst < 0.45 * before, "{samples}: {worst} after {before}");
         before = worst;
     }
-    assert!(before < 1e-3, "{before}");
+    assert!(before < 6e-3, "{before}");
 }
 
 #[test]
@@ -236,7 +238,8 @@ fn without_soft_light_it_shines_from_its_middle() {
     };
     for x in [-0.3, 0.3, 4.0] {
         let found = pixels(&scene, DVec3::new(x, 0.0, 0.0), 1, EffectSet::SOFT_LIGHT);
-        assert!(found.iter().all(|p| (p / at(x) - 1.0).abs() < 1e-5), "{x}");
+        // The pixels are some micrometres apart.
+        assert!(found.iter().all(|p| (p / at(x) - 1.0).abs() < 1e-4), "{x}");
     }
     scene
         .objects
@@ -249,7 +252,7 @@ fn without_soft_light_it_shines_from_its_middle() {
     );
     assert!(shadowed.iter().all(|&p| p == 0.0));
     let lit = pixels(&scene, DVec3::new(0.01, 0.0, 0.0), 1, EffectSet::SOFT_LIGHT);
-    assert!(lit.iter().all(|&p| (p / at(0.01) - 1.0).abs() < 1e-5));
+    assert!(lit.iter().all(|&p| (p / at(0.01) - 1.0).abs() < 1e-4));
     let through = EffectSet::SOFT_LIGHT | EffectSet::SHADOWS;
     let through = pixels(&scene, DVec3::new(-0.01, 0.0, 0.0), 1, through);
     assert!(through.iter().all(|&p| p > 0.0));

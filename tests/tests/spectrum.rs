@@ -146,7 +146,7 @@ const DESCRIBED: [Described; 4] = [
         &[
             [1.737_597, 0.013_188_707],
             [0.313_747_35, 0.062_306_81],
-            [1.898_781, 155.236_29],
+            [1.898_781, 155.236_3],
         ],
         [
             1.806_512_744,
@@ -162,7 +162,7 @@ const DESCRIBED: [Described; 4] = [
     (
         [182.0, 1129.0],
         &[
-            [0.566_695_98, 0.005_084_152],
+            [0.566_696, 0.005_084_152],
             [0.173_190_01, 0.018_184_885],
             [0.020_959_52, 0.026_254_395],
             [0.112_522_84, 10.738_424],
@@ -337,16 +337,17 @@ fn a_ball_of_silica_focuses_as_in_the_reference() {
     }
 }
 
-/// XYZ of the light in bands 30 nm wide, each beginning 5 nm after the one
-/// before: what a slit's picture would show.
+/// The light in bands that rise and fall over 30 nm each, 5 nm from one to the
+/// next: what the picture of a slit would show.
 fn bands(samples: &[SpectralSample]) -> Vec<DVec3> {
-    let band = |start: f32| {
-        let inside = samples
-            .iter()
-            .filter(|sample| (start..start + 30.0).contains(&sample.nm));
-        inside.map(|sample| sample.weight.as_dvec3()).sum()
+    let band = |centre: f32| {
+        let shares = samples.iter().map(|sample| {
+            let share = (1.0 - (sample.nm - centre).abs() / 30.0).max(0.0);
+            sample.weight.as_dvec3() * f64::from(share)
+        });
+        shares.sum()
     };
-    (0..=54u8)
+    (0..=60u8)
         .map(|i| band(400.0 + 5.0 * f32::from(i)))
         .collect()
 }
@@ -376,7 +377,7 @@ fn a_comb_has_the_colours_of_the_whole_spectrum() {
     };
     // A fixed set leaves gaps between its stripes; the comb has none, and from
     // seven wavelengths on what scaling each offset to white costs is small.
-    for (count, bound) in [(7, 0.006), (10, 0.004), (14, 0.003), (28, 0.003)] {
+    for (count, bound) in [(7, 0.008), (10, 0.001), (14, 0.0003), (28, 0.0003)] {
         let (comb, fixed) = (error(count, SpectralTable::COMB_PHASES), error(count, 1));
         assert!(comb <= bound, "{count}: {comb}");
         assert!(fixed >= 10.0 * comb, "{count}: {fixed} {comb}");
@@ -558,13 +559,10 @@ fn the_spectrum_command_sums_to_white() {
                 }
             }
             let white_error = report["white_error"].as_f64().expect("a number");
-            assert!(white_error <= 3.6e-7, "{method} {count}: {white_error}");
-            for sum in sum {
-                assert!(
-                    (sum - 1.0).abs() <= white_error + 1.0e-12,
-                    "{method} {count}: {sum}"
-                );
-            }
+            assert_eq!(white_error, 0.0, "{method} {count}");
+            // Reading decimals rounds.
+            let error = sum.map(|sum| (sum - 1.0).abs());
+            assert!(error.iter().all(|&error| error < 1.0e-14), "{error:?}");
         }
     }
 }
@@ -674,9 +672,7 @@ fn the_spectrum_command_refuses_what_there_is_not() {
         let says = refusal(&["spectrum", "--wavelengths", count]);
         assert!(says.contains("--wavelengths"), "{says}");
     }
-    for range in [
-        "700,400", "400,400", "300,700", "400,900", "nan,700", "-1,700",
-    ] {
+    for range in ["700,400", "400,400", "300,700", "400,900", "nan,700"] {
         let says = refusal(&["spectrum", "--wavelengths", "7", "--range", range]);
         assert!(says.contains("from 360 to 830 nm"), "{says}");
     }

@@ -14,8 +14,8 @@ pub fn reflect(direction: Vec3, normal: Vec3) -> Vec3 {
 pub struct Refraction {
     /// The share of unpolarised light that is reflected, 0 to 1.
     pub reflectance: f32,
-    /// The share that is not, 0 to 1: by a formula of its own, because the
-    /// difference from 1 has no digits left at grazing incidence.
+    /// The share that is not, 0 to 1: not as the difference from 1 where it is
+    /// the lesser, which has no digits left at grazing incidence.
     pub transmittance: f32,
     /// The unit direction of the rest; `None` on total internal reflection.
     pub direction: Option<Vec3>,
@@ -56,13 +56,21 @@ pub fn refract(direction: Vec3, normal: Vec3, from: f32, to: f32) -> Refraction 
     let (m2, n2) = (m * m, n * n);
     let reflected_s = difference * s * s;
     let reflected_p = difference * ((n2 + m2) * cos_in * cos_in - m2) * p * p;
-    let transmitted = (a * s) * (g * s) + (n * a * p) * (n * g * p);
+    let reflected = 0.5 * (reflected_s * reflected_s + reflected_p * reflected_p);
+    // The lesser share by its own formula; the greater loses nothing as the
+    // rest.
+    let (reflectance, transmittance) = if reflected < 0.5 {
+        (reflected, 1.0 - reflected)
+    } else {
+        let transmitted = 2.0 * ((a * s) * (g * s) + (n * a * p) * (n * g * p));
+        (1.0 - transmitted, transmitted)
+    };
     // The part of the direction along the surface, whose length is the sine:
     // a sine from the cosine has no digits left at normal incidence.
     let along = direction + normal * cos_in;
     Refraction {
-        reflectance: 0.5 * (reflected_s * reflected_s + reflected_p * reflected_p),
-        transmittance: 2.0 * transmitted,
+        reflectance,
+        transmittance,
         direction: normalize(along * m - normal * g),
     }
 }
@@ -121,7 +129,7 @@ mod tests {
             return None;
         };
         let sum = f64::from(found.reflectance) + f64::from(found.transmittance);
-        assert!((sum - 1.0).abs() < 1.0e-6, "{cos} {m} {n}: {found:?}");
+        assert!((sum - 1.0).abs() < 1.0e-7, "{cos} {m} {n}: {found:?}");
         let error = |found: f32, exact: f64| (f64::from(found) / exact - 1.0).abs();
         Some((error(found.reflectance, r), error(found.transmittance, t)))
     }
@@ -142,7 +150,7 @@ mod tests {
     #[test]
     fn shares_are_fresnels_at_every_angle() {
         // An interpreter takes its time.
-        let steps = if cfg!(miri) { 20 } else { 4000 };
+        let steps = if cfg!(miri) { 5 } else { 4000 };
         for index in INDICES {
             for (m, n) in [(1.0, index), (index, 1.0)] {
                 for i in 1..=steps {
@@ -173,7 +181,11 @@ mod tests {
                 for sign in [1.0, -1.0] {
                     // As given: the rounding of a cosine is not the border's.
                     let cos = (critical + sign * delta) as f32;
-                    if let Some((r, _)) = (cos <= 1.0).then(|| errors(cos, index, 1.0)).flatten() {
+                    if let Some((r, _)) = (0.0..=1.0)
+                        .contains(&cos)
+                        .then(|| errors(cos, index, 1.0))
+                        .flatten()
+                    {
                         assert!(r <= 2.0e-6, "{delta} {index}: {r}");
                     }
                 }

@@ -4,20 +4,21 @@
 
 use super::background;
 use super::budget::Budget;
-use super::dispersion::Fan;
+use super::dispersion::{Fan, Part};
 use super::hit::Hit;
 use super::ledger::{Ledger, Record};
-use super::optics::{reflect, refract};
+use super::optics::{Refraction, reflect, refract};
 use super::sample::Sample;
 use super::soft_light::{Points, Rectangle};
 use super::surface::Surface;
 use super::texture::{self, TEXTURES};
 use super::tracer::{LEAST_WEIGHT, Pixel, RayDetail, Tracer, Workspace};
-use crate::numeric::{map3, max, normalize, sqrt};
+use crate::numeric::{map3, normalize, sqrt};
 use crate::scene::EffectSet;
-use crate::scene::format::{Light, Material, effect, light};
+use crate::scene::format::{Light, effect, light};
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
+use crate::spectrum::SpectralSample;
 use glam::Vec3;
 
 /// Traces what a primary ray leaves behind where it hits.
@@ -201,121 +202,90 @@ where
         };
         let facing = if inside { -1.0 } else { 1.0 };
         let normal = surface.shading_normal * facing;
-        let texture = if Self::has(TEXTURES) && effects & TEXTURES != 0 {
-            Some(texture::colour::<W, EFFECTS>(
-                scene,
-                material,
-                surface.coordinate,
-            ))
-        } else {
-            None
-        };
-        let textured = |colour: [f32; 3]| {
-            let colour = Vec3::from_array(colour);
-            texture.map_or(colour, |texture| colour * texture)
-        };
-        if Self::has(effect::EMISSION) && effects & effect::EMISSION != 0 && !inside {
-            gathered.add::<EFFECTS>(weight * textured(material.emission));
-        }
-        if material.effects & effect::LIT != 0 {
-            let lighting = Lighting {
-                surface: &surface,
-                diffuse: textured(material.diffuse),
-                direction,
-                normal,
-                facing,
-            };
-            let record = &mut *gathered.record;
-            let lit = self.lit(&lighting, budget, workspace, record);
-            gathered.add::<EFFECTS>(weight * lit);
-        }
+        let towards = (direction, normal, facing);
+        let record = &mut *gathered.record;
+        let own = self.own_light(&surface, towards, budget, workspace, record);
+        gathered.add::<EFFECTS>(weight * own);
         if from.bounces >= self.detail.depth {
             return;
         }
-        let bounces = from.bounces + 1;
+        let at = Arrival {
+            surface,
+            direction,
+            normal,
+            inside,
+            weight,
+            uncovered: from.uncovered,
+            bounces: from.bounces + 1,
+        };
         if Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0 {
-            if Self::has(effect::DISPERSION)
-                && effects & effect::DISPERSION != 0
-                && gathered.nm == 0.0
-                && let Some(part) = self
-                    .tracer
-                    .spectrum()
-                    .part(self.sample, self.detail.wavelengths)
-            {
-                let fan = Fan {
-                    part,
-                    waiting: 0,
-                    surface,
-                    direction,
-                    normal,
-                    inside,
-                    weight,
-                    uncovered: from.uncovered,
-                    bounces,
-                };
-                self.begin_fan(fan, gathered, workspace);
-                return;
-            }
-            let (before, beyond) = self.indices(material, inside, gathered.nm);
-            let refraction = refract(direction, normal, before, beyond);
-            let let_through = Vec3::from_array(material.transmission);
-            if let Some(refracted) = refraction.direction {
-                let share = let_through * refraction.transmittance;
-                let ray = Ray::new(surface.start(refracted), refracted);
-                let next = Next {
-                    ray,
-                    weight: weight * share,
-                    uncovered: from.uncovered * share.max_element(),
-                    bounces,
-                    cause: effect::REFRACTION,
-                };
-                if next.push(workspace) {
-                    gathered.record.touch(effect::REFRACTION);
-                    workspace.statistics.refracted += 1;
-                }
-            }
-            let reflected = above(
-                reflect(direction, normal),
-                surface.geometric_normal * facing,
-            );
-            let next = Next {
-                ray: Ray::new(surface.start(reflected), reflected),
-                weight: weight * refraction.reflectance,
-                // Inside, what is reflected is still on its way through.
-                uncovered: if inside {
-                    from.uncovered * refraction.reflectance
-                } else {
-                    0.0
-                },
-                bounces,
-                cause: effect::REFRACTION,
-            };
-            if next.push(workspace) {
-                gathered.record.touch(effect::REFRACTION);
-                workspace.statistics.reflected += 1;
-            }
+            self.enter(at, gathered, workspace);
         } else if Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0 {
-            let reflected = above(
-                reflect(direction, normal),
-                surface.geometric_normal * facing,
-            );
-            let next = Next {
-                ray: Ray::new(surface.start(reflected), reflected),
-                weight: weight * Vec3::from_array(material.mirror),
-                uncovered: 0.0,
-                bounces,
-                cause: effect::REFLECTION,
-            };
-            if next.push(workspace) {
+            let weight = at.weight * Vec3::from_array(material.mirror);
+            if at
+                .reflected(weight, 0.0, effect::REFLECTION)
+                .push(workspace)
+            {
                 gathered.record.touch(effect::REFLECTION);
                 workspace.statistics.reflected += 1;
             }
         }
     }
 
-    /// Of refraction at a wavelength, on a ray's side of a surface and beyond.
-    /// Nested media are not known: outside is always air.
-    fn indices(&self, material: &Material, inside: bool, nm: f32) -> (f32, f32) {
+    /// What goes on from the border of a clear body, on both sides of it.
+    fn enter<R: Record>(
+        &self,
+        at: Arrival<'a>,
+        gathered: &mut Gathered<'_, 'a, R>,
+        workspace: &mut Workspace,
+    ) {
+        let material = at.surface.material;
+        if Self::has(effect::DISPERSION)
+            && material.effects & self.effects & effect::DISPERSION != 0
+            && gathered.nm == 0.0
+            && let Some(part) = self
+                .tracer
+                .spectrum()
+                .part(self.sample, self.detail.wavelengths)
+        {
+            self.begin_fan(at, part, gathered, workspace);
+            return;
+        }
+        let refraction = self.refraction(&at, gathered.nm);
+        if let Some(next) = at.refracted(&refraction, effect::REFRACTION)
+            && next.push(workspace)
+        {
+            gathered.record.touch(effect::REFRACTION);
+            workspace.statistics.refracted += 1;
+        }
+        let reflectance = Vec3::splat(refraction.reflectance);
+        Self::reflect_in_part(&at, reflectance, gathered, workspace);
+    }
+
+    /// What the border of a clear body reflects.
+    fn reflect_in_part<R: Record>(
+        at: &Arrival<'a>,
+        reflectance: Vec3,
+        gathered: &mut Gathered<'_, 'a, R>,
+        workspace: &mut Workspace,
+    ) {
+        // Inside, what is reflected is still on its way through.
+        let uncovered = if at.inside {
+            at.uncovered * reflectance.max_element()
+        } else {
+            0.0
+        };
+        let next = at.reflected(at.weight * reflectance, uncovered, effect::REFRACTION);
+        if next.push(workspace) {
+            gathered.record.touch(effect::REFRACTION);
+            workspace.statistics.reflected += 1;
+        }
+    }
+
+    /// At the border of a clear body, of a wavelength or of all. Nested media
+    /// are not known: outside is always air.
+    fn refraction(&self, at: &Arrival<'_>, nm: f32) -> Refraction {
+        let material = at.surface.material;
         let own = if Self::has(effect::DISPERSION)
             && material.effects & self.effects & effect::DISPERSION != 0
             && nm > 0.0
@@ -325,7 +295,8 @@ where
         } else {
             material.index_of_refraction
         };
-        if inside { (own, 1.0) } else { (1.0, own) }
+        let (before, beyond) = if at.inside { (own, 1.0) } else { (1.0, own) };
+        refract(at.direction, at.normal, before, beyond)
     }
 
     /// A ray of all wavelengths enters a dispersive medium. What is reflected
@@ -333,41 +304,22 @@ where
     #[inline(never)]
     fn begin_fan<R: Record>(
         &self,
-        mut fan: Fan<'a>,
+        mut at: Arrival<'a>,
+        part: Part<'a>,
         gathered: &mut Gathered<'_, 'a, R>,
         workspace: &mut Workspace,
     ) {
-        let material = fan.surface.material;
-        let mut reflectance = Vec3::ZERO;
-        for sample in fan.part.all() {
-            let (before, beyond) = self.indices(material, fan.inside, sample.nm);
-            let refraction = refract(fan.direction, fan.normal, before, beyond);
-            reflectance += sample.weight * refraction.reflectance;
-        }
-        let facing = if fan.inside { -1.0 } else { 1.0 };
-        let reflected = above(
-            reflect(fan.direction, fan.normal),
-            fan.surface.geometric_normal * facing,
-        );
-        let next = Next {
-            ray: Ray::new(fan.surface.start(reflected), reflected),
-            weight: fan.weight * reflectance,
-            uncovered: if fan.inside {
-                fan.uncovered * reflectance.max_element()
-            } else {
-                0.0
-            },
-            bounces: fan.bounces,
-            cause: effect::REFRACTION,
-        };
-        if next.push(workspace) {
-            gathered.record.touch(effect::REFRACTION);
-            workspace.statistics.reflected += 1;
-        }
+        let of =
+            |sample: SpectralSample| sample.weight * self.refraction(&at, sample.nm).reflectance;
+        let reflectance = part.all().map(of).sum();
+        Self::reflect_in_part(&at, reflectance, gathered, workspace);
         gathered.record.touch(effect::DISPERSION);
-        fan.uncovered /= fan.part.count().max(1) as f32;
-        fan.waiting = workspace.pending.len();
-        gathered.fan = Some(fan);
+        at.uncovered /= part.count().max(1) as f32;
+        gathered.fan = Some(Fan {
+            part,
+            waiting: workspace.pending.len(),
+            at,
+        });
     }
 
     /// Once all rays of a fan's wavelength are through, its next.
@@ -391,23 +343,10 @@ where
         workspace: &mut Workspace,
     ) {
         if let Some(fan) = &mut gathered.fan {
-            let material = fan.surface.material;
-            let let_through = fan.weight * Vec3::from_array(material.transmission);
             while let Some(sample) = fan.part.next() {
-                let (before, beyond) = self.indices(material, fan.inside, sample.nm);
-                let refraction = refract(fan.direction, fan.normal, before, beyond);
-                let Some(refracted) = refraction.direction else {
-                    continue;
-                };
-                let share = material.transmission.into_iter().fold(0.0, max);
-                let next = Next {
-                    ray: Ray::new(fan.surface.start(refracted), refracted),
-                    weight: let_through * refraction.transmittance,
-                    uncovered: fan.uncovered * share * refraction.transmittance,
-                    bounces: fan.bounces,
-                    cause: effect::DISPERSION,
-                };
-                if next.push(workspace) {
+                let refraction = self.refraction(&fan.at, sample.nm);
+                let next = fan.at.refracted(&refraction, effect::DISPERSION);
+                if next.is_some_and(|next| next.push(workspace)) {
                     workspace.statistics.refracted += 1;
                     (gathered.nm, gathered.tint) = (sample.nm, sample.weight);
                     return;
@@ -416,6 +355,47 @@ where
         }
         gathered.fan = None;
         (gathered.nm, gathered.tint) = (0.0, Vec3::ONE);
+    }
+
+    /// What a surface sends back along a ray without any further ones of the
+    /// tree: its own light and that of lights, in the colours of its texture.
+    #[inline(always)]
+    fn own_light<R: Record>(
+        &self,
+        surface: &Surface<'_>,
+        (direction, normal, facing): (Vec3, Vec3, f32),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        record: &mut R,
+    ) -> Vec3 {
+        let material = surface.material;
+        let effects = material.effects & self.effects;
+        let texture = if Self::has(TEXTURES) && effects & TEXTURES != 0 {
+            let (scene, at) = (self.tracer.scene(), surface.coordinate);
+            Some(texture::colour::<W, EFFECTS>(scene, material, at))
+        } else {
+            None
+        };
+        let textured = |colour: [f32; 3]| {
+            let colour = Vec3::from_array(colour);
+            texture.map_or(colour, |texture| colour * texture)
+        };
+        let mut light = Vec3::ZERO;
+        if material.effects & effect::LIT != 0 {
+            let at = Lighting {
+                surface,
+                diffuse: textured(material.diffuse),
+                direction,
+                normal,
+                facing,
+            };
+            light = self.lit(&at, budget, workspace, record);
+        }
+        let outside = facing > 0.0;
+        if Self::has(effect::EMISSION) && effects & effect::EMISSION != 0 && outside {
+            light += textured(material.emission);
+        }
+        light
     }
 
     /// Light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
@@ -523,6 +503,53 @@ where
         record.touch(SHADOWS);
         record.ray(place(cause.bits()), workspace.statistics.steps - before);
         is_shadowed
+    }
+}
+
+/// A ray where it meets the border of a clear body, or a mirror.
+pub(super) struct Arrival<'a> {
+    surface: Surface<'a>,
+    /// The ray's: unit.
+    direction: Vec3,
+    /// Unit, on the ray's side.
+    normal: Vec3,
+    inside: bool,
+    /// Of the ray, there.
+    weight: Vec3,
+    uncovered: f32,
+    /// Of the rays that it leaves behind.
+    bounces: u8,
+}
+
+impl Arrival<'_> {
+    /// The reflected ray.
+    fn reflected(&self, weight: Vec3, uncovered: f32, cause: u32) -> Next {
+        let facing = if self.inside { -1.0 } else { 1.0 };
+        let reflected = above(
+            reflect(self.direction, self.normal),
+            self.surface.geometric_normal * facing,
+        );
+        Next {
+            ray: Ray::new(self.surface.start(reflected), reflected),
+            weight,
+            uncovered,
+            bounces: self.bounces,
+            cause,
+        }
+    }
+
+    /// The refracted ray; `None` on total reflection.
+    fn refracted(&self, refraction: &Refraction, cause: u32) -> Option<Next> {
+        let refracted = refraction.direction?;
+        let let_through = Vec3::from_array(self.surface.material.transmission);
+        let share = let_through * refraction.transmittance;
+        Some(Next {
+            ray: Ray::new(self.surface.start(refracted), refracted),
+            weight: self.weight * share,
+            uncovered: self.uncovered * share.max_element(),
+            bounces: self.bounces,
+            cause,
+        })
     }
 }
 

@@ -25,7 +25,7 @@ impl Points {
     }
 
     /// A point of a square, from −1 to 1, both excluded.
-    pub(super) fn point(&self, number: u32) -> [f32; 2] {
+    pub(super) fn point(self, number: u32) -> [f32; 2] {
         let first = number.reverse_bits();
         let mut second = 0;
         let (mut left, mut direction) = (number, 1u32 << 31);

@@ -8,6 +8,7 @@ use super::arguments::{
     EffectArguments, HeadReport, Model, PictureSize, SceneName, WallsName, field_of_view,
     interpupillary_distance, threads,
 };
+use super::dispersion::DispersionArguments;
 use super::failure::Failure;
 use super::filling::{FillArguments, Wanted};
 use super::picture_files::{hexadecimal, make_writable};
@@ -45,7 +46,8 @@ use std::path::PathBuf;
 /// (paths), with --lod levels, polygons and difference (paths), threads, size,
 /// scene, mesh (null where the scene file says), simd, depth, samples, effects
 /// (the names of those carried out), `effects_asked` (of those that the scene
-/// asks for) and lod (null without --lod): mode, faces (of each mesh's levels), field (wall, eye,
+/// asks for), dispersion (null where it is not carried out: method, wavelengths and
+/// `range_nm`) and lod (null without --lod): mode, faces (of each mesh's levels), field (wall, eye,
 /// central, peripheral, outside, `mean_level` and `mean_bounces` each), fill
 /// (mode, `outside_pixels`, `outside_rms`, of 255 codes, and `outside_psnr`,
 /// decibels, against full tracing (null where nothing is outside or differs), and
@@ -99,6 +101,8 @@ pub(super) struct Arguments {
     fill: FillArguments,
     #[command(flatten)]
     effects: EffectArguments,
+    #[command(flatten)]
+    dispersion: DispersionArguments,
     /// Reflections and refractions to follow, one after another; with --lod
     /// those of the centre of the field
     #[arg(long, visible_alias = "reflect-max", value_name = "N", default_value_t = 3,
@@ -164,7 +168,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     };
     make_writable(&arguments.out)?;
-    let options = options(arguments);
+    let mut options = options(arguments);
+    let dispersion;
+    (options.dispersion, dispersion) = arguments.dispersion.of(&baked, &options.effects)?;
     let frames = Frames {
         baked: &baked,
         cave: &cave,
@@ -217,6 +223,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         depth: arguments.depth,
         samples: arguments.samples,
         effects: arguments.effects.of(&baked),
+        dispersion,
         lod: match &full {
             Some(full) => {
                 let filled = Filled {

@@ -63,7 +63,7 @@ impl ValueEnum for MethodChoice {
     fn to_possible_value(&self) -> Option<PossibleValue> {
         let help = match self.0 {
             Method::Fixed => "The centres of equal parts of the range",
-            Method::Comb => "The same, shifted from ray to ray",
+            Method::Comb | Method::Split => "The same, shifted from ray to ray",
             Method::Paper => "As in Kishioka's paper, an image each",
         };
         Some(PossibleValue::new(self.0.name()).help(help))
@@ -228,6 +228,9 @@ impl fmt::Display for Report {
         for (nm, [red, green, blue]) in self.wavelengths_nm.iter().zip(&self.weights) {
             write!(f, "\n{nm:>10.3}{red:>11.6}{green:>11.6}{blue:>11.6}")?;
         }
-        write!(f, "\noff the white by {:.1e} at most", self.white_error)
+        match self.white_error {
+            0.0 => write!(f, "\nsum: white, exactly"),
+            error => write!(f, "\nsum: off the white by {error:.1e} at most"),
+        }
     }
 }

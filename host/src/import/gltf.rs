@@ -317,13 +317,13 @@ impl Importer<'_> {
                     return Ok(None);
                 };
                 let source = info.texture().source();
-                let image = match images.get(&source.index()) {
-                    Some(known) => Option::<Arc<Image>>::clone(known),
-                    None => {
-                        let image = self.image(&source, &mut left)?.map(Arc::new);
-                        images.insert(source.index(), image.clone());
-                        image
-                    }
+                let known: Option<&Option<Arc<Image>>> = images.get(&source.index());
+                let image = if let Some(known) = known {
+                    known.clone()
+                } else {
+                    let image = self.image(&source, &mut left)?.map(Arc::new);
+                    images.insert(source.index(), image.clone());
+                    image
                 };
                 Ok(image.map(|image| Texture {
                     pattern: Pattern::Image(image),

@@ -8,7 +8,7 @@ use crate::picture::Picture;
 use glam::{DVec3, Mat3};
 use rayon::ThreadPool;
 use shisen_core::frame::{
-    BLEND, Budget, DomePose, Fill, LevelOfDetail, Pixel, Renderer, Settings, Statistics,
+    BLEND, Budget, DomePose, Fill, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, Statistics,
     Surroundings, SurroundingsError, Tile, TileJob, View, Workspace,
 };
 use shisen_core::scene::Scene;
@@ -87,7 +87,7 @@ where
 {
     /// Around the middle of the eyes; `None` where nothing follows their gaze.
     pub(super) fn new(
-        scene: &Scene<'a, W>,
+        (scene, spectrum): (&Scene<'a, W>, Spectrum<'a>),
         eyes: &[Observer],
         frame: &Options,
         options: CaptureOptions,
@@ -108,7 +108,8 @@ where
             ..frame.settings
         };
         let mut renderer =
-            effects::renderer(*scene, frame.simd, settings, &frame.effects).at_level(options.level);
+            effects::renderer(*scene, frame.simd, settings, &frame.effects, spectrum)?
+                .at_level(options.level);
         // Eyes with a gaze each need what either skips.
         if gazes.all(|other| same_field(&lod, &other)) {
             renderer = renderer.below_level(lod.gaze, needed_below(&lod, options.size));
@@ -262,7 +263,7 @@ fn pixels_of(picture: &Picture, tile: Tile) -> Vec<Pixel> {
 
 /// Captures the surroundings; `None` where nothing follows the eyes' gaze.
 pub(super) fn capture<'a, const W: usize>(
-    scene: &Scene<'a, W>,
+    scene: (&Scene<'a, W>, Spectrum<'a>),
     eyes: &[Observer],
     frame: &Options,
     options: CaptureOptions,

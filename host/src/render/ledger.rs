@@ -33,12 +33,14 @@ pub fn account<const W: usize>(
 where
     Simd: Runs<W>,
 {
+    let mut storage = Vec::new();
+    let spectrum = options.dispersion.spectrum(&mut storage);
     let mut jobs = Vec::new();
     let mut pixels = 0;
     for screen in cave.screens() {
         for observer in eyes {
             let view = view(screen, observer)?;
-            let renderer = renderer(scene, observer, options);
+            let renderer = renderer(scene, observer, options, spectrum)?;
             pixels += u64::from(view.columns()) * u64::from(view.rows());
             jobs.extend(tiles(&view, options.tile).map(|tile| (view, renderer, tile)));
         }

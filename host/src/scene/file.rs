@@ -40,27 +40,22 @@
 
 mod entries;
 mod fault;
+mod lights;
+mod materials;
 
 pub use fault::{SceneFault, SceneFileError};
 
 use super::camera::{CameraKey, CameraPath, CameraPathError, DomeCamera};
-use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};
+use super::{Background, Normalisation, Object, Placement, Scene, Shape};
 use crate::description::{Located, Source};
-use crate::mesh::{Graticule, Material, TriangleMesh};
-use crate::texture::{Image, Pattern, Texture};
-use entries::{
-    BackgroundEntry, CameraEntry, GraticuleEntry, LightEntry, MaterialEntry, MediumEntry,
-    MeshEntry, ObjectEntry, SceneEntry, TextureEntry,
-};
-use fault::{
-    ABSORPTION, Check, DEGREES, DIVISIONS, EXPONENT, FORM, FRAMES, INDEX_OF_REFRACTION, LENGTH,
-    LIGHT_SAMPLES, LINE_WIDTH, POSITION, RADIANCE, REPEATS, SHARE, WAVELENGTH,
-};
+use crate::mesh::TriangleMesh;
+use entries::{BackgroundEntry, CameraEntry, MeshEntry, ObjectEntry, SceneEntry};
+use fault::{Check, DEGREES, FRAMES, LENGTH, POSITION, RADIANCE, SHARE};
 use glam::DVec3;
-use shisen_core::spectrum::Medium;
+use lights::read_light;
+use materials::{read_materials, with_textures};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use toml::Spanned;
 
 /// Where a scene's mesh comes from.
@@ -143,18 +138,7 @@ impl Scene {
             .map_or(Ok(Background::uniform([0.0; 3])), |entry| {
                 read_background(&check, entry)
             })?;
-        let texture_numbers = numbers(&entry.textures);
-        // A file's own media come before built-in ones of the same name.
-        let mut media: BTreeMap<&str, Medium> = Medium::NAMED.into();
-        for (name, entry) in &entry.media {
-            media.insert(name.as_ref(), read_medium(&check, name, entry.as_ref())?);
-        }
-        // Each with the number of its texture, if it has one.
-        let mut materials = entry
-            .materials
-            .values()
-            .map(|entry| read_material(&check, entry, &texture_numbers, &media))
-            .collect::<Result<Vec<_>, _>>()?;
+        let materials = read_materials(&check, &entry)?;
         let lights = entry
             .light
             .iter()
@@ -171,14 +155,7 @@ impl Scene {
                 &material_numbers,
             )?);
         }
-        let textures = read_textures(&check, &entry.textures, base_dir)?;
-        let materials: Vec<Material> = materials
-            .drain(..)
-            .map(|(material, texture)| Material {
-                texture: texture.map(|number| textures[number].clone()),
-                ..material
-            })
-            .collect();
+        let materials = with_textures(&check, &entry.textures, base_dir, materials)?;
         let meshes = entry
             .meshes
             .iter()
@@ -290,166 +267,6 @@ fn read_background(
     };
     background.alpha = check.number_or("alpha", alpha.as_ref(), SHARE, 1.0)? as f32;
     Ok(background)
-}
-
-/// A material but for its texture, and the number of that.
-fn read_material(
-    check: &Check<'_>,
-    entry: &MaterialEntry,
-    textures: &BTreeMap<&str, usize>,
-    media: &BTreeMap<&str, Medium>,
-) -> Result<(Material, Option<usize>), Located<SceneFault>> {
-    let default = Material::default();
-    let share = |key, value: &Option<Spanned<[f64; 3]>>, default| {
-        check.colour_or(key, value.as_ref(), SHARE, default)
-    };
-    let texture = match &entry.texture {
-        None => None,
-        Some(name) => Some(check.named("texture", name, textures)?),
-    };
-    let medium = match &entry.medium {
-        None => None,
-        Some(name) if entry.index_of_refraction.is_some() => {
-            let fault = SceneFault::Choice {
-                owner: "a material",
-                choice: "at most one of `medium` and `index_of_refraction`",
-            };
-            return Err(check.fault(fault, Some(name.span())));
-        }
-        Some(name) => Some(check.named("medium", name, media)?),
-    };
-    let material = Material {
-        diffuse: share("diffuse", &entry.diffuse, default.diffuse)?,
-        specular: share("specular", &entry.specular, default.specular)?,
-        shininess: check.number_or(
-            "shininess",
-            entry.shininess.as_ref(),
-            EXPONENT,
-            default.shininess.into(),
-        )? as f32,
-        mirror: share("mirror", &entry.mirror, default.mirror)?,
-        transmission: share("transmission", &entry.transmission, default.transmission)?,
-        index_of_refraction: check.number_or(
-            "index_of_refraction",
-            entry.index_of_refraction.as_ref(),
-            INDEX_OF_REFRACTION,
-            default.index_of_refraction.into(),
-        )? as f32,
-        absorption: check.colour_or(
-            "absorption",
-            entry.absorption.as_ref(),
-            ABSORPTION,
-            default.absorption,
-        )?,
-        graticule: match &entry.graticule {
-            None => None,
-            Some(lines) => Some(read_graticule(check, lines)?),
-        },
-        medium,
-        texture: None,
-        emission: check.colour_or(
-            "emission",
-            entry.emission.as_ref(),
-            RADIANCE,
-            default.emission,
-        )?,
-    };
-    Ok((material, texture))
-}
-
-fn read_medium(
-    check: &Check<'_>,
-    name: &Spanned<String>,
-    entry: &MediumEntry,
-) -> Result<Medium, Located<SceneFault>> {
-    let form = check.whole("form", &entry.form, FORM)?;
-    let range = check
-        .numbers("range_nm", &entry.range_nm, WAVELENGTH)?
-        .map(|nm| nm as f32);
-    let coefficients = entry.coefficients.as_ref();
-    let coefficients: Vec<f32> = coefficients.iter().map(|&c| c as f32).collect();
-    let terms = coefficients
-        .split_first()
-        .map(|(a, rest)| (*a, rest.as_chunks()));
-    let Some((a, (terms, []))) = terms else {
-        let found = coefficients.len();
-        let fault = SceneFault::Coefficients { found };
-        return Err(check.fault(fault, Some(entry.coefficients.span())));
-    };
-    let medium = if form == 1 {
-        Medium::form1(range, a, terms)
-    } else {
-        Medium::form2(range, a, terms)
-    };
-    medium.map_err(|source| {
-        let medium = name.as_ref().clone();
-        check.fault(SceneFault::Medium { medium, source }, Some(name.span()))
-    })
-}
-
-/// The textures in the order of their names.
-fn read_textures(
-    check: &Check<'_>,
-    entries: &BTreeMap<Spanned<String>, Spanned<TextureEntry>>,
-    base_dir: &Path,
-) -> Result<Vec<Texture>, Located<SceneFault>> {
-    let mut left = Image::MOST_BYTES;
-    let mut textures = Vec::with_capacity(entries.len());
-    for (name, entry) in entries {
-        let TextureEntry {
-            file,
-            checker,
-            repeats,
-        } = entry.as_ref();
-        let repeats = match repeats {
-            None => [1.0; 2],
-            Some(repeats) => check
-                .numbers("repeats", repeats, REPEATS)?
-                .map(|number| number as f32),
-        };
-        let pattern = match (file, checker) {
-            (Some(file), None) => {
-                let image = Image::load_within(&base_dir.join(file), &mut left);
-                let image = image.map_err(|source| {
-                    let texture = name.as_ref().clone();
-                    let fault = SceneFault::Texture { texture, source };
-                    check.fault(fault, Some(entry.span()))
-                })?;
-                Pattern::Image(Arc::new(image))
-            }
-            (None, Some(checker)) => {
-                let [first, second] = &checker.colours;
-                Pattern::Checker([
-                    check.colour("colours", first, SHARE)?,
-                    check.colour("colours", second, SHARE)?,
-                ])
-            }
-            _ => {
-                let fault = SceneFault::Choice {
-                    owner: "a texture",
-                    choice: "one of `file` and `checker`",
-                };
-                return Err(check.fault(fault, Some(name.span())));
-            }
-        };
-        textures.push(Texture { pattern, repeats });
-    }
-    Ok(textures)
-}
-
-fn read_graticule(
-    check: &Check<'_>,
-    entry: &GraticuleEntry,
-) -> Result<Graticule, Located<SceneFault>> {
-    let GraticuleEntry {
-        divisions,
-        width_degrees,
-    } = entry;
-    let width = check.number("width_degrees", width_degrees, LINE_WIDTH)?;
-    Ok(Graticule {
-        divisions: check.whole("divisions", divisions, DIVISIONS)?,
-        width: width.to_radians() as f32,
-    })
 }
 
 fn read_path(
@@ -593,156 +410,6 @@ fn read_object(
     };
     Ok((object, placement))
 }
-
-/// The types of light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum LightKind {
-    Point,
-    Directional,
-    Rectangle,
-}
-
-fn read_light(
-    check: &Check<'_>,
-    entry: &Spanned<LightEntry>,
-) -> Result<Light, Located<SceneFault>> {
-    use LightKind::{Directional, Point, Rectangle};
-
-    let light = entry.as_ref();
-    let colour = check.colour_or("colour", light.colour.as_ref(), RADIANCE, [1.0; 3])?;
-    let kind = check.named(
-        "type of light",
-        &light.kind,
-        &[
-            ("point", Point),
-            ("directional", Directional),
-            ("rectangle", Rectangle),
-        ]
-        .into(),
-    )?;
-    let not_point = "directional lights and rectangles";
-    let not_directional = "point lights and rectangles";
-    let large = "rectangles";
-    let flag = |on: &Option<Spanned<bool>>| on.as_ref().map(Spanned::span);
-    let keys: &[(_, _, &[LightKind], _)] = &[
-        (
-            "position",
-            light.position.as_ref().map(Spanned::span),
-            &[Point, Rectangle],
-            not_directional,
-        ),
-        (
-            "direction",
-            light.direction.as_ref().map(Spanned::span),
-            &[Directional, Rectangle],
-            not_point,
-        ),
-        (
-            "inverse_square",
-            flag(&light.inverse_square),
-            &[Point],
-            "point lights",
-        ),
-        (
-            "size",
-            light.size.as_ref().map(Spanned::span),
-            &[Rectangle],
-            large,
-        ),
-        (
-            "up",
-            light.up.as_ref().map(Spanned::span),
-            &[Rectangle],
-            large,
-        ),
-        (
-            "samples",
-            light.samples.as_ref().map(Spanned::span),
-            &[Rectangle],
-            large,
-        ),
-        ("two_sided", flag(&light.two_sided), &[Rectangle], large),
-    ];
-    for (key, span, kinds, owner) in keys {
-        if span.is_some() && !kinds.contains(&kind) {
-            return Err(check.fault(SceneFault::NotHere { key, owner }, span.clone()));
-        }
-    }
-    let missing = |owner, key, example| {
-        let fault = SceneFault::Missing {
-            owner,
-            key,
-            example,
-        };
-        check.fault(fault, Some(light.kind.span()))
-    };
-    let owner = match kind {
-        Point => "a point light",
-        Directional => "a directional light",
-        Rectangle => "a rectangle",
-    };
-    let vector = |key, written: &Option<Spanned<[f64; 3]>>| {
-        let written = written
-            .as_ref()
-            .ok_or_else(|| missing(owner, key, "[x, y, z]"))?;
-        let vector = check.numbers(key, written, POSITION)?;
-        Ok((DVec3::from_array(vector), written.span()))
-    };
-    let direction = || {
-        let (direction, span) = vector("direction", &light.direction)?;
-        if direction == DVec3::ZERO {
-            return Err(check.fault(SceneFault::ZeroDirection, Some(span)));
-        }
-        Ok(direction)
-    };
-    match kind {
-        Point => Ok(Light::Point {
-            position: vector("position", &light.position)?.0,
-            colour,
-            inverse_square: light.inverse_square.as_ref().is_some_and(|on| *on.as_ref()),
-        }),
-        Directional => Ok(Light::Directional {
-            direction: direction()?,
-            colour,
-        }),
-        Rectangle => {
-            let size = light.size.as_ref();
-            let size = size.ok_or_else(|| missing(owner, "size", "[width, height]"))?;
-            let [width, height] = check.numbers("size", size, LENGTH)?;
-            let forward = direction()?.normalize();
-            let right = match &light.up {
-                Some(up) => {
-                    let vector = DVec3::from_array(check.numbers("up", up, POSITION)?);
-                    let right = forward.cross(vector.normalize_or_zero());
-                    // A ten-thousandth of a degree.
-                    if right.length() < 2e-6 {
-                        return Err(check.fault(SceneFault::LightUp, Some(up.span())));
-                    }
-                    right
-                }
-                // As for lines of sight: straight up or down, it is +X.
-                None if forward.y.abs() > 1.0 - 1e-12 => DVec3::X,
-                None => forward.cross(DVec3::Y),
-            };
-            // Seen from where it shines, left and right change places.
-            let right = -right.normalize();
-            Ok(Light::Rectangle {
-                centre: vector("position", &light.position)?.0,
-                right: right * (0.5 * width),
-                up: forward.cross(right) * (0.5 * height),
-                colour,
-                samples: match &light.samples {
-                    None => DEFAULT_LIGHT_SAMPLES,
-                    Some(samples) => check.whole("samples", samples, LIGHT_SAMPLES)?,
-                },
-                two_sided: light.two_sided.as_ref().is_some_and(|on| *on.as_ref()),
-            })
-        }
-    }
-}
-
-/// Points of a rectangle that are looked at where nothing else is asked for.
-const DEFAULT_LIGHT_SAMPLES: u32 = 16;
 
 #[cfg(test)]
 mod tests;

@@ -49,9 +49,9 @@ impl Topology {
     }
 }
 
-/// A mesh whose vertices at the same place and of the same material are one,
-/// so that seams between normals do not hold its faces apart. Where materials
-/// meet stays a seam, along which the simplifier collapses both sides alike.
+/// A mesh whose vertices at the same place, of the same material and at the
+/// same place on a texture are one, so that seams between normals do not hold
+/// its faces apart. Where materials or parts of a texture meet stays a seam, along which the simplifier collapses both sides alike.
 pub(super) struct Weld {
     /// Where the vertices are.
     pub(super) places: Vec<[f32; 3]>,
@@ -85,7 +85,10 @@ impl Weld {
                 // + 0.0 leaves no −0 behind.
                 let place = mesh.positions[corner as usize].map(|c| c + 0.0);
                 let bits = place.map(f32::to_bits);
-                let vertex = *of_material.entry((bits, material)).or_insert_with(|| {
+                let on_texture = mesh.coordinates.get(corner as usize);
+                let on_texture = on_texture.map(|place| place.map(|c| (c + 0.0).to_bits()));
+                let key = (bits, material, on_texture);
+                let vertex = *of_material.entry(key).or_insert_with(|| {
                     let new = weld.places.len() as u32;
                     weld.places.push(place);
                     weld.materials.push(material);

@@ -7,6 +7,8 @@ pub enum Method {
     Fixed,
     /// The same, shifted by an offset that changes from ray to ray.
     Comb,
+    /// As a comb, each ray taking all of its wavelengths.
+    Split,
     /// As in Kishioka's paper: the centres of n equal parts of 380 to 750 nm,
     /// in Endo's colours.
     Paper,
@@ -14,13 +16,14 @@ pub enum Method {
 
 impl Method {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Fixed, Self::Comb, Self::Paper];
+    pub const ALL: [Self; 4] = [Self::Fixed, Self::Comb, Self::Split, Self::Paper];
 
     /// As the command line has it.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Fixed => "fixed",
             Self::Comb => "comb",
+            Self::Split => "split",
             Self::Paper => "paper",
         }
     }
@@ -28,7 +31,7 @@ impl Method {
     /// The range unless somebody asks for another: nanometres.
     pub const fn range(self) -> [f32; 2] {
         match self {
-            Self::Fixed | Self::Comb => Wavelengths::RANGE,
+            Self::Fixed | Self::Comb | Self::Split => Wavelengths::RANGE,
             Self::Paper => Wavelengths::PAPER_RANGE,
         }
     }
@@ -36,7 +39,7 @@ impl Method {
     /// The colours unless somebody asks for others.
     pub const fn matching(self) -> Matching<'static> {
         match self {
-            Self::Fixed | Self::Comb => Matching::Wyman,
+            Self::Fixed | Self::Comb | Self::Split => Matching::Wyman,
             Self::Paper => Matching::Endo,
         }
     }
@@ -45,7 +48,7 @@ impl Method {
     pub const fn phases(self) -> u32 {
         match self {
             Self::Fixed | Self::Paper => 1,
-            Self::Comb => SpectralTable::COMB_PHASES,
+            Self::Comb | Self::Split => SpectralTable::COMB_PHASES,
         }
     }
 }

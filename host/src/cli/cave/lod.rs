@@ -16,7 +16,7 @@ use shisen::picture::Picture;
 use shisen::render::{self, Frame, Observer, Options};
 use shisen::simplify::PolygonLevels;
 use shisen::{lod, net};
-use shisen_core::frame::LevelOfDetail;
+use shisen_core::frame::{LevelOfDetail, Spectrum};
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
@@ -247,7 +247,8 @@ impl LodPictures {
     where
         Simd: Runs<W>,
     {
-        let renderer = render::renderer(scene, observer, options);
+        let renderer = render::renderer(scene, observer, options, Spectrum::Rgb)
+            .map_err(Failure::from_error)?;
         let (mut levels, mut polygons, mut difference) = (Vec::new(), Vec::new(), Vec::new());
         for (number, screen) in cave.screens().enumerate() {
             let view = render::view(screen, observer).map_err(Failure::from_error)?;

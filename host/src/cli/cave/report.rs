@@ -1,6 +1,7 @@
 //! What `shisen cave` prints.
 
 use super::super::arguments::EffectReport;
+use super::super::dispersion::DispersionReport;
 use super::super::ray_counts::RayCounts;
 use serde::Serialize;
 use std::fmt;
@@ -39,6 +40,8 @@ pub(super) struct Report {
     /// Carried out, and asked for.
     #[serde(flatten)]
     pub(super) effects: EffectReport,
+    /// Where it is carried out.
+    pub(super) dispersion: Option<DispersionReport>,
     /// Where detail follows the gaze.
     pub(super) lod: Option<Lod>,
     /// As given.

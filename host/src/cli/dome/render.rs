@@ -2,6 +2,7 @@
 
 use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
 use crate::cli::arguments::{EffectArguments, EffectReport, Model, SceneName, threads};
+use crate::cli::dispersion::{DispersionArguments, DispersionReport};
 use crate::cli::failure::Failure;
 use crate::cli::picture_files::{hexadecimal, make_writable, metadata};
 use crate::cli::print;
@@ -34,8 +35,9 @@ use std::path::{Path, PathBuf};
 /// viewpoint (radii from the screen's centre; these three null without a
 /// mirror), `fov` (degrees), mirrored, distance (null but for the grid), scene,
 /// mesh (null where there is none to choose), threads, simd, depth, samples,
-/// effects (the names of those carried out) and `effects_asked` (of those that the
-/// scene asks for).
+/// effects (the names of those carried out), `effects_asked` (of those that the
+/// scene asks for) and dispersion (null where it is not carried out: method,
+/// wavelengths and `range_nm`).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// A, B, C or D of Mochizuki and Makino, grid (meridians and parallels every
@@ -74,6 +76,8 @@ pub(in crate::cli) struct Arguments {
     frames: Option<u32>,
     #[command(flatten)]
     effects: EffectArguments,
+    #[command(flatten)]
+    dispersion: DispersionArguments,
     /// Reflections and refractions to follow, one after another
     #[arg(long, value_name = "N", default_value_t = 3,
           value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_DEPTH)))]
@@ -142,6 +146,7 @@ struct Report {
     samples: u16,
     #[serde(flatten)]
     effects: EffectReport,
+    dispersion: Option<DispersionReport>,
 }
 
 #[derive(Debug, Serialize)]
@@ -228,6 +233,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     options.settings.depth = arguments.depth;
     options.settings.samples = arguments.samples;
     options.effects = arguments.effects.effects;
+    let dispersion;
+    (options.dispersion, dispersion) = arguments.dispersion.of(&baked, &options.effects)?;
     if let Some(threads) = arguments.threads {
         options.threads = threads.get();
     }
@@ -266,7 +273,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         config: config.map(Named::name),
         mirror_size: config.map(|_| optics.radius),
         viewpoint: config.map(|_| optics.viewpoint),
-        fov: f64::from(field_of_view).to_degrees(),
+        fov: arguments.fov.unwrap_or(180.0),
         mirrored: arguments.mirrored,
         distance,
         scene: source.name,
@@ -280,6 +287,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         depth: arguments.depth,
         samples: arguments.samples,
         effects: arguments.effects.of(&baked),
+        dispersion,
     };
     print(&report, arguments.output.json)
 }

@@ -71,6 +71,7 @@ pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
         EffectSet::SHADOWS => "no material shows the light of lights",
         EffectSet::REFLECTION => "no material is a mirror",
         EffectSet::REFRACTION => "no material lets light through",
+        EffectSet::DISPERSION => "no clear material has an index that depends on the wavelength",
         EffectSet::ABSORPTION => "no material takes light away along its way",
         EffectSet::SOFT_LIGHT if !records.lights.iter().any(Light::is_large) => {
             "all lights are points or infinitely far"
@@ -200,7 +201,7 @@ impl fmt::Display for Report {
         if self.effects.is_empty() {
             writeln!(f, "the scene asks for no effect")?;
         }
-        writeln!(f, "not simulated, and missed by nothing:")?;
+        writeln!(f, "not simulated, since nothing asks for it:")?;
         for one in &self.not_simulated {
             writeln!(f, "  {}: {}", one.effect, one.reason)?;
         }

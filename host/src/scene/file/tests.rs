@@ -2,7 +2,10 @@
 
 use super::*;
 use crate::mesh::MeshError;
+use crate::scene::Light;
+use crate::texture::Pattern;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
+use shisen_core::spectrum::Medium;
 use std::convert::Infallible;
 
 const EXAMPLE: &str = include_str!("../example.toml");

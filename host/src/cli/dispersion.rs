@@ -1,0 +1,122 @@
+//! Arguments of commands whose pictures may have wavelengths.
+
+use super::failure::Failure;
+use super::warn;
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use shisen::bake::BakedScene;
+use shisen::effects::Effects;
+use shisen::spectrum::{Dispersion, Method};
+use shisen_core::scene::EffectSet;
+use shisen_core::spectrum::Medium;
+
+/// How many wavelengths, and which.
+#[derive(Debug, Args)]
+pub(super) struct DispersionArguments {
+    /// Wavelengths where the scene asks for dispersion, 1 to 64; 1 for none
+    /// [default: 14]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    wavelengths: Option<u32>,
+    /// How rays take them
+    #[arg(long, value_name = "METHOD", value_enum, default_value = "comb")]
+    dispersion: MethodChoice,
+    /// The range that they are in, such as 400,700: nanometres, from 360 to 830
+    /// [default: 400,700, or with --dispersion paper 380,750 as far as the media
+    /// are known]
+    #[arg(
+        long,
+        value_name = "LOW,HIGH",
+        num_args = 2,
+        value_delimiter = ',',
+        allow_negative_numbers = true
+    )]
+    range: Option<Vec<f32>>,
+}
+
+/// `--dispersion`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MethodChoice {
+    /// A ray takes them where it enters the glass, those of a pixel in turns
+    Comb,
+    /// The same, each ray all of them
+    Split,
+    /// As in Kishioka's paper: a picture each, of a part of the samples
+    Paper,
+    /// The same in the colours of the others
+    Fixed,
+}
+
+impl From<MethodChoice> for Method {
+    fn from(choice: MethodChoice) -> Self {
+        match choice {
+            MethodChoice::Comb => Self::Comb,
+            MethodChoice::Split => Self::Split,
+            MethodChoice::Paper => Self::Paper,
+            MethodChoice::Fixed => Self::Fixed,
+        }
+    }
+}
+
+/// Dispersion, for reports.
+#[derive(Debug, Serialize)]
+pub(super) struct DispersionReport {
+    /// `comb`, `split`, `paper` or `fixed`.
+    method: &'static str,
+    /// How many.
+    wavelengths: usize,
+    /// That they are in.
+    range_nm: [f32; 2],
+}
+
+impl DispersionArguments {
+    /// What they ask for, for a scene of which some effects are carried out;
+    /// nothing to report where dispersion is not one of them.
+    ///
+    /// # Errors
+    /// Of usage: a number or a range that cannot be, or at which a medium of
+    /// the scene is not known.
+    pub(super) fn of(
+        &self,
+        baked: &BakedScene,
+        effects: &Effects,
+    ) -> Result<(Dispersion, Option<DispersionReport>), Failure> {
+        let method = Method::from(self.dispersion);
+        let count = self.wavelengths.unwrap_or(Dispersion::WAVELENGTHS);
+        let range = match self.range.as_deref() {
+            Some(&[low, high]) => Some([low, high]),
+            _ => None,
+        };
+        let usage = |error: &dyn std::error::Error| Failure::usage(&error.to_string());
+        let mut dispersion = Dispersion::of(method, count, range).map_err(|error| usage(&error))?;
+        let (asked, media) = match baked {
+            BakedScene::Fast(baked) => (baked.scene().effects(), baked.scene().media().to_vec()),
+            BakedScene::Compact(baked) => (baked.scene().effects(), baked.scene().media().to_vec()),
+        };
+        let carried_out = effects.of(asked).intersection(asked);
+        if !carried_out.contains(EffectSet::DISPERSION) {
+            return Ok((dispersion, None));
+        }
+        if let (Dispersion::Images(wavelengths, matching), None) = (dispersion, range) {
+            let mut clamped = wavelengths;
+            for known in media.iter().map(Medium::range) {
+                clamped = clamped.clamped_to(known).map_err(|error| usage(&error))?;
+            }
+            if clamped != wavelengths {
+                let [low, high] = clamped.range();
+                warn(&format!(
+                    "the media of the scene are known from {low} to {high} nm: the wavelengths \
+                     keep to that"
+                ));
+            }
+            dispersion = Dispersion::Images(clamped, matching);
+        }
+        let report = dispersion
+            .wavelengths()
+            .map(|wavelengths| DispersionReport {
+                method: method.name(),
+                wavelengths: wavelengths.count(),
+                range_nm: wavelengths.range(),
+            });
+        Ok((dispersion, report))
+    }
+}

@@ -1,0 +1,82 @@
+use super::Method;
+use shisen_core::frame::Spectrum;
+use shisen_core::spectrum::{
+    Matching, SpectralSample, SpectralTable, Wavelengths, WavelengthsError,
+};
+
+/// How pictures take wavelengths, where a scene asks for dispersion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Dispersion {
+    /// None: media have the index of the d line for all colours.
+    Off,
+    /// [`Spectrum::Comb`].
+    Comb(Wavelengths),
+    /// [`Spectrum::Split`].
+    Split(Wavelengths),
+    /// Kishioka's: a whole picture for each wavelength, with its share of the
+    /// samples, one at least; their sum in these colours.
+    Images(Wavelengths, Matching<'static>),
+    /// [`Spectrum::Single`]: nanometres.
+    Single(f32),
+}
+
+impl Default for Dispersion {
+    /// A comb of 14 wavelengths.
+    fn default() -> Self {
+        Self::of(Method::Comb, Self::WAVELENGTHS, None).unwrap_or(Self::Off)
+    }
+}
+
+impl Dispersion {
+    /// How many wavelengths unless somebody asks for another number.
+    pub const WAVELENGTHS: u32 = 14;
+
+    /// So many wavelengths by a method, of a range in nanometres or its usual
+    /// one. One alone is none but for [`Method::Paper`], which has a picture of
+    /// it.
+    ///
+    /// # Errors
+    /// A number or a range that cannot be.
+    pub fn of(
+        method: Method,
+        count: u32,
+        range: Option<[f32; 2]>,
+    ) -> Result<Self, WavelengthsError> {
+        let wavelengths = Wavelengths::new(count, range.unwrap_or(method.range()))?;
+        Ok(match method {
+            Method::Paper | Method::Fixed => Self::Images(wavelengths, method.matching()),
+            _ if count == 1 => Self::Off,
+            Method::Comb => Self::Comb(wavelengths),
+            Method::Split => Self::Split(wavelengths),
+        })
+    }
+
+    /// Its wavelengths, if it has several or pictures of them.
+    pub const fn wavelengths(&self) -> Option<Wavelengths> {
+        match *self {
+            Self::Comb(wavelengths) | Self::Split(wavelengths) | Self::Images(wavelengths, _) => {
+                Some(wavelengths)
+            }
+            Self::Off | Self::Single(_) => None,
+        }
+    }
+
+    /// As the tracer takes it; its table is in `storage`. Pictures of
+    /// wavelengths are rendered one by one: until then they have none.
+    pub fn spectrum<'s>(&self, storage: &'s mut Vec<SpectralSample>) -> Spectrum<'s> {
+        let (wavelengths, spectrum): (_, fn(_) -> _) = match *self {
+            Self::Off | Self::Images(..) => return Spectrum::Rgb,
+            Self::Single(nm) => return Spectrum::Single(nm),
+            Self::Comb(wavelengths) => (wavelengths, Spectrum::Comb),
+            Self::Split(wavelengths) => (wavelengths, Spectrum::Split),
+        };
+        let phases = Method::Comb.phases();
+        storage.resize(
+            wavelengths.count() * phases as usize,
+            SpectralSample::default(),
+        );
+        let table = SpectralTable::new(wavelengths, phases, Matching::Wyman, storage);
+        // There is room for so many, and so many phases there may be.
+        table.map_or(Spectrum::Rgb, spectrum)
+    }
+}
