@@ -29,7 +29,7 @@ impl PrismBench {
     /// Of the prism's three edges across: metres.
     pub const SIDE: f64 = 0.5;
     /// From the eye to the middle of the face that it looks on: metres.
-    pub const DISTANCE: f64 = 0.6;
+    pub const DISTANCE: f64 = 0.35;
     /// From the middle of the other face to the slit: metres.
     pub const TO_SLIT: f64 = 80.0;
     /// Of the slit: metres, half a degree.
