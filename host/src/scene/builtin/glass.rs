@@ -222,7 +222,6 @@ pub fn spheres() -> Scene {
     let lamp = DMat3::from_cols(2.0 * right, right.cross(up).normalize(), 2.0 * up);
     let lamp = DAffine3::from_mat3_translation(lamp, centre);
     objects.push(object(Shape::Mesh(0), 2, lamp));
-    let colour = [12.0, 11.4, 10.5];
     Scene {
         name: "spheres".into(),
         meshes: vec![TriangleMesh::square()],
@@ -236,24 +235,23 @@ pub fn spheres() -> Scene {
             Material {
                 texture: Some(Texture {
                     pattern: Pattern::Checker([[0.85; 3], [0.04; 3]]),
-                    repeats: [160.0; 2],
+                    repeats: [80.0; 2],
                 }),
                 ..Material::default()
             },
             Material {
                 diffuse: [0.0; 3],
-                emission: colour,
+                emission: [12.0, 11.4, 10.5],
                 ..Material::default()
             },
         ],
         objects,
-        lights: vec![Light::Rectangle {
-            centre,
-            right,
-            up,
-            colour,
-            samples: 4,
-            two_sided: false,
+        // Clear bodies keep no light away, so there is no shadow whose edge would
+        // tell the lamp from a point.
+        lights: vec![Light::Point {
+            position: centre,
+            colour: [3.8, 3.6, 3.3],
+            inverse_square: true,
         }],
         background: Background {
             zenith: [0.25, 0.45, 0.85],

@@ -11,7 +11,6 @@ pub(super) struct Report {
     pub(super) samples: u16,
     pub(super) repeat: u32,
     pub(super) glass_share: f64,
-    pub(super) reference_samples: u16,
     pub(super) reference_seconds: f64,
     pub(super) rows: Vec<Row>,
     pub(super) same_error: Vec<SameError>,

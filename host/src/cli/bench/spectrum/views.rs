@@ -19,8 +19,8 @@ pub(super) const MAIN: View = View {
 
 /// All balls, a tenth of the picture.
 pub(super) const WIDE: View = View {
-    lower_left: [-0.79, -0.98],
-    side: 1.5,
+    lower_left: [-0.83, -1.02],
+    side: 1.58,
 };
 
 /// The largest ball, from edge to edge.
