@@ -1,5 +1,9 @@
 //! Pictures: what was traced, and the files it is written to.
 
+mod difference;
+
+pub use difference::colour_differences;
+
 use crate::output::{WriteSeek, explain, write_atomically};
 use png::{BitDepth, ColorType, SrgbRenderingIntent};
 use rayon::prelude::*;

@@ -6,7 +6,7 @@ use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::mesh::{Material, TriangleMesh};
 use shisen::render::{Frame, Observer, Options, cave};
-use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::scene::builtin::{PaperScene, paper_scene, prism, spheres};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen::texture::{Image, Pattern, Texture};
 use shisen_core::frame::{
@@ -189,6 +189,13 @@ fn textures_and_a_lamp() -> Scene {
 fn textures_and_soft_light_have_one_hash() {
     let scene = textures_and_a_lamp();
     assert_one_hash("textures", &scene, 48, &[13, 8, 32, 256]);
+}
+
+#[test]
+fn wavelengths_have_one_hash() {
+    // A comb, unless somebody asks for something else.
+    assert_one_hash("prism", &prism(), 48, &[13, 8, 32, 256]);
+    assert_one_hash("spheres", &spheres(), 48, &[13, 8, 32, 256]);
 }
 
 #[test]

@@ -28,6 +28,10 @@ pub(super) enum SceneName {
     Paper(PaperScene),
     /// Meridians and parallels on a sphere.
     Grid,
+    /// A spectrum.
+    Prism,
+    /// Balls of quartz.
+    Spheres,
     /// A description or a baked scene.
     File(PathBuf),
 }
@@ -37,6 +41,8 @@ impl From<OsString> for SceneName {
         match name.to_str().map(PaperScene::from_str) {
             Some(Ok(scene)) => Self::Paper(scene),
             _ if name.eq_ignore_ascii_case("grid") => Self::Grid,
+            _ if name.eq_ignore_ascii_case("prism") => Self::Prism,
+            _ if name.eq_ignore_ascii_case("spheres") => Self::Spheres,
             _ => Self::File(name.into()),
         }
     }
@@ -48,6 +54,8 @@ impl fmt::Display for SceneName {
         match self {
             Self::Paper(which) => f.write_str(which.name()),
             Self::Grid => f.write_str("grid"),
+            Self::Prism => f.write_str("prism"),
+            Self::Spheres => f.write_str("spheres"),
             Self::File(path) => path.display().fmt(f),
         }
     }

@@ -30,7 +30,7 @@ use std::time::Instant;
 /// null without --faces and --levels) and seconds (reading, building and writing).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A TOML scene, A, B, C or D, or mesh files, each of which becomes an
+    /// A TOML scene, a built-in one such as A or prism, or mesh files, each of which becomes an
     /// object
     #[arg(required = true, value_parser = SceneName::parser())]
     input: Vec<SceneName>,

@@ -3,6 +3,7 @@
 mod fill;
 mod frames;
 mod rays;
+mod spectrum;
 mod sweep;
 mod table2;
 
@@ -17,6 +18,7 @@ pub(super) enum Bench {
     Table2(table2::Arguments),
     Sweep(sweep::Arguments),
     Fill(fill::Arguments),
+    Spectrum(spectrum::Arguments),
 }
 
 /// Runs the command.
@@ -26,5 +28,6 @@ pub(super) fn run(bench: &Bench) -> Result<(), Failure> {
         Bench::Table2(arguments) => table2::run(arguments),
         Bench::Sweep(arguments) => sweep::run(arguments),
         Bench::Fill(arguments) => fill::run(arguments),
+        Bench::Spectrum(arguments) => spectrum::run(arguments),
     }
 }

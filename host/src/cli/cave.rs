@@ -57,8 +57,9 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid (meridians and parallels on a sphere of
-    /// 100 m), a TOML description or a baked scene
-    #[arg(long, value_name = "A|B|C|D|grid|FILE", default_value = "A",
+    /// 100 m), prism (light through a slit, seen through a 60° prism), spheres
+    /// (three balls of quartz), a TOML description or a baked scene
+    #[arg(long, value_name = "A|B|C|D|grid|prism|spheres|FILE", default_value = "A",
           value_parser = SceneName::parser())]
     scene: SceneName,
     #[command(flatten)]

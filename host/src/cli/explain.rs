@@ -36,8 +36,8 @@ use std::num::NonZeroUsize;
 /// and `not_built` (what no scene can ask for).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// A, B, C or D of the paper, grid, a TOML description or a baked scene
-    /// [default: A]
+    /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a
+    /// baked scene [default: A]
     #[arg(id = "explained", value_name = "SCENE", value_parser = SceneName::parser(),
           conflicts_with = "scene")]
     explained: Option<SceneName>,
@@ -181,6 +181,8 @@ fn names(scene: &SceneName) -> Vec<String> {
         SceneName::Paper(PaperScene::A | PaperScene::C) => vec!["chrome".to_owned()],
         SceneName::Paper(PaperScene::B | PaperScene::D) => vec!["clay".to_owned()],
         SceneName::Grid => vec!["lines".to_owned()],
+        SceneName::Prism => ["glass", "slit", "floor"].map(str::to_owned).into(),
+        SceneName::Spheres => ["quartz", "floor", "lamp"].map(str::to_owned).into(),
         // It was read a moment ago; a baked scene is no text.
         SceneName::File(path) => shisen::input::read_text(path)
             .map(|text| material_names(&text))

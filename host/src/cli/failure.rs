@@ -25,7 +25,7 @@ pub(super) enum Fault {
     /// A scene that cannot be read.
     #[error("cannot read the scene in {}: {reason}", path.display())]
     #[diagnostic(help(
-        "give A, B, C, D or grid, the path of a TOML description, or that of a scene that `shisen bake` wrote"
+        "give A, B, C, D, grid, prism or spheres, the path of a TOML description, or that of a scene that `shisen bake` wrote"
     ))]
     ReadScene {
         /// The file.

@@ -8,7 +8,7 @@ use shisen::bake::{BakeError, BakedScene, Layout};
 use shisen::import::{self, ImportError};
 use shisen::mesh::TriangleMesh;
 use shisen::quadruped::quadruped;
-use shisen::scene::builtin::{grid, paper_scene};
+use shisen::scene::builtin::{grid, paper_scene, prism, spheres};
 use shisen::scene::camera::CameraPath;
 use shisen::scene::file::{BuiltInMesh, MeshSource};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
@@ -67,11 +67,15 @@ impl Source {
             }
             SceneName::Grid => {
                 no_model(model, "the grid has no mesh")?;
-                Ok(Self {
-                    scene: Loaded::Described(grid(GRID_RADIUS)),
-                    name: name.to_string(),
-                    mesh: None,
-                })
+                Ok(Self::built_in(name, grid(GRID_RADIUS)))
+            }
+            SceneName::Prism => {
+                no_model(model, "the prism has its own")?;
+                Ok(Self::built_in(name, prism()))
+            }
+            SceneName::Spheres => {
+                no_model(model, "the spheres have no mesh")?;
+                Ok(Self::built_in(name, spheres()))
             }
             SceneName::File(path) => {
                 no_model(model, "a scene file says itself what it shows")?;
@@ -81,6 +85,17 @@ impl Source {
                     mesh: None,
                 })
             }
+        }
+    }
+}
+
+impl Source {
+    /// A scene without a mesh to choose.
+    fn built_in(name: &SceneName, scene: Scene) -> Self {
+        Self {
+            scene: Loaded::Described(scene),
+            name: name.to_string(),
+            mesh: None,
         }
     }
 }

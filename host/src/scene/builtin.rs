@@ -1,9 +1,13 @@
 //! The four scenes of Mochizuki and Makino's Table 2, whatever the mesh, and
-//! the grid of Miura's figures.
+//! the grid of Miura's figures, and glass that takes light apart.
 //!
 //! Eight animals, 2 m long, around a 3 m CAVE, or all behind its front wall;
 //! one point light without fall-off. The paper gives a picture of each;
 //! places and yaws are those of `tests/reference/cave-scenes.json`.
+
+mod glass;
+
+pub use glass::{PrismBench, prism, spheres};
 
 use super::camera::CameraPath;
 use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};

@@ -1,4 +1,4 @@
-use super::Method;
+use super::{CIE_1931, Method};
 use shisen_core::frame::Spectrum;
 use shisen_core::spectrum::{
     Matching, SpectralSample, SpectralTable, Wavelengths, WavelengthsError,
@@ -13,6 +13,9 @@ pub enum Dispersion {
     Comb(Wavelengths),
     /// [`Spectrum::Split`].
     Split(Wavelengths),
+    /// The same in the colours of the CIE's own table: what others are measured
+    /// against.
+    Reference(Wavelengths),
     /// Kishioka's: a whole picture for each wavelength, with its share of the
     /// samples, one at least; their sum in these colours.
     Images(Wavelengths, Matching<'static>),
@@ -54,9 +57,10 @@ impl Dispersion {
     /// Its wavelengths, if it has several or pictures of them.
     pub const fn wavelengths(&self) -> Option<Wavelengths> {
         match *self {
-            Self::Comb(wavelengths) | Self::Split(wavelengths) | Self::Images(wavelengths, _) => {
-                Some(wavelengths)
-            }
+            Self::Comb(wavelengths)
+            | Self::Split(wavelengths)
+            | Self::Reference(wavelengths)
+            | Self::Images(wavelengths, _) => Some(wavelengths),
             Self::Off | Self::Single(_) => None,
         }
     }
@@ -68,14 +72,20 @@ impl Dispersion {
             Self::Off | Self::Images(..) => return Spectrum::Rgb,
             Self::Single(nm) => return Spectrum::Single(nm),
             Self::Comb(wavelengths) => (wavelengths, Spectrum::Comb),
-            Self::Split(wavelengths) => (wavelengths, Spectrum::Split),
+            Self::Split(wavelengths) | Self::Reference(wavelengths) => {
+                (wavelengths, Spectrum::Split)
+            }
+        };
+        let matching = match self {
+            Self::Reference(_) => Matching::Table(CIE_1931),
+            _ => Matching::Wyman,
         };
         let phases = Method::Comb.phases();
         storage.resize(
             wavelengths.count() * phases as usize,
             SpectralSample::default(),
         );
-        let table = SpectralTable::new(wavelengths, phases, Matching::Wyman, storage);
+        let table = SpectralTable::new(wavelengths, phases, matching, storage);
         // There is room for so many, and so many phases there may be.
         table.map_or(Spectrum::Rgb, spectrum)
     }

@@ -41,9 +41,10 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// A, B, C or D of Mochizuki and Makino, grid (meridians and parallels every
-    /// 10° on a sphere about the screen's centre), a TOML description or a
-    /// baked scene
-    #[arg(long, value_name = "A|B|C|D|grid|FILE", default_value = "A",
+    /// 10° on a sphere about the screen's centre), prism (light through a slit,
+    /// seen through a 60° prism), spheres (three balls of quartz), a TOML
+    /// description or a baked scene
+    #[arg(long, value_name = "A|B|C|D|grid|prism|spheres|FILE", default_value = "A",
           value_parser = SceneName::parser())]
     scene: SceneName,
     #[command(flatten)]

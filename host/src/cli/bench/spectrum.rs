@@ -1,0 +1,404 @@
+//! `shisen bench spectrum`: Kishioka's experiment, with numbers.
+
+mod report;
+mod views;
+
+use super::super::arguments::threads;
+use super::super::failure::Failure;
+use super::super::picture_files::{make_writable, metadata};
+use super::super::print;
+use super::super::source::bake;
+use super::median;
+use clap::Args;
+use report::{Cost, Peer, Report, Row, SameError, Splits};
+use shisen::bake::{BakedScene, Layout};
+use shisen::cave::{Cave, Eye, Viewer, Wall};
+use shisen::effects::Effects;
+use shisen::picture::{Picture, colour_differences};
+use shisen::render::{self, Frame, Observer, Options};
+use shisen::scene::builtin::spheres;
+use shisen::spectrum::{Dispersion, Method};
+use shisen_core::frame::MAX_SAMPLES;
+use shisen_core::scene::EffectSet;
+use shisen_core::spectrum::Wavelengths;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use views::{CLOSE, MAIN, WIDE, strip};
+
+/// Kishioka's experiment: quartz balls by more and more wavelengths
+///
+/// Renders the built-in scene spheres with each number of wavelengths by the
+/// paper's method (a picture of each wavelength with its share of the samples,
+/// in Endo's colours), by fixed wavelengths (the same in CIE colours) and by a
+/// comb, in turns; times are medians. Colours are compared by CIEDE2000, as a
+/// display shows them, with a reference: each of as many rays split into 8
+/// wavelengths, in turns 256 in all, in the colours of the CIE's table. That is
+/// the sum of pictures of 401 wavelengths, at less cost.
+///
+/// With --json, one object: threads, size, samples, repeat, `glass_share` (of the
+/// pixels, those that meet a ball), `reference_seconds`, rows: for each number of wavelengths and method (paper, fixed or comb)
+/// wavelengths, method, seconds, `time_ratio` (to one wavelength by the same
+/// method; null where one is not among them), rays, `rays_ratio` (the same of all
+/// rays), and against the reference `mean_difference` and `max_difference` of the
+/// pixels with glass and `mean_of_all` of all; `same_error`: for the paper's
+/// and the fixed method with most wavelengths the fewest samples with which
+/// the comb is as close to the reference: method, samples, seconds,
+/// `mean_difference`, `speedup`; cost: of a view in which a tenth of the pixels
+/// meets glass `glass_share`, samples, wavelengths, `comb_seconds`,
+/// `plain_seconds` (without dispersion), ratio; splits: of a view that one ball
+/// fills, each ray split, one ray a pixel: `glass_share`, `plain_seconds` and
+/// peers: wavelengths, seconds, ratio and `pov_ray_ratio`; images (paths).
+#[derive(Debug, Args)]
+pub(in crate::cli) struct Arguments {
+    /// Pixels along each side of the picture
+    #[arg(long, value_name = "PIXELS", default_value_t = 512,
+          value_parser = clap::value_parser!(u32).range(8..=i64::from(Wall::MOST_PIXELS)))]
+    size: u32,
+    /// Rays a pixel
+    #[arg(long, value_name = "N", default_value_t = 140,
+          value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_SAMPLES)))]
+    samples: u16,
+    /// The paper's own scale: 2048 pixels a side, 3,500 rays a pixel; takes hours
+    #[arg(long, conflicts_with_all = ["size", "samples"])]
+    paper_scale: bool,
+    /// Numbers of wavelengths, 1 to 64
+    #[arg(long, value_name = "N,…", default_value = "1,7,10,14", value_delimiter = ',',
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wavelengths::MOST)))]
+    wavelengths: Vec<u32>,
+    /// How often to render each picture
+    #[arg(long, value_name = "N", default_value_t = 1,
+          value_parser = clap::value_parser!(u32).range(1..=1_000))]
+    repeat: u32,
+    /// Threads to trace on [default: as many as the machine runs at once]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    threads: Option<NonZeroUsize>,
+    /// Write the pictures, and a strip of details of them, to this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// The ways whose pictures are compared.
+const METHODS: [Method; 3] = [Method::Paper, Method::Fixed, Method::Comb];
+
+/// Wavelengths into which each sample of the reference is split.
+const REFERENCE_WAVELENGTHS: u32 = 8;
+
+/// What POV-Ray 3.7 takes for a glass ball, as a ratio to no dispersion: see
+/// `reference/spectral.md`.
+const POV_RAY: [(u32, f64); 3] = [(7, 4.82), (10, 6.50), (14, 8.91)];
+
+/// How often frames are rendered whose times alone matter, at least.
+const COST_ROUNDS: u32 = 5;
+
+/// Rays a pixel of those.
+const COST_SAMPLES: u16 = 16;
+
+/// The scene before one wall, for one eye.
+struct Bench {
+    scene: BakedScene,
+    cave: Cave,
+    options: Options,
+}
+
+impl Bench {
+    fn new(arguments: &Arguments, wall: &views::View, size: u32) -> Result<Self, Failure> {
+        let mut options = Options::default();
+        if let Some(threads) = arguments.threads {
+            options.threads = threads.get();
+        }
+        Ok(Self {
+            scene: bake(&spheres(), "spheres", Layout::Fast, None)?,
+            cave: Cave::new(vec![wall.wall(size)?])?,
+            options,
+        })
+    }
+
+    fn render(&self, dispersion: Dispersion, samples: u16) -> Result<Frame, Failure> {
+        let mut options = Options {
+            dispersion,
+            ..self.options
+        };
+        options.settings.samples = samples;
+        self.frame(&options)
+    }
+
+    fn frame(&self, options: &Options) -> Result<Frame, Failure> {
+        let eye = [Observer::new(
+            Eye::Centre,
+            Viewer::default().eye(Eye::Centre),
+        )];
+        let (cave, quiet) = (&self.cave, |_, _| {});
+        match &self.scene {
+            BakedScene::Fast(baked) => render::cave(&baked.scene(), cave, &eye, options, &quiet),
+            BakedScene::Compact(baked) => render::cave(&baked.scene(), cave, &eye, options, &quiet),
+        }
+        .map_err(Failure::from_error)
+    }
+
+    /// Which pixels meet glass: they change where none lets light through.
+    fn glass(&self) -> Result<Vec<bool>, Failure> {
+        let mut options = self.options;
+        options.settings.samples = 4;
+        let with = self.frame(&options)?;
+        options.effects = Effects::AUTO.less(EffectSet::REFRACTION);
+        let without = self.frame(&options)?;
+        let pixels = picture(&with).pixels.iter();
+        Ok(pixels
+            .zip(&picture(&without).pixels)
+            .map(|(a, b)| a != b)
+            .collect())
+    }
+
+    /// Medians of the seconds of frames, in turns.
+    fn seconds(&self, ways: &[Dispersion], samples: u16, rounds: u32) -> Result<Vec<f64>, Failure> {
+        let mut seconds = vec![Vec::new(); ways.len()];
+        for _ in 0..rounds {
+            for (way, seconds) in ways.iter().zip(&mut seconds) {
+                seconds.push(self.render(*way, samples)?.seconds);
+            }
+        }
+        Ok(seconds.into_iter().map(median).collect())
+    }
+}
+
+/// Of the only wall.
+fn picture(frame: &Frame) -> &Picture {
+    &frame.pictures[0].picture
+}
+
+fn share(glass: &[bool]) -> f64 {
+    glass.iter().filter(|&&glass| glass).count() as f64 / glass.len() as f64
+}
+
+/// How far a picture is from the reference.
+#[derive(Debug, Clone, Copy)]
+struct Difference {
+    /// Of the pixels with glass.
+    mean: f64,
+    max: f64,
+    of_all: f64,
+}
+
+impl Difference {
+    fn new(found: &Picture, reference: &Picture, glass: &[bool]) -> Self {
+        let all = colour_differences(found, reference);
+        let mean =
+            |of: &[f32]| of.iter().copied().map(f64::from).sum::<f64>() / of.len().max(1) as f64;
+        let pairs = all.iter().zip(glass);
+        let own: Vec<f32> = pairs
+            .filter_map(|(&off, &glass)| glass.then_some(off))
+            .collect();
+        Self {
+            mean: mean(&own),
+            max: own.iter().copied().fold(0.0, f32::max).into(),
+            of_all: mean(&all),
+        }
+    }
+}
+
+fn dispersion(method: Method, count: u32) -> Result<Dispersion, Failure> {
+    Dispersion::of(method, count, None).map_err(|error| Failure::usage(&error.to_string()))
+}
+
+/// Runs the command.
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(folder) = &arguments.out {
+        make_writable(folder)?;
+    }
+    let (size, samples) = if arguments.paper_scale {
+        (2048, 3500)
+    } else {
+        (arguments.size, arguments.samples)
+    };
+    let bench = Bench::new(arguments, &MAIN, size)?;
+    let glass = bench.glass()?;
+    let reference = Wavelengths::new(REFERENCE_WAVELENGTHS, Wavelengths::RANGE)
+        .map_err(|error| Failure::usage(&error.to_string()))?;
+    let reference = bench.render(Dispersion::Reference(reference), samples)?;
+    let mut ways = Vec::new();
+    for &count in &arguments.wavelengths {
+        for method in METHODS {
+            ways.push((count, method, dispersion(method, count)?));
+        }
+    }
+    let mut seconds = vec![Vec::new(); ways.len()];
+    let mut frames = Vec::new();
+    for round in 0..arguments.repeat {
+        for ((_, _, way), seconds) in ways.iter().zip(&mut seconds) {
+            let frame = bench.render(*way, samples)?;
+            seconds.push(frame.seconds);
+            if round == 0 {
+                frames.push(frame);
+            }
+        }
+    }
+    let seconds: Vec<f64> = seconds.into_iter().map(median).collect();
+    let rays = |frame: &Frame| frame.statistics.rays();
+    // Of the same method with one wavelength.
+    let base = |method: Method| {
+        let place = ways.iter().position(|way| (way.0, way.1) == (1, method))?;
+        Some((seconds[place], rays(&frames[place])))
+    };
+    let mut rows = Vec::new();
+    for (number, ((count, method, _), frame)) in ways.iter().zip(&frames).enumerate() {
+        let off = Difference::new(picture(frame), picture(&reference), &glass);
+        let base = base(*method);
+        rows.push(Row {
+            wavelengths: *count,
+            method: method.name(),
+            seconds: seconds[number],
+            time_ratio: base.map(|(base, _)| seconds[number] / base),
+            rays: rays(frame),
+            rays_ratio: base.map(|(_, base)| rays(frame) as f64 / base as f64),
+            mean_difference: off.mean,
+            max_difference: off.max,
+            mean_of_all: off.of_all,
+        });
+    }
+    let most = arguments.wavelengths.iter().copied().max().unwrap_or(1);
+    let against = (picture(&reference), glass.as_slice());
+    let same_error = same_errors(&bench, &rows, most, samples, against)?;
+    let pictures: Vec<(u32, &str, &Picture)> = ways
+        .iter()
+        .zip(&frames)
+        .map(|((count, method, _), frame)| (*count, method.name(), picture(frame)))
+        .collect();
+    let images = match &arguments.out {
+        Some(folder) => write(folder, &pictures, picture(&reference))?,
+        None => Vec::new(),
+    };
+    print(
+        &Report {
+            threads: bench.options.threads,
+            size,
+            samples,
+            repeat: arguments.repeat,
+            glass_share: share(&glass),
+            reference_seconds: reference.seconds,
+            rows,
+            same_error,
+            cost: cost(arguments, size, most)?,
+            splits: splits(arguments, size)?,
+            images,
+        },
+        arguments.json,
+    )
+}
+
+/// The fewest samples with which a comb is as close to the reference as the
+/// pictures of most wavelengths.
+fn same_errors(
+    bench: &Bench,
+    rows: &[Row],
+    most: u32,
+    samples: u16,
+    (reference, glass): (&Picture, &[bool]),
+) -> Result<Vec<SameError>, Failure> {
+    let comb = dispersion(Method::Comb, most)?;
+    let mut left: Vec<&Row> = rows
+        .iter()
+        .filter(|row| row.wavelengths == most && row.method != Method::Comb.name())
+        .collect();
+    let mut found = Vec::new();
+    let mut own = 1;
+    while !left.is_empty() && own <= samples {
+        let frame = bench.render(comb, own)?;
+        let off = Difference::new(picture(&frame), reference, glass);
+        left.retain(|row| {
+            let is_close = off.mean <= row.mean_difference;
+            if is_close {
+                found.push(SameError {
+                    method: row.method,
+                    samples: own,
+                    seconds: frame.seconds,
+                    mean_difference: off.mean,
+                    speedup: row.seconds / frame.seconds,
+                });
+            }
+            !is_close
+        });
+        own = if own < samples {
+            samples.min(2 * own)
+        } else {
+            u16::MAX
+        };
+    }
+    Ok(found)
+}
+
+/// A view in which a tenth of the pixels meets glass.
+fn cost(arguments: &Arguments, size: u32, wavelengths: u32) -> Result<Cost, Failure> {
+    let bench = Bench::new(arguments, &WIDE, size)?;
+    let ways = [dispersion(Method::Comb, wavelengths)?, Dispersion::Off];
+    let rounds = arguments.repeat.max(COST_ROUNDS);
+    let seconds = bench.seconds(&ways, COST_SAMPLES, rounds)?;
+    Ok(Cost {
+        glass_share: share(&bench.glass()?),
+        samples: COST_SAMPLES,
+        wavelengths,
+        comb_seconds: seconds[0],
+        plain_seconds: seconds[1],
+        ratio: seconds[0] / seconds[1],
+    })
+}
+
+/// A view that a ball fills, by POV-Ray's way.
+fn splits(arguments: &Arguments, size: u32) -> Result<Splits, Failure> {
+    let bench = Bench::new(arguments, &CLOSE, size)?;
+    let mut ways = vec![Dispersion::Off];
+    for (count, _) in POV_RAY {
+        ways.push(dispersion(Method::Split, count)?);
+    }
+    let seconds = bench.seconds(&ways, 1, arguments.repeat.max(COST_ROUNDS))?;
+    let plain = seconds[0];
+    let peers = POV_RAY.iter().zip(&seconds[1..]);
+    Ok(Splits {
+        glass_share: share(&bench.glass()?),
+        plain_seconds: plain,
+        peers: peers
+            .map(|(&(wavelengths, pov_ray_ratio), &seconds)| Peer {
+                wavelengths,
+                seconds,
+                ratio: seconds / plain,
+                pov_ray_ratio,
+            })
+            .collect(),
+    })
+}
+
+/// Writes the pictures and the strip.
+fn write(
+    folder: &std::path::Path,
+    pictures: &[(u32, &str, &Picture)],
+    reference: &Picture,
+) -> Result<Vec<String>, Failure> {
+    let mut paths = Vec::new();
+    let mut write = |name: &str, picture: &Picture, note: String| -> Result<(), Failure> {
+        let path = folder.join(format!("{name}.png"));
+        picture
+            .write_png(&path, &metadata(note))
+            .map_err(Failure::from_error)?;
+        paths.push(path.display().to_string());
+        Ok(())
+    };
+    for (count, method, picture) in pictures {
+        let note = format!("scene spheres, {count} wavelengths, {method}");
+        write(&format!("{method}-{count}"), picture, note)?;
+    }
+    write(
+        "reference",
+        reference,
+        "scene spheres, the reference".to_owned(),
+    )?;
+    let rows = ["paper", "comb"].map(|row| {
+        let of_row = pictures.iter().filter(|(_, method, _)| *method == row);
+        of_row.map(|(_, _, picture)| *picture).collect::<Vec<_>>()
+    });
+    let note = "details: the paper's method above, a comb below".to_owned();
+    let strip = strip(&rows).map_err(Failure::from_error)?;
+    write("strip", &strip, note)?;
+    Ok(paths)
+}

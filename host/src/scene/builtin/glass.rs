@@ -1,0 +1,329 @@
+//! Scenes of dispersive glass: a spectrum, and the balls of Kishioka's paper.
+
+use crate::mesh::{Material, TriangleMesh};
+use crate::scene::camera::CameraPath;
+use crate::scene::{Background, Light, Object, Scene, Shape};
+use crate::spectrum::minimum_deviation;
+use crate::texture::{Pattern, Texture};
+use glam::{DAffine3, DMat3, DVec3};
+use shisen_core::spectrum::{Medium, line};
+use std::f64::consts::{FRAC_PI_3, FRAC_PI_6, PI};
+
+/// A prism before a viewer at the origin who looks along −Z, and the slit of
+/// light that is seen through it.
+///
+/// Rays go from the eye, so the spectrum that light through a prism throws on a
+/// wall is what a wall shows of the slit. Angles in the plane of the floor are
+/// from −Z towards −X.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PrismBench {
+    /// Its index of refraction at the wavelength that it stands for.
+    index: f64,
+    /// By which it turns that wavelength: radians, the least that it can.
+    deviation: f64,
+}
+
+impl PrismBench {
+    /// The angle between the prism's two faces: radians.
+    pub const APEX: f64 = FRAC_PI_3;
+    /// Of the prism's three edges across: metres.
+    pub const SIDE: f64 = 0.5;
+    /// From the eye to the middle of the face that it looks on: metres.
+    pub const DISTANCE: f64 = 0.35;
+    /// From the middle of the other face to the slit: metres.
+    pub const TO_SLIT: f64 = 80.0;
+    /// Of the slit: metres, half a degree.
+    pub const SLIT_WIDTH: f64 = 0.7;
+
+    /// For a wavelength in nanometres, or the nearest that SF11 is known at: its
+    /// light comes from straight ahead, turned by the least angle.
+    pub fn new(nm: f32) -> Self {
+        let index = f64::from(Medium::SF11.index_clamped(nm));
+        // With an index of 2, which SF11 has nowhere, light would graze.
+        let grazing = PI - Self::APEX;
+        let deviation = minimum_deviation(index, Self::APEX).unwrap_or(grazing);
+        Self { index, deviation }
+    }
+
+    /// By which light of its wavelength is turned: radians.
+    pub const fn deviation(&self) -> f64 {
+        self.deviation
+    }
+
+    /// The prism's index at its wavelength.
+    pub const fn index(&self) -> f64 {
+        self.index
+    }
+
+    /// The unit vector at an angle.
+    pub fn towards(angle: f64) -> DVec3 {
+        let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
+        DVec3::new(-sine, 0.0, -cosine)
+    }
+
+    /// The angles of the outward normals of the face that is looked on, and of
+    /// the one beyond.
+    pub fn faces(&self) -> [f64; 2] {
+        let half = 0.5 * self.deviation;
+        [half + 7.0 * FRAC_PI_6, half - FRAC_PI_6]
+    }
+
+    /// From an edge to the middle across: metres. Half of that is a face's
+    /// distance.
+    fn circumradius() -> f64 {
+        Self::SIDE / libm::sqrt(3.0)
+    }
+
+    /// Its middle: metres.
+    pub fn centre(&self) -> DVec3 {
+        let [near, _] = self.faces();
+        let inradius = 0.5 * Self::circumradius();
+        Self::DISTANCE * DVec3::NEG_Z - inradius * Self::towards(near)
+    }
+
+    /// The slit's middle: metres. The light of its wavelength that comes from
+    /// there, through the middles of both faces, meets the origin along +Z.
+    pub fn slit(&self) -> DVec3 {
+        let [_, far] = self.faces();
+        let leaves = self.centre() + 0.5 * Self::circumradius() * Self::towards(far);
+        leaves + Self::TO_SLIT * Self::towards(self.deviation)
+    }
+
+    /// The prism, about its own middle, as at no deviation.
+    fn mesh() -> TriangleMesh {
+        let edge = |number: u32| {
+            let angle = -FRAC_PI_3 + 2.0 * FRAC_PI_3 * f64::from(number) - FRAC_PI_6;
+            Self::circumradius() * Self::towards(angle)
+        };
+        let height = 0.5 * Self::SIDE * DVec3::Y;
+        // Edge by edge, seen from above counter-clockwise: below, then above.
+        let positions = (0..3)
+            .flat_map(|number| [edge(number) - height, edge(number) + height])
+            .map(|place| place.as_vec3().to_array())
+            .collect();
+        TriangleMesh {
+            positions,
+            triangles: vec![
+                [1, 3, 5],
+                [0, 4, 2],
+                [0, 2, 3],
+                [0, 3, 1],
+                [2, 4, 5],
+                [2, 5, 3],
+                [4, 0, 1],
+                [4, 1, 5],
+            ],
+            ..TriangleMesh::default()
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> Scene {
+        // Its floor ends below the slit.
+        let floor = DAffine3::from_translation(1.6 * DVec3::NEG_Y)
+            * DAffine3::from_scale(DVec3::splat(20.0));
+        let back = -Self::towards(self.deviation);
+        let slit = DMat3::from_cols(
+            Self::SLIT_WIDTH * DVec3::Y.cross(back),
+            back,
+            20.0 * DVec3::NEG_Y,
+        );
+        let objects = [
+            (
+                0,
+                DAffine3::from_translation(self.centre())
+                    * DAffine3::from_rotation_y(0.5 * self.deviation),
+            ),
+            (1, DAffine3::from_mat3_translation(slit, self.slit())),
+            (1, floor),
+        ];
+        let dark = Material {
+            diffuse: [0.0; 3],
+            ..Material::default()
+        };
+        Scene {
+            name: "prism".into(),
+            meshes: vec![Self::mesh(), TriangleMesh::square()],
+            materials: vec![
+                Material {
+                    transmission: [1.0; 3],
+                    medium: Some(Medium::SF11),
+                    ..dark.clone()
+                },
+                // Spread over a spectrum, it is as bright as white.
+                Material {
+                    emission: [8.0; 3],
+                    ..dark
+                },
+                Material {
+                    texture: Some(Texture {
+                        pattern: Pattern::Checker([[0.5; 3], [0.2; 3]]),
+                        repeats: [40.0; 2],
+                    }),
+                    ..Material::default()
+                },
+            ],
+            objects: objects
+                .into_iter()
+                .enumerate()
+                .map(|(number, (mesh, world_from_object))| Object {
+                    shape: Shape::Mesh(mesh),
+                    material: Some(number),
+                    world_from_object,
+                    casts_shadow: false,
+                    smooth: false,
+                })
+                .collect(),
+            lights: Vec::new(),
+            background: Background::uniform([0.0; 3]),
+            ambient: [0.06; 3],
+            camera: CameraPath::default(),
+        }
+    }
+}
+
+/// A slit of light seen through a 60° prism of SF11, turned so that the d line
+/// is straight ahead.
+pub fn prism() -> Scene {
+    PrismBench::new(line::D).scene()
+}
+
+/// Middles and radii of the balls: metres.
+const BALLS: [([f64; 3], f64); 3] = [
+    ([-0.70, -0.55, -3.3], 0.65),
+    ([0.50, -0.80, -2.8], 0.40),
+    ([-0.05, -0.97, -2.1], 0.23),
+];
+
+/// Three balls of crystal quartz on a checkered floor under a lamp and the sky:
+/// what Kishioka's paper shows of dispersion.
+pub fn spheres() -> Scene {
+    let object = |shape, material, world_from_object| Object {
+        shape,
+        material: Some(material),
+        world_from_object,
+        casts_shadow: false,
+        smooth: true,
+    };
+    let mut objects: Vec<Object> = BALLS
+        .into_iter()
+        .map(|(centre, radius)| {
+            let radius = radius as f32;
+            let place = DAffine3::from_translation(DVec3::from_array(centre));
+            object(Shape::Sphere { radius }, 0, place)
+        })
+        .collect();
+    let floor = DAffine3::from_translation(1.2 * DVec3::NEG_Y)
+        * DAffine3::from_rotation_y(0.4)
+        * DAffine3::from_scale(DVec3::splat(40.0));
+    objects.push(object(Shape::Mesh(0), 1, floor));
+    let (centre, right, up) = (DVec3::new(1.2, 2.6, -2.2), 0.5 * DVec3::X, 0.5 * DVec3::Z);
+    // Its front looks down, where the light goes.
+    let lamp = DMat3::from_cols(2.0 * right, right.cross(up).normalize(), 2.0 * up);
+    let lamp = DAffine3::from_mat3_translation(lamp, centre);
+    objects.push(object(Shape::Mesh(0), 2, lamp));
+    Scene {
+        name: "spheres".into(),
+        meshes: vec![TriangleMesh::square()],
+        materials: vec![
+            Material {
+                diffuse: [0.0; 3],
+                transmission: [1.0; 3],
+                medium: Some(Medium::QUARTZ_O),
+                ..Material::default()
+            },
+            Material {
+                texture: Some(Texture {
+                    pattern: Pattern::Checker([[0.85; 3], [0.04; 3]]),
+                    repeats: [80.0; 2],
+                }),
+                ..Material::default()
+            },
+            Material {
+                diffuse: [0.0; 3],
+                emission: [12.0, 11.4, 10.5],
+                ..Material::default()
+            },
+        ],
+        objects,
+        // Clear bodies keep no light away, so there is no shadow whose edge would
+        // tell the lamp from a point.
+        lights: vec![Light::Point {
+            position: centre,
+            colour: [3.8, 3.6, 3.3],
+            inverse_square: true,
+        }],
+        background: Background {
+            zenith: [0.25, 0.45, 0.85],
+            horizon: [0.85, 0.90, 0.95],
+            nadir: [0.2; 3],
+            alpha: 1.0,
+        },
+        ambient: [0.3; 3],
+        camera: CameraPath::default(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where a line meets a plane at the middle of a face, by the face's normal.
+    fn refract(direction: DVec3, normal: DVec3, before: f64, beyond: f64) -> DVec3 {
+        let (eta, cosine) = (before / beyond, -direction.dot(normal));
+        let sine2 = eta * eta * (1.0 - cosine * cosine);
+        eta * direction + (eta * cosine - (1.0 - sine2).sqrt()) * normal
+    }
+
+    #[test]
+    fn the_prism_turns_its_wavelength_towards_the_slit() {
+        for nm in [line::F, line::D, line::C] {
+            let bench = PrismBench::new(nm);
+            let [near, far] = bench.faces().map(PrismBench::towards);
+            let inside = refract(DVec3::NEG_Z, near, 1.0, bench.index());
+            let beyond = refract(inside, -far, bench.index(), 1.0);
+            let towards = PrismBench::towards(bench.deviation());
+            assert!(beyond.distance(towards) < 1.0e-12, "{nm} {beyond}");
+            // Through the middles of the faces, and on to the slit.
+            let enters = PrismBench::DISTANCE * DVec3::NEG_Z;
+            let leaves = enters + 0.5 * PrismBench::SIDE * inside;
+            let found = leaves + PrismBench::TO_SLIT * beyond;
+            assert!(found.distance(bench.slit()) < 1.0e-9, "{nm} {found}");
+        }
+        // SF11 is known from there on.
+        assert_eq!(PrismBench::new(380.0), PrismBench::new(390.0));
+    }
+
+    #[test]
+    fn faces_look_outward() {
+        let scene = prism();
+        let mesh = &scene.meshes[0];
+        mesh.validate().unwrap();
+        let place = |vertex: u32| DVec3::from(mesh.positions[vertex as usize].map(f64::from));
+        for &[a, b, c] in &mesh.triangles {
+            let normal = (place(b) - place(a)).cross(place(c) - place(a));
+            assert!(normal.dot(place(a)) > 1.0e-3, "{a} {b} {c}");
+        }
+        // Of a third of a turn each, the one that is looked on is among them.
+        let world = scene.objects[0].world_from_object;
+        let bench = PrismBench::new(line::D);
+        for face in bench.faces().map(PrismBench::towards) {
+            let inradius = 0.5 * PrismBench::circumradius();
+            let on_it = |vertex: &[f32; 3]| {
+                let from = world.transform_point3(DVec3::from(vertex.map(f64::from)));
+                (from - bench.centre()).dot(face) > inradius - 1.0e-6
+            };
+            assert_eq!(mesh.positions.iter().filter(|v| on_it(v)).count(), 4);
+        }
+    }
+
+    #[test]
+    fn balls_stand_on_the_floor() {
+        let scene = spheres();
+        for (object, (centre, radius)) in scene.objects.iter().zip(BALLS) {
+            assert!((centre[1] - radius + 1.2).abs() < 1.0e-9);
+            let found = object.world_from_object.translation;
+            assert_eq!(found, DVec3::from_array(centre));
+        }
+    }
+}

@@ -1,0 +1,444 @@
+//! Wavelengths in pictures: where a prism puts them, what they sum to, and that
+//! they change nothing where no glass asks for them.
+
+use glam::{DAffine3, DVec3, Vec3};
+use shisen::bake::Baked;
+use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
+use shisen::mesh::Material;
+use shisen::render::{self, Frame, Observer, Options};
+use shisen::scene::builtin::{PaperScene, PrismBench, paper_scene, spheres};
+use shisen::scene::camera::CameraPath;
+use shisen::scene::{Background, Object, Scene, Shape};
+use shisen::spectrum::{CIE_1931, Dispersion};
+use shisen_core::Simd;
+use shisen_core::frame::{
+    Budget, LEAST_WEIGHT, MAX_DEPTH, Outcome, Pixel, Renderer, Settings, Spectrum, Tile, TileJob,
+    View, Workspace,
+};
+use shisen_core::spectrum::{
+    Matching, Medium, SpectralSample, SpectralTable, Wavelengths, line, xyz_from_rgb,
+};
+use shisen_tests::meshes::icosphere;
+
+/// Columns of the front wall, whose middle rows show the spectrum.
+const COLUMNS: u32 = 1024;
+const ROWS: u32 = 3;
+
+fn render(
+    baked: &Baked<8>,
+    view: &View,
+    (depth, samples): (u8, u16),
+    spectrum: Spectrum<'_>,
+) -> Vec<Pixel> {
+    let settings = Settings {
+        depth,
+        samples,
+        ..Settings::default()
+    };
+    let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
+    let renderer = renderer.with_spectrum(spectrum).expect("known media");
+    let (width, height) = (view.columns(), view.rows());
+    let mut job = TileJob::new(Tile {
+        x: 0,
+        y: 0,
+        width,
+        height,
+    });
+    let mut pixels = vec![Pixel::default(); (width * height) as usize];
+    let outcome = job.render(
+        &renderer,
+        view,
+        &mut pixels,
+        &mut { Budget::UNLIMITED },
+        &mut Workspace::new(),
+    );
+    assert_eq!(outcome, Ok(Outcome::Finished));
+    pixels
+}
+
+/// What a method makes of so many wavelengths.
+fn with_table<T>(count: u32, phases: u32, run: impl FnOnce(SpectralTable<'_>) -> T) -> T {
+    let mut storage = [SpectralSample::default(); SpectralTable::MOST_SAMPLES];
+    let wavelengths = Wavelengths::new(count, Wavelengths::RANGE).expect("a range");
+    run(SpectralTable::new(wavelengths, phases, Matching::Wyman, &mut storage).expect("a table"))
+}
+
+/// The middle rows of a CAVE's front wall.
+fn wall() -> View {
+    let step = 3.0 / COLUMNS as f32;
+    let first = Vec3::new(-1.5 + 0.5 * step, 0.5 * (ROWS - 1) as f32 * step, -1.5);
+    let (right, down) = (Vec3::X * step, Vec3::NEG_Y * step);
+    View::new(Vec3::ZERO, first, right, down, [COLUMNS, ROWS]).expect("a view")
+}
+
+/// The column of the wall, its first edge at 0, that is seen at an angle from
+/// −Z towards −X.
+fn column(angle: f64) -> f64 {
+    (0.5 - 0.5 * angle.tan()) * f64::from(COLUMNS)
+}
+
+/// The wall, summed over its rows.
+fn columns(bench: &PrismBench, samples: u16, spectrum: Spectrum<'_>) -> Vec<DVec3> {
+    let baked = Baked::<8>::new(&bench.scene()).expect("a scene");
+    let pixels = render(&baked, &wall(), (3, samples), spectrum);
+    let sum = |column: usize| {
+        let rows = pixels.iter().skip(column).step_by(COLUMNS as usize);
+        rows.map(|p| DVec3::new(p.red.into(), p.green.into(), p.blue.into()))
+            .sum()
+    };
+    (0..COLUMNS as usize).map(sum).collect()
+}
+
+/// The middle of what is around the brightest column.
+fn spot(columns: &[f64]) -> f64 {
+    let brightest = (0..columns.len())
+        .max_by(|&a, &b| columns[a].total_cmp(&columns[b]))
+        .expect("columns");
+    let around = brightest.saturating_sub(12)..(brightest + 13).min(columns.len());
+    let (mut sum, mut moment) = (0.0, 0.0);
+    for column in around {
+        sum += columns[column];
+        moment += columns[column] * (column as f64 + 0.5);
+    }
+    assert!(sum > 0.0, "nothing is seen");
+    moment / sum
+}
+
+fn spot_of(bench: &PrismBench, nm: f32) -> f64 {
+    let columns = columns(bench, 16, Spectrum::Single(nm));
+    let red: Vec<f64> = columns.iter().map(|sum| sum.x).collect();
+    spot(&red)
+}
+
+/// Snell's law in 64 bits, by the vectors.
+fn refract(direction: DVec3, normal: DVec3, eta: f64) -> DVec3 {
+    let cosine = -direction.dot(normal);
+    let root = (1.0 - eta * eta * (1.0 - cosine * cosine)).sqrt();
+    eta * direction + (eta * cosine - root) * normal
+}
+
+/// How far to the left of the slit's middle the ray passes that the eye sends at
+/// an angle: metres.
+fn misses_by(bench: &PrismBench, angle: f64, index: f64) -> f64 {
+    let inradius = PrismBench::SIDE / 12f64.sqrt();
+    let [near, far] = bench.faces().map(PrismBench::towards);
+    let meets = |from: DVec3, direction: DVec3, normal: DVec3| {
+        let plane = bench.centre() + inradius * normal;
+        from + direction * ((plane - from).dot(normal) / direction.dot(normal))
+    };
+    let direction = PrismBench::towards(angle);
+    let enters = meets(DVec3::ZERO, direction, near);
+    let inside = refract(direction, near, 1.0 / index);
+    let leaves = meets(enters, inside, far);
+    let beyond = refract(inside, -far, index);
+    let towards = PrismBench::towards(bench.deviation());
+    let left = DVec3::Y.cross(towards);
+    let reach = (bench.slit() - leaves).dot(towards) / beyond.dot(towards);
+    (leaves + beyond * reach - bench.slit()).dot(left)
+}
+
+/// The angle at which the eye sees the slit's middle in light of an index.
+fn seen_at(bench: &PrismBench, index: f64) -> f64 {
+    let (mut low, mut high) = (-0.2, 0.08);
+    let sign = misses_by(bench, low, index).signum();
+    assert!(sign != misses_by(bench, high, index).signum());
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if misses_by(bench, middle, index).signum() == sign {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}
+
+#[test]
+fn lines_land_where_minimum_deviation_says() {
+    // With the slit in the direction of a line's least deviation, the line is
+    // straight ahead.
+    for nm in [line::F, line::D, line::C] {
+        let bench = PrismBench::new(nm);
+        let found = spot_of(&bench, nm);
+        let off = found - column(0.0);
+        assert!(off.abs() < 1.0, "{nm} nm: {found}, {off} off");
+    }
+}
+
+#[test]
+fn a_spectrum_lies_where_snell_says() {
+    let bench = PrismBench::new(line::D);
+    let mut before = 0.0;
+    for nm in [700.0, line::C, 620.0, line::D, 550.0, line::F, 450.0, 400.0] {
+        let index = Medium::SF11.index(nm).into();
+        let expected = column(seen_at(&bench, index));
+        let found = spot_of(&bench, nm);
+        assert!(
+            (found - expected).abs() < 1.0,
+            "{nm} nm: {found}, not {expected}"
+        );
+        // The apex is to the right: light that is bent more is seen nearer it.
+        assert!(found > before, "{nm} nm: {found} after {before}");
+        before = found;
+    }
+}
+
+#[test]
+fn a_spectrum_has_the_colours_of_the_rainbow_without_stripes() {
+    let bench = PrismBench::new(line::D);
+    let smooth = with_table(64, 32, |table| columns(&bench, 64, Spectrum::Split(table)));
+    let [red, green, blue] = [0, 1, 2].map(|channel| {
+        let (mut sum, mut moment) = (0.0, 0.0);
+        for (column, light) in smooth.iter().enumerate() {
+            sum += light[channel].max(0.0);
+            moment += light[channel].max(0.0) * column as f64;
+        }
+        moment / sum
+    });
+    assert!(
+        red + 5.0 < green && green + 5.0 < blue,
+        "{red} {green} {blue}"
+    );
+    // Beyond blue there is violet, which is red besides.
+    let end = smooth
+        .iter()
+        .rposition(|light| light.z > 0.02)
+        .expect("a spectrum");
+    let violet = smooth[end - 6];
+    assert!(
+        violet.z > violet.x && violet.x > violet.y.max(0.0),
+        "{violet}"
+    );
+    // How far luminance is from that of very many wavelengths.
+    let luminance = |light: &DVec3| f64::from(xyz_from_rgb(light.as_vec3()).y);
+    let most = smooth.iter().map(luminance).fold(0.0, f64::max);
+    let rough = |columns: &[DVec3]| {
+        let pairs = columns.iter().zip(&smooth);
+        let squares = pairs.map(|(a, b)| (luminance(a) - luminance(b)).powi(2));
+        (squares.sum::<f64>() / 90.0).sqrt() / most
+    };
+    let comb = with_table(14, 32, |table| columns(&bench, 56, Spectrum::Comb(table)));
+    let fixed = with_table(14, 1, |table| columns(&bench, 56, Spectrum::Comb(table)));
+    let (comb, fixed) = (rough(&comb), rough(&fixed));
+    assert!(comb < 0.05 && 2.0 * comb < fixed, "{comb}, fixed {fixed}");
+}
+
+/// A clear ball before the eye.
+fn ball(material: Material, background: Background) -> Scene {
+    Scene {
+        name: "ball".into(),
+        meshes: Vec::new(),
+        materials: vec![material],
+        objects: vec![Object {
+            shape: Shape::Sphere { radius: 1.0 },
+            material: Some(0),
+            world_from_object: DAffine3::from_translation(DVec3::new(0.0, 0.0, -3.0)),
+            casts_shadow: false,
+            smooth: true,
+        }],
+        lights: Vec::new(),
+        background,
+        ambient: [0.0; 3],
+        camera: CameraPath::default(),
+    }
+}
+
+fn clear(medium: Medium) -> Material {
+    Material {
+        diffuse: [0.0; 3],
+        transmission: [1.0; 3],
+        medium: Some(medium),
+        ..Material::default()
+    }
+}
+
+/// The ball and what is around it.
+fn before_the_ball(side: u32) -> View {
+    let step = 0.9 / side as f32;
+    let first = Vec3::new(-0.45 + 0.5 * step, 0.45 - 0.5 * step, -1.0);
+    let (right, down) = (Vec3::X * step, Vec3::NEG_Y * step);
+    View::new(Vec3::ZERO, first, right, down, [side; 2]).expect("a view")
+}
+
+fn largest_difference(found: &[Pixel], expected: &[Pixel]) -> f32 {
+    assert_eq!(found.len(), expected.len());
+    let channels = |p: &Pixel| [p.red, p.green, p.blue, p.alpha];
+    let pairs = found.iter().zip(expected);
+    pairs
+        .flat_map(|(a, b)| channels(a).into_iter().zip(channels(b)))
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f32::max)
+}
+
+#[test]
+fn glass_without_dispersion_has_the_colours_of_rgb() {
+    let constant = Medium::form2([390.0, 800.0], 1.25, &[]).expect("a medium");
+    let sky = Background {
+        zenith: [0.2, 0.5, 0.9],
+        horizon: [0.9, 0.8, 0.6],
+        nadir: [0.3, 0.1, 0.0],
+        alpha: 1.0,
+    };
+    let baked = Baked::<8>::new(&ball(clear(constant), sky)).expect("a scene");
+    let check = |view: &View, samples, way: &str, render_with: &dyn Fn() -> Vec<Pixel>| {
+        let expected = render(&baked, view, (4, samples), Spectrum::Rgb);
+        let off = largest_difference(&render_with(), &expected);
+        assert!(off < 1e-5, "{way}, {samples} samples: {off}");
+    };
+    let view = before_the_ball(32);
+    for (count, samples) in [2, 7, 14]
+        .into_iter()
+        .flat_map(|n| [(n, 1), (n, 5), (n, 28)])
+    {
+        with_table(count, 32, |table| {
+            check(&view, samples, &format!("split into {count}"), &|| {
+                render(&baked, &view, (4, samples), Spectrum::Split(table))
+            });
+            // Rays of a comb have colours, and lie side by side in their pixel:
+            // the mean is that of one place.
+            for place in [[0.0, 0.0], [0.2, -0.1], [-0.1, 0.3]] {
+                let view = around(place);
+                check(&view, samples, &format!("a comb of {count}"), &|| {
+                    render(&baked, &view, (4, samples), Spectrum::Comb(table))
+                });
+            }
+            check(&view, samples, &format!("pictures of {count}"), &|| {
+                let mut sum = vec![Pixel::default(); 32 * 32];
+                for &SpectralSample { nm, weight } in table.phase(0) {
+                    let one = render(&baked, &view, (4, samples), Spectrum::Single(nm));
+                    for (sum, one) in sum.iter_mut().zip(one) {
+                        sum.red += weight.x * one.red;
+                        sum.green += weight.y * one.green;
+                        sum.blue += weight.z * one.blue;
+                        sum.alpha += one.alpha / count as f32;
+                    }
+                }
+                sum
+            });
+        });
+    }
+}
+
+/// Pixels of one place on the ball or beside it.
+fn around([x, y]: [f32; 2]) -> View {
+    let (right, down) = (Vec3::X * 1e-7, Vec3::NEG_Y * 1e-7);
+    View::new(Vec3::ZERO, Vec3::new(x, y, -1.0), right, down, [4; 2]).expect("a view")
+}
+
+#[test]
+fn a_clear_ball_in_a_white_room_is_white() {
+    let white = Background::uniform([1.0; 3]);
+    let baked = Baked::<8>::new(&ball(clear(Medium::QUARTZ_O), white)).expect("a scene");
+    let view = before_the_ball(24);
+    let expected = vec![
+        Pixel {
+            red: 1.0,
+            green: 1.0,
+            blue: 1.0,
+            alpha: 1.0,
+        };
+        24 * 24
+    ];
+    for samples in [1, 4, 15] {
+        for count in [1, 2, 7, 10, 14, 64] {
+            with_table(count, 32, |table| {
+                for spectrum in [Spectrum::Split(table), Spectrum::Comb(table)] {
+                    let found = render(&baked, &view, (MAX_DEPTH, samples), spectrum);
+                    let off = largest_difference(&found, &expected);
+                    eprintln!("{count} wavelengths, {samples} samples: {off}");
+                    // At the rim a lone ray loses two rays that count for less.
+                    let most = if samples == 1 {
+                        2.0 * LEAST_WEIGHT
+                    } else {
+                        1e-3
+                    };
+                    assert!(off < most, "{count} wavelengths, {samples} samples: {off}");
+                }
+            });
+        }
+    }
+}
+
+fn frame(scene: &Scene, dispersion: Dispersion) -> Frame {
+    let baked = Baked::<8>::new(scene).expect("a scene");
+    let room = Cave::built_in(BuiltInCave::ThreeWall, [40; 2]).expect("a room");
+    let eye = Observer::new(Eye::Centre, Viewer::default().eye(Eye::Centre));
+    let mut options = Options {
+        dispersion,
+        ..Options::default()
+    };
+    options.settings.samples = 3;
+    render::cave(&baked.scene(), &room, &[eye], &options, &|_, _| {}).expect("a frame")
+}
+
+#[test]
+fn nothing_changes_where_no_glass_asks_for_it() {
+    let mut glass = paper_scene(PaperScene::A, icosphere(2)).expect("a scene");
+    glass.materials[0] = Material {
+        transmission: [0.9; 3],
+        ..Material::default()
+    };
+    let ways = [1, 2, 7, 14, 64].into_iter().flat_map(|count| {
+        let wavelengths = Wavelengths::new(count, Wavelengths::RANGE).expect("a range");
+        [
+            Dispersion::Comb(wavelengths),
+            Dispersion::Split(wavelengths),
+            Dispersion::Images(wavelengths, Matching::Endo),
+        ]
+    });
+    let ways: Vec<Dispersion> = ways.chain([Dispersion::Single(450.0)]).collect();
+    for scene in [
+        glass,
+        paper_scene(PaperScene::B, icosphere(2)).expect("a scene"),
+    ] {
+        let expected = frame(&scene, Dispersion::Off);
+        for &way in &ways {
+            let found = frame(&scene, way);
+            assert_eq!(found.hash(), expected.hash(), "{way:?}");
+            assert_eq!(found.statistics, expected.statistics, "{way:?}");
+        }
+    }
+    // Where glass does, it does.
+    let scene = spheres();
+    let combed = frame(&scene, Dispersion::default()).hash();
+    assert_ne!(combed, frame(&scene, Dispersion::Off).hash());
+}
+
+#[test]
+fn a_split_is_the_sum_of_401_pictures() {
+    let baked = Baked::<8>::new(&spheres()).expect("a scene");
+    let view = before_the_ball(24);
+    let (count, samples) = (401, 32);
+    let matching = Matching::Table(CIE_1931);
+    // The standard's colours under equal energy, white by each of XYZ.
+    let wavelengths: Vec<f32> = (0..count)
+        .map(|k| 400.0 + 300.0 * (k as f32 + 0.5) / count as f32)
+        .collect();
+    let total: DVec3 = wavelengths
+        .iter()
+        .map(|&nm| matching.values(nm).as_dvec3())
+        .sum();
+    let white = xyz_from_rgb(Vec3::ONE).as_dvec3();
+    let mut sum = vec![DVec3::ZERO; 576];
+    for &nm in &wavelengths {
+        let share = matching.values(nm).as_dvec3() / total;
+        let weight = shisen_core::spectrum::rgb_from_xyz((share * white).as_vec3()).as_dvec3();
+        let picture = render(&baked, &view, (3, samples), Spectrum::Single(nm));
+        for (sum, one) in sum.iter_mut().zip(picture) {
+            *sum += weight * DVec3::new(one.red.into(), one.green.into(), one.blue.into());
+        }
+    }
+    let mut storage = Vec::new();
+    let wavelengths = Wavelengths::new(8, Wavelengths::RANGE).expect("a range");
+    let spectrum = Dispersion::Reference(wavelengths).spectrum(&mut storage);
+    let split = render(&baked, &view, (3, samples), spectrum);
+    let off = sum.iter().zip(&split).map(|(sum, one)| {
+        let one = DVec3::new(one.red.into(), one.green.into(), one.blue.into());
+        (one - *sum).abs().max_element()
+    });
+    let (worst, mean) = off.fold((0f64, 0.0), |(worst, mean), off| {
+        (worst.max(off), mean + off / 576.0)
+    });
+    eprintln!("{mean} {worst}");
+    assert!(mean < 2e-3 && worst < 0.1, "{mean} {worst}");
+}
