@@ -20,6 +20,7 @@ use shisen_core::frame::{
 use shisen_core::scene::format::{Header, effect};
 use shisen_core::scene::{EffectSet, SceneError};
 use shisen_core::shape::Ray;
+use shisen_core::spectrum::Medium;
 use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
 use shisen_tests::command::shisen;
@@ -107,7 +108,10 @@ fn everything() -> Scene {
     let image = Image::new(2, 1, &[[255, 0, 0], [0, 255, 99]]).expect("an image");
     let materials = vec![
         mirror(),
-        glass(),
+        Material {
+            medium: Some(Medium::N_BK7),
+            ..glass()
+        },
         lines,
         Material::default(),
         textured(Pattern::Checker([[0.9; 3], [0.1; 3]])),
