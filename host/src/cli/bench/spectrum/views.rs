@@ -46,7 +46,7 @@ impl View {
 
 /// The detail that a strip shows: its middle and its side, in sides of the
 /// picture.
-const DETAIL: ([f64; 2], f64) = ([0.33, 0.52], 0.14);
+const DETAIL: ([f64; 2], f64) = ([0.52, 0.83], 0.16);
 
 /// Pixels a side of a detail in a strip, at least.
 const DETAIL_PIXELS: u32 = 256;
