@@ -32,8 +32,9 @@ impl PrismBench {
     pub const DISTANCE: f64 = 0.35;
     /// From the middle of the other face to the slit: metres.
     pub const TO_SLIT: f64 = 80.0;
-    /// Of the slit: metres, half a degree.
-    pub const SLIT_WIDTH: f64 = 0.7;
+    /// Of the slit: metres, nearly a degree. Of 14 wavelengths each place of
+    /// the spectrum then sees one at least.
+    pub const SLIT_WIDTH: f64 = 1.2;
 
     /// For a wavelength in nanometres, or the nearest that SF11 is known at: its
     /// light comes from straight ahead, turned by the least angle.
@@ -152,7 +153,7 @@ impl PrismBench {
                 },
                 // Spread over a spectrum, it is as bright as white.
                 Material {
-                    emission: [8.0; 3],
+                    emission: [2.0; 3],
                     ..dark
                 },
                 Material {
