@@ -60,7 +60,7 @@ fn render(
 
 /// What a method makes of so many wavelengths.
 fn with_table<T>(count: u32, phases: u32, run: impl FnOnce(SpectralTable<'_>) -> T) -> T {
-    let mut storage = [SpectralSample::default(); SpectralTable::MOST_SAMPLES];
+    let mut storage = vec![SpectralSample::default(); SpectralTable::MOST_SAMPLES];
     let wavelengths = Wavelengths::new(count, Wavelengths::RANGE).expect("a range");
     run(SpectralTable::new(wavelengths, phases, Matching::Wyman, &mut storage).expect("a table"))
 }
