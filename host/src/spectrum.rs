@@ -62,8 +62,8 @@ mod tests {
             [worst[0].max(x), worst[1].max(y), worst[2].max(z)]
         });
         for (worst, bound) in worst.into_iter().zip([0.0140, 0.0080, 0.0222]) {
-            // They measured in steps of 1 nm; between those of 5 nm are lines.
-            assert!((worst - bound).abs() < 2.5e-4, "{worst} {bound}");
+            // They had a table of 1 nm; between the values of 5 nm are lines.
+            assert!((worst - bound).abs() < 6.0e-4, "{worst} {bound}");
         }
     }
 }

@@ -348,7 +348,7 @@ fn broken_scenes_are_named() {
     fs::create_dir(folder.path().join("folder")).unwrap();
     for (name, expected) in [
         ("no.toml", "no.toml"),
-        ("E", "give A, B, C, D or grid"),
+        ("E", "give A, B, C, D, grid, prism or spheres"),
         ("bytes", "neither a TOML description nor a baked scene"),
         ("folder", "cannot read the scene in folder"),
         ("cow.obj", "--mesh FILE"),

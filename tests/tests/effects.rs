@@ -15,12 +15,13 @@ use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen::texture::{Image, Pattern, Texture};
 use shisen_core::frame::{
-    Budget, Entry, Ledger, Mode, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
+    Budget, Entry, Ledger, Mode, Pixel, Renderer, Settings, Spectrum, Tile, TileJob, View,
+    Workspace,
 };
 use shisen_core::scene::format::{Header, effect};
 use shisen_core::scene::{EffectSet, SceneError};
 use shisen_core::shape::Ray;
-use shisen_core::spectrum::Medium;
+use shisen_core::spectrum::{Matching, Medium, SpectralSample, SpectralTable, Wavelengths};
 use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
 use shisen_tests::command::shisen;
@@ -389,7 +390,12 @@ fn the_ledger_adds_up_and_its_pixels_are_the_picture_s() {
         mode: Mode::Single,
         ..Settings::default()
     };
-    let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
+    let mut storage = [SpectralSample::default(); 3];
+    let three = Wavelengths::new(3, Wavelengths::RANGE).expect("three wavelengths");
+    let table = SpectralTable::new(three, 1, Matching::Wyman, &mut storage).expect("a table");
+    let renderer = Renderer::new(baked.scene(), Simd::detect(), settings)
+        .with_spectrum(Spectrum::Split(table))
+        .expect("wavelengths at which glass is known");
     let (view, tile) = small_view();
     let mut pixels = vec![Pixel::default(); 48 * 48];
     let (mut ledger, mut workspace) = (Ledger::EMPTY, Workspace::new());
@@ -405,8 +411,12 @@ fn the_ledger_adds_up_and_its_pixels_are_the_picture_s() {
     assert_eq!(ledger.entry(SHADOWS).rays + soft, found.shadow);
     let mirrored = ledger.entry(REFLECTION).rays;
     let refracting = ledger.entry(REFRACTION).rays;
-    assert_eq!(mirrored + refracting, found.reflected + found.refracted);
-    assert!(refracting > found.refracted && mirrored > 0);
+    let dispersing = ledger.entry(EffectSet::DISPERSION).rays;
+    assert_eq!(
+        mirrored + refracting + dispersing,
+        found.reflected + found.refracted
+    );
+    assert!(refracting > dispersing && dispersing > 0 && mirrored > 0);
     for &(effect, name) in EffectSet::NAMED {
         let Entry {
             pixels,
@@ -415,7 +425,9 @@ fn the_ledger_adds_up_and_its_pixels_are_the_picture_s() {
         } = ledger.entry(effect);
         assert!(pixels > 0 && pixels < 48 * 48, "{name}: {pixels} pixels");
         assert!(steps >= rays, "{name}: {steps} steps of {rays} rays");
-        let traces = [SHADOWS, EffectSet::SOFT_LIGHT, REFLECTION, REFRACTION].contains(&effect);
+        let traces =
+            SHADOWS | EffectSet::SOFT_LIGHT | REFLECTION | REFRACTION | EffectSet::DISPERSION;
+        let traces = traces.contains(effect);
         assert_eq!(rays > 0, traces, "{name}: {rays} rays");
     }
     // Without an effect nothing is entered for it, and less for no other but

@@ -643,7 +643,7 @@ fn what_fills_the_rest_is_chosen_and_reported() {
     let before = filled(&["--fill", "previous", "--previous-look", "10,0"]);
     assert_eq!(before["lod"]["fill"]["mode"], "previous");
     for (arguments, hint) in [
-        (&["--fill", "capture"][..], "--lod paper"),
+        (&["--lod", "off", "--fill", "capture"][..], "--lod paper"),
         (&["--lod", "paper", "--fill-size", "64"], "--fill capture"),
         (&["--lod", "paper", "--fill", "previous"], "--previous-look"),
         (
