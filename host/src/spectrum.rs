@@ -55,15 +55,15 @@ mod tests {
     #[test]
     fn the_fit_is_as_near_to_the_table_as_its_authors_say() {
         let table = Matching::Table(CIE_1931);
-        let worst = (0..=400u16).fold([0f32; 3], |worst, i| {
-            let nm = 380.0 + f32::from(i);
+        // At the table's own wavelengths: between them it is interpolated.
+        let worst = (0..=80u16).fold([0f32; 3], |worst, i| {
+            let nm = 380.0 + 5.0 * f32::from(i);
             let error = (Matching::Wyman.values(nm) - table.values(nm)).abs();
             let [x, y, z] = error.to_array();
             [worst[0].max(x), worst[1].max(y), worst[2].max(z)]
         });
         for (worst, bound) in worst.into_iter().zip([0.0140, 0.0080, 0.0222]) {
-            // They had a table of 1 nm; between the values of 5 nm are lines.
-            assert!((worst - bound).abs() < 6.0e-4, "{worst} {bound}");
+            assert!(worst <= bound && worst > 0.9 * bound, "{worst} {bound}");
         }
     }
 }

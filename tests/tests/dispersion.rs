@@ -349,10 +349,7 @@ fn a_clear_ball_in_a_white_room_is_white() {
                     // At the rim a ray may lose two that count for too little,
                     // with one wavelength as with many.
                     let off = largest_difference(&found, &expected[..found.len()]);
-                    assert!(
-                        off < 2.0 * LEAST_WEIGHT + 1e-4,
-                        "{way}, {count}, {samples}: {off}"
-                    );
+                    assert!(off < 2.0 * LEAST_WEIGHT, "{way}, {count}, {samples}: {off}");
                 };
                 check(&view, Spectrum::Split(table), "split");
                 // Pixels that the rim divides have a comb's colours in part only.

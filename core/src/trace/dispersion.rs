@@ -189,13 +189,9 @@ impl Part<'_> {
         })
     }
 
-    /// All of the phase, whoever's turn it is, in few groups: for what hardly
-    /// depends on the wavelength.
-    pub(super) fn few(&self) -> impl Iterator<Item = SpectralSample> {
-        const FEW: u32 = 4;
-        let groups = self.groups.min(FEW);
-        let part = Self { groups, ..*self };
-        (0..groups).map(move |group| part.group(group))
+    /// All groups of the phase, whoever's turn they are.
+    pub(super) fn all(&self) -> impl Iterator<Item = SpectralSample> {
+        (0..self.groups).map(|group| self.group(group))
     }
 
     /// One of the groups, at its middle wavelength with the colours of all.

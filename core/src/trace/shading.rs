@@ -311,7 +311,7 @@ where
     ) {
         let of =
             |sample: SpectralSample| sample.weight * self.refraction(&at, sample.nm).reflectance;
-        let reflectance = part.few().map(of).sum();
+        let reflectance = part.all().map(of).sum();
         Self::reflect_in_part(&at, reflectance, gathered, workspace);
         gathered.record.touch(effect::DISPERSION);
         at.uncovered /= part.count().max(1) as f32;
