@@ -17,11 +17,15 @@
 //! | Module | Device |
 //! |---|---|
 //! | [`osvr_hdk`] | the head tracker of the OSVR Hacker Dev Kit (USB HID) |
+//!
+//! All that take a stream of bytes are a [`decoder::Decoder`].
 #![no_std]
 #![forbid(unsafe_code)]
 
 #[cfg(test)]
 extern crate std;
 
+pub mod decoder;
 pub mod osvr_hdk;
 pub mod sample;
+pub mod time;

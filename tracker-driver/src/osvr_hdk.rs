@@ -24,12 +24,13 @@
 //! `JSONTransformVisitor.cpp`) and Monado (`hdk_device.cpp`). The quaternion
 //! turns the sensor's axes into a right-handed reference frame with +Z up; in
 //! the worn device the sensor's +X points to the right, +Y down and +Z
-//! forward. [`Report::sample`] changes both to the axes of [`HeadSample`];
+//! forward. [`Report::head`] changes both to the axes of [`Head`];
 //! a [`Report`] keeps the device's. Where the reference's other two axes
 //! point depends on how the device woke up; Monado turns them a quarter
 //! further, which here is left to whoever knows the room.
 
-use crate::sample::HeadSample;
+use crate::sample::{Head, Reading, Sample};
+use crate::time::Micros;
 use core::fmt;
 use glam::{Quat, Vec3};
 
@@ -106,25 +107,35 @@ pub enum Payload {
 }
 
 impl Report {
-    /// The report as a device-independent sample: the head's axes, and a
-    /// reference frame with +Y up.
-    pub fn sample(&self) -> HeadSample {
-        let (angular_velocity, video_detected, portrait) = match self.payload {
-            Payload::Version1 => (None, None, None),
-            Payload::Version2 { angular_velocity } => (Some(angular_velocity), None, None),
-            Payload::Version3 {
-                angular_velocity,
-                video_detected,
-                portrait,
-            } => (Some(angular_velocity), Some(video_detected), Some(portrait)),
+    /// How the head is turned: `tracker_from_head`, both with +Y up.
+    pub fn head_orientation(&self) -> Quat {
+        Y_UP_FROM_Z_UP * self.orientation * HEAD_FROM_SENSOR.conjugate()
+    }
+
+    /// The head as all devices have it: the head's axes, and a tracker's
+    /// frame with +Y up.
+    pub fn head(&self) -> Head {
+        let angular_velocity = match self.payload {
+            Payload::Version1 => None,
+            Payload::Version2 { angular_velocity }
+            | Payload::Version3 {
+                angular_velocity, ..
+            } => Some(angular_velocity),
         };
-        HeadSample {
-            orientation: Y_UP_FROM_Z_UP * self.orientation * HEAD_FROM_SENSOR.conjugate(),
+        Head {
+            position: None,
+            orientation: Some(Reading::tracked(self.head_orientation())),
             // Half a turn about X, without the products' rounding.
             angular_velocity: angular_velocity.map(|v| Vec3::new(v.x, -v.y, -v.z)),
-            sequence: u32::from(self.sequence),
-            video_detected,
-            portrait,
+        }
+    }
+
+    /// The sample of a report that came in at `arrival`.
+    pub fn sample(&self, arrival: Micros) -> Sample {
+        Sample {
+            sequence: Some(u32::from(self.sequence)),
+            head: self.head(),
+            ..Sample::arrived(arrival)
         }
     }
 }

@@ -1,65 +1,151 @@
 //! What the decoders hand over: samples whose axes and units do not depend
 //! on the device.
+//!
+//! A field that a device does not send is `None`. One that it sends but did
+//! not measure this time (its last value held, or extrapolated) is a
+//! [`Reading`] that is not tracked: valid and tracked are two flags, as in
+//! `OpenXR`.
 
-use glam::{Quat, Vec3};
-use shisen_core::gaze::HeadPose;
+use crate::time::{DeviceTime, Micros};
+use glam::{Quat, Vec2, Vec3};
 
-/// One sample of a head tracker.
-///
-/// The head's axes are those of [`HeadPose`]: right-handed, +X to the
-/// viewer's right, +Y up, −Z forward. The tracker's reference frame is also
-/// right-handed with +Y up where the device knows where up is; which way its
-/// −Z points is the device's choice. Where the reference frame stands in the
-/// room is not known to a decoder and not applied.
+/// A value and whether the device measured it for this sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeadSample {
-    /// Unit quaternion, `reference_from_head`.
-    pub orientation: Quat,
-    /// Radians per second about the head's own axes; `None` where the device
-    /// does not measure it.
-    pub angular_velocity: Option<Vec3>,
-    /// The device's own count of its reports; it wraps at the width that the
-    /// protocol gives it.
-    pub sequence: u32,
-    /// Whether the head-mounted display receives a picture; `None` where the
-    /// device does not say.
-    pub video_detected: Option<bool>,
-    /// Whether that picture is taller than wide; `None` where the device does
-    /// not say.
-    pub portrait: Option<bool>,
+pub struct Reading<T> {
+    /// The value; always finite, and a unit vector or unit quaternion where
+    /// it stands for a direction or a rotation.
+    pub value: T,
+    /// False where the device held or extrapolated the value.
+    pub tracked: bool,
 }
 
-impl HeadSample {
-    /// The head's pose for a device that measures no position: `position` is
-    /// the midpoint between the eyes, in metres, in the tracker's reference
-    /// frame.
-    ///
-    /// Where that frame is not the room's, turn the result by
-    /// `room_from_reference` before tracing from it.
-    pub fn pose_at(&self, position: Vec3) -> HeadPose {
-        HeadPose {
-            position,
-            orientation: self.orientation,
+impl<T> Reading<T> {
+    /// A value that was measured.
+    pub const fn tracked(value: T) -> Self {
+        Self {
+            value,
+            tracked: true,
+        }
+    }
+
+    /// A value that the device had to guess.
+    pub const fn held(value: T) -> Self {
+        Self {
+            value,
+            tracked: false,
         }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Where a head is, as far as its tracker knows.
+///
+/// The head's axes are those of [`HeadPose`](shisen_core::gaze::HeadPose): right-handed, +X to the
+/// viewer's right, +Y up, −Z forward. The tracker's frame is right-handed
+/// too; what it has to do with the room is not known to a decoder and not
+/// applied.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Head {
+    /// Metres, in the tracker's frame.
+    pub position: Option<Reading<Vec3>>,
+    /// Unit quaternion, `tracker_from_head`.
+    pub orientation: Option<Reading<Quat>>,
+    /// Radians per second about the head's own axes.
+    pub angular_velocity: Option<Vec3>,
+}
 
-    #[test]
-    fn pose_takes_the_position_given_and_the_orientation_measured() {
-        let sample = HeadSample {
-            orientation: Quat::from_xyzw(0.0, 1.0, 0.0, 0.0),
-            angular_velocity: None,
-            sequence: 0,
-            video_detected: None,
-            portrait: None,
-        };
-        let pose = sample.pose_at(Vec3::new(0.5, 1.7, -0.25));
-        assert_eq!(pose.position, Vec3::new(0.5, 1.7, -0.25));
-        // Half a turn about Y: the viewer looks along +Z.
-        assert_eq!(pose.orientation * Vec3::NEG_Z, Vec3::Z);
+/// One eye, or both taken as one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Eye {
+    /// Where the line of sight starts: metres, in the [`GazeFrame`].
+    pub origin: Option<Reading<Vec3>>,
+    /// Where it goes: a unit vector, in the [`GazeFrame`].
+    pub direction: Option<Reading<Vec3>>,
+    /// The pupil's diameter.
+    pub pupil: Option<Pupil>,
+    /// From 0, shut, to 1, wide open.
+    pub openness: Option<f32>,
+}
+
+impl Eye {
+    /// Nothing is known of this eye.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// How large a pupil is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pupil {
+    /// Its diameter in metres.
+    Diameter(f32),
+    /// In the device's own units, which depend on its camera.
+    Raw(f32),
+}
+
+/// The axes of an [`Eye`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum GazeFrame {
+    /// The head's: the tracker is worn.
+    #[default]
+    Head,
+    /// The tracker's own: it stands on a desk, or under a screen.
+    Tracker,
+}
+
+/// A place that is looked at, on a plane that the device knows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum GazePoint {
+    /// Metres from the upper left corner of the calibrated area, x to the
+    /// right and y **down**.
+    Plane(Vec2),
+    /// From (0, 0), the upper left corner of a picture, to (1, 1), the lower
+    /// right.
+    Normalized(Vec2),
+    /// The device's own units; only a calibration makes a direction of them.
+    Raw(Vec2),
+}
+
+/// What a tracker reported at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// When it was measured, by the device's clock; `None` where the
+    /// protocol has no time.
+    pub device_time: Option<DeviceTime>,
+    /// When its last byte came in, by the caller's clock.
+    pub arrival: Micros,
+    /// Which of the device's sensors: 0 is the first.
+    pub sensor: u8,
+    /// The device's own count of its reports; it wraps at the width that the
+    /// protocol gives it.
+    pub sequence: Option<u32>,
+    /// The head, or whatever else the sensor is fixed to.
+    pub head: Head,
+    /// The axes of the three eyes below.
+    pub gaze_frame: GazeFrame,
+    /// The left eye.
+    pub left: Eye,
+    /// The right eye.
+    pub right: Eye,
+    /// Both eyes as the device combines them (the cyclopean eye).
+    pub combined: Eye,
+    /// What is looked at, where the device says it as a point.
+    pub gaze_point: Option<Reading<GazePoint>>,
+}
+
+impl Sample {
+    /// Nothing but its time of arrival.
+    pub fn arrived(arrival: Micros) -> Self {
+        Self {
+            device_time: None,
+            arrival,
+            sensor: 0,
+            sequence: None,
+            head: Head::default(),
+            gaze_frame: GazeFrame::default(),
+            left: Eye::default(),
+            right: Eye::default(),
+            combined: Eye::default(),
+            gaze_point: None,
+        }
     }
 }

@@ -242,7 +242,10 @@ pub(super) struct HeadReport(osvr_hdk::Report);
 impl HeadReport {
     /// The head at `position`, metres.
     pub(super) fn pose_at(self, position: glam::Vec3) -> HeadPose {
-        self.0.sample().pose_at(position)
+        HeadPose {
+            position,
+            orientation: self.0.head_orientation(),
+        }
     }
 }
 

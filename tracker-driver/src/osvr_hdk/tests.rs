@@ -35,10 +35,10 @@ fn version_1_holds_the_orientation_only() {
         }
     );
     assert_eq!(decode(&padded(VERSION_1)), Ok(report));
-    let sample = report.sample();
-    assert_eq!(sample.angular_velocity, None);
-    assert_eq!(sample.video_detected, None);
-    assert_eq!(sample.portrait, None);
+    let sample = report.sample(Micros(3));
+    assert_eq!(sample.head.angular_velocity, None);
+    assert_eq!(sample.sequence, Some(7));
+    assert_eq!(sample.arrival, Micros(3));
 }
 
 #[test]
@@ -79,9 +79,16 @@ fn version_3_adds_the_video_status() {
     ] {
         let mut bytes = VERSION_3;
         bytes[0] = flags;
-        let sample = decode(&bytes).unwrap().sample();
-        assert_eq!(sample.video_detected, Some(video), "{flags:#x}");
-        assert_eq!(sample.portrait, Some(portrait), "{flags:#x}");
+        let Payload::Version3 {
+            video_detected,
+            portrait: taller,
+            ..
+        } = decode(&bytes).unwrap().payload
+        else {
+            panic!("{flags:#x} is version 3");
+        };
+        assert_eq!(video_detected, video, "{flags:#x}");
+        assert_eq!(taller, portrait, "{flags:#x}");
     }
 }
 
@@ -154,8 +161,8 @@ fn errors_say_what_was_found() {
 
 /// The sensor's +X points right, +Y down, +Z forward; the reference is Z up.
 #[test]
-fn sample_has_the_heads_axes() {
-    let sample = |i: f32, j: f32, k: f32, real: f32| {
+fn head_has_the_heads_axes() {
+    let head = |i: f32, j: f32, k: f32, real: f32| {
         Report {
             sequence: 0,
             orientation: Quat::from_xyzw(i, j, k, real),
@@ -163,27 +170,28 @@ fn sample_has_the_heads_axes() {
                 angular_velocity: Vec3::new(1.0, 2.0, 3.0),
             },
         }
-        .sample()
+        .head()
     };
+    let turn = |head: Head| head.orientation.unwrap().value;
     let near = |a: Vec3, b: Vec3| assert!(a.distance(b) < 1e-6, "{a} is not {b}");
 
     // The sensor's axes are the reference's: its forward is the sky.
-    let up = sample(0.0, 0.0, 0.0, 1.0);
-    near(up.orientation * Vec3::NEG_Z, Vec3::Y);
-    near(up.orientation * Vec3::X, Vec3::X);
+    let up = head(0.0, 0.0, 0.0, 1.0);
+    near(turn(up) * Vec3::NEG_Z, Vec3::Y);
+    near(turn(up) * Vec3::X, Vec3::X);
 
     // A quarter turn about −X brings the sensor's +Z from up to the
     // reference's +Y, level: that is the reference's forward, −Z once Y is up.
-    let level = sample(-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2);
-    near(level.orientation * Vec3::NEG_Z, Vec3::NEG_Z);
-    near(level.orientation * Vec3::Y, Vec3::Y);
+    let level = head(-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2);
+    near(turn(level) * Vec3::NEG_Z, Vec3::NEG_Z);
+    near(turn(level) * Vec3::Y, Vec3::Y);
 
     // From there a quarter turn to the left about the reference's up.
     let left = Quat::from_xyzw(0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2)
         * Quat::from_xyzw(-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2);
-    let left = sample(left.x, left.y, left.z, left.w);
-    near(left.orientation * Vec3::NEG_Z, Vec3::NEG_X);
-    near(left.orientation * Vec3::Y, Vec3::Y);
+    let left = head(left.x, left.y, left.z, left.w);
+    near(turn(left) * Vec3::NEG_Z, Vec3::NEG_X);
+    near(turn(left) * Vec3::Y, Vec3::Y);
 
     assert_eq!(up.angular_velocity, Some(Vec3::new(1.0, -2.0, -3.0)));
 }
@@ -305,7 +313,7 @@ proptest! {
         let mut decoder = Decoder::new();
         if let Ok(report) = decode(&bytes) {
             prop_assert!(report.orientation.is_normalized());
-            prop_assert!(report.sample().orientation.is_normalized());
+            prop_assert!(report.head().orientation.unwrap().value.is_normalized());
         }
         let _ = decoder.push(&bytes);
     }

@@ -1,0 +1,232 @@
+//! What all decoders of byte streams have in common.
+
+use crate::sample::Sample;
+use crate::time::Micros;
+
+/// A state machine that bytes go into and events come out of.
+///
+/// It keeps a bounded piece of the stream, never waits for more, and is back
+/// in step after any garbage. What it threw away it says.
+pub trait Decoder {
+    /// Takes the next bytes of the stream, of which the last came in at
+    /// `arrival`, and hands each event to `sink`, in the order of the bytes.
+    fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event));
+
+    /// What became of the bytes so far.
+    fn counts(&self) -> &Counts;
+
+    /// Forgets the piece of a record that has come in, as after a gap in the
+    /// stream: the device was unplugged, or the line's speed changed. The
+    /// counts stay.
+    fn reset(&mut self);
+}
+
+/// What a decoder found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Event {
+    /// A record of a sensor.
+    Sample(Sample),
+    /// The device said something that is no sample.
+    Message(Message),
+    /// Bytes that belong to no record, or a record that cannot be used.
+    Dropped(Dropped),
+}
+
+/// Bytes that were thrown away.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dropped {
+    /// How many.
+    pub bytes: u32,
+    /// Why.
+    pub reason: DropReason,
+}
+
+/// Why bytes were thrown away.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum DropReason {
+    /// Between records: what stands there starts none.
+    OutOfStep,
+    /// A record broke off before its end.
+    Truncated,
+    /// The record's length is not one that the protocol has.
+    Length,
+    /// The record's checksum does not match.
+    Checksum,
+    /// A field holds a value that the protocol does not allow.
+    Field,
+    /// A number is infinite, NaN, or not one the sensor can measure.
+    OutOfRange,
+    /// A direction or a quaternion has no length.
+    NotUnit,
+    /// A version or a kind of record that is not known here.
+    Unknown,
+    /// The record repeats the one before.
+    Duplicate,
+}
+
+impl DropReason {
+    /// All of them, in the order of [`Counts::dropped`].
+    pub const ALL: [Self; 9] = [
+        Self::OutOfStep,
+        Self::Truncated,
+        Self::Length,
+        Self::Checksum,
+        Self::Field,
+        Self::OutOfRange,
+        Self::NotUnit,
+        Self::Unknown,
+        Self::Duplicate,
+    ];
+
+    /// In words, for a report.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::OutOfStep => "out of step",
+            Self::Truncated => "truncated",
+            Self::Length => "wrong length",
+            Self::Checksum => "wrong checksum",
+            Self::Field => "field not allowed",
+            Self::OutOfRange => "out of range",
+            Self::NotUnit => "no direction",
+            Self::Unknown => "unknown kind",
+            Self::Duplicate => "repeated",
+        }
+    }
+}
+
+/// Something that a device says beside its samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Message {
+    /// The device reports a fault, by its own number or letter.
+    Fault {
+        /// As the device's manual lists it.
+        code: u32,
+        /// What the manual says about it; empty where it says nothing.
+        meaning: &'static str,
+    },
+    /// Text for a person.
+    Text(Text),
+    /// The device answers a command.
+    Reply(Reply),
+}
+
+/// Most bytes of a [`Text`] that are kept.
+pub const MOST_MESSAGE_BYTES: usize = 64;
+
+/// Text that a device sent: printable ASCII, cut at [`MOST_MESSAGE_BYTES`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Text {
+    bytes: [u8; MOST_MESSAGE_BYTES],
+    length: u8,
+}
+
+impl Text {
+    /// The text up to its first zero byte, without white space at its ends;
+    /// what is not printable ASCII becomes `?`.
+    pub fn new(bytes: &[u8]) -> Self {
+        let end = bytes.iter().position(|&b| b == 0).unwrap_or(bytes.len());
+        let mut text = Self {
+            bytes: [0; MOST_MESSAGE_BYTES],
+            length: 0,
+        };
+        for (to, &from) in text.bytes.iter_mut().zip(bytes[..end].trim_ascii()) {
+            let printable = from == b' ' || from.is_ascii_graphic();
+            *to = if printable { from } else { b'?' };
+            text.length += 1;
+        }
+        text
+    }
+
+    /// The text.
+    pub fn as_str(&self) -> &str {
+        core::str::from_utf8(&self.bytes[..usize::from(self.length)]).unwrap_or_default()
+    }
+}
+
+/// A device's answer to a command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reply {
+    /// Which command, as the protocol numbers them.
+    pub to: u32,
+    /// 0 where the device agrees.
+    pub result: u32,
+}
+
+/// What became of the bytes that a decoder took. The counts stop at their
+/// largest value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Bytes taken.
+    pub bytes: u64,
+    /// Samples handed over.
+    pub samples: u64,
+    /// Messages handed over.
+    pub messages: u64,
+    /// Records that the device's own count says are missing.
+    pub lost: u64,
+    /// Times that bytes were thrown away, in the order of
+    /// [`DropReason::ALL`].
+    pub dropped: [u32; DropReason::ALL.len()],
+    /// Bytes thrown away.
+    pub dropped_bytes: u64,
+}
+
+impl Counts {
+    /// How often bytes were thrown away for this reason.
+    pub fn dropped_for(&self, reason: DropReason) -> u32 {
+        self.dropped[reason as usize]
+    }
+
+    /// Adds what an event says.
+    pub(crate) fn note(&mut self, event: &Event) {
+        match event {
+            Event::Sample(_) => self.samples = self.samples.saturating_add(1),
+            Event::Message(_) => self.messages = self.messages.saturating_add(1),
+            Event::Dropped(dropped) => {
+                let count = &mut self.dropped[dropped.reason as usize];
+                *count = count.saturating_add(1);
+                self.dropped_bytes = self.dropped_bytes.saturating_add(u64::from(dropped.bytes));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_is_printable_and_bounded() {
+        assert_eq!(Text::new(b" DMP\x07 ok\r\n\0junk").as_str(), "DMP? ok");
+        assert_eq!(Text::new(&[b'a'; 200]).as_str().len(), MOST_MESSAGE_BYTES);
+        assert_eq!(Text::new(b"").as_str(), "");
+    }
+
+    #[test]
+    fn counts_follow_the_events() {
+        let mut counts = Counts::default();
+        for reason in DropReason::ALL {
+            counts.note(&Event::Dropped(Dropped { bytes: 3, reason }));
+        }
+        counts.note(&Event::Dropped(Dropped {
+            bytes: 1,
+            reason: DropReason::Checksum,
+        }));
+        counts.note(&Event::Sample(Sample::arrived(Micros(0))));
+        for reason in DropReason::ALL {
+            let expected = 1 + u32::from(reason == DropReason::Checksum);
+            assert_eq!(counts.dropped_for(reason), expected, "{}", reason.name());
+        }
+        assert_eq!(counts.dropped_bytes, 28);
+        assert_eq!(counts.samples, 1);
+        counts.dropped_bytes = u64::MAX;
+        counts.note(&Event::Dropped(Dropped {
+            bytes: 1,
+            reason: DropReason::Length,
+        }));
+        assert_eq!(counts.dropped_bytes, u64::MAX);
+    }
+}
