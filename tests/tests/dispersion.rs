@@ -65,6 +65,19 @@ fn with_table<T>(count: u32, phases: u32, run: impl FnOnce(SpectralTable<'_>) ->
     run(SpectralTable::new(wavelengths, phases, Matching::Wyman, &mut storage).expect("a table"))
 }
 
+/// One wavelength each.
+const fn comb(table: SpectralTable<'_>) -> Spectrum<'_> {
+    Spectrum::Comb { table, each: 1 }
+}
+
+/// All of them each.
+const fn split(table: SpectralTable<'_>) -> Spectrum<'_> {
+    Spectrum::Comb {
+        table,
+        each: u8::MAX,
+    }
+}
+
 /// The middle rows of a CAVE's front wall.
 fn wall() -> View {
     let step = 3.0 / COLUMNS as f32;
@@ -188,7 +201,7 @@ fn a_spectrum_lies_where_snell_says() {
 #[test]
 fn a_spectrum_has_the_colours_of_the_rainbow_without_stripes() {
     let bench = PrismBench::new(line::D);
-    let smooth = with_table(64, 32, |table| columns(&bench, 64, Spectrum::Split(table)));
+    let smooth = with_table(64, 32, |table| columns(&bench, 64, split(table)));
     let [red, green, blue] = [0, 1, 2].map(|channel| {
         let (mut sum, mut moment) = (0.0, 0.0);
         for (column, light) in smooth.iter().enumerate() {
@@ -219,8 +232,8 @@ fn a_spectrum_has_the_colours_of_the_rainbow_without_stripes() {
         let squares = pairs.map(|(a, b)| (luminance(a) - luminance(b)).powi(2));
         (squares.sum::<f64>() / 90.0).sqrt() / most
     };
-    let comb = with_table(14, 32, |table| columns(&bench, 56, Spectrum::Comb(table)));
-    let fixed = with_table(14, 1, |table| columns(&bench, 56, Spectrum::Comb(table)));
+    let comb = with_table(14, 32, |table| columns(&bench, 56, comb(table)));
+    let fixed = with_table(14, 1, |table| columns(&bench, 56, comb(table)));
     let (comb, fixed) = (rough(&comb), rough(&fixed));
     assert!(comb < 0.05 && 2.0 * comb < fixed, "{comb}, fixed {fixed}");
 }
@@ -294,14 +307,14 @@ fn glass_without_dispersion_has_the_colours_of_rgb() {
     {
         with_table(count, 32, |table| {
             check(&view, samples, &format!("split into {count}"), &|| {
-                render(&baked, &view, (4, samples), Spectrum::Split(table))
+                render(&baked, &view, (4, samples), split(table))
             });
             // Rays of a comb have colours, and lie side by side in their pixel:
             // the mean is that of one place.
             for place in [[0.0, 0.0], [0.2, -0.1], [-0.1, 0.3]] {
                 let view = around(place);
                 check(&view, samples, &format!("a comb of {count}"), &|| {
-                    render(&baked, &view, (4, samples), Spectrum::Comb(table))
+                    render(&baked, &view, (4, samples), comb(table))
                 });
             }
             check(&view, samples, &format!("pictures of {count}"), &|| {
@@ -351,10 +364,10 @@ fn a_clear_ball_in_a_white_room_is_white() {
                     let off = largest_difference(&found, &expected[..found.len()]);
                     assert!(off < 2.0 * LEAST_WEIGHT, "{way}, {count}, {samples}: {off}");
                 };
-                check(&view, Spectrum::Split(table), "split");
+                check(&view, split(table), "split");
                 // Pixels that the rim divides have a comb's colours in part only.
                 for place in [[0.0, 0.0], [0.2, -0.1], [-0.1, 0.3]] {
-                    check(&around(place), Spectrum::Comb(table), "comb");
+                    check(&around(place), comb(table), "comb");
                 }
             });
         }
@@ -383,8 +396,9 @@ fn nothing_changes_where_no_glass_asks_for_it() {
     let ways = [1, 2, 7, 14, 64].into_iter().flat_map(|count| {
         let wavelengths = Wavelengths::new(count, Wavelengths::RANGE).expect("a range");
         [
-            Dispersion::Comb(wavelengths),
-            Dispersion::Split(wavelengths),
+            Dispersion::Comb(wavelengths, 1),
+            Dispersion::Comb(wavelengths, 3),
+            Dispersion::Comb(wavelengths, u8::MAX),
             Dispersion::Images(wavelengths, Matching::Endo),
         ]
     });

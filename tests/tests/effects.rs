@@ -390,11 +390,11 @@ fn the_ledger_adds_up_and_its_pixels_are_the_picture_s() {
         mode: Mode::Single,
         ..Settings::default()
     };
-    let mut storage = [SpectralSample::default(); 3];
+    let mut storage = [SpectralSample::default(); 3 + SpectralTable::BROAD];
     let three = Wavelengths::new(3, Wavelengths::RANGE).expect("three wavelengths");
     let table = SpectralTable::new(three, 1, Matching::Wyman, &mut storage).expect("a table");
     let renderer = Renderer::new(baked.scene(), Simd::detect(), settings)
-        .with_spectrum(Spectrum::Split(table))
+        .with_spectrum(Spectrum::Comb { table, each: 3 })
         .expect("wavelengths at which glass is known");
     let (view, tile) = small_view();
     let mut pixels = vec![Pixel::default(); 48 * 48];

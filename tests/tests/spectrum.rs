@@ -354,7 +354,7 @@ fn bands(samples: &[SpectralSample]) -> Vec<DVec3> {
 
 #[test]
 fn a_comb_has_the_colours_of_the_whole_spectrum() {
-    let mut storage = vec![SpectralSample::default(); 1 << 12];
+    let mut storage = vec![SpectralSample::default(); 2 * SpectralTable::MOST_SAMPLES];
     let mut picture = |count, phases, scale: f64| -> Vec<DVec3> {
         let wavelengths = Wavelengths::new(count, Wavelengths::RANGE).expect("wavelengths");
         let table = SpectralTable::new(wavelengths, phases, Matching::Wyman, &mut storage);
@@ -388,7 +388,7 @@ fn a_comb_has_the_colours_of_the_whole_spectrum() {
 fn tables_and_fits_give_nearly_the_same_weights() {
     let wavelengths = Wavelengths::new(14, Wavelengths::RANGE).expect("wavelengths");
     let weights = |matching| {
-        let mut storage = vec![SpectralSample::default(); 14];
+        let mut storage = vec![SpectralSample::default(); SpectralTable::samples(wavelengths, 1)];
         let table = SpectralTable::new(wavelengths, 1, matching, &mut storage).expect("a table");
         let weights = table.phase(0).iter().map(|sample| sample.weight);
         weights.collect::<Vec<_>>()

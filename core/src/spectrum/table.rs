@@ -47,7 +47,7 @@ pub enum TableError {
         /// How many.
         given: u32,
     },
-    /// Room for fewer samples than n in every phase.
+    /// Room for fewer samples than n and three more in every phase.
     Storage {
         /// What there is.
         given: usize,
@@ -67,7 +67,8 @@ impl fmt::Display for TableError {
             Self::Storage { given, needed } => write!(
                 f,
                 "there is room for {given} samples: {needed} are needed, one a wavelength and \
-                 phase"
+                 phase and {} more a phase",
+                SpectralTable::BROAD
             ),
         }
     }
@@ -83,15 +84,24 @@ impl<'a> SpectralTable<'a> {
     /// Most phases.
     pub const MOST_PHASES: u32 = 256;
 
+    /// Samples in a phase's [`broad`](Self::broad) set.
+    pub const BROAD: usize = 3;
+
     /// Samples that most wavelengths in the phases of a comb take.
-    pub const MOST_SAMPLES: usize = (Wavelengths::MOST * Self::COMB_PHASES) as usize;
+    pub const MOST_SAMPLES: usize =
+        (Wavelengths::MOST as usize + Self::BROAD) * Self::COMB_PHASES as usize;
+
+    /// Samples that a table takes.
+    pub const fn samples(wavelengths: Wavelengths, phases: u32) -> usize {
+        (wavelengths.count() + Self::BROAD) * phases as usize
+    }
 
     /// Below this sum of a colour-matching function there is nothing to scale:
     /// a few wavelengths at one end of the spectrum.
     const LEAST_SUM: f32 = 1.0e-6;
 
-    /// Works a table out, in the caller's memory: `wavelengths` times `phases`
-    /// samples, 16 bytes each.
+    /// Works a table out, in the caller's memory: as many
+    /// [`samples`](Self::samples) as it takes, 16 bytes each.
     ///
     /// # Errors
     /// A number of phases that is no power of two up to
@@ -105,16 +115,19 @@ impl<'a> SpectralTable<'a> {
         if !(phases.is_power_of_two() && phases <= Self::MOST_PHASES) {
             return Err(TableError::Phases { given: phases });
         }
-        let (given, needed) = (storage.len(), wavelengths.count() * phases as usize);
+        let (given, needed) = (storage.len(), Self::samples(wavelengths, phases));
         let Some(samples) = storage.get_mut(..needed) else {
             return Err(TableError::Storage { given, needed });
         };
-        for (phase, samples) in samples.chunks_exact_mut(wavelengths.count()).enumerate() {
+        let of_phase = wavelengths.count() + Self::BROAD;
+        for (phase, samples) in samples.chunks_exact_mut(of_phase).enumerate() {
+            let (samples, broad) = samples.split_at_mut(wavelengths.count());
             let offset = offset(phase as u32, phases);
             for (k, sample) in samples.iter_mut().enumerate() {
                 sample.nm = wavelengths.at(k, offset);
             }
             weigh(samples, matching);
+            gather(samples, broad);
         }
         Ok(Self {
             samples,
@@ -144,8 +157,22 @@ impl<'a> SpectralTable<'a> {
     /// halve the gaps between those before.
     #[inline]
     pub fn phase(&self, phase: u32) -> &'a [SpectralSample] {
-        let count = self.wavelengths.count();
-        let first = (phase & (self.phases - 1)) as usize * count;
+        self.within(phase, 0, self.wavelengths.count())
+    }
+
+    /// The [`BROAD`](Self::BROAD) samples that stand for all of a phase: what
+    /// they see has the same colour, where it is a parabola over 1/λ², the
+    /// square of the wave number. That is nearly so of what a glass reflects:
+    /// its index is nearly a straight line over it (Cauchy's formula).
+    #[inline]
+    pub fn broad(&self, phase: u32) -> &'a [SpectralSample] {
+        self.within(phase, self.wavelengths.count(), Self::BROAD)
+    }
+
+    #[inline]
+    fn within(&self, phase: u32, first: usize, count: usize) -> &'a [SpectralSample] {
+        let of_phase = self.wavelengths.count() + Self::BROAD;
+        let first = (phase & (self.phases - 1)) as usize * of_phase + first;
         self.samples.get(first..first + count).unwrap_or_default()
     }
 
@@ -180,8 +207,47 @@ fn weigh(samples: &mut [SpectralSample], matching: Matching<'_>) {
         let share = Vec3::select(seen, sample.weight * scale, equal);
         sample.weight = (matching.rgb(share) + GRID) - GRID;
     }
-    // What rounding took goes to the weight that it changes least, one in each
-    // channel.
+    settle(samples);
+}
+
+/// Sets the samples that stand for all of a phase: Lagrange's parabolas through
+/// three of them, or those themselves where there are no more.
+fn gather(samples: &[SpectralSample], broad: &mut [SpectralSample]) {
+    let count = samples.len();
+    if count <= SpectralTable::BROAD {
+        broad.fill(SpectralSample {
+            weight: Vec3::ZERO,
+            ..samples.first().copied().unwrap_or_default()
+        });
+        for (one, sample) in broad.iter_mut().zip(samples) {
+            *one = *sample;
+        }
+        return;
+    }
+    let place = |sample: &SpectralSample| 1.0e5 / (sample.nm * sample.nm);
+    // About where Chebyshev's points are.
+    let nodes = [count / 6, count / 2, count - 1 - count / 6];
+    let nodes = nodes.map(|k| samples.get(k).copied().unwrap_or_default());
+    let at = nodes.map(|node| place(&node));
+    for (k, (one, node)) in broad.iter_mut().zip(nodes).enumerate() {
+        let (a, b) = (at[(k + 1) % 3], at[(k + 2) % 3]);
+        let height = (at[k] - a) * (at[k] - b);
+        let share = |sample: &SpectralSample| {
+            let x = place(sample);
+            sample.weight * ((x - a) * (x - b) / height)
+        };
+        let weight: Vec3 = samples.iter().map(share).sum();
+        *one = SpectralSample {
+            nm: node.nm,
+            weight: (weight + GRID) - GRID,
+        };
+    }
+    settle(broad);
+}
+
+/// Makes weights sum to white: what rounding took goes to the one that it
+/// changes least, one in each channel.
+fn settle(samples: &mut [SpectralSample]) {
     let sum: Vec3 = samples.iter().map(|sample| sample.weight).sum();
     let largest = samples.iter().map(|sample| sample.weight);
     let largest = largest.fold(Vec3::NEG_INFINITY, Vec3::max);
@@ -195,7 +261,7 @@ fn weigh(samples: &mut [SpectralSample], matching: Matching<'_>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::MatchingTable;
+    use super::super::{MatchingTable, Medium};
     use super::*;
     extern crate std;
     use std::string::ToString;
@@ -253,6 +319,49 @@ mod tests {
                 assert_eq!(sum, Vec3::ONE, "{samples:?}");
                 let backwards: Vec3 = samples.iter().rev().map(|sample| sample.weight).sum();
                 assert_eq!(backwards, Vec3::ONE);
+                let broad = table.broad(phase);
+                assert_eq!(broad.len(), SpectralTable::BROAD);
+                let sum: Vec3 = broad.iter().map(|sample| sample.weight).sum();
+                assert_eq!(sum, Vec3::ONE, "{broad:?}");
+            }
+        });
+    }
+
+    /// Fresnel's reflectance at several angles, of all built-in media.
+    #[test]
+    fn three_samples_have_the_colour_of_what_glass_reflects() {
+        let reflectance = |cosine: f64, n: f64| {
+            let beyond = (1.0 - (1.0 - cosine * cosine) / (n * n)).sqrt();
+            let s = (cosine - n * beyond) / (cosine + n * beyond);
+            let p = (n * cosine - beyond) / (n * cosine + beyond);
+            0.5 * (s * s + p * p)
+        };
+        for_all_tables(|table, phases| {
+            if table.wavelengths().range() != Wavelengths::RANGE {
+                return;
+            }
+            for phase in 0..phases {
+                for medium in [Medium::FUSED_SILICA, Medium::SF11, Medium::DIAMOND] {
+                    for cosine in [1.0, 0.5, 0.2, 0.05, 0.01] {
+                        let of = |samples: &[SpectralSample]| {
+                            let mut sum = [0.0; 3];
+                            for sample in samples {
+                                let n = f64::from(medium.index(sample.nm));
+                                let share = reflectance(cosine, n);
+                                for (sum, weight) in sum.iter_mut().zip(sample.weight.to_array()) {
+                                    *sum += f64::from(weight) * share;
+                                }
+                            }
+                            sum
+                        };
+                        let pairs = of(table.phase(phase))
+                            .into_iter()
+                            .zip(of(table.broad(phase)));
+                        let off = pairs.map(|(all, three)| (all - three).abs());
+                        let off = off.fold(0.0, f64::max);
+                        assert!(off < 1.0e-4, "{medium:?} {cosine}: {off}");
+                    }
+                }
             }
         });
     }
@@ -285,7 +394,7 @@ mod tests {
 
     #[test]
     fn one_wavelength_is_white() {
-        let mut storage = [SpectralSample::default(); 1];
+        let mut storage = [SpectralSample::default(); 4];
         let one = Wavelengths::new(1, Wavelengths::RANGE).unwrap();
         let table = SpectralTable::new(one, 1, Matching::Wyman, &mut storage).unwrap();
         let expected = SpectralSample {
@@ -297,7 +406,7 @@ mod tests {
 
     #[test]
     fn weights_are_the_white_rule_in_double_precision() {
-        let mut storage = [SpectralSample::default(); 7];
+        let mut storage = [SpectralSample::default(); 10];
         let seven = Wavelengths::new(7, Wavelengths::RANGE).unwrap();
         let table = SpectralTable::new(seven, 1, Matching::Wyman, &mut storage).unwrap();
         for (sample, expected) in table.phase(0).iter().zip(SEVEN) {
@@ -308,7 +417,7 @@ mod tests {
 
     #[test]
     fn tables_that_are_none_are_refused() {
-        let mut storage = [SpectralSample::default(); 8];
+        let mut storage = [SpectralSample::default(); 20];
         let mut new = |count, range, phases| {
             let wavelengths = Wavelengths::new(count, range).unwrap();
             SpectralTable::new(wavelengths, phases, Matching::Wyman, &mut storage)
@@ -321,9 +430,9 @@ mod tests {
             assert_eq!(error, TableError::Phases { given: phases });
             assert!(error.to_string().contains("from 1 to 256"));
         }
-        let error = new(9, range, 1).unwrap_err();
-        let (given, needed) = (8, 9);
+        let error = new(18, range, 1).unwrap_err();
+        let (given, needed) = (20, 21);
         assert_eq!(error, TableError::Storage { given, needed });
-        assert!(error.to_string().contains("9 are needed"));
+        assert!(error.to_string().contains("21 are needed"));
     }
 }

@@ -16,13 +16,19 @@ pub enum Spectrum<'a> {
     /// None: media have the index of the d line, 587.5618 nm, for all colours.
     #[default]
     Rgb,
-    /// Each sample of a pixel takes all wavelengths of a table, each in a phase
-    /// of its own.
-    Split(SpectralTable<'a>),
     /// The samples of a pixel take turns, so that all together have each
-    /// wavelength equally: one each, or more where there are fewer samples than
-    /// wavelengths. Which, and the first phase, differ from pixel to pixel.
-    Comb(SpectralTable<'a>),
+    /// wavelength equally. Which come first, and the table's phase, differ from
+    /// pixel to pixel.
+    Comb {
+        /// The wavelengths.
+        table: SpectralTable<'a>,
+        /// How many each sample takes, evenly spread over the range; more
+        /// where there are too few samples for all to have their turn. One is
+        /// the cheapest. With several a sample is nearly white, and edges
+        /// without colours stay so with fewer samples. With all (255 will do)
+        /// every sample is white.
+        each: u8,
+    },
     /// All rays have this wavelength, nanometres, from the eye on, and the
     /// colours of everything: one of the pictures of Kishioka's method.
     Single(f32),
@@ -59,7 +65,7 @@ impl<'a> Spectrum<'a> {
         match self {
             Self::Rgb | Self::Single(_) => 1,
             // At most 64.
-            Self::Split(table) | Self::Comb(table) => table.wavelengths().count() as u8,
+            Self::Comb { table, .. } => table.wavelengths().count() as u8,
         }
     }
 
@@ -70,7 +76,7 @@ impl<'a> Spectrum<'a> {
     pub(super) fn check(&self, media: &[Medium]) -> Result<(), SpectrumError> {
         let wavelengths = match *self {
             Self::Rgb => return Ok(()),
-            Self::Split(table) | Self::Comb(table) => table.wavelengths().range(),
+            Self::Comb { table, .. } => table.wavelengths().range(),
             Self::Single(nm) => [nm, nm],
         };
         for (medium, known) in media.iter().map(Medium::range).enumerate() {
@@ -105,39 +111,23 @@ impl<'a> Spectrum<'a> {
         let (index, count) = (u32::from(sample.index()), u32::from(sample.count()));
         match self {
             Self::Rgb | Self::Single(_) => None,
-            Self::Split(table) => Some(Part {
-                samples: table.phase(seed.wrapping_add(index)),
-                groups,
-                turn: 0,
-                position: 0,
-                step: 1,
-                factor: 1.0,
-            }),
-            Self::Comb(table) => {
-                let turn = (seed >> 16) % groups;
-                if count < groups {
-                    return Some(Part {
-                        samples: table.phase(seed),
-                        groups,
-                        turn,
-                        position: index,
-                        step: count,
-                        factor: count as f32,
-                    });
-                }
-                // Whole rounds, each in a phase of its own; what is left over
-                // shares the last one's.
-                let rounds = count / groups;
-                let round = (index / groups).min(rounds - 1);
-                let position = index % groups;
-                let is_shared = round + 1 == rounds && position < count % groups;
+            Self::Comb { table, each } => {
+                // Whole rounds, each in a phase of its own; samples that are
+                // left over share the last one's.
+                let round_length = groups.div_ceil(u32::from(*each).max(1)).min(count);
+                let rounds = count / round_length;
+                let round = (index / round_length).min(rounds - 1);
+                let position = index % round_length;
+                let is_shared = round + 1 == rounds && position < count % round_length;
                 let sharing = if is_shared { 2.0 } else { 1.0 };
+                let turn = (seed >> 16) % round_length;
+                let phase = seed.wrapping_add(round);
                 Some(Part {
-                    samples: table.phase(seed.wrapping_add(round)),
+                    samples: table.phase(phase),
+                    broad: table.broad(phase),
                     groups,
-                    turn,
-                    position,
-                    step: groups,
+                    next: (position * STRIDE + turn) % round_length,
+                    step: round_length,
                     factor: count as f32 / (rounds as f32 * sharing),
                 })
             }
@@ -145,53 +135,45 @@ impl<'a> Spectrum<'a> {
     }
 }
 
+/// From one turn to the next: a prime above all lengths of rounds, so that all
+/// have a turn. Samples of a pixel go from its left to its right, and
+/// wavelengths next to each other should not.
+const STRIDE: u32 = 67;
+
 /// Wavelengths that one sample of a pixel takes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Part<'a> {
     /// Of the phase, by wavelength.
     samples: &'a [SpectralSample],
+    /// What stands for all of the phase.
+    pub(super) broad: &'a [SpectralSample],
     /// Parts of the phase that are told apart.
     groups: u32,
-    /// Where the first turn is.
-    turn: u32,
-    /// Of the next turn.
-    position: u32,
-    /// To the turn after it.
+    /// The next that it takes.
+    next: u32,
+    /// To the one after it.
     step: u32,
     /// What each counts for, so that the mean of the pixel's samples is white.
     factor: f32,
 }
 
 impl Part<'_> {
-    /// From one turn to the next: a prime above all numbers of groups, so that
-    /// all of them have a turn. Samples of a pixel go from its left to its
-    /// right, and wavelengths next to each other should not.
-    const STRIDE: u32 = 67;
-
     /// How many it still has.
     pub(super) const fn count(&self) -> u32 {
-        self.groups
-            .saturating_sub(self.position)
-            .div_ceil(self.step)
+        self.groups.saturating_sub(self.next).div_ceil(self.step)
     }
 
     /// The next, and its colour.
     pub(super) fn next(&mut self) -> Option<SpectralSample> {
-        if self.position >= self.groups {
+        if self.next >= self.groups {
             return None;
         }
-        let group = (self.position * Self::STRIDE + self.turn) % self.groups;
-        self.position += self.step;
-        let SpectralSample { nm, weight } = self.group(group);
+        let SpectralSample { nm, weight } = self.group(self.next);
+        self.next += self.step;
         Some(SpectralSample {
             nm,
             weight: weight * self.factor,
         })
-    }
-
-    /// All groups of the phase, whoever's turn they are.
-    pub(super) fn all(&self) -> impl Iterator<Item = SpectralSample> {
-        (0..self.groups).map(|group| self.group(group))
     }
 
     /// One of the groups, at its middle wavelength with the colours of all.
@@ -227,7 +209,7 @@ mod tests {
     use crate::spectrum::{Matching, Wavelengths};
 
     fn with_tables(count: u32, check: impl Fn(SpectralTable<'_>)) {
-        let mut storage = [SpectralSample::default(); 64 * 8];
+        let mut storage = [SpectralSample::default(); (64 + SpectralTable::BROAD) * 8];
         let wavelengths = Wavelengths::new(count, Wavelengths::RANGE).unwrap();
         check(SpectralTable::new(wavelengths, 8, Matching::Wyman, &mut storage).unwrap());
     }
@@ -274,19 +256,22 @@ mod tests {
                 for &samples in samples {
                     for groups in [wavelengths as u8, 2, wavelengths.div_ceil(2).max(2) as u8] {
                         for column in 0..3 {
-                            let of = |spectrum| of_pixel(&spectrum, (column, samples), groups);
-                            let (white, rays) = of(Spectrum::Split(table));
-                            assert!(
-                                white.iter().all(|part| (part - 1.0).abs() < 1e-6),
-                                "{white:?}"
-                            );
-                            assert_eq!(rays, u32::from(samples) * u32::from(groups));
-                            let (white, rays) = of(Spectrum::Comb(table));
-                            assert!(
-                                white.iter().all(|part| (part - 1.0).abs() < 1e-6),
-                                "{white:?}"
-                            );
-                            assert_eq!(rays, u32::from(samples.max(groups.into())));
+                            for each in [0, 1, 3, u8::MAX] {
+                                let comb = Spectrum::Comb { table, each };
+                                let (white, rays) = of_pixel(&comb, (column, samples), groups);
+                                assert!(
+                                    white.iter().all(|part| (part - 1.0).abs() < 1e-6),
+                                    "{white:?}"
+                                );
+                                let all = u32::from(samples) * u32::from(groups);
+                                let turns = u32::from(samples) * u32::from(each.max(1));
+                                assert!(rays >= groups.into() && rays <= all);
+                                match each {
+                                    0 | 1 => assert_eq!(rays, turns.max(groups.into())),
+                                    u8::MAX => assert_eq!(rays, all),
+                                    _ => assert!(rays <= turns.max(groups.into())),
+                                }
+                            }
                         }
                     }
                 }
@@ -297,8 +282,9 @@ mod tests {
     #[test]
     fn one_wavelength_is_no_dispersion() {
         with_tables(7, |table| {
-            assert!(Spectrum::Comb(table).part(Sample::ALONE, 1).is_none());
-            assert_eq!(Spectrum::Comb(table).count(), 7);
+            let comb = Spectrum::Comb { table, each: 1 };
+            assert!(comb.part(Sample::ALONE, 1).is_none());
+            assert_eq!(comb.count(), 7);
         });
         assert!(Spectrum::Single(500.0).part(Sample::ALONE, 7).is_none());
         assert!(Spectrum::Rgb.part(Sample::ALONE, 7).is_none());
@@ -308,7 +294,7 @@ mod tests {
     fn media_that_are_not_known_are_named() {
         with_tables(7, |table| {
             let media = [Medium::N_BK7, Medium::SF11];
-            assert_eq!(Spectrum::Comb(table).check(&media), Ok(()));
+            assert_eq!(Spectrum::Comb { table, each: 1 }.check(&media), Ok(()));
         });
         let media = [Medium::N_BK7, Medium::SF11];
         let error = Spectrum::Single(380.0).check(&media).unwrap_err();

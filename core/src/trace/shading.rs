@@ -310,8 +310,8 @@ where
         workspace: &mut Workspace,
     ) {
         let of =
-            |sample: SpectralSample| sample.weight * self.refraction(&at, sample.nm).reflectance;
-        let reflectance = part.all().map(of).sum();
+            |sample: &SpectralSample| sample.weight * self.refraction(&at, sample.nm).reflectance;
+        let reflectance = part.broad.iter().map(of).sum();
         Self::reflect_in_part(&at, reflectance, gathered, workspace);
         gathered.record.touch(effect::DISPERSION);
         at.uncovered /= part.count().max(1) as f32;

@@ -47,7 +47,7 @@ use std::path::PathBuf;
 /// scene, mesh (null where the scene file says), simd, depth, samples, effects
 /// (the names of those carried out), `effects_asked` (of those that the scene
 /// asks for), dispersion (null where it is not carried out: method, wavelengths and
-/// `range_nm`) and lod (null without --lod): mode, faces (of each mesh's levels), field (wall, eye,
+/// each (of these, a ray takes) and `range_nm`) and lod (null without --lod): mode, faces (of each mesh's levels), field (wall, eye,
 /// central, peripheral, outside, `mean_level` and `mean_bounces` each), fill
 /// (mode, `outside_pixels`, `outside_rms`, of 255 codes, and `outside_psnr`,
 /// decibels, against full tracing (null where nothing is outside or differs), and

@@ -8,7 +8,7 @@ use shisen::bake::BakedScene;
 use shisen::effects::Effects;
 use shisen::spectrum::{Dispersion, Method};
 use shisen_core::scene::EffectSet;
-use shisen_core::spectrum::Medium;
+use shisen_core::spectrum::{Medium, Wavelengths};
 
 /// How many wavelengths, and which.
 #[derive(Debug, Args)]
@@ -20,6 +20,11 @@ pub(super) struct DispersionArguments {
     /// How rays take them
     #[arg(long, value_name = "METHOD", value_enum, default_value = "comb")]
     dispersion: MethodChoice,
+    /// Wavelengths that each ray of a comb takes: with several, edges without
+    /// colours stay so with fewer rays a pixel [default: 1]
+    #[arg(long, value_name = "N",
+          value_parser = clap::value_parser!(u8).range(1..=i64::from(Wavelengths::MOST)))]
+    each: Option<u8>,
     /// The range that they are in, such as 400,700: nanometres, from 360 to 830
     /// [default: 400,700, or with --dispersion paper 380,750 as far as the media
     /// are known]
@@ -36,7 +41,8 @@ pub(super) struct DispersionArguments {
 /// `--dispersion`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum MethodChoice {
-    /// A ray takes them where it enters the glass, those of a pixel in turns
+    /// A ray takes one, or some, where it enters the glass, those of a pixel in
+    /// turns
     Comb,
     /// The same, each ray all of them
     Split,
@@ -64,6 +70,8 @@ pub(super) struct DispersionReport {
     method: &'static str,
     /// How many.
     wavelengths: usize,
+    /// Of these, those that each ray takes.
+    each: usize,
     /// That they are in.
     range_nm: [f32; 2],
 }
@@ -88,6 +96,17 @@ impl DispersionArguments {
         };
         let usage = |error: &dyn std::error::Error| Failure::usage(&error.to_string());
         let mut dispersion = Dispersion::of(method, count, range).map_err(|error| usage(&error))?;
+        if let Some(each) = self.each {
+            if method != Method::Comb {
+                return Err(Failure::usage(&format!(
+                    "--each is for --dispersion comb, and this is --dispersion {}",
+                    method.name()
+                )));
+            }
+            if let Dispersion::Comb(_, of) = &mut dispersion {
+                *of = each;
+            }
+        }
         let (asked, media) = match baked {
             BakedScene::Fast(baked) => (baked.scene().effects(), baked.scene().media().to_vec()),
             BakedScene::Compact(baked) => (baked.scene().effects(), baked.scene().media().to_vec()),
@@ -110,11 +129,16 @@ impl DispersionArguments {
             }
             dispersion = Dispersion::Images(clamped, matching);
         }
+        let each = match dispersion {
+            Dispersion::Comb(_, each) => usize::from(each),
+            _ => 1,
+        };
         let report = dispersion
             .wavelengths()
             .map(|wavelengths| DispersionReport {
                 method: method.name(),
                 wavelengths: wavelengths.count(),
+                each: each.min(wavelengths.count()),
                 range_nm: wavelengths.range(),
             });
         Ok((dispersion, report))

@@ -131,7 +131,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             phases - 1
         )));
     }
-    let mut storage = vec![SpectralSample::default(); within.count() * phases as usize];
+    let mut storage = vec![SpectralSample::default(); SpectralTable::samples(within, phases)];
     let table =
         SpectralTable::new(within, phases, matching, &mut storage).map_err(Failure::from_error)?;
     let shown = table.phase(arguments.phase);

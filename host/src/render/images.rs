@@ -31,7 +31,7 @@ fn shares(
     options: &Options,
 ) -> Vec<(Options, Vec3)> {
     let count = wavelengths.count();
-    let mut storage = vec![SpectralSample::default(); count];
+    let mut storage = vec![SpectralSample::default(); SpectralTable::samples(wavelengths, 1)];
     let Ok(table) = SpectralTable::new(wavelengths, 1, matching, &mut storage) else {
         return Vec::new();
     };

@@ -9,12 +9,10 @@ use shisen_core::spectrum::{
 pub enum Dispersion {
     /// None: media have the index of the d line for all colours.
     Off,
-    /// [`Spectrum::Comb`].
-    Comb(Wavelengths),
-    /// [`Spectrum::Split`].
-    Split(Wavelengths),
-    /// The same in the colours of the CIE's own table: what others are measured
-    /// against.
+    /// [`Spectrum::Comb`], and how many each sample takes.
+    Comb(Wavelengths, u8),
+    /// A comb in the colours of the CIE's own table of which each sample takes
+    /// all: what others are measured against.
     Reference(Wavelengths),
     /// Kishioka's: a whole picture for each wavelength, with its share of the
     /// samples, one at least; their sum in these colours.
@@ -49,16 +47,15 @@ impl Dispersion {
         Ok(match method {
             Method::Paper | Method::Fixed => Self::Images(wavelengths, method.matching()),
             _ if count == 1 => Self::Off,
-            Method::Comb => Self::Comb(wavelengths),
-            Method::Split => Self::Split(wavelengths),
+            Method::Comb => Self::Comb(wavelengths, 1),
+            Method::Split => Self::Comb(wavelengths, u8::MAX),
         })
     }
 
     /// Its wavelengths, if it has several or pictures of them.
     pub const fn wavelengths(&self) -> Option<Wavelengths> {
         match *self {
-            Self::Comb(wavelengths)
-            | Self::Split(wavelengths)
+            Self::Comb(wavelengths, _)
             | Self::Reference(wavelengths)
             | Self::Images(wavelengths, _) => Some(wavelengths),
             Self::Off | Self::Single(_) => None,
@@ -68,25 +65,19 @@ impl Dispersion {
     /// As the tracer takes it; its table is in `storage`. Pictures of
     /// wavelengths are rendered one by one: until then they have none.
     pub fn spectrum<'s>(&self, storage: &'s mut Vec<SpectralSample>) -> Spectrum<'s> {
-        let (wavelengths, spectrum): (_, fn(_) -> _) = match *self {
+        let (wavelengths, each, matching) = match *self {
             Self::Off | Self::Images(..) => return Spectrum::Rgb,
             Self::Single(nm) => return Spectrum::Single(nm),
-            Self::Comb(wavelengths) => (wavelengths, Spectrum::Comb),
-            Self::Split(wavelengths) | Self::Reference(wavelengths) => {
-                (wavelengths, Spectrum::Split)
-            }
+            Self::Comb(wavelengths, each) => (wavelengths, each, Matching::Wyman),
+            Self::Reference(wavelengths) => (wavelengths, u8::MAX, Matching::Table(CIE_1931)),
         };
-        let matching = match self {
-            Self::Reference(_) => Matching::Table(CIE_1931),
-            _ => Matching::Wyman,
-        };
-        let phases = Method::Comb.phases();
+        let phases = SpectralTable::COMB_PHASES;
         storage.resize(
-            wavelengths.count() * phases as usize,
+            SpectralTable::samples(wavelengths, phases),
             SpectralSample::default(),
         );
         let table = SpectralTable::new(wavelengths, phases, matching, storage);
         // There is room for so many, and so many phases there may be.
-        table.map_or(Spectrum::Rgb, spectrum)
+        table.map_or(Spectrum::Rgb, |table| Spectrum::Comb { table, each })
     }
 }

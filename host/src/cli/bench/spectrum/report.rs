@@ -37,8 +37,10 @@ pub(super) struct Row {
 #[derive(Debug, Serialize)]
 pub(super) struct SameError {
     pub(super) method: &'static str,
+    pub(super) each: u8,
     pub(super) samples: u16,
     pub(super) seconds: f64,
+    pub(super) method_seconds: f64,
     pub(super) mean_difference: f64,
     pub(super) speedup: f64,
 }
@@ -105,8 +107,9 @@ impl fmt::Display for Report {
         for one in &self.same_error {
             writeln!(
                 f,
-                "a comb is as close as {} with {} rays a pixel (ΔE {:.2}), {:.1} times as fast",
-                one.method, one.samples, one.mean_difference, one.speedup,
+                "a comb of {} wavelengths a ray is as close as {} with {} rays a pixel (ΔE \
+                 {:.2}), {:.2} times as fast",
+                one.each, one.method, one.samples, one.mean_difference, one.speedup,
             )?;
         }
         let Cost {
