@@ -25,6 +25,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod clock;
 pub mod decoder;
 pub mod osvr_hdk;
 pub mod sample;
