@@ -27,6 +27,10 @@ extern crate std;
 
 pub mod clock;
 pub mod decoder;
+pub mod estimate;
+#[cfg(any(test, feature = "mock"))]
+pub mod mock;
 pub mod osvr_hdk;
+mod rotation;
 pub mod sample;
 pub mod time;

@@ -1,0 +1,1 @@
+//! A simulated viewer behind a simulated tracker.
