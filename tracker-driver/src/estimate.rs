@@ -206,7 +206,10 @@ impl GazeEstimator {
             config,
             least_ahead,
             head: HeadTrack::new(config.head, config.resting_head),
-            eyes: EyeTrack::new(config.saccades),
+            eyes: EyeTrack::new(
+                config.saccades,
+                config.prediction.map_or_else(PursuitConfig::default, |p| p.pursuit),
+            ),
             filter: match config.filter {
                 Filter::None => None,
                 Filter::OneEuro(config) => Some(OneEuro::new(config)),
@@ -427,8 +430,7 @@ impl GazeEstimator {
             let course = self.config.prediction.and(self.eyes.flight_at(time));
             return (Movement::Saccade, course.unwrap_or(measured));
         }
-        let pursuit = self.config.prediction.map_or_else(PursuitConfig::default, |p| p.pursuit);
-        let velocity = self.eyes.pursuit(&pursuit);
+        let velocity = self.eyes.followed();
         if velocity == Vec3::ZERO {
             return (Movement::Fixation, self.smooth);
         }

@@ -110,6 +110,9 @@ struct Flight {
     /// The way it takes: a unit tangent at `base`.
     axis: Vec3,
     course: Course,
+    /// What was followed before, which is no part of the saccade: radians per
+    /// second in the room.
+    followed: Vec3,
     /// It is larger than noise, and was reported.
     told: bool,
 }
@@ -118,11 +121,17 @@ struct Flight {
 #[derive(Debug, Clone)]
 pub(super) struct EyeTrack {
     config: SaccadeConfig,
+    pursuit: PursuitConfig,
     samples: History<Vec3, 128>,
     flight: Option<Flight>,
     /// Since when it rests or follows; older samples belong to a saccade.
     steady_since: Micros,
+    /// What it followed at the last sample, radians per second.
+    followed: Vec3,
 }
+
+/// From how many samples on a velocity is told from noise.
+const LEAST_FOLLOWED: usize = 12;
 
 /// How pursuit is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,12 +154,14 @@ impl Default for PursuitConfig {
 }
 
 impl EyeTrack {
-    pub(super) fn new(config: SaccadeConfig) -> Self {
+    pub(super) fn new(config: SaccadeConfig, pursuit: PursuitConfig) -> Self {
         Self {
             config,
+            pursuit,
             samples: History::new(Vec3::NEG_Z),
             flight: None,
             steady_since: Micros(0),
+            followed: Vec3::ZERO,
         }
     }
 
@@ -171,20 +182,26 @@ impl EyeTrack {
             self.samples.clear();
             self.flight = None;
             self.steady_since = time;
+            self.followed = Vec3::ZERO;
         }
         self.samples.push(time, direction);
-        let speed = self.speed(time, direction);
+        let followed = self.flight.map_or(self.followed, |flight| flight.followed);
+        let speed = self.speed(time, direction, followed);
         match self.flight {
             None => {
                 if speed >= self.config.start_speed {
                     self.start(time);
                     return self.advance(direction);
                 }
+                self.followed = self.steady();
                 None
             }
             Some(flight) => {
                 let lasted = time.since(flight.detected);
-                if speed < self.config.end_speed && lasted >= self.config.least_duration
+                let landed = self.landing_of(&flight).map(|landing| landing.time);
+                let overdue = landed.is_some_and(|landed| time.since(landed) > self.config.window);
+                if (speed < self.config.end_speed || overdue)
+                    && lasted >= self.config.least_duration
                     || lasted > self.config.most_duration
                 {
                     return self.end(time, flight);
@@ -194,7 +211,8 @@ impl EyeTrack {
         }
     }
 
-    fn speed(&self, time: Micros, direction: Vec3) -> f32 {
+    /// How fast the newest samples are, beside what was followed.
+    fn speed(&self, time: Micros, direction: Vec3, followed: Vec3) -> f32 {
         let window = self.config.window;
         let places = self
             .samples
@@ -202,7 +220,7 @@ impl EyeTrack {
             .enumerate()
             .take_while(move |(i, (t, _))| *i < 2 || time.since(*t) <= window)
             .map(move |(_, (t, d))| (-time.since(t).seconds(), d));
-        let velocity = across(slope(places).unwrap_or_default(), direction);
+        let velocity = across(slope(places).unwrap_or_default() - followed, direction);
         sqrt(velocity.dot(velocity))
     }
 
@@ -237,7 +255,8 @@ impl EyeTrack {
                 detected: time,
                 base,
                 axis: Vec3::ZERO,
-                course: Course::default(),
+                course: Course::new(self.interval()),
+                followed: self.followed,
                 told: false,
             });
         }
@@ -320,22 +339,39 @@ impl EyeTrack {
 
     /// How fast it follows something: a tangent at the newest sample, radians
     /// per second; zero unless it follows steadily.
-    pub(super) fn pursuit(&self, config: &PursuitConfig) -> Vec3 {
+    pub(super) fn followed(&self) -> Vec3 {
+        self.followed
+    }
+
+    fn steady(&self) -> Vec3 {
         let Some((newest, direction)) = self.samples.newest() else {
             return Vec3::ZERO;
         };
-        let (since, window) = (self.steady_since, config.window);
+        let (since, window) = (self.steady_since, self.pursuit.window);
         let places = self
             .samples
             .newest_first()
-            .take_while(move |(t, _)| *t >= since && newest.since(*t) <= window)
-            .map(move |(t, d)| (-newest.since(t).seconds(), d));
+            .enumerate()
+            .take_while(move |(i, (t, _))| {
+                *t >= since && (*i < LEAST_FOLLOWED || newest.since(*t) <= window)
+            })
+            .map(move |(_, (t, d))| (-newest.since(t).seconds(), d));
         // Over less than half of the window everything is steady.
         let span = places.clone().last().map_or(0.0, |(t, _)| -t);
-        if 2.0 * span < window.seconds() {
+        if 2.0 * span < window.seconds() || places.clone().count() < LEAST_FOLLOWED {
             return Vec3::ZERO;
         }
-        across(steady_velocity(places, config.least_speed), direction)
+        across(steady_velocity(places, self.pursuit.least_speed), direction)
+    }
+
+    /// Seconds between samples, of late.
+    fn interval(&self) -> f32 {
+        let mut newest = self.samples.newest_first().take(5);
+        let first = newest.next().map(|(t, _)| t);
+        let last = newest.enumerate().last();
+        first.zip(last).map_or(0.0, |(first, (count, (last, _)))| {
+            first.since(last).seconds() / (count + 1) as f32
+        })
     }
 
     /// The mean of the samples since the last saccade.
@@ -361,30 +397,42 @@ struct Course {
     onset: f32,
     /// How much longer than the main sequence it lasts, the logarithm.
     stretch: f32,
+    /// Of samples, seconds.
+    interval: f32,
     fitted: bool,
 }
 
-impl Default for Course {
-    fn default() -> Self {
-        Self {
-            log_amplitude: PRIOR[0].0,
-            onset: PRIOR[1].0,
-            stretch: PRIOR[2].0,
-            fitted: false,
-        }
-    }
-}
-
-/// Mean and standard deviation before anything is seen: of the amplitude's
-/// logarithm (6°, of which two thirds lie between 2.5° and 14°), of the onset
-/// (found 9 ms after it, more or less) and of the duration's logarithm.
-const PRIOR: [(f32, f32); 3] = [(-2.257, 0.85), (-0.009, 0.008), (0.0, 0.1)];
+/// Mean and standard deviation, before anything is seen, of a course's
+/// parameters: the amplitude's logarithm (4°, two thirds of them between 1.6°
+/// and 10°), the onset, and the duration's logarithm.
+type Prior = [(f32, f32); 3];
 
 /// The error of a sample against the course, radians: 0.15°, the tracker's
 /// noise and what eyes do otherwise than the course.
 const COURSE_ERROR: f32 = 0.0026;
 
 impl Course {
+    /// What is expected of a saccade that was just found in samples at an
+    /// `interval`.
+    fn new(interval: f32) -> Self {
+        let [amplitude, onset, stretch] = Self::prior(interval);
+        Self {
+            log_amplitude: amplitude.0,
+            onset: onset.0,
+            stretch: stretch.0,
+            interval,
+            fitted: false,
+        }
+    }
+
+    /// A saccade is found some 8 ms after its onset, and half an interval
+    /// later where samples are far apart.
+    fn prior(interval: f32) -> Prior {
+        let spread = sqrt(3.6e-5 + interval * interval / 12.0);
+        let onset = -0.008 - 0.5 * interval;
+        [(-2.66, 0.9), (onset, spread), (0.0, 0.1)]
+    }
+
     fn amplitude_and_duration(&self, config: &SaccadeConfig) -> (f32, f32) {
         let amplitude = libm::expf(self.log_amplitude);
         let plain = config.base_duration + config.duration_per_amplitude * amplitude;
@@ -410,7 +458,7 @@ impl Course {
             let parameters = [course.log_amplitude, course.onset, course.stretch];
             let mut normal = [[0.0f32; 3]; 3];
             let mut right = [0.0f32; 3];
-            for (i, (mean, deviation)) in PRIOR.into_iter().enumerate() {
+            for (i, (mean, deviation)) in Self::prior(self.interval).into_iter().enumerate() {
                 let weight = 1.0 / (deviation * deviation);
                 normal[i][i] = weight;
                 right[i] = weight * (mean - parameters[i]);
