@@ -191,7 +191,7 @@ impl EyeTrack {
             None => {
                 if speed >= self.config.start_speed {
                     self.start(time);
-                    return self.advance(direction);
+                    return self.advance(time, direction);
                 }
                 self.followed = self.steady();
                 None
@@ -206,7 +206,7 @@ impl EyeTrack {
                 {
                     return self.end(time, flight);
                 }
-                self.advance(direction)
+                self.advance(time, direction)
             }
         }
     }
@@ -263,7 +263,7 @@ impl EyeTrack {
     }
 
     /// Fits the course anew.
-    fn advance(&mut self, direction: Vec3) -> Option<Change> {
+    fn advance(&mut self, time: Micros, direction: Vec3) -> Option<Change> {
         let config = self.config;
         let flight = self.flight.as_mut()?;
         let detected = flight.detected;
@@ -280,7 +280,8 @@ impl EyeTrack {
         let axis = flight.axis;
         let progress = places.map(move |(t, p)| (t, p.dot(axis)));
         flight.course = flight.course.fit(&config, progress);
-        if !flight.told && angle(base, direction) >= config.least_amplitude {
+        let elapsed = seconds(detected, time) + config.window.seconds() + 0.015;
+        if !flight.told && angle(base, direction) >= config.least_amplitude.max(config.start_speed * elapsed) {
             flight.told = true;
             return Some(Change::Started);
         }

@@ -56,26 +56,51 @@ pub(super) fn seconds(from: Micros, to: Micros) -> f32 {
     }
 }
 
+/// A least squares line through places at their times, in seconds.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    slope: Vec3,
+    /// The sum of the squared distances of the times from their mean.
+    spread: f32,
+    /// The sum of the squared distances of the places from the line.
+    rest: f32,
+    count: f32,
+}
+
+impl Line {
+    /// `None` of places at one time.
+    fn through(places: impl Iterator<Item = (f32, Vec3)> + Clone) -> Option<Self> {
+        let (mut count, mut time, mut place) = (0.0f32, 0.0f32, Vec3::ZERO);
+        for (t, p) in places.clone() {
+            count += 1.0;
+            time += t;
+            place += p;
+        }
+        if count < 2.0 {
+            return None;
+        }
+        let (time, place) = (time / count, place / count);
+        let (mut spread, mut common, mut square) = (0.0f32, Vec3::ZERO, 0.0f32);
+        for (t, p) in places {
+            let (t, p) = (t - time, p - place);
+            spread += t * t;
+            common += p * t;
+            square += p.dot(p);
+        }
+        let slope = common / spread;
+        (spread > 1.0e-12 && slope.is_finite()).then_some(Self {
+            slope,
+            spread,
+            rest: (square - slope.dot(common)).max(0.0),
+            count,
+        })
+    }
+}
+
 /// The slope of the least squares line through places at their times, in
 /// seconds; `None` of places at one time.
 pub(super) fn slope(places: impl Iterator<Item = (f32, Vec3)> + Clone) -> Option<Vec3> {
-    let (mut count, mut time, mut place) = (0.0f32, 0.0f32, Vec3::ZERO);
-    for (t, p) in places.clone() {
-        count += 1.0;
-        time += t;
-        place += p;
-    }
-    if count < 2.0 {
-        return None;
-    }
-    let (time, place) = (time / count, place / count);
-    let (mut spread, mut common) = (0.0f32, Vec3::ZERO);
-    for (t, p) in places {
-        spread += (t - time) * (t - time);
-        common += (p - place) * (t - time);
-    }
-    let slope = common / spread;
-    (spread > 1.0e-12 && slope.is_finite()).then_some(slope)
+    Line::through(places).map(|line| line.slope)
 }
 
 /// The velocity of something that moves steadily; zero of what rests,
@@ -84,31 +109,48 @@ pub(super) fn slope(places: impl Iterator<Item = (f32, Vec3)> + Clone) -> Option
 /// The places' older and newer half each have a slope. Their mean is the
 /// velocity, their difference is how little it is worth, be it for noise or
 /// for a step, which only one of them sees; the velocity shrinks by it as
-/// James's and Stein's estimator does. Below `least` per second it is zero.
+/// James's and Stein's estimator does. It also shrinks as the newest quarter
+/// departs from it by more than the noise explains, since something that
+/// stops shows there first, and where it is itself no more than noise. Below `least` per second it is zero.
 pub(super) fn steady_velocity(
     places: impl Iterator<Item = (f32, Vec3)> + Clone,
     least: f32,
 ) -> Vec3 {
-    /// A share of the squared difference of 1/4 is what pure noise gives the
-    /// mean's square; this is four times as much.
+    /// Pure noise gives the mean's square a quarter of the difference's; this
+    /// is four times as much.
     const CAUTION: f32 = 1.0;
     let mut ends = places.clone();
     let Some((newest, oldest)) = ends.next().zip(ends.last()) else {
         return Vec3::ZERO;
     };
     let middle = 0.5 * (newest.0 + oldest.0);
-    let newer = slope(places.clone().filter(|(t, _)| *t >= middle));
-    let older = slope(places.filter(|(t, _)| *t <= middle));
+    let newer = Line::through(places.clone().filter(|(t, _)| *t >= middle));
+    let older = Line::through(places.clone().filter(|(t, _)| *t <= middle));
     let Some((newer, older)) = newer.zip(older) else {
         return Vec3::ZERO;
     };
-    let mean = (newer + older) * 0.5;
-    let difference = newer - older;
+    let mean = (newer.slope + older.slope) * 0.5;
+    let difference = newer.slope - older.slope;
     let square = mean.dot(mean);
     // Rises from 0 at the least speed to 1 at twice that.
     let fast = (shisen_core::numeric::sqrt(square) / least - 1.0).clamp(0.0, 1.0);
     let sure = (1.0 - CAUTION * difference.dot(difference) / square.max(1.0e-20)).clamp(0.0, 1.0);
-    mean * (fast * sure)
+    // Of one component of a place. Each line takes up two places' worth of
+    // freedom; what is below a micrometre or microradian is rounding.
+    let freedom = (newer.count + older.count - 4.0).max(1.0);
+    let noise = (0.5 * (newer.rest + older.rest) / freedom).max(1.0e-12);
+    // Squares in units of their variance: 2 on average where there is only
+    // noise, 6 in one of twenty cases, 9 in one of a hundred.
+    let variance = 0.25 * noise * (1.0 / newer.spread + 1.0 / older.spread);
+    let clear = (square / variance / 6.0 - 1.0).clamp(0.0, 1.0);
+    let quarter = 0.5 * (newest.0 + middle);
+    let last = Line::through(places.filter(|(t, _)| *t >= quarter));
+    let goes_on = last.map_or(1.0, |last| {
+        let departs = last.slope - mean;
+        let departure = departs.dot(departs) * last.spread / noise;
+        ((9.0 - departure) / 5.0).clamp(0.0, 1.0)
+    });
+    mean * (fast * sure * clear * goes_on)
 }
 
 #[cfg(test)]
