@@ -105,9 +105,11 @@ pub struct Stamp {
 pub enum StampSource {
     /// The device's clock.
     Device,
-    /// The time of arrival less the least delay: there is no device time, or
-    /// it makes no sense.
+    /// The time of arrival less the least delay: there is no device time.
     Arrival,
+    /// The device's time makes no sense, or not yet: the stamp before is
+    /// repeated, so that nobody takes the sample for a new one.
+    Suspect,
 }
 
 /// Something that a device's clock did.
@@ -185,6 +187,8 @@ pub struct ClockEstimator {
     rate: i64,
     late_since: Option<Micros>,
     frozen: bool,
+    /// The newest time that was handed out.
+    stamped: Micros,
 }
 
 impl ClockEstimator {
@@ -225,6 +229,7 @@ impl ClockEstimator {
             rate: 0,
             late_since: None,
             frozen: false,
+            stamped: Micros(0),
         })
     }
 
@@ -251,7 +256,7 @@ impl ClockEstimator {
         let arrival = sample.arrival;
         let Some(last) = self.last else {
             self.start(raw, arrival);
-            return by_arrival_of_device(by_arrival);
+            return self.first(by_arrival);
         };
         if let Some(suspect) = self.suspect.take() {
             let step = step(suspect.raw, raw, arrival.since(suspect.arrival));
@@ -263,7 +268,7 @@ impl ClockEstimator {
             if agrees && !fits {
                 sink(ClockEvent::Restarted { jump: suspect.jump });
                 self.start(raw, arrival);
-                return by_arrival_of_device(by_arrival);
+                return self.first(by_arrival);
             }
             sink(ClockEvent::Outlier { jump: suspect.jump });
         }
@@ -271,7 +276,10 @@ impl ClockEstimator {
             Ok(step) => step,
             Err(jump) => {
                 self.suspect = Some(Suspect { raw, arrival, jump });
-                return by_arrival;
+                return Stamp {
+                    time: self.stamped,
+                    source: StampSource::Suspect,
+                };
             }
         };
         let device = last.device.saturating_add(step);
@@ -296,15 +304,16 @@ impl ClockEstimator {
                     jump: late.saturating_neg(),
                 });
                 self.start(raw, arrival);
-                return by_arrival_of_device(by_arrival);
+                return self.first(by_arrival);
             }
         }
         let time = device
             .saturating_add(self.offset_at(device))
             .saturating_sub(signed(self.config.least_delay));
         let time = u64::try_from(time).unwrap_or(0);
+        self.stamped = Micros(time.min(by_arrival.time.0));
         Stamp {
-            time: Micros(time.min(by_arrival.time.0)),
+            time: self.stamped,
             source: StampSource::Device,
         }
     }
@@ -337,6 +346,15 @@ impl ClockEstimator {
             start: arrival,
             least: point,
         });
+    }
+
+    /// The first stamp of a clock: as far as is known, nothing delayed it.
+    fn first(&mut self, by_arrival: Stamp) -> Stamp {
+        self.stamped = by_arrival.time;
+        Stamp {
+            source: StampSource::Device,
+            ..by_arrival
+        }
     }
 
     /// The step from the last device time, or how far it is from any that a
@@ -436,14 +454,6 @@ impl ClockEstimator {
     }
 }
 
-/// The first stamp of a clock: it arrived, so far, without a delay.
-fn by_arrival_of_device(stamp: Stamp) -> Stamp {
-    Stamp {
-        source: StampSource::Device,
-        ..stamp
-    }
-}
-
 fn signed(time: Micros) -> i64 {
     i64::try_from(time.0).unwrap_or(i64::MAX)
 }
@@ -482,8 +492,8 @@ fn middle_edge(points: &[Point]) -> Option<(Point, Point)> {
                 let below = hull[length - 2];
                 let run = |p: Point| p.device.saturating_sub(below.device);
                 let rise = |p: Point| p.offset.saturating_sub(below.offset);
-                let turn = run(top).saturating_mul(rise(point))
-                    <= rise(top).saturating_mul(run(point));
+                let turn =
+                    run(top).saturating_mul(rise(point)) <= rise(top).saturating_mul(run(point));
                 turn
             };
             if !redundant {

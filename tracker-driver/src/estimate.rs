@@ -208,7 +208,9 @@ impl GazeEstimator {
             head: HeadTrack::new(config.head, config.resting_head),
             eyes: EyeTrack::new(
                 config.saccades,
-                config.prediction.map_or_else(PursuitConfig::default, |p| p.pursuit),
+                config
+                    .prediction
+                    .map_or_else(PursuitConfig::default, |p| p.pursuit),
             ),
             filter: match config.filter {
                 Filter::None => None,
@@ -306,10 +308,7 @@ impl GazeEstimator {
         if self.lost.is_none() {
             sink(Event::BlinkStarted { at: seen });
         }
-        self.lost = Some(Lost {
-            since,
-            until: time,
-        });
+        self.lost = Some(Lost { since, until: time });
     }
 
     fn push_gaze(&mut self, direction: Vec3, time: Micros, sink: &mut dyn FnMut(Event)) {

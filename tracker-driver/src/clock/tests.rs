@@ -22,9 +22,9 @@ impl Device {
 
     /// The sample measured at `time`.
     fn sample(&mut self, time: u64) -> Sample {
-        // Squared: few are early, as on a busy bus.
-        let part = self.random() % 1_001;
-        let delay = 2_000 + self.jitter * (part * part) / 1_000_000;
+        // The greater of two: few are early, as on a busy bus.
+        let part = (self.random() % 1_001).max(self.random() % 1_001);
+        let delay = 2_000 + self.jitter * part / 1_000;
         let shown = self.start as i64 + time as i64 + time as i64 * self.ppm / 1_000_000;
         let mut sample = Sample::arrived(Micros(time + delay));
         sample.device_time = Some(match self.wrap {
@@ -118,16 +118,22 @@ fn jitter_and_drift_stay_within_the_bound() {
                 .max()
                 .unwrap() as i64;
             let mut clock = clock();
-            let (errors, events) =
-                follow(&mut clock, &mut device(ppm, jitter), seconds(0, 60));
+            let (errors, events) = follow(&mut clock, &mut device(ppm, jitter), seconds(0, 60));
             assert!(events.is_empty(), "{events:?}");
-            let late: Vec<_> = errors.iter().copied().filter(|e| e.0 > 18_000_000).collect();
+            let late: Vec<_> = errors
+                .iter()
+                .copied()
+                .filter(|e| e.0 > 18_000_000)
+                .collect();
             let worst = worst(&late);
             let bound = excess + 2 * excess / 15 * 2 + 2 + 1;
             std::println!("{ppm} ppm, jitter {jitter} µs: e {excess} µs, worst {worst} µs");
             assert!(worst <= bound, "{worst} > {bound}");
             let rate = clock.rate().unwrap();
-            assert!((rate + ppm * 1_000).abs() <= 2 * excess * 1_000 / 14 + 50, "{rate}");
+            assert!(
+                (rate + ppm * 1_000).abs() <= 2 * excess * 1_000 / 14 + 50,
+                "{rate}"
+            );
         }
     }
 }
@@ -162,7 +168,10 @@ fn a_restart_is_told_and_followed() {
         (Some(1 << 32), 60 * 60_000_000),
         (Some(1 << 32), 1_000),
     ] {
-        let mut device = Device { wrap, ..device(50, 200) };
+        let mut device = Device {
+            wrap,
+            ..device(50, 200)
+        };
         let mut clock = clock();
         follow(&mut clock, &mut device, seconds(1, 10));
         device.start = start;
@@ -171,7 +180,9 @@ fn a_restart_is_told_and_followed() {
             matches!(events[..], [ClockEvent::Restarted { jump }] if jump.abs() > 1_000_000),
             "{events:?}"
         );
-        assert!(worst(&errors) <= 500, "{}", worst(&errors));
+        // The first is not believed yet, and must not pass for a new one.
+        assert!(errors[0].1 < -1_000_000);
+        assert!(worst(&errors[1..]) <= 500, "{}", worst(&errors[1..]));
     }
 }
 
@@ -185,13 +196,17 @@ fn one_wrong_time_is_an_outlier() {
     let mut wrong = device.sample(6_000_000);
     wrong.device_time = Some(DeviceTime::unwrapped(u64::MAX - 5));
     let stamp = clock.stamp(&wrong, &mut |event| events.push(event));
-    assert_eq!(stamp.source, StampSource::Arrival);
+    assert_eq!(stamp.source, StampSource::Suspect);
+    assert!(stamp.time < Micros(6_000_000));
     assert!(events.is_empty());
     let right = device.sample(6_004_000);
     let stamp = clock.stamp(&right, &mut |event| events.push(event));
     assert_eq!(stamp.source, StampSource::Device);
     assert!(stamp.time.0.abs_diff(6_004_000) <= 110);
-    assert!(matches!(events[..], [ClockEvent::Outlier { .. }]), "{events:?}");
+    assert!(
+        matches!(events[..], [ClockEvent::Outlier { .. }]),
+        "{events:?}"
+    );
     assert_eq!(clock.rate(), rate);
 }
 
@@ -208,14 +223,23 @@ fn a_frozen_clock_is_told_and_its_samples_age() {
         sample.device_time = frozen;
         stamps.push(clock.stamp(&sample, &mut |event| events.push(event)).time);
     }
-    assert!(matches!(events[..], [ClockEvent::Frozen { .. }]), "{events:?}");
+    assert!(
+        matches!(events[..], [ClockEvent::Frozen { .. }]),
+        "{events:?}"
+    );
     assert!(clock.is_frozen());
-    assert!(stamps.iter().all(|s| s.0.abs_diff(6_000_000) <= 5), "{stamps:?}");
+    assert!(
+        stamps.iter().all(|s| s.0.abs_diff(6_000_000) <= 5),
+        "{stamps:?}"
+    );
     // It goes on from where it stopped: late for a second, then believed.
     device.start -= 2_000_000;
     let (errors, more) = follow(&mut clock, &mut device, seconds(8, 12));
     assert!(
-        matches!(more[..], [ClockEvent::Thawed { .. }, ClockEvent::Restarted { .. }]),
+        matches!(
+            more[..],
+            [ClockEvent::Thawed { .. }, ClockEvent::Restarted { .. }]
+        ),
         "{more:?}"
     );
     assert!(errors.last().unwrap().1.abs() <= 5);
@@ -250,10 +274,16 @@ fn without_a_device_time_the_arrival_counts() {
 #[test]
 fn extreme_times_do_no_harm() {
     let mut clock = clock();
-    for (i, time) in [0, u64::MAX, 1 << 63, 0, u64::MAX / 2, 3].into_iter().enumerate() {
+    for (i, time) in [0, u64::MAX, 1 << 63, 0, u64::MAX / 2, 3]
+        .into_iter()
+        .enumerate()
+    {
         for wraps_at in [0, 1, 2, u64::MAX, 1 << 63] {
             let mut sample = Sample::arrived(Micros(u64::MAX - 9 + i as u64));
-            sample.device_time = Some(DeviceTime { microseconds: time, wraps_at });
+            sample.device_time = Some(DeviceTime {
+                microseconds: time,
+                wraps_at,
+            });
             let stamp = clock.stamp(&sample, &mut |_| {});
             assert!(stamp.time <= sample.arrival);
         }

@@ -154,7 +154,14 @@ impl Calibration {
             });
         }
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-        for (target, &Target { measured, direction }) in targets.iter().enumerate() {
+        for (
+            target,
+            &Target {
+                measured,
+                direction,
+            },
+        ) in targets.iter().enumerate()
+        {
             let unit = normalize(direction).filter(|_| measured.is_finite());
             let unit = unit.ok_or(CalibrationError::NotFinite { target })?;
             // cos 80°.
@@ -203,7 +210,10 @@ impl Calibration {
     pub fn direction(&self, measured: Vec2) -> Option<Vec3> {
         let terms = self.terms(measured);
         let sum = |factors: &[f32; 6]| {
-            let products = terms.iter().zip(factors).map(|(term, factor)| term * factor);
+            let products = terms
+                .iter()
+                .zip(factors)
+                .map(|(term, factor)| term * factor);
             products.fold(0.0, |sum, product| sum + product)
         };
         normalize(Vec3::new(sum(&self.x), sum(&self.y), -1.0))
@@ -356,7 +366,10 @@ mod tests {
         let line: Vec<_> = good
             .iter()
             .enumerate()
-            .map(|(i, &t)| Target { measured: Vec2::splat(i as f32), ..t })
+            .map(|(i, &t)| Target {
+                measured: Vec2::splat(i as f32),
+                ..t
+            })
             .collect();
         let model = Model::Affine;
         assert_eq!(fit(model, &line), Error::Degenerate { model });

@@ -286,12 +286,7 @@ impl EstimatorConfig {
                 FRAC_PI_2,
             ),
             ("the least openness", self.least_openness, 0.0, 1.0),
-            (
-                "the widening (rad)",
-                self.fallback.widen_by,
-                0.0,
-                PI,
-            ),
+            ("the widening (rad)", self.fallback.widen_by, 0.0, PI),
             (
                 "a saccade's start speed (rad/s)",
                 saccades.start_speed,
@@ -381,22 +376,12 @@ impl EstimatorConfig {
                 20,
                 500,
             ),
-            (
-                "the largest gap between samples",
-                saccades.most_gap,
-                5,
-                500,
-            ),
+            ("the largest gap between samples", saccades.most_gap, 5, 500),
             ("the head's window", self.head.window, 10, 500),
             ("the head's horizon", self.head.horizon, 0, 200),
             ("the longest blink", fallback.longest_blink, 0, 5_000),
             ("the time to hold", fallback.hold_after, 1, 60_000),
-            (
-                "the time to full quality",
-                fallback.full_after,
-                1,
-                60_000,
-            ),
+            ("the time to full quality", fallback.full_after, 1, 60_000),
             (
                 "the head's time to hold",
                 fallback.head_hold_after,
@@ -573,10 +558,12 @@ mod tests {
         assert!(matches!(error, Err(ConfigError::NotUnit { length, .. }) if length == 2.0));
         let error = checked(|c| c.room_from_tracker.position.x = f32::NAN);
         assert!(matches!(error, Err(ConfigError::NotFinite { .. })));
-        let error = checked(|c| c.filter = Filter::OneEuro(OneEuroConfig {
-            beta: f32::NAN,
-            ..OneEuroConfig::default()
-        }));
+        let error = checked(|c| {
+            c.filter = Filter::OneEuro(OneEuroConfig {
+                beta: f32::NAN,
+                ..OneEuroConfig::default()
+            })
+        });
         assert!(matches!(error, Err(ConfigError::OutOfRange { .. })));
         let skewed = Screen {
             corner: Vec3::ZERO,

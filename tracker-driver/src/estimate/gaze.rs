@@ -41,7 +41,10 @@ pub(super) fn of_sample(config: &EstimatorConfig, sample: &Sample, head: &HeadPo
     if !known && sample.gaze_point.is_none() {
         return Gaze::None;
     }
-    let shut = |eye: &Eye| eye.openness.is_some_and(|open| open < config.least_openness);
+    let shut = |eye: &Eye| {
+        eye.openness
+            .is_some_and(|open| open < config.least_openness)
+    };
     let both_shut = shut(&sample.left) && shut(&sample.right);
     if both_shut || shut(&sample.combined) {
         return Gaze::Lost;
@@ -97,9 +100,7 @@ fn of_point(config: &EstimatorConfig, point: GazePoint, head: &HeadPose) -> Gaze
     };
     let direction = match (point, config.screen) {
         (GazePoint::Plane(metres), Some(screen)) => Some(seen(screen.place(metres))),
-        (GazePoint::Normalized(part), Some(screen)) => {
-            Some(seen(screen.place(part * screen.size)))
-        }
+        (GazePoint::Normalized(part), Some(screen)) => Some(seen(screen.place(part * screen.size))),
         (GazePoint::Plane(p) | GazePoint::Normalized(p) | GazePoint::Raw(p), _) => {
             by_calibration(p)
         }

@@ -131,7 +131,7 @@ pub(super) struct EyeTrack {
 }
 
 /// From how many samples on a velocity is told from noise.
-const LEAST_FOLLOWED: usize = 12;
+const LEAST_FOLLOWED: usize = 8;
 
 /// How pursuit is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -273,15 +273,17 @@ impl EyeTrack {
             .take_while(move |(t, _)| *t >= from)
             .map(move |(t, d)| (seconds(detected, t), arc(base, d)));
         // Longer ways say more about the direction.
-        let way = places.clone().fold(Vec3::ZERO, |sum, (_, p)| {
-            sum + p * sqrt(p.dot(p))
-        });
+        let way = places
+            .clone()
+            .fold(Vec3::ZERO, |sum, (_, p)| sum + p * sqrt(p.dot(p)));
         flight.axis = normalize(way)?;
         let axis = flight.axis;
         let progress = places.map(move |(t, p)| (t, p.dot(axis)));
         flight.course = flight.course.fit(&config, progress);
         let elapsed = seconds(detected, time) + config.window.seconds() + 0.015;
-        if !flight.told && angle(base, direction) >= config.least_amplitude.max(config.start_speed * elapsed) {
+        if !flight.told
+            && angle(base, direction) >= config.least_amplitude.max(config.start_speed * elapsed)
+        {
             flight.told = true;
             return Some(Change::Started);
         }

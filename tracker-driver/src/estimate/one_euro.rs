@@ -152,8 +152,16 @@ mod tests {
             .collect();
         for config in [
             OneEuroConfig::default(),
-            OneEuroConfig { least_cutoff: 1.0, beta: 0.0, speed_cutoff: 1.0 },
-            OneEuroConfig { least_cutoff: 20.0, beta: 3_000.0, speed_cutoff: 50.0 },
+            OneEuroConfig {
+                least_cutoff: 1.0,
+                beta: 0.0,
+                speed_cutoff: 1.0,
+            },
+            OneEuroConfig {
+                least_cutoff: 20.0,
+                beta: 3_000.0,
+                speed_cutoff: 50.0,
+            },
         ] {
             let mut filter = OneEuro::new(config);
             let exact = reference(config, &inputs);
@@ -173,7 +181,10 @@ mod tests {
             return;
         }
         for beta in [0.0, 100.0] {
-            let mut filter = OneEuro::new(OneEuroConfig { beta, ..OneEuroConfig::default() });
+            let mut filter = OneEuro::new(OneEuroConfig {
+                beta,
+                ..OneEuroConfig::default()
+            });
             let (speed, step) = (0.2f32, 0.002f32);
             let mut lag = 0.0;
             for i in 0..2_000 {

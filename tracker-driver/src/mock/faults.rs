@@ -58,7 +58,9 @@ impl Chunk {
 
     /// The bytes.
     pub fn bytes(&self) -> &[u8] {
-        self.bytes.get(..usize::from(self.length)).unwrap_or_default()
+        self.bytes
+            .get(..usize::from(self.length))
+            .unwrap_or_default()
     }
 }
 
@@ -369,7 +371,8 @@ impl<S: Source<Item: Faulty>> Source for Faults<S> {
             let settled = next
                 .zip(self.reached)
                 .is_some_and(|(next, reached)| next <= reached.after(delay));
-            if !settled && self.length <= UNDER_WAY - MOST_OF_ONE
+            if !settled
+                && self.length <= UNDER_WAY - MOST_OF_ONE
                 && let Some(item) = self.source.poll(sent)
             {
                 self.take(item);

@@ -250,12 +250,15 @@ impl<'a> Viewer<'a> {
         while self.last().end <= time.0 {
             self.go_on();
         }
-        let segment = *self.segments.iter().find(|s| s.start <= time.0 && time.0 < s.end)?;
+        let segment = *self
+            .segments
+            .iter()
+            .find(|s| s.start <= time.0 && time.0 < s.end)?;
         let direction = segment.direction(time.0);
         let (x, y) = basis_around(direction);
         let jitter = self.config.jitter;
-        let tremble = x * (jitter * pink(self.seed, 0, time.0))
-            + y * (jitter * pink(self.seed, 1, time.0));
+        let tremble =
+            x * (jitter * pink(self.seed, 0, time.0)) + y * (jitter * pink(self.seed, 1, time.0));
         let way = segment.way;
         Some(Truth {
             head: self.head(time),
@@ -278,11 +281,12 @@ impl<'a> Viewer<'a> {
         };
         // A third down, a fifth shut, the rest up again.
         let u = (time.0 - start) as f32 / (end - start) as f32;
-        if u < 0.33 {
+        let open = if u < 0.33 {
             1.0 - minimum_jerk(u / 0.33).0
         } else {
             minimum_jerk((u - 0.53) / 0.47).0
-        }
+        };
+        open.clamp(0.0, 1.0)
     }
 
     /// Slow sums of sines, whose periods have no common measure.
@@ -410,8 +414,8 @@ impl<'a> Viewer<'a> {
         let here = last.direction(last.end);
         let config = self.config;
         let centre = rotate(config.resting_head.orientation, Vec3::NEG_Z);
-        let amplitude = (config.amplitude * (0.25 + 0.75 * self.random.exponential()))
-            .min(1.2 * config.field);
+        let amplitude =
+            (config.amplitude * (0.25 + 0.75 * self.random.exponential())).min(1.2 * config.field);
         let mut way = self.tangent(here) * amplitude;
         for _ in 0..8 {
             if angle(along(here, way), centre) <= config.field {

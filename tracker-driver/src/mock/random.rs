@@ -28,9 +28,7 @@ impl Random {
     /// 32 bits.
     pub fn next(&mut self) -> u32 {
         let old = self.state;
-        self.state = old
-            .wrapping_mul(Self::FACTOR)
-            .wrapping_add(self.increment);
+        self.state = old.wrapping_mul(Self::FACTOR).wrapping_add(self.increment);
         let shifted = ((old >> 18 ^ old) >> 27) as u32;
         shifted.rotate_right((old >> 59) as u32)
     }
