@@ -16,16 +16,21 @@
 //!
 //! | Module | Device |
 //! |---|---|
-//! | [`osvr_hdk`] | the head tracker of the OSVR Hacker Dev Kit (USB HID) |
+//! | [`head`] | head trackers: Polhemus, InterSense, Ascension, Hatire, OSVR HDK |
 //!
-//! All that take a stream of bytes are a [`decoder::Decoder`].
+//! All of them are a [`decoder::Decoder`]. What has to be said to a device to
+//! make it send, [`command`] says.
 #![no_std]
 #![forbid(unsafe_code)]
 
 #[cfg(test)]
 extern crate std;
 
+mod assemble;
+pub mod command;
 pub mod decoder;
-pub mod osvr_hdk;
+pub mod head;
 pub mod sample;
+#[cfg(test)]
+mod stream_tests;
 pub mod time;
