@@ -43,9 +43,9 @@
 //!
 //! A record's start cannot be mistaken, its inside not be checked: no
 //! checksum. Random bytes pass as a record of n bytes with a probability of
-//! 2⁻ⁿ at each byte, times what the values can be: a quaternion 0.02, a
+//! 2⁻ⁿ at each byte, times what the values can be: a quaternion 0.025, a
 //! matrix below 10⁻⁹, angles and positions anything, a bird's address 0.98.
-//! That is 2.4 % for angles, 0.0002 % for position and quaternion.
+//! That is 1.6 % for angles alone, 0.00015 % for position and quaternion.
 //!
 //! A byte that slipped into a record, or one that was doubled, moves what
 //! follows it inside its record; the next record is not touched. Of a stream
@@ -55,7 +55,20 @@
 //!
 //! | Mode | Faults | Intact records lost | False records by a slip | Values changed by a flip |
 //! |---|---|---|---|---|
-//! FLOCK_TABLE
+//! | Angles | 960 slips, 960 flips | 0 | 480 | 840 |
+//! | Angles, group | 1120 slips, 1120 flips | 0 | 544 | 960 |
+//! | Position | 960 slips, 960 flips | 0 | 478 | 840 |
+//! | Position, group | 1120 slips, 1120 flips | 0 | 543 | 960 |
+//! | Matrix | 2880 slips, 2880 flips | 0 | 46 | 1260 |
+//! | Matrix, group | 3040 slips, 3040 flips | 0 | 119 | 1380 |
+//! | Quaternion | 1280 slips, 1280 flips | 0 | 86 | 721 |
+//! | Quaternion, group | 1440 slips, 1440 flips | 0 | 142 | 841 |
+//! | PositionAngles | 1920 slips, 1920 flips | 0 | 1007 | 1680 |
+//! | PositionAngles, group | 2080 slips, 2080 flips | 0 | 1068 | 1800 |
+//! | PositionMatrix | 3840 slips, 3840 flips | 0 | 51 | 2100 |
+//! | PositionMatrix, group | 4000 slips, 4000 flips | 0 | 123 | 2220 |
+//! | PositionQuaternion | 2240 slips, 2240 flips | 0 | 143 | 1561 |
+//! | PositionQuaternion, group | 2400 slips, 2400 flips | 0 | 203 | 1681 |
 
 use super::axes::{self, Axes, conjugate};
 use super::polhemus::{from_seven_bits, nearest_word, to_seven_bits};

@@ -37,9 +37,9 @@
 //! # How strong the check is
 //!
 //! There is no checksum. Random bytes pass as a sample with a probability of
-//! 7 · 10⁻¹⁴ at each byte: 2⁻³² for the marks, 1001/65536 for the code, and
-//! 0.5³ for a third of a turn's worth of believable floats each (half of all
-//! f32 are within ±360); with a translation another 0.5³.
+//! 5 · 10⁻¹³ at each byte: 2⁻³² for the marks, 1001/65536 for the code, and
+//! 0.53 for each angle, that being the part of all f32 within ±360; with a
+//! translation another 0.54 for each of its numbers.
 //!
 //! Of a stream of 24 moving records, each byte in turn was dropped, doubled,
 //! preceded by a foreign byte, and had each of its bits flipped
@@ -47,7 +47,8 @@
 //!
 //! | Order | Faults | Intact records lost, most in a row | False records by a slip | Values changed by a flip |
 //! |---|---|---|---|---|
-//! HATIRE_TABLE
+//! | little-endian | 4800 slips, 4800 flips | 0 | 0 | 1800 |
+//! | big-endian, position | 4800 slips, 4800 flips | 0 | 0 | 3523 |
 
 use super::axes::{self, Axes};
 use crate::assemble::{Assembler, Look, Protocol, Says};

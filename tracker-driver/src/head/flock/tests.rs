@@ -1,6 +1,6 @@
 use super::*;
 use crate::command::{Action, Session};
-use crate::decoder::{Decoder as _, Dropped};
+use crate::decoder::Dropped;
 use crate::stream_tests::{angle, any_split, damage, events, moving_head, random_bytes, samples};
 use std::vec::Vec as StdVec;
 
@@ -228,7 +228,7 @@ fn random_bytes_pass_as_often_as_stated() {
         let (fed, passed) = random_bytes(Decoder::new(config), 40 + seed as u64);
         let values = match config.mode {
             Mode::Angles | Mode::Position | Mode::PositionAngles => 1.0,
-            Mode::Quaternion | Mode::PositionQuaternion => 0.02,
+            Mode::Quaternion | Mode::PositionQuaternion => 0.025,
             Mode::Matrix | Mode::PositionMatrix => 1e-9,
         };
         let stated = 0.5_f64.powi(config.record_bytes() as i32) * values;

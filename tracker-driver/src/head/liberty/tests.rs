@@ -1,7 +1,7 @@
 use super::super::polhemus::{Family, Format};
 use super::*;
 use crate::command::{Action, Session};
-use crate::decoder::{Decoder as _, Dropped};
+use crate::decoder::Dropped;
 use crate::sample::Reading;
 use crate::stream_tests::{angle, any_split, damage, events, moving_head, random_bytes, samples};
 use crate::time::DeviceTime;
