@@ -26,6 +26,11 @@
 extern crate std;
 
 pub mod decoder;
+pub mod eye;
 pub mod osvr_hdk;
 pub mod sample;
+mod stream;
+#[cfg(test)]
+mod testing;
 pub mod time;
+mod valid;
