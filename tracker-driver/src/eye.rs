@@ -3,6 +3,6 @@
 //! Each has a decoder, the bytes that start and stop it, and an `encode` that
 //! writes a sample as the device would, for the mock and for tests.
 
-//pub mod adhawk;
+pub mod adhawk;
 pub mod asl;
 pub mod iscan;
