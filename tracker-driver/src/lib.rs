@@ -27,6 +27,7 @@ extern crate std;
 
 pub mod decoder;
 pub mod eye;
+pub mod link;
 pub mod osvr_hdk;
 pub mod sample;
 mod stream;

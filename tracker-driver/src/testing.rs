@@ -248,7 +248,10 @@ pub(crate) fn assert_usable(sample: &Sample) {
         assert!(position.value.is_finite(), "{sample:?}");
     }
     if let Some(orientation) = head.orientation {
-        assert!((orientation.value.length() - 1.0).abs() < 2e-3, "{sample:?}");
+        assert!(
+            (orientation.value.length() - 1.0).abs() < 2e-3,
+            "{sample:?}"
+        );
     }
     if let Some(velocity) = head.angular_velocity {
         assert!(velocity.is_finite(), "{sample:?}");

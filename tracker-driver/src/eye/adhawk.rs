@@ -305,10 +305,12 @@ fn response(begun: &[u8], length: usize, in_step: bool) -> Result<Option<Event>,
     if result > LAST_RESULT {
         return Err(DropReason::Field);
     }
-    Ok((begun.len() == length).then_some(Event::Message(Message::Reply(Reply {
-        to: u32::from(kind),
-        result: u32::from(result),
-    }))))
+    Ok(
+        (begun.len() == length).then_some(Event::Message(Message::Reply(Reply {
+            to: u32::from(kind),
+            result: u32::from(result),
+        }))),
+    )
 }
 
 /// The types of requests, from the calibration's to the network's.
@@ -347,11 +349,7 @@ fn field_numbers(field: u8, eyes: usize) -> Option<usize> {
 
 /// The stream of the eyes after its first byte, `begun` of `length` bytes;
 /// `None` where more is needed.
-fn eye_fields(
-    begun: &[u8],
-    length: usize,
-    arrival: Micros,
-) -> Result<Option<Event>, DropReason> {
+fn eye_fields(begun: &[u8], length: usize, arrival: Micros) -> Result<Option<Event>, DropReason> {
     if length < EYES_OVERHEAD {
         return Err(DropReason::Length);
     }
@@ -413,12 +411,7 @@ fn vector(numbers: &[u8], n: usize) -> Vec3 {
     )
 }
 
-fn read_field(
-    sample: &mut Sample,
-    field: u8,
-    eyes: u8,
-    numbers: &[u8],
-) -> Result<(), DropReason> {
+fn read_field(sample: &mut Sample, field: u8, eyes: u8, numbers: &[u8]) -> Result<(), DropReason> {
     let both = [(RIGHT, &mut sample.right), (LEFT, &mut sample.left)];
     let present = both.into_iter().filter(|(side, _)| eyes & side != 0);
     let present = present.map(|(_, eye)| eye).enumerate();

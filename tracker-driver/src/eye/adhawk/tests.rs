@@ -93,10 +93,7 @@ fn every_field_has_its_place() {
     let [sample] = found[..] else {
         panic!("{found:?}");
     };
-    near(
-        sample.combined.direction,
-        Some(Reading::tracked(Vec3::Y)),
-    );
+    near(sample.combined.direction, Some(Reading::tracked(Vec3::Y)));
     near(
         sample.right.origin,
         Some(Reading::tracked(Vec3::new(0.031, 0.0, 0.002))),
@@ -124,9 +121,7 @@ fn events_become_messages() {
     };
     assert_eq!(
         encode_event(&blink),
-        [
-            0xAA, 10, 0x80, 0x18, 1, 0, 0, 0xC0, 0x3F, 0, 0, 0x80, 0x3E
-        ]
+        [0xAA, 10, 0x80, 0x18, 1, 0, 0, 0xC0, 0x3F, 0, 0, 0x80, 0x3E]
     );
     let of_an_eye = |kind, eye| EyeEvent {
         kind,
@@ -184,10 +179,7 @@ fn requests_are_the_devices_bytes() {
         mask: 0b111,
         enable: false,
     };
-    assert_eq!(
-        blinks.encode(0),
-        [0xAA, 9, 0, 0, 0, 0x9B, 5, 7, 0, 0, 0, 0]
-    );
+    assert_eq!(blinks.encode(0), [0xAA, 9, 0, 0, 0, 0x9B, 5, 7, 0, 0, 0, 0]);
 }
 
 #[test]
@@ -301,7 +293,10 @@ fn every_fault_is_over_within_three_packets() {
     if !cfg!(miri) {
         // The module's table.
         for (found, stated) in tally.rates().iter().zip([0.0, 0.79, 0.02, 0.02]) {
-            assert!((found - stated).abs() < 0.005, "{found} is stated as {stated}");
+            assert!(
+                (found - stated).abs() < 0.005,
+                "{found} is stated as {stated}"
+            );
         }
     }
 }

@@ -124,7 +124,10 @@ fn every_fault_costs_the_frames_it_touches() {
     if !cfg!(miri) {
         // The module's table.
         for (found, stated) in tally.rates().iter().zip([0.0, 0.60, 0.01, 0.0]) {
-            assert!((found - stated).abs() < 0.005, "{found} is stated as {stated}");
+            assert!(
+                (found - stated).abs() < 0.005,
+                "{found} is stated as {stated}"
+            );
         }
     }
 }

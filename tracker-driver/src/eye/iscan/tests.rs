@@ -95,7 +95,10 @@ fn outputs_are_one_to_six() {
         }
     }
     let text = std::format!("{}", OutputsError { found: 7 });
-    assert!(text.starts_with("7 ISCAN outputs") && text.contains("1 to 6"), "{text}");
+    assert!(
+        text.starts_with("7 ISCAN outputs") && text.contains("1 to 6"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -139,7 +142,12 @@ fn damage_is_named() {
         dropped(&mut Iscan::default(), &short),
         [DropReason::Truncated]
     );
-    let long = [record(&[1, 2, 3, 4, 5, 6]), RECORD.to_vec(), RECORD.to_vec()].concat();
+    let long = [
+        record(&[1, 2, 3, 4, 5, 6]),
+        RECORD.to_vec(),
+        RECORD.to_vec(),
+    ]
+    .concat();
     assert_eq!(dropped(&mut Iscan::default(), &long), [DropReason::Length]);
     let config = Config {
         largest_word: 100,
@@ -170,7 +178,10 @@ fn every_fault_is_over_within_three_records() {
 
 fn near(found: [f32; 4], stated: [f32; 4]) {
     for (found, stated) in found.iter().zip(stated) {
-        assert!((found - stated).abs() < 0.005, "{found} is stated as {stated}");
+        assert!(
+            (found - stated).abs() < 0.005,
+            "{found} is stated as {stated}"
+        );
     }
 }
 
@@ -186,11 +197,7 @@ fn any_cut_gives_the_same_events() {
 
 #[test]
 fn random_bytes_hold_no_records() {
-    let found = testing::random_bytes(
-        &mut Iscan::default(),
-        testing::random_count(150_000_000),
-        7,
-    );
+    let found = testing::random_bytes(&mut Iscan::default(), testing::random_count(150_000_000), 7);
     // 3 in 10¹³ for each byte.
     assert_eq!(found, 0);
 }
