@@ -14,6 +14,8 @@ const LONGEST_RUN: u32 = 256;
 
 /// What stands at the front of the window.
 #[derive(Debug, Clone, Copy, PartialEq)]
+// An event is large, and there is nowhere to put it but here.
+#[allow(clippy::large_enum_variant)]
 pub(crate) enum Step {
     /// The beginning of a record, perhaps.
     More,

@@ -3,7 +3,7 @@
 //!
 //! # Wire format
 //!
-//! From the maker's SDK (adhawkmicrosystems/embedded_sdk, `src/packet.h`,
+//! From the maker's SDK (`adhawkmicrosystems/embedded_sdk`, `src/packet.h`,
 //! `spi_master.c`, `request.c`, `ah_api_decoders.c`, `inc/ah_types*.h`); all
 //! numbers are little-endian. Packets come one after the other on a serial
 //! line, or in SPI frames ([`spi_packets`]):
@@ -550,11 +550,11 @@ pub fn encode(sample: &Sample) -> Option<Packet> {
         let [x, y, z] = direction.value.to_array();
         push_numbers(&mut payload, 1, &[x, y, z, 0.0]);
     }
-    let eye_fields: [(u8, fn(&Eye) -> Option<Vec3>); 2] = [
-        (2, |eye| Some(eye.direction?.value)),
-        (3, |eye| Some(eye.origin?.value / MILLIMETRE)),
-    ];
-    for (field, read) in eye_fields {
+    for field in [2, 3] {
+        let read = |eye: &Eye| match field {
+            2 => Some(eye.direction?.value),
+            _ => Some(eye.origin?.value / MILLIMETRE),
+        };
         match present(sample, eyes).map(|eye| eye.and_then(read)) {
             [Some(right), Some(left)] if eyes == BOTH => {
                 let [[a, b, c], [d, e, f]] = [right.to_array(), left.to_array()];

@@ -127,7 +127,7 @@ impl Asl {
 
 impl Decoder for Asl {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        let (config, last) = (&self.config, &mut self.last);
+        let (config, last) = (self.config, &mut self.last);
         let mut lost = 0;
         self.stream.feed(bytes, sink, |front| {
             let step = step(config, front, arrival);
@@ -156,7 +156,7 @@ impl Decoder for Asl {
     }
 }
 
-fn step(config: &Config, front: Front<'_>, arrival: Micros) -> Step {
+fn step(config: Config, front: Front<'_>, arrival: Micros) -> Step {
     match front.bytes {
         [STATUS, rest @ ..] if rest.iter().any(|&byte| byte & TOP_BIT != 0) => {
             return Step::Skip(DropReason::Truncated);
@@ -198,7 +198,7 @@ fn fields(frame: &[u8], layout: Layout) -> Result<[u8; LONGEST_FRAME - 2], DropR
 }
 
 fn sample(
-    config: &Config,
+    config: Config,
     fields: &[u8; LONGEST_FRAME - 2],
     arrival: Micros,
 ) -> Result<Sample, DropReason> {

@@ -1,5 +1,11 @@
+use super::fields::*;
+use super::messages::{EYE_EVENTS, SIDES};
 use super::*;
+use crate::decoder::{EyeEvent, MOST_MESSAGE_BYTES, Reply, Text};
+use crate::sample::{Eye, GazeFrame, GazePoint, Head, Pupil, Reading};
 use crate::testing::{self, ARRIVAL, Random, any_split, dropped, events, every_fault, samples};
+use crate::time::DeviceTime;
+use glam::{Quat, Vec2, Vec3};
 use proptest::prelude::*;
 use std::vec::Vec as List;
 
