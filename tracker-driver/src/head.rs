@@ -2,7 +2,7 @@
 //!
 //! | Module | Device |
 //! |---|---|
-//! | [`fastrak`] | Polhemus FASTRAK and what speaks its language: InterSense IS-600, IS-900 (serial) |
+//! | [`fastrak`] | Polhemus FASTRAK and what speaks its language: `InterSense` IS-600, IS-900 (serial) |
 //! | [`liberty`] | Polhemus Liberty, Patriot, Latus (serial, binary) |
 //! | [`flock`] | Ascension Flock of Birds, laserBIRD (serial) |
 //! | [`hatire`] | Hatire head trackers of hobbyists (serial) |

@@ -16,7 +16,9 @@
 //!
 //! | Module | Device |
 //! |---|---|
-//! | [`head`] | head trackers: Polhemus, InterSense, Ascension, Hatire, OSVR HDK |
+//! | [`head`] | head trackers: Polhemus, `InterSense`, Ascension, Hatire, OSVR HDK |
+//! | [`eye`] | eye trackers on a serial line |
+//! | [`link`] | boards that speak our own link |
 //!
 //! All of them are a [`decoder::Decoder`]. What has to be said to a device to
 //! make it send, [`command`] says.
@@ -26,11 +28,14 @@
 #[cfg(test)]
 extern crate std;
 
-mod assemble;
 pub mod command;
 pub mod decoder;
+pub mod eye;
 pub mod head;
+pub mod link;
 pub mod sample;
+mod stream;
 #[cfg(test)]
-mod stream_tests;
+mod testing;
 pub mod time;
+mod valid;

@@ -88,7 +88,7 @@ fn failures_say_what_is_wrong() {
     assert_eq!(failure, Failure::NoAnswer { records: 1 });
 
     let (failure, ..) = fail(script(), |session| {
-        session.on_event(&reply(u32::from(b'O'), 3))
+        session.on_event(&reply(u32::from(b'O'), 3));
     });
     let refused = Failure::Refused {
         command: u32::from(b'O'),

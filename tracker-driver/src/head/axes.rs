@@ -149,9 +149,14 @@ pub(crate) fn from_columns([x, y, z]: [Vec3; 3]) -> Result<Quat, DropReason> {
     let unit = |v: Vec3| (v.dot(v) - 1.0).abs() <= 2.0 * NORM_TOLERANCE;
     let square = |a: Vec3, b: Vec3| a.dot(b).abs() <= NORM_TOLERANCE;
     let right_handed = x.cross(y).dot(z) > 0.0;
-    if !(unit(x) && unit(y) && unit(z) && square(x, y) && square(y, z) && square(z, x))
-        || !right_handed
-    {
+    let is_rotation = unit(x)
+        && unit(y)
+        && unit(z)
+        && square(x, y)
+        && square(y, z)
+        && square(z, x)
+        && right_handed;
+    if !is_rotation {
         return Err(DropReason::NotUnit);
     }
     // Shepperd's method: divide by the largest of the four parts.
@@ -204,8 +209,11 @@ pub(crate) fn from_euler_degrees(
 pub(crate) fn euler_degrees(q: Quat) -> [f32; 3] {
     let [x, y, z] = columns(q);
     let azimuth = libm::atan2f(x.y, x.x);
-    let elevation = libm::atan2f(-x.z, sqrt(x.x * x.x + x.y * x.y));
-    let roll = libm::atan2f(y.z, z.z);
+    // The others of what is left once that is turned back: straight up,
+    // where the azimuth can be anything, they agree with it.
+    let (sin, cos) = sin_cos(azimuth);
+    let elevation = libm::atan2f(-x.z, cos * x.x + sin * x.y);
+    let roll = libm::atan2f(sin * z.x - cos * z.y, cos * y.y - sin * y.x);
     [azimuth, elevation, roll].map(f32::to_degrees)
 }
 
@@ -289,12 +297,15 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 256 }))]
+        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 4096 }))]
         #[test]
         fn rotations_survive_their_forms(q in rotation(), t in rotation(), h in rotation()) {
             prop_assert!(same(from_columns(columns(q)).unwrap(), q));
             let [a, e, r] = euler_degrees(q);
             prop_assert!(same(from_euler_degrees(a, e, r).unwrap(), q), "{a} {e} {r}");
+            let up = from_euler_degrees(a, 90.0, r).unwrap();
+            let [a, e, r] = euler_degrees(up);
+            prop_assert!(same(from_euler_degrees(a, e, r).unwrap(), up), "{a} {e} {r}");
             let axes = Axes::new(t, h).unwrap();
             prop_assert!(same(axes.device_orientation(axes.orientation(q)), q));
             let v = Vec3::new(q.x, q.y, q.z);

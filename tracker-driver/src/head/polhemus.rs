@@ -53,7 +53,7 @@ impl Units {
 /// Whose numbers a list is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Family {
-    /// [`fastrak`](super::fastrak), with the items that InterSense added.
+    /// [`fastrak`](super::fastrak), with the items that `InterSense` added.
     Fastrak,
     /// [`liberty`](super::liberty).
     Liberty,
@@ -386,6 +386,11 @@ impl ItemList {
         self.format
     }
 
+    /// Its items' numbers.
+    pub fn numbers(&self) -> impl Iterator<Item = u8> {
+        self.items.iter().map(|item| item.number)
+    }
+
     /// Bytes of its items, without a record's header.
     pub const fn bytes(&self) -> usize {
         self.bytes
@@ -501,10 +506,8 @@ impl Values {
     /// Takes one number of an item, if it has the item's form.
     fn put(&mut self, item: Item, place: usize, bytes: &[u8]) -> Result<(), Misread> {
         let value = match item.form {
-            Form::Literal(literal) if bytes == literal => return Ok(()),
-            Form::Literal(_) => return Err(Misread::Shape),
-            Form::SpaceAndDigit if matches!(bytes, [b' ', b'0' | b'1']) => return Ok(()),
-            Form::SpaceAndDigit => return Err(Misread::Shape),
+            Form::Literal(literal) => return well_formed(bytes == literal),
+            Form::SpaceAndDigit => return well_formed(matches!(bytes, [b' ', b'0' | b'1'])),
             Form::Bytes(_) => return Ok(()),
             Form::Fixed(decimals) => read_fixed(bytes, decimals).ok_or(Misread::Shape)?,
             Form::Extended => read_extended(bytes).ok_or(Misread::Shape)?,
@@ -608,6 +611,10 @@ impl Values {
     }
 }
 
+fn well_formed(is: bool) -> Result<(), Misread> {
+    if is { Ok(()) } else { Err(Misread::Shape) }
+}
+
 /// The value of two bytes that hold seven bits each; the second's highest
 /// bit is 0.
 fn word_value(bytes: &[u8]) -> Option<f32> {
@@ -647,10 +654,10 @@ fn read_fixed(bytes: &[u8], decimals: u8) -> Option<f32> {
     let point = bytes.len().checked_sub(usize::from(decimals) + 1)?;
     let (before, after) = bytes.split_at_checked(point)?;
     let before = before.trim_ascii_start();
-    let (negative, before) = match before {
-        [b'-', digits @ ..] => (true, digits),
-        [b'+', digits @ ..] => (false, digits),
-        digits => (false, digits),
+    let negative = before.first() == Some(&b'-');
+    let before = match before {
+        [b'-' | b'+', digits @ ..] => digits,
+        digits => digits,
     };
     let [b'.', after @ ..] = after else {
         return None;

@@ -93,7 +93,7 @@ fn digits_are_read_as_devices_write_them() {
     assert_eq!(two(b" -12.50"), Some(-12.5));
     assert_eq!(two(b"+999.99"), Some(999.99));
     assert_eq!(read_fixed(b"-1.0000", 4), Some(-1.0));
-    assert_eq!(read_fixed(b" 0.7071", 4), Some(0.7071));
+    assert_eq!(read_fixed(b" 0.7070", 4), Some(0.707));
     for bad in [
         &b"   1.2x"[..],
         b"   .125",
