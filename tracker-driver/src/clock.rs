@@ -492,9 +492,7 @@ fn middle_edge(points: &[Point]) -> Option<(Point, Point)> {
                 let below = hull[length - 2];
                 let run = |p: Point| p.device.saturating_sub(below.device);
                 let rise = |p: Point| p.offset.saturating_sub(below.offset);
-                let turn =
-                    run(top).saturating_mul(rise(point)) <= rise(top).saturating_mul(run(point));
-                turn
+                run(top).saturating_mul(rise(point)) <= rise(top).saturating_mul(run(point))
             };
             if !redundant {
                 break;

@@ -16,9 +16,16 @@
 //!
 //! | Module | Device |
 //! |---|---|
-//! | [`osvr_hdk`] | the head tracker of the OSVR Hacker Dev Kit (USB HID) |
+//! | [`head`] | head trackers: Polhemus, `InterSense`, Ascension, Hatire, OSVR HDK |
+//! | [`eye`] | eye trackers on a serial line |
+//! | [`link`] | boards that speak our own link |
 //!
-//! All that take a stream of bytes are a [`decoder::Decoder`].
+//! All of them are a [`decoder::Decoder`]. What has to be said to a device to
+//! make it send, [`command`] says.
+//!
+//! After them, [`clock`] brings a device's times to the caller's clock, and
+//! [`estimate`] makes the line of sight at the time of display. The feature
+//! `mock` has a simulated viewer in front of any of these devices.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -26,11 +33,18 @@
 extern crate std;
 
 pub mod clock;
+pub mod command;
 pub mod decoder;
 pub mod estimate;
+pub mod eye;
+pub mod head;
+pub mod link;
 #[cfg(any(test, feature = "mock"))]
 pub mod mock;
-pub mod osvr_hdk;
 mod rotation;
 pub mod sample;
+mod stream;
+#[cfg(test)]
+mod testing;
 pub mod time;
+mod valid;

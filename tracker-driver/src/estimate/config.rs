@@ -497,7 +497,7 @@ fn time(field: &'static str, found: Micros, least: u64, most: u64) -> Result<(),
     })
 }
 
-fn ascend<T: PartialOrd>(
+fn ascend<T: PartialOrd + Copy>(
     first: &'static str,
     lower: T,
     second: &'static str,
@@ -562,7 +562,7 @@ mod tests {
             c.filter = Filter::OneEuro(OneEuroConfig {
                 beta: f32::NAN,
                 ..OneEuroConfig::default()
-            })
+            });
         });
         assert!(matches!(error, Err(ConfigError::OutOfRange { .. })));
         let skewed = Screen {

@@ -114,7 +114,6 @@ pub(super) fn rung(config: &FallbackConfig, gaze: Age, head: Age, blink: bool) -
         Age::Of(_) => (State::Fresh, 0.0),
     };
     let (of_head, head_widens) = match head {
-        Age::Unused => (State::Fresh, 0.0),
         Age::Never => (State::FullQuality, 0.0),
         Age::Of(age) if age >= config.head_full_after => (State::FullQuality, 0.0),
         Age::Of(age) if age >= config.head_widen_after => {
@@ -123,7 +122,7 @@ pub(super) fn rung(config: &FallbackConfig, gaze: Age, head: Age, blink: bool) -
             (State::Widened, config.widen_by * part)
         }
         Age::Of(age) if age >= config.head_hold_after => (State::Hold, 0.0),
-        Age::Of(_) => (State::Fresh, 0.0),
+        Age::Unused | Age::Of(_) => (State::Fresh, 0.0),
     };
     let state = of_gaze.max(of_head);
     let widen = if state == State::FullQuality {

@@ -44,7 +44,7 @@ impl Default for SaccadeConfig {
     /// Carpenter's main sequence, 21 ms + 2.2 ms per degree.
     fn default() -> Self {
         Self {
-            start_speed: 0.523_6,
+            start_speed: core::f32::consts::FRAC_PI_6,
             end_speed: 0.349_1,
             window: Micros(20_000),
             least_duration: Micros(12_000),
@@ -279,7 +279,7 @@ impl EyeTrack {
         flight.axis = normalize(way)?;
         let axis = flight.axis;
         let progress = places.map(move |(t, p)| (t, p.dot(axis)));
-        flight.course = flight.course.fit(&config, progress);
+        flight.course = flight.course.fit(&config, &progress);
         let elapsed = seconds(detected, time) + config.window.seconds() + 0.015;
         if !flight.told
             && angle(base, direction) >= config.least_amplitude.max(config.start_speed * elapsed)
@@ -454,7 +454,7 @@ impl Course {
     fn fit(
         self,
         config: &SaccadeConfig,
-        progress: impl Iterator<Item = (f32, f32)> + Clone,
+        progress: &(impl Iterator<Item = (f32, f32)> + Clone),
     ) -> Self {
         let mut course = self;
         for _ in 0..if self.fitted { 3 } else { 8 } {

@@ -38,9 +38,9 @@ struct Run {
 }
 
 impl Run {
-    fn new(config: EstimatorConfig) -> Self {
+    fn new(config: &EstimatorConfig) -> Self {
         Self {
-            estimator: GazeEstimator::new(config).unwrap(),
+            estimator: GazeEstimator::new(*config).unwrap(),
             events: Vec::new(),
             time: 1_000_000,
         }
@@ -90,7 +90,7 @@ fn head_only(i: u64) -> Sample {
 #[test]
 fn the_ladder_goes_down_rung_by_rung_and_up_at_once() {
     use State::{Fresh, FullQuality, HeadDirection, Hold, Widened};
-    let mut run = Run::new(EstimatorConfig::default());
+    let mut run = Run::new(&EstimatorConfig::default());
     assert_eq!(run.estimate().state, FullQuality);
     assert_eq!(run.estimate().widen, core::f32::consts::PI);
     let fresh = run.run(300, &|i| Some(steady(i)));
@@ -160,7 +160,7 @@ fn shut(i: u64) -> Sample {
 
 #[test]
 fn a_blink_holds_and_is_marked() {
-    let mut run = Run::new(EstimatorConfig::default());
+    let mut run = Run::new(&EstimatorConfig::default());
     let before = run.run(300, &|i| Some(steady(i)));
     run.events.clear();
     let blink = run.run(300, &|i| Some(shut(i)));
@@ -194,7 +194,7 @@ fn a_blink_holds_and_is_marked() {
 
 #[test]
 fn what_cannot_be_is_refused() {
-    let mut run = Run::new(EstimatorConfig::default());
+    let mut run = Run::new(&EstimatorConfig::default());
     run.run(100, &|i| Some(steady(i)));
     run.events.clear();
     let rejected = |run: &mut Run, sample: &Sample| {
@@ -235,7 +235,7 @@ fn what_cannot_be_is_refused() {
 
 #[test]
 fn a_gaze_that_is_stuck_is_not_fresh() {
-    let mut run = Run::new(EstimatorConfig::default());
+    let mut run = Run::new(&EstimatorConfig::default());
     let stuck = |i| {
         let mut stuck = steady(0);
         stuck.head = head_only(i).head;
@@ -250,14 +250,14 @@ fn a_gaze_that_is_stuck_is_not_fresh() {
             ..
         }
     )));
-    let mut trusting = Run::new(EstimatorConfig {
+    let mut trusting = Run::new(&EstimatorConfig {
         stuck_after: None,
         ..EstimatorConfig::default()
     });
     assert_eq!(trusting.run(5_000, &stuck).state, State::Fresh);
 }
 
-fn forward(config: EstimatorConfig, sample: &Sample) -> Vec3 {
+fn forward(config: &EstimatorConfig, sample: &Sample) -> Vec3 {
     let mut run = Run::new(config);
     run.push(sample);
     run.estimate().line_of_sight.forward()
@@ -273,21 +273,21 @@ fn the_eyes_that_are_asked_for_count() {
         ..EstimatorConfig::default()
     };
     let close = |a: Vec3, b: Vec3| assert!(angle(a, b.normalize()) < 1e-6, "{a} {b}");
-    close(forward(of(Eyes::Left), &sample), left);
-    close(forward(of(Eyes::Right), &sample), right);
+    close(forward(&of(Eyes::Left), &sample), left);
+    close(forward(&of(Eyes::Right), &sample), right);
     let both = left.normalize() + right.normalize();
-    close(forward(of(Eyes::Combined), &sample), both);
-    close(forward(of(Eyes::HeadOnly), &sample), Vec3::NEG_Z);
+    close(forward(&of(Eyes::Combined), &sample), both);
+    close(forward(&of(Eyes::HeadOnly), &sample), Vec3::NEG_Z);
     // The one that is seen, and the device's own combination.
     sample.left.direction = None;
-    close(forward(of(Eyes::Combined), &sample), right);
+    close(forward(&of(Eyes::Combined), &sample), right);
     sample.combined = looking(Vec3::new(0.0, 0.2, -1.0));
     close(
-        forward(of(Eyes::Combined), &sample),
+        forward(&of(Eyes::Combined), &sample),
         Vec3::new(0.0, 0.2, -1.0),
     );
     // What the device only guesses is no gaze.
-    let mut run = Run::new(of(Eyes::Right));
+    let mut run = Run::new(&of(Eyes::Right));
     sample.right.direction = Some(Reading::held(right.normalize()));
     run.push(&sample);
     assert_eq!(run.estimate().gaze_time, None);
@@ -308,13 +308,13 @@ fn gaze_gets_into_the_room() {
     let mut in_head = sample(Vec3::new(0.1, 0.2, -1.0));
     in_head.head.orientation = Some(Reading::tracked(quarter));
     let expected = quarter * (quarter * Vec3::new(0.1, 0.2, -1.0));
-    close(forward(config, &in_head), expected);
+    close(forward(&config, &in_head), expected);
     // A tracker on a desk gives directions in its own axes.
     in_head.gaze_frame = GazeFrame::Tracker;
     let ahead = Vec3::new(-0.4, 0.2, -1.0);
     in_head.left = looking(ahead);
     in_head.right = looking(ahead);
-    close(forward(config, &in_head), quarter * ahead);
+    close(forward(&config, &in_head), quarter * ahead);
     // A point on a screen 2 m ahead, seen from (0, 1, 0).
     let config = EstimatorConfig {
         screen: Some(Screen {
@@ -331,7 +331,7 @@ fn gaze_gets_into_the_room() {
     ] {
         let mut sample = head_only(0);
         sample.gaze_point = Some(Reading::tracked(point));
-        close(forward(config, &sample), Vec3::new(0.5, 0.75, -2.0));
+        close(forward(&config, &sample), Vec3::new(0.5, 0.75, -2.0));
     }
     // Raw units, by a calibration.
     let targets = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| Target {
@@ -346,7 +346,7 @@ fn gaze_gets_into_the_room() {
     let mut sample = head_only(0);
     let point = GazePoint::Raw(Vec2::new(125.0, 160.0));
     sample.gaze_point = Some(Reading::tracked(point));
-    close(forward(config, &sample), Vec3::new(0.25, 0.125, -1.0));
+    close(forward(&config, &sample), Vec3::new(0.25, 0.125, -1.0));
     // A calibration turns an eye's directions too.
     let shifted = targets.map(|t| Target {
         measured: plane_of(t.direction + Vec3::X * 0.05).unwrap(),
@@ -359,13 +359,13 @@ fn gaze_gets_into_the_room() {
         ..EstimatorConfig::default()
     };
     let seen = self::sample(Vec3::new(0.25, 0.1, -1.0));
-    close(forward(config, &seen), Vec3::new(0.2, 0.1, -1.0));
+    close(forward(&config, &seen), Vec3::new(0.2, 0.1, -1.0));
 }
 
 #[test]
 fn a_head_that_turns_under_a_steady_gaze_is_no_saccade() {
     // 100°/s, the eyes turning against it.
-    let mut run = Run::new(EstimatorConfig::default());
+    let mut run = Run::new(&EstimatorConfig::default());
     let target = Vec3::new(0.05, 0.0, -1.0).normalize();
     let make = |i: u64| {
         let turn = Quat::from_rotation_y(1.745 * 0.005 * ((i % 200) as f32 - 30.0) * 0.5);
@@ -390,7 +390,7 @@ fn straight_up_has_a_line_of_sight() {
         most_eccentricity: core::f32::consts::FRAC_PI_2,
         ..EstimatorConfig::default()
     };
-    let mut run = Run::new(config);
+    let mut run = Run::new(&config);
     run.push(&sample(Vec3::new(0.0, 1.0, -1.0e-9)));
     let sight = run.estimate().line_of_sight;
     assert!(angle(sight.forward(), Vec3::Y) < 1e-6);
@@ -399,7 +399,7 @@ fn straight_up_has_a_line_of_sight() {
 
 #[test]
 fn saccades_are_told_and_land_where_they_do() {
-    let mut run = Run::new(EstimatorConfig {
+    let mut run = Run::new(&EstimatorConfig {
         prediction: Some(GazePrediction::default()),
         ..EstimatorConfig::default()
     });
@@ -451,7 +451,7 @@ fn saccades_are_told_and_land_where_they_do() {
 
 #[test]
 fn a_reset_forgets_all() {
-    let mut run = Run::new(EstimatorConfig::default());
+    let mut run = Run::new(&EstimatorConfig::default());
     run.run(100, &|i| Some(steady(i)));
     run.estimator.reset();
     let estimate = run.estimate();

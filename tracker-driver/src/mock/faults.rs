@@ -79,11 +79,11 @@ impl Faulty for Chunk {
         if length == 0 {
             return;
         }
-        let at = random.next() as usize % length;
-        match random.next() % 3 {
+        let at = random.bits() as usize % length;
+        match random.bits() % 3 {
             0 => {
                 if let Some(byte) = self.bytes.get_mut(at) {
-                    *byte ^= 1 << (random.next() % 8);
+                    *byte ^= 1 << (random.bits() % 8);
                 }
             }
             1 => {
@@ -117,12 +117,12 @@ impl Faulty for Sample {
     /// One field becomes what a damaged record could make of it: a direction
     /// or a place that is elsewhere, not finite, or behind the head.
     fn corrupt(&mut self, random: &mut Random) {
-        let wrong = match random.next() % 3 {
+        let wrong = match random.bits() % 3 {
             0 => glam::Vec3::splat(f32::NAN),
             1 => glam::Vec3::Z,
             _ => glam::Vec3::ZERO,
         };
-        match random.next() % 3 {
+        match random.bits() % 3 {
             0 => {
                 if let Some(position) = &mut self.head.position {
                     position.value = wrong;
@@ -135,7 +135,7 @@ impl Faulty for Sample {
             }
             _ => {
                 if let Some(time) = &mut self.device_time {
-                    time.microseconds = u64::from(random.next());
+                    time.microseconds = u64::from(random.bits());
                 }
             }
         }
@@ -283,7 +283,7 @@ impl<S: Source<Item: Faulty>> Faults<S> {
         ]
         .map(|probability| self.random.chance(probability));
         let jitter = self.random.uniform();
-        let mut damage = Random::new(u64::from(self.random.next()), 22);
+        let mut damage = Random::new(u64::from(self.random.bits()), 22);
         if disconnect && self.disconnected_until.is_none() {
             self.disconnected_until = Some(now.after(config.disconnected_for));
         }

@@ -391,7 +391,7 @@ impl<'a> Viewer<'a> {
         let now = self.last();
         let here = now.direction(now.end);
         // 0.1° to 1°, evenly in the logarithm.
-        let amplitude = 0.001_745 * libm::expf(2.302_585 * self.random.uniform());
+        let amplitude = 0.001_745 * libm::expf(core::f32::consts::LN_10 * self.random.uniform());
         let away = arc(here, self.home);
         // Back home from farther than the amplitude, anywhere else.
         let way = if sqrt(away.dot(away)) > amplitude {

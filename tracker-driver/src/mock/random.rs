@@ -19,14 +19,14 @@ impl Random {
             state: 0,
             increment: sequence << 1 | 1,
         };
-        random.next();
+        random.bits();
         random.state = random.state.wrapping_add(seed);
-        random.next();
+        random.bits();
         random
     }
 
     /// 32 bits.
-    pub fn next(&mut self) -> u32 {
+    pub fn bits(&mut self) -> u32 {
         let old = self.state;
         self.state = old.wrapping_mul(Self::FACTOR).wrapping_add(self.increment);
         let shifted = ((old >> 18 ^ old) >> 27) as u32;
@@ -35,7 +35,7 @@ impl Random {
 
     /// From 0 up to, but not including, 1.
     pub fn uniform(&mut self) -> f32 {
-        (self.next() >> 8) as f32 / 16_777_216.0
+        (self.bits() >> 8) as f32 / 16_777_216.0
     }
 
     /// Whether something of this probability happens.
@@ -90,7 +90,7 @@ mod tests {
     fn it_is_pcg() {
         let mut random = Random::new(42, 54);
         for expected in [0xa15c_02b7, 0x7b47_f409, 0xba1d_3330, 0x83d2_f293] {
-            assert_eq!(random.next(), expected);
+            assert_eq!(random.bits(), expected);
         }
     }
 

@@ -312,7 +312,14 @@ fn faults_do_what_they_are_called() {
         (149..3_000).contains(&same) && same.is_multiple_of(149),
         "{same}"
     );
+}
 
+#[test]
+fn a_disconnected_source_is_silent() {
+    if cfg!(miri) {
+        return;
+    }
+    let none = FaultsConfig::default();
     let unplugged = FaultsConfig {
         disconnect: 0.001,
         disconnected_for: Micros(1_000_000),

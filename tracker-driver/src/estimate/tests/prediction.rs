@@ -15,7 +15,7 @@ type Errors = [Vec<f32>; 4];
 
 const NAMES: [&str; 4] = ["fixation", "pursuit", "flight", "landing"];
 
-fn errors(config: EstimatorConfig, rate: u32, seconds: u64) -> Errors {
+fn errors(config: &EstimatorConfig, rate: u32, seconds: u64) -> Errors {
     let mut errors = Errors::default();
     for seed in 1..=3 {
         let tracker = TrackerConfig {
@@ -25,7 +25,7 @@ fn errors(config: EstimatorConfig, rate: u32, seconds: u64) -> Errors {
         };
         let viewer = Viewer::new(ViewerConfig::default(), seed);
         let mut tracker = Tracker::new(tracker, viewer, seed).unwrap();
-        let mut estimator = GazeEstimator::new(config).unwrap();
+        let mut estimator = GazeEstimator::new(*config).unwrap();
         let mut landed = Micros(0);
         while tracker.next_time() < Micros::from_millis(1_000 * seconds) {
             let (time, sample) = tracker.next_sample();
@@ -83,7 +83,7 @@ fn prediction_pays_and_harms_nowhere() {
     };
     for rate in [60, 120, 500, 1_000] {
         let [bare, still, with] =
-            [bare, still, config].map(|config| summary(&errors(config, rate, 60)));
+            [&bare, &still, &config].map(|config| summary(&errors(config, rate, 60)));
         for (class, name) in NAMES.into_iter().enumerate() {
             let column = |(median, tail): (f32, f32)| std::format!("{median:.2} / {tail:.2}");
             std::println!(
