@@ -27,6 +27,9 @@ extern crate std;
 
 pub mod decoder;
 pub mod eye;
+pub mod hid;
+#[cfg(any(feature = "i2c-hid", test))]
+pub mod i2c;
 pub mod link;
 pub mod osvr_hdk;
 pub mod sample;
@@ -34,4 +37,6 @@ mod stream;
 #[cfg(test)]
 mod testing;
 pub mod time;
+#[cfg(any(feature = "uart", test))]
+pub mod uart;
 mod valid;
