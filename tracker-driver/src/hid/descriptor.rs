@@ -280,7 +280,10 @@ impl fmt::Display for DescriptorError {
                 "a report of {bits} bits, where {MOST_REPORT_BITS} are the most"
             ),
             Problem::LogicalRange { minimum, maximum } => {
-                write!(f, "a logical minimum of {minimum} above the maximum, {maximum}")
+                write!(
+                    f,
+                    "a logical minimum of {minimum} above the maximum, {maximum}"
+                )
             }
         }
     }

@@ -217,10 +217,7 @@ fn a_reset_that_does_not_end_is_given_up() {
     assert_eq!(poll(70, Interrupt::Asserted), Ok(Progress::Again(now)));
     let until = Micros::from_millis(1_060);
     assert_eq!(poll(1_059, Interrupt::Idle), Ok(Progress::Again(until)));
-    assert_eq!(
-        poll(1_060, Interrupt::Idle),
-        Err(I2cHidError::ResetTimeout)
-    );
+    assert_eq!(poll(1_060, Interrupt::Idle), Err(I2cHidError::ResetTimeout));
     device.release().done();
 }
 

@@ -4,8 +4,11 @@ use hidreport::Report as _;
 use proptest::prelude::*;
 use std::vec::Vec as List;
 
-/// An element as text, so that it outlives the walk.
-fn elements(descriptor: &[u8]) -> Result<List<(ReportKind, u8, u32, u32, Option<Usage>)>, Problem> {
+/// Of an element: its report, its first bit and how many, its usage.
+type Found = (ReportKind, u8, u32, u32, Option<Usage>);
+
+/// All elements.
+fn elements(descriptor: &[u8]) -> Result<List<Found>, Problem> {
     let mut found = List::new();
     walk(descriptor, |e| {
         found.push((e.kind, e.report_id, e.bit_offset, e.bits, e.usage));
@@ -14,6 +17,8 @@ fn elements(descriptor: &[u8]) -> Result<List<(ReportKind, u8, u32, u32, Option<
     Ok(found)
 }
 
+// All that it is compared with are optional.
+#[allow(clippy::unnecessary_wraps)]
 const fn usage(page: u16, id: u16) -> Option<Usage> {
     Some(Usage { page, id })
 }
@@ -160,9 +165,7 @@ fn descriptors_that_cannot_be_are_refused() {
     let none = elements(&[0x75, 0x00, 0x97, 0xFF, 0xFF, 0xFF, 0xFF, 0x81, 0x02]);
     assert_eq!(none, Ok(List::new()));
     // Two times 20,000 bits.
-    let twice = problem(&[
-        0x75, 0x08, 0x96, 0xC4, 0x09, 0x81, 0x02, 0x81, 0x02,
-    ]);
+    let twice = problem(&[0x75, 0x08, 0x96, 0xC4, 0x09, 0x81, 0x02, 0x81, 0x02]);
     assert_eq!(twice.problem, Problem::ReportTooLarge { bits: 40_000 });
 
     let of = |bytes: &[u8]| problem(bytes).problem;
@@ -176,7 +179,10 @@ fn descriptors_that_cannot_be_are_refused() {
     assert_eq!(of(&[0xB8]), Problem::UnknownItem { prefix: 0xB8 });
     assert_eq!(of(&[0xA1, 0x01].repeat(17)), Problem::CollectionsTooDeep);
     assert_eq!(of(&[0xC0]), Problem::CollectionNotBegun);
-    assert_eq!(of(&[0xA1, 1, 0xA1, 0]), Problem::CollectionNotEnded { open: 2 });
+    assert_eq!(
+        of(&[0xA1, 1, 0xA1, 0]),
+        Problem::CollectionNotEnded { open: 2 }
+    );
     assert_eq!(of(&[0xA4; 9]), Problem::PushedTooMuch);
     assert_eq!(of(&[0xB4]), Problem::NothingPushed);
     assert_eq!(of(&[0x09, 0x01].repeat(65)), Problem::TooManyUsages);
@@ -213,7 +219,10 @@ fn states_are_pushed_and_popped() {
     let input = |offset, bits, usage| (ReportKind::Input, 0, offset, bits, usage);
     assert_eq!(
         found.unwrap(),
-        [input(0, 16, usage(1, 0x30)), input(16, 8, usage(0x12, 0x21))]
+        [
+            input(0, 16, usage(1, 0x30)),
+            input(16, 8, usage(0x12, 0x21))
+        ]
     );
 }
 
@@ -243,8 +252,7 @@ fn usages_are_given_out_in_order() {
 #[test]
 fn of_alternatives_the_first_counts() {
     let found = elements(&[
-        0x05, 0x12, 0xA9, 1, 0x09, 0x21, 0x09, 0x22, 0xA9, 0, 0x09, 0x23, 0x75, 8, 0x95, 2, 0x81,
-        2,
+        0x05, 0x12, 0xA9, 1, 0x09, 0x21, 0x09, 0x22, 0xA9, 0, 0x09, 0x23, 0x75, 8, 0x95, 2, 0x81, 2,
     ]);
     let ids: List<_> = found.unwrap().iter().map(|e| e.4.unwrap().id).collect();
     assert_eq!(ids, [0x21, 0x23]);
@@ -255,7 +263,9 @@ fn long_items_and_odd_exponents_are_read() {
     let exponent = |data: u8| {
         let mut found = None;
         walk(
-            &[0xFE, 2, 0xF0, 0xC0, 0xC0, 0x55, data, 0x75, 8, 0x95, 1, 0x81, 2],
+            &[
+                0xFE, 2, 0xF0, 0xC0, 0xC0, 0x55, data, 0x75, 8, 0x95, 1, 0x81, 2,
+            ],
             |e| found = Some(e.unit_exponent),
         )
         .unwrap();
@@ -270,7 +280,7 @@ fn long_items_and_odd_exponents_are_read() {
 
 /// The variable elements that are not constant, as another parser has them:
 /// `hidreport` knows a constant's place only.
-fn theirs(descriptor: &[u8]) -> Option<List<(ReportKind, u8, u32, u32, Option<Usage>)>> {
+fn theirs(descriptor: &[u8]) -> Option<List<Found>> {
     let parsed = hidreport::ReportDescriptor::try_from(descriptor).ok()?;
     let mut found = List::new();
     let mut add = |kind, id: u8, fields: &[hidreport::Field]| {
@@ -297,7 +307,7 @@ fn theirs(descriptor: &[u8]) -> Option<List<(ReportKind, u8, u32, u32, Option<Us
     Some(found)
 }
 
-fn ours(descriptor: &[u8]) -> List<(ReportKind, u8, u32, u32, Option<Usage>)> {
+fn ours(descriptor: &[u8]) -> List<Found> {
     let mut found = List::new();
     walk(descriptor, |e| {
         if e.variable && !e.constant {

@@ -283,10 +283,7 @@ fn another_layout_is_read_by_its_descriptor() {
     let head = (0xF | x << 4 | y << 16 | z << 28).to_le_bytes();
     let report = [&head[..5], &[255, 51], &3_000_u32.to_le_bytes()].concat();
     let sample = samples(&mut tracker, &report)[0];
-    near(
-        sample.head.position,
-        Vec3::new(-10.0, 5.0, 0.01) * 0.0254,
-    );
+    near(sample.head.position, Vec3::new(-10.0, 5.0, 0.01) * 0.0254);
     assert_eq!(sample.head.orientation, None);
     let Some(GazePoint::Raw(point)) = sample.gaze_point.map(|point| point.value) else {
         panic!("{sample:?}");
