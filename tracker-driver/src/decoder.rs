@@ -226,6 +226,18 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// Nothing taken yet.
+    pub const fn new() -> Self {
+        Self {
+            bytes: 0,
+            samples: 0,
+            messages: 0,
+            lost: 0,
+            dropped: [0; DropReason::ALL.len()],
+            dropped_bytes: 0,
+        }
+    }
+
     /// How often bytes were thrown away for this reason.
     pub fn dropped_for(&self, reason: DropReason) -> u32 {
         self.dropped[reason as usize]

@@ -16,22 +16,30 @@
 //!
 //! | Module | Device |
 //! |---|---|
-//! | [`osvr_hdk`] | the head tracker of the OSVR Hacker Dev Kit (USB HID) |
+//! | [`head`] | head trackers: Polhemus, `InterSense`, Ascension, Hatire, OSVR HDK |
+//! | [`eye`] | eye trackers on a serial line |
+//! | [`hid`] | eye and head trackers of HID usage page 0x12, by their report descriptor |
+//! | [`link`] | boards that speak our own link |
 //!
-//! All that take a stream of bytes are a [`decoder::Decoder`].
+//! All of them are a [`decoder::Decoder`]. What has to be said to a device to
+//! make it send, [`command`] says.
+//!
+//! Two transports are here, each behind a feature: `i2c` (`i2c-hid`) for HID
+//! over I²C, and `uart` (`uart`) for a serial port.
 #![no_std]
 #![forbid(unsafe_code)]
 
 #[cfg(test)]
 extern crate std;
 
+pub mod command;
 pub mod decoder;
 pub mod eye;
+pub mod head;
 pub mod hid;
 #[cfg(any(feature = "i2c-hid", test))]
 pub mod i2c;
 pub mod link;
-pub mod osvr_hdk;
 pub mod sample;
 mod stream;
 #[cfg(test)]

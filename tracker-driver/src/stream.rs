@@ -4,7 +4,7 @@
 //! The protocol looks at the window after every byte and says what it makes
 //! of its front. Nothing depends on how the stream was cut into pieces.
 
-use crate::decoder::{Counts, DropReason, Dropped, Event};
+use crate::decoder::{Counts, DropReason, Dropped, Event, Message};
 
 /// Bytes thrown away in a row that are told of at once.
 ///
@@ -21,6 +21,8 @@ pub(crate) enum Step {
     More,
     /// A record of this many bytes.
     Take(usize, Event),
+    /// A record of this many bytes that says something else first.
+    TakeBoth(usize, Message, Event),
     /// A record of this many bytes that cannot be used: they are thrown away
     /// together.
     Discard(usize, DropReason),
@@ -36,6 +38,39 @@ pub(crate) struct Front<'a> {
     /// The byte before the first one ended a record: this one should begin
     /// the next.
     pub(crate) in_step: bool,
+}
+
+impl Front<'_> {
+    /// What looks like a record of this many bytes, but cannot be used. Out
+    /// of step it may be none, and a true one may begin among its bytes.
+    pub(crate) fn unusable(self, length: usize, reason: DropReason) -> Step {
+        if self.in_step {
+            Step::Discard(length, reason)
+        } else {
+            Step::Skip(reason)
+        }
+    }
+
+    /// What looks like a record at first, and then does not.
+    pub(crate) fn broken_off(self) -> Step {
+        Step::Skip(if self.in_step {
+            DropReason::Truncated
+        } else {
+            DropReason::OutOfStep
+        })
+    }
+}
+
+impl Step {
+    /// A record of this many bytes that may say something else first.
+    // It goes into the step by value.
+    #[allow(clippy::large_types_passed_by_value)]
+    pub(crate) fn take(length: usize, first: Option<Message>, event: Event) -> Self {
+        match first {
+            Some(first) => Self::TakeBoth(length, first, event),
+            None => Self::Take(length, event),
+        }
+    }
 }
 
 /// The last bytes of a stream, `N` at most: as many as the protocol's longest
@@ -92,6 +127,13 @@ impl<const N: usize> Stream<N> {
                     Step::More if full => (0, Err(DropReason::Length)),
                     Step::More => break,
                     Step::Take(taken, event) => (taken, Ok(event)),
+                    Step::TakeBoth(taken, first, event) => {
+                        self.tell(sink);
+                        let first = Event::Message(first);
+                        self.counts.note(&first);
+                        sink(first);
+                        (taken, Ok(event))
+                    }
                     Step::Discard(taken, reason) => (
                         taken,
                         Ok(Event::Dropped(Dropped {
@@ -159,7 +201,7 @@ impl<const N: usize> Stream<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decoder::{Message, Reply};
+    use crate::decoder::Reply;
     use std::vec::Vec;
 
     /// Records are a count and as many bytes of 9; 0xFF is a known evil.
@@ -183,6 +225,14 @@ mod tests {
                 }
             }
             [5, ..] => Step::More,
+            [6, ..] => {
+                let state = Message::State {
+                    code: 6,
+                    meaning: "",
+                };
+                let reply = Reply { to: 6, result: 0 };
+                Step::TakeBoth(1, state, Event::Message(Message::Reply(reply)))
+            }
             _ => Step::Skip(DropReason::OutOfStep),
         }
     }
@@ -225,6 +275,23 @@ mod tests {
     #[test]
     fn a_record_right_after_another_is_in_step() {
         assert_eq!(events(&[1, 9, 1, 9]).0, [taken(1, 0), taken(1, 1)]);
+    }
+
+    #[test]
+    fn a_record_may_say_two_things() {
+        let (events, counts) = events(&[7, 6, 1, 9]);
+        let state = Event::Message(Message::State {
+            code: 6,
+            meaning: "",
+        });
+        let expected = [
+            dropped(1, DropReason::OutOfStep),
+            state,
+            taken(6, 0),
+            taken(1, 1),
+        ];
+        assert_eq!(events, expected);
+        assert_eq!(counts.messages, 3);
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! What the decoders' tests share: faults in a stream, random bytes, cuts.
 
 use crate::decoder::{Decoder, DropReason, Event};
-use crate::sample::{Eye, GazePoint, Pupil, Sample};
-use crate::time::Micros;
+use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
+use crate::time::{DeviceTime, Micros};
+use glam::{Quat, Vec3};
 use std::vec::Vec;
 
 /// When everything comes in.
@@ -54,6 +55,34 @@ impl Random {
     pub(crate) fn unit(&mut self) -> f32 {
         (self.next() >> 40) as f32 / 16_777_216.0
     }
+}
+
+/// A head that looks around and sways, 125 times a second.
+pub(crate) fn moving_head(count: usize) -> Vec<Sample> {
+    (0..count)
+        .map(|i| {
+            let t = i as f32 * 0.008;
+            let place = Vec3::new(
+                0.31 * (3.0 * t).sin(),
+                0.2 + 0.1 * t,
+                -0.4 * (2.0 * t).cos(),
+            );
+            let turn = Quat::from_rotation_y(1.3 * (2.0 * t).sin())
+                * Quat::from_rotation_x(0.4 * (5.0 * t).cos())
+                * Quat::from_rotation_z(0.1 + t);
+            let mut sample = Sample::arrived(ARRIVAL);
+            sample.device_time = Some(DeviceTime::unwrapped(1_000_000 + i as u64 * 8_000));
+            sample.sequence = Some(i as u32);
+            sample.head.position = Some(Reading::tracked(place));
+            sample.head.orientation = Some(Reading::tracked(turn));
+            sample
+        })
+        .collect()
+}
+
+/// The angle between two rotations, radians, while it is small.
+pub(crate) fn angle(a: Quat, b: Quat) -> f32 {
+    2.0 * (a - b).length().min((a + b).length())
 }
 
 /// What can happen to one byte.
@@ -113,6 +142,15 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
+    /// A row of the table in a module's docs.
+    pub(crate) fn print(&self, name: &str) {
+        let lost = self.most_intact_lost;
+        let [dropped, flipped, inserted, doubled] = self.rates();
+        std::println!(
+            "//! | {name} | {dropped:.3} | {flipped:.3} | {inserted:.3} | {doubled:.3} | {lost} |"
+        );
+    }
+
     /// Wrong samples for each fault of a kind.
     pub(crate) fn rates(&self) -> [f32; 4] {
         let mut rates = [0.0; 4];
