@@ -18,14 +18,20 @@
 //! |---|---|
 //! | [`head`] | head trackers: Polhemus, `InterSense`, Ascension, Hatire, OSVR HDK |
 //! | [`eye`] | eye trackers on a serial line |
+//! | [`hid`] | eye and head trackers of HID usage page 0x12, by their report descriptor |
 //! | [`link`] | boards that speak our own link |
 //!
 //! All of them are a [`decoder::Decoder`]. What has to be said to a device to
 //! make it send, [`command`] says.
 //!
+<<<<<<< HEAD
 //! After them, [`clock`] brings a device's times to the caller's clock, and
 //! [`estimate`] makes the line of sight at the time of display. The feature
 //! `mock` has a simulated viewer in front of any of these devices.
+=======
+//! Two transports are here, each behind a feature: `i2c` (`i2c-hid`) for HID
+//! over I²C, and `uart` (`uart`) for a serial port.
+>>>>>>> 01fadd6d2be453a5e63aacf25021411ea0e96484
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -38,6 +44,9 @@ pub mod decoder;
 pub mod estimate;
 pub mod eye;
 pub mod head;
+pub mod hid;
+#[cfg(any(feature = "i2c-hid", test))]
+pub mod i2c;
 pub mod link;
 #[cfg(any(test, feature = "mock"))]
 pub mod mock;
@@ -47,4 +56,6 @@ mod stream;
 #[cfg(test)]
 mod testing;
 pub mod time;
+#[cfg(any(feature = "uart", test))]
+pub mod uart;
 mod valid;
