@@ -24,14 +24,12 @@
 //! All of them are a [`decoder::Decoder`]. What has to be said to a device to
 //! make it send, [`command`] says.
 //!
-<<<<<<< HEAD
 //! After them, [`clock`] brings a device's times to the caller's clock, and
 //! [`estimate`] makes the line of sight at the time of display. The feature
 //! `mock` has a simulated viewer in front of any of these devices.
-=======
+//!
 //! Two transports are here, each behind a feature: `i2c` (`i2c-hid`) for HID
 //! over I²C, and `uart` (`uart`) for a serial port.
->>>>>>> 01fadd6d2be453a5e63aacf25021411ea0e96484
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -5,6 +5,7 @@
 //!   sight is at any time of its recent past and future;
 //! - [`Tracker`] measures it, with noise, blinks and a clock of its own, and
 //!   gives [`Sample`](crate::sample::Sample)s;
+//! - [`Wire`] turns samples into the bytes of a protocol;
 //! - [`Faults`] stands between any source and its reader: delay, jitter,
 //!   drop, duplicate, reorder, corrupt, stuck, disconnect.
 //!
@@ -16,11 +17,13 @@ mod movement;
 mod noise;
 mod random;
 mod tracker;
+mod wire;
 
 pub use faults::{Chunk, Faults, FaultsConfig, FaultsError, Faulty, MOST_CHUNK_BYTES, Source};
 pub use movement::{Kind, ScriptedTarget, Truth, Viewer, ViewerConfig};
 pub use random::Random;
 pub use tracker::{MockError, Tracker, TrackerConfig};
+pub use wire::{Format, RAW_CENTRE, RAW_PER_METRE, Wire};
 
 #[cfg(test)]
 mod tests;

@@ -108,6 +108,16 @@ pub enum Payload {
 }
 
 impl Report {
+    /// The report, of version 1, of a head that is turned like this:
+    /// `tracker_from_head`, the inverse of [`Report::head_orientation`].
+    pub fn of_head(sequence: u8, head: Quat) -> Self {
+        Self {
+            sequence,
+            orientation: Y_UP_FROM_Z_UP.conjugate() * head * HEAD_FROM_SENSOR,
+            payload: Payload::Version1,
+        }
+    }
+
     /// How the head is turned: `tracker_from_head`, both with +Y up.
     pub fn head_orientation(&self) -> Quat {
         Y_UP_FROM_Z_UP * self.orientation * HEAD_FROM_SENSOR.conjugate()

@@ -30,7 +30,9 @@ pub trait Faulty: Copy {
 }
 
 /// Most bytes of a [`Chunk`].
-pub const MOST_CHUNK_BYTES: usize = 128;
+pub const MOST_CHUNK_BYTES: usize = 192;
+const _: () = assert!(MOST_CHUNK_BYTES >= crate::link::LONGEST_FRAME);
+const _: () = assert!(MOST_CHUNK_BYTES <= u8::MAX as usize);
 
 /// Bytes that come together: a report, a packet, what a port's buffer held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
