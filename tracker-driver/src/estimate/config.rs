@@ -66,6 +66,36 @@ pub enum Filter {
 }
 
 /// How the gaze is continued to the time of display.
+///
+/// What it is worth: the angle between the estimate and the truth, degrees,
+/// median / 95th percentile, on the feature `mock`'s default viewer (three
+/// seeds of 60 s, 0.1° of noise), 20 ms after the sample. Landing is the first
+/// 20 ms after a saccade. Without a filter and prediction; with the default
+/// filter alone; with both:
+///
+/// | Rate | Eyes in | Neither | Filter | Both |
+/// |---|---|---|---|---|
+/// | 60 Hz | fixation | 0.14 / 0.29 | 0.10 / 0.23 | 0.10 / 0.25 |
+/// | | pursuit | 0.29 / 0.56 | 0.34 / 0.63 | 0.18 / 0.50 |
+/// | | saccade | 2.29 / 7.76 | 2.28 / 7.93 | 2.08 / 6.87 |
+/// | | landing | 0.74 / 3.43 | 0.74 / 3.46 | 0.47 / 2.43 |
+/// | 120 Hz | fixation | 0.13 / 0.30 | 0.09 / 0.21 | 0.09 / 0.22 |
+/// | | pursuit | 0.29 / 0.56 | 0.33 / 0.61 | 0.15 / 0.42 |
+/// | | saccade | 2.20 / 7.95 | 2.18 / 7.98 | 1.92 / 6.40 |
+/// | | landing | 0.85 / 3.39 | 0.85 / 3.41 | 0.28 / 2.40 |
+/// | 500 Hz | fixation | 0.14 / 0.30 | 0.07 / 0.18 | 0.07 / 0.17 |
+/// | | pursuit | 0.29 / 0.57 | 0.32 / 0.59 | 0.11 / 0.39 |
+/// | | saccade | 2.19 / 8.03 | 2.20 / 8.15 | 1.78 / 6.44 |
+/// | | landing | 0.80 / 3.42 | 0.82 / 3.46 | 0.24 / 2.40 |
+/// | 1000 Hz | fixation | 0.14 / 0.30 | 0.06 / 0.17 | 0.06 / 0.16 |
+/// | | pursuit | 0.29 / 0.57 | 0.32 / 0.58 | 0.10 / 0.44 |
+/// | | saccade | 2.18 / 8.06 | 2.18 / 8.19 | 1.75 / 6.44 |
+/// | | landing | 0.80 / 3.39 | 0.82 / 3.45 | 0.21 / 2.46 |
+///
+/// So it is never worse than no prediction but for 0.01° or 0.02° at the tail
+/// of fixations below 250 Hz, where the end of a pursuit is noticed late. The
+/// table is printed, and its order asserted, by
+/// `cargo test -p shisen-tracker prediction -- --nocapture`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GazePrediction {
     /// By how much at most, for pursuit: up to 200 ms.

@@ -198,7 +198,7 @@ fn the_same_seed_gives_the_same_samples() {
     }
 }
 
-const SUM: u64 = 3_217_770_980_232_632_093;
+const SUM: u64 = 13_820_931_247_104_716_465;
 
 /// Of a tracker behind faults, polled at some intervals.
 fn faulty(config: FaultsConfig, interval: u64, seconds: u64) -> Vec<Sample> {
