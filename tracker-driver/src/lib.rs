@@ -18,10 +18,14 @@
 //! |---|---|
 //! | [`head`] | head trackers: Polhemus, `InterSense`, Ascension, Hatire, OSVR HDK |
 //! | [`eye`] | eye trackers on a serial line |
+//! | [`hid`] | eye and head trackers of HID usage page 0x12, by their report descriptor |
 //! | [`link`] | boards that speak our own link |
 //!
 //! All of them are a [`decoder::Decoder`]. What has to be said to a device to
 //! make it send, [`command`] says.
+//!
+//! Two transports are here, each behind a feature: `i2c` (`i2c-hid`) for HID
+//! over I²C, and `uart` (`uart`) for a serial port.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -32,10 +36,15 @@ pub mod command;
 pub mod decoder;
 pub mod eye;
 pub mod head;
+pub mod hid;
+#[cfg(any(feature = "i2c-hid", test))]
+pub mod i2c;
 pub mod link;
 pub mod sample;
 mod stream;
 #[cfg(test)]
 mod testing;
 pub mod time;
+#[cfg(any(feature = "uart", test))]
+pub mod uart;
 mod valid;
