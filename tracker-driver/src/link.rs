@@ -69,6 +69,7 @@ mod fields;
 mod frame;
 mod messages;
 
+use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event, Message};
 use crate::sample::Sample;
 use crate::time::Micros;
@@ -182,6 +183,23 @@ impl Encoder {
         self.count = self.count.wrapping_add(1);
         content
     }
+}
+
+/// What makes a device send samples, so many a second where `hertz` says so.
+pub fn start(hertz: Option<u16>) -> Script {
+    let mut encoder = Encoder::new();
+    let mut script = Script::new();
+    if let Some(hertz) = hertz {
+        script = script.send(&encoder.command(Command::Rate { hertz }));
+    }
+    script
+        .send(&encoder.command(Command::Start))
+        .expect(Awaited::Sample, PATIENCE)
+}
+
+/// What makes it stop.
+pub fn stop() -> Script {
+    Script::new().send(&Encoder::new().command(Command::Stop))
 }
 
 /// The decoder of what a device sends.

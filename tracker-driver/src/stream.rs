@@ -157,9 +157,13 @@ impl<const N: usize> Stream<N> {
                     }
                 }
             }
-            let start = start.min(self.length);
-            self.bytes.copy_within(start..self.length, 0);
-            self.length -= start;
+            if start > 0 {
+                // Neither is ever larger; said so that nothing can panic.
+                let length = self.length.min(N);
+                let start = start.min(length);
+                self.bytes.copy_within(start..length, 0);
+                self.length = length - start;
+            }
         }
     }
 

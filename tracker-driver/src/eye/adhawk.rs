@@ -55,6 +55,7 @@
 //! |---|---|---|---|
 //! | 0 | 0.79 | 0.02 | 0.02 |
 
+use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{
     Counts, Decoder, DropReason, Event, EyeEvent, EyeEventKind, Message, Reply, Side,
 };
@@ -180,6 +181,43 @@ impl Request {
         packet(&payload, false)
     }
 }
+
+/// What makes the device send these fields of the stream 0x01 so many times a
+/// second, and all its events: bit 1 of `fields` is field 1.
+pub fn start(fields: u32, hertz: f32) -> Script {
+    let requests = [
+        Request::Tracking(true),
+        Request::Fields {
+            mask: fields,
+            enable: true,
+        },
+        Request::Events {
+            mask: ALL_EVENTS,
+            enable: true,
+        },
+        Request::Rate { hertz },
+    ];
+    let mut script = Script::new();
+    for (request, number) in requests.iter().zip(1..) {
+        let reply = Awaited::Reply(u32::from(request.kind()));
+        script = script
+            .send(&request.encode(number))
+            .expect(reply, RESPONSE_TIMEOUT);
+    }
+    script.expect(Awaited::Sample, PATIENCE)
+}
+
+/// What makes it stop.
+pub fn stop() -> Script {
+    let request = Request::Tracking(false);
+    let reply = Awaited::Reply(u32::from(request.kind()));
+    Script::new()
+        .send(&request.encode(1))
+        .expect(reply, RESPONSE_TIMEOUT)
+}
+
+/// The events that [`Request::Events`] numbers.
+const ALL_EVENTS: u32 = 0b10_0000_1111;
 
 /// What a response's result means.
 pub fn result_name(result: u32) -> &'static str {
