@@ -480,24 +480,22 @@ fn step(from: DeviceTime, to: DeviceTime, elapsed: Micros) -> Option<i64> {
 /// are in ascending order.
 fn middle_edge(points: &[Point]) -> Option<(Point, Point)> {
     let mut hull = [Point::default(); BLOCKS];
-    let mut length = 0;
+    let mut length = 0usize;
     for &point in points {
-        while length > 0 {
-            let top = hull[length - 1];
-            let redundant = if top.device >= point.device {
-                true
-            } else if length < 2 {
-                false
-            } else {
-                let below = hull[length - 2];
-                let run = |p: Point| p.device.saturating_sub(below.device);
-                let rise = |p: Point| p.offset.saturating_sub(below.offset);
-                run(top).saturating_mul(rise(point)) <= rise(top).saturating_mul(run(point))
+        loop {
+            let redundant = match hull.get(..length)? {
+                [.., top] if top.device >= point.device => true,
+                [.., below, top] => {
+                    let run = |p: Point| p.device.saturating_sub(below.device);
+                    let rise = |p: Point| p.offset.saturating_sub(below.offset);
+                    run(*top).saturating_mul(rise(point)) <= rise(*top).saturating_mul(run(point))
+                }
+                _ => false,
             };
             if !redundant {
                 break;
             }
-            length -= 1;
+            length = length.saturating_sub(1);
         }
         *hull.get_mut(length)? = point;
         length += 1;

@@ -23,21 +23,20 @@ pub(super) enum Gaze {
 
 /// The gaze of a sample, with the head at `head` when it was measured.
 pub(super) fn of_sample(config: &EstimatorConfig, sample: &Sample, head: &HeadPose) -> Gaze {
-    let chosen = match config.eyes {
+    let [left, right, combined] = match config.eyes {
         Eyes::HeadOnly => return Gaze::None,
         Eyes::Combined => [true, true, true],
         Eyes::Left => [true, false, false],
         Eyes::Right => [false, true, false],
     };
     let eyes = [
-        (&sample.left, config.left.as_ref()),
-        (&sample.right, config.right.as_ref()),
-        (&sample.combined, config.combined.as_ref()),
+        (&sample.left, &config.left, left),
+        (&sample.right, &config.right, right),
+        (&sample.combined, &config.combined, combined),
     ];
     let known = eyes
         .iter()
-        .zip(chosen)
-        .any(|((eye, _), chosen)| chosen && !eye.is_empty());
+        .any(|(eye, _, chosen)| *chosen && !eye.is_empty());
     if !known && sample.gaze_point.is_none() {
         return Gaze::None;
     }
@@ -49,9 +48,8 @@ pub(super) fn of_sample(config: &EstimatorConfig, sample: &Sample, head: &HeadPo
     if both_shut || shut(&sample.combined) {
         return Gaze::Lost;
     }
-    let [left, right, combined] = [0, 1, 2].map(|i| {
-        let (eye, calibration) = eyes[i];
-        let reading = eye.direction.filter(|d| d.tracked && chosen[i])?;
+    let [left, right, combined] = eyes.map(|(eye, calibration, chosen)| {
+        let reading = eye.direction.filter(|d| d.tracked && chosen)?;
         if shut(eye) {
             return None;
         }
@@ -62,7 +60,7 @@ pub(super) fn of_sample(config: &EstimatorConfig, sample: &Sample, head: &HeadPo
                 rotate(inverse(head.orientation), in_room)
             }
         };
-        calibrated(direction, calibration)
+        calibrated(direction, calibration.as_ref())
     });
     let direction = combined.or_else(|| match (left, right) {
         (Some(left), Some(right)) => normalize(left + right),

@@ -459,3 +459,13 @@ fn a_reset_forgets_all() {
     assert_eq!((estimate.gaze_time, estimate.head_time), (None, None));
     assert_eq!(run.estimator.state(), State::FullQuality);
 }
+
+#[test]
+fn the_state_is_small() {
+    let bytes = [
+        size_of::<GazeEstimator>(),
+        size_of::<crate::clock::ClockEstimator>(),
+    ];
+    std::println!("bytes of state: estimator {}, clock {}", bytes[0], bytes[1]);
+    assert!(bytes[0] <= 8_192 && bytes[1] <= 512, "{bytes:?}");
+}
