@@ -3,7 +3,7 @@
 use assert_cmd::Command;
 use serde_json::Value;
 use shisen_tests::command::shisen;
-use shisen_tracker::osvr_hdk::{Payload, Report, encode};
+use shisen_tracker::head::osvr_hdk::{Payload, Report, encode};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;

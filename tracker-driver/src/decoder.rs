@@ -1,7 +1,7 @@
 //! What all decoders of byte streams have in common.
 
 use crate::sample::Sample;
-use crate::time::Micros;
+use crate::time::{DeviceTime, Micros};
 
 /// A state machine that bytes go into and events come out of.
 ///
@@ -111,6 +111,57 @@ pub enum Message {
     Text(Text),
     /// The device answers a command.
     Reply(Reply),
+    /// The device says how it is; no fault.
+    State {
+        /// As the device's manual lists it.
+        code: u32,
+        /// What the manual says about it; empty where it says nothing.
+        meaning: &'static str,
+    },
+    /// The device found something in the eyes' movement by itself.
+    Eyes(EyeEvent),
+}
+
+/// What a device found in the eyes' movement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EyeEvent {
+    /// What happened.
+    pub kind: EyeEventKind,
+    /// To which eye; `None` where the device does not tell them apart.
+    pub eye: Option<Side>,
+    /// When, by the device's clock.
+    pub device_time: Option<DeviceTime>,
+    /// How long it took, where it is over.
+    pub duration: Option<Micros>,
+}
+
+/// What can happen to an eye.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum EyeEventKind {
+    /// It closed and opened again.
+    Blink,
+    /// It closed.
+    Closed,
+    /// It opened.
+    Opened,
+    /// The device cannot find it any more.
+    Lost,
+    /// The device found it again.
+    Found,
+    /// It jumped.
+    Saccade,
+    /// It rested.
+    Fixation,
+}
+
+/// One of the two eyes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// The left one.
+    Left,
+    /// The right one.
+    Right,
 }
 
 /// Most bytes of a [`Text`] that are kept.
@@ -142,7 +193,8 @@ impl Text {
 
     /// The text.
     pub fn as_str(&self) -> &str {
-        core::str::from_utf8(&self.bytes[..usize::from(self.length)]).unwrap_or_default()
+        let text = self.bytes.get(..usize::from(self.length));
+        core::str::from_utf8(text.unwrap_or_default()).unwrap_or_default()
     }
 }
 
@@ -175,6 +227,18 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// Nothing taken yet.
+    pub const fn new() -> Self {
+        Self {
+            bytes: 0,
+            samples: 0,
+            messages: 0,
+            lost: 0,
+            dropped: [0; DropReason::ALL.len()],
+            dropped_bytes: 0,
+        }
+    }
+
     /// How often bytes were thrown away for this reason.
     pub fn dropped_for(&self, reason: DropReason) -> u32 {
         self.dropped[reason as usize]

@@ -16,16 +16,44 @@
 //!
 //! | Module | Device |
 //! |---|---|
-//! | [`osvr_hdk`] | the head tracker of the OSVR Hacker Dev Kit (USB HID) |
+//! | [`head`] | head trackers: Polhemus, `InterSense`, Ascension, Hatire, OSVR HDK |
+//! | [`eye`] | eye trackers on a serial line |
+//! | [`hid`] | eye and head trackers of HID usage page 0x12, by their report descriptor |
+//! | [`link`] | boards that speak our own link |
 //!
-//! All that take a stream of bytes are a [`decoder::Decoder`].
+//! All of them are a [`decoder::Decoder`]. What has to be said to a device to
+//! make it send, [`command`] says.
+//!
+//! After them, [`clock`] brings a device's times to the caller's clock, and
+//! [`estimate`] makes the line of sight at the time of display. The feature
+//! `mock` has a simulated viewer in front of any of these devices.
+//!
+//! Two transports are here, each behind a feature: `i2c` (`i2c-hid`) for HID
+//! over I²C, and `uart` (`uart`) for a serial port.
 #![no_std]
 #![forbid(unsafe_code)]
 
 #[cfg(test)]
 extern crate std;
 
+pub mod clock;
+pub mod command;
 pub mod decoder;
-pub mod osvr_hdk;
+pub mod estimate;
+pub mod eye;
+pub mod head;
+pub mod hid;
+#[cfg(any(feature = "i2c-hid", test))]
+pub mod i2c;
+pub mod link;
+#[cfg(any(test, feature = "mock"))]
+pub mod mock;
+mod rotation;
 pub mod sample;
+mod stream;
+#[cfg(test)]
+mod testing;
 pub mod time;
+#[cfg(any(feature = "uart", test))]
+pub mod uart;
+mod valid;

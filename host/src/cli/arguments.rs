@@ -11,7 +11,7 @@ use shisen::scene::builtin::PaperScene;
 use shisen::simplify::PolygonLevels;
 use shisen_core::Simd;
 use shisen_core::gaze::{FaceRange, HeadPose};
-use shisen_tracker::osvr_hdk;
+use shisen_tracker::head::osvr_hdk;
 use std::ffi::OsString;
 use std::fmt;
 use std::num::NonZeroUsize;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::decoder::Decoder as _;
 use core::f32::consts::FRAC_1_SQRT_2;
 use proptest::prelude::*;
 use std::format;
@@ -196,61 +197,66 @@ fn head_has_the_heads_axes() {
     assert_eq!(up.angular_velocity, Some(Vec3::new(1.0, -2.0, -3.0)));
 }
 
+/// What a decoder makes of one report.
+fn event(decoder: &mut Decoder, report: &[u8]) -> Event {
+    let mut events = std::vec::Vec::new();
+    decoder.feed(report, Micros(9), &mut |event| events.push(event));
+    assert_eq!(events.len(), 1);
+    events[0]
+}
+
+fn dropped(bytes: u32, reason: DropReason) -> Event {
+    Event::Dropped(Dropped { bytes, reason })
+}
+
 #[test]
 fn decoder_counts_gaps_across_the_wrap() {
     let mut decoder = Decoder::new();
-    let mut push = |sequence: u8| {
+    let numbered = |sequence: u8| {
         let mut bytes = VERSION_1;
         bytes[1] = sequence;
-        decoder.push(&bytes).map(|report| report.is_some())
+        bytes
     };
     // 254 is first; 255 and 0 follow on; 1 is a repeat once; 2 and 3 are
     // missing; from 4 to 3 all others are.
-    for sequence in [254, 255, 0, 1] {
-        assert_eq!(push(sequence), Ok(true));
-    }
-    assert_eq!(push(1), Ok(false));
-    assert_eq!(push(4), Ok(true));
-    assert_eq!(push(3), Ok(true));
-    assert_eq!(
-        decoder.counts(),
-        Counts {
-            accepted: 6,
-            duplicates: 1,
-            lost: 2 + 254,
-            ..Counts::default()
+    for sequence in [254, 255, 0, 1, 4, 3] {
+        let report = numbered(sequence);
+        let sample = decode(&report).unwrap().sample(Micros(9));
+        assert_eq!(event(&mut decoder, &report), Event::Sample(sample));
+        if sequence == 1 {
+            let repeated = dropped(16, DropReason::Duplicate);
+            assert_eq!(event(&mut decoder, &report), repeated);
         }
-    );
-    decoder.reconnected();
-    let mut bytes = VERSION_1;
-    bytes[1] = 100;
-    assert!(decoder.push(&bytes).unwrap().is_some());
+    }
+    let counts = decoder.counts();
+    assert_eq!((counts.samples, counts.lost), (6, 2 + 254));
+    assert_eq!(counts.dropped_for(DropReason::Duplicate), 1);
+    assert_eq!((counts.bytes, counts.dropped_bytes), (7 * 16, 16));
+    decoder.reset();
+    event(&mut decoder, &numbered(100));
     assert_eq!(decoder.counts().lost, 256);
 }
 
 #[test]
-fn decoder_counts_refusals_by_reason() {
+fn decoder_says_why_a_report_was_dropped() {
     let mut decoder = Decoder::new();
     let mut damaged = VERSION_1;
     damaged[1] = 8;
     damaged[9] = 0;
     let mut next = VERSION_1;
     next[1] = 9;
-    assert!(decoder.push(&VERSION_1).unwrap().is_some());
-    assert!(decoder.push(&damaged).is_err());
-    assert!(decoder.push(&[0; 3]).is_err());
-    assert!(decoder.push(&[0x0F; 16]).is_err());
-    assert!(decoder.push(&next).unwrap().is_some());
+    event(&mut decoder, &VERSION_1);
+    let not_unit = dropped(16, DropReason::NotUnit);
+    assert_eq!(event(&mut decoder, &damaged), not_unit);
+    assert_eq!(event(&mut decoder, &[0; 3]), dropped(3, DropReason::Length));
     assert_eq!(
-        decoder.counts(),
-        Counts {
-            accepted: 2,
-            rejected_length: 1,
-            rejected_version: 1,
-            rejected_not_unit: 1,
-            ..Counts::default()
-        }
+        event(&mut decoder, &[0x0F; 16]),
+        dropped(16, DropReason::Unknown)
     );
+    event(&mut decoder, &next);
+    let counts = decoder.counts();
+    assert_eq!((counts.samples, counts.lost), (2, 0));
+    assert_eq!(counts.dropped_bytes, 16 + 3 + 16);
 }
 
 #[test]
@@ -315,7 +321,9 @@ proptest! {
             prop_assert!(report.orientation.is_normalized());
             prop_assert!(report.head().orientation.unwrap().value.is_normalized());
         }
-        let _ = decoder.push(&bytes);
+        let mut events = 0;
+        decoder.feed(&bytes, Micros(0), &mut |_| events += 1);
+        prop_assert_eq!(events, 1);
     }
 
     #[test]

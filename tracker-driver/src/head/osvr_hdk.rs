@@ -29,6 +29,7 @@
 //! point depends on how the device woke up; Monado turns them a quarter
 //! further, which here is left to whoever knows the room.
 
+use crate::decoder::{Counts, DropReason, Dropped, Event};
 use crate::sample::{Head, Reading, Sample};
 use crate::time::Micros;
 use core::fmt;
@@ -107,6 +108,16 @@ pub enum Payload {
 }
 
 impl Report {
+    /// The report, of version 1, of a head that is turned like this:
+    /// `tracker_from_head`, the inverse of [`Report::head_orientation`].
+    pub fn of_head(sequence: u8, head: Quat) -> Self {
+        Self {
+            sequence,
+            orientation: Y_UP_FROM_Z_UP.conjugate() * head * HEAD_FROM_SENSOR,
+            payload: Payload::Version1,
+        }
+    }
+
     /// How the head is turned: `tracker_from_head`, both with +Y up.
     pub fn head_orientation(&self) -> Quat {
         Y_UP_FROM_Z_UP * self.orientation * HEAD_FROM_SENSOR.conjugate()
@@ -296,25 +307,6 @@ fn orientation(parts: [[u8; 2]; 4]) -> Result<Quat, f32> {
     Ok(Quat::from_xyzw(i / norm, j / norm, k / norm, real / norm))
 }
 
-/// What a [`Decoder`] has seen since it was made. The counts stop at their
-/// largest value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counts {
-    /// Reports handed over.
-    pub accepted: u64,
-    /// Reports that carried the sequence number of the one before.
-    pub duplicates: u64,
-    /// Reports missing between those that came. A gap of 256 or more counts
-    /// as its remainder modulo 256: the sequence number tells no more.
-    pub lost: u64,
-    /// Reports refused for their length.
-    pub rejected_length: u64,
-    /// Reports refused for their version.
-    pub rejected_version: u64,
-    /// Reports refused for their quaternion.
-    pub rejected_not_unit: u64,
-}
-
 /// Decodes the reports of one device and keeps count of those that did not
 /// make it.
 #[derive(Debug, Clone, Default)]
@@ -329,54 +321,9 @@ impl Decoder {
         Self::default()
     }
 
-    /// Decodes the next report, as [`decode`] does; `None` where it only
-    /// repeats the report before.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`decode`].
-    pub fn push(&mut self, report: &[u8]) -> Result<Option<Report>, ReportError> {
-        match decode(report) {
-            Ok(report) => {
-                if self.arrived(report.sequence) {
-                    increment(&mut self.counts.accepted);
-                    Ok(Some(report))
-                } else {
-                    increment(&mut self.counts.duplicates);
-                    Ok(None)
-                }
-            }
-            Err(error) => {
-                match error {
-                    ReportError::Length { .. } => increment(&mut self.counts.rejected_length),
-                    ReportError::UnknownVersion { .. } => {
-                        increment(&mut self.counts.rejected_version);
-                    }
-                    ReportError::NotUnit { sequence, .. } => {
-                        // It did arrive: without this the next good report
-                        // would count it a second time, as lost.
-                        self.arrived(sequence);
-                        increment(&mut self.counts.rejected_not_unit);
-                    }
-                }
-                Err(error)
-            }
-        }
-    }
-
-    /// What came and what did not.
-    pub fn counts(&self) -> Counts {
-        self.counts
-    }
-
-    /// Forgets the last sequence number, so that a device that was plugged in
-    /// again does not count as a gap. The counts stay.
-    pub fn reconnected(&mut self) {
-        self.last_sequence = None;
-    }
-
     /// Notes a sequence number and the gap before it; false where it is the
-    /// last one again.
+    /// last one again. A gap of 256 or more counts as its remainder modulo
+    /// 256: the sequence number tells no more.
     fn arrived(&mut self, sequence: u8) -> bool {
         let step = self
             .last_sequence
@@ -388,8 +335,45 @@ impl Decoder {
     }
 }
 
-fn increment(count: &mut u64) {
-    *count = count.saturating_add(1);
+impl crate::decoder::Decoder for Decoder {
+    /// Takes one whole report: a HID device sends no others. It is decoded as
+    /// [`decode`] does; a report that only repeats the one before is dropped.
+    fn feed(&mut self, report: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
+        self.counts.bytes = self.counts.bytes.saturating_add(report.len() as u64);
+        let found = decode(report).map_err(|error| match error {
+            ReportError::Length { .. } => DropReason::Length,
+            ReportError::UnknownVersion { .. } => DropReason::Unknown,
+            ReportError::NotUnit { sequence, .. } => {
+                // It did arrive: without this the next good report would
+                // count it a second time, as lost.
+                self.arrived(sequence);
+                DropReason::NotUnit
+            }
+        });
+        let found = found.and_then(|found| {
+            let is_new = self.arrived(found.sequence);
+            is_new.then_some(found).ok_or(DropReason::Duplicate)
+        });
+        let event = match found {
+            Ok(found) => Event::Sample(found.sample(arrival)),
+            Err(reason) => Event::Dropped(Dropped {
+                bytes: report.len() as u32,
+                reason,
+            }),
+        };
+        self.counts.note(&event);
+        sink(event);
+    }
+
+    fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    /// Forgets the last sequence number, so that a device that was plugged in
+    /// again does not count as a gap.
+    fn reset(&mut self) {
+        self.last_sequence = None;
+    }
 }
 
 #[cfg(test)]

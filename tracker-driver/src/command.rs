@@ -1,0 +1,416 @@
+//! Talking to a device without waiting for it: start, stop, units, lists of
+//! items, the line's speed.
+//!
+//! Each device's module makes a [`Script`] of what is to be said and awaited.
+//! A [`Session`] plays it by the caller's clock: [`Session::poll`] says what
+//! to do next and returns at once, [`Session::on_bytes`] and
+//! [`Session::on_event`] tell it what came in. What is not answered in time
+//! is said again, [`Session::tries`] times in all; then the session says what
+//! is wrong, above all whether the line's speed is.
+//!
+//! ```
+//! use shisen_tracker::command::{Action, Failure, Session};
+//! use shisen_tracker::head::hatire;
+//! use shisen_tracker::time::Micros;
+//!
+//! let mut session = Session::new(hatire::start(false));
+//! assert_eq!(session.poll(Micros(0)), Action::Send(b"S"));
+//! // Nothing comes.
+//! assert_eq!(session.poll(Micros(5)), Action::Wait(Micros(1_000_005)));
+//! assert_eq!(session.poll(Micros(1_000_005)), Action::Send(b"S"));
+//! ```
+//!
+//! What only listens and has nothing to say finds out the same by a
+//! [`Watch`].
+
+use crate::decoder::{Event, Message};
+use crate::time::Micros;
+use core::fmt;
+use heapless::Vec;
+
+/// Most bytes of one command.
+pub const MOST_COMMAND_BYTES: usize = 48;
+/// Most bytes that a script sends.
+const MOST_SCRIPT_BYTES: usize = 640;
+/// Most steps of a script.
+const MOST_STEPS: usize = 48;
+
+/// How long bytes may flow without a record among them, or nothing may come
+/// at all, before something is wrong.
+pub const PATIENCE: Micros = Micros::from_millis(1_000);
+
+/// How often a script is played before it fails.
+pub const TRIES: u8 = 3;
+
+/// One command.
+pub type Bytes = Vec<u8, MOST_COMMAND_BYTES>;
+
+/// What a script waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Awaited {
+    /// A sample.
+    Sample,
+    /// A sample or a message.
+    Record,
+    /// The answer to a command, as [`Reply::to`](crate::decoder::Reply::to)
+    /// numbers it.
+    Reply(u32),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
+    /// The script's next bytes, so many.
+    Send(u16),
+    Pause(Micros),
+    Speed(u32),
+    Await {
+        what: Awaited,
+        within: Micros,
+    },
+}
+
+/// What to say to a device, and what it has to answer.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Script {
+    bytes: Vec<u8, MOST_SCRIPT_BYTES>,
+    steps: Vec<Step, MOST_STEPS>,
+    /// Where a further try starts.
+    again_from: usize,
+    /// Something had no room.
+    cut: bool,
+}
+
+impl Script {
+    /// Nothing to say.
+    pub const fn new() -> Self {
+        Self {
+            bytes: Vec::new(),
+            steps: Vec::new(),
+            again_from: 0,
+            cut: false,
+        }
+    }
+
+    /// Then send these bytes.
+    #[must_use]
+    pub fn send(mut self, bytes: &[u8]) -> Self {
+        self.cut |= self.bytes.extend_from_slice(bytes).is_err();
+        self.step(Step::Send(bytes.len() as u16))
+    }
+
+    /// Then send nothing for a while.
+    #[must_use]
+    pub fn pause(self, span: Micros) -> Self {
+        self.step(Step::Pause(span))
+    }
+
+    /// Then change this end's line to so many baud.
+    #[must_use]
+    pub fn speed(self, baud: u32) -> Self {
+        self.step(Step::Speed(baud))
+    }
+
+    /// Then wait until this comes, for as long as `within`.
+    #[must_use]
+    pub fn expect(self, what: Awaited, within: Micros) -> Self {
+        self.step(Step::Await { what, within })
+    }
+
+    /// What was said so far (a reset, which takes long) is not said again
+    /// where an answer fails to come.
+    #[must_use]
+    pub fn once_only(mut self) -> Self {
+        self.again_from = self.steps.len();
+        self
+    }
+
+    /// Whether all of it had room; a [`Session`] refuses one that had not.
+    pub const fn is_complete(&self) -> bool {
+        !self.cut
+    }
+
+    fn step(mut self, step: Step) -> Self {
+        self.cut |= self.steps.push(step).is_err();
+        self
+    }
+
+    /// The bytes that a step sends.
+    fn sent_by(&self, step: usize) -> &[u8] {
+        let length = |step: &Step| match step {
+            Step::Send(length) => usize::from(*length),
+            Step::Pause(_) | Step::Speed(_) | Step::Await { .. } => 0,
+        };
+        let start: usize = self.steps.iter().take(step).map(length).sum();
+        let end = start + self.steps.get(step).map_or(0, length);
+        self.bytes.get(start..end).unwrap_or_default()
+    }
+}
+
+/// What the caller is to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Action<'a> {
+    /// Send these bytes, then poll again at once.
+    Send(&'a [u8]),
+    /// Change the line to so many baud once what was sent is out, then poll
+    /// again.
+    Speed(u32),
+    /// Nothing until this time, or until something comes in.
+    Wait(Micros),
+    /// All was said and answered.
+    Done,
+    /// It was said [`Session::tries`] times in vain.
+    Failed(Failure),
+}
+
+/// What is wrong with a device or its line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Failure {
+    /// Nothing comes in.
+    Silent,
+    /// Bytes come in, and none is part of a record: the line's speed, or the
+    /// protocol, is not the device's.
+    NoRecord {
+        /// How many bytes.
+        bytes: u64,
+    },
+    /// Records come in, but not the one that was awaited.
+    NoAnswer {
+        /// How many records.
+        records: u64,
+    },
+    /// The device refused a command.
+    Refused {
+        /// The command, as the protocol numbers it.
+        command: u32,
+        /// The device's reason.
+        result: u32,
+    },
+    /// The script has more steps or bytes than a session plays.
+    TooLong,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Silent => write!(
+                f,
+                "nothing comes in: check that the device is on and the cable is the right one, \
+                 with its lines crossed or not"
+            ),
+            Self::NoRecord { bytes } => write!(
+                f,
+                "{bytes} bytes came in, and no record among them: the line's speed or the \
+                 protocol is not the device's; try another baud rate"
+            ),
+            Self::NoAnswer { records } => write!(
+                f,
+                "{records} records came in, but not the one that was asked for: check the list \
+                 of items and which sensors are plugged in"
+            ),
+            Self::Refused { command, result } => {
+                write!(f, "the device refused command ")?;
+                match u8::try_from(command) {
+                    Ok(letter) if letter.is_ascii_graphic() => write!(f, "'{}'", letter as char)?,
+                    _ => write!(f, "{command:#x}")?,
+                }
+                write!(f, " with code {result}")
+            }
+            Self::TooLong => write!(
+                f,
+                "more commands than fit: at most {MOST_STEPS} steps and {MOST_SCRIPT_BYTES} bytes"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for Failure {}
+
+/// Notices that nothing comes in, or nothing that can be understood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Watch {
+    /// When the last record came, or the watch began.
+    since: Option<Micros>,
+    /// What came after that.
+    bytes: u64,
+}
+
+impl Watch {
+    /// A watch that begins with its first call.
+    pub const fn new() -> Self {
+        Self {
+            since: None,
+            bytes: 0,
+        }
+    }
+
+    /// So many bytes came in.
+    pub fn on_bytes(&mut self, count: usize, now: Micros) {
+        self.since.get_or_insert(now);
+        self.bytes = self.bytes.saturating_add(count as u64);
+    }
+
+    /// A decoder handed this over.
+    pub fn on_event(&mut self, event: &Event, now: Micros) {
+        if matches!(event, Event::Sample(_) | Event::Message(_)) {
+            self.since = Some(now);
+            self.bytes = 0;
+        }
+    }
+
+    /// What is wrong, if no record came for as long as [`PATIENCE`].
+    pub fn trouble(&mut self, now: Micros) -> Option<Failure> {
+        let since = *self.since.get_or_insert(now);
+        if now.since(since) < PATIENCE {
+            return None;
+        }
+        Some(match self.bytes {
+            0 => Failure::Silent,
+            bytes => Failure::NoRecord { bytes },
+        })
+    }
+}
+
+/// Plays a [`Script`].
+#[derive(Debug, Clone)]
+pub struct Session {
+    script: Script,
+    step: usize,
+    /// When the step began, once it was polled.
+    since: Option<Micros>,
+    tries: u8,
+    /// Since the last bytes were sent:
+    bytes: u64,
+    records: u64,
+    samples: u64,
+    /// The last reply, and its result.
+    reply: Option<(u32, u32)>,
+    /// The first refusal of this try.
+    refused: Option<Failure>,
+    failed: Option<Failure>,
+}
+
+impl Session {
+    /// A session at the start of a script.
+    pub fn new(script: Script) -> Self {
+        let failed = (!script.is_complete()).then_some(Failure::TooLong);
+        Self {
+            script,
+            step: 0,
+            since: None,
+            tries: 0,
+            bytes: 0,
+            records: 0,
+            samples: 0,
+            reply: None,
+            refused: None,
+            failed,
+        }
+    }
+
+    /// How often the script was begun again.
+    pub const fn tries(&self) -> u8 {
+        self.tries
+    }
+
+    /// So many bytes came in.
+    pub fn on_bytes(&mut self, count: usize) {
+        self.bytes = self.bytes.saturating_add(count as u64);
+    }
+
+    /// A decoder handed this over.
+    pub fn on_event(&mut self, event: &Event) {
+        match event {
+            Event::Sample(_) => self.samples = self.samples.saturating_add(1),
+            Event::Message(Message::Reply(reply)) => {
+                self.reply = Some((reply.to, reply.result));
+                if reply.result != 0 {
+                    self.refused.get_or_insert(Failure::Refused {
+                        command: reply.to,
+                        result: reply.result,
+                    });
+                }
+            }
+            Event::Message(_) => {}
+            Event::Dropped(_) => return,
+        }
+        self.records = self.records.saturating_add(1);
+    }
+
+    /// What to do now. After [`Action::Done`] and [`Action::Failed`] it stays
+    /// the same.
+    pub fn poll(&mut self, now: Micros) -> Action<'_> {
+        // Each round but the last goes a step on, or back once.
+        for _ in 0..2 * MOST_STEPS {
+            if let Some(failure) = self.failed {
+                return Action::Failed(failure);
+            }
+            let Some(&step) = self.script.steps.get(self.step) else {
+                return Action::Done;
+            };
+            match step {
+                Step::Send(_) => {
+                    let sending = self.step;
+                    self.next();
+                    (self.bytes, self.records, self.samples, self.reply) = (0, 0, 0, None);
+                    return Action::Send(self.script.sent_by(sending));
+                }
+                Step::Speed(baud) => {
+                    self.next();
+                    return Action::Speed(baud);
+                }
+                Step::Pause(span) => {
+                    let until = self.since.get_or_insert(now).after(span);
+                    if now < until {
+                        return Action::Wait(until);
+                    }
+                    self.next();
+                }
+                Step::Await { what, within } => {
+                    let until = self.since.get_or_insert(now).after(within);
+                    if self.came(what) {
+                        self.next();
+                    } else if now < until {
+                        return Action::Wait(until);
+                    } else {
+                        self.again();
+                    }
+                }
+            }
+        }
+        // A script of waits that are over at once, tried to its end.
+        Action::Wait(now)
+    }
+
+    fn next(&mut self) {
+        self.step += 1;
+        self.since = None;
+    }
+
+    fn came(&self, what: Awaited) -> bool {
+        match what {
+            Awaited::Sample => self.samples > 0,
+            Awaited::Record => self.records > 0,
+            Awaited::Reply(to) => self.reply == Some((to, 0)),
+        }
+    }
+
+    /// Begins again after an answer that did not come, or gives up.
+    fn again(&mut self) {
+        self.tries = self.tries.saturating_add(1);
+        if self.tries < TRIES {
+            self.step = self.script.again_from;
+            self.since = None;
+            self.refused = None;
+            return;
+        }
+        self.failed = Some(match (self.refused, self.records, self.bytes) {
+            (Some(refused), ..) => refused,
+            (None, 0, 0) => Failure::Silent,
+            (None, 0, bytes) => Failure::NoRecord { bytes },
+            (None, records, _) => Failure::NoAnswer { records },
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,456 @@
+//! From samples to the line of sight at the time of display.
+//!
+//! A [`GazeEstimator`] takes samples as they come, from one device or from a
+//! head tracker and an eye tracker side by side, each with its time on the
+//! caller's clock (a [`ClockEstimator`](crate::clock::ClockEstimator) knows
+//! it), and gives an [`Estimate`] for any time.
+//!
+//! - **Gaze is judged in the room**, not in the head: while the head turns,
+//!   eyes that rest on something turn against it, and only their sum stands
+//!   still. The head's own prediction moves the eye's place and the top of
+//!   the head, not the line of sight.
+//! - **Fixation** is not predicted; **pursuit** goes on at its velocity; a
+//!   **saccade** goes on along the course fitted to it and lands where that
+//!   ends ([`Estimate::landing`]).
+//! - **Stale data are not passed off as fresh**: [`Estimate::state`] says
+//!   which rung of the ladder is taken, and every change is an
+//!   [`Event::State`].
+//!
+//! # What prediction is worth
+//!
+//! See the table at [`GazePrediction`].
+
+mod calibration;
+mod config;
+mod fallback;
+mod gaze;
+mod head;
+mod least_squares;
+mod movement;
+mod one_euro;
+mod trend;
+
+pub use calibration::{
+    Calibration, CalibrationError, MOST_ECCENTRICITY, Model, Residual, Target, plane_of,
+};
+pub use config::{
+    ConfigError, EstimatorConfig, Eyes, Filter, GazePrediction, RoomFromTracker, Screen,
+};
+pub use fallback::{FallbackConfig, State};
+pub use head::HeadConfig;
+#[cfg(any(test, feature = "mock"))]
+pub(crate) use movement::minimum_jerk;
+pub use movement::{Landing, Movement, PursuitConfig, Saccade, SaccadeConfig};
+pub use one_euro::{OneEuro, OneEuroConfig};
+
+use crate::rotation::{along, angle, compose, rotate, unit};
+use crate::sample::{Head, Sample};
+use crate::time::Micros;
+use fallback::Age;
+use gaze::Gaze;
+use glam::Vec3;
+use head::HeadTrack;
+use movement::{Change, EyeTrack};
+use shisen_core::gaze::{HeadPose, LineOfSight};
+use shisen_core::numeric::sin_cos;
+use trend::seconds;
+
+/// Something that happened to the gaze or to its data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Event {
+    /// Another rung of the ladder is taken.
+    State {
+        /// The rung until now.
+        from: State,
+        /// The rung from now on.
+        to: State,
+        /// The time of display for which it was decided.
+        at: Micros,
+    },
+    /// The eyes were lost: a blink, if they are back soon.
+    BlinkStarted {
+        /// When they were last seen.
+        at: Micros,
+    },
+    /// The eyes are back.
+    BlinkEnded {
+        /// When they were seen again.
+        at: Micros,
+        /// For how long they were not.
+        lasted: Micros,
+    },
+    /// A saccade is under way.
+    SaccadeStarted {
+        /// When it was told from noise.
+        at: Micros,
+    },
+    /// A saccade is over.
+    SaccadeEnded {
+        /// When that was known.
+        at: Micros,
+        /// What it was like.
+        saccade: Saccade,
+    },
+    /// A part of a sample was not used.
+    Rejected {
+        /// The sample's time.
+        at: Micros,
+        /// Why.
+        reason: Rejection,
+    },
+}
+
+/// Why a part of a sample was not used.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Rejection {
+    /// It is not newer than what is known: repeated, out of order, or of a
+    /// clock that stands still.
+    NotNewer,
+    /// The gaze is farther from straight ahead than eyes turn, or behind the
+    /// head.
+    Eccentric {
+        /// How far, radians.
+        angle: f32,
+    },
+    /// A gaze point without a screen or a calibration.
+    Uncalibrated,
+    /// A number is not finite, or a rotation has no length.
+    NotFinite,
+    /// The gaze has not changed by a bit for too long.
+    Stuck {
+        /// For how long.
+        since: Micros,
+    },
+}
+
+/// Where the viewer looks at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// For what time.
+    pub for_time: Micros,
+    /// Where the viewer looks: the head's direction where the
+    /// [`state`](Self::state) says so or worse.
+    pub line_of_sight: LineOfSight,
+    /// Where the head is.
+    pub head: HeadPose,
+    /// How much of this can be relied on.
+    pub state: State,
+    /// By how much the field of full detail has to be wider, radians: 0 in
+    /// [`State::Fresh`] and [`State::Hold`], π in [`State::FullQuality`].
+    pub widen: f32,
+    /// Whether the eyes are shut, or were when last heard of.
+    pub blink: bool,
+    /// What the eyes do.
+    pub movement: Movement,
+    /// Where a saccade under way will land.
+    pub landing: Option<Landing>,
+    /// When the newest gaze that was used was measured.
+    pub gaze_time: Option<Micros>,
+    /// When the newest head pose that was used was measured.
+    pub head_time: Option<Micros>,
+    /// How old the gaze is at [`for_time`](Self::for_time).
+    pub gaze_age: Option<Micros>,
+    /// How late the filter makes a steady movement, seconds; prediction makes
+    /// up for it.
+    pub group_delay: f32,
+}
+
+/// Eyes that are not seen.
+#[derive(Debug, Clone, Copy)]
+struct Lost {
+    since: Micros,
+    /// The newest sample that says so.
+    until: Micros,
+}
+
+/// The gaze that was last refused or accepted, as it came.
+#[derive(Debug, Clone, Copy)]
+struct Same {
+    direction: Vec3,
+    since: Micros,
+}
+
+/// Turns samples into the line of sight. One for each viewer.
+#[derive(Debug, Clone)]
+pub struct GazeEstimator {
+    config: EstimatorConfig,
+    /// The cosine of the largest eccentricity.
+    least_ahead: f32,
+    head: HeadTrack,
+    eyes: EyeTrack,
+    filter: Option<OneEuro>,
+    /// The newest direction in the room, filtered.
+    smooth: Vec3,
+    lost: Option<Lost>,
+    same: Option<Same>,
+    state: State,
+    /// The newest one; what is shown if ever none can be made.
+    sight: LineOfSight,
+}
+
+impl GazeEstimator {
+    /// One that has seen nothing: [`State::FullQuality`].
+    ///
+    /// # Errors
+    /// Values that [`EstimatorConfig::check`] refuses.
+    pub fn new(config: EstimatorConfig) -> Result<Self, ConfigError> {
+        config.check()?;
+        let (_, least_ahead) = sin_cos(config.most_eccentricity);
+        let resting = config.resting_head;
+        let field = "the resting head";
+        let sight = sight(&resting, HeadTrack::forward(&resting));
+        Ok(Self {
+            sight: sight.ok_or(ConfigError::NotFinite { field })?,
+            config,
+            least_ahead,
+            head: HeadTrack::new(config.head, config.resting_head),
+            eyes: EyeTrack::new(
+                config.saccades,
+                config
+                    .prediction
+                    .map_or_else(PursuitConfig::default, |p| p.pursuit),
+            ),
+            filter: match config.filter {
+                Filter::None => None,
+                Filter::OneEuro(config) => Some(OneEuro::new(config)),
+            },
+            smooth: Vec3::NEG_Z,
+            lost: None,
+            same: None,
+            state: State::FullQuality,
+        })
+    }
+
+    /// What it was told.
+    pub const fn config(&self) -> &EstimatorConfig {
+        &self.config
+    }
+
+    /// The rung taken by the newest estimate.
+    pub const fn state(&self) -> State {
+        self.state
+    }
+
+    /// Takes a sample that was measured at `time`.
+    pub fn push(&mut self, sample: &Sample, time: Micros, sink: &mut dyn FnMut(Event)) {
+        let mut reject = |reason| sink(Event::Rejected { at: time, reason });
+        if self.config.head_tracked {
+            self.push_head(&sample.head, time, &mut reject);
+        }
+        let head = self.head.at(time);
+        match gaze::of_sample(&self.config, sample, &head) {
+            Gaze::None => {}
+            Gaze::Uncalibrated => reject(Rejection::Uncalibrated),
+            Gaze::Lost => self.lose(time, sink),
+            Gaze::Direction(direction) => {
+                // NaN fails the comparison too.
+                if !(-direction.z >= self.least_ahead) {
+                    let angle = angle(direction, Vec3::NEG_Z);
+                    reject(Rejection::Eccentric { angle });
+                } else if let Some(since) = self.stuck(direction, time) {
+                    reject(Rejection::Stuck { since });
+                } else {
+                    let direction = rotate(head.orientation, direction);
+                    self.push_gaze(direction, time, sink);
+                }
+            }
+        }
+    }
+
+    fn push_head(&mut self, head: &Head, time: Micros, reject: &mut dyn FnMut(Rejection)) {
+        let room = self.config.room_from_tracker;
+        if let Some(position) = head.position.filter(|p| p.tracked) {
+            let place = room.place(position.value);
+            if !place.is_finite() {
+                reject(Rejection::NotFinite);
+            } else if !self.head.push_position(time, place) {
+                reject(Rejection::NotNewer);
+            }
+        }
+        if let Some(orientation) = head.orientation.filter(|o| o.tracked) {
+            let Some(orientation) = unit(compose(room.orientation, orientation.value)) else {
+                return reject(Rejection::NotFinite);
+            };
+            let turn = head.angular_velocity.filter(|turn| turn.is_finite());
+            let turn = turn.map(|turn| rotate(orientation, turn));
+            if !self.head.push_orientation(time, orientation, turn) {
+                reject(Rejection::NotNewer);
+            }
+        }
+    }
+
+    /// For how long the gaze has been the same, if that is too long.
+    fn stuck(&mut self, direction: Vec3, time: Micros) -> Option<Micros> {
+        let most = self.config.stuck_after?;
+        match self.same {
+            Some(same) if same.direction == direction => {
+                let since = time.since(same.since);
+                (since > most).then_some(since)
+            }
+            _ => {
+                let since = time;
+                self.same = Some(Same { direction, since });
+                None
+            }
+        }
+    }
+
+    fn lose(&mut self, time: Micros, sink: &mut dyn FnMut(Event)) {
+        let Some((seen, _)) = self.eyes.newest() else {
+            return;
+        };
+        if time <= seen {
+            return;
+        }
+        let since = self.lost.map_or(seen, |lost| lost.since);
+        if self.lost.is_none() {
+            sink(Event::BlinkStarted { at: seen });
+        }
+        self.lost = Some(Lost { since, until: time });
+    }
+
+    fn push_gaze(&mut self, direction: Vec3, time: Micros, sink: &mut dyn FnMut(Event)) {
+        let last = self.eyes.newest();
+        if last.is_some_and(|(last, _)| time <= last) {
+            let reason = Rejection::NotNewer;
+            return sink(Event::Rejected { at: time, reason });
+        }
+        if let Some(lost) = self.lost.take() {
+            let lasted = time.since(lost.since);
+            sink(Event::BlinkEnded { at: time, lasted });
+        }
+        let gap = last.map(|(last, _)| time.since(last));
+        let change = self.eyes.push(time, direction);
+        match change {
+            Some(Change::Started) => sink(Event::SaccadeStarted { at: time }),
+            Some(Change::Ended(saccade)) => sink(Event::SaccadeEnded { at: time, saccade }),
+            None => {}
+        }
+        let Some(filter) = &mut self.filter else {
+            self.smooth = direction;
+            return;
+        };
+        let started_anew = gap.is_none_or(|gap| gap > self.config.saccades.most_gap);
+        self.smooth = if self.eyes.in_saccade() {
+            filter.reset();
+            direction
+        } else if matches!(change, Some(Change::Ended(_))) {
+            filter.reset();
+            filter.filter(self.eyes.mean_since_saccade().unwrap_or(direction), 0.0)
+        } else {
+            if started_anew {
+                filter.reset();
+            }
+            filter.filter(direction, gap.unwrap_or_default().seconds())
+        };
+    }
+
+    /// Forgets all samples, as after a change of viewers. The state is decided
+    /// by the next estimate.
+    pub fn reset(&mut self) {
+        self.head = HeadTrack::new(self.config.head, self.config.resting_head);
+        self.eyes.clear();
+        self.lost = None;
+        self.same = None;
+        if let Some(filter) = &mut self.filter {
+            filter.reset();
+        }
+    }
+
+    /// Where the viewer looks at `time`, which is when the frame will be seen.
+    pub fn estimate(&mut self, time: Micros, sink: &mut dyn FnMut(Event)) -> Estimate {
+        let gaze_time = self.eyes.newest().map(|(time, _)| time);
+        let head_time = self.head.time();
+        let fallback = self.config.fallback;
+        let of = |at: Option<Micros>| at.map_or(Age::Never, |at| Age::Of(time.since(at)));
+        let gaze_age = match self.config.eyes {
+            Eyes::HeadOnly => Age::Unused,
+            _ => of(gaze_time),
+        };
+        let head_age = if self.config.head_tracked {
+            of(head_time)
+        } else {
+            Age::Unused
+        };
+        // The tracker has to go on saying that the eyes are shut: one that
+        // fell silent says nothing.
+        let blink = self.lost.is_some_and(|lost| {
+            time.since(lost.since) <= fallback.longest_blink
+                && time.since(lost.until) < fallback.widen_after
+        });
+        let (state, widen) = fallback::rung(&fallback, gaze_age, head_age, blink);
+        if state != self.state {
+            sink(Event::State {
+                from: self.state,
+                to: state,
+                at: time,
+            });
+            self.state = state;
+        }
+        let head = self.head.at(time);
+        let group_delay = self.filter.map_or(0.0, |filter| filter.group_delay());
+        let (movement, gaze) = self.gaze_at(time, group_delay);
+        let forward = if state >= State::HeadDirection {
+            HeadTrack::forward(&head)
+        } else {
+            gaze
+        };
+        if let Some(sight) = sight(&head, forward) {
+            self.sight = sight;
+        }
+        Estimate {
+            for_time: time,
+            line_of_sight: self.sight,
+            head,
+            state,
+            widen,
+            blink: self.lost.is_some(),
+            movement: if state >= State::HeadDirection {
+                Movement::Unknown
+            } else {
+                movement
+            },
+            landing: self.eyes.landing().filter(|_| state < State::HeadDirection),
+            gaze_time,
+            head_time,
+            gaze_age: gaze_time.map(|at| time.since(at)),
+            group_delay,
+        }
+    }
+
+    /// What the eyes do and where they look, in the room.
+    fn gaze_at(&self, time: Micros, group_delay: f32) -> (Movement, Vec3) {
+        let Some((newest, measured)) = self.eyes.newest() else {
+            return (Movement::Unknown, Vec3::NEG_Z);
+        };
+        if self.eyes.in_saccade() {
+            let course = self.config.prediction.and(self.eyes.flight_at(time));
+            return (Movement::Saccade, course.unwrap_or(measured));
+        }
+        let velocity = self.eyes.followed();
+        if velocity == Vec3::ZERO {
+            return (Movement::Fixation, self.smooth);
+        }
+        let Some(prediction) = self.config.prediction else {
+            return (Movement::Pursuit, self.smooth);
+        };
+        let ahead = seconds(newest, time) + group_delay;
+        let ahead = ahead.clamp(0.0, prediction.horizon.seconds());
+        (Movement::Pursuit, along(self.smooth, velocity * ahead))
+    }
+}
+
+/// The line of sight from a head along a direction, both in the room.
+fn sight(head: &HeadPose, forward: Vec3) -> Option<LineOfSight> {
+    let up = rotate(head.orientation, Vec3::Y);
+    let back = rotate(head.orientation, Vec3::Z);
+    // Straight up or down, the back of the head is where the top was.
+    LineOfSight::new(head.position, forward, up)
+        .or_else(|_| LineOfSight::new(head.position, forward, back))
+        .ok()
+}
+
+#[cfg(test)]
+mod tests;

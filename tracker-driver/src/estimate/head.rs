@@ -1,0 +1,174 @@
+//! Where the head is, and will be.
+
+use super::trend::{History, seconds, steady_velocity};
+use crate::rotation::{compose, from_vector, inverse, rotate, to_vector, unit};
+use crate::time::Micros;
+use glam::{Quat, Vec3};
+use shisen_core::gaze::HeadPose;
+
+/// How the head's movement is continued.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeadConfig {
+    /// Over how long its velocity is taken: 10 to 500 ms.
+    pub window: Micros,
+    /// It is continued by at most this much: up to 200 ms. Later it rests
+    /// where that has led.
+    pub horizon: Micros,
+    /// Slower turns count as rest, radians per second; 0.001 to 1.
+    pub least_turn: f32,
+    /// Slower movements count as rest, metres per second; 0.001 to 1.
+    pub least_speed: f32,
+}
+
+impl Default for HeadConfig {
+    /// 40 ms, continued by 60 ms, from 1°/s and 10 mm/s on.
+    fn default() -> Self {
+        Self {
+            window: Micros(40_000),
+            horizon: Micros(60_000),
+            least_turn: 0.017_45,
+            least_speed: 0.01,
+        }
+    }
+}
+
+/// The newest poses in the room.
+#[derive(Debug, Clone)]
+pub(super) struct HeadTrack {
+    config: HeadConfig,
+    resting: HeadPose,
+    positions: History<Vec3, 64>,
+    orientations: History<Quat, 64>,
+    /// Radians per second in the room, where the device says.
+    turn: Option<Vec3>,
+}
+
+impl HeadTrack {
+    pub(super) fn new(config: HeadConfig, resting: HeadPose) -> Self {
+        Self {
+            config,
+            resting,
+            positions: History::new(Vec3::ZERO),
+            orientations: History::new(Quat::IDENTITY),
+            turn: None,
+        }
+    }
+
+    /// False where the time is not after the last one.
+    pub(super) fn push_position(&mut self, time: Micros, position: Vec3) -> bool {
+        let newer = self.positions.newest().is_none_or(|(last, _)| time > last);
+        if newer {
+            self.positions.push(time, position);
+        }
+        newer
+    }
+
+    /// Likewise; `turn` is about the room's axes.
+    pub(super) fn push_orientation(
+        &mut self,
+        time: Micros,
+        orientation: Quat,
+        turn: Option<Vec3>,
+    ) -> bool {
+        let newest = self.orientations.newest();
+        let newer = newest.is_none_or(|(last, _)| time > last);
+        if newer {
+            self.orientations.push(time, orientation);
+            self.turn = turn;
+        }
+        newer
+    }
+
+    /// When what is known of the pose was measured: the older of what the
+    /// tracker gives. `None` while it has given nothing.
+    pub(super) fn time(&self) -> Option<Micros> {
+        let position = self.positions.newest().map(|(time, _)| time);
+        let orientation = self.orientations.newest().map(|(time, _)| time);
+        match (position, orientation) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// The pose at a time, by constant velocity from the newest one.
+    pub(super) fn at(&self, time: Micros) -> HeadPose {
+        let window = self.config.window;
+        let most = self.config.horizon.seconds();
+        let mut pose = self.resting;
+        if let Some((newest, position)) = self.positions.newest() {
+            let places = self
+                .positions
+                .newest_first()
+                .take_while(move |(t, _)| newest.since(*t) <= window)
+                .map(move |(t, p)| (-newest.since(t).seconds(), p - position));
+            let velocity = steady_velocity(places, self.config.least_speed);
+            let ahead = seconds(newest, time).clamp(-most, most);
+            pose.position = position + velocity * ahead;
+        }
+        if let Some((newest, orientation)) = self.orientations.newest() {
+            let back = inverse(orientation);
+            let places = self
+                .orientations
+                .newest_first()
+                .take_while(move |(t, _)| newest.since(*t) <= window)
+                .map(move |(t, q)| (-newest.since(t).seconds(), to_vector(compose(q, back))));
+            let turn = self
+                .turn
+                .unwrap_or_else(|| steady_velocity(places, self.config.least_turn));
+            let ahead = seconds(newest, time).clamp(-most, most);
+            let turned = compose(from_vector(turn * ahead), orientation);
+            pose.orientation = unit(turned).unwrap_or(orientation);
+        }
+        pose
+    }
+
+    /// The way that the head faces.
+    pub(super) fn forward(pose: &HeadPose) -> Vec3 {
+        rotate(pose.orientation, Vec3::NEG_Z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constant_velocity_up_to_the_horizon() {
+        let mut head = HeadTrack::new(HeadConfig::default(), HeadPose::IDENTITY);
+        assert_eq!(head.time(), None);
+        assert_eq!(head.at(Micros(5)), HeadPose::IDENTITY);
+        // 0.5 m/s and 1 rad/s.
+        for i in 0..50u64 {
+            let t = i as f32 * 0.0025;
+            let time = Micros(1_000_000 + i * 2_500);
+            assert!(head.push_position(time, Vec3::X * 0.5 * t));
+            assert!(head.push_orientation(time, from_vector(Vec3::Y * t), None));
+        }
+        let last = 49.0 * 0.0025;
+        let newest = Micros(1_122_500);
+        assert_eq!(head.time(), Some(newest));
+        assert!(!head.push_position(newest, Vec3::ONE));
+        for (ahead, counted) in [(20_000, 0.02), (60_000, 0.06), (900_000, 0.06)] {
+            let pose = head.at(newest.after(Micros(ahead)));
+            assert!((pose.position.x - 0.5 * (last + counted)).abs() < 1e-4);
+            let turned = to_vector(pose.orientation).y;
+            assert!((turned - (last + counted)).abs() < 1e-4, "{turned}");
+        }
+        // What the device says about the turn counts.
+        let time = Micros(1_125_000);
+        head.push_orientation(time, Quat::IDENTITY, Some(Vec3::Z));
+        let pose = head.at(time.after(Micros(10_000)));
+        assert!((to_vector(pose.orientation) - Vec3::Z * 0.01).length() < 1e-6);
+    }
+
+    #[test]
+    fn a_head_at_rest_stays() {
+        let mut head = HeadTrack::new(HeadConfig::default(), HeadPose::IDENTITY);
+        for i in 0..50u64 {
+            let noise = if i % 2 == 0 { 1e-4 } else { -1e-4 };
+            head.push_position(Micros(i * 2_500), Vec3::Y + Vec3::X * noise);
+        }
+        let pose = head.at(Micros(49 * 2_500 + 50_000));
+        assert!((pose.position - Vec3::Y).length() < 1.1e-4);
+    }
+}

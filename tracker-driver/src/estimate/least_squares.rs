@@ -1,0 +1,100 @@
+//! Least squares by Givens rotations: each row turns into a triangle as it
+//! comes, so that any number of rows needs the memory of the triangle, and
+//! the normal equations, which square the condition, are never formed.
+
+use shisen_core::numeric::sqrt;
+
+/// The triangle of all rows so far, for `N` unknowns of two right-hand sides.
+pub(super) struct LeastSquares<const N: usize> {
+    triangle: [[f32; N]; N],
+    right: [[f32; 2]; N],
+}
+
+impl<const N: usize> LeastSquares<N> {
+    /// A diagonal element this much smaller than the largest, which the
+    /// rounding of the rows alone can make, is taken for zero.
+    const SINGULAR: f32 = 1.0e-4;
+
+    pub(super) fn new() -> Self {
+        Self {
+            triangle: [[0.0; N]; N],
+            right: [[0.0; 2]; N],
+        }
+    }
+
+    /// One more equation: `row · unknowns = right`.
+    pub(super) fn add(&mut self, mut row: [f32; N], mut right: [f32; 2]) {
+        for i in 0..N {
+            let (a, b) = (self.triangle[i][i], row[i]);
+            if b == 0.0 {
+                continue;
+            }
+            let length = sqrt(a * a + b * b);
+            let (cos, sin) = (a / length, b / length);
+            for j in i..N {
+                let (upper, lower) = (self.triangle[i][j], row[j]);
+                self.triangle[i][j] = cos * upper + sin * lower;
+                row[j] = cos * lower - sin * upper;
+            }
+            for side in 0..2 {
+                let (upper, lower) = (self.right[i][side], right[side]);
+                self.right[i][side] = cos * upper + sin * lower;
+                right[side] = cos * lower - sin * upper;
+            }
+        }
+    }
+
+    /// The unknowns, for each right-hand side; `None` where the equations do
+    /// not determine them.
+    pub(super) fn solve(&self) -> Option<[[f32; N]; 2]> {
+        let largest = (0..N).fold(0f32, |most, i| most.max(self.triangle[i][i].abs()));
+        let mut unknowns = [[0.0; N]; 2];
+        for i in (0..N).rev() {
+            let diagonal = self.triangle[i][i];
+            if !(diagonal.abs() > largest * Self::SINGULAR) {
+                return None;
+            }
+            for (side, unknowns) in unknowns.iter_mut().enumerate() {
+                let mut rest = self.right[i][side];
+                for j in i + 1..N {
+                    rest -= self.triangle[i][j] * unknowns[j];
+                }
+                unknowns[i] = rest / diagonal;
+            }
+        }
+        let finite = unknowns.iter().flatten().all(|u| u.is_finite());
+        finite.then_some(unknowns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line through points of which no line goes through all.
+    #[test]
+    fn a_line_is_the_best() {
+        let mut line = LeastSquares::<2>::new();
+        for (x, y) in [(0.0, 1.0), (1.0, 2.0), (2.0, 2.0), (3.0, 5.0)] {
+            line.add([1.0, x], [y, 2.0 * y]);
+        }
+        let [first, second] = line.solve().unwrap();
+        // By hand: slope 1.2, intercept 0.7.
+        for (found, by_hand) in first.iter().zip([0.7, 1.2]) {
+            assert!((found - by_hand).abs() < 1e-6, "{first:?}");
+        }
+        assert!((second[1] - 2.4).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_is_not_determined_is_not_made_up() {
+        let mut line = LeastSquares::<2>::new();
+        assert_eq!(line.solve(), None);
+        line.add([1.0, 3.0], [1.0, 1.0]);
+        assert_eq!(line.solve(), None);
+        line.add([2.0, 6.0], [2.0, 2.0]);
+        assert_eq!(line.solve(), None);
+        line.add([0.0, 1.0], [f32::NAN, 0.0]);
+        assert_eq!(line.solve(), None);
+    }
+}

@@ -1,0 +1,109 @@
+//! What prediction is worth, on the mock. The table is printed by
+//! `cargo test -p shisen-tracker prediction -- --nocapture`.
+
+use crate::estimate::{EstimatorConfig, Filter, GazeEstimator, State};
+use crate::mock::{Kind, Tracker, TrackerConfig, Viewer, ViewerConfig};
+use crate::rotation::angle;
+use crate::time::Micros;
+use std::vec::Vec;
+
+const LATENCY: Micros = Micros(20_000);
+
+/// Errors in degrees: in fixation, pursuit, on the way of a saccade, and in
+/// the first 20 ms after its landing.
+type Errors = [Vec<f32>; 4];
+
+const NAMES: [&str; 4] = ["fixation", "pursuit", "flight", "landing"];
+
+fn errors(config: &EstimatorConfig, rate: u32, seconds: u64) -> Errors {
+    let mut errors = Errors::default();
+    for seed in 1..=3 {
+        let tracker = TrackerConfig {
+            rate,
+            latency: Micros(0),
+            ..TrackerConfig::default()
+        };
+        let viewer = Viewer::new(ViewerConfig::default(), seed);
+        let mut tracker = Tracker::new(tracker, viewer, seed).unwrap();
+        let mut estimator = GazeEstimator::new(*config).unwrap();
+        let mut landed = Micros(0);
+        while tracker.next_time() < Micros::from_millis(1_000 * seconds) {
+            let (time, sample) = tracker.next_sample();
+            estimator.push(&sample, time, &mut |_| {});
+            let shown = time.after(LATENCY);
+            let truth = tracker.viewer().truth(shown).unwrap();
+            let estimate = estimator.estimate(shown, &mut |_| {});
+            if truth.kind == Kind::Saccade {
+                landed = truth.end;
+            }
+            if estimate.state != State::Fresh || truth.openness < 1.0 || time.0 < 1_000_000 {
+                continue;
+            }
+            let class = match truth.kind {
+                Kind::Saccade => 2,
+                _ if shown.since(landed) < LATENCY => 3,
+                Kind::Pursuit => 1,
+                Kind::Fixation | Kind::Microsaccade => 0,
+            };
+            let off = angle(estimate.line_of_sight.forward(), truth.direction);
+            errors[class].push(off.to_degrees());
+        }
+    }
+    for errors in &mut errors {
+        errors.sort_by(f32::total_cmp);
+    }
+    errors
+}
+
+fn quantile(sorted: &[f32], part: f32) -> f32 {
+    sorted[(part * (sorted.len() - 1) as f32) as usize]
+}
+
+/// Median and 95th percentile of all four.
+fn summary(errors: &Errors) -> [(f32, f32); 4] {
+    [0, 1, 2, 3].map(|class| {
+        let errors = &errors[class];
+        (quantile(errors, 0.5), quantile(errors, 0.95))
+    })
+}
+
+#[test]
+fn prediction_pays_and_harms_nowhere() {
+    if cfg!(miri) {
+        return;
+    }
+    let config = EstimatorConfig::default();
+    let still = EstimatorConfig {
+        prediction: None,
+        ..config
+    };
+    let bare = EstimatorConfig {
+        filter: Filter::None,
+        ..still
+    };
+    for rate in [60, 120, 500, 1_000] {
+        let [bare, still, with] =
+            [&bare, &still, &config].map(|config| summary(&errors(config, rate, 60)));
+        for (class, name) in NAMES.into_iter().enumerate() {
+            let column = |(median, tail): (f32, f32)| std::format!("{median:.2} / {tail:.2}");
+            std::println!(
+                "| {rate} Hz | {name} | {} | {} | {} |",
+                column(bare[class]),
+                column(still[class]),
+                column(with[class])
+            );
+            // Within 0.005°, and 0.03° at the tail of rates that see little.
+            let slack = if rate < 500 { 0.03 } else { 0.005 };
+            for before in [bare[class], still[class]] {
+                assert!(with[class].0 <= before.0 + 0.005, "{rate} {name}");
+                assert!(with[class].1 <= before.1 + slack, "{rate} {name}");
+            }
+        }
+        let [_, pursuit, _, landing] = with;
+        for before in [bare, still] {
+            assert!(pursuit.0 < 0.7 * before[1].0, "{rate}");
+            assert!(landing.0 < 0.7 * before[3].0, "{rate}");
+            assert!(landing.1 < 0.8 * before[3].1, "{rate}");
+        }
+    }
+}

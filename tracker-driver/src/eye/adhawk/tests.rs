@@ -1,0 +1,364 @@
+use super::*;
+use crate::testing::{self, ARRIVAL, Random, any_split, dropped, events, every_fault, samples};
+use proptest::prelude::*;
+use std::vec::Vec as List;
+
+fn unit(random: &mut Random) -> Vec3 {
+    let (x, y) = (random.unit() - 0.5, random.unit() - 0.5);
+    Vec3::new(x, y, -1.0).normalize()
+}
+
+fn eye(random: &mut Random, x: f32) -> Eye {
+    Eye {
+        origin: Some(Reading::tracked(Vec3::new(x, -0.01, 0.02))),
+        direction: Some(Reading::tracked(unit(random))),
+        pupil: Some(Pupil::Diameter(0.002 + 0.004 * random.unit())),
+        openness: None,
+    }
+}
+
+fn sample(random: &mut Random, microseconds: u64) -> Sample {
+    Sample {
+        device_time: Some(DeviceTime::unwrapped(microseconds)),
+        left: eye(random, -0.03),
+        right: eye(random, 0.03),
+        combined: Eye {
+            direction: Some(Reading::tracked(unit(random))),
+            ..Eye::default()
+        },
+        ..Sample::arrived(ARRIVAL)
+    }
+}
+
+fn stream() -> List<List<u8>> {
+    let mut random = Random(3);
+    (0..20)
+        .map(|i| {
+            let sample = sample(&mut random, 1_000_000 + 5_000 * i);
+            encode(&sample).unwrap().to_vec()
+        })
+        .collect()
+}
+
+fn near(a: Option<Reading<Vec3>>, b: Option<Reading<Vec3>>) {
+    match (a, b) {
+        (Some(a), Some(b)) => assert!(a.value.distance(b.value) < 1e-6, "{a:?} {b:?}"),
+        _ => assert_eq!(a, b),
+    }
+}
+
+/// Written out by hand from the layout.
+#[test]
+fn a_packet_becomes_a_sample() {
+    let mut bytes = List::from([0xAA, 24, 0x80, 0x01]);
+    bytes.extend(2_500_900_u64.to_le_bytes());
+    bytes.extend([2, 2]);
+    for number in [0.0_f32, 0.0, -2.0] {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes[1] = (bytes.len() - 3) as u8;
+    let found = samples(&mut AdHawk::new(), &bytes);
+    assert_eq!(
+        found,
+        [Sample {
+            device_time: Some(DeviceTime::unwrapped(2_500)),
+            left: Eye {
+                direction: Some(Reading::tracked(Vec3::NEG_Z)),
+                ..Eye::default()
+            },
+            ..Sample::arrived(ARRIVAL)
+        }]
+    );
+}
+
+#[test]
+fn every_field_has_its_place() {
+    let mut bytes = List::from([0xAA, 0, 0x80, 0x01]);
+    bytes.extend(1_000_u64.to_le_bytes());
+    bytes.push(3);
+    let mut field = |kind: u8, numbers: &[f32]| {
+        bytes.push(kind);
+        for number in numbers {
+            bytes.extend(number.to_le_bytes());
+        }
+    };
+    field(1, &[0.0, 3.0, 0.0, 0.1]);
+    field(4, &[30.0, 0.0, 1.0, -30.0, 0.0, 1.0]);
+    field(3, &[31.0, 0.0, 2.0, -31.0, 0.0, 2.0]);
+    field(5, &[3.0, 0.0]);
+    field(7, &[0.25, 1.5]);
+    field(8, &[0.0, 1.0, 0.0, 0.0]);
+    bytes[1] = (bytes.len() - 3) as u8;
+    let found = samples(&mut AdHawk::new(), &bytes);
+    let [sample] = found[..] else {
+        panic!("{found:?}");
+    };
+    near(sample.combined.direction, Some(Reading::tracked(Vec3::Y)));
+    near(
+        sample.right.origin,
+        Some(Reading::tracked(Vec3::new(0.031, 0.0, 0.002))),
+    );
+    near(
+        sample.left.origin,
+        Some(Reading::tracked(Vec3::new(-0.031, 0.0, 0.002))),
+    );
+    assert_eq!(sample.right.pupil, Some(Pupil::Diameter(0.003)));
+    assert_eq!(sample.left.pupil, None);
+    let point = GazePoint::Normalized(Vec2::new(0.25, 1.5));
+    assert_eq!(sample.gaze_point, Some(Reading::tracked(point)));
+    let turn = Quat::from_xyzw(0.0, 1.0, 0.0, 0.0);
+    assert_eq!(sample.head.orientation, Some(Reading::tracked(turn)));
+}
+
+#[test]
+fn events_become_messages() {
+    let time = Some(DeviceTime::unwrapped(1_500_000));
+    let blink = EyeEvent {
+        kind: EyeEventKind::Blink,
+        eye: None,
+        device_time: time,
+        duration: Some(Micros(250_000)),
+    };
+    assert_eq!(
+        encode_event(&blink),
+        [0xAA, 10, 0x80, 0x18, 1, 0, 0, 0xC0, 0x3F, 0, 0, 0x80, 0x3E]
+    );
+    let of_an_eye = |kind, eye| EyeEvent {
+        kind,
+        eye: Some(eye),
+        device_time: time,
+        duration: None,
+    };
+    for event in [
+        blink,
+        EyeEvent {
+            kind: EyeEventKind::Saccade,
+            ..blink
+        },
+        EyeEvent {
+            kind: EyeEventKind::Fixation,
+            ..blink
+        },
+        of_an_eye(EyeEventKind::Closed, Side::Left),
+        of_an_eye(EyeEventKind::Opened, Side::Right),
+        of_an_eye(EyeEventKind::Lost, Side::Left),
+        of_an_eye(EyeEventKind::Found, Side::Right),
+    ] {
+        let found = events(&mut AdHawk::new(), &encode_event(&event));
+        assert_eq!(found, [Event::Message(Message::Eyes(event))]);
+    }
+    let mut bad = encode_event(&of_an_eye(EyeEventKind::Lost, Side::Left));
+    *bad.last_mut().unwrap() = 2;
+    bad.extend_from_slice(&encode_event(&blink)).unwrap();
+    assert_eq!(dropped(&mut AdHawk::new(), &bad), [DropReason::Field]);
+}
+
+#[test]
+fn requests_are_the_devices_bytes() {
+    let on = Request::Tracking(true);
+    assert_eq!(on.encode(0x0102), [0xAA, 5, 0, 2, 1, 0x9C, 1, 1]);
+    assert_eq!(
+        Request::Tracking(false).encode(3),
+        [0xAA, 5, 0, 3, 0, 0x9C, 1, 0]
+    );
+    assert_eq!(Request::Status.encode(0), [0xAA, 3, 0, 0, 0, 0x90]);
+    let fields = Request::Fields {
+        mask: 1 << 1 | 1 << 5,
+        enable: true,
+    };
+    assert_eq!(
+        fields.encode(0),
+        [0xAA, 9, 0, 0, 0, 0x9B, 14, 0x22, 0, 0, 0, 1]
+    );
+    let rate = Request::Rate { hertz: 250.0 };
+    assert_eq!(
+        rate.encode(0),
+        [0xAA, 8, 0, 0, 0, 0x9B, 13, 0, 0, 0x7A, 0x43]
+    );
+    let blinks = Request::Events {
+        mask: 0b111,
+        enable: false,
+    };
+    assert_eq!(blinks.encode(0), [0xAA, 9, 0, 0, 0, 0x9B, 5, 7, 0, 0, 0, 0]);
+}
+
+#[test]
+fn responses_and_states_become_messages() {
+    let reply = encode_response(7, Request::Status.kind(), 3);
+    let found = events(&mut AdHawk::new(), &reply);
+    let expected = Reply {
+        to: 0x90,
+        result: 3,
+    };
+    assert_eq!(found, [Event::Message(Message::Reply(expected))]);
+    assert_eq!(result_name(3), "tracker not ready");
+
+    // With data, and other streams, only right behind a packet.
+    let long = [0xAA, 6, 0, 0, 0, 0x9A, 0, 5, 5];
+    let ready = [0xAA, 2, 0x80, 0x02, 1];
+    let status = [0xAA, 2, 0x80, 0x16, 15];
+    let temperature = [0xAA, 3, 0x80, 0x22, 1, 2];
+    let mut decoder = AdHawk::new();
+    let unknown = [&long[..], &ready].concat();
+    assert_eq!(
+        dropped(&mut decoder, &unknown),
+        [DropReason::Length],
+        "the second is told of later"
+    );
+    assert_eq!(decoder.counts().messages, 0);
+    let mut decoder = AdHawk::new();
+    let all = [&reply[..], &long, &ready, &status, &temperature, &reply].concat();
+    let found = events(&mut decoder, &all);
+    let state = |code, meaning| Event::Message(Message::State { code, meaning });
+    assert_eq!(
+        found[1..5],
+        [
+            Event::Message(Message::Reply(Reply {
+                to: 0x9A,
+                result: 0
+            })),
+            state(2, "trackers ready"),
+            state(15, "busy"),
+            Event::Dropped(crate::decoder::Dropped {
+                bytes: 6,
+                reason: DropReason::Unknown
+            }),
+        ]
+    );
+    assert_eq!(found.len(), 6);
+}
+
+#[test]
+fn damage_is_named() {
+    let mut random = Random(9);
+    let good = encode(&sample(&mut random, 5)).unwrap();
+    let damaged = |offset: usize, bytes: &[u8]| {
+        let mut bad = good.to_vec();
+        bad[offset..offset + bytes.len()].copy_from_slice(bytes);
+        dropped(&mut AdHawk::new(), &[&bad[..], &good].concat())
+    };
+    let field = OVERHEAD + EYES_OVERHEAD;
+    assert_eq!(damaged(0, &[0])[0], DropReason::OutOfStep);
+    assert_eq!(damaged(1, &[0])[0], DropReason::Length);
+    assert_eq!(damaged(1, &[126])[0], DropReason::Length);
+    assert_eq!(damaged(2, &[0xC0])[0], DropReason::Field);
+    assert_eq!(damaged(3, &[0x55])[0], DropReason::Unknown);
+    assert_eq!(damaged(12, &[4])[0], DropReason::Field);
+    assert_eq!(damaged(field, &[9])[0], DropReason::Field);
+    for bad in [f32::NAN, f32::INFINITY, 1e30] {
+        let bad = bad.to_le_bytes();
+        assert_eq!(damaged(field + 1, &bad)[0], DropReason::OutOfRange);
+    }
+    assert_eq!(damaged(field + 1, &[0; 12])[0], DropReason::NotUnit);
+    // The same field twice.
+    assert_eq!(damaged(field + 17, &[1])[0], DropReason::Field);
+}
+
+#[test]
+fn one_eye_and_none() {
+    let mut random = Random(21);
+    let both = sample(&mut random, 1);
+    let one = Sample {
+        left: Eye::default(),
+        ..both
+    };
+    let found = samples(&mut AdHawk::new(), &encode(&one).unwrap());
+    assert!(found[0].left.is_empty());
+    near(found[0].right.direction, both.right.direction);
+    let none = Sample {
+        left: Eye::default(),
+        right: Eye::default(),
+        ..both
+    };
+    let found = samples(&mut AdHawk::new(), &encode(&none).unwrap());
+    near(found[0].combined.direction, both.combined.direction);
+    assert_eq!(encode(&Sample::arrived(ARRIVAL)), None);
+}
+
+#[test]
+fn spi_frames_hold_packets() {
+    let mut frame = [0; SPI_FRAME_LENGTH];
+    assert_eq!(spi_packets(&frame), &[] as &[u8]);
+    frame[..5].copy_from_slice(&[0xAA, 2, 0, 8, 9]);
+    assert_eq!(spi_packets(&frame), [8, 9]);
+    frame[2] = 4;
+    assert_eq!(spi_packets(&frame), &[] as &[u8]);
+}
+
+#[test]
+fn every_fault_is_over_within_three_packets() {
+    let tally = every_fault(AdHawk::new, &stream());
+    assert!(tally.most_intact_lost <= 3, "{tally:?}");
+    std::println!("{:?} {}", tally.rates(), tally.most_intact_lost);
+    if !cfg!(miri) {
+        // The module's table.
+        for (found, stated) in tally.rates().iter().zip([0.0, 0.79, 0.02, 0.02]) {
+            assert!(
+                (found - stated).abs() < 0.005,
+                "{found} is stated as {stated}"
+            );
+        }
+    }
+}
+
+#[test]
+fn any_cut_gives_the_same_events() {
+    let mut stream = stream()[..8].concat();
+    stream.splice(40..41, []);
+    stream.splice(190..190, [0xAA; 5]);
+    stream.splice(330..330, [7; 300]);
+    any_split(AdHawk::new, &stream);
+}
+
+#[test]
+fn random_bytes_hold_no_packets() {
+    let count = testing::random_count(150_000_000);
+    let found = testing::random_bytes(&mut AdHawk::new(), count, 17);
+    // 2⁻³⁶ for each byte.
+    assert_eq!(found, 0);
+}
+
+/// Packets with every header, and random bytes where the sizes agree.
+#[test]
+fn random_payloads_are_usable_or_refused() {
+    let mut random = Random(31);
+    let mut decoder = AdHawk::new();
+    let rounds = if cfg!(miri) { 20 } else { 20_000 };
+    for _ in 0..rounds {
+        let mut bytes = List::from([0xAA, 9, 0x80, 0x01]);
+        bytes.extend(random.next().to_le_bytes());
+        let eyes = 1 + (random.next() % 3) as u8;
+        let field = 1 + (random.next() % 8) as u8;
+        bytes.extend([eyes, field]);
+        let count = field_numbers(field, usize::from(eyes.count_ones() as u8)).unwrap();
+        for _ in 0..count {
+            bytes.extend((random.next() as u32).to_le_bytes());
+        }
+        bytes[1] = (bytes.len() - 3) as u8;
+        for sample in samples(&mut decoder, &bytes) {
+            testing::assert_usable(&sample);
+        }
+    }
+    assert!(decoder.counts().samples > 0);
+}
+
+proptest! {
+    #[test]
+    fn samples_survive_the_wire(seed in 1_u64.., microseconds in 0_u64..1 << 50) {
+        let mut random = Random(seed);
+        let sample = sample(&mut random, microseconds);
+        let found = samples(&mut AdHawk::new(), &encode(&sample).unwrap());
+        prop_assert_eq!(found.len(), 1);
+        let found = found[0];
+        prop_assert_eq!(found.device_time, sample.device_time);
+        for (a, b) in [(found.left, sample.left), (found.right, sample.right)] {
+            near(a.direction, b.direction);
+            near(a.origin, b.origin);
+            let (Some(Pupil::Diameter(a)), Some(Pupil::Diameter(b))) = (a.pupil, b.pupil) else {
+                panic!("{found:?}");
+            };
+            prop_assert!((a - b).abs() < 1e-8);
+        }
+        near(found.combined.direction, sample.combined.direction);
+    }
+}

@@ -1,0 +1,174 @@
+use super::*;
+use crate::testing::{self, ARRIVAL, Random, any_split, dropped, every_fault, samples};
+use proptest::prelude::*;
+use std::vec::Vec as List;
+
+/// Frame 33,023, pupil 496, gaze −5, 300.
+const FRAME: [u8; 12] = [
+    0x80, 0x00, 0x7F, 0x01, 0x70, 0x00, 0x7F, 0x56, 0x7B, 0x01, 0x2C, 0x01,
+];
+
+fn base() -> Config {
+    Config {
+        layout: Layout::Base,
+        ..Config::default()
+    }
+}
+
+fn looking_at(number: u32, pupil: f32, x: f32, y: f32) -> Sample {
+    Sample {
+        sequence: Some(number),
+        combined: Eye {
+            pupil: Some(Pupil::Raw(pupil)),
+            ..Eye::default()
+        },
+        gaze_point: Some(Reading::tracked(GazePoint::Raw(Vec2::new(x, y)))),
+        ..Sample::arrived(ARRIVAL)
+    }
+}
+
+/// Twenty frames around the wrap of a byte and of the count.
+fn stream() -> List<List<u8>> {
+    let mut random = Random(11);
+    (0..20_u16)
+        .map(|i| {
+            let mut value = |range| (random.next() % range) as f32;
+            let (pupil, x, y) = (1.0 + value(2_000), value(1_200) - 600.0, value(900) - 300.0);
+            let number = 65_526_u16.wrapping_add(i);
+            encode(
+                &looking_at(u32::from(number), pupil, x, y),
+                Layout::Numbered,
+            )
+            .to_vec()
+        })
+        .collect()
+}
+
+#[test]
+fn a_frame_becomes_a_sample() {
+    let expected = looking_at(33_023, 496.0, -5.0, 300.0);
+    assert_eq!(samples(&mut Asl::default(), &FRAME), [expected]);
+    assert_eq!(encode(&expected, Layout::Numbered), FRAME);
+}
+
+#[test]
+fn the_short_layout_has_no_frame_number() {
+    let expected = Sample {
+        sequence: None,
+        ..looking_at(0, 496.0, -5.0, 300.0)
+    };
+    let frame = encode(&expected, Layout::Base);
+    // Top bits: the fourth and fifth of the fields' bytes, and the last.
+    assert_eq!(
+        frame,
+        [0x80, 0x01, 0x70, 0x00, 0x7F, 0x7B, 0x01, 0x34, 0x2C, 0x00]
+    );
+    assert_eq!(samples(&mut Asl::new(base()), &frame), [expected]);
+}
+
+#[test]
+fn an_eye_that_was_not_found_has_no_gaze() {
+    let frame = encode(&looking_at(1, 0.0, 5.0, 6.0), Layout::Numbered);
+    let found = samples(&mut Asl::default(), &frame);
+    assert_eq!(found[0].gaze_point, None);
+    assert_eq!(found[0].combined.pupil, None);
+    let config = Config {
+        zero_is_lost: false,
+        ..Config::default()
+    };
+    let found = samples(&mut Asl::new(config), &frame);
+    assert_eq!(found[0].combined.pupil, None);
+    assert!(found[0].gaze_point.is_some());
+}
+
+#[test]
+fn damage_is_named() {
+    let damaged = |offset: usize, byte: u8| {
+        let mut frame = FRAME;
+        frame[offset] = byte;
+        dropped(&mut Asl::default(), &[frame, FRAME].concat())
+    };
+    assert_eq!(damaged(0, 0x81), [DropReason::Field]);
+    assert_eq!(damaged(0, 0x00), [DropReason::OutOfStep]);
+    // The byte that is nothing, its top bit, and the last byte's free bits.
+    assert_eq!(damaged(5, 1), [DropReason::Field]);
+    assert_eq!(damaged(7, 0x76), [DropReason::Field]);
+    assert_eq!(damaged(11, 0x09), [DropReason::Field]);
+    assert_eq!(damaged(4, 0xF0), [DropReason::Truncated, DropReason::Field]);
+    // A pupil below zero.
+    assert_eq!(damaged(7, 0x5E), [DropReason::OutOfRange]);
+    let cut = [&FRAME[..6], &FRAME[..]].concat();
+    assert_eq!(dropped(&mut Asl::default(), &cut), [DropReason::Truncated]);
+}
+
+#[test]
+fn missing_frames_are_counted() {
+    let mut decoder = Asl::default();
+    for number in [65_534, 65_535, 0, 3, 4, 40_000, 40_001] {
+        let frame = encode(&looking_at(number, 1.0, 0.0, 0.0), Layout::Numbered);
+        assert_eq!(samples(&mut decoder, &frame).len(), 1);
+    }
+    // 1 and 2; from 4 to 40,000 it began anew.
+    assert_eq!(decoder.counts().lost, 2);
+    decoder.reset();
+    let frame = encode(&looking_at(40_005, 1.0, 0.0, 0.0), Layout::Numbered);
+    samples(&mut decoder, &frame);
+    assert_eq!(decoder.counts().lost, 2);
+}
+
+#[test]
+fn every_fault_costs_the_frames_it_touches() {
+    let tally = every_fault(Asl::default, &stream());
+    assert_eq!(tally.most_intact_lost, 0);
+    std::println!("{:?}", tally.rates());
+    if !cfg!(miri) {
+        // The module's table.
+        for (found, stated) in tally.rates().iter().zip([0.0, 0.60, 0.01, 0.0]) {
+            assert!(
+                (found - stated).abs() < 0.005,
+                "{found} is stated as {stated}"
+            );
+        }
+    }
+}
+
+#[test]
+fn any_cut_gives_the_same_events() {
+    let mut stream = stream().concat();
+    stream.splice(40..41, []);
+    stream.splice(90..90, [0x80; 5]);
+    stream.splice(130..130, [7; 300]);
+    any_split(Asl::default, &stream);
+}
+
+#[test]
+fn random_bytes_hold_few_frames() {
+    let count = testing::random_count(150_000_000);
+    for config in [Config::default(), base()] {
+        let found = testing::random_bytes(&mut Asl::new(config), count, 13);
+        // 2⁻³¹ for each byte, and 2⁻³¹ without the frame number too.
+        assert!(found <= 2, "{found}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn frames_survive_the_wire(
+        number: u16,
+        pupil in 1_i16..,
+        x: i16,
+        y: i16,
+    ) {
+        let sample = looking_at(
+            u32::from(number),
+            f32::from(pupil),
+            f32::from(x),
+            f32::from(y),
+        );
+        let found = samples(&mut Asl::default(), &encode(&sample, Layout::Numbered));
+        prop_assert_eq!(found, [sample]);
+        let sample = Sample { sequence: None, ..sample };
+        let found = samples(&mut Asl::new(base()), &encode(&sample, Layout::Base));
+        prop_assert_eq!(found, [sample]);
+    }
+}

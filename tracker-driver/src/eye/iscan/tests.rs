@@ -1,0 +1,216 @@
+use super::*;
+use crate::testing::{self, ARRIVAL, Random, any_split, dropped, every_fault, samples};
+use proptest::prelude::*;
+use std::vec::Vec as List;
+
+/// Pupil at 256.3, 120, 45.6 wide; point of regard 300, 0.1.
+const RECORD: [u8; 12] = [
+    0x44, 0x44, 0x03, 0x0A, 0xB0, 0x04, 0xC8, 0x01, 0xB8, 0x0B, 0x01, 0x00,
+];
+
+fn confirmed() -> Config {
+    Config {
+        confirm: true,
+        ..Config::default()
+    }
+}
+
+fn record(words: &[u16]) -> List<u8> {
+    let words = words.iter().flat_map(|word| word.to_le_bytes());
+    [0x44, 0x44].into_iter().chain(words).collect()
+}
+
+/// Twenty records of five outputs up to 512.
+fn stream() -> List<List<u8>> {
+    let mut random = Random(5);
+    let mut word = || 1 + (random.next() % 5_120) as u16;
+    (0..20)
+        .map(|_| record(&[word(), word(), word(), word(), word()]))
+        .collect()
+}
+
+#[test]
+fn a_record_becomes_a_sample() {
+    let mut decoder = Iscan::new(Config::default());
+    // The first waits for the header behind it, the second for nothing.
+    assert_eq!(samples(&mut decoder, &RECORD), []);
+    let found = samples(&mut decoder, &RECORD);
+    assert_eq!(found.len(), 2);
+    assert_eq!(found[0], found[1]);
+    assert_eq!(
+        found[0],
+        Sample {
+            combined: Eye {
+                pupil: Some(Pupil::Raw(45.6)),
+                ..Eye::default()
+            },
+            gaze_point: Some(Reading::tracked(GazePoint::Raw(Vec2::new(300.0, 0.1)))),
+            ..Sample::arrived(ARRIVAL)
+        }
+    );
+    assert_eq!(decoder.counts().samples, 2);
+    assert_eq!(decoder.counts().dropped_bytes, 0);
+}
+
+#[test]
+fn a_confirmed_record_waits_for_the_next() {
+    let mut decoder = Iscan::new(confirmed());
+    for _ in 0..3 {
+        let before = decoder.counts().samples;
+        assert_eq!(samples(&mut decoder, &RECORD[..1]).len(), 0);
+        samples(&mut decoder, &RECORD[1..2]);
+        assert_eq!(samples(&mut decoder, &RECORD[2..]).len(), 0);
+        assert!(decoder.counts().samples <= before + 1);
+    }
+    assert_eq!(decoder.counts().samples, 2);
+}
+
+#[test]
+fn outputs_are_found_by_their_place() {
+    let outputs = Outputs::new(&[
+        Output::Other,
+        Output::PupilVertical,
+        Output::PupilHorizontal,
+    ])
+    .unwrap();
+    let mut decoder = Iscan::new(Config {
+        outputs,
+        ..Config::default()
+    });
+    let bytes = [record(&[9, 20, 30]), record(&[9, 20, 30])].concat();
+    let found = samples(&mut decoder, &bytes);
+    let point = GazePoint::Raw(Vec2::new(3.0, 2.0));
+    assert_eq!(found[0].gaze_point, Some(Reading::tracked(point)));
+    assert_eq!(found[0].combined, Eye::default());
+}
+
+#[test]
+fn outputs_are_one_to_six() {
+    for count in 0..9 {
+        let outputs = Outputs::new(&List::from([Output::Other; 9])[..count]);
+        if (1..=6).contains(&count) {
+            assert_eq!(outputs.unwrap().record_length(), 2 + 2 * count);
+        } else {
+            assert_eq!(outputs, Err(OutputsError { found: count }));
+        }
+    }
+    let text = std::format!("{}", OutputsError { found: 7 });
+    assert!(
+        text.starts_with("7 ISCAN outputs") && text.contains("1 to 6"),
+        "{text}"
+    );
+}
+
+#[test]
+fn an_eye_that_was_not_found_has_no_gaze() {
+    for (words, gaze, pupil) in [
+        ([10, 10, 5, 0, 0], false, false),
+        ([0, 0, 5, 10, 10], false, false),
+        ([10, 10, 0, 10, 10], true, false),
+        ([10, 0, 5, 0, 10], true, true),
+    ] {
+        let bytes = [record(&words), record(&words)].concat();
+        let found = samples(&mut Iscan::default(), &bytes);
+        assert_eq!(found[0].gaze_point.is_some(), gaze, "{words:?}");
+        assert_eq!(found[0].combined.pupil.is_some(), pupil, "{words:?}");
+    }
+    let config = Config {
+        zero_is_lost: false,
+        ..Config::default()
+    };
+    let bytes = [record(&[0; 5]), record(&[0; 5])].concat();
+    let found = samples(&mut Iscan::new(config), &bytes);
+    let corner = GazePoint::Raw(Vec2::ZERO);
+    assert_eq!(found[0].gaze_point, Some(Reading::tracked(corner)));
+}
+
+#[test]
+fn damage_is_named() {
+    let large = [record(&[1, 2, 0x4400, 3, 4]), RECORD.to_vec()].concat();
+    assert_eq!(
+        dropped(&mut Iscan::default(), &[&large[..], &RECORD].concat()),
+        [DropReason::Field]
+    );
+    let short = [record(&[1, 2]), record(&[1, 2, 3, 4, 5])].concat();
+    assert_eq!(
+        dropped(&mut Iscan::default(), &short),
+        [],
+        "told of with the next record"
+    );
+    let short = [short, record(&[1, 2, 3, 4, 5])].concat();
+    assert_eq!(
+        dropped(&mut Iscan::default(), &short),
+        [DropReason::Truncated]
+    );
+    let long = [
+        record(&[1, 2, 3, 4, 5, 6]),
+        RECORD.to_vec(),
+        RECORD.to_vec(),
+    ]
+    .concat();
+    assert_eq!(dropped(&mut Iscan::default(), &long), [DropReason::Length]);
+    let config = Config {
+        largest_word: 100,
+        ..Config::default()
+    };
+    let bytes = [record(&[1, 101, 3, 4, 5]), record(&[1, 2, 3, 4, 5])].concat();
+    assert_eq!(dropped(&mut Iscan::new(config), &bytes), []);
+    assert_eq!(
+        dropped(&mut Iscan::new(config), &[bytes.clone(), bytes].concat())[0],
+        DropReason::Field
+    );
+}
+
+#[test]
+fn every_fault_is_over_within_three_records() {
+    let at_once = every_fault(Iscan::default, &stream());
+    let waiting = every_fault(|| Iscan::new(confirmed()), &stream());
+    assert!(at_once.most_intact_lost <= 3, "{at_once:?}");
+    assert!(waiting.most_intact_lost <= 3, "{waiting:?}");
+    std::println!("at once {:?}", at_once.rates());
+    std::println!("confirmed {:?}", waiting.rates());
+    if !cfg!(miri) {
+        // The module's table.
+        near(at_once.rates(), [0.0, 0.40, 0.07, 0.07]);
+        near(waiting.rates(), [0.0, 0.40, 0.0, 0.0]);
+    }
+}
+
+fn near(found: [f32; 4], stated: [f32; 4]) {
+    for (found, stated) in found.iter().zip(stated) {
+        assert!(
+            (found - stated).abs() < 0.005,
+            "{found} is stated as {stated}"
+        );
+    }
+}
+
+#[test]
+fn any_cut_gives_the_same_events() {
+    let mut stream = stream().concat();
+    stream.splice(40..41, []);
+    stream.splice(90..90, [0x44; 5]);
+    stream.splice(130..130, [7; 300]);
+    any_split(Iscan::default, &stream);
+    any_split(|| Iscan::new(confirmed()), &stream);
+}
+
+#[test]
+fn random_bytes_hold_no_records() {
+    let found = testing::random_bytes(&mut Iscan::default(), testing::random_count(150_000_000), 7);
+    // 3 in 10¹³ for each byte.
+    assert_eq!(found, 0);
+}
+
+proptest! {
+    #[test]
+    fn records_survive_the_wire(words in prop::array::uniform5(0_u16..=LARGEST_WORD)) {
+        let bytes = record(&words);
+        let config = Config { zero_is_lost: false, ..Config::default() };
+        let found = samples(&mut Iscan::new(config), &[&bytes[..], &bytes].concat());
+        prop_assert_eq!(found.len(), 2);
+        // The pupil's place is not kept.
+        let again = encode(&found[0], &config);
+        prop_assert_eq!(&again[6..], &bytes[6..]);
+    }
+}

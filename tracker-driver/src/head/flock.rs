@@ -1,0 +1,507 @@
+//! Ascension Flock of Birds, and what speaks its language (laserBIRD, 6D
+//! bird): position and orientation over a serial line.
+//!
+//! # Records
+//!
+//! From Ascension's laserBIRD guide and VRPN's `vrpn_Flock.C`. A record is
+//! words, and in group mode the address of the bird behind them. Each word is
+//! two bytes of seven bits, low first; the highest bit is set in a record's
+//! first byte and in no other, which is how a record's start is known.
+//!
+//! | Mode | Command | Words |
+//! |---|---|---|
+//! | [`Mode::Angles`] | `W` | z, y, x angle |
+//! | [`Mode::Position`] | `V` | x, y, z |
+//! | [`Mode::Matrix`] | `X` | 11, 12, 13, 21 … 33 |
+//! | [`Mode::Quaternion`] | `\` | real part, 1, 2, 3 |
+//! | [`Mode::PositionAngles`] | `Y` | x, y, z; z, y, x angle |
+//! | [`Mode::PositionMatrix`] | `Z` | x, y, z; 11 … 33 |
+//! | [`Mode::PositionQuaternion`] | `]` | x, y, z; real part, 1, 2, 3 |
+//!
+//! A word is a two's complement number of 16 bits whose lowest two are not
+//! sent. 32768 stands for [`Config::range`], 180° or 1.
+//!
+//! The first four commands and the scale of the angles are as generally
+//! known, not from those two sources.
+//!
+//! The birds' answers to `O` (examine) are bare bytes without a start; the
+//! decoder drops them as out of step.
+//!
+//! # Axes
+//!
+//! The transmitter's +X points forward, +Y to the right, +Z down, as do a
+//! bird's. Quaternion and matrix are the reverse of other trackers': they turn
+//! the transmitter's axes to the bird's components (VRPN inverts them too);
+//! [`Config::reversed`] is for a device that does not. The angles are those of
+//! the bird in the transmitter's frame: azimuth about Z, then elevation about
+//! Y, then roll about X.
+//!
+//! A bird is a sample's sensor by its address less one; without group mode it
+//! is sensor 0.
+//!
+//! # How strong the check is
+//!
+//! A record's start cannot be mistaken, its inside not be checked: no
+//! checksum. Random bytes pass as a record of n bytes with a probability of
+//! 2⁻ⁿ at each byte, times what the values can be: a quaternion 0.025, a
+//! matrix below 10⁻⁹, angles and positions anything, a bird's address 0.98.
+//! That is 1.6 % for angles alone, 0.00015 % for position and quaternion.
+//!
+//! A byte that slips into a record, or is doubled, moves what follows it
+//! inside its record; the next record is not touched. To a stream of 24 moving
+//! records each single-byte fault was done at each place. Wrong samples that
+//! came of one fault, and the most intact records that one cost
+//! (`cargo test -p shisen-tracker flock -- --nocapture`); a flipped bit that
+//! leaves a pose is a wrong sample, since nothing guards it:
+//!
+//! | Mode | dropped | flipped | inserted | doubled | Intact records lost |
+//! |---|---|---|---|---|---|
+//! | Angles | 0.000 | 0.800 | 0.611 | 0.667 | 0 |
+//! | Angles, confirmed | 0.000 | 0.800 | 0.056 | 0.000 | 1 |
+//! | Angles, group | 0.000 | 0.786 | 0.571 | 0.714 | 0 |
+//! | Angles, group, confirmed | 0.000 | 0.786 | 0.048 | 0.000 | 1 |
+//! | Position | 0.000 | 0.800 | 0.611 | 0.667 | 0 |
+//! | Position, confirmed | 0.000 | 0.800 | 0.056 | 0.000 | 1 |
+//! | Position, group | 0.000 | 0.786 | 0.571 | 0.714 | 0 |
+//! | Position, group, confirmed | 0.000 | 0.786 | 0.048 | 0.000 | 1 |
+//! | Matrix | 0.000 | 0.397 | 0.015 | 0.000 | 0 |
+//! | Matrix, confirmed | 0.000 | 0.397 | 0.015 | 0.000 | 1 |
+//! | Matrix, group | 0.000 | 0.412 | 0.031 | 0.053 | 0 |
+//! | Matrix, group, confirmed | 0.000 | 0.412 | 0.014 | 0.000 | 1 |
+//! | Quaternion | 0.000 | 0.501 | 0.091 | 0.031 | 0 |
+//! | Quaternion, confirmed | 0.000 | 0.501 | 0.037 | 0.000 | 1 |
+//! | Quaternion, group | 0.000 | 0.523 | 0.117 | 0.125 | 0 |
+//! | Quaternion, group, confirmed | 0.000 | 0.523 | 0.033 | 0.000 | 1 |
+//! | PositionAngles | 0.000 | 0.800 | 0.639 | 0.833 | 0 |
+//! | PositionAngles, confirmed | 0.000 | 0.800 | 0.028 | 0.000 | 1 |
+//! | PositionAngles, group | 0.000 | 0.792 | 0.615 | 0.846 | 0 |
+//! | PositionAngles, group, confirmed | 0.000 | 0.792 | 0.026 | 0.000 | 1 |
+//! | PositionMatrix | 0.000 | 0.497 | 0.014 | 0.000 | 0 |
+//! | PositionMatrix, confirmed | 0.000 | 0.497 | 0.014 | 0.000 | 1 |
+//! | PositionMatrix, group | 0.000 | 0.506 | 0.027 | 0.040 | 0 |
+//! | PositionMatrix, group, confirmed | 0.000 | 0.506 | 0.013 | 0.000 | 1 |
+//! | PositionQuaternion | 0.000 | 0.629 | 0.090 | 0.071 | 0 |
+//! | PositionQuaternion, confirmed | 0.000 | 0.629 | 0.024 | 0.000 | 1 |
+//! | PositionQuaternion, group | 0.000 | 0.634 | 0.106 | 0.125 | 0 |
+//! | PositionQuaternion, group, confirmed | 0.000 | 0.634 | 0.022 | 0.000 | 1 |
+
+use super::axes::{self, Axes, conjugate};
+use super::polhemus::{from_seven_bits, nearest_word, to_seven_bits};
+use crate::command::{Awaited, PATIENCE, Script};
+use crate::decoder::{Counts, Decoder, DropReason, Event};
+use crate::sample::{Head, Reading, Sample};
+use crate::stream::{Front, Step, Stream};
+use crate::time::Micros;
+use glam::{Quat, Vec3};
+use heapless::Vec;
+
+/// Most words of a record: position and matrix.
+pub const MOST_WORDS: usize = 12;
+/// Most bytes of a record: those, and a bird's address.
+pub const MOST_RECORD_BYTES: usize = 2 * MOST_WORDS + 1;
+
+/// The bit that is set in a record's first byte only.
+const PHASE: u8 = 0x80;
+/// What 32768 is short of.
+const ONE: f32 = 32_768.0;
+/// Highest address of a bird.
+pub const HIGHEST_ADDRESS: u8 = 126;
+
+/// What a record holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Mode {
+    /// Three angles.
+    Angles,
+    /// A position.
+    Position,
+    /// A rotation's matrix.
+    Matrix,
+    /// A rotation's quaternion.
+    Quaternion,
+    /// Position and three angles.
+    PositionAngles,
+    /// Position and matrix.
+    PositionMatrix,
+    /// Position and quaternion.
+    #[default]
+    PositionQuaternion,
+}
+
+impl Mode {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Angles,
+        Self::Position,
+        Self::Matrix,
+        Self::Quaternion,
+        Self::PositionAngles,
+        Self::PositionMatrix,
+        Self::PositionQuaternion,
+    ];
+
+    /// The command that chooses it.
+    pub const fn command(self) -> u8 {
+        match self {
+            Self::Angles => b'W',
+            Self::Position => b'V',
+            Self::Matrix => b'X',
+            Self::Quaternion => b'\\',
+            Self::PositionAngles => b'Y',
+            Self::PositionMatrix => b'Z',
+            Self::PositionQuaternion => b']',
+        }
+    }
+
+    const fn has_position(self) -> bool {
+        !matches!(self, Self::Angles | Self::Matrix | Self::Quaternion)
+    }
+
+    /// Words of a record.
+    pub const fn words(self) -> usize {
+        let turn = match self {
+            Self::Position => 0,
+            Self::Angles | Self::PositionAngles => 3,
+            Self::Quaternion | Self::PositionQuaternion => 4,
+            Self::Matrix | Self::PositionMatrix => 9,
+        };
+        turn + if self.has_position() { 3 } else { 0 }
+    }
+}
+
+/// The distance that is just out of a position's reach.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Range {
+    /// 36 inches: a standard transmitter.
+    #[default]
+    Inches36,
+    /// 72 inches: a standard transmitter with scaling 1.
+    Inches72,
+    /// 144 inches: the extended-range transmitter.
+    Inches144,
+}
+
+impl Range {
+    /// In metres.
+    pub const fn metres(self) -> f32 {
+        match self {
+            Self::Inches36 => 36.0 * 0.0254,
+            Self::Inches72 => 72.0 * 0.0254,
+            Self::Inches144 => 144.0 * 0.0254,
+        }
+    }
+}
+
+/// How a device is set up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Config {
+    /// What its records hold.
+    pub mode: Mode,
+    /// Whether each record ends with the address of its bird.
+    pub group: bool,
+    /// How far positions reach.
+    pub range: Range,
+    /// Whether quaternion and matrix are the reverse of `device_from_sensor`.
+    pub reversed: bool,
+    /// What the device's axes are.
+    pub axes: Axes,
+    /// Whether a record is handed over only when the next one has begun
+    /// behind it. That notices a byte too many, and holds each sample back
+    /// until then; without it the sample is out before the byte is seen.
+    pub confirm: bool,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            mode: Mode::default(),
+            group: false,
+            range: Range::default(),
+            reversed: true,
+            axes: Axes::FORWARD_RIGHT_DOWN,
+            confirm: false,
+        }
+    }
+}
+
+/// A record's words, as the device wrote them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Record {
+    /// The words; those that the mode does not have are 0.
+    pub words: [i16; MOST_WORDS],
+    /// The bird's address, in group mode.
+    pub address: Option<u8>,
+}
+
+impl Config {
+    /// Bytes of a record.
+    pub const fn record_bytes(&self) -> usize {
+        2 * self.mode.words() + self.group as usize
+    }
+
+    /// Takes a record's words out of its bytes; `None` where these are not a
+    /// record, of which the first byte alone has its highest bit set.
+    pub fn words(&self, record: &[u8]) -> Option<Record> {
+        let (&first, rest) = record.split_first()?;
+        let inside = rest.iter().all(|byte| byte & PHASE == 0);
+        if record.len() != self.record_bytes() || first & PHASE == 0 || !inside {
+            return None;
+        }
+        let mut words = [0; MOST_WORDS];
+        for (word, pair) in words.iter_mut().zip(record.chunks_exact(2)) {
+            let &[low, high] = pair else { return None };
+            *word = from_seven_bits(low, high);
+        }
+        let address = if self.group {
+            Some(*record.last()?)
+        } else {
+            None
+        };
+        Some(Record { words, address })
+    }
+
+    /// What a record says of the head.
+    fn head(&self, record: &Record) -> Result<Head, DropReason> {
+        let parts = record.words.map(|word| f32::from(word) / ONE);
+        let [x, y, z, ..] = parts;
+        let position = self.mode.has_position().then(|| {
+            let device = Vec3::new(x, y, z) * self.range.metres();
+            Reading::tracked(self.axes.position(device))
+        });
+        let turn = parts
+            .get(if self.mode.has_position() { 3 } else { 0 }..)
+            .unwrap_or_default();
+        let straight = |q: Quat| if self.reversed { conjugate(q) } else { q };
+        let device = match (self.mode, turn) {
+            (Mode::Angles | Mode::PositionAngles, &[z, y, x, ..]) => {
+                let [z, y, x] = [z, y, x].map(|part| part * 180.0);
+                Some(axes::from_euler_degrees(z, y, x)?)
+            }
+            (Mode::Quaternion | Mode::PositionQuaternion, &[w, x, y, z, ..]) => {
+                Some(straight(axes::unit_quaternion([x, y, z, w])?))
+            }
+            (Mode::Matrix | Mode::PositionMatrix, &[xx, xy, xz, yx, yy, yz, zx, zy, zz, ..]) => {
+                let columns = [
+                    Vec3::new(xx, yx, zx),
+                    Vec3::new(xy, yy, zy),
+                    Vec3::new(xz, yz, zz),
+                ];
+                Some(straight(axes::from_columns(columns)?))
+            }
+            _ => None,
+        };
+        Ok(Head {
+            position,
+            orientation: device.map(|q| Reading::tracked(self.axes.orientation(q))),
+            angular_velocity: None,
+        })
+    }
+
+    /// The record that a device sends of a sample: bird 1's of sensor 0. What
+    /// the sample lacks is the origin and no rotation; what is out of range
+    /// stops at its end.
+    pub fn encode(&self, sample: &Sample) -> Vec<u8, MOST_RECORD_BYTES> {
+        let metres = sample.head.position.map_or(Vec3::ZERO, |p| p.value);
+        let position = self.axes.device_position(metres) / self.range.metres();
+        let rotation = sample.head.orientation.map_or(Quat::IDENTITY, |q| q.value);
+        let rotation = self.axes.device_orientation(rotation);
+        let reverse = if self.reversed {
+            conjugate(rotation)
+        } else {
+            rotation
+        };
+        let mut parts: Vec<f32, MOST_WORDS> = Vec::new();
+        if self.mode.has_position() {
+            let _ = parts.extend_from_slice(&position.to_array());
+        }
+        let _ = match self.mode {
+            Mode::Position => Ok(()),
+            Mode::Angles | Mode::PositionAngles => {
+                parts.extend_from_slice(&axes::euler_degrees(rotation).map(|a| a / 180.0))
+            }
+            Mode::Quaternion | Mode::PositionQuaternion => {
+                parts.extend_from_slice(&[reverse.w, reverse.x, reverse.y, reverse.z])
+            }
+            Mode::Matrix | Mode::PositionMatrix => {
+                let [x, y, z] = axes::columns(reverse);
+                parts.extend_from_slice(&[x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z])
+            }
+        };
+        let mut record = Vec::new();
+        for &part in &parts {
+            let _ = record.extend_from_slice(&to_seven_bits(nearest_word(part)));
+        }
+        if self.group {
+            let _ = record.push(sample.sensor.min(HIGHEST_ADDRESS - 1) + 1);
+        }
+        if let Some(first) = record.first_mut() {
+            *first |= PHASE;
+        }
+        record
+    }
+
+    /// What makes `birds` birds send this configuration's records without
+    /// being asked; in group mode they have the addresses from
+    /// `first_address` on (2, where a transmitter alone has address 1). They
+    /// configure themselves first only where `reset` says so, which takes a
+    /// second and a half.
+    pub fn start(&self, first_address: u8, birds: u8, reset: bool) -> Script {
+        // The guide asks for 300 ms before and after.
+        let settle = Micros::from_millis(300);
+        let birds = birds.clamp(1, MOST_BIRDS);
+        let mut script = Script::new();
+        if reset {
+            let units = first_address.saturating_sub(1).saturating_add(birds);
+            script = script
+                .send(b"B")
+                .pause(settle)
+                .send(&[b'P', AUTO_CONFIGURE, units])
+                .pause(Micros::from_millis(1_000));
+        }
+        script = script.once_only().send(b"B").pause(settle).send(b"F");
+        let mode = self.mode.command();
+        if self.group {
+            script = script.send(&[b'P', GROUP_MODE, 1]);
+            for bird in 0..birds {
+                let address = first_address.saturating_add(bird).min(0x0F);
+                script = script.send(&[TO_BIRD + address, mode]);
+            }
+        } else {
+            script = script.send(&[mode]);
+        }
+        script.send(b"@").expect(Awaited::Sample, PATIENCE)
+    }
+}
+
+/// Most birds that [`Config::start`] sets up: those that one byte addresses.
+pub const MOST_BIRDS: u8 = 14;
+
+const AUTO_CONFIGURE: u8 = 50;
+const GROUP_MODE: u8 = 35;
+/// The next command goes to the bird whose address is added.
+const TO_BIRD: u8 = 0xF0;
+
+/// What ends the stream of records and puts the birds to sleep.
+pub fn stop() -> Script {
+    Script::new().send(b"B").send(b"G")
+}
+
+/// What VRPN's list says about the number that the command `O` 10 is answered
+/// with.
+pub const fn error_meaning(code: u8) -> &'static str {
+    match code {
+        0 => "none",
+        1 => "the memory's test failed",
+        2 => "writing the non-volatile memory failed",
+        3 => "the system's configuration is damaged",
+        4 => "the transmitter's configuration is damaged",
+        5 => "the receiver's configuration is damaged",
+        6 => "a command that does not exist",
+        7 => "not the master",
+        8 => "no bird is active",
+        9 => "not initialised",
+        10 => "receiving from another bird failed",
+        11 => "the line overran or was out of frame",
+        12 => "receiving from the host's bus failed",
+        13 => "a bird does not answer",
+        14 => "a bus command that does not exist",
+        15 => "the bus' run-time error",
+        16 => "the processor's speed is wrong",
+        17 => "a slave has no data",
+        18 => "a baud rate that does not exist",
+        19 => "a slave did not acknowledge",
+        20..=27 => "internal",
+        28 => "no synchronisation with a screen",
+        29 => "the transmitter is not active",
+        30 => "the extended-range transmitter is not attached",
+        31 => "the processor has no time left",
+        32 => "the receiver is saturated",
+        33 => "a slave's configuration is wrong",
+        34 => "the extended-range controller's watchdog",
+        35 => "the extended-range controller is too hot",
+        _ => "",
+    }
+}
+
+/// Decodes the records of one line.
+#[derive(Debug, Clone)]
+pub struct Flock {
+    stream: Stream<{ MOST_RECORD_BYTES + 1 }>,
+    config: Config,
+}
+
+impl Flock {
+    /// A decoder of a device that is set up this way.
+    pub fn new(config: Config) -> Self {
+        Self {
+            stream: Stream::default(),
+            config,
+        }
+    }
+}
+
+impl Decoder for Flock {
+    fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
+        let config = &self.config;
+        self.stream
+            .feed(bytes, sink, |front| config.step(front, arrival));
+    }
+
+    fn counts(&self) -> &Counts {
+        &self.stream.counts
+    }
+
+    fn reset(&mut self) {
+        self.stream.reset();
+    }
+}
+
+impl Config {
+    fn step(&self, front: Front<'_>, arrival: Micros) -> Step {
+        let bytes = front.bytes;
+        let Some((&first, rest)) = bytes.split_first() else {
+            return Step::More;
+        };
+        if first & PHASE == 0 {
+            return Step::Skip(DropReason::OutOfStep);
+        }
+        let length = self.record_bytes();
+        let inside = rest.get(..length - 1).unwrap_or(rest);
+        if let Some(next) = inside.iter().position(|byte| byte & PHASE != 0) {
+            return Step::Discard(next + 1, DropReason::Truncated);
+        }
+        let Some(record) = bytes.get(..length) else {
+            return Step::More;
+        };
+        match bytes.get(length) {
+            None if self.confirm => return Step::More,
+            Some(next) if self.confirm && next & PHASE == 0 => {
+                return Step::Discard(length, DropReason::Length);
+            }
+            _ => {}
+        }
+        // The record's ends are certain.
+        let unusable = |reason| Step::Discard(length, reason);
+        let Some(record) = self.words(record) else {
+            return unusable(DropReason::Field);
+        };
+        let sensor = match record.address {
+            None => 0,
+            Some(address @ 1..=HIGHEST_ADDRESS) => address - 1,
+            Some(_) => return unusable(DropReason::Field),
+        };
+        match self.head(&record) {
+            Err(reason) => unusable(reason),
+            Ok(head) => {
+                let sample = Sample {
+                    sensor,
+                    head,
+                    ..Sample::arrived(arrival)
+                };
+                Step::Take(length, Event::Sample(sample))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

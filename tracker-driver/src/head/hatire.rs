@@ -1,0 +1,358 @@
+//! Hatire: head trackers that hobbyists build of a microcontroller and a
+//! motion sensor, as opentrack's plugin of that name reads them; 115,200
+//! baud.
+//!
+//! # Frames
+//!
+//! From opentrack's `tracker-hatire` and the sketch that comes with it.
+//! Little-endian unless [`Config::big_endian`] says otherwise.
+//!
+//! | Byte | Content |
+//! |---|---|
+//! | 0 | AA AA |
+//! | 2 | u16: code |
+//! | 4 | 3 f32: yaw, pitch, roll in degrees |
+//! | 16 | 3 f32: x, y, z, or the acceleration, or nothing but zeros |
+//! | 28 | 55 55 |
+//!
+//! | Code | Frame |
+//! |---|---|
+//! | 0 to 999 | a sample; the code counts them. opentrack takes 1000 too |
+//! | 2000 to 8999 | bytes 4 to 27 are text: 3000 initialising, 5000 starting |
+//! | from 9000 | the text of an error |
+//!
+//! Text becomes a [`Message::Text`], an error a [`Message::Fault`] and its
+//! text.
+//!
+//! # Axes
+//!
+//! Each builder has their own: opentrack has its user swap and reverse them
+//! at will. The default here is the motion sensors' usual one: yaw grows to
+//! the right, pitch upwards, roll clockwise as the wearer sees it, which is
+//! +X forward, +Y right, +Z down. [`Config::axes`] changes the frames,
+//! [`Config::order`] and [`Config::reversed`] which number is which angle.
+//! What stands in bytes 16 to 27 differs too, and is taken for a position
+//! only where [`Config::translation`] says so.
+//!
+//! # How strong the check is
+//!
+//! There is no checksum. Random bytes pass as a sample with a probability of
+//! 5 · 10⁻¹³ at each byte: 2⁻³² for the marks, 1001/65536 for the code, and
+//! 0.53 for each angle, that being the part of all f32 within ±360; with a
+//! translation another 0.54 for each of its numbers.
+//!
+//! To a stream of 24 moving records each single-byte fault was done at each
+//! place. Wrong samples that came of one fault, and the most intact records
+//! that one cost
+//! (`cargo test -p shisen-tracker hatire -- --nocapture`); a flipped bit that
+//! leaves a pose is a wrong sample, since nothing guards it:
+//!
+//! | Order | dropped | flipped | inserted | doubled | Intact records lost |
+//! |---|---|---|---|---|---|
+//! | little-endian | 0.000 | 0.387 | 0.000 | 0.000 | 0 |
+//! | big-endian, position | 0.000 | 0.755 | 0.000 | 0.000 | 0 |
+
+use super::axes::{self, Axes};
+use crate::command::{Awaited, PATIENCE, Script};
+use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Text};
+use crate::sample::{Head, Reading, Sample};
+use crate::stream::{Front, Step, Stream};
+use crate::time::Micros;
+use glam::{Quat, Vec3};
+
+/// Bytes of a frame.
+pub const FRAME_BYTES: usize = 30;
+
+/// Baud of the line.
+pub const BAUD_RATE: u32 = 115_200;
+
+/// Highest code of a sample that opentrack takes.
+const HIGHEST_COUNT: u16 = 1_000;
+/// How many samples are counted before the count is back at 0.
+const COUNTS: u16 = 1_000;
+const FIRST_TEXT: u16 = 2_000;
+const FIRST_ERROR: u16 = 9_000;
+
+/// What the second three numbers of a frame are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Translation {
+    /// Something else, or nothing.
+    #[default]
+    None,
+    /// A position in centimetres, opentrack's unit.
+    Centimetres,
+}
+
+/// How a device is set up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Config {
+    /// Whether numbers have their highest byte first.
+    pub big_endian: bool,
+    /// Which of the frame's first three numbers are azimuth, elevation and
+    /// roll: 0, 1 or 2 each. A higher one counts as 2.
+    pub order: [u8; 3],
+    /// Which of azimuth, elevation and roll grow the other way.
+    pub reversed: [bool; 3],
+    /// What the other three are.
+    pub translation: Translation,
+    /// What the device's axes are.
+    pub axes: Axes,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            big_endian: false,
+            order: [0, 1, 2],
+            reversed: [false; 3],
+            translation: Translation::None,
+            axes: Axes::FORWARD_RIGHT_DOWN,
+        }
+    }
+}
+
+/// What makes the device send; a reset comes first only where `reset` says
+/// so.
+pub fn start(reset: bool) -> Script {
+    let mut script = Script::new();
+    if reset {
+        script = script.send(b"R").pause(Micros::from_millis(2_000));
+    }
+    script
+        .once_only()
+        .send(b"S")
+        .expect(Awaited::Sample, PATIENCE)
+}
+
+/// What ends the stream.
+pub fn stop() -> Script {
+    Script::new().send(b"s")
+}
+
+/// What makes the head's direction at that moment the device's front.
+pub fn centre() -> Script {
+    Script::new().send(b"C")
+}
+
+/// What the sketch says about the code of an error.
+pub const fn error_meaning(code: u16) -> &'static str {
+    match code {
+        9_007 => "the sensor is not connected",
+        9_010 => "the sensor's buffer overran",
+        9_011 => "the motion processor's program did not load",
+        9_000..=9_006 => "the motion processor did not start",
+        _ => "",
+    }
+}
+
+/// A frame, in the device's own axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// The sample's count, or what kind of text it is.
+    pub code: u16,
+    /// Yaw, pitch, roll: degrees.
+    pub rotation: [f32; 3],
+    /// Position or acceleration.
+    pub translation: [f32; 3],
+}
+
+impl Config {
+    fn word(&self, bytes: [u8; 2]) -> u16 {
+        if self.big_endian {
+            u16::from_be_bytes(bytes)
+        } else {
+            u16::from_le_bytes(bytes)
+        }
+    }
+
+    /// Takes a frame apart; `None` where its marks are not there.
+    pub fn decode(&self, bytes: &[u8; FRAME_BYTES]) -> Option<Frame> {
+        let [0xAA, 0xAA, c0, c1, numbers @ .., 0x55, 0x55] = bytes else {
+            return None;
+        };
+        let mut values = [0.0; 6];
+        for (value, bytes) in values.iter_mut().zip(numbers.chunks_exact(4)) {
+            let bytes = bytes.try_into().ok()?;
+            *value = if self.big_endian {
+                f32::from_be_bytes(bytes)
+            } else {
+                f32::from_le_bytes(bytes)
+            };
+        }
+        let [yaw, pitch, roll, x, y, z] = values;
+        Some(Frame {
+            code: self.word([*c0, *c1]),
+            rotation: [yaw, pitch, roll],
+            translation: [x, y, z],
+        })
+    }
+
+    /// The bytes of a frame.
+    pub fn encode_frame(&self, frame: &Frame) -> [u8; FRAME_BYTES] {
+        let mut bytes = [0; FRAME_BYTES];
+        let code = if self.big_endian {
+            frame.code.to_be_bytes()
+        } else {
+            frame.code.to_le_bytes()
+        };
+        let numbers = frame.rotation.iter().chain(&frame.translation);
+        let numbers = numbers.flat_map(|value| {
+            if self.big_endian {
+                value.to_be_bytes()
+            } else {
+                value.to_le_bytes()
+            }
+        });
+        let all = [0xAA, 0xAA].into_iter().chain(code).chain(numbers);
+        for (place, byte) in bytes.iter_mut().zip(all.chain([0x55, 0x55])) {
+            *place = byte;
+        }
+        bytes
+    }
+
+    /// The frame that a device sends of a sample. What the sample lacks is
+    /// the origin, no rotation and count 0.
+    pub fn encode(&self, sample: &Sample) -> [u8; FRAME_BYTES] {
+        let rotation = sample.head.orientation.map_or(Quat::IDENTITY, |q| q.value);
+        let angles = axes::euler_degrees(self.axes.device_orientation(rotation));
+        let mut frame = Frame {
+            code: (sample.sequence.unwrap_or(0) % u32::from(COUNTS)) as u16,
+            rotation: [0.0; 3],
+            translation: [0.0; 3],
+        };
+        for ((angle, place), reversed) in angles.into_iter().zip(self.order).zip(self.reversed) {
+            if let Some(number) = frame.rotation.get_mut(usize::from(place.min(2))) {
+                *number = if reversed { -angle } else { angle };
+            }
+        }
+        if self.translation == Translation::Centimetres {
+            let metres = sample.head.position.map_or(Vec3::ZERO, |p| p.value);
+            frame.translation = (self.axes.device_position(metres) * 100.0).to_array();
+        }
+        self.encode_frame(&frame)
+    }
+
+    /// What a frame says of the head.
+    fn head(&self, frame: &Frame) -> Result<Head, DropReason> {
+        let mut angles = [0.0; 3];
+        for ((angle, place), reversed) in angles.iter_mut().zip(self.order).zip(self.reversed) {
+            let number = frame.rotation.get(usize::from(place.min(2)));
+            let number = number.copied().unwrap_or_default();
+            *angle = if reversed { -number } else { number };
+        }
+        let [azimuth, elevation, roll] = angles;
+        let orientation = axes::from_euler_degrees(azimuth, elevation, roll)?;
+        let position = match self.translation {
+            Translation::None => None,
+            Translation::Centimetres => {
+                let metres = axes::plausible(Vec3::from_array(frame.translation) * 0.01)?;
+                Some(Reading::tracked(self.axes.position(metres)))
+            }
+        };
+        Ok(Head {
+            position,
+            orientation: Some(Reading::tracked(self.axes.orientation(orientation))),
+            angular_velocity: None,
+        })
+    }
+}
+
+/// Decodes the frames of one device.
+#[derive(Debug, Clone)]
+pub struct Hatire {
+    stream: Stream<FRAME_BYTES>,
+    config: Config,
+    /// The count of the sample before.
+    last: Option<u16>,
+}
+
+impl Hatire {
+    /// A decoder of a device that is set up this way.
+    pub fn new(config: Config) -> Self {
+        Self {
+            stream: Stream::default(),
+            config,
+            last: None,
+        }
+    }
+}
+
+impl Decoder for Hatire {
+    fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
+        let last = &mut self.last;
+        let mut lost = 0_u64;
+        let mut count = |event: Event| {
+            if let Event::Sample(Sample {
+                sequence: Some(code),
+                ..
+            }) = event
+            {
+                lost += u64::from(missing(last, code as u16));
+            }
+            sink(event);
+        };
+        let config = &self.config;
+        self.stream
+            .feed(bytes, &mut count, |front| config.step(front, arrival));
+        let counts = &mut self.stream.counts;
+        counts.lost = counts.lost.saturating_add(lost);
+    }
+
+    fn counts(&self) -> &Counts {
+        &self.stream.counts
+    }
+
+    fn reset(&mut self) {
+        self.stream.reset();
+        self.last = None;
+    }
+}
+
+/// How many samples are missing before the one that has this count.
+fn missing(last: &mut Option<u16>, code: u16) -> u16 {
+    // opentrack takes 1000, which no device sends.
+    let code = code % COUNTS;
+    last.replace(code)
+        .map_or(0, |last| (code + COUNTS - 1 - last) % COUNTS)
+}
+
+impl Config {
+    fn step(&self, front: Front<'_>, arrival: Micros) -> Step {
+        let bytes = front.bytes;
+        if bytes.iter().take(2).any(|&byte| byte != 0xAA) {
+            return Step::Skip(DropReason::OutOfStep);
+        }
+        let Some(whole) = bytes.first_chunk::<FRAME_BYTES>() else {
+            return Step::More;
+        };
+        let Some(frame) = self.decode(whole) else {
+            return front.broken_off();
+        };
+        match frame.code {
+            ..=HIGHEST_COUNT => match self.head(&frame) {
+                Err(reason) => front.unusable(FRAME_BYTES, reason),
+                Ok(head) => {
+                    let sample = Sample {
+                        sequence: Some(u32::from(frame.code)),
+                        head,
+                        ..Sample::arrived(arrival)
+                    };
+                    Step::Take(FRAME_BYTES, Event::Sample(sample))
+                }
+            },
+            FIRST_TEXT.. => {
+                let text = whole.get(4..28).unwrap_or_default();
+                let fault = (frame.code >= FIRST_ERROR).then(|| Message::Fault {
+                    code: u32::from(frame.code),
+                    meaning: error_meaning(frame.code),
+                });
+                let text = Event::Message(Message::Text(Text::new(text)));
+                Step::take(FRAME_BYTES, fault, text)
+            }
+            _ => front.unusable(FRAME_BYTES, DropReason::Unknown),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

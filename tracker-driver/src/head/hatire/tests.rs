@@ -1,0 +1,231 @@
+use super::*;
+use crate::command::{Action, Session};
+use crate::decoder::Dropped;
+use crate::testing::{
+    angle, any_split, events, every_fault, moving_head, random_bytes, random_count, samples,
+};
+use proptest::prelude::*;
+use std::vec::Vec as StdVec;
+
+/// Code 7; 10.5, −3.25 and 1 degrees.
+const VECTOR: [u8; 30] = [
+    0xAA, 0xAA, 0x07, 0x00, 0x00, 0x00, 0x28, 0x41, 0x00, 0x00, 0x50, 0xC0, 0x00, 0x00, 0x80, 0x3F,
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x55, 0x55,
+];
+
+fn big_endian() -> Config {
+    Config {
+        big_endian: true,
+        translation: Translation::Centimetres,
+        ..Config::default()
+    }
+}
+
+#[test]
+fn vector_decodes_to_its_values() {
+    let config = Config::default();
+    let frame = Frame {
+        code: 7,
+        rotation: [10.5, -3.25, 1.0],
+        translation: [0.0; 3],
+    };
+    assert_eq!(config.decode(&VECTOR), Some(frame));
+    assert_eq!(config.encode_frame(&frame), VECTOR);
+    let found = samples(&mut Hatire::new(config), &VECTOR);
+    assert_eq!(found[0].sequence, Some(7));
+    assert_eq!(found[0].head.position, None);
+    let front = found[0].head.orientation.unwrap().value * Vec3::NEG_Z;
+    // To the right and a little down.
+    assert!((front.x.atan2(-front.z).to_degrees() - 10.5).abs() < 1e-4);
+    assert!((front.y.asin().to_degrees() + 3.25).abs() < 1e-4);
+    // The same, highest byte first.
+    let config = big_endian();
+    let bytes = config.encode_frame(&frame);
+    assert_eq!(bytes[2..8], [0x00, 0x07, 0x41, 0x28, 0x00, 0x00]);
+    assert_eq!(config.decode(&bytes), Some(frame));
+}
+
+#[test]
+fn order_and_signs_are_the_builders() {
+    let config = Config {
+        order: [1, 2, 0],
+        reversed: [false, true, false],
+        ..Config::default()
+    };
+    let frame = Frame {
+        code: 0,
+        rotation: [0.0, 30.0, 20.0],
+        translation: [0.0; 3],
+    };
+    let found = samples(&mut Hatire::new(config), &config.encode_frame(&frame));
+    let front = found[0].head.orientation.unwrap().value * Vec3::NEG_Z;
+    assert!((front.x.atan2(-front.z).to_degrees() - 30.0).abs() < 1e-4);
+    assert!((front.y.asin().to_degrees() + 20.0).abs() < 1e-4);
+    let back = config.decode(&config.encode(&found[0])).unwrap();
+    for (a, b) in back.rotation.into_iter().zip(frame.rotation) {
+        assert!((a - b).abs() < 1e-4, "{back:?}");
+    }
+}
+
+fn text(code: u16, text: &[u8]) -> [u8; 30] {
+    let mut bytes = VECTOR;
+    bytes[2..4].copy_from_slice(&code.to_le_bytes());
+    bytes[4..28].fill(0);
+    bytes[4..4 + text.len()].copy_from_slice(text);
+    bytes
+}
+
+#[test]
+fn text_and_errors_are_messages() {
+    let stream = [
+        text(5000, b"HAT START\n"),
+        text(9007, b"ERROR CONNECT 7\n"),
+        text(1500, b""),
+        text(1000, b""),
+        text(1001, b""),
+    ]
+    .concat();
+    let found = events(&mut Hatire::new(Config::default()), &stream);
+    let dropped = Event::Dropped(Dropped {
+        bytes: 30,
+        reason: DropReason::Unknown,
+    });
+    let [
+        Event::Message(Message::Text(first)),
+        Event::Message(Message::Fault {
+            code: 9007,
+            meaning,
+        }),
+        Event::Message(Message::Text(second)),
+        unknown,
+        Event::Sample(_),
+        beyond,
+    ] = found[..]
+    else {
+        panic!("{found:?}");
+    };
+    assert_eq!(first.as_str(), "HAT START");
+    assert_eq!(second.as_str(), "ERROR CONNECT 7");
+    assert_eq!(meaning, "the sensor is not connected");
+    assert_eq!((unknown, beyond), (dropped, dropped));
+}
+
+#[test]
+fn numbers_that_are_no_angles_are_dropped() {
+    for value in [f32::NAN, f32::INFINITY, -361.0] {
+        for at in [4, 8, 12] {
+            let mut bytes = VECTOR;
+            bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+            let reason = DropReason::OutOfRange;
+            let dropped = Event::Dropped(Dropped { bytes: 30, reason });
+            let stream = [VECTOR, bytes].concat();
+            let found = events(&mut Hatire::new(Config::default()), &stream);
+            assert_eq!(found[1..], [dropped]);
+        }
+        // What is no position does not matter until it is said to be one.
+        let frame = Frame {
+            code: 0,
+            rotation: [0.0; 3],
+            translation: [0.0, value * 1e3, 0.0],
+        };
+        let config = Config::default();
+        let found = samples(&mut Hatire::new(config), &config.encode_frame(&frame));
+        assert_eq!(found.len(), 1);
+        let config = big_endian();
+        assert!(samples(&mut Hatire::new(config), &config.encode_frame(&frame)).is_empty());
+    }
+}
+
+#[test]
+fn the_count_says_what_is_missing() {
+    let mut decoder = Hatire::new(Config::default());
+    let mut feed = |code: u16| {
+        let mut bytes = VECTOR;
+        bytes[2..4].copy_from_slice(&code.to_le_bytes());
+        decoder.feed(&bytes, Micros(0), &mut |_| {});
+        decoder.counts().lost
+    };
+    assert_eq!(
+        [997, 998, 999, 0, 3, 2].map(&mut feed),
+        [0, 0, 0, 0, 2, 2 + 998]
+    );
+    decoder.reset();
+    decoder.feed(&VECTOR, Micros(0), &mut |_| {});
+    assert_eq!(decoder.counts().lost, 1_000);
+}
+
+#[test]
+fn commands_are_letters() {
+    let mut session = Session::new(start(true));
+    assert_eq!(session.poll(Micros(0)), Action::Send(b"R"));
+    assert_eq!(session.poll(Micros(0)), Action::Wait(Micros(2_000_000)));
+    assert_eq!(session.poll(Micros(2_000_000)), Action::Send(b"S"));
+    for (script, letter) in [(stop(), b"s"), (centre(), b"C")] {
+        let mut session = Session::new(script);
+        assert_eq!(session.poll(Micros(0)), Action::Send(letter));
+        assert_eq!(session.poll(Micros(0)), Action::Done);
+    }
+}
+
+fn records(config: &Config, count: usize) -> StdVec<StdVec<u8>> {
+    let record = |sample| config.encode(sample).to_vec();
+    moving_head(count).iter().map(record).collect()
+}
+
+#[test]
+fn one_bad_byte_costs_little() {
+    for (name, config) in [
+        ("little-endian", Config::default()),
+        ("big-endian, position", big_endian()),
+    ] {
+        let records = records(&config, if cfg!(miri) { 10 } else { 24 });
+        let found = every_fault(|| Hatire::new(config), &records);
+        found.print(name);
+        assert_eq!(found.most_intact_lost, 0);
+        assert_eq!([found.wrong[0], found.wrong[2], found.wrong[3]], [0; 3]);
+    }
+}
+
+#[test]
+fn a_stream_may_come_in_any_pieces() {
+    for config in [Config::default(), big_endian()] {
+        let mut stream = records(&config, if cfg!(miri) { 4 } else { 40 }).concat();
+        stream[FRAME_BYTES + 5] ^= 0xFF;
+        stream.remove(2 * FRAME_BYTES + 9);
+        stream.extend_from_slice(&text(5000, b"HAT"));
+        stream.extend_from_slice(&[0xAA; 600]);
+        any_split(|| Hatire::new(config), &stream);
+    }
+}
+
+#[test]
+fn random_bytes_are_no_samples() {
+    for (seed, config) in [Config::default(), big_endian()].into_iter().enumerate() {
+        let fed = random_count(60_000_000);
+        let passed = random_bytes(&mut Hatire::new(config), fed, 60 + seed as u64);
+        assert_eq!(passed, 0);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 256 }))]
+    #[test]
+    fn poses_survive_the_wire(
+        place in prop::array::uniform3(-10.0_f32..10.0),
+        parts in prop::array::uniform4(-1.0_f32..1.0),
+        code in 0_u32..1000,
+    ) {
+        let turn = Quat::from_array(parts);
+        prop_assume!(turn.length() > 0.01);
+        let mut sample = Sample::arrived(Micros(7));
+        sample.sequence = Some(code);
+        sample.head.position = Some(Reading::tracked(Vec3::from_array(place)));
+        sample.head.orientation = Some(Reading::tracked(turn.normalize()));
+        let config = big_endian();
+        let came = samples(&mut Hatire::new(config), &config.encode(&sample));
+        prop_assert_eq!(came[0].sequence, Some(code));
+        let off = came[0].head.position.unwrap().value.distance(Vec3::from_array(place));
+        prop_assert!(off < 1e-5);
+        prop_assert!(angle(came[0].head.orientation.unwrap().value, turn.normalize()) < 4e-6);
+    }
+}

@@ -1,0 +1,320 @@
+//! Polhemus Liberty, Patriot and Latus in binary form: position and
+//! orientation over a serial line.
+//!
+//! # Records
+//!
+//! From VRPN's `vrpn_Tracker_Liberty.C`, which reads only the tag, the
+//! station and the items; the other bytes of the header are as the makers'
+//! manuals name them, and have not been seen from a device. Numbers are
+//! little-endian.
+//!
+//! | Byte | Content |
+//! |---|---|
+//! | 0 | `LY`, `PA` or `LU` |
+//! | 2 | station, from 1 |
+//! | 3 | the command that is answered: `C` or `P` for records |
+//! | 4 | error; a space where there is none |
+//! | 5 | reserved |
+//! | 6 | u16: bytes that follow the header |
+//! | 8… | the items of the list that the station was told |
+//!
+//! | Item | Content |
+//! |---|---|
+//! | 0 | a space |
+//! | 2 | x, y, z: 3 f32 |
+//! | 7 | quaternion, real part first: 4 f32 |
+//! | 8 | u32: milliseconds since the clock was set to zero |
+//! | 10 | u32: stylus, 0 or 1; left out of a sample |
+//!
+//! The list 2, 7, 8, 0 makes a record of 41 bytes, with item 10 of 45.
+//!
+//! An answer to another command is handed over as a [`Message::Reply`] to the
+//! command's letter, with the error's character as its result. A record with
+//! an error is handed over with its readings not tracked, and the error as a
+//! [`Message::Fault`] when it changes.
+//!
+//! # Axes
+//!
+//! As [`fastrak`](super::fastrak)'s.
+//!
+//! # How strong the check is
+//!
+//! No checksum, but a tag, a station, a length, and numbers that must be a
+//! pose: random bytes pass as a record with a probability of about 5 · 10⁻²¹
+//! at each byte (tag 3/65536, station 16/256, command 2/256, error 95/256,
+//! length 1/65536, space 1/256, pose 10⁻⁵ as in [`fastrak`](super::fastrak)).
+//!
+//! To a stream of 24 moving records each single-byte fault was done at each
+//! place. Wrong samples that came of one fault, and the most intact records
+//! that one cost
+//! (`cargo test -p shisen-tracker liberty -- --nocapture`); a flipped bit that
+//! leaves a pose is a wrong sample, since nothing guards it:
+//!
+//! | List | dropped | flipped | inserted | doubled | Intact records lost |
+//! |---|---|---|---|---|---|
+//! | 2,7,8,0 | 0.000 | 0.673 | 0.000 | 0.000 | 0 |
+//! | 2,7,8,10,0 | 0.000 | 0.613 | 0.000 | 0.000 | 0 |
+//! | 7,0 | 0.000 | 0.503 | 0.000 | 0.000 | 0 |
+
+use super::axes::Axes;
+use super::polhemus::{ItemList, MOST_RECORD_BYTES, Misread, Pose, Scale, Units};
+use crate::command::{Awaited, PATIENCE, Script};
+use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Reply};
+use crate::sample::Sample;
+use crate::stream::{Front, Step, Stream};
+use crate::time::Micros;
+use heapless::Vec;
+
+/// Bytes before a record's items.
+const HEADER_BYTES: usize = 8;
+
+/// Most stations that one device has: a Liberty 240/16's.
+pub const MOST_STATIONS: u8 = 16;
+
+/// Longest answer to a command that is read past, beside records.
+const MOST_REPLY_BYTES: usize = 128;
+
+/// Which of the devices it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Model {
+    /// Liberty: up to 240 records per second and station.
+    #[default]
+    Liberty,
+    /// Patriot: 60.
+    Patriot,
+    /// Latus.
+    Latus,
+}
+
+impl Model {
+    const ALL: [Self; 3] = [Self::Liberty, Self::Patriot, Self::Latus];
+
+    /// What its records start with.
+    pub const fn tag(self) -> [u8; 2] {
+        match self {
+            Self::Liberty => *b"LY",
+            Self::Patriot => *b"PA",
+            Self::Latus => *b"LU",
+        }
+    }
+}
+
+/// How a device is set up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// The items of every station.
+    pub items: ItemList,
+    /// What lengths are in.
+    pub units: Units,
+    /// How many stations there are, from 1 to [`MOST_STATIONS`]; records of
+    /// others are no records.
+    pub stations: u8,
+    /// What the device's axes are.
+    pub axes: Axes,
+    /// What [`Config::encode`] writes; the decoder takes all of them.
+    pub model: Model,
+}
+
+impl Config {
+    /// These items: inches, every station, the device's own axes.
+    pub const fn new(items: ItemList) -> Self {
+        Self {
+            items,
+            units: Units::Inches,
+            stations: MOST_STATIONS,
+            axes: Axes::FORWARD_RIGHT_DOWN,
+            model: Model::Liberty,
+        }
+    }
+
+    /// Bytes of a record.
+    pub const fn record_bytes(&self) -> usize {
+        HEADER_BYTES + self.items.bytes()
+    }
+
+    fn scale(&self) -> Scale<'_> {
+        Scale {
+            units: self.units,
+            axes: &self.axes,
+        }
+    }
+
+    /// The record that a device sends of a sample. What the sample lacks is
+    /// the origin, no rotation and time 0; a held reading gives the error
+    /// `*`.
+    pub fn encode(&self, sample: &Sample) -> Vec<u8, MOST_RECORD_BYTES> {
+        let held = [
+            sample.head.position.is_some_and(|p| !p.tracked),
+            sample.head.orientation.is_some_and(|q| !q.tracked),
+        ];
+        let error = if held.contains(&true) { b'*' } else { b' ' };
+        let [first, second] = self.model.tag();
+        let station = sample.sensor.min(MOST_STATIONS - 1) + 1;
+        let [low, high] = (self.items.bytes() as u16).to_le_bytes();
+        let mut record = Vec::new();
+        let header = [first, second, station, b'C', error, 0, low, high];
+        let _ = record.extend_from_slice(&header);
+        let pose = Pose {
+            head: sample.head,
+            time: sample.device_time,
+        };
+        self.items.write(&pose, self.scale(), &mut record);
+        record
+    }
+
+    /// What makes the device send this configuration's records without being
+    /// asked, its clock starting at zero. A reset comes first only where
+    /// `reset` says so: the device is away for ten seconds.
+    ///
+    /// That `P` ends a stream is VRPN's way; `U1` for centimetres is the
+    /// manuals'.
+    pub fn start(&self, reset: bool) -> Script {
+        let settle = Micros::from_millis(100);
+        let mut script = Script::new();
+        if reset {
+            script = script
+                .send(&[RESET, b'\r'])
+                .pause(Micros::from_millis(10_000));
+        }
+        script = script.once_only().send(b"P").pause(settle).send(b"F1\r");
+        if self.units == Units::Centimetres {
+            script = script.send(b"U1\r");
+        }
+        for station in 1..=self.stations.clamp(1, MOST_STATIONS) {
+            script = script.send(&self.items.command(station));
+        }
+        script
+            .pause(settle)
+            .send(b"Q0\r")
+            .send(b"C\r")
+            .expect(Awaited::Sample, PATIENCE)
+    }
+}
+
+const RESET: u8 = 0x19;
+
+/// What ends the stream of records.
+pub fn stop() -> Script {
+    Script::new().send(b"P")
+}
+
+/// Decodes the records of one device.
+#[derive(Debug, Clone)]
+pub struct Liberty {
+    stream: Stream<MOST_RECORD_BYTES>,
+    records: Records,
+}
+
+#[derive(Debug, Clone)]
+struct Records {
+    config: Config,
+    /// Each station's last error.
+    error: [u8; MOST_STATIONS as usize],
+}
+
+impl Liberty {
+    /// A decoder of a device that is set up this way.
+    pub fn new(config: Config) -> Self {
+        Self {
+            stream: Stream::default(),
+            records: Records {
+                config,
+                error: [b' '; MOST_STATIONS as usize],
+            },
+        }
+    }
+}
+
+impl Decoder for Liberty {
+    fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
+        let records = &mut self.records;
+        self.stream
+            .feed(bytes, sink, |front| records.step(front, arrival));
+    }
+
+    fn counts(&self) -> &Counts {
+        &self.stream.counts
+    }
+
+    fn reset(&mut self) {
+        self.stream.reset();
+    }
+}
+
+/// What stands at byte `at`, where it is not such a character.
+fn lacks(bytes: &[u8], at: usize, allowed: impl Fn(u8) -> bool) -> bool {
+    bytes.get(at).is_some_and(|&byte| !allowed(byte))
+}
+
+impl Records {
+    fn step(&mut self, front: Front<'_>, arrival: Micros) -> Step {
+        let bytes = front.bytes;
+        let nowhere = Step::Skip(DropReason::OutOfStep);
+        let starts = |model: Model| bytes.iter().zip(model.tag()).all(|(&a, b)| a == b);
+        let printable = |byte: u8| byte == b' ' || byte.is_ascii_graphic();
+        let stations = self.config.stations;
+        if !Model::ALL.into_iter().any(starts)
+            || lacks(bytes, 2, |station| (1..=stations).contains(&station))
+            || lacks(bytes, 3, |command| printable(command) || command < b' ')
+            || lacks(bytes, 4, printable)
+        {
+            return nowhere;
+        }
+        let Some(&[_, _, station, command, error, _, low, high]) =
+            bytes.first_chunk::<HEADER_BYTES>()
+        else {
+            return Step::More;
+        };
+        let size = usize::from(u16::from_le_bytes([low, high]));
+        let length = HEADER_BYTES + size;
+        let streams = matches!(command, b'C' | b'P');
+        if !streams {
+            return match bytes.len() < length {
+                _ if length > MOST_REPLY_BYTES => nowhere,
+                true => Step::More,
+                false => Step::Take(length, reply(command, error)),
+            };
+        }
+        if size != self.config.items.bytes() {
+            // A stream of another list than the decoder was made for. Its
+            // length is not relied on: it may be what is damaged.
+            return Step::Skip(DropReason::Length);
+        }
+        let Some(items) = bytes.get(HEADER_BYTES..length) else {
+            return Step::More;
+        };
+        let measured = error == b' ';
+        let pose = match self.config.items.read(items, measured, self.config.scale()) {
+            Ok(pose) => pose,
+            Err(Misread::Shape) => return front.broken_off(),
+            Err(Misread::Value(reason)) => return front.unusable(length, reason),
+        };
+        let sensor = station.saturating_sub(1);
+        let changed = self
+            .error
+            .get_mut(usize::from(sensor))
+            .is_some_and(|last| core::mem::replace(last, error) != error);
+        let fault = (changed && !measured).then_some(Message::Fault {
+            code: u32::from(error),
+            meaning: "",
+        });
+        let sample = Sample {
+            device_time: pose.time,
+            sensor,
+            head: pose.head,
+            ..Sample::arrived(arrival)
+        };
+        Step::take(length, fault, Event::Sample(sample))
+    }
+}
+
+fn reply(command: u8, error: u8) -> Event {
+    let result = if error == b' ' { 0 } else { u32::from(error) };
+    Event::Message(Message::Reply(Reply {
+        to: u32::from(command),
+        result,
+    }))
+}
+
+#[cfg(test)]
+mod tests;

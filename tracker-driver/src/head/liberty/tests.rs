@@ -1,0 +1,200 @@
+use super::super::polhemus::{Family, Format};
+use super::*;
+use crate::command::{Action, Session};
+use crate::decoder::Dropped;
+use crate::sample::Reading;
+use crate::testing::{
+    angle, any_split, events, every_fault, moving_head, random_bytes, random_count, samples,
+};
+use crate::time::DeviceTime;
+use glam::{Quat, Vec3};
+use std::vec::Vec as StdVec;
+
+fn config(items: &[u8]) -> Config {
+    Config::new(ItemList::new(Family::Liberty, Format::Binary, items).unwrap())
+}
+
+/// Station 2 at 1, 2, 3 inches, not turned, 70,000 ms.
+fn vector() -> StdVec<u8> {
+    let mut record = StdVec::from(*b"LY\x02C \0\x21\0");
+    for value in [1.0_f32, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0] {
+        record.extend_from_slice(&value.to_le_bytes());
+    }
+    record.extend_from_slice(&70_000_u32.to_le_bytes());
+    record.push(b' ');
+    record
+}
+
+#[test]
+fn record_decodes_to_its_values() {
+    let mut config = config(&[2, 7, 8, 0]);
+    assert_eq!((config.record_bytes(), vector().len()), (41, 41));
+    let found = samples(&mut Liberty::new(config.clone()), &vector());
+    assert_eq!(found.len(), 1);
+    let sample = found[0];
+    let metres = Vec3::new(2.0, -3.0, -1.0) * 0.0254;
+    assert_eq!(sample.head.position, Some(Reading::tracked(metres)));
+    assert_eq!(
+        sample.head.orientation,
+        Some(Reading::tracked(Quat::IDENTITY))
+    );
+    assert_eq!(sample.device_time, Some(DeviceTime::millis_u32(70_000)));
+    assert_eq!(sample.sensor, 1);
+    assert_eq!(config.encode(&sample).as_slice(), vector());
+    for model in Model::ALL {
+        config.model = model;
+        let record = config.encode(&sample);
+        assert_eq!(record[..2], model.tag());
+        assert_eq!(samples(&mut Liberty::new(config.clone()), &record), found);
+    }
+}
+
+#[test]
+fn stylus_is_up_or_down() {
+    let config = config(&[2, 7, 8, 10, 0]);
+    assert_eq!(config.record_bytes(), 45);
+    let mut record = config.encode(&moving_head(1)[0]).to_vec();
+    assert_eq!(samples(&mut Liberty::new(config.clone()), &record).len(), 1);
+    record[40] = 1;
+    assert_eq!(samples(&mut Liberty::new(config.clone()), &record).len(), 1);
+    record[40] = 2;
+    assert!(samples(&mut Liberty::new(config), &record).is_empty());
+}
+
+#[test]
+fn errors_answers_and_other_lists_are_told_apart() {
+    let mut failing = vector();
+    failing[4] = b'f';
+    let answer = b"LY\x01O*\0\0\0";
+    let mut whoami = StdVec::from(*b"LY\x01\x16 \0\x14\0");
+    whoami.extend_from_slice(&[b'x'; 20]);
+    let mut other_list = vector();
+    other_list[6] = 0x25;
+    other_list.extend_from_slice(b"    ");
+    let mut not_a_number = vector();
+    not_a_number[8..12].copy_from_slice(&f32::NAN.to_le_bytes());
+    let mut no_turn = vector();
+    no_turn[20..24].copy_from_slice(&0.0_f32.to_le_bytes());
+    let stream = [
+        &failing[..],
+        &failing,
+        answer,
+        &whoami,
+        &other_list,
+        &not_a_number,
+        &no_turn,
+        &vector(),
+    ]
+    .concat();
+    let dropped = |bytes, reason| Event::Dropped(Dropped { bytes, reason });
+    let reply = |to, result| Event::Message(Message::Reply(Reply { to, result }));
+    let found = events(&mut Liberty::new(config(&[2, 7, 8, 0])), &stream);
+    let fault = Event::Message(Message::Fault {
+        code: u32::from(b'f'),
+        meaning: "",
+    });
+    assert_eq!(found[0], fault);
+    for place in [1, 2] {
+        let Event::Sample(sample) = found[place] else {
+            panic!("{found:?}");
+        };
+        assert!(!sample.head.position.unwrap().tracked);
+    }
+    assert_eq!(found[3], reply(u32::from(b'O'), u32::from(b'*')));
+    assert_eq!(found[4], reply(0x16, 0));
+    assert_eq!(found[5], dropped(45, DropReason::Length));
+    assert_eq!(found[6], dropped(41, DropReason::OutOfRange));
+    assert_eq!(found[7], dropped(41, DropReason::NotUnit));
+    assert!(matches!(found[8..], [Event::Sample(_)]), "{found:?}");
+}
+
+#[test]
+fn start_says_what_the_configuration_needs() {
+    let mut config = config(&[2, 7, 8, 0]);
+    config.stations = 1;
+    let mut session = Session::new(config.start(false));
+    let mut now = Micros(0);
+    let mut said = StdVec::new();
+    while said.last().is_none_or(|last| last != b"C\r") {
+        match session.poll(now) {
+            Action::Send(bytes) => said.push(StdVec::from(bytes)),
+            Action::Wait(until) => now = until,
+            other => panic!("{other:?}"),
+        }
+    }
+    let expected: [&[u8]; 5] = [b"P", b"F1\r", b"O1,2,7,8,0\r", b"Q0\r", b"C\r"];
+    assert_eq!(said, expected);
+    config.stations = MOST_STATIONS;
+    config.units = Units::Centimetres;
+    assert!(config.start(true).is_complete());
+}
+
+fn lists() -> [Config; 3] {
+    [
+        config(&[2, 7, 8, 0]),
+        config(&[2, 7, 8, 10, 0]),
+        config(&[7, 0]),
+    ]
+}
+
+fn records(config: &Config, count: usize) -> StdVec<StdVec<u8>> {
+    let record = |sample| config.encode(sample).to_vec();
+    moving_head(count).iter().map(record).collect()
+}
+
+#[test]
+fn encoded_samples_come_back() {
+    for config in lists() {
+        let sent = moving_head(if cfg!(miri) { 2 } else { 200 });
+        let stream = records(&config, sent.len()).concat();
+        let came = samples(&mut Liberty::new(config), &stream);
+        assert_eq!(came.len(), sent.len());
+        for (sent, came) in sent.iter().zip(&came) {
+            if let Some(position) = came.head.position {
+                let sent = sent.head.position.unwrap().value;
+                assert!(position.value.distance(sent) < 1e-6);
+            }
+            let off = angle(
+                came.head.orientation.unwrap().value,
+                sent.head.orientation.unwrap().value,
+            );
+            assert!(off < 2e-6, "{off}");
+            if let Some(time) = came.device_time {
+                assert_eq!(time.microseconds, sent.device_time.unwrap().microseconds);
+            }
+        }
+    }
+}
+
+#[test]
+fn one_bad_byte_costs_little() {
+    for config in lists() {
+        let records = records(&config, if cfg!(miri) { 10 } else { 24 });
+        let found = every_fault(|| Liberty::new(config.clone()), &records);
+        let command = config.items.command(1);
+        found.print(std::str::from_utf8(&command[3..]).unwrap().trim());
+        assert_eq!(found.most_intact_lost, 0);
+        assert_eq!([found.wrong[0], found.wrong[2], found.wrong[3]], [0; 3]);
+    }
+}
+
+#[test]
+fn a_stream_may_come_in_any_pieces() {
+    for config in lists() {
+        let mut stream = records(&config, if cfg!(miri) { 4 } else { 40 }).concat();
+        stream[config.record_bytes() + 5] ^= 0xFF;
+        stream.remove(2 * config.record_bytes() + 9);
+        stream.extend_from_slice(b"LY\x01O*\0\0\0");
+        stream.extend_from_slice(&[b'L'; 600]);
+        any_split(|| Liberty::new(config.clone()), &stream);
+    }
+}
+
+#[test]
+fn random_bytes_are_no_records() {
+    for (seed, config) in lists().into_iter().enumerate() {
+        let fed = random_count(60_000_000);
+        let passed = random_bytes(&mut Liberty::new(config), fed, 20 + seed as u64);
+        assert_eq!(passed, 0);
+    }
+}

@@ -1,0 +1,8 @@
+//! USB and I²C human interface devices, by what their report descriptor says.
+//!
+//! Reports come whole: each is one call, and begins with its report id where
+//! the device uses ids, as `hidraw`, hidapi and HID over I²C hand it over.
+
+pub mod descriptor;
+pub mod eye_tracker;
+pub mod usages;

@@ -1,0 +1,554 @@
+//! Eye and head trackers of HID usage page 0x12 (HUTRR74), found and read by
+//! their report descriptor.
+//!
+//! [`EyeTracker::new`] looks at a descriptor once, for the input report of
+//! tracking data, the status, and the feature reports of capabilities,
+//! configuration and control; from then on reports are read at the places
+//! that were found. Where a device keeps to the layout of Microsoft's sample
+//! (`MSREnable/GazeHid`, `inc/Tracker.h`; see [`mod@documented`]) these are:
+//!
+//! | Report | Byte | Content |
+//! |---|---|---|
+//! | input 0x10, tracking data | 1 | u64 timestamp, microseconds |
+//! | | 9, 13 | i32 gaze point x, y on the screen |
+//! | | 17, 29 | i32 x, y, z of the left eye, of the right eye |
+//! | | 41, 53 | i32 x, y, z of the head, of the point that it is turned to |
+//! | feature 0x11, capabilities | 1 | u8 quality, then u32 nearest, best, furthest distance, largest width, height of a screen |
+//! | feature 0x12, configuration | 1 | u16 maker, u16 product, u32 serial number, u16 date of the display; u32 width, height of its calibrated part |
+//! | feature and input 0x13, status | 1 | u8 status, u16 samples per second |
+//! | feature 0x14, control | 1 | u8: 1 gaze, 2 eyes, 4 head, or 0 to stop |
+//!
+//! All are little-endian, and lengths in micrometres. Units and exponents are
+//! the descriptor's; a length is handed over in metres.
+//!
+//! # What such devices do differently
+//!
+//! - The sample marks its values as constant, which they are not: constant
+//!   elements with a usage are read.
+//! - Its last six values, of the head, have no usage. Where a descriptor has
+//!   exactly this in a report of 65 bytes, they are read as above.
+//! - A value outside its logical range, such as 0x7FFFFFFF, is not there.
+//!
+//! # Axes
+//!
+//! A gaze point counts from the upper left corner of the calibrated part of
+//! the screen, to the right and down, as the sample's drivers compute it.
+//! Neither the sample nor the usage tables say where the eyes' and the head's
+//! coordinates start or which way they go. [`Axes`] takes them to the
+//! tracker's frame of a [`Sample`], +Y up and +Z towards the user; its default
+//! changes nothing. A turned head has no roll in this format, and none is
+//! made up: the head's +X is level.
+
+pub mod documented;
+mod field;
+
+use super::descriptor::{DescriptorError, ReportKind, Reports, Usage, walk};
+use super::usages as u;
+use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event, Message};
+use crate::sample::{Eye, GazeFrame, GazePoint, Head, Reading, Sample};
+use crate::time::Micros;
+use core::fmt;
+use field::{Field, Group, Key};
+use glam::{Mat3, Quat, Vec2, Vec3};
+use heapless::Vec;
+use shisen_core::numeric;
+
+/// Most bytes of the report that asks for a mode, its id included.
+pub const LONGEST_CONTROL: usize = 64;
+
+const TRACKING: [Key; 15] = [
+    Key::anywhere(u::SENSOR_TIMESTAMP),
+    Key::of(u::GAZE_POINT, u::POSITION_X),
+    Key::of(u::GAZE_POINT, u::POSITION_Y),
+    Key::of(u::LEFT_EYE_POSITION, u::POSITION_X),
+    Key::of(u::LEFT_EYE_POSITION, u::POSITION_Y),
+    Key::of(u::LEFT_EYE_POSITION, u::POSITION_Z),
+    Key::of(u::RIGHT_EYE_POSITION, u::POSITION_X),
+    Key::of(u::RIGHT_EYE_POSITION, u::POSITION_Y),
+    Key::of(u::RIGHT_EYE_POSITION, u::POSITION_Z),
+    Key::of(u::HEAD_POSITION, u::POSITION_X),
+    Key::of(u::HEAD_POSITION, u::POSITION_Y),
+    Key::of(u::HEAD_POSITION, u::POSITION_Z),
+    Key::of(u::HEAD_DIRECTION_POINT, u::POSITION_X),
+    Key::of(u::HEAD_DIRECTION_POINT, u::POSITION_Y),
+    Key::of(u::HEAD_DIRECTION_POINT, u::POSITION_Z),
+];
+
+const CAPABILITIES: [Key; 6] = [
+    Key::anywhere(u::TRACKER_QUALITY),
+    Key::anywhere(u::MINIMUM_TRACKING_DISTANCE),
+    Key::anywhere(u::OPTIMUM_TRACKING_DISTANCE),
+    Key::anywhere(u::MAXIMUM_TRACKING_DISTANCE),
+    Key::anywhere(u::MAXIMUM_SCREEN_PLANE_WIDTH),
+    Key::anywhere(u::MAXIMUM_SCREEN_PLANE_HEIGHT),
+];
+
+const CONFIGURATION: [Key; 6] = [
+    Key::anywhere(u::DISPLAY_MANUFACTURER_ID),
+    Key::anywhere(u::DISPLAY_PRODUCT_ID),
+    Key::anywhere(u::DISPLAY_SERIAL_NUMBER),
+    Key::anywhere(u::DISPLAY_MANUFACTURER_DATE),
+    Key::anywhere(u::CALIBRATED_SCREEN_WIDTH),
+    Key::anywhere(u::CALIBRATED_SCREEN_HEIGHT),
+];
+
+const STATUS: [Key; 2] = [
+    Key::anywhere(u::CONFIGURATION_STATUS),
+    Key::anywhere(u::SAMPLING_FREQUENCY),
+];
+
+const CONTROL: [Key; 1] = [Key::anywhere(u::DEVICE_MODE_REQUEST)];
+
+/// Where the six values of the head are that the sample does not name.
+const UNNAMED_HEAD: u32 = 320;
+const UNNAMED_BITS: u32 = 32;
+/// The whole report of the sample, without its id.
+const DOCUMENTED_BITS: u32 = 512;
+
+/// What a device can do. Lengths are in metres; what the device does not say
+/// is `None`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Capabilities {
+    /// 1 where the gaze is good enough for fine work.
+    pub quality: Option<u32>,
+    /// The nearest that a user may be.
+    pub nearest: Option<f32>,
+    /// The best distance.
+    pub best: Option<f32>,
+    /// The furthest that a user may be.
+    pub furthest: Option<f32>,
+    /// The widest screen that it can serve.
+    pub widest_screen: Option<f32>,
+    /// The highest screen that it can serve.
+    pub highest_screen: Option<f32>,
+}
+
+/// How a device was set up: the display, and its calibrated part in metres.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Configuration {
+    /// The display's maker, as in its EDID.
+    pub manufacturer: Option<u32>,
+    /// The display's product number.
+    pub product: Option<u32>,
+    /// The display's serial number.
+    pub serial_number: Option<u32>,
+    /// When the display was made.
+    pub manufacturer_date: Option<u32>,
+    /// How wide the calibrated part is.
+    pub screen_width: Option<f32>,
+    /// How high the calibrated part is.
+    pub screen_height: Option<f32>,
+}
+
+/// How a device is.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Status {
+    /// 1 ready, 2 configuring, 3 the screen is not set up, 4 the user is not
+    /// calibrated ([`status_name`]).
+    pub configuration: Option<u32>,
+    /// Samples per second.
+    pub sampling_frequency: Option<f32>,
+}
+
+/// What a device's status means.
+pub fn status_name(status: u32) -> &'static str {
+    match status {
+        1 => "ready",
+        2 => "configuring",
+        3 => "the screen has to be set up",
+        4 => "the user has to be calibrated",
+        _ => "",
+    }
+}
+
+/// What a device is asked to send; nothing of it is a request to stop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Mode {
+    /// The gaze point.
+    pub gaze_point: bool,
+    /// Where the eyes are.
+    pub eye_positions: bool,
+    /// Where the head is.
+    pub head_position: bool,
+}
+
+impl Mode {
+    /// Nothing.
+    pub const STOP: Self = Self {
+        gaze_point: false,
+        eye_positions: false,
+        head_position: false,
+    };
+
+    /// Everything.
+    pub const ALL: Self = Self {
+        gaze_point: true,
+        eye_positions: true,
+        head_position: true,
+    };
+
+    /// As the device takes it.
+    pub const fn bits(self) -> u8 {
+        self.gaze_point as u8 | (self.eye_positions as u8) << 1 | (self.head_position as u8) << 2
+    }
+}
+
+/// From a device's coordinates to the tracker's frame of a [`Sample`]: first
+/// turned, then moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axes {
+    /// Unit quaternion, `tracker_from_device`.
+    pub rotation: Quat,
+    /// Where the device's coordinates start: metres, in the tracker's frame.
+    pub origin: Vec3,
+}
+
+impl Default for Axes {
+    fn default() -> Self {
+        Self {
+            rotation: Quat::IDENTITY,
+            origin: Vec3::ZERO,
+        }
+    }
+}
+
+/// Why a descriptor is not that of an eye or head tracker.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LayoutError {
+    /// It is none at all.
+    Descriptor(DescriptorError),
+    /// It has no input report of tracking data.
+    NoTrackingData,
+}
+
+impl fmt::Display for LayoutError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Descriptor(error) => error.fmt(f),
+            Self::NoTrackingData => write!(
+                f,
+                "the HID report descriptor has no input report with tracking data (usage page \
+                 0x12): this is no eye or head tracker, or one that needs its maker's driver"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for LayoutError {}
+
+/// Why a feature report cannot be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReportError {
+    /// The device's descriptor has no such report.
+    NotDescribed,
+    /// It begins with another report id.
+    ReportId {
+        /// The id of the report that was asked for.
+        expected: u8,
+        /// The id found.
+        found: u8,
+    },
+    /// It is shorter than the descriptor says.
+    Length {
+        /// Bytes of the report, with its id.
+        expected: usize,
+        /// Bytes found.
+        found: usize,
+    },
+}
+
+impl fmt::Display for ReportError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NotDescribed => write!(f, "the device's descriptor has no such report"),
+            Self::ReportId { expected, found } => write!(
+                f,
+                "a report with id {found:#04x} where {expected:#04x} was asked for"
+            ),
+            Self::Length { expected, found } => write!(
+                f,
+                "a report of {found} bytes where the descriptor says {expected}"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ReportError {}
+
+/// A decoder for one device. Each call of [`Decoder::feed`] takes one input
+/// report.
+#[derive(Debug, Clone)]
+pub struct EyeTracker {
+    axes: Axes,
+    tracking: Group<15>,
+    capabilities: Group<6>,
+    configuration: Group<6>,
+    status: Group<2>,
+    status_input: Group<2>,
+    control: Group<1>,
+    counts: Counts,
+}
+
+impl EyeTracker {
+    /// A decoder for the device with this report descriptor.
+    ///
+    /// # Errors
+    ///
+    /// Where it is not the descriptor of an eye or head tracker.
+    pub fn new(descriptor: &[u8], axes: Axes) -> Result<Self, LayoutError> {
+        let mut tracker = Self {
+            axes,
+            tracking: Group::new(ReportKind::Input),
+            capabilities: Group::new(ReportKind::Feature),
+            configuration: Group::new(ReportKind::Feature),
+            status: Group::new(ReportKind::Feature),
+            status_input: Group::new(ReportKind::Input),
+            control: Group::new(ReportKind::Feature),
+            counts: Counts::default(),
+        };
+        let mut unnamed = [None; 6];
+        let reports = walk(descriptor, |element| {
+            let data = Usage {
+                page: u::PAGE,
+                id: u::TRACKING_DATA,
+            };
+            let in_data = element.collections.iter().any(|c| c.usage == Some(data));
+            if in_data {
+                tracker.tracking.offer(element, &TRACKING);
+                if element.usage.is_none()
+                    && element.kind == ReportKind::Input
+                    && element.bits == UNNAMED_BITS
+                    && let Some(beyond) = element.bit_offset.checked_sub(UNNAMED_HEAD)
+                    && let Some(place) = unnamed.get_mut((beyond / UNNAMED_BITS) as usize)
+                    && beyond.is_multiple_of(UNNAMED_BITS)
+                {
+                    *place = Some((element.report_id, Field::new(element)));
+                }
+            }
+            tracker.capabilities.offer(element, &CAPABILITIES);
+            tracker.configuration.offer(element, &CONFIGURATION);
+            tracker.status.offer(element, &STATUS);
+            tracker.status_input.offer(element, &STATUS);
+            tracker.control.offer(element, &CONTROL);
+        })
+        .map_err(LayoutError::Descriptor)?;
+        tracker.measure(&reports);
+        let size = tracker.tracking.size().ok_or(LayoutError::NoTrackingData)?;
+        if size.bits == DOCUMENTED_BITS {
+            tracker.name_head(size.report_id, &unnamed);
+        }
+        Ok(tracker)
+    }
+
+    fn measure(&mut self, reports: &Reports) {
+        self.tracking.measure(reports);
+        self.capabilities.measure(reports);
+        self.configuration.measure(reports);
+        self.status.measure(reports);
+        self.status_input.measure(reports);
+        self.control.measure(reports);
+    }
+
+    /// Takes the six values without a usage for those of the head, where it
+    /// has none that are named.
+    fn name_head(&mut self, report_id: u8, unnamed: &[Option<(u8, Field)>; 6]) {
+        let Some((_, head)) = self.tracking.fields.split_at_mut_checked(9) else {
+            return;
+        };
+        let theirs = |field: &Option<(u8, Field)>| field.is_some_and(|(id, _)| id == report_id);
+        if head.iter().all(Option::is_none) && unnamed.iter().all(theirs) {
+            for (to, from) in head.iter_mut().zip(unnamed) {
+                *to = from.map(|(_, field)| field);
+            }
+        }
+    }
+
+    /// The id of the tracking data's reports; 0 where there are none.
+    pub fn report_id(&self) -> u8 {
+        self.tracking.size().map_or(0, |size| size.report_id)
+    }
+
+    /// The ids and the bytes, id included, of the feature reports of
+    /// capabilities, configuration, status and control, as far as there are
+    /// any: what a host asks for.
+    pub fn feature_reports(&self) -> [Option<(u8, usize)>; 4] {
+        [
+            self.capabilities.size(),
+            self.configuration.size(),
+            self.status.size(),
+            self.control.size(),
+        ]
+        .map(|size| size.map(|size| (size.report_id, size.bytes())))
+    }
+
+    /// Reads a feature report.
+    ///
+    /// # Errors
+    ///
+    /// Where the device has no such report, or this is another.
+    pub fn capabilities(&self, report: &[u8]) -> Result<Capabilities, ReportError> {
+        let body = self.capabilities.body(report)?;
+        let [quality, nearest, best, furthest, width, height] = self.capabilities.fields;
+        Ok(Capabilities {
+            quality: Field::read_number(quality, body),
+            nearest: Field::read_metres(nearest, body),
+            best: Field::read_metres(best, body),
+            furthest: Field::read_metres(furthest, body),
+            widest_screen: Field::read_metres(width, body),
+            highest_screen: Field::read_metres(height, body),
+        })
+    }
+
+    /// Reads a feature report.
+    ///
+    /// # Errors
+    ///
+    /// Where the device has no such report, or this is another.
+    pub fn configuration(&self, report: &[u8]) -> Result<Configuration, ReportError> {
+        let body = self.configuration.body(report)?;
+        let [maker, product, serial, date, width, height] = self.configuration.fields;
+        Ok(Configuration {
+            manufacturer: Field::read_number(maker, body),
+            product: Field::read_number(product, body),
+            serial_number: Field::read_number(serial, body),
+            manufacturer_date: Field::read_number(date, body),
+            screen_width: Field::read_metres(width, body),
+            screen_height: Field::read_metres(height, body),
+        })
+    }
+
+    /// Reads a feature report, or an input report of the same content.
+    ///
+    /// # Errors
+    ///
+    /// Where the device has no such report, or this is another.
+    pub fn status(&self, report: &[u8]) -> Result<Status, ReportError> {
+        read_status(&self.status, report).or_else(|error| match error {
+            ReportError::NotDescribed => read_status(&self.status_input, report),
+            error => Err(error),
+        })
+    }
+
+    /// The feature report that asks for a mode; `None` where the device has
+    /// none, or one of more than [`LONGEST_CONTROL`] bytes.
+    pub fn mode_request(&self, mode: Mode) -> Option<Vec<u8, LONGEST_CONTROL>> {
+        let size = self.control.size()?;
+        let [field] = self.control.fields;
+        let mut report = Vec::new();
+        if size.report_id != 0 {
+            report.push(size.report_id).ok()?;
+        }
+        let id_length = report.len();
+        report.resize(size.bytes(), 0).ok()?;
+        field?.write(report.get_mut(id_length..)?, u64::from(mode.bits()));
+        Some(report)
+    }
+
+    fn sample(&self, body: &[u8], arrival: Micros) -> Sample {
+        let [time, gaze_x, gaze_y, vectors @ ..] = &self.tracking.fields;
+        let mut vectors = vectors.chunks_exact(3).map(|fields| {
+            let mut place = [0.0; 3];
+            for (part, field) in place.iter_mut().zip(fields) {
+                *part = Field::read_metres(*field, body)?;
+            }
+            Some(self.axes.rotation * Vec3::from_array(place) + self.axes.origin)
+        });
+        let mut next = || vectors.next().flatten();
+        let (left, right, head, towards) = (next(), next(), next(), next());
+        let eye = |place: Option<Vec3>| Eye {
+            origin: place.map(Reading::tracked),
+            ..Eye::default()
+        };
+        let turn = head.zip(towards);
+        let turn = turn.and_then(|(head, towards)| facing(towards - head));
+        Sample {
+            device_time: Field::read_time(*time, body),
+            head: Head {
+                position: head.map(Reading::tracked),
+                orientation: turn.map(Reading::tracked),
+                angular_velocity: None,
+            },
+            gaze_frame: GazeFrame::Tracker,
+            left: eye(left),
+            right: eye(right),
+            gaze_point: gaze_point(*gaze_x, *gaze_y, body).map(Reading::tracked),
+            ..Sample::arrived(arrival)
+        }
+    }
+
+    fn event(&self, report: &[u8], arrival: Micros) -> Event {
+        let error = match self.tracking.body(report) {
+            Ok(body) => return Event::Sample(self.sample(body, arrival)),
+            Err(error) => error,
+        };
+        if let Ok(status) = read_status(&self.status_input, report) {
+            let code = status.configuration.unwrap_or(0);
+            return Event::Message(Message::State {
+                code,
+                meaning: status_name(code),
+            });
+        }
+        Event::Dropped(Dropped {
+            bytes: report.len() as u32,
+            reason: match error {
+                ReportError::Length { .. } => DropReason::Length,
+                ReportError::NotDescribed | ReportError::ReportId { .. } => DropReason::Unknown,
+            },
+        })
+    }
+}
+
+impl Decoder for EyeTracker {
+    /// Takes one report, with its id in front where the device uses ids. What
+    /// is longer than the descriptor says is read all the same: hosts pad.
+    fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
+        if bytes.is_empty() {
+            return;
+        }
+        self.counts.bytes = self.counts.bytes.saturating_add(bytes.len() as u64);
+        let event = self.event(bytes, arrival);
+        self.counts.note(&event);
+        sink(event);
+    }
+
+    fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    /// Does nothing: no report is ever cut in two.
+    fn reset(&mut self) {}
+}
+
+fn read_status(group: &Group<2>, report: &[u8]) -> Result<Status, ReportError> {
+    let body = group.body(report)?;
+    let [configuration, frequency] = group.fields;
+    Ok(Status {
+        configuration: Field::read_number(configuration, body),
+        sampling_frequency: Field::read_value(frequency, body),
+    })
+}
+
+/// The gaze point; in the device's own units where it has no length.
+fn gaze_point(x: Option<Field>, y: Option<Field>, body: &[u8]) -> Option<GazePoint> {
+    let point = Field::read_metres(x, body).zip(Field::read_metres(y, body));
+    if let Some((x, y)) = point {
+        return Some(GazePoint::Plane(Vec2::new(x, y)));
+    }
+    if x?.is_length() || y?.is_length() {
+        return None;
+    }
+    let (x, y) = Field::read_value(x, body).zip(Field::read_value(y, body))?;
+    Some(GazePoint::Raw(Vec2::new(x, y)))
+}
+
+/// A head that faces this way and holds its +X level; `None` for straight up
+/// and down, and for no direction.
+fn facing(towards: Vec3) -> Option<Quat> {
+    let forward = numeric::normalize(towards)?;
+    let right = numeric::normalize(forward.cross(Vec3::Y)).filter(|_| forward.y.abs() < 0.999)?;
+    let up = right.cross(forward);
+    Some(Quat::from_mat3(&Mat3::from_cols(right, up, -forward)).normalize())
+}
+
+#[cfg(test)]
+mod tests;

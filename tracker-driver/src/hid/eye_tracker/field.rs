@@ -1,0 +1,264 @@
+//! Where a value is in a report, and what it is worth.
+
+use super::super::descriptor::{Element, ReportKind, ReportSize, Reports, Unit, Usage};
+use super::super::usages::PAGE;
+use super::ReportError;
+use crate::time::DeviceTime;
+
+/// Powers of ten from −8 on, as exponents of units have them.
+const POWERS: [f32; 16] = [
+    1.0e-8, 1.0e-7, 1.0e-6, 1.0e-5, 1.0e-4, 1.0e-3, 1.0e-2, 1.0e-1, 1.0, 1.0e1, 1.0e2, 1.0e3,
+    1.0e4, 1.0e5, 1.0e6, 1.0e7,
+];
+
+const METRES_PER_CENTIMETRE: f32 = 0.01;
+const METRES_PER_INCH: f32 = 0.0254;
+
+/// A value of a report.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Field {
+    bit_offset: u32,
+    bits: u32,
+    logical: [i32; 2],
+    /// What the smallest logical value stands for, and one more.
+    physical: Option<(f32, f32)>,
+    unit: Unit,
+    exponent: i8,
+}
+
+impl Field {
+    pub(super) fn new(element: &Element<'_>) -> Self {
+        let [low, high] = element.physical;
+        let [smallest, largest] = element.logical;
+        let range = (largest as f32) - (smallest as f32);
+        let given = low != high && range > 0.0 && element.physical != element.logical;
+        Self {
+            bit_offset: element.bit_offset,
+            bits: element.bits,
+            logical: element.logical,
+            physical: given.then(|| (low as f32, (high as f32 - low as f32) / range)),
+            unit: element.unit,
+            exponent: element.unit_exponent,
+        }
+    }
+
+    /// The bits, in the report without its id.
+    fn raw(self, body: &[u8]) -> Option<u64> {
+        let (first, shift) = ((self.bit_offset / 8) as usize, self.bit_offset % 8);
+        let count = (shift + self.bits).div_ceil(8) as usize;
+        let bytes = body.get(first..first.checked_add(count)?)?;
+        let mut value = 0;
+        let mut place = 0;
+        for &byte in bytes {
+            let byte = u64::from(byte);
+            // Nine bytes hold an element of 64 bits that is not aligned.
+            value |= match place {
+                0 => byte >> shift,
+                _ => byte.checked_shl(place - shift).unwrap_or(0),
+            };
+            place += 8;
+        }
+        Some(value & (u64::MAX >> (64 - self.bits.clamp(1, 64))))
+    }
+
+    /// Puts bits into the report without its id; what does not fit is cut.
+    pub(super) fn write(self, body: &mut [u8], value: u64) {
+        for n in 0..self.bits.min(64) {
+            let at = self.bit_offset + n;
+            if let Some(byte) = body.get_mut((at / 8) as usize) {
+                let bit = 1 << (at % 8);
+                *byte = *byte & !bit | if value >> n & 1 == 0 { 0 } else { bit };
+            }
+        }
+    }
+
+    /// The value, unless it is outside its range.
+    fn logical(self, body: &[u8]) -> Option<i64> {
+        let raw = self.raw(body)?;
+        let [smallest, largest] = self.logical.map(i64::from);
+        let value = if smallest < 0 {
+            let unused = 64 - self.bits.clamp(1, 64);
+            (raw << unused) as i64 >> unused
+        } else {
+            i64::try_from(raw).ok()?
+        };
+        (smallest..=largest).contains(&value).then_some(value)
+    }
+
+    /// In the device's unit, with its exponent.
+    fn value(self, body: &[u8]) -> Option<f32> {
+        let logical = self.logical(body)?;
+        let value = match self.physical {
+            Some((low, step)) => low + (logical - i64::from(self.logical[0])) as f32 * step,
+            None => logical as f32,
+        };
+        Some(value * POWERS.get(usize::try_from(self.exponent + 8).ok()?)?)
+    }
+
+    /// Whether it is a length.
+    pub(super) fn is_length(self) -> bool {
+        matches!(self.unit, Unit::CENTIMETRE | Unit::INCH)
+    }
+
+    pub(super) fn read_metres(field: Option<Self>, body: &[u8]) -> Option<f32> {
+        let field = field?;
+        let unit = match field.unit {
+            Unit::CENTIMETRE => METRES_PER_CENTIMETRE,
+            Unit::INCH => METRES_PER_INCH,
+            _ => return None,
+        };
+        Some(field.value(body)? * unit)
+    }
+
+    /// Whatever its unit is.
+    pub(super) fn read_value(field: Option<Self>, body: &[u8]) -> Option<f32> {
+        field?.value(body)
+    }
+
+    /// A number that is no measure.
+    pub(super) fn read_number(field: Option<Self>, body: &[u8]) -> Option<u32> {
+        u32::try_from(field?.logical(body)?).ok()
+    }
+
+    /// A time. Its range is not looked at: bytes of a time that are declared
+    /// one by one have the range of a byte. Without a unit it is taken for
+    /// microseconds.
+    pub(super) fn read_time(field: Option<Self>, body: &[u8]) -> Option<DeviceTime> {
+        let field = field?;
+        let exponent = match field.unit {
+            Unit::SECOND | Unit::SECOND_ENGLISH => i32::from(field.exponent) + 6,
+            Unit(0) => 0,
+            _ => return None,
+        };
+        let power = 10_u64.checked_pow(exponent.unsigned_abs())?;
+        let scaled = |time: u64| match exponent {
+            0.. => time.saturating_mul(power),
+            _ => time / power,
+        };
+        let wraps_at = 1_u64.checked_shl(field.bits).map_or(0, scaled);
+        Some(DeviceTime {
+            microseconds: scaled(field.raw(body)?),
+            wraps_at,
+        })
+    }
+}
+
+/// What makes an element a certain field: its usage, and that of the
+/// collection that it is in.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Key {
+    parent: Option<u16>,
+    usage: u16,
+}
+
+impl Key {
+    pub(super) const fn anywhere(usage: u16) -> Self {
+        Self {
+            parent: None,
+            usage,
+        }
+    }
+
+    pub(super) const fn of(parent: u16, usage: u16) -> Self {
+        Self {
+            parent: Some(parent),
+            usage,
+        }
+    }
+
+    fn fits(self, element: &Element<'_>) -> bool {
+        let on_page = |id| Usage { page: PAGE, id };
+        element.usage == Some(on_page(self.usage))
+            && self
+                .parent
+                .is_none_or(|parent| element.parent() == Some(on_page(parent)))
+    }
+}
+
+/// Fields that are in one report.
+#[derive(Debug, Clone)]
+pub(super) struct Group<const N: usize> {
+    size: ReportSize,
+    /// In the order of the keys.
+    pub(super) fields: [Option<Field>; N],
+}
+
+impl<const N: usize> Group<N> {
+    /// No fields yet.
+    pub(super) fn new(kind: ReportKind) -> Self {
+        Self {
+            size: ReportSize {
+                kind,
+                report_id: 0,
+                bits: 0,
+            },
+            fields: [None; N],
+        }
+    }
+
+    /// Takes an element, where it is one of the fields. The report of the
+    /// first one counts. Bytes of the same usage right behind one another are
+    /// one field: so the sample writes its time.
+    pub(super) fn offer(&mut self, element: &Element<'_>, keys: &[Key; N]) {
+        let first = self.fields.iter().all(Option::is_none);
+        if element.kind != self.size.kind || (!first && element.report_id != self.size.report_id) {
+            return;
+        }
+        let Some(place) = keys.iter().position(|key| key.fits(element)) else {
+            return;
+        };
+        let Some(field) = self.fields.get_mut(place) else {
+            return;
+        };
+        self.size.report_id = element.report_id;
+        match field {
+            None => *field = Some(Field::new(element)),
+            Some(field)
+                if element.bits == 8
+                    && field.bit_offset + field.bits == element.bit_offset
+                    && field.bits + element.bits <= 64 =>
+            {
+                field.bits += element.bits;
+            }
+            Some(_) => (),
+        }
+    }
+
+    /// Looks up how long the report is.
+    pub(super) fn measure(&mut self, reports: &Reports) {
+        let size = reports.find(self.size.kind, self.size.report_id);
+        if let Some(size) = size
+            && self.fields.iter().any(Option::is_some)
+        {
+            self.size = *size;
+        }
+    }
+
+    /// The report that the fields are in, if there are any.
+    pub(super) fn size(&self) -> Option<ReportSize> {
+        (self.size.bits > 0).then_some(self.size)
+    }
+
+    /// The report without its id, if it is the one with the fields.
+    pub(super) fn body<'a>(&self, report: &'a [u8]) -> Result<&'a [u8], ReportError> {
+        let size = self.size().ok_or(ReportError::NotDescribed)?;
+        let body = match (size.report_id, report) {
+            (0, body) => body,
+            (expected, [found, body @ ..]) if *found == expected => body,
+            (expected, [found, ..]) => {
+                return Err(ReportError::ReportId {
+                    expected,
+                    found: *found,
+                });
+            }
+            (_, []) => &[],
+        };
+        if report.len() < size.bytes() {
+            return Err(ReportError::Length {
+                expected: size.bytes(),
+                found: report.len(),
+            });
+        }
+        Ok(body)
+    }
+}

@@ -1,0 +1,398 @@
+use super::documented::DESCRIPTOR;
+use super::*;
+use crate::testing::{ARRIVAL, Random, assert_usable, dropped, events, samples};
+use crate::time::DeviceTime;
+use proptest::prelude::*;
+use std::vec::Vec as List;
+
+fn tracker() -> EyeTracker {
+    EyeTracker::new(&DESCRIPTOR, Axes::default()).unwrap()
+}
+
+/// Written out by hand: 5 s; gaze at 0.3, 0.2 m; left eye at −0.03, 0.1, 0.65;
+/// the right one not there; the head at 0, 0.12, 0.7 and turned to 0, 0.12,
+/// −0.3.
+fn report() -> List<u8> {
+    let mut report = List::from([0x10]);
+    report.extend(5_000_000_u64.to_le_bytes());
+    for value in [
+        300_000,
+        200_000,
+        -30_000,
+        100_000,
+        650_000,
+        i32::MAX,
+        i32::MAX,
+        i32::MAX,
+        0,
+        120_000,
+        700_000,
+        0,
+        120_000,
+        -300_000,
+    ] {
+        report.extend(value.to_le_bytes());
+    }
+    report
+}
+
+fn near(found: Option<Reading<Vec3>>, expected: Vec3) {
+    let found = found.unwrap();
+    assert!(found.tracked);
+    assert!(found.value.distance(expected) < 1e-6, "{found:?}");
+}
+
+#[test]
+fn a_report_becomes_a_sample() {
+    let mut tracker = tracker();
+    let found = samples(&mut tracker, &report());
+    let [sample] = found[..] else {
+        panic!("{found:?}");
+    };
+    assert_eq!(sample.device_time, Some(DeviceTime::unwrapped(5_000_000)));
+    assert_eq!(sample.arrival, ARRIVAL);
+    assert_eq!(sample.gaze_frame, GazeFrame::Tracker);
+    let Some(Reading {
+        value: GazePoint::Plane(point),
+        tracked: true,
+    }) = sample.gaze_point
+    else {
+        panic!("{sample:?}");
+    };
+    assert!(point.distance(Vec2::new(0.3, 0.2)) < 1e-6);
+    near(sample.left.origin, Vec3::new(-0.03, 0.1, 0.65));
+    assert!(sample.right.is_empty());
+    near(sample.head.position, Vec3::new(0.0, 0.12, 0.7));
+    // It looks along −Z.
+    let turn = sample.head.orientation.unwrap().value;
+    assert!((turn * Vec3::NEG_Z).distance(Vec3::NEG_Z) < 1e-6);
+    assert!((turn * Vec3::Y).distance(Vec3::Y) < 1e-6);
+    assert_eq!(tracker.counts().samples, 1);
+    assert_eq!(tracker.counts().bytes, 65);
+}
+
+#[test]
+fn axes_are_turned_and_moved() {
+    // The device counts down and into the screen, from 0.2 m above.
+    let axes = Axes {
+        rotation: Quat::from_xyzw(1.0, 0.0, 0.0, 0.0),
+        origin: Vec3::new(0.0, 0.2, 0.0),
+    };
+    let mut tracker = EyeTracker::new(&DESCRIPTOR, axes).unwrap();
+    let sample = samples(&mut tracker, &report())[0];
+    near(sample.left.origin, Vec3::new(-0.03, 0.1, -0.65));
+    near(sample.head.position, Vec3::new(0.0, 0.08, -0.7));
+    let turn = sample.head.orientation.unwrap().value;
+    assert!((turn * Vec3::NEG_Z).distance(Vec3::Z) < 1e-6);
+    assert!((turn * Vec3::Y).distance(Vec3::Y) < 1e-6);
+}
+
+#[test]
+fn what_is_out_of_range_is_not_there() {
+    for value in [i32::MAX, i32::MIN, 2_000_001, -2_000_001] {
+        for place in 0..14 {
+            let mut report = report();
+            // The right eye too, so that all are there but one.
+            for n in 5..8 {
+                report[9 + 4 * n..13 + 4 * n].copy_from_slice(&1_i32.to_le_bytes());
+            }
+            report[9 + 4 * place..13 + 4 * place].copy_from_slice(&value.to_le_bytes());
+            let sample = samples(&mut tracker(), &report)[0];
+            assert_eq!(sample.gaze_point.is_some(), place >= 2);
+            assert_eq!(sample.left.origin.is_some(), !(2..5).contains(&place));
+            assert_eq!(sample.right.origin.is_some(), !(5..8).contains(&place));
+            assert_eq!(sample.head.position.is_some(), !(8..11).contains(&place));
+            assert_eq!(sample.head.orientation.is_some(), place < 8);
+        }
+    }
+    // At the ends of the range it is.
+    let mut report = report();
+    report[9..13].copy_from_slice(&2_000_000_i32.to_le_bytes());
+    report[13..17].copy_from_slice(&(-2_000_000_i32).to_le_bytes());
+    let sample = samples(&mut tracker(), &report)[0];
+    let point = GazePoint::Plane(Vec2::new(2.0, -2.0));
+    assert_eq!(sample.gaze_point, Some(Reading::tracked(point)));
+}
+
+#[test]
+fn a_head_without_a_direction_has_no_orientation() {
+    let turned_to = |place: [i32; 3]| {
+        let mut report = report();
+        for (n, part) in place.into_iter().enumerate() {
+            report[53 + 4 * n..57 + 4 * n].copy_from_slice(&part.to_le_bytes());
+        }
+        samples(&mut tracker(), &report)[0].head.orientation
+    };
+    // Itself; straight above; to the left.
+    assert_eq!(turned_to([0, 120_000, 700_000]), None);
+    assert_eq!(turned_to([0, 900_000, 700_000]), None);
+    let left = turned_to([-500_000, 120_000, 700_000]).unwrap().value;
+    assert!((left * Vec3::NEG_Z).distance(Vec3::NEG_X) < 1e-6);
+}
+
+#[test]
+fn other_reports_are_told_apart() {
+    let ready = Status {
+        configuration: Some(1),
+        sampling_frequency: Some(100.0),
+    };
+    let found = events(&mut tracker(), &documented::status(&ready));
+    assert_eq!(
+        found,
+        [Event::Message(Message::State {
+            code: 1,
+            meaning: "ready"
+        })]
+    );
+    let short = &report()[..64];
+    assert_eq!(dropped(&mut tracker(), short), [DropReason::Length]);
+    assert_eq!(dropped(&mut tracker(), &[0x10]), [DropReason::Length]);
+    assert_eq!(dropped(&mut tracker(), &[0x55; 65]), [DropReason::Unknown]);
+    assert_eq!(events(&mut tracker(), &[]), []);
+    // Padded to the longest report of a device.
+    let padded = [&report()[..], &[0; 31]].concat();
+    assert_eq!(samples(&mut tracker(), &padded).len(), 1);
+}
+
+#[test]
+fn features_are_read() {
+    let tracker = tracker();
+    assert_eq!(tracker.report_id(), 0x10);
+    assert_eq!(
+        tracker.feature_reports(),
+        [
+            Some((0x11, 22)),
+            Some((0x12, 19)),
+            Some((0x13, 4)),
+            Some((0x14, 2))
+        ]
+    );
+    // By hand: the sample device's distances.
+    let mut report = List::from([0x11, 1]);
+    for value in [50_000_u32, 65_000, 90_000, 500_000, 300_000] {
+        report.extend(value.to_le_bytes());
+    }
+    let found = tracker.capabilities(&report).unwrap();
+    let expected = Capabilities {
+        quality: Some(1),
+        nearest: Some(0.05),
+        best: Some(0.065),
+        furthest: Some(0.09),
+        widest_screen: Some(0.5),
+        highest_screen: Some(0.3),
+    };
+    assert_eq!(documented::capabilities(&expected)[..], report[..]);
+    for (a, b) in [
+        (found.nearest, expected.nearest),
+        (found.best, expected.best),
+        (found.furthest, expected.furthest),
+        (found.widest_screen, expected.widest_screen),
+        (found.highest_screen, expected.highest_screen),
+    ] {
+        assert!((a.unwrap() - b.unwrap()).abs() < 1e-7);
+    }
+    assert_eq!(found.quality, Some(1));
+
+    let report = [
+        0x12, 0x34, 0x12, 0x78, 0x56, 4, 3, 2, 1, 7, 0, 0x40, 0x42, 0x0F, 0, 0x20, 0xA1, 7, 0,
+    ];
+    let found = tracker.configuration(&report).unwrap();
+    assert_eq!(found.manufacturer, Some(0x1234));
+    assert_eq!(found.product, Some(0x5678));
+    assert_eq!(found.serial_number, Some(0x0102_0304));
+    assert_eq!(found.manufacturer_date, Some(7));
+    assert!((found.screen_width.unwrap() - 1.0).abs() < 1e-6);
+    assert!((found.screen_height.unwrap() - 0.5).abs() < 1e-6);
+    assert_eq!(documented::configuration(&found), report);
+
+    let status = tracker.status(&[0x13, 4, 0x2C, 0x01]).unwrap();
+    assert_eq!(status.configuration, Some(4));
+    assert_eq!(status.sampling_frequency, Some(300.0));
+    assert_eq!(status_name(4), "the user has to be calibrated");
+    // A status of 9 is outside its range.
+    let status = tracker.status(&[0x13, 9, 0, 0]).unwrap();
+    assert_eq!(status.configuration, None);
+
+    assert_eq!(tracker.mode_request(Mode::ALL).unwrap(), [0x14, 7]);
+    assert_eq!(tracker.mode_request(Mode::STOP).unwrap(), [0x14, 0]);
+    let gaze = Mode {
+        gaze_point: true,
+        ..Mode::STOP
+    };
+    assert_eq!(tracker.mode_request(gaze).unwrap(), [0x14, 1]);
+}
+
+#[test]
+fn features_of_another_report_are_refused() {
+    let tracker = tracker();
+    assert_eq!(
+        tracker.capabilities(&[0x12; 22]),
+        Err(ReportError::ReportId {
+            expected: 0x11,
+            found: 0x12
+        })
+    );
+    let (expected, found) = (22, 21);
+    assert_eq!(
+        tracker.capabilities(&[0x11; 21]),
+        Err(ReportError::Length { expected, found })
+    );
+    let (expected, found) = (19, 0);
+    assert_eq!(
+        tracker.configuration(&[]),
+        Err(ReportError::Length { expected, found })
+    );
+}
+
+/// A device with other ids, units, sizes and an order of its own, as the
+/// usage tables allow: a head tracker with inches, milliseconds in 32 bits,
+/// and values that are not aligned to bytes.
+#[test]
+fn another_layout_is_read_by_its_descriptor() {
+    #[rustfmt::skip]
+    let descriptor = [
+        0x05, 0x12, 0x09, 0x02, 0xA1, 0x01,
+        0x09, 0x10, 0xA1, 0x02,
+        // Four bits that mean nothing, then the head: inches × 10⁻², 12 bits,
+        // −1000 to 1000.
+        0x75, 4, 0x95, 1, 0x81, 0x01,
+        0x09, 0x27, 0xA1, 0x00,
+        0x65, 0x13, 0x55, 0x0E, 0x16, 0x18, 0xFC, 0x26, 0xE8, 0x03,
+        0x75, 12, 0x95, 3, 0x09, 0x21, 0x09, 0x22, 0x09, 0x23, 0x81, 0x02,
+        0xC0,
+        // Gaze without a unit: 0 to 255 is 0 to 1,000.
+        0x09, 0x24, 0xA1, 0x00,
+        0x65, 0, 0x55, 0, 0x15, 0, 0x26, 0xFF, 0, 0x35, 0, 0x46, 0xE8, 0x03,
+        0x75, 8, 0x95, 2, 0x09, 0x21, 0x09, 0x22, 0x81, 0x02,
+        0x35, 0, 0x45, 0,
+        0xC0,
+        // Milliseconds.
+        0x66, 0x01, 0x10, 0x55, 0x0D, 0x75, 32, 0x95, 1, 0x09, 0x20, 0x81, 0x02,
+        0xC0, 0xC0,
+    ];
+    let mut tracker = EyeTracker::new(&descriptor, Axes::default()).unwrap();
+    assert_eq!(tracker.report_id(), 0);
+    assert_eq!(tracker.feature_reports(), [None; 4]);
+    assert_eq!(tracker.mode_request(Mode::ALL), None);
+    assert_eq!(
+        tracker.capabilities(&[0; 64]),
+        Err(ReportError::NotDescribed)
+    );
+    // X −1000, y 500, z 1: twelve bits each, from bit 4.
+    let [x, y, z] = [-1_000_i64, 500, 1].map(|value| value as u64 & 0xFFF);
+    let head = (0xF | x << 4 | y << 16 | z << 28).to_le_bytes();
+    let report = [&head[..5], &[255, 51], &3_000_u32.to_le_bytes()].concat();
+    let sample = samples(&mut tracker, &report)[0];
+    near(sample.head.position, Vec3::new(-10.0, 5.0, 0.01) * 0.0254);
+    assert_eq!(sample.head.orientation, None);
+    let Some(GazePoint::Raw(point)) = sample.gaze_point.map(|point| point.value) else {
+        panic!("{sample:?}");
+    };
+    assert!(point.distance(Vec2::new(1_000.0, 200.0)) < 1e-3);
+    let time = sample.device_time.unwrap();
+    assert_eq!(time, DeviceTime::millis_u32(3_000));
+}
+
+#[test]
+fn what_is_no_tracker_is_refused() {
+    let of = |descriptor: &[u8]| EyeTracker::new(descriptor, Axes::default()).unwrap_err();
+    assert_eq!(of(&[]), LayoutError::NoTrackingData);
+    // A mouse's two axes.
+    let mouse = [
+        0x05, 0x01, 0x09, 0x02, 0xA1, 0x01, 0x75, 8, 0x95, 2, 0x09, 0x30, 0x09, 0x31, 0x81, 0x06,
+        0xC0,
+    ];
+    assert_eq!(of(&mouse), LayoutError::NoTrackingData);
+    let cut = of(&DESCRIPTOR[..339]);
+    assert!(matches!(cut, LayoutError::Descriptor(_)), "{cut:?}");
+    let text = std::format!("{}", LayoutError::NoTrackingData);
+    assert!(text.contains("usage page 0x12"), "{text}");
+}
+
+/// The values without a usage are the head's only where all else is as in the
+/// sample: here the time is not in the report.
+#[test]
+fn unnamed_values_are_not_guessed() {
+    let mut descriptor = List::from(DESCRIPTOR);
+    // Seven bytes of time in place of eight.
+    assert_eq!(descriptor[26..28], [0x95, 0x08]);
+    descriptor[27] = 7;
+    let mut tracker = EyeTracker::new(&descriptor, Axes::default()).unwrap();
+    let mut report = report();
+    report.remove(8);
+    let sample = samples(&mut tracker, &report)[0];
+    near(sample.left.origin, Vec3::new(-0.03, 0.1, 0.65));
+    assert_eq!(sample.head, Head::default());
+    let time = sample.device_time.unwrap();
+    assert_eq!((time.microseconds, time.wraps_at), (5_000_000, 1 << 56));
+}
+
+#[test]
+fn any_bytes_are_usable_or_refused() {
+    let mut random = Random(77);
+    let mut tracker = tracker();
+    let rounds = if cfg!(miri) { 10 } else { 20_000 };
+    for _ in 0..rounds {
+        let length = (random.next() % 80) as usize;
+        let mut report: List<u8> = (0..length).map(|_| random.next() as u8).collect();
+        if let Some(id) = report.first_mut()
+            && random.next().is_multiple_of(2)
+        {
+            *id = 0x10;
+        }
+        for sample in samples(&mut tracker, &report) {
+            assert_usable(&sample);
+        }
+    }
+    assert!(tracker.counts().samples > 0);
+}
+
+proptest! {
+    #[test]
+    fn samples_survive_the_wire(
+        microseconds: u64,
+        places in prop::array::uniform14(-2_000_000_i32..=2_000_000),
+    ) {
+        let mut report = List::from([0x10]);
+        report.extend(microseconds.to_le_bytes());
+        report.extend(places.iter().flat_map(|place| place.to_le_bytes()));
+        let sample = samples(&mut tracker(), &report)[0];
+        assert_usable(&sample);
+        let again = documented::tracking(&sample);
+        // All but the point that the head is turned to, of which only the
+        // direction is kept; and each rounded to f32 and back.
+        prop_assert_eq!(&again[..9], &report[..9]);
+        for (a, b) in again[9..53].chunks(4).zip(report[9..53].chunks(4)) {
+            let [a, b] = [a, b].map(|x| i32::from_le_bytes(x.try_into().unwrap()));
+            prop_assert!((a - b).abs() <= 1, "{} {}", a, b);
+        }
+        if let Some(turn) = sample.head.orientation {
+            let found = samples(&mut tracker(), &again)[0];
+            let Some(turned) = found.head.orientation else {
+                // The point 1 m in front of it is outside the range.
+                return Ok(());
+            };
+            prop_assert!(turn.value.angle_between(turned.value) < 2e-3);
+        }
+    }
+
+    #[test]
+    fn no_changed_descriptor_panics(
+        changes in prop::collection::vec((0_usize..340, any::<u8>()), 1..5),
+        report in prop::collection::vec(any::<u8>(), 0..80),
+    ) {
+        let mut descriptor = DESCRIPTOR;
+        for (at, byte) in changes {
+            descriptor[at] = byte;
+        }
+        if let Ok(mut tracker) = EyeTracker::new(&descriptor, Axes::default()) {
+            for sample in samples(&mut tracker, &report) {
+                assert_usable(&sample);
+            }
+            let _ = tracker.mode_request(Mode::ALL);
+            let _ = tracker.capabilities(&report);
+            let _ = tracker.configuration(&report);
+            let _ = tracker.status(&report);
+        }
+    }
+}

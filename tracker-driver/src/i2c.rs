@@ -1,0 +1,487 @@
+//! HID over I²C on `embedded-hal`, for any device; what its reports mean is
+//! for [`hid`](crate::hid).
+//!
+//! After "HID over I²C Protocol Specification" 1.0 and the order in which
+//! Linux brings a device up (`drivers/hid/i2c-hid/i2c-hid-core.c`). All words
+//! are little-endian.
+//!
+//! | What | Written | Read |
+//! |---|---|---|
+//! | HID descriptor | its register | 30 bytes |
+//! | report descriptor | its register | as many bytes as the HID descriptor says |
+//! | input report | – | u16 length, itself included, then the report |
+//! | power on, sleep | command register, 0x00 or 0x01, 0x08 | – |
+//! | reset | command register, 0x00, 0x01 | – |
+//! | get feature | command register, 0x30 + id, 0x02, data register | as an input report |
+//! | set feature | command register, 0x30 + id, 0x03, data register, u16 length, report | – |
+//!
+//! An id of 15 or more is a byte of its own before the data register, and 15
+//! stands in its first place.
+//!
+//! Bringing a device up takes it a while. [`I2cHid::poll`] does the next step
+//! and says when to come back; it never waits itself, beyond the transfers on
+//! the bus.
+
+use crate::time::Micros;
+use core::fmt;
+use embedded_hal::i2c::{I2c, SevenBitAddress};
+use heapless::Vec;
+
+/// Bytes of the HID descriptor.
+pub const DESCRIPTOR_LENGTH: usize = 30;
+
+/// The version of the protocol.
+const VERSION: u16 = 0x0100;
+
+/// How long a device may take to wake up; as Linux.
+pub const WAKE_TIME: Micros = Micros::from_millis(60);
+
+/// How long a device may take to reset.
+pub const RESET_TIMEOUT: Micros = Micros::from_millis(1_000);
+
+/// How long a reset is waited for where the interrupt line is not wired.
+pub const BLIND_RESET_TIME: Micros = Micros::from_millis(100);
+
+/// Most bytes of a report that is set, its id included.
+pub const LONGEST_SET: usize = 128;
+
+/// Before a report that is read: its length.
+const LENGTH_BYTES: usize = 2;
+/// Before a report that is set.
+const LONGEST_SET_HEADER: usize = 9;
+
+const FEATURE: u8 = 0x30;
+const LONG_ID: u8 = 0x0F;
+
+const RESET: u8 = 1;
+const GET_REPORT: u8 = 2;
+const SET_REPORT: u8 = 3;
+const SET_POWER: u8 = 8;
+
+const POWER_ON: u8 = 0;
+const POWER_SLEEP: u8 = 1;
+
+/// What a device says about itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct HidDescriptor {
+    /// Bytes of the report descriptor.
+    pub report_descriptor_length: u16,
+    /// Where it is.
+    pub report_descriptor_register: u16,
+    /// Where input reports are.
+    pub input_register: u16,
+    /// Most bytes of an input report, with the two of its length.
+    pub longest_input: u16,
+    /// Where output reports go.
+    pub output_register: u16,
+    /// Most bytes of an output report, with the two of its length.
+    pub longest_output: u16,
+    /// Where commands go.
+    pub command_register: u16,
+    /// Where reports of commands are.
+    pub data_register: u16,
+    /// The maker.
+    pub vendor: u16,
+    /// The maker's number for it.
+    pub product: u16,
+    /// Its version.
+    pub version: u16,
+}
+
+impl HidDescriptor {
+    /// Reads the 30 bytes; `None` where they are not a descriptor of version
+    /// 1.0.
+    pub fn from_bytes(bytes: &[u8; DESCRIPTOR_LENGTH]) -> Option<Self> {
+        let mut words = bytes
+            .chunks_exact(2)
+            .filter_map(|word| word.first_chunk())
+            .map(|word| u16::from_le_bytes(*word));
+        let mut next = || words.next();
+        if usize::from(next()?) != DESCRIPTOR_LENGTH || next()? != VERSION {
+            return None;
+        }
+        Some(Self {
+            report_descriptor_length: next()?,
+            report_descriptor_register: next()?,
+            input_register: next()?,
+            longest_input: next()?,
+            output_register: next()?,
+            longest_output: next()?,
+            command_register: next()?,
+            data_register: next()?,
+            vendor: next()?,
+            product: next()?,
+            version: next()?,
+        })
+    }
+}
+
+/// What the device's interrupt line says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interrupt {
+    /// It is low: the device has something to say.
+    Asserted,
+    /// It is high.
+    Idle,
+    /// Nobody looks at it.
+    NotWired,
+}
+
+/// How far a device has been brought up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// Call again: at once, or at this time, or when the interrupt line is
+    /// low, whichever is first.
+    Again(Micros),
+    /// It can be used. So many bytes of the caller's buffer are its report
+    /// descriptor.
+    Ready(usize),
+}
+
+/// Why a device could not be spoken to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum I2cHidError<E> {
+    /// The bus.
+    Bus(E),
+    /// What is at the register is no HID descriptor of version 1.0.
+    NotHid {
+        /// Its first word; it should be 30.
+        length: u16,
+        /// Its second word; it should be 0x0100.
+        version: u16,
+    },
+    /// The device did not come back from its reset in [`RESET_TIMEOUT`].
+    ResetTimeout,
+    /// A report says that it has so many bytes.
+    Length {
+        /// How many it says, with the two of the length.
+        found: u16,
+        /// How many there can be.
+        most: usize,
+    },
+    /// The caller's buffer is too small.
+    Buffer {
+        /// Bytes that are needed.
+        needed: usize,
+        /// Bytes that it has.
+        found: usize,
+    },
+    /// The device is not ready, or gone: call [`I2cHid::poll`].
+    NotReady,
+}
+
+impl<E: fmt::Debug> fmt::Display for I2cHidError<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bus(error) => write!(f, "the I²C bus: {error:?}"),
+            Self::NotHid { length, version } => write!(
+                f,
+                "no HID descriptor of 30 bytes and version 0x0100 but {length} and \
+                 {version:#06x}: check the device's address and the descriptor's register"
+            ),
+            Self::ResetTimeout => write!(f, "the device did not come back from its reset in 1 s"),
+            Self::Length { found, most } => write!(
+                f,
+                "a report that says it has {found} bytes, not 2 to {most}"
+            ),
+            Self::Buffer { needed, found } => {
+                write!(f, "{needed} bytes do not fit a buffer of {found}")
+            }
+            Self::NotReady => write!(f, "the device has not been brought up"),
+        }
+    }
+}
+
+impl<E: fmt::Debug> core::error::Error for I2cHidError<E> {}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// Nothing was done.
+    Down,
+    /// The power was switched on; it wakes until then.
+    Waking(Micros),
+    /// It was reset, and that has to be over by then.
+    Resetting(Micros),
+    Up,
+}
+
+/// A device on a bus.
+#[derive(Debug, Clone)]
+pub struct I2cHid<B> {
+    bus: B,
+    address: SevenBitAddress,
+    descriptor_register: u16,
+    descriptor: Option<HidDescriptor>,
+    state: State,
+}
+
+impl<B: I2c> I2cHid<B> {
+    /// A device at an address, whose HID descriptor is at a register that its
+    /// board says: 0x0001 and 0x0020 are usual.
+    pub fn new(bus: B, address: SevenBitAddress, descriptor_register: u16) -> Self {
+        Self {
+            bus,
+            address,
+            descriptor_register,
+            descriptor: None,
+            state: State::Down,
+        }
+    }
+
+    /// What the device says about itself, once it was asked.
+    pub fn descriptor(&self) -> Option<&HidDescriptor> {
+        self.descriptor.as_ref()
+    }
+
+    /// Gives the bus back.
+    pub fn release(self) -> B {
+        self.bus
+    }
+
+    /// Brings the device up, step by step: power, reset, and its report
+    /// descriptor into `buffer`. Once it is ready this does nothing.
+    ///
+    /// # Errors
+    ///
+    /// Where the bus fails (to switch the power on is tried twice, as Linux
+    /// does: some devices wake up over the first), the device is none, or
+    /// does not reset, or `buffer` is smaller than its report descriptor. The
+    /// next call begins anew.
+    pub fn poll(
+        &mut self,
+        now: Micros,
+        interrupt: Interrupt,
+        buffer: &mut [u8],
+    ) -> Result<Progress, I2cHidError<B::Error>> {
+        let progress = self.step(now, interrupt, buffer);
+        if progress.is_err() {
+            self.state = State::Down;
+        }
+        progress
+    }
+
+    fn step(
+        &mut self,
+        now: Micros,
+        interrupt: Interrupt,
+        buffer: &mut [u8],
+    ) -> Result<Progress, I2cHidError<B::Error>> {
+        match self.state {
+            State::Down => {
+                let descriptor = self.read_descriptor()?;
+                let needed = usize::from(descriptor.report_descriptor_length);
+                if needed > buffer.len() {
+                    let found = buffer.len();
+                    return Err(I2cHidError::Buffer { needed, found });
+                }
+                self.descriptor = Some(descriptor);
+                if self.power(POWER_ON).is_err() {
+                    self.power(POWER_ON)?;
+                }
+                let until = now.after(WAKE_TIME);
+                self.state = State::Waking(until);
+                Ok(Progress::Again(until))
+            }
+            State::Waking(until) if now < until => Ok(Progress::Again(until)),
+            State::Waking(_) => {
+                let descriptor = self.descriptor.ok_or(I2cHidError::NotReady)?;
+                let register = descriptor.command_register.to_le_bytes();
+                self.write(&[register[0], register[1], 0, RESET])?;
+                let needed = usize::from(descriptor.report_descriptor_length);
+                let found = buffer.len();
+                let into = buffer
+                    .get_mut(..needed)
+                    .ok_or(I2cHidError::Buffer { needed, found })?;
+                let register = descriptor.report_descriptor_register.to_le_bytes();
+                self.bus
+                    .write_read(self.address, &register, into)
+                    .map_err(I2cHidError::Bus)?;
+                let until = now.after(match interrupt {
+                    Interrupt::NotWired => BLIND_RESET_TIME,
+                    Interrupt::Asserted | Interrupt::Idle => RESET_TIMEOUT,
+                });
+                self.state = State::Resetting(until);
+                Ok(Progress::Again(until))
+            }
+            State::Resetting(until) => {
+                let late = now >= until;
+                match interrupt {
+                    Interrupt::Idle if late => return Err(I2cHidError::ResetTimeout),
+                    Interrupt::NotWired | Interrupt::Idle if !late => {
+                        return Ok(Progress::Again(until));
+                    }
+                    _ => (),
+                }
+                let mut length = [0; LENGTH_BYTES];
+                self.read(&mut length)?;
+                // Anything but 0 was still on its way from before the reset.
+                if length != [0; LENGTH_BYTES] && !late {
+                    return Ok(Progress::Again(now));
+                }
+                self.power(POWER_ON)?;
+                self.state = State::Up;
+                self.ready()
+            }
+            State::Up => self.ready(),
+        }
+    }
+
+    fn ready(&self) -> Result<Progress, I2cHidError<B::Error>> {
+        let descriptor = self.ready_descriptor()?;
+        let length = descriptor.report_descriptor_length;
+        Ok(Progress::Ready(usize::from(length)))
+    }
+
+    fn ready_descriptor(&self) -> Result<HidDescriptor, I2cHidError<B::Error>> {
+        self.descriptor
+            .filter(|_| self.state == State::Up)
+            .ok_or(I2cHidError::NotReady)
+    }
+
+    /// Reads the input report that the device has, when its interrupt line is
+    /// low. `None` where it has none, or has reset itself.
+    ///
+    /// # Errors
+    ///
+    /// Where the bus fails, the buffer is smaller than
+    /// [`HidDescriptor::longest_input`], or the report has no length that it
+    /// can have.
+    pub fn input<'a>(
+        &mut self,
+        buffer: &'a mut [u8],
+    ) -> Result<Option<&'a [u8]>, I2cHidError<B::Error>> {
+        let descriptor = self.ready_descriptor()?;
+        let needed = usize::from(descriptor.longest_input);
+        let found = buffer.len();
+        let into = buffer
+            .get_mut(..needed)
+            .ok_or(I2cHidError::Buffer { needed, found })?;
+        self.read(into)?;
+        report(into)
+    }
+
+    /// Asks for the feature report with this id, 0 where the device has no
+    /// ids. `length` is that of the report, as its descriptor says, with its
+    /// id; the buffer has to have two bytes more.
+    ///
+    /// # Errors
+    ///
+    /// Where the bus fails, the buffer is too small, or the report has no
+    /// length that it can have.
+    pub fn get_feature<'a>(
+        &mut self,
+        id: u8,
+        length: usize,
+        buffer: &'a mut [u8],
+    ) -> Result<Option<&'a [u8]>, I2cHidError<B::Error>> {
+        let descriptor = self.ready_descriptor()?;
+        let needed = length.saturating_add(LENGTH_BYTES);
+        let found = buffer.len();
+        let into = buffer
+            .get_mut(..needed)
+            .ok_or(I2cHidError::Buffer { needed, found })?;
+        let request = command(&descriptor, id, GET_REPORT);
+        self.bus
+            .write_read(self.address, &request, into)
+            .map_err(I2cHidError::Bus)?;
+        report(into)
+    }
+
+    /// Sets the feature report with this id, 0 where the device has no ids;
+    /// the report begins with its id where there is one.
+    ///
+    /// # Errors
+    ///
+    /// Where the bus fails, or the report has more than [`LONGEST_SET`]
+    /// bytes.
+    pub fn set_feature(&mut self, id: u8, report: &[u8]) -> Result<(), I2cHidError<B::Error>> {
+        let descriptor = self.ready_descriptor()?;
+        let mut bytes = command(&descriptor, id, SET_REPORT);
+        let length = (report.len() + LENGTH_BYTES) as u16;
+        let written = bytes
+            .extend_from_slice(&length.to_le_bytes())
+            .and_then(|()| bytes.extend_from_slice(report));
+        if report.len() > LONGEST_SET || written.is_err() {
+            let (needed, found) = (report.len(), LONGEST_SET);
+            return Err(I2cHidError::Buffer { needed, found });
+        }
+        self.write(&bytes)
+    }
+
+    /// Puts the device to sleep; [`poll`](Self::poll) brings it up again.
+    ///
+    /// # Errors
+    ///
+    /// Where the bus fails.
+    pub fn sleep(&mut self) -> Result<(), I2cHidError<B::Error>> {
+        self.ready_descriptor()?;
+        self.state = State::Down;
+        self.power(POWER_SLEEP)
+    }
+
+    fn read_descriptor(&mut self) -> Result<HidDescriptor, I2cHidError<B::Error>> {
+        let mut bytes = [0; DESCRIPTOR_LENGTH];
+        let register = self.descriptor_register.to_le_bytes();
+        self.bus
+            .write_read(self.address, &register, &mut bytes)
+            .map_err(I2cHidError::Bus)?;
+        HidDescriptor::from_bytes(&bytes).ok_or({
+            let [l0, l1, v0, v1, ..] = bytes;
+            I2cHidError::NotHid {
+                length: u16::from_le_bytes([l0, l1]),
+                version: u16::from_le_bytes([v0, v1]),
+            }
+        })
+    }
+
+    fn power(&mut self, state: u8) -> Result<(), I2cHidError<B::Error>> {
+        let descriptor = self.descriptor.ok_or(I2cHidError::NotReady)?;
+        let [low, high] = descriptor.command_register.to_le_bytes();
+        self.write(&[low, high, state, SET_POWER])
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), I2cHidError<B::Error>> {
+        self.bus
+            .write(self.address, bytes)
+            .map_err(I2cHidError::Bus)
+    }
+
+    fn read(&mut self, into: &mut [u8]) -> Result<(), I2cHidError<B::Error>> {
+        self.bus.read(self.address, into).map_err(I2cHidError::Bus)
+    }
+}
+
+/// A command about a feature report, up to the data register. All of it fits.
+fn command(
+    descriptor: &HidDescriptor,
+    id: u8,
+    opcode: u8,
+) -> Vec<u8, { LONGEST_SET + LONGEST_SET_HEADER }> {
+    let mut bytes = Vec::new();
+    let _ = bytes.extend_from_slice(&descriptor.command_register.to_le_bytes());
+    let _ = bytes.extend_from_slice(&[FEATURE | id.min(LONG_ID), opcode]);
+    if id >= LONG_ID {
+        let _ = bytes.push(id);
+    }
+    let _ = bytes.extend_from_slice(&descriptor.data_register.to_le_bytes());
+    bytes
+}
+
+/// The report behind its length.
+fn report<E>(bytes: &[u8]) -> Result<Option<&[u8]>, I2cHidError<E>> {
+    let most = bytes.len();
+    let length = bytes
+        .first_chunk()
+        .map_or(0, |bytes| u16::from_le_bytes(*bytes));
+    match length {
+        // A reset is over, or there is nothing; an interrupt for nothing.
+        0 | 0xFFFF => Ok(None),
+        found => bytes
+            .get(LENGTH_BYTES..usize::from(found))
+            .map(Some)
+            .ok_or(I2cHidError::Length { found, most }),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,256 @@
+//! The body of a sample.
+
+use super::NORM_TOLERANCE;
+use super::body::{Body, write_time};
+use super::frame::Content;
+use crate::decoder::DropReason;
+use crate::sample::{Eye, GazeFrame, GazePoint, Head, Pupil, Reading, Sample};
+use crate::time::Micros;
+use crate::valid;
+use glam::{Quat, Vec2, Vec3};
+
+pub(super) const TIME: u32 = 1 << 0;
+pub(super) const TIME_WRAPS: u32 = 1 << 1;
+pub(super) const SEQUENCE: u32 = 1 << 2;
+pub(super) const POSITION: u32 = 1 << 3;
+pub(super) const ORIENTATION: u32 = 1 << 4;
+pub(super) const ANGULAR_VELOCITY: u32 = 1 << 5;
+/// Of the left eye; the right and the combined one are 4 and 8 bits on.
+pub(super) const ORIGIN: u32 = 1 << 6;
+pub(super) const DIRECTION: u32 = 1 << 7;
+pub(super) const PUPIL: u32 = 1 << 8;
+pub(super) const OPENNESS: u32 = 1 << 9;
+pub(super) const BITS_PER_EYE: u32 = 4;
+pub(super) const GAZE_POINT: u32 = 1 << 18;
+pub(super) const TRACKER_FRAME: u32 = 1 << 19;
+/// Of the left eye; the right and the combined one are 1 and 2 bits on.
+pub(super) const RAW_PUPIL: u32 = 1 << 20;
+pub(super) const GAZE_POINT_KIND: u32 = 23;
+pub(super) const UNUSED: u32 = !0 << 25;
+/// The fields that can be tracked.
+pub(super) const TRACKABLE: u32 = POSITION
+    | ORIENTATION
+    | GAZE_POINT
+    | ((ORIGIN | DIRECTION) * (1 | (1 << BITS_PER_EYE) | (1 << (2 * BITS_PER_EYE))));
+
+/// The eyes of a sample and how far their bits are from the left one's.
+fn eyes(sample: &Sample) -> [(u32, &Eye); 3] {
+    [(0, &sample.left), (1, &sample.right), (2, &sample.combined)]
+}
+
+/// Adds the body of a sample.
+pub(super) fn write_sample(content: &mut Content, sample: &Sample) {
+    let mut bits = Bits::default();
+    let time = sample.device_time;
+    bits.field(TIME, time.is_some());
+    bits.field(TIME_WRAPS, time.is_some_and(|time| time.wraps_at != 0));
+    bits.field(SEQUENCE, sample.sequence.is_some());
+    bits.reading(POSITION, sample.head.position.as_ref());
+    bits.reading(ORIENTATION, sample.head.orientation.as_ref());
+    bits.field(ANGULAR_VELOCITY, sample.head.angular_velocity.is_some());
+    for (n, eye) in eyes(sample) {
+        let shift = n * BITS_PER_EYE;
+        bits.reading(ORIGIN << shift, eye.origin.as_ref());
+        bits.reading(DIRECTION << shift, eye.direction.as_ref());
+        bits.field(PUPIL << shift, eye.pupil.is_some());
+        bits.field(RAW_PUPIL << n, matches!(eye.pupil, Some(Pupil::Raw(_))));
+        bits.field(OPENNESS << shift, eye.openness.is_some());
+    }
+    bits.reading(GAZE_POINT, sample.gaze_point.as_ref());
+    bits.field(TRACKER_FRAME, sample.gaze_frame == GazeFrame::Tracker);
+    let point = sample.gaze_point.map(|point| match point.value {
+        GazePoint::Plane(point) => (0, point),
+        GazePoint::Normalized(point) => (1, point),
+        GazePoint::Raw(point) => (2, point),
+    });
+    bits.valid |= point.map_or(0, |(kind, _)| kind << GAZE_POINT_KIND);
+
+    content.push(&bits.valid.to_le_bytes());
+    content.push(&bits.tracked.to_le_bytes());
+    content.push(&[sample.sensor]);
+    if let Some(time) = time {
+        write_time(content, time);
+    }
+    if let Some(sequence) = sample.sequence {
+        content.push(&sequence.to_le_bytes());
+    }
+    let Head {
+        position,
+        orientation,
+        angular_velocity,
+    } = sample.head;
+    for part in position.iter().flat_map(|p| p.value.to_array()) {
+        content.push(&part.to_le_bytes());
+    }
+    for part in orientation.iter().flat_map(|o| o.value.to_array()) {
+        content.push(&part.to_le_bytes());
+    }
+    for part in angular_velocity.iter().flat_map(Vec3::to_array) {
+        content.push(&part.to_le_bytes());
+    }
+    for (_, eye) in eyes(sample) {
+        for vector in [eye.origin, eye.direction].iter().flatten() {
+            for part in vector.value.to_array() {
+                content.push(&part.to_le_bytes());
+            }
+        }
+        if let Some(Pupil::Diameter(size) | Pupil::Raw(size)) = eye.pupil {
+            content.push(&size.to_le_bytes());
+        }
+        if let Some(openness) = eye.openness {
+            content.push(&openness.to_le_bytes());
+        }
+    }
+    for part in point.iter().flat_map(|(_, point)| point.to_array()) {
+        content.push(&part.to_le_bytes());
+    }
+}
+
+/// The two words of bits before a sample's fields.
+#[derive(Debug, Clone, Copy, Default)]
+struct Bits {
+    valid: u32,
+    tracked: u32,
+}
+
+impl Bits {
+    fn has(self, bit: u32) -> bool {
+        self.valid & bit != 0
+    }
+
+    fn is_tracked(self, bit: u32) -> bool {
+        self.tracked & bit != 0
+    }
+
+    fn field(&mut self, bit: u32, there: bool) {
+        self.valid |= if there { bit } else { 0 };
+    }
+
+    fn reading<T>(&mut self, bit: u32, reading: Option<&Reading<T>>) {
+        self.field(bit, reading.is_some());
+        self.tracked |= match reading {
+            Some(reading) if reading.tracked => bit,
+            _ => 0,
+        };
+    }
+}
+
+/// A vector that has length 1, with the bits that it came with.
+fn unit(vector: Vec3) -> Result<Vec3, DropReason> {
+    let norm = valid::length(&valid::place(vector, 2.0)?.to_array());
+    if (norm - 1.0).abs() > NORM_TOLERANCE {
+        return Err(DropReason::NotUnit);
+    }
+    Ok(vector)
+}
+
+/// The sample in a body.
+pub(super) fn read_sample(body: &[u8], arrival: Micros) -> Result<Sample, DropReason> {
+    let mut body = Body(body);
+    let (valid, tracked) = (body.u32()?, body.u32()?);
+    if valid & UNUSED != 0 || tracked & !(valid & TRACKABLE) != 0 {
+        return Err(DropReason::Field);
+    }
+    let bits = Bits { valid, tracked };
+    let (has, is_tracked) = (|bit| bits.has(bit), |bit| bits.is_tracked(bit));
+    let [sensor] = body.take()?;
+    let mut sample = Sample {
+        sensor,
+        ..Sample::arrived(arrival)
+    };
+    if has(TIME) {
+        sample.device_time = Some(body.time(has(TIME_WRAPS))?);
+    } else if has(TIME_WRAPS) {
+        return Err(DropReason::Field);
+    }
+    if has(SEQUENCE) {
+        sample.sequence = Some(body.u32()?);
+    }
+    if has(POSITION) {
+        sample.head.position = Some(Reading {
+            value: body.vector()?,
+            tracked: is_tracked(POSITION),
+        });
+    }
+    if has(ORIENTATION) {
+        let [x, y, z, w] = [
+            body.number()?,
+            body.number()?,
+            body.number()?,
+            body.number()?,
+        ];
+        let value = Quat::from_xyzw(x, y, z, w);
+        valid::rotation(value, NORM_TOLERANCE)?;
+        sample.head.orientation = Some(Reading {
+            value,
+            tracked: is_tracked(ORIENTATION),
+        });
+    }
+    if has(ANGULAR_VELOCITY) {
+        sample.head.angular_velocity = Some(body.vector()?);
+    }
+    if has(TRACKER_FRAME) {
+        sample.gaze_frame = GazeFrame::Tracker;
+    }
+    let sides = [&mut sample.left, &mut sample.right, &mut sample.combined];
+    for (n, eye) in (0..).zip(sides) {
+        read_eye(&mut body, bits, n, eye)?;
+    }
+    let kind = (valid >> GAZE_POINT_KIND) & 0b11;
+    if has(GAZE_POINT) {
+        let point = Vec2::new(body.number()?, body.number()?);
+        let value = match kind {
+            0 => GazePoint::Plane(point),
+            1 => GazePoint::Normalized(point),
+            2 => GazePoint::Raw(point),
+            _ => return Err(DropReason::Field),
+        };
+        sample.gaze_point = Some(Reading {
+            value,
+            tracked: is_tracked(GAZE_POINT),
+        });
+    } else if kind != 0 {
+        return Err(DropReason::Field);
+    }
+    body.end()?;
+    Ok(sample)
+}
+
+/// Eye `n` of the three.
+fn read_eye(body: &mut Body<'_>, bits: Bits, n: u32, eye: &mut Eye) -> Result<(), DropReason> {
+    let shift = n * BITS_PER_EYE;
+    if bits.has(ORIGIN << shift) {
+        eye.origin = Some(Reading {
+            value: body.vector()?,
+            tracked: bits.is_tracked(ORIGIN << shift),
+        });
+    }
+    if bits.has(DIRECTION << shift) {
+        eye.direction = Some(Reading {
+            value: unit(body.vector()?)?,
+            tracked: bits.is_tracked(DIRECTION << shift),
+        });
+    }
+    if bits.has(PUPIL << shift) {
+        let size = body.number()?;
+        if size < 0.0 {
+            return Err(DropReason::OutOfRange);
+        }
+        let raw = bits.has(RAW_PUPIL << n);
+        eye.pupil = Some(if raw {
+            Pupil::Raw(size)
+        } else {
+            Pupil::Diameter(size)
+        });
+    } else if bits.has(RAW_PUPIL << n) {
+        return Err(DropReason::Field);
+    }
+    if bits.has(OPENNESS << shift) {
+        let openness = body.number()?;
+        if !(0.0..=1.0).contains(&openness) {
+            return Err(DropReason::OutOfRange);
+        }
+        eye.openness = Some(openness);
+    }
+    Ok(())
+}

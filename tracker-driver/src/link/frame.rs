@@ -1,0 +1,212 @@
+//! From bytes to the content of a frame and back: delimiters, COBS, CRC.
+
+use super::HEADER_LENGTH;
+use crate::decoder::DropReason;
+use crc::{CRC_16_IBM_3740, Crc};
+use heapless::Vec;
+
+const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+const CRC_LENGTH: usize = 2;
+
+/// Both words of bits, the sensor, and every field of a sample.
+const LONGEST_BODY: usize = 4 + 4 + 1 + 8 + 8 + 4 + 12 + 16 + 12 + 3 * (12 + 12 + 4 + 4) + 8;
+const LONGEST_CONTENT: usize = HEADER_LENGTH + LONGEST_BODY + CRC_LENGTH;
+
+/// Most bytes of a frame, with both its delimiters.
+///
+/// The content is shorter than the 254 bytes after which COBS needs another
+/// byte.
+pub const LONGEST_FRAME: usize = LONGEST_CONTENT + 3;
+const _: () = assert!(LONGEST_CONTENT < 254);
+
+/// Bytes that are no frame are told of after so many at the latest.
+const LONGEST_RUN: u32 = 256;
+
+const DELIMITER: u8 = 0;
+
+/// The bytes of a frame.
+pub type Frame = Vec<u8, LONGEST_FRAME>;
+
+/// What is in a frame: before the CRC while it is written, after it has been
+/// checked when it is read.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Content {
+    bytes: Vec<u8, LONGEST_CONTENT>,
+    crc: u16,
+}
+
+impl Content {
+    /// Bytes more. None is ever lost: all kinds are shorter than a sample,
+    /// for which there is room.
+    pub(super) fn push(&mut self, bytes: &[u8]) {
+        let _ = self.bytes.extend_from_slice(bytes);
+    }
+
+    /// Without the CRC.
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// The CRC that it came with.
+    pub(super) fn crc(&self) -> u16 {
+        self.crc
+    }
+
+    /// The frame.
+    pub(super) fn finish(mut self) -> Frame {
+        let crc = CRC.checksum(&self.bytes);
+        self.push(&crc.to_le_bytes());
+        let mut frame = Frame::new();
+        let _ = frame.push(DELIMITER);
+        for block in self.bytes.split(|&byte| byte == 0) {
+            // Where the next zero was, counted from here.
+            let _ = frame.push(block.len() as u8 + 1);
+            let _ = frame.extend_from_slice(block);
+        }
+        let _ = frame.push(DELIMITER);
+        frame
+    }
+}
+
+/// What came between two delimiters.
+#[derive(Debug, Clone)]
+pub(super) struct Received {
+    /// How many bytes, without the delimiters.
+    pub(super) bytes: u32,
+    /// What they held.
+    pub(super) content: Result<Content, DropReason>,
+}
+
+/// The frame that is coming in.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Frames {
+    content: Vec<u8, LONGEST_CONTENT>,
+    /// How many bytes there are since the delimiter.
+    bytes: u32,
+    /// How many bytes there are before the next that counts some.
+    left: u8,
+    /// It holds more than a frame can.
+    too_long: bool,
+}
+
+impl Frames {
+    /// The next byte; something where it ends a frame, or a run of bytes that
+    /// is none.
+    pub(super) fn push(&mut self, byte: u8) -> Option<Received> {
+        if byte == DELIMITER {
+            let received = (self.bytes > 0).then(|| Received {
+                bytes: self.bytes,
+                content: self.take(),
+            });
+            *self = Self::default();
+            return received;
+        }
+        if self.left > 0 {
+            self.left -= 1;
+            self.too_long |= self.content.push(byte).is_err();
+        } else {
+            // No zero stands before the first block.
+            if self.bytes > 0 {
+                self.too_long |= self.content.push(0).is_err();
+            }
+            self.left = byte - 1;
+        }
+        self.bytes += 1;
+        if self.bytes < LONGEST_RUN {
+            return None;
+        }
+        let bytes = core::mem::take(&mut self.bytes);
+        Some(Received {
+            bytes,
+            content: Err(DropReason::Length),
+        })
+    }
+
+    /// The content, once its delimiter has come.
+    fn take(&mut self) -> Result<Content, DropReason> {
+        if self.too_long {
+            return Err(DropReason::Length);
+        }
+        if self.left > 0 {
+            return Err(DropReason::Truncated);
+        }
+        let (bytes, crc) = self
+            .content
+            .split_last_chunk::<CRC_LENGTH>()
+            .ok_or(DropReason::Length)?;
+        let crc = u16::from_le_bytes(*crc);
+        if CRC.checksum(bytes) != crc {
+            return Err(DropReason::Checksum);
+        }
+        let mut content = Content {
+            bytes: Vec::new(),
+            crc,
+        };
+        content.push(bytes);
+        Ok(content)
+    }
+
+    /// Forgets what came in; how many bytes that were.
+    pub(super) fn reset(&mut self) -> u32 {
+        core::mem::take(self).bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn received(bytes: &[u8]) -> std::vec::Vec<(u32, Result<std::vec::Vec<u8>, DropReason>)> {
+        let mut frames = Frames::default();
+        bytes
+            .iter()
+            .filter_map(|&byte| frames.push(byte))
+            .map(|r| (r.bytes, r.content.map(|content| content.bytes.to_vec())))
+            .collect()
+    }
+
+    #[test]
+    fn the_crc_is_the_catalogues() {
+        assert_eq!(CRC.checksum(b"123456789"), 0x29B1);
+    }
+
+    #[test]
+    fn zeros_are_encoded_away() {
+        for content in [
+            &[0, 0, 0][..],
+            &[1, 2, 3],
+            &[0, 1, 0],
+            &[],
+            &[7; LONGEST_CONTENT - CRC_LENGTH],
+            &[0; LONGEST_CONTENT - CRC_LENGTH],
+        ] {
+            let mut written = Content::default();
+            written.push(content);
+            let frame = written.finish();
+            assert_eq!((frame[0], frame[frame.len() - 1]), (0, 0));
+            assert!(frame[1..frame.len() - 1].iter().all(|&byte| byte != 0));
+            assert_eq!(frame.len(), content.len() + CRC_LENGTH + 3);
+            let expected = (frame.len() as u32 - 2, Ok(content.to_vec()));
+            assert_eq!(received(&frame), [expected]);
+        }
+    }
+
+    #[test]
+    fn damage_is_named() {
+        let of = |bytes: &[u8]| received(bytes).remove(0).1.unwrap_err();
+        assert_eq!(of(&[3, 1, 0]), DropReason::Truncated);
+        assert_eq!(of(&[2, 1, 0]), DropReason::Length);
+        assert_eq!(of(&[5, 1, 2, 3, 4, 0]), DropReason::Checksum);
+        assert_eq!(of(&[&[1; 200][..], &[0]].concat()), DropReason::Length);
+        assert_eq!(received(&[0, 0, 0]), []);
+    }
+
+    #[test]
+    fn a_line_without_delimiters_is_told_of() {
+        let found = received(&[&[9; 600][..], &[0]].concat());
+        assert_eq!(
+            found,
+            [256, 256, 88].map(|bytes| (bytes, Err(DropReason::Length)))
+        );
+    }
+}

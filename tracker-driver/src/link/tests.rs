@@ -1,0 +1,351 @@
+use super::fields::*;
+use super::messages::{EYE_EVENTS, SIDES};
+use super::*;
+use crate::decoder::{EyeEvent, MOST_MESSAGE_BYTES, Reply, Text};
+use crate::sample::{Eye, GazeFrame, GazePoint, Head, Pupil, Reading};
+use crate::testing::{self, ARRIVAL, Random, any_split, dropped, events, every_fault, samples};
+use crate::time::DeviceTime;
+use glam::{Quat, Vec2, Vec3};
+use proptest::prelude::*;
+use std::vec::Vec as List;
+
+fn unit_vector(random: &mut Random) -> Vec3 {
+    let [x, y, z] = [(); 3].map(|()| random.unit() - 0.5);
+    Vec3::new(x, y, z - 1.0).normalize()
+}
+
+/// A sample that has each field or not, tracked or not, by chance.
+fn any_sample(random: &mut Random) -> Sample {
+    fn maybe<T>(random: &mut Random, value: T) -> Option<T> {
+        random.next().is_multiple_of(2).then_some(value)
+    }
+    fn reading<T>(random: &mut Random, value: T) -> Option<Reading<T>> {
+        let tracked = random.next().is_multiple_of(2);
+        maybe(random, Reading { value, tracked })
+    }
+    let eye = |random: &mut Random| {
+        let origin = Vec3::new(random.unit(), -random.unit(), -0.0);
+        let direction = unit_vector(random);
+        let size = random.unit();
+        let pupil = maybe(random, Pupil::Raw(size));
+        Eye {
+            origin: reading(random, origin),
+            direction: reading(random, direction),
+            pupil: pupil.or_else(|| maybe(random, Pupil::Diameter(size))),
+            openness: maybe(random, size),
+        }
+    };
+    let mut sample = Sample::arrived(ARRIVAL);
+    let microseconds = random.next();
+    let time = if microseconds.is_multiple_of(3) {
+        DeviceTime::unwrapped(microseconds)
+    } else {
+        DeviceTime::micros_u32(microseconds as u32)
+    };
+    sample.device_time = maybe(random, time);
+    sample.sensor = random.next() as u8;
+    let sequence = random.next() as u32;
+    sample.sequence = maybe(random, sequence);
+    let axis = unit_vector(random);
+    sample.head = Head {
+        position: reading(random, axis * 1.7),
+        orientation: reading(random, Quat::from_axis_angle(axis, 2.0)),
+        angular_velocity: maybe(random, axis * -3.0),
+    };
+    sample.gaze_frame = if random.next().is_multiple_of(2) {
+        GazeFrame::Head
+    } else {
+        GazeFrame::Tracker
+    };
+    sample.left = eye(random);
+    sample.right = eye(random);
+    sample.combined = eye(random);
+    let point = Vec2::new(random.unit(), -3.0e8);
+    let point = match random.next() % 3 {
+        0 => GazePoint::Plane(point),
+        1 => GazePoint::Normalized(point),
+        _ => GazePoint::Raw(point),
+    };
+    sample.gaze_point = reading(random, point);
+    sample
+}
+
+/// A sample with every field that there is.
+fn full_sample() -> Sample {
+    let eye = Eye {
+        origin: Some(Reading::held(Vec3::splat(0.03))),
+        direction: Some(Reading::tracked(Vec3::NEG_Z)),
+        pupil: Some(Pupil::Diameter(0.004)),
+        openness: Some(1.0),
+    };
+    Sample {
+        device_time: Some(DeviceTime::micros_u32(77)),
+        sequence: Some(5),
+        head: Head {
+            position: Some(Reading::tracked(Vec3::ONE)),
+            orientation: Some(Reading::tracked(Quat::IDENTITY)),
+            angular_velocity: Some(Vec3::ONE),
+        },
+        left: eye,
+        right: eye,
+        combined: eye,
+        gaze_point: Some(Reading::tracked(GazePoint::Raw(Vec2::ONE))),
+        ..Sample::arrived(ARRIVAL)
+    }
+}
+
+fn stream() -> List<List<u8>> {
+    let mut random = Random(41);
+    let mut encoder = Encoder::new();
+    (0..20)
+        .map(|_| encoder.sample(&any_sample(&mut random)).to_vec())
+        .collect()
+}
+
+/// Written out by hand: version 1, kind 1, count 0; sequence 258, sensor 2.
+#[test]
+fn a_frame_has_the_documented_bytes() {
+    let sample = Sample {
+        sequence: Some(258),
+        sensor: 2,
+        ..Sample::arrived(ARRIVAL)
+    };
+    let content = [1, 1, 0, 4, 0, 0, 0, 0, 0, 0, 0, 2, 2, 1, 0, 0];
+    let mut frame = Encoder::new().sample(&sample);
+    let crc = 0xF7A4_u16;
+    assert_eq!(
+        frame,
+        [
+            0, 3, 1, 1, 2, 4, 1, 1, 1, 1, 1, 1, 4, 2, 2, 1, 1, 3, 0xA4, 0xF7, 0
+        ]
+    );
+    assert_eq!(
+        crc,
+        crc::Crc::<u16>::new(&crc::CRC_16_IBM_3740).checksum(&content)
+    );
+    assert_eq!(samples(&mut Link::new(), &frame), [sample]);
+    // The other delimiter is enough.
+    frame.remove(0);
+    assert_eq!(samples(&mut Link::new(), &frame), [sample]);
+}
+
+#[test]
+fn the_longest_frame_is_the_stated_one() {
+    let frame = Encoder::new().sample(&full_sample());
+    assert_eq!(frame.len(), LONGEST_FRAME);
+    assert_eq!(LONGEST_FRAME, 181);
+    assert_eq!(samples(&mut Link::new(), &frame), [full_sample()]);
+    let empty = Encoder::new().sample(&Sample::arrived(ARRIVAL));
+    assert_eq!(empty.len(), 17);
+}
+
+#[test]
+fn messages_survive_the_wire() {
+    let time = Some(DeviceTime::millis_u32(9));
+    let mut messages = List::from([
+        Message::Text(Text::new(b"hello, there")),
+        Message::Text(Text::new(&[b'x'; MOST_MESSAGE_BYTES])),
+        Message::Text(Text::new(b"")),
+        Message::Fault {
+            code: 7,
+            meaning: "",
+        },
+        Message::State {
+            code: u32::MAX,
+            meaning: "",
+        },
+        Message::Reply(Reply {
+            to: 0x9C,
+            result: 3,
+        }),
+    ]);
+    for kind in EYE_EVENTS {
+        for eye in SIDES {
+            messages.push(Message::Eyes(EyeEvent {
+                kind,
+                eye,
+                device_time: time.filter(|_| eye.is_some()),
+                duration: eye.is_none().then_some(Micros(1 << 40)),
+            }));
+        }
+    }
+    let mut encoder = Encoder::new();
+    let mut decoder = Link::new();
+    for message in messages {
+        let frame = encoder.message(&message);
+        assert_eq!(events(&mut decoder, &frame), [Event::Message(message)]);
+    }
+    assert_eq!(decoder.counts().lost, 0);
+}
+
+#[test]
+fn commands_go_the_other_way() {
+    let mut encoder = Encoder::new();
+    let all = [Command::Start, Command::Rate { hertz: 500 }, Command::Stop];
+    let mut bytes = List::from(*b"garbage");
+    for command in all {
+        bytes.extend(encoder.command(command));
+        bytes.extend(encoder.sample(&full_sample()));
+    }
+    // No samples at all is not a rate.
+    bytes.extend(encoder.command(Command::Rate { hertz: 0 }));
+    let mut found = List::new();
+    let mut commands = Commands::new();
+    for byte in &bytes {
+        commands.feed(&[*byte], &mut |command| found.push(command));
+    }
+    assert_eq!(found, all);
+    let frame = encoder.command(Command::Start);
+    assert_eq!(dropped(&mut Link::new(), &frame), [DropReason::Unknown]);
+}
+
+#[test]
+fn missing_and_repeated_frames_are_counted() {
+    let mut encoder = Encoder::new();
+    let mut decoder = Link::new();
+    let frames: List<Frame> = (0..300).map(|_| encoder.sample(&full_sample())).collect();
+    for (i, frame) in frames.iter().enumerate() {
+        if (250..253).contains(&i) {
+            continue;
+        }
+        assert_eq!(samples(&mut decoder, frame).len(), 1);
+    }
+    assert_eq!(decoder.counts().lost, 3);
+    assert_eq!(dropped(&mut decoder, &frames[299]), [DropReason::Duplicate]);
+    decoder.reset();
+    assert_eq!(samples(&mut decoder, &frames[0]).len(), 1);
+    assert_eq!(decoder.counts().lost, 3);
+    assert_eq!(decoder.counts().samples, 298);
+}
+
+/// A frame with any content, and a CRC that matches.
+fn frame_of(content: &[u8]) -> Frame {
+    let mut written = Content::default();
+    written.push(content);
+    written.finish()
+}
+
+#[test]
+fn what_the_format_does_not_allow_is_refused() {
+    let of = |content: &[u8]| dropped(&mut Link::new(), &frame_of(content));
+    let sample = |valid: u32, tracked: u32, fields: &[f32]| {
+        let mut content = List::from([VERSION, SAMPLE, 0]);
+        content.extend(valid.to_le_bytes());
+        content.extend(tracked.to_le_bytes());
+        content.push(0);
+        for field in fields {
+            content.extend(field.to_le_bytes());
+        }
+        of(&content)
+    };
+    assert_eq!(of(&[VERSION, SAMPLE]), [DropReason::Length]);
+    assert_eq!(of(&[VERSION + 1, SAMPLE, 0]), [DropReason::Unknown]);
+    assert_eq!(of(&[VERSION, 99, 0]), [DropReason::Unknown]);
+    assert_eq!(of(&[VERSION, SAMPLE, 0, 0]), [DropReason::Length]);
+    assert_eq!(
+        of(&[VERSION, FAULT, 0, 1, 2, 3, 4, 5]),
+        [DropReason::Length]
+    );
+    assert_eq!(of(&[VERSION, EYES, 0, 7, 0, 0]), [DropReason::Field]);
+    assert_eq!(of(&[VERSION, EYES, 0, 0, 3, 0]), [DropReason::Field]);
+    assert_eq!(of(&[VERSION, EYES, 0, 0, 0, 2]), [DropReason::Field]);
+    assert_eq!(of(&[VERSION, EYES, 0, 0, 0, 8]), [DropReason::Field]);
+
+    assert_eq!(sample(0, 0, &[]), []);
+    assert_eq!(sample(0, 0, &[0.0]), [DropReason::Length]);
+    assert_eq!(sample(POSITION, 0, &[0.0; 2]), [DropReason::Length]);
+    for (valid, tracked) in [
+        (1 << 25, 0),
+        (0, POSITION),
+        (SEQUENCE, SEQUENCE),
+        (TIME_WRAPS, 0),
+        (RAW_PUPIL, 0),
+        (1 << GAZE_POINT_KIND, 0),
+        (GAZE_POINT | 3 << GAZE_POINT_KIND, 0),
+        // The clock is past its end.
+        (TIME | TIME_WRAPS, 0),
+    ] {
+        let fields = match valid {
+            v if v & GAZE_POINT != 0 => 2,
+            v if v & TIME != 0 => 4,
+            v if v & SEQUENCE != 0 => 1,
+            _ => 0,
+        };
+        assert_eq!(
+            sample(valid, tracked, &[1.0; 4][..fields]),
+            [DropReason::Field],
+            "{valid:#x}"
+        );
+    }
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for valid in [POSITION, ANGULAR_VELOCITY, ORIGIN, DIRECTION] {
+            assert_eq!(sample(valid, 0, &[0.0, 1.0, bad]), [DropReason::OutOfRange]);
+        }
+        for valid in [PUPIL, OPENNESS, PUPIL | RAW_PUPIL] {
+            assert_eq!(sample(valid, 0, &[bad]), [DropReason::OutOfRange]);
+        }
+        assert_eq!(sample(GAZE_POINT, 0, &[bad, 0.0]), [DropReason::OutOfRange]);
+        let quat = [0.0, bad, 0.0, 1.0];
+        assert_eq!(sample(ORIENTATION, 0, &quat), [DropReason::OutOfRange]);
+    }
+    assert_eq!(sample(ORIENTATION, 0, &[0.0; 4]), [DropReason::NotUnit]);
+    assert_eq!(sample(DIRECTION, 0, &[0.0; 3]), [DropReason::NotUnit]);
+    assert_eq!(
+        sample(DIRECTION, 0, &[0.0, 0.9, 0.0]),
+        [DropReason::NotUnit]
+    );
+    assert_eq!(sample(PUPIL, 0, &[-1.0]), [DropReason::OutOfRange]);
+    assert_eq!(sample(OPENNESS, 0, &[1.1]), [DropReason::OutOfRange]);
+}
+
+#[test]
+fn every_fault_costs_the_frames_it_touches() {
+    let tally = every_fault(Link::new, &stream());
+    assert_eq!(tally.most_intact_lost, 0);
+    assert_eq!(tally.wrong, [0; 4]);
+}
+
+#[test]
+fn any_cut_gives_the_same_events() {
+    let mut stream = stream()[..8].concat();
+    stream.splice(40..41, []);
+    stream.splice(190..190, [0; 5]);
+    stream.splice(330..330, [7; 600]);
+    any_split(Link::new, &stream);
+}
+
+#[test]
+fn random_bytes_hold_no_frames() {
+    let count = testing::random_count(150_000_000);
+    let mut decoder = Link::new();
+    let found = testing::random_bytes(&mut decoder, count, 19);
+    // 2⁻⁴⁵ for each byte.
+    assert_eq!(found, 0);
+    assert_eq!(decoder.counts().messages, 0);
+}
+
+proptest! {
+    #[test]
+    fn samples_survive_the_wire(seed in 1_u64..) {
+        let sample = any_sample(&mut Random(seed));
+        let frame = Encoder::new().sample(&sample);
+        let found = samples(&mut Link::new(), &frame);
+        // As text, so that −0 is told from 0.
+        prop_assert_eq!(std::format!("{:?}", found), std::format!("{:?}", [sample]));
+    }
+
+    #[test]
+    fn any_content_is_usable_or_refused(content in prop::collection::vec(any::<u8>(), 0..100)) {
+        let mut content = content;
+        if let [version, kind, _, _, _, _, bits, ..] = &mut content[..] {
+            *version = VERSION;
+            *kind = 1 + *kind % 6;
+            *bits &= 1;
+        }
+        for event in events(&mut Link::new(), &frame_of(&content)) {
+            if let Event::Sample(sample) = event {
+                testing::assert_usable(&sample);
+            }
+        }
+    }
+}

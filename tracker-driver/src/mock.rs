@@ -1,0 +1,29 @@
+//! A simulated viewer behind a simulated tracker, and whatever can go wrong
+//! on the way.
+//!
+//! - [`Viewer`] moves head and eyes as people do, and knows where the line of
+//!   sight is at any time of its recent past and future;
+//! - [`Tracker`] measures it, with noise, blinks and a clock of its own, and
+//!   gives [`Sample`](crate::sample::Sample)s;
+//! - [`Wire`] turns samples into the bytes of a protocol;
+//! - [`Faults`] stands between any source and its reader: delay, jitter,
+//!   drop, duplicate, reorder, corrupt, stuck, disconnect.
+//!
+//! All of it is decided by a seed: the same seed gives the same bytes, on any
+//! machine and however it is polled. Memory is bounded, nothing is allocated.
+
+mod faults;
+mod movement;
+mod noise;
+mod random;
+mod tracker;
+mod wire;
+
+pub use faults::{Chunk, Faults, FaultsConfig, FaultsError, Faulty, MOST_CHUNK_BYTES, Source};
+pub use movement::{Kind, ScriptedTarget, Truth, Viewer, ViewerConfig};
+pub use random::Random;
+pub use tracker::{MockError, Tracker, TrackerConfig};
+pub use wire::{Format, RAW_CENTRE, RAW_PER_METRE, Wire};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,389 @@
+//! What goes wrong between a tracker and its reader.
+
+use super::random::Random;
+use crate::sample::Sample;
+use crate::time::Micros;
+use core::fmt;
+
+/// Something that items come from, in the order of their arrival.
+pub trait Source {
+    /// What comes.
+    type Item;
+
+    /// The next item that arrives at `until` or before; `None` where none does.
+    fn poll(&mut self, until: Micros) -> Option<Self::Item>;
+}
+
+/// Something that faults can be done to.
+pub trait Faulty: Copy {
+    /// When it arrives.
+    fn arrival(&self) -> Micros;
+
+    /// Makes it arrive at another time.
+    fn arrive_at(&mut self, time: Micros);
+
+    /// Damages it.
+    fn corrupt(&mut self, random: &mut Random);
+
+    /// Gives it the contents of an earlier one, but not its arrival.
+    fn repeat(&mut self, earlier: &Self);
+}
+
+/// Most bytes of a [`Chunk`].
+pub const MOST_CHUNK_BYTES: usize = 192;
+const _: () = assert!(MOST_CHUNK_BYTES >= crate::link::LONGEST_FRAME);
+const _: () = assert!(MOST_CHUNK_BYTES <= u8::MAX as usize);
+
+/// Bytes that come together: a report, a packet, what a port's buffer held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Chunk {
+    /// When they come.
+    pub arrival: Micros,
+    bytes: [u8; MOST_CHUNK_BYTES],
+    length: u8,
+}
+
+impl Chunk {
+    /// Of at most [`MOST_CHUNK_BYTES`] bytes; the rest is cut off.
+    pub fn new(arrival: Micros, bytes: &[u8]) -> Self {
+        let mut chunk = Self {
+            arrival,
+            bytes: [0; MOST_CHUNK_BYTES],
+            length: 0,
+        };
+        for (to, from) in chunk.bytes.iter_mut().zip(bytes) {
+            *to = *from;
+            chunk.length += 1;
+        }
+        chunk
+    }
+
+    /// The bytes.
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes
+            .get(..usize::from(self.length))
+            .unwrap_or_default()
+    }
+}
+
+impl Faulty for Chunk {
+    fn arrival(&self) -> Micros {
+        self.arrival
+    }
+
+    fn arrive_at(&mut self, time: Micros) {
+        self.arrival = time;
+    }
+
+    /// One bit flips, or one byte is lost or doubled.
+    fn corrupt(&mut self, random: &mut Random) {
+        let length = usize::from(self.length);
+        if length == 0 {
+            return;
+        }
+        let at = random.bits() as usize % length;
+        match random.bits() % 3 {
+            0 => {
+                if let Some(byte) = self.bytes.get_mut(at) {
+                    *byte ^= 1 << (random.bits() % 8);
+                }
+            }
+            1 => {
+                self.bytes.copy_within(at + 1..length, at);
+                self.length -= 1;
+            }
+            _ if length < MOST_CHUNK_BYTES => {
+                self.bytes.copy_within(at..length, at + 1);
+                self.length += 1;
+            }
+            _ => {}
+        }
+    }
+
+    fn repeat(&mut self, earlier: &Self) {
+        let arrival = self.arrival;
+        *self = *earlier;
+        self.arrival = arrival;
+    }
+}
+
+impl Faulty for Sample {
+    fn arrival(&self) -> Micros {
+        self.arrival
+    }
+
+    fn arrive_at(&mut self, time: Micros) {
+        self.arrival = time;
+    }
+
+    /// One field becomes what a damaged record could make of it: a direction
+    /// or a place that is elsewhere, not finite, or behind the head.
+    fn corrupt(&mut self, random: &mut Random) {
+        let wrong = match random.bits() % 3 {
+            0 => glam::Vec3::splat(f32::NAN),
+            1 => glam::Vec3::Z,
+            _ => glam::Vec3::ZERO,
+        };
+        match random.bits() % 3 {
+            0 => {
+                if let Some(position) = &mut self.head.position {
+                    position.value = wrong;
+                }
+            }
+            1 => {
+                if let Some(direction) = &mut self.left.direction {
+                    direction.value = wrong;
+                }
+            }
+            _ => {
+                if let Some(time) = &mut self.device_time {
+                    time.microseconds = u64::from(random.bits());
+                }
+            }
+        }
+    }
+
+    fn repeat(&mut self, earlier: &Self) {
+        let arrival = self.arrival;
+        *self = *earlier;
+        self.arrival = arrival;
+    }
+}
+
+/// Which faults. Probabilities are from 0 to 1, of each item.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FaultsConfig {
+    /// All items come later by this much; up to 10 s.
+    pub delay: Micros,
+    /// Each comes later by up to this much more; up to 1 s.
+    pub jitter: Micros,
+    /// It is lost.
+    pub drop: f32,
+    /// It comes twice.
+    pub duplicate: f32,
+    /// It lets the next one pass.
+    pub reorder: f32,
+    /// It is damaged.
+    pub corrupt: f32,
+    /// From it on, the same item comes again and again, for
+    /// [`stuck_for`](Self::stuck_for).
+    pub stuck: f32,
+    /// How long; up to 60 s.
+    pub stuck_for: Micros,
+    /// From it on nothing comes, for
+    /// [`disconnected_for`](Self::disconnected_for).
+    pub disconnect: f32,
+    /// How long; up to 60 s.
+    pub disconnected_for: Micros,
+    /// Whether jitter keeps the order, as a serial line does.
+    pub in_order: bool,
+}
+
+/// A value of a [`FaultsConfig`] that is out of range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaultsError {
+    field: &'static str,
+    found: f32,
+    most: f32,
+}
+
+impl fmt::Display for FaultsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { field, found, most } = self;
+        write!(f, "the faults' {field} is {found}: give 0 to {most}")
+    }
+}
+
+impl core::error::Error for FaultsError {}
+
+/// Items at most that jitter keeps under way; further ones wait in the source
+/// and come after those.
+const UNDER_WAY: usize = 64;
+/// What one item of the source can become: itself, a copy, and one it passes.
+const MOST_OF_ONE: usize = 3;
+
+/// A source that faults happen to.
+#[derive(Debug, Clone)]
+pub struct Faults<S: Source> {
+    source: S,
+    config: FaultsConfig,
+    random: Random,
+    /// In the order of their arrival; the first `length` are there.
+    under_way: [Option<S::Item>; UNDER_WAY],
+    length: usize,
+    /// The arrival of the newest item of the source.
+    reached: Option<Micros>,
+    /// The arrival of the newest item that was handed over.
+    handed: Micros,
+    /// The latest arrival so far, for a source that keeps its order.
+    latest: Micros,
+    /// An item that lets the next one pass.
+    aside: Option<S::Item>,
+    stuck: Option<(S::Item, Micros)>,
+    disconnected_until: Option<Micros>,
+}
+
+impl<S: Source<Item: Faulty>> Faults<S> {
+    /// Around a source.
+    ///
+    /// # Errors
+    /// Values outside the ranges at [`FaultsConfig`].
+    pub fn new(source: S, config: FaultsConfig, seed: u64) -> Result<Self, FaultsError> {
+        for (field, found, most) in [
+            ("delay (s)", config.delay.seconds(), 10.0),
+            ("jitter (s)", config.jitter.seconds(), 1.0),
+            ("drop", config.drop, 1.0),
+            ("duplicate", config.duplicate, 1.0),
+            ("reorder", config.reorder, 1.0),
+            ("corrupt", config.corrupt, 1.0),
+            ("stuck", config.stuck, 1.0),
+            ("stuck for (s)", config.stuck_for.seconds(), 60.0),
+            ("disconnect", config.disconnect, 1.0),
+            (
+                "disconnected for (s)",
+                config.disconnected_for.seconds(),
+                60.0,
+            ),
+        ] {
+            if !(0.0..=most).contains(&found) {
+                return Err(FaultsError { field, found, most });
+            }
+        }
+        Ok(Self {
+            source,
+            config,
+            random: Random::new(seed, 21),
+            under_way: [None; UNDER_WAY],
+            length: 0,
+            reached: None,
+            handed: Micros(0),
+            latest: Micros(0),
+            aside: None,
+            stuck: None,
+            disconnected_until: None,
+        })
+    }
+
+    /// What is behind the faults.
+    pub fn source(&mut self) -> &mut S {
+        &mut self.source
+    }
+
+    /// What becomes of an item.
+    fn take(&mut self, mut item: S::Item) {
+        let now = item.arrival();
+        self.reached = Some(now);
+        let config = self.config;
+        // All are drawn for each item: one setting does not move the others.
+        let [drop, duplicate, reorder, corrupt, stuck, disconnect] = [
+            config.drop,
+            config.duplicate,
+            config.reorder,
+            config.corrupt,
+            config.stuck,
+            config.disconnect,
+        ]
+        .map(|probability| self.random.chance(probability));
+        let jitter = self.random.uniform();
+        let mut damage = Random::new(u64::from(self.random.bits()), 22);
+        if disconnect && self.disconnected_until.is_none() {
+            self.disconnected_until = Some(now.after(config.disconnected_for));
+        }
+        if self.disconnected_until.is_some_and(|until| now < until) {
+            self.aside = None;
+            return;
+        }
+        self.disconnected_until = None;
+        if stuck && self.stuck.is_none() {
+            self.stuck = Some((item, now.after(config.stuck_for)));
+        }
+        match self.stuck {
+            Some((same, until)) if now < until => item.repeat(&same),
+            _ => self.stuck = None,
+        }
+        if drop {
+            return;
+        }
+        if corrupt {
+            item.corrupt(&mut damage);
+        }
+        let late = (config.jitter.0 as f32 * jitter) as u64;
+        let mut due = now.after(config.delay).after(Micros(late));
+        if config.in_order {
+            due = due.max(self.latest);
+            self.latest = due;
+        }
+        item.arrive_at(due);
+        if reorder && self.aside.is_none() {
+            self.aside = Some(item);
+            return;
+        }
+        self.send(item);
+        if duplicate {
+            self.send(item);
+        }
+        if let Some(mut passed) = self.aside.take() {
+            passed.arrive_at(due.max(passed.arrival()));
+            self.send(passed);
+        }
+    }
+
+    /// Puts an item behind all that arrive no later.
+    fn send(&mut self, item: S::Item) {
+        let due = item.arrival();
+        let behind = self
+            .under_way
+            .iter()
+            .take(self.length)
+            .take_while(|other| other.is_some_and(|other| other.arrival() <= due))
+            .count();
+        self.length += 1;
+        if let Some(tail) = self.under_way.get_mut(behind..self.length) {
+            tail.rotate_right(1);
+            if let Some(place) = tail.first_mut() {
+                *place = Some(item);
+            }
+        }
+    }
+
+    fn first(&mut self) -> Option<S::Item> {
+        let mut item = self.under_way.first().copied().flatten()?;
+        self.under_way.rotate_left(1);
+        self.length = self.length.saturating_sub(1);
+        if let Some(last) = self.under_way.last_mut() {
+            *last = None;
+        }
+        self.handed = self.handed.max(item.arrival());
+        item.arrive_at(self.handed);
+        Some(item)
+    }
+}
+
+impl<S: Source<Item: Faulty>> Source for Faults<S> {
+    type Item = S::Item;
+
+    fn poll(&mut self, until: Micros) -> Option<S::Item> {
+        // What is only delayed stays in the source.
+        let delay = self.config.delay;
+        let sent = until.0.checked_sub(delay.0).map(Micros)?;
+        loop {
+            let next = self.under_way.first().copied().flatten();
+            let next = next.map(|item| item.arrival());
+            // Nothing that is still to come can be earlier.
+            let settled = next
+                .zip(self.reached)
+                .is_some_and(|(next, reached)| next <= reached.after(delay));
+            if !settled
+                && self.length <= UNDER_WAY - MOST_OF_ONE
+                && let Some(item) = self.source.poll(sent)
+            {
+                self.take(item);
+                continue;
+            }
+            return match next {
+                Some(due) if due <= until => self.first(),
+                _ => None,
+            };
+        }
+    }
+}

@@ -1,0 +1,122 @@
+use core::f32::consts::{LN_2, TAU};
+use shisen_core::numeric::{sin_cos, sqrt};
+
+/// Random numbers that are the same everywhere: PCG-XSH-RR 64/32 (O'Neill,
+/// "PCG: a family of simple fast space-efficient statistically good
+/// algorithms for random number generation", 2014).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Random {
+    state: u64,
+    increment: u64,
+}
+
+impl Random {
+    const FACTOR: u64 = 6_364_136_223_846_793_005;
+
+    /// One of 2⁶³ independent sequences from one of 2⁶⁴ seeds.
+    pub fn new(seed: u64, sequence: u64) -> Self {
+        let mut random = Self {
+            state: 0,
+            increment: sequence << 1 | 1,
+        };
+        random.bits();
+        random.state = random.state.wrapping_add(seed);
+        random.bits();
+        random
+    }
+
+    /// 32 bits.
+    pub fn bits(&mut self) -> u32 {
+        let old = self.state;
+        self.state = old.wrapping_mul(Self::FACTOR).wrapping_add(self.increment);
+        let shifted = ((old >> 18 ^ old) >> 27) as u32;
+        shifted.rotate_right((old >> 59) as u32)
+    }
+
+    /// From 0 up to, but not including, 1.
+    pub fn uniform(&mut self) -> f32 {
+        (self.bits() >> 8) as f32 / 16_777_216.0
+    }
+
+    /// Whether something of this probability happens.
+    pub fn chance(&mut self, probability: f32) -> bool {
+        self.uniform() < probability
+    }
+
+    /// From `least` to `most`.
+    pub fn between(&mut self, least: f32, most: f32) -> f32 {
+        least + (most - least) * self.uniform()
+    }
+
+    /// Of mean 0 and standard deviation 1 (Box and Muller).
+    pub fn normal(&mut self) -> f32 {
+        let radius = sqrt(2.0 * self.exponential());
+        let (_, cos) = sin_cos(TAU * self.uniform());
+        radius * cos
+    }
+
+    /// Of mean 1.
+    pub fn exponential(&mut self) -> f32 {
+        // Never the logarithm of 0.
+        let rest = 1.0 - self.uniform();
+        (-libm::logf(rest)).clamp(0.0, 24.0 * LN_2)
+    }
+
+    /// Of this median, the logarithm's standard deviation being `deviation`.
+    pub fn log_normal(&mut self, median: f32, deviation: f32) -> f32 {
+        median * libm::expf(deviation * self.normal())
+    }
+}
+
+/// Mixes a place in a lattice into 32 random bits, for noise that can be asked
+/// for at any time (the finalizer of `MurmurHash3`, twice).
+pub(super) fn hash(seed: u64, lane: u32, index: u64) -> u32 {
+    let mix = |mut x: u64| {
+        x = (x ^ x >> 33).wrapping_mul(0xff51_afd7_ed55_8ccd);
+        x = (x ^ x >> 33).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
+        x ^ x >> 33
+    };
+    let lane = u64::from(lane).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    (mix(mix(seed ^ lane) ^ index) >> 32) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first numbers of the reference implementation's demonstration, of
+    /// seed 42 and sequence 54.
+    #[test]
+    fn it_is_pcg() {
+        let mut random = Random::new(42, 54);
+        for expected in [0xa15c_02b7, 0x7b47_f409, 0xba1d_3330, 0x83d2_f293] {
+            assert_eq!(random.bits(), expected);
+        }
+    }
+
+    #[test]
+    fn moments_are_right() {
+        if cfg!(miri) {
+            return;
+        }
+        let mut random = Random::new(1, 1);
+        let count = 200_000;
+        let moments = |draw: &mut dyn FnMut() -> f32| {
+            let (mut sum, mut squares) = (0f64, 0f64);
+            for _ in 0..count {
+                let x = f64::from(draw());
+                sum += x;
+                squares += x * x;
+            }
+            let mean = sum / f64::from(count);
+            (mean, squares / f64::from(count) - mean * mean)
+        };
+        let close = |(mean, variance): (f64, f64), expected: (f64, f64)| {
+            assert!((mean - expected.0).abs() < 0.01, "{mean}");
+            assert!((variance - expected.1).abs() < 0.03, "{variance}");
+        };
+        close(moments(&mut || random.uniform()), (0.5, 1.0 / 12.0));
+        close(moments(&mut || random.normal()), (0.0, 1.0));
+        close(moments(&mut || random.exponential()), (1.0, 1.0));
+    }
+}

@@ -1,0 +1,130 @@
+use super::*;
+use crate::decoder::{Decoder, Event};
+use crate::eye::{adhawk::AdHawk, asl::Asl, iscan::Iscan};
+use crate::head::{fastrak::Fastrak, flock::Flock, hatire::Hatire, liberty::Liberty};
+use crate::hid::eye_tracker::{Axes, EyeTracker};
+use crate::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig};
+use crate::rotation::{angle, compose, inverse, to_vector};
+use std::boxed::Box;
+use std::vec::Vec;
+
+fn tracker() -> Tracker<'static> {
+    let viewer = Viewer::new(ViewerConfig::default(), 3);
+    Tracker::new(TrackerConfig::default(), viewer, 3).unwrap()
+}
+
+fn decoder(format: &Format) -> Box<dyn Decoder> {
+    match format.clone() {
+        Format::Link => Box::new(crate::link::Link::new()),
+        Format::Fastrak(config) => Box::new(Fastrak::new(config)),
+        Format::Liberty(config) => Box::new(Liberty::new(config)),
+        Format::Flock(config) => Box::new(Flock::new(config)),
+        Format::Hatire(config) => Box::new(Hatire::new(config)),
+        Format::OsvrHdk => Box::new(osvr_hdk::Decoder::new()),
+        Format::Iscan(config) => Box::new(Iscan::new(config)),
+        Format::Asl(layout) => Box::new(Asl::new(asl::Config {
+            layout,
+            ..asl::Config::default()
+        })),
+        Format::AdHawk => Box::new(AdHawk::new()),
+        Format::EyeTracker(_) => {
+            let tracker = EyeTracker::new(&documented::DESCRIPTOR, Axes::default());
+            Box::new(tracker.unwrap())
+        }
+    }
+}
+
+/// What each protocol brings across: errors of the head's place (metres) and
+/// turn, and of the gaze (radians), at most; `None` where it has none.
+fn expected(name: &str) -> [Option<f32>; 3] {
+    match name {
+        "link" => [Some(0.0), Some(1e-6), Some(1e-6)],
+        "fastrak" | "liberty" => [Some(1e-6), Some(1e-6), None],
+        // 14 bits of 36 inches and of the quaternion.
+        "flock" => [Some(2e-4), Some(5e-4), None],
+        "hatire" => [None, Some(1e-5), None],
+        "osvr-hdk" => [None, Some(2e-4), None],
+        // Tenths of a unit, and whole ones.
+        "iscan" => [None, None, Some(2e-4)],
+        "asl" => [None, None, Some(2e-3)],
+        "adhawk" => [None, Some(1e-5), Some(1e-5)],
+        // The direction of the head lacks its roll.
+        "hid" => [Some(1e-6), None, Some(1e-5)],
+        _ => panic!("{name}"),
+    }
+}
+
+#[test]
+fn samples_come_through_every_protocol() {
+    let until = Micros::from_millis(if cfg!(miri) { 20 } else { 10_000 });
+    for name in Format::NAMES {
+        let format = Format::named(name).unwrap();
+        let mut decoder = decoder(&format);
+        let mut wire = Wire::new(tracker(), format);
+        let mut sent = tracker();
+        let (mut count, mut gazes, mut worst) = (0, 0, [0f32; 3]);
+        let mut found = Vec::new();
+        while let Some(chunk) = wire.poll(until) {
+            decoder.feed(chunk.bytes(), chunk.arrival, &mut |event| match event {
+                Event::Sample(sample) => found.push(sample),
+                event => panic!("{name}: {event:?}"),
+            });
+            count += 1;
+        }
+        // The last record of some is only whole when the next one starts.
+        assert!(
+            found.len() + 1 >= count && count > 4,
+            "{name}: {}",
+            found.len()
+        );
+        for found in &found {
+            let (_, sample) = sent.next_sample();
+            if let (Some(found), Some(sent)) = (found.head.position, sample.head.position) {
+                worst[0] = worst[0].max((found.value - sent.value).length());
+            }
+            if let (Some(found), Some(sent)) = (found.head.orientation, sample.head.orientation) {
+                let off = to_vector(compose(inverse(sent.value), found.value));
+                worst[1] = worst[1].max(off.length());
+            }
+            let Some(there) = direction(&sample) else {
+                let point = found.gaze_point.is_some_and(|point| point.tracked);
+                assert!(!point && direction(found).is_none(), "{name}: {found:?}");
+                continue;
+            };
+            let turn = sample.head.orientation.unwrap().value;
+            let seen = match found.gaze_point.map(|point| point.value) {
+                Some(GazePoint::Raw(units)) => {
+                    let place = (units - RAW_CENTRE) / RAW_PER_METRE;
+                    Some(Vec3::new(place.x, -place.y, -1.0))
+                }
+                Some(GazePoint::Plane(point)) => {
+                    let Format::EyeTracker(screen) = wire.format() else {
+                        panic!("{name}");
+                    };
+                    let place = screen.corner + screen.right * point.x + screen.down * point.y;
+                    let from = sample.head.position.unwrap().value;
+                    Some(rotate(inverse(turn), place - from))
+                }
+                _ => direction(found),
+            };
+            if let Some(seen) = seen {
+                gazes += 1;
+                worst[2] = worst[2].max(angle(normalize(seen).unwrap(), there));
+            }
+        }
+        std::println!("{name}: {count} records, {gazes} gazes, errors {worst:?}");
+        let [place, turn, gaze] = expected(name);
+        for (worst, most) in worst.into_iter().zip([place, turn, gaze]) {
+            if let Some(most) = most {
+                assert!(worst <= most, "{name}: {worst}");
+            }
+        }
+        let first = found[0];
+        assert_eq!(first.head.position.is_some(), place.is_some(), "{name}");
+        if name != "hid" {
+            assert_eq!(first.head.orientation.is_some(), turn.is_some(), "{name}");
+        }
+        assert_eq!(gazes > 0, gaze.is_some(), "{name}");
+    }
+    assert_eq!(Format::named("vrpn"), None);
+}

@@ -1,0 +1,321 @@
+//! What the decoders' tests share: faults in a stream, random bytes, cuts.
+
+use crate::decoder::{Decoder, DropReason, Event};
+use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
+use crate::time::{DeviceTime, Micros};
+use glam::{Quat, Vec3};
+use std::vec::Vec;
+
+/// When everything comes in.
+pub(crate) const ARRIVAL: Micros = Micros(1_000_000);
+
+/// All events of some bytes.
+pub(crate) fn events(decoder: &mut impl Decoder, bytes: &[u8]) -> Vec<Event> {
+    let mut events = Vec::new();
+    decoder.feed(bytes, ARRIVAL, &mut |event| events.push(event));
+    events
+}
+
+/// The samples among them.
+pub(crate) fn samples(decoder: &mut impl Decoder, bytes: &[u8]) -> Vec<Sample> {
+    let only = |event| match event {
+        Event::Sample(sample) => Some(sample),
+        _ => None,
+    };
+    events(decoder, bytes)
+        .into_iter()
+        .filter_map(only)
+        .collect()
+}
+
+/// Why bytes were dropped, in order.
+pub(crate) fn dropped(decoder: &mut impl Decoder, bytes: &[u8]) -> Vec<DropReason> {
+    let only = |event| match event {
+        Event::Dropped(dropped) => Some(dropped.reason),
+        _ => None,
+    };
+    events(decoder, bytes)
+        .into_iter()
+        .filter_map(only)
+        .collect()
+}
+
+/// Pseudo-random numbers (xorshift, Marsaglia).
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    /// From 0 to just below 1.
+    pub(crate) fn unit(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / 16_777_216.0
+    }
+}
+
+/// A head that looks around and sways, 125 times a second.
+pub(crate) fn moving_head(count: usize) -> Vec<Sample> {
+    (0..count)
+        .map(|i| {
+            let t = i as f32 * 0.008;
+            let place = Vec3::new(
+                0.31 * (3.0 * t).sin(),
+                0.2 + 0.1 * t,
+                -0.4 * (2.0 * t).cos(),
+            );
+            let turn = Quat::from_rotation_y(1.3 * (2.0 * t).sin())
+                * Quat::from_rotation_x(0.4 * (5.0 * t).cos())
+                * Quat::from_rotation_z(0.1 + t);
+            let mut sample = Sample::arrived(ARRIVAL);
+            sample.device_time = Some(DeviceTime::unwrapped(1_000_000 + i as u64 * 8_000));
+            sample.sequence = Some(i as u32);
+            sample.head.position = Some(Reading::tracked(place));
+            sample.head.orientation = Some(Reading::tracked(turn));
+            sample
+        })
+        .collect()
+}
+
+/// The angle between two rotations, radians, while it is small.
+pub(crate) fn angle(a: Quat, b: Quat) -> f32 {
+    2.0 * (a - b).length().min((a + b).length())
+}
+
+/// What can happen to one byte.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Fault {
+    Dropped,
+    /// Its bits exclusive-or this.
+    Flipped(u8),
+    /// This before it.
+    Inserted(u8),
+    Duplicated,
+}
+
+impl Fault {
+    /// Each kind, with bytes that mean something to one protocol or another.
+    pub(crate) fn all() -> Vec<Self> {
+        let flips = (0..8).map(|bit| 1 << bit).chain([0xFF, 0x55]);
+        let inserts = [0x00, 0x01, 0x20, 0x44, 0x5A, 0x7F, 0x80, 0xAA, 0xFF];
+        [Self::Dropped, Self::Duplicated]
+            .into_iter()
+            .chain(flips.map(Self::Flipped))
+            .chain(inserts.map(Self::Inserted))
+            .collect()
+    }
+
+    pub(crate) fn apply(self, stream: &[u8], offset: usize) -> Vec<u8> {
+        let (before, after) = stream.split_at(offset);
+        let (byte, rest) = (after[0], &after[1..]);
+        let instead = match self {
+            Self::Dropped => Vec::new(),
+            Self::Flipped(bits) => [byte ^ bits].to_vec(),
+            Self::Inserted(other) => [other, byte].to_vec(),
+            Self::Duplicated => [byte, byte].to_vec(),
+        };
+        [before, &instead, rest].concat()
+    }
+
+    /// The place in [`Tally::wrong`].
+    fn kind(self) -> usize {
+        match self {
+            Self::Dropped => 0,
+            Self::Flipped(_) => 1,
+            Self::Inserted(_) => 2,
+            Self::Duplicated => 3,
+        }
+    }
+}
+
+/// What single-byte faults did: for each kind of fault (dropped, flipped,
+/// inserted, duplicated) how many there were and how many wrong samples came
+/// through, and the most intact records that any of them cost.
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
+    pub(crate) faults: [u32; 4],
+    pub(crate) wrong: [u32; 4],
+    pub(crate) most_intact_lost: usize,
+}
+
+impl Tally {
+    /// A row of the table in a module's docs.
+    pub(crate) fn print(&self, name: &str) {
+        let lost = self.most_intact_lost;
+        let [dropped, flipped, inserted, doubled] = self.rates();
+        std::println!(
+            "//! | {name} | {dropped:.3} | {flipped:.3} | {inserted:.3} | {doubled:.3} | {lost} |"
+        );
+    }
+
+    /// Wrong samples for each fault of a kind.
+    pub(crate) fn rates(&self) -> [f32; 4] {
+        let mut rates = [0.0; 4];
+        for (rate, (wrong, faults)) in rates.iter_mut().zip(self.wrong.iter().zip(self.faults)) {
+            *rate = *wrong as f32 / faults as f32;
+        }
+        rates
+    }
+}
+
+/// How many records come before the first one that is damaged.
+const CLEAN_HEAD: usize = 2;
+
+/// How many records follow the last one that is damaged.
+const CLEAN_TAIL: usize = 6;
+
+/// Puts each fault at each offset of a stream of records, each of which is
+/// one sample and no two the same, and looks at what comes out. The decoder
+/// is in step before the fault.
+///
+/// An intact record is one that the fault did not touch. Of these only the
+/// one before (which may be waiting for what is touched) and the three after
+/// may be lost; how many are is in [`Tally::most_intact_lost`].
+pub(crate) fn every_fault<D: Decoder>(new: impl Fn() -> D, records: &[Vec<u8>]) -> Tally {
+    let stream = records.concat();
+    let truth = samples(&mut new(), &[&stream[..], &stream[..]].concat());
+    let truth = &truth[..records.len()];
+    for (i, sample) in truth.iter().enumerate() {
+        assert!(!truth[..i].contains(sample), "record {i} is not unlike");
+    }
+    // Where records begin, and where the tail does.
+    let begins: Vec<usize> = records
+        .iter()
+        .scan(0, |at, record| {
+            let begin = *at;
+            *at += record.len();
+            Some(begin)
+        })
+        .collect();
+    let mut tally = Tally::default();
+    let step = if cfg!(miri) { 37 } else { 1 };
+    let damaged = begins[records.len() - CLEAN_TAIL];
+    for offset in (begins[CLEAN_HEAD]..damaged).step_by(step) {
+        let touched = begins.iter().rposition(|&begin| begin <= offset).unwrap();
+        for fault in Fault::all() {
+            let found = samples(&mut new(), &fault.apply(&stream, offset));
+            let seen: Vec<Option<usize>> = found
+                .iter()
+                .map(|sample| truth.iter().position(|t| t == sample))
+                .collect();
+            tally.faults[fault.kind()] += 1;
+            tally.wrong[fault.kind()] += seen.iter().filter(|s| s.is_none()).count() as u32;
+            // The last of all may still wait for the one behind it.
+            let lost: Vec<usize> = (0..truth.len() - 1)
+                .filter(|&i| i != touched && !seen.contains(&Some(i)))
+                .collect();
+            for &i in &lost {
+                assert!(
+                    (touched..=touched + 4).contains(&(i + 1)),
+                    "{fault:?} at {offset}: lost {lost:?}, touched {touched}"
+                );
+            }
+            tally.most_intact_lost = tally.most_intact_lost.max(lost.len());
+        }
+    }
+    tally
+}
+
+/// Any cut of the stream gives the same events.
+pub(crate) fn any_split<D: Decoder>(new: impl Fn() -> D, stream: &[u8]) {
+    let whole = events(&mut new(), stream);
+    let sizes: &[usize] = if cfg!(miri) { &[1] } else { &[1, 2, 3, 7, 64] };
+    for &size in sizes {
+        let mut decoder = new();
+        let pieces: Vec<Event> = stream
+            .chunks(size)
+            .flat_map(|piece| events(&mut decoder, piece))
+            .collect();
+        assert_eq!(pieces, whole, "in pieces of {size}");
+    }
+    let cuts = if cfg!(miri) { 3 } else { stream.len() };
+    for cut in 0..cuts {
+        let mut decoder = new();
+        let mut pieces = events(&mut decoder, &stream[..cut]);
+        pieces.extend(events(&mut decoder, &[]));
+        pieces.extend(events(&mut decoder, &stream[cut..]));
+        assert_eq!(pieces, whole, "cut at {cut}");
+    }
+}
+
+/// How many random bytes a test feeds: a million, or the whole number where
+/// `SHISEN_HEAVY` asks for it.
+pub(crate) fn random_count(heavy: u64) -> u64 {
+    let asked = std::env::var("SHISEN_HEAVY").is_ok_and(|value| !value.is_empty() && value != "0");
+    match (cfg!(miri), asked) {
+        (true, _) => 2_000,
+        (false, true) => heavy,
+        (false, false) => 1_000_000,
+    }
+}
+
+/// Feeds random bytes and gives back how many samples came of them, all of
+/// which hold usable numbers; every byte is accounted for.
+pub(crate) fn random_bytes(decoder: &mut impl Decoder, count: u64, seed: u64) -> u64 {
+    let mut random = Random(seed);
+    let mut found = 0;
+    let mut told = 0;
+    let mut chunk = [0; 256];
+    for _ in 0..count.div_ceil(256) {
+        for bytes in chunk.chunks_exact_mut(8) {
+            bytes.copy_from_slice(&random.next().to_le_bytes());
+        }
+        decoder.feed(&chunk, ARRIVAL, &mut |event| match event {
+            Event::Sample(sample) => {
+                assert_usable(&sample);
+                found += 1;
+            }
+            Event::Dropped(dropped) => told += u64::from(dropped.bytes),
+            Event::Message(_) => (),
+        });
+    }
+    let counts = decoder.counts();
+    assert_eq!(counts.bytes, count.div_ceil(256) * 256);
+    assert_eq!(counts.samples, found);
+    assert_eq!(counts.dropped_bytes, told);
+    found
+}
+
+/// What a sample promises.
+pub(crate) fn assert_usable(sample: &Sample) {
+    let head = &sample.head;
+    if let Some(position) = head.position {
+        assert!(position.value.is_finite(), "{sample:?}");
+    }
+    if let Some(orientation) = head.orientation {
+        assert!(
+            (orientation.value.length() - 1.0).abs() < 2e-3,
+            "{sample:?}"
+        );
+    }
+    if let Some(velocity) = head.angular_velocity {
+        assert!(velocity.is_finite(), "{sample:?}");
+    }
+    for eye in [&sample.left, &sample.right, &sample.combined] {
+        assert_usable_eye(eye);
+    }
+    match sample.gaze_point.map(|point| point.value) {
+        Some(GazePoint::Plane(p) | GazePoint::Normalized(p) | GazePoint::Raw(p)) => {
+            assert!(p.is_finite(), "{sample:?}");
+        }
+        None => (),
+    }
+}
+
+fn assert_usable_eye(eye: &Eye) {
+    if let Some(origin) = eye.origin {
+        assert!(origin.value.is_finite(), "{eye:?}");
+    }
+    if let Some(direction) = eye.direction {
+        assert!((direction.value.length() - 1.0).abs() < 2e-3, "{eye:?}");
+    }
+    if let Some(Pupil::Diameter(size) | Pupil::Raw(size)) = eye.pupil {
+        assert!(size.is_finite() && size >= 0.0, "{eye:?}");
+    }
+    if let Some(openness) = eye.openness {
+        assert!((0.0..=1.0).contains(&openness), "{eye:?}");
+    }
+}

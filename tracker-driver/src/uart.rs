@@ -1,0 +1,172 @@
+//! A serial port on `embedded-io`, read without waiting.
+
+use crate::decoder::{Decoder, Event};
+use crate::time::Micros;
+use embedded_io::{Read, ReadReady};
+
+/// Bytes that are read at once.
+const CHUNK: usize = 32;
+
+/// Feeds what a port has received to a decoder: until nothing is ready, the
+/// port is at its end, or `most` bytes or a few more have been read, so that
+/// a fast line cannot hold the caller up. All of it has come in by `now`.
+///
+/// Gives back how many bytes were read; `most` or more means that there may
+/// be others.
+///
+/// # Errors
+///
+/// Those of the port. As bytes may be missing then, the decoder forgets the
+/// record that was coming in, and what came before the error has been
+/// decoded; the next call goes on.
+pub fn drain<P: Read + ReadReady>(
+    port: &mut P,
+    decoder: &mut (impl Decoder + ?Sized),
+    now: Micros,
+    most: usize,
+    sink: &mut dyn FnMut(Event),
+) -> Result<usize, P::Error> {
+    let mut total = 0;
+    let mut chunk = [0; CHUNK];
+    let mut read_some = || -> Result<usize, P::Error> {
+        Ok(if port.read_ready()? {
+            port.read(&mut chunk)
+                .inspect(|&read| decoder.feed(chunk.get(..read).unwrap_or_default(), now, sink))?
+        } else {
+            0
+        })
+    };
+    while total < most {
+        match read_some() {
+            Ok(0) => break,
+            Ok(read) => total += read,
+            Err(error) => {
+                decoder.reset();
+                return Err(error);
+            }
+        }
+    }
+    Ok(total)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eye::asl::{Asl, LONGEST_FRAME};
+    use core::convert::Infallible;
+    use embedded_io::{ErrorKind, ErrorType};
+    use std::collections::VecDeque;
+    use std::vec::Vec;
+
+    /// What the port does each time that it is asked.
+    enum Step {
+        Bytes(Vec<u8>),
+        Overrun,
+    }
+
+    struct Port(VecDeque<Step>);
+
+    impl ErrorType for Port {
+        type Error = ErrorKind;
+    }
+
+    impl ReadReady for Port {
+        fn read_ready(&mut self) -> Result<bool, ErrorKind> {
+            Ok(!self.0.is_empty())
+        }
+    }
+
+    impl Read for Port {
+        fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
+            match self.0.pop_front() {
+                Some(Step::Bytes(mut bytes)) => {
+                    let read = bytes.len().min(buffer.len());
+                    buffer[..read].copy_from_slice(&bytes[..read]);
+                    if bytes.len() > read {
+                        self.0.push_front(Step::Bytes(bytes.split_off(read)));
+                    }
+                    Ok(read)
+                }
+                Some(Step::Overrun) => Err(ErrorKind::Other),
+                None => panic!("the port was read while it was not ready"),
+            }
+        }
+    }
+
+    const FRAME: [u8; LONGEST_FRAME] = [
+        0x80, 0x00, 0x7F, 0x01, 0x70, 0x00, 0x7F, 0x56, 0x7B, 0x01, 0x2C, 0x01,
+    ];
+
+    fn drained(
+        port: &mut Port,
+        decoder: &mut Asl,
+        most: usize,
+    ) -> (Result<usize, ErrorKind>, usize) {
+        let mut samples = 0;
+        let read = drain(port, decoder, Micros(5), most, &mut |event| {
+            if let Event::Sample(sample) = event {
+                assert_eq!(sample.arrival, Micros(5));
+                samples += 1;
+            }
+        });
+        (read, samples)
+    }
+
+    #[test]
+    fn everything_that_is_ready_is_read() {
+        let steps = [&FRAME[..7], &FRAME[7..], &FRAME.repeat(5)];
+        let mut port = Port(steps.map(|s| Step::Bytes(s.to_vec())).into());
+        let mut decoder = Asl::default();
+        assert_eq!(drained(&mut port, &mut decoder, 1_000), (Ok(72), 6));
+        assert_eq!(drained(&mut port, &mut decoder, 1_000), (Ok(0), 0));
+    }
+
+    #[test]
+    fn a_fast_line_does_not_hold_the_caller_up() {
+        let mut port = Port([Step::Bytes(FRAME.repeat(100))].into());
+        let mut decoder = Asl::default();
+        assert_eq!(drained(&mut port, &mut decoder, 100).0, Ok(128));
+        assert_eq!(drained(&mut port, &mut decoder, 100).0, Ok(128));
+    }
+
+    #[test]
+    fn after_an_overrun_the_decoder_begins_anew() {
+        let steps = [
+            Step::Bytes(FRAME[..7].to_vec()),
+            Step::Overrun,
+            Step::Bytes(FRAME[7..].to_vec()),
+            Step::Bytes(FRAME.to_vec()),
+        ];
+        let mut port = Port(steps.into());
+        let mut decoder = Asl::default();
+        let (read, samples) = drained(&mut port, &mut decoder, 1_000);
+        assert_eq!((read, samples), (Err(ErrorKind::Other), 0));
+        assert_eq!(drained(&mut port, &mut decoder, 1_000), (Ok(17), 1));
+    }
+
+    #[test]
+    fn a_port_that_has_ended_is_left() {
+        struct Ended;
+        impl ErrorType for Ended {
+            type Error = Infallible;
+        }
+        impl ReadReady for Ended {
+            fn read_ready(&mut self) -> Result<bool, Infallible> {
+                Ok(true)
+            }
+        }
+        impl Read for Ended {
+            fn read(&mut self, _: &mut [u8]) -> Result<usize, Infallible> {
+                Ok(0)
+            }
+        }
+        let read = drain(
+            &mut Ended,
+            &mut Asl::default(),
+            Micros(0),
+            usize::MAX,
+            &mut |_| (),
+        );
+        assert_eq!(read, Ok(0));
+    }
+}
