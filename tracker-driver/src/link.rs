@@ -69,6 +69,7 @@ mod fields;
 mod frame;
 mod messages;
 
+use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event, Message};
 use crate::sample::Sample;
 use crate::time::Micros;
@@ -107,6 +108,23 @@ pub enum Command {
         /// At least 1.
         hertz: u16,
     },
+}
+
+/// Asks for samples, at a rate where one is given, and waits for the first.
+pub fn start(hertz: Option<u16>) -> Script {
+    let mut encoder = Encoder::new();
+    let mut script = Script::new();
+    if let Some(hertz) = hertz {
+        script = script.send(&encoder.command(Command::Rate { hertz }));
+    }
+    script
+        .send(&encoder.command(Command::Start))
+        .expect(Awaited::Sample, PATIENCE)
+}
+
+/// Asks for no more samples; nothing is answered.
+pub fn stop() -> Script {
+    Script::new().send(&Encoder::new().command(Command::Stop))
 }
 
 /// Writes frames and counts them.

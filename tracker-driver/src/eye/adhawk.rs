@@ -55,6 +55,7 @@
 //! |---|---|---|---|
 //! | 0 | 0.79 | 0.02 | 0.02 |
 
+use crate::command::{Awaited, Script};
 use crate::decoder::{
     Counts, Decoder, DropReason, Event, EyeEvent, EyeEventKind, Message, Reply, Side,
 };
@@ -179,6 +180,48 @@ impl Request {
         }
         packet(&payload, false)
     }
+}
+
+/// The fields that become part of a sample: gaze, each eye's gaze, centre and
+/// pupil, the gaze on the screen, and the inertial sensor.
+pub const ALL_FIELDS: u32 = 0b1_1010_1110;
+
+/// Blinks, eyes that open and close, eyes lost and found.
+pub const BLINKS_AND_LOSSES: u32 = 0b111;
+
+/// Asks for these fields at this rate, and for blinks and losses, and starts
+/// tracking. Each request has to be agreed to, and a sample has to come: the
+/// device has to be ready and calibrated for that.
+pub fn start(fields: u32, hertz: f32) -> Script {
+    let requests = [
+        Request::Fields {
+            mask: fields,
+            enable: true,
+        },
+        Request::Rate { hertz },
+        Request::Events {
+            mask: BLINKS_AND_LOSSES,
+            enable: true,
+        },
+        Request::Tracking(true),
+    ];
+    let mut script = Script::new();
+    for (number, request) in (1..).zip(requests) {
+        let answer = Awaited::Reply(u32::from(request.kind()));
+        script = script
+            .send(&request.encode(number))
+            .expect(answer, RESPONSE_TIMEOUT);
+    }
+    script.expect(Awaited::Sample, RESPONSE_TIMEOUT)
+}
+
+/// Stops tracking.
+pub fn stop() -> Script {
+    let request = Request::Tracking(false);
+    let answer = Awaited::Reply(u32::from(request.kind()));
+    Script::new()
+        .send(&request.encode(0))
+        .expect(answer, RESPONSE_TIMEOUT)
 }
 
 /// What a response's result means.

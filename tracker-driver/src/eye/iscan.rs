@@ -40,6 +40,7 @@
 //! | at once | 0 | 0.40 | 0.07 | 0.07 |
 //! | confirmed | 0 | 0.40 | 0 | 0 |
 
+use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
 use crate::stream::{Front, Step, Stream};
@@ -53,6 +54,16 @@ pub const START: [u8; 1] = [0x80];
 
 /// What makes it stop.
 pub const STOP: [u8; 1] = [0x81];
+
+/// Makes the device stream and waits for its first record.
+pub fn start() -> Script {
+    Script::new().send(&START).expect(Awaited::Sample, PATIENCE)
+}
+
+/// Makes it stop; it answers nothing.
+pub fn stop() -> Script {
+    Script::new().send(&STOP)
+}
 
 /// The speed of the line.
 pub const BAUD: u32 = 115_200;
