@@ -193,7 +193,8 @@ impl Text {
 
     /// The text.
     pub fn as_str(&self) -> &str {
-        core::str::from_utf8(&self.bytes[..usize::from(self.length)]).unwrap_or_default()
+        let text = self.bytes.get(..usize::from(self.length));
+        core::str::from_utf8(text.unwrap_or_default()).unwrap_or_default()
     }
 }
 

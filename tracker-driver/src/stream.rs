@@ -157,9 +157,11 @@ impl<const N: usize> Stream<N> {
                     }
                 }
             }
-            let start = start.min(self.length);
-            self.bytes.copy_within(start..self.length, 0);
-            self.length -= start;
+            // Never more than there is; said so that it cannot panic.
+            let length = self.length.min(N);
+            let start = start.min(length);
+            self.bytes.copy_within(start..length, 0);
+            self.length = length - start;
         }
     }
 
