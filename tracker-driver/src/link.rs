@@ -202,6 +202,23 @@ impl Encoder {
     }
 }
 
+/// What makes a device send samples, so many a second where `hertz` says so.
+pub fn start(hertz: Option<u16>) -> Script {
+    let mut encoder = Encoder::new();
+    let mut script = Script::new();
+    if let Some(hertz) = hertz {
+        script = script.send(&encoder.command(Command::Rate { hertz }));
+    }
+    script
+        .send(&encoder.command(Command::Start))
+        .expect(Awaited::Sample, PATIENCE)
+}
+
+/// What makes it stop.
+pub fn stop() -> Script {
+    Script::new().send(&Encoder::new().command(Command::Stop))
+}
+
 /// The decoder of what a device sends.
 #[derive(Debug, Clone, Default)]
 pub struct Link {

@@ -157,11 +157,13 @@ impl<const N: usize> Stream<N> {
                     }
                 }
             }
-            // Never more than there is; said so that it cannot panic.
-            let length = self.length.min(N);
-            let start = start.min(length);
-            self.bytes.copy_within(start..length, 0);
-            self.length = length - start;
+            if start > 0 {
+                // Neither is ever larger; said so that nothing can panic.
+                let length = self.length.min(N);
+                let start = start.min(length);
+                self.bytes.copy_within(start..length, 0);
+                self.length = length - start;
+            }
         }
     }
 

@@ -193,3 +193,60 @@ fn a_watch_notices_silence_and_the_wrong_speed() {
     assert_eq!(watch.trouble(Micros(2_999_999)), None);
     assert_eq!(watch.trouble(Micros(3_000_000)), Some(Failure::Silent));
 }
+
+/// What a script sends to a device that answers at once.
+fn conversation(script: Script, mut answer: impl FnMut(&[u8]) -> Option<Event>) -> Vec<u8, 256> {
+    assert!(script.is_complete());
+    let mut session = Session::new(script);
+    let mut sent = Vec::new();
+    for _ in 0..100 {
+        let event = match session.poll(Micros(0)) {
+            Action::Send(bytes) => {
+                sent.extend_from_slice(bytes).unwrap();
+                answer(bytes)
+            }
+            Action::Wait(_) => Some(sample()),
+            Action::Done => return sent,
+            other => panic!("{other:?}"),
+        };
+        if let Some(event) = event {
+            session.on_event(&event);
+        }
+    }
+    panic!("it does not end");
+}
+
+#[test]
+fn eye_trackers_are_started_and_stopped() {
+    use crate::eye::{adhawk, asl, iscan};
+    use crate::link;
+
+    let silent = |_: &[u8]| None;
+    assert_eq!(conversation(iscan::start(), silent), [0x80]);
+    assert_eq!(conversation(iscan::stop(), silent), [0x81]);
+    assert!(conversation(asl::start(), silent).is_empty());
+
+    // The third byte of a request's payload is its type.
+    let agreeing = |packet: &[u8]| Some(reply(u32::from(packet[5]), 0));
+    let sent = conversation(adhawk::start(0b1010, 250.0), agreeing);
+    let expected = [
+        0xAA, 5, 0, 1, 0, 0x9C, 1, 1, // on
+        0xAA, 9, 0, 2, 0, 0x9B, 14, 10, 0, 0, 0, 1, // fields
+        0xAA, 9, 0, 3, 0, 0x9B, 5, 0x0F, 2, 0, 0, 1, // events
+    ];
+    assert_eq!(sent[..expected.len()], expected);
+    let sent = conversation(adhawk::stop(), agreeing);
+    assert_eq!(sent, [0xAA, 5, 0, 1, 0, 0x9C, 1, 0]);
+
+    // What the device's end makes of it.
+    let heard = |script| {
+        let mut commands = std::vec::Vec::new();
+        let sent = conversation(script, silent);
+        link::Commands::new().feed(&sent, &mut |command| commands.push(command));
+        commands
+    };
+    let rate = link::Command::Rate { hertz: 240 };
+    assert_eq!(heard(link::start(Some(240))), [rate, link::Command::Start]);
+    assert_eq!(heard(link::start(None)), [link::Command::Start]);
+    assert_eq!(heard(link::stop()), [link::Command::Stop]);
+}

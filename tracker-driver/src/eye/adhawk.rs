@@ -54,7 +54,7 @@
 //! |---|---|---|---|
 //! | 0 | 0.79 | 0.02 | 0.02 |
 
-use crate::command::{Awaited, Script};
+use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{
     Counts, Decoder, DropReason, Event, EyeEvent, EyeEventKind, Message, Reply, Side,
 };
@@ -181,47 +181,42 @@ impl Request {
     }
 }
 
-/// The fields that become part of a sample: gaze, each eye's gaze, centre and
-/// pupil, the gaze on the screen, and the inertial sensor.
-pub const ALL_FIELDS: u32 = 0b1_1010_1110;
-
-/// Blinks, eyes that open and close, eyes lost and found.
-pub const BLINKS_AND_LOSSES: u32 = 0b111;
-
-/// Asks for these fields at this rate, and for blinks and losses, and starts
-/// tracking. Each request has to be agreed to, and a sample has to come: the
-/// device has to be ready and calibrated for that.
+/// What makes the device send these fields of the stream 0x01 so many times a
+/// second, and all its events: bit 1 of `fields` is field 1.
 pub fn start(fields: u32, hertz: f32) -> Script {
     let requests = [
+        Request::Tracking(true),
         Request::Fields {
             mask: fields,
             enable: true,
         },
-        Request::Rate { hertz },
         Request::Events {
-            mask: BLINKS_AND_LOSSES,
+            mask: ALL_EVENTS,
             enable: true,
         },
-        Request::Tracking(true),
+        Request::Rate { hertz },
     ];
     let mut script = Script::new();
-    for (number, request) in (1..).zip(requests) {
-        let answer = Awaited::Reply(u32::from(request.kind()));
+    for (request, number) in requests.iter().zip(1..) {
+        let reply = Awaited::Reply(u32::from(request.kind()));
         script = script
             .send(&request.encode(number))
-            .expect(answer, RESPONSE_TIMEOUT);
+            .expect(reply, RESPONSE_TIMEOUT);
     }
-    script.expect(Awaited::Sample, RESPONSE_TIMEOUT)
+    script.expect(Awaited::Sample, PATIENCE)
 }
 
-/// Stops tracking.
+/// What makes it stop.
 pub fn stop() -> Script {
     let request = Request::Tracking(false);
-    let answer = Awaited::Reply(u32::from(request.kind()));
+    let reply = Awaited::Reply(u32::from(request.kind()));
     Script::new()
-        .send(&request.encode(0))
-        .expect(answer, RESPONSE_TIMEOUT)
+        .send(&request.encode(1))
+        .expect(reply, RESPONSE_TIMEOUT)
 }
+
+/// The events that [`Request::Events`] numbers.
+const ALL_EVENTS: u32 = 0b10_0000_1111;
 
 /// What a response's result means.
 pub fn result_name(result: u32) -> &'static str {

@@ -40,12 +40,19 @@
 //! |---|---|---|---|
 //! | 0 | 0.60 | 0.01 | 0 |
 
+use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
 use crate::stream::{Front, Step, Stream};
 use crate::time::Micros;
 use glam::Vec2;
 use heapless::Vec;
+
+/// What waits for the device's stream: it sends without being asked, and has
+/// no command to stop it.
+pub fn start() -> Script {
+    Script::new().expect(Awaited::Sample, PATIENCE)
+}
 
 /// The speed of the line.
 pub const BAUD: u32 = 57_600;

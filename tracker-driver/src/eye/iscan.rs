@@ -55,12 +55,12 @@ pub const START: [u8; 1] = [0x80];
 /// What makes it stop.
 pub const STOP: [u8; 1] = [0x81];
 
-/// Makes the device stream and waits for its first record.
+/// What makes the device stream, and has it answer.
 pub fn start() -> Script {
     Script::new().send(&START).expect(Awaited::Sample, PATIENCE)
 }
 
-/// Makes it stop; it answers nothing.
+/// What makes it stop.
 pub fn stop() -> Script {
     Script::new().send(&STOP)
 }

@@ -49,8 +49,8 @@
 //!
 //! | Order | dropped | flipped | inserted | doubled | Intact records lost |
 //! |---|---|---|---|---|---|
-//! | little-endian | 0.000 | 0.389 | 0.000 | 0.000 | 0 |
-//! | big-endian, position | 0.000 | 0.756 | 0.000 | 0.000 | 0 |
+//! | little-endian | 0.000 | 0.387 | 0.000 | 0.000 | 0 |
+//! | big-endian, position | 0.000 | 0.755 | 0.000 | 0.000 | 0 |
 
 use super::axes::{self, Axes};
 use crate::command::{Awaited, PATIENCE, Script};

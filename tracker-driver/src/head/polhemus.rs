@@ -469,7 +469,7 @@ impl ItemList {
                     Form::SpaceAndDigit => record.extend_from_slice(b" 0"),
                     Form::Float => record.extend_from_slice(&value.to_le_bytes()),
                     Form::Word => {
-                        let first = place == 0 && item.number == self.items[0].number;
+                        let first = place == 0 && Some(item) == self.items.first();
                         record.extend_from_slice(&word_bytes(value, first))
                     }
                     Form::U32 => {
@@ -655,10 +655,8 @@ fn read_fixed(bytes: &[u8], decimals: u8) -> Option<f32> {
     let (before, after) = bytes.split_at_checked(point)?;
     let before = before.trim_ascii_start();
     let negative = before.first() == Some(&b'-');
-    let before = match before {
-        [b'-' | b'+', digits @ ..] => digits,
-        digits => digits,
-    };
+    let signless = before.strip_prefix(b"-").or(before.strip_prefix(b"+"));
+    let before = signless.unwrap_or(before);
     let [b'.', after @ ..] = after else {
         return None;
     };

@@ -213,6 +213,18 @@ fn one_bad_byte_costs_its_record_only() {
         let group = if config.group { ", group" } else { "" };
         found.print(&std::format!("{:?}{group}", config.mode));
         assert_eq!(found.most_intact_lost, 0, "{:?}", config.mode);
+        let confirmed = Config {
+            confirm: true,
+            ..config
+        };
+        let found = every_fault(|| Flock::new(confirmed), &records);
+        found.print(&std::format!("{:?}{group}, confirmed", config.mode));
+        // A byte between two records costs the one before it.
+        assert_eq!(found.most_intact_lost, 1, "{:?}", config.mode);
+        // What is left is a foreign start behind the true one, in its place.
+        let [dropped, _, inserted, doubled] = found.rates();
+        assert_eq!([dropped, doubled], [0.0; 2], "{:?}", config.mode);
+        assert!(inserted < 0.06, "{:?}: {inserted}", config.mode);
     }
 }
 
