@@ -110,23 +110,6 @@ pub enum Command {
     },
 }
 
-/// Asks for samples, at a rate where one is given, and waits for the first.
-pub fn start(hertz: Option<u16>) -> Script {
-    let mut encoder = Encoder::new();
-    let mut script = Script::new();
-    if let Some(hertz) = hertz {
-        script = script.send(&encoder.command(Command::Rate { hertz }));
-    }
-    script
-        .send(&encoder.command(Command::Start))
-        .expect(Awaited::Sample, PATIENCE)
-}
-
-/// Asks for no more samples; nothing is answered.
-pub fn stop() -> Script {
-    Script::new().send(&Encoder::new().command(Command::Stop))
-}
-
 /// Writes frames and counts them.
 #[derive(Debug, Clone, Default)]
 pub struct Encoder {

@@ -20,9 +20,6 @@
 //! a byte whose bit i is the top bit of the ith of them. A frame is 12 bytes,
 //! or 10 without the frame number. There is no time and no checksum.
 //!
-//! Streaming is switched on at the device, and there is no command for it
-//! here: a [`Watch`](crate::command::Watch) notices when nothing comes.
-//!
 //! # How far the decoder can be trusted
 //!
 //! A frame begins where its top bit says, so a fault costs the frames that it

@@ -198,9 +198,8 @@ fn play(mut session: Session, refuses: Option<u8>) -> (List<u8>, Option<Failure>
                 let result = if refuses == Some(kind) { 15 } else { 0 };
                 let mut answer =
                     encode_response(u16::from_le_bytes([low, high]), kind, result).to_vec();
-                if kind == SYSTEM_CONTROL {
-                    answer.extend(encode(&sample(&mut Random(1), 1)).unwrap());
-                }
+                // It tracks from the first request on.
+                answer.extend(encode(&sample(&mut Random(1), 1)).unwrap());
                 answer
             }
             Action::Wait(until) => {
@@ -220,13 +219,13 @@ fn play(mut session: Session, refuses: Option<u8>) -> (List<u8>, Option<Failure>
 
 #[test]
 fn it_is_started_by_requests_that_are_agreed_to() {
-    let (asked, failure) = play(Session::new(start(ALL_FIELDS, 250.0)), None);
+    let (asked, failure) = play(Session::new(start(0b10_1110, 250.0)), None);
     assert_eq!(failure, None);
-    assert_eq!(asked, [0x9B, 0x9B, 0x9B, 0x9C]);
-    let (asked, failure) = play(Session::new(start(ALL_FIELDS, 250.0)), Some(0x9C));
+    assert_eq!(asked, [0x9C, 0x9B, 0x9B, 0x9B]);
+    let (asked, failure) = play(Session::new(start(0b10_1110, 250.0)), Some(0x9C));
     let (command, result) = (0x9C, 15);
     assert_eq!(failure, Some(Failure::Refused { command, result }));
-    assert_eq!(asked.len(), 12);
+    assert_eq!(asked, [0x9C; 3]);
     assert_eq!(play(Session::new(stop()), None), (List::from([0x9C]), None));
 }
 
