@@ -41,8 +41,7 @@
 //! # How far the decoder can be trusted
 //!
 //! There is no checksum. A packet of eyes counts only where its fields fill
-//! it exactly, each at most once, and hold usable numbers; what would not fit
-//! is refused with the first byte that shows it. Random bytes pass for one
+//! it exactly, each at most once, and hold usable numbers. Random bytes pass for one
 //! with a probability below 2⁻⁸ (0xAA) 2⁻⁹ (header) 2⁻⁸ (stream) 2⁻⁶ (eyes)
 //! 2⁻⁵ (a field of fitting length) = 2⁻³⁶ at each byte.
 //!
@@ -305,22 +304,41 @@ fn step(front: Front<'_>, arrival: Micros) -> Step {
         return Step::Skip(DropReason::Length);
     }
     let begun = begun.get(..length).unwrap_or(begun);
-    let read = if header & STREAM_BIT == 0 {
-        response(begun, length, front.in_step)
-    } else {
-        match begun {
-            [] => Ok(None),
-            [EYES, eyes @ ..] => eye_fields(eyes, length - 1, arrival),
-            [EVENTS, event @ ..] => eye_event(event, length - 1),
-            [kind, data @ ..] if front.in_step => Ok(other_stream(*kind, data, length - 1)),
-            _ => Err(DropReason::Unknown),
-        }
+    let stream = header & STREAM_BIT != 0;
+    if begun.len() < length {
+        return match promises(begun, length, stream, front.in_step) {
+            Ok(()) => Step::More,
+            Err(reason) => Step::Skip(reason),
+        };
+    }
+    let read = match begun {
+        _ if !stream => response(begun, length, front.in_step),
+        [EYES, eyes @ ..] => eye_fields(eyes, arrival).map(Some),
+        [EVENTS, event @ ..] => eye_event(event, length - 1),
+        [kind, data @ ..] if front.in_step => Ok(other_stream(*kind, data)),
+        _ => Err(DropReason::Unknown),
     };
     match read {
         Err(reason) => Step::Skip(reason),
-        Ok(None) if begun.len() < length => Step::More,
         Ok(None) => Step::Discard(OVERHEAD + length, DropReason::Unknown),
         Ok(Some(event)) => Step::Take(OVERHEAD + length, event),
+    }
+}
+
+/// Whether a payload can become a packet, by what has come of it. The fields
+/// are looked at once, when all are there: to do it with every byte would
+/// cost half the packet each time.
+fn promises(begun: &[u8], length: usize, stream: bool, in_step: bool) -> Result<(), DropReason> {
+    match begun {
+        _ if !stream => response(begun, length, in_step).map(|_| ()),
+        [EYES, ..] if length < EYES_OVERHEAD => Err(DropReason::Length),
+        [EYES, rest @ ..] => match rest.get(EYES_OVERHEAD - 2).copied() {
+            Some(RIGHT | LEFT | BOTH) | None => Ok(()),
+            Some(_) => Err(DropReason::Field),
+        },
+        [EVENTS, event @ ..] => eye_event(event, length - 1).map(|_| ()),
+        [_, ..] if !in_step => Err(DropReason::Unknown),
+        _ => Ok(()),
     }
 }
 
@@ -354,12 +372,8 @@ fn response(begun: &[u8], length: usize, in_step: bool) -> Result<Option<Event>,
 /// The types of requests, from the calibration's to the network's.
 const REQUESTS: core::ops::RangeInclusive<u8> = 0x71..=0xC5;
 
-/// Streams that are no samples; `None` for those that are not known here, or
-/// not complete.
-fn other_stream(kind: u8, data: &[u8], length: usize) -> Option<Event> {
-    if data.len() < length {
-        return None;
-    }
+/// Streams that are no samples; `None` for those that are not known here.
+fn other_stream(kind: u8, data: &[u8]) -> Option<Event> {
     let state = match (kind, data) {
         (TRACKERS_READY, _) => Message::State {
             code: u32::from(TRACKERS_READY),
@@ -385,14 +399,10 @@ fn field_numbers(field: u8, eyes: usize) -> Option<usize> {
     })
 }
 
-/// The stream of the eyes after its first byte, `begun` of `length` bytes;
-/// `None` where more is needed.
-fn eye_fields(begun: &[u8], length: usize, arrival: Micros) -> Result<Option<Event>, DropReason> {
-    if length < EYES_OVERHEAD {
+/// The stream of the eyes after its first byte.
+fn eye_fields(payload: &[u8], arrival: Micros) -> Result<Event, DropReason> {
+    let Some((time, [eyes, fields @ ..])) = payload.split_first_chunk() else {
         return Err(DropReason::Length);
-    }
-    let Some((time, [eyes, fields @ ..])) = begun.split_first_chunk() else {
-        return Ok(None);
     };
     let eyes = *eyes;
     let count = match eyes {
@@ -406,33 +416,23 @@ fn eye_fields(begun: &[u8], length: usize, arrival: Micros) -> Result<Option<Eve
         )),
         ..Sample::arrived(arrival)
     };
-    let mut left = length - (EYES_OVERHEAD - 1);
     let mut rest = fields;
     let mut seen = 0_u16;
-    while left > 0 {
-        let [field, numbers @ ..] = rest else {
-            return Ok(None);
-        };
+    while let [field, numbers @ ..] = rest {
         let wanted = 4 * field_numbers(*field, count).ok_or(DropReason::Field)?;
         if seen >> field & 1 != 0 {
             return Err(DropReason::Field);
         }
         seen |= 1 << field;
-        if wanted > left - 1 {
-            return Err(DropReason::Length);
-        }
-        let Some((numbers, behind)) = numbers.split_at_checked(wanted) else {
-            return Ok(None);
-        };
+        let (numbers, behind) = numbers.split_at_checked(wanted).ok_or(DropReason::Length)?;
         read_field(&mut sample, *field, eyes, numbers)?;
-        left -= 1 + wanted;
         rest = behind;
     }
     // A packet without fields says when it was and nothing else.
     if seen == 0 {
         return Err(DropReason::Length);
     }
-    Ok(Some(Event::Sample(sample)))
+    Ok(Event::Sample(sample))
 }
 
 /// The nth number of a field; its length was checked.

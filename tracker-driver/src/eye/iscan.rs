@@ -201,7 +201,7 @@ impl Default for Config {
 }
 
 impl Config {
-    fn largest_word(&self) -> u16 {
+    fn limit(&self) -> u16 {
         self.largest_word.min(LARGEST_WORD)
     }
 }
@@ -257,7 +257,7 @@ fn step(config: &Config, front: Front<'_>, arrival: Micros) -> Step {
         if word == [HEADER; 2] {
             return Step::Skip(DropReason::Truncated);
         }
-        if word_at(word) > config.largest_word() {
+        if word_at(word) > config.limit() {
             return Step::Skip(DropReason::Field);
         }
     }
@@ -327,7 +327,7 @@ pub fn encode(sample: &Sample, config: &Config) -> Vec<u8, LONGEST_RECORD> {
             Output::PupilDiameter => pupil,
             Output::Other => 0.0,
         };
-        let word = (libm::roundf(value * TENTHS) as u16).min(config.largest_word());
+        let word = (libm::roundf(value * TENTHS) as u16).min(config.limit());
         let _ = record.extend_from_slice(&word.to_le_bytes());
     }
     record

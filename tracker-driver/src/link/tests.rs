@@ -1,6 +1,7 @@
 use super::fields::*;
 use super::messages::{EYE_EVENTS, SIDES};
 use super::*;
+use crate::command::{Action, Session};
 use crate::decoder::{EyeEvent, MOST_MESSAGE_BYTES, Reply, Text};
 use crate::sample::{Eye, GazeFrame, GazePoint, Head, Pupil, Reading};
 use crate::testing::{self, ARRIVAL, Random, any_split, dropped, events, every_fault, samples};
@@ -197,6 +198,31 @@ fn commands_go_the_other_way() {
     assert_eq!(found, all);
     let frame = encoder.command(Command::Start);
     assert_eq!(dropped(&mut Link::new(), &frame), [DropReason::Unknown]);
+}
+
+#[test]
+fn it_is_started_and_stopped_by_commands() {
+    for (script, expected) in [
+        (start(None), &[Command::Start][..]),
+        (
+            start(Some(240)),
+            &[Command::Rate { hertz: 240 }, Command::Start],
+        ),
+        (stop(), &[Command::Stop]),
+    ] {
+        let mut session = Session::new(script);
+        let mut device = Commands::new();
+        let mut heard = List::new();
+        while let Action::Send(bytes) = session.poll(Micros(0)) {
+            device.feed(bytes, &mut |command| heard.push(command));
+        }
+        assert_eq!(heard, expected);
+        if heard.contains(&Command::Start) {
+            assert_eq!(session.poll(Micros(0)), Action::Wait(PATIENCE));
+            session.on_event(&Event::Sample(full_sample()));
+        }
+        assert_eq!(session.poll(Micros(0)), Action::Done);
+    }
 }
 
 #[test]

@@ -1,4 +1,5 @@
 use super::*;
+use crate::command::{Action, Failure, Session};
 use crate::testing::{self, ARRIVAL, Random, any_split, dropped, events, every_fault, samples};
 use proptest::prelude::*;
 use std::vec::Vec as List;
@@ -180,6 +181,52 @@ fn requests_are_the_devices_bytes() {
         enable: false,
     };
     assert_eq!(blinks.encode(0), [0xAA, 9, 0, 0, 0, 0x9B, 5, 7, 0, 0, 0, 0]);
+}
+
+/// Plays against a device that answers every request, and refuses what
+/// `refuses`.
+fn play(mut session: Session, refuses: Option<u8>) -> (List<u8>, Option<Failure>) {
+    let mut asked = List::new();
+    let mut decoder = AdHawk::new();
+    let mut now = Micros(0);
+    for _ in 0..100 {
+        let answer = match session.poll(now) {
+            Action::Send(request) => {
+                assert_eq!(request[..3], [0xAA, request.len() as u8 - 3, 0]);
+                let [low, high, kind] = [3, 4, 5].map(|at| request[at]);
+                asked.push(kind);
+                let result = if refuses == Some(kind) { 15 } else { 0 };
+                let mut answer =
+                    encode_response(u16::from_le_bytes([low, high]), kind, result).to_vec();
+                // It tracks from the first request on.
+                answer.extend(encode(&sample(&mut Random(1), 1)).unwrap());
+                answer
+            }
+            Action::Wait(until) => {
+                now = until;
+                continue;
+            }
+            Action::Done => return (asked, None),
+            Action::Failed(failure) => return (asked, Some(failure)),
+            Action::Speed(_) => panic!("the line's speed is as it is"),
+        };
+        for event in events(&mut decoder, &answer) {
+            session.on_event(&event);
+        }
+    }
+    panic!("it does not end");
+}
+
+#[test]
+fn it_is_started_by_requests_that_are_agreed_to() {
+    let (asked, failure) = play(Session::new(start(0b10_1110, 250.0)), None);
+    assert_eq!(failure, None);
+    assert_eq!(asked, [0x9C, 0x9B, 0x9B, 0x9B]);
+    let (asked, failure) = play(Session::new(start(0b10_1110, 250.0)), Some(0x9C));
+    let (command, result) = (0x9C, 15);
+    assert_eq!(failure, Some(Failure::Refused { command, result }));
+    assert_eq!(asked, [0x9C; 3]);
+    assert_eq!(play(Session::new(stop()), None), (List::from([0x9C]), None));
 }
 
 #[test]

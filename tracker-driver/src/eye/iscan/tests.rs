@@ -1,4 +1,5 @@
 use super::*;
+use crate::command::{Action, Session};
 use crate::testing::{self, ARRIVAL, Random, any_split, dropped, every_fault, samples};
 use proptest::prelude::*;
 use std::vec::Vec as List;
@@ -63,6 +64,20 @@ fn a_confirmed_record_waits_for_the_next() {
         assert!(decoder.counts().samples <= before + 1);
     }
     assert_eq!(decoder.counts().samples, 2);
+}
+
+#[test]
+fn it_is_started_and_stopped_by_a_byte() {
+    let mut session = Session::new(start());
+    assert_eq!(session.poll(Micros(0)), Action::Send(&[0x80]));
+    assert_eq!(session.poll(Micros(0)), Action::Wait(PATIENCE));
+    for sample in samples(&mut Iscan::default(), &RECORD.repeat(2)) {
+        session.on_event(&Event::Sample(sample));
+    }
+    assert_eq!(session.poll(Micros(9)), Action::Done);
+    let mut session = Session::new(stop());
+    assert_eq!(session.poll(Micros(0)), Action::Send(&[0x81]));
+    assert_eq!(session.poll(Micros(0)), Action::Done);
 }
 
 #[test]

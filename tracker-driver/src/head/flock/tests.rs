@@ -171,6 +171,8 @@ fn forms() -> impl Iterator<Item = Config> {
     let forms = Mode::ALL
         .into_iter()
         .flat_map(|mode| [(mode, false), (mode, true)]);
+    // The interpreter takes minutes for all of them.
+    let forms = forms.step_by(if cfg!(miri) { 9 } else { 1 });
     forms.map(|(mode, group)| config(mode, group))
 }
 
@@ -234,7 +236,7 @@ fn a_stream_may_come_in_any_pieces() {
         let mut stream = records(&config, if cfg!(miri) { 4 } else { 40 }).concat();
         stream[config.record_bytes() + 5] ^= 0xFF;
         stream.remove(2 * config.record_bytes() + 3);
-        stream.extend_from_slice(&[0x10; 600]);
+        stream.extend_from_slice(&[0x10; 600][..if cfg!(miri) { 40 } else { 600 }]);
         any_split(|| Flock::new(config), &stream);
     }
 }

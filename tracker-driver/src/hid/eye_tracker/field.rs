@@ -133,7 +133,7 @@ impl Field {
         let power = 10_u64.checked_pow(exponent.unsigned_abs())?;
         let scaled = |time: u64| match exponent {
             0.. => time.saturating_mul(power),
-            _ => time / power,
+            _ => time.checked_div(power).unwrap_or(0),
         };
         let wraps_at = 1_u64.checked_shl(field.bits).map_or(0, scaled);
         Some(DeviceTime {

@@ -1,6 +1,6 @@
 use super::documented::DESCRIPTOR;
 use super::*;
-use crate::testing::{ARRIVAL, Random, assert_usable, dropped, events, samples};
+use crate::testing::{ARRIVAL, Random, assert_usable, dropped, events, random_count, samples};
 use crate::time::DeviceTime;
 use proptest::prelude::*;
 use std::vec::Vec as List;
@@ -331,8 +331,8 @@ fn unnamed_values_are_not_guessed() {
 fn any_bytes_are_usable_or_refused() {
     let mut random = Random(77);
     let mut tracker = tracker();
-    let rounds = if cfg!(miri) { 10 } else { 20_000 };
-    for _ in 0..rounds {
+    // About 40 bytes each.
+    for _ in 0..random_count(150_000_000) / 40 {
         let length = (random.next() % 80) as usize;
         let mut report: List<u8> = (0..length).map(|_| random.next() as u8).collect();
         if let Some(id) = report.first_mut()
