@@ -232,10 +232,10 @@ fn a_spectrum_has_the_colours_of_the_rainbow_without_stripes() {
         let squares = pairs.map(|(a, b)| (luminance(a) - luminance(b)).powi(2));
         (squares.sum::<f64>() / 90.0).sqrt() / most
     };
-    let comb = with_table(14, 32, |table| columns(&bench, 56, comb(table)));
+    let turns = with_table(14, 32, |table| columns(&bench, 56, comb(table)));
     let fixed = with_table(14, 1, |table| columns(&bench, 56, comb(table)));
-    let (comb, fixed) = (rough(&comb), rough(&fixed));
-    assert!(comb < 0.05 && 2.0 * comb < fixed, "{comb}, fixed {fixed}");
+    let (turns, fixed) = (rough(&turns), rough(&fixed));
+    assert!(turns < 0.05 && 2.0 * turns < fixed, "{turns}, fixed {fixed}");
 }
 
 /// A clear ball before the eye.
