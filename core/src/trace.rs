@@ -23,6 +23,7 @@ mod world;
 
 pub(crate) use background::colours;
 pub use budget::{Budget, Statistics};
+pub(crate) use dispersion::Balance;
 pub use dispersion::{Spectrum, SpectrumError};
 #[cfg(test)]
 pub(crate) use graticule::BETWEEN as BETWEEN_LINES;

@@ -143,7 +143,16 @@ impl Image {
         };
         let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
         decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
-        let mut reader = decoder.read_info().map_err(malformed)?;
+        let mut reader = decoder
+            .read_info()
+            .map_err(|fault| match (fault, sides(bytes)) {
+                (DecodingError::LimitsExceeded, Some([width, height])) => ImageError::TooLarge {
+                    path: path.to_owned(),
+                    width,
+                    height,
+                },
+                (fault, _) => malformed(fault),
+            })?;
         let (width, height) = reader.info().size();
         if width.max(height) > LARGEST_SIDE {
             return Err(ImageError::TooLarge {
@@ -202,6 +211,15 @@ impl Image {
 
 fn chunks<const N: usize>(samples: &[u8], texel: impl Fn(&[u8; N]) -> [u8; 4]) -> Vec<[u8; 4]> {
     samples.as_chunks().0.iter().map(texel).collect()
+}
+
+/// Columns and rows, as the header of a PNG file has them.
+fn sides(png: &[u8]) -> Option<[u32; 2]> {
+    let side = |from: usize| {
+        let bytes = png.get(from..from + 4)?;
+        Some(u32::from_be_bytes(bytes.try_into().ok()?))
+    };
+    Some([side(16)?, side(20)?])
 }
 
 #[cfg(test)]

@@ -235,7 +235,10 @@ fn a_spectrum_has_the_colours_of_the_rainbow_without_stripes() {
     let turns = with_table(14, 32, |table| columns(&bench, 56, comb(table)));
     let fixed = with_table(14, 1, |table| columns(&bench, 56, comb(table)));
     let (turns, fixed) = (rough(&turns), rough(&fixed));
-    assert!(turns < 0.05 && 2.0 * turns < fixed, "{turns}, fixed {fixed}");
+    assert!(
+        turns < 0.05 && 2.0 * turns < fixed,
+        "{turns}, fixed {fixed}"
+    );
 }
 
 /// A clear ball before the eye.
@@ -360,15 +363,15 @@ fn a_clear_ball_in_a_white_room_is_white() {
                 let check = |view: &View, spectrum, way: &str| {
                     let found = render(&baked, view, (MAX_DEPTH, samples), spectrum);
                     // At the rim a ray may lose two that count for too little,
-                    // with one wavelength as with many.
-                    let off = largest_difference(&found, &expected[..found.len()]);
-                    assert!(off < 2.0 * LEAST_WEIGHT, "{way}, {count}, {samples}: {off}");
+                    // with one wavelength as with many. In a comb they have
+                    // colours, of which one counts for more.
+                    let most = if way == "split" { 2.0 } else { 4.0 } * LEAST_WEIGHT;
+                    let off = largest_difference(&found, &expected);
+                    assert!(off < most, "{way}, {count}, {samples}: {off}");
                 };
                 check(&view, split(table), "split");
-                // Pixels that the rim divides have a comb's colours in part only.
-                for place in [[0.0, 0.0], [0.2, -0.1], [-0.1, 0.3]] {
-                    check(&around(place), comb(table), "comb");
-                }
+                check(&view, comb(table), "comb");
+                check(&view, Spectrum::Comb { table, each: 3 }, "comb of three");
             });
         }
     }

@@ -6,7 +6,7 @@ use super::view::{Kind, Screen, View};
 use super::{Mode, Renderer};
 use crate::gaze::Region;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
-use crate::trace::{Budget, NOT_TRACED, Pixel, Sample, TileRays, Workspace};
+use crate::trace::{Balance, Budget, NOT_TRACED, Pixel, Sample, TileRays, Workspace};
 use glam::Vec3;
 
 /// Pixels a side.
@@ -136,15 +136,16 @@ impl Block {
         let samples = renderer.settings.samples;
         let detail = detail.at(column, row);
         let tracer = &renderer.tracer;
-        let mut sum = Sum::default();
+        let mut sum = Sum::NONE;
         for sample in 0..samples {
             let (x, y) = self.at(column, row, offset(sample, samples));
             match (detail, screen.ray(x, y)) {
                 (Some(detail), Some(ray)) => {
                     let own = self.sample((column, row), sample, samples);
-                    sum.add(tracer.radiance_with(&ray, detail, own, budget, workspace));
+                    let seen = tracer.radiance_with(&ray, detail, own, budget, workspace);
+                    sum.add(seen, workspace);
                 }
-                _ => sum.add(tracer.missed(screen.direction(x, y))),
+                _ => sum.add(tracer.missed(screen.direction(x, y)), workspace),
             }
         }
         sum.mean(samples)
@@ -214,7 +215,7 @@ impl Block {
         } = renderer;
         let samples = settings.samples;
         let mut detail = None;
-        let mut sums = [[Sum::default(); BLOCK as usize]; BLOCK as usize];
+        let mut sums = [[Sum::NONE; BLOCK as usize]; BLOCK as usize];
         for sample in 0..samples {
             let offset = offset(sample, samples);
             let last = sample + 1 == samples;
@@ -255,15 +256,17 @@ impl Block {
                         }
                         let of = self.sample((column, row), sample, samples);
                         let hit = Some(hit);
-                        sum.add(tracer.radiance_from(&ray, hit, own, of, budget, workspace));
+                        let seen = tracer.radiance_from(&ray, hit, own, of, budget, workspace);
+                        sum.add(seen, workspace);
                     } else {
                         workspace.statistics.primary += u64::from(traced);
-                        sum.add(if let Some(past) = &past {
+                        let missed = if let Some(past) = &past {
                             past.pixel(column, row)
                         } else {
                             let (x, y) = self.at(column, row, offset);
                             tracer.missed(screen.direction(x, y))
-                        });
+                        };
+                        sum.add(missed, workspace);
                     }
                     if last {
                         target.write(column, row, sum.mean(samples));
@@ -379,24 +382,41 @@ impl Kernel<8> for Directions<'_> {
 }
 
 /// Samples of a pixel, in their order.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Sum(Pixel);
+#[derive(Clone, Copy)]
+pub(super) struct Sum {
+    pixel: Pixel,
+    balance: Balance,
+}
 
 impl Sum {
-    pub(super) fn add(&mut self, pixel: Pixel) {
-        self.0.red += pixel.red;
-        self.0.green += pixel.green;
-        self.0.blue += pixel.blue;
-        self.0.alpha += pixel.alpha;
+    /// Of no samples.
+    pub(super) const NONE: Self = Self {
+        pixel: Pixel {
+            red: 0.0,
+            green: 0.0,
+            blue: 0.0,
+            alpha: 0.0,
+        },
+        balance: Balance::NONE,
+    };
+
+    /// Adds a sample, which was the last to be traced if it was.
+    pub(super) fn add(&mut self, sample: Pixel, workspace: &mut Workspace) {
+        self.pixel.red += sample.red;
+        self.pixel.green += sample.green;
+        self.pixel.blue += sample.blue;
+        self.pixel.alpha += sample.alpha;
+        self.balance.take(&mut workspace.balance);
     }
 
     pub(super) fn mean(self, samples: u16) -> Pixel {
         let share = 1.0 / f32::from(samples);
+        let made_up = self.balance.light();
         Pixel {
-            red: self.0.red * share,
-            green: self.0.green * share,
-            blue: self.0.blue * share,
-            alpha: self.0.alpha * share,
+            red: (self.pixel.red + made_up.x) * share,
+            green: (self.pixel.green + made_up.y) * share,
+            blue: (self.pixel.blue + made_up.z) * share,
+            alpha: self.pixel.alpha * share,
         }
     }
 }

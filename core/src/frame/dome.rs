@@ -33,7 +33,7 @@ impl Block {
                 let detail = detail.get_or_insert_with(|| self.detail(renderer, view));
                 detail.at(column, row)
             };
-            let mut sum = Sum::default();
+            let mut sum = Sum::NONE;
             if samples == 1 {
                 if column == 0 || number == first {
                     let rays = self.rays_of_row(simd, dome, row);
@@ -46,7 +46,8 @@ impl Block {
                     );
                 }
                 let own = self.sample((column, row), 0, 1);
-                sum.add(traced.pixel(renderer, column, own, budget, workspace));
+                let seen = traced.pixel(renderer, column, own, budget, workspace);
+                sum.add(seen, workspace);
             } else {
                 for sample in 0..samples {
                     let lane = u32::from(sample % 8);
@@ -55,7 +56,8 @@ impl Block {
                         traced = Traced::new(renderer, rays, |_| own(column), budget, workspace);
                     }
                     let own = self.sample((column, row), sample, samples);
-                    sum.add(traced.pixel(renderer, lane, own, budget, workspace));
+                    let seen = traced.pixel(renderer, lane, own, budget, workspace);
+                    sum.add(seen, workspace);
                 }
             }
             target.write(column, row, sum.mean(samples));

@@ -33,19 +33,20 @@ where
             for y in part.y..part.y + part.rows {
                 for x in part.x..part.x + part.columns {
                     let detail = detail.at(x % BLOCK, y % BLOCK);
-                    let mut sum = Sum::default();
+                    let mut sum = Sum::NONE;
                     for index in 0..self.settings.samples {
                         let (dx, dy) = offset(index, self.settings.samples);
                         let (column, row) = (x as f32 + dx, y as f32 + dy);
                         let sample = Sample::new(x, y, index, self.settings.samples);
-                        sum.add(match (detail, view.ray(column, row)) {
+                        let seen = match (detail, view.ray(column, row)) {
                             (Some(detail), Some(ray)) => self
                                 .tracer
                                 .radiance_and_record(&ray, detail, sample, workspace, ledger),
                             _ => view
                                 .direction(column, row)
                                 .map_or(Pixel::default(), |to| self.tracer.missed(to)),
-                        });
+                        };
+                        sum.add(seen, workspace);
                     }
                     ledger.end_pixel();
                     if let Some(pixel) = pixels.get_mut(tile.index(x, y)) {

@@ -4,6 +4,7 @@ use super::sample::Sample;
 use super::shading::Arrival;
 use crate::spectrum::{Medium, SpectralSample, SpectralTable};
 use core::fmt;
+use glam::Vec3;
 
 /// Which wavelengths rays have.
 ///
@@ -176,6 +177,16 @@ impl Part<'_> {
         })
     }
 
+    /// All that it still has.
+    pub(super) fn rest(mut self) -> impl Iterator<Item = SpectralSample> {
+        core::iter::from_fn(move || self.next())
+    }
+
+    /// Whether it takes all.
+    pub(super) const fn is_whole(&self) -> bool {
+        self.step == 1
+    }
+
     /// One of the groups, at its middle wavelength with the colours of all.
     fn group(&self, group: u32) -> SpectralSample {
         let count = self.samples.len() as u32;
@@ -193,6 +204,60 @@ impl Part<'_> {
     }
 }
 
+/// What the samples of a pixel lack to be white together, and the light that it
+/// is made up by.
+///
+/// Where all samples of a pixel enter glass they are white together. At its rim
+/// some do, whose wavelengths may be of one colour; what these lack is made up
+/// by the mean of what they see as if it had no colour of its own. So white stays white,
+/// and what has no dispersion its colour.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Balance {
+    /// Of white: what each sample's wavelengths lack, summed.
+    missing: Vec3,
+    /// What each sees by all of its wavelengths alike, summed.
+    light: Vec3,
+    /// How many have wavelengths.
+    samples: u16,
+}
+
+impl Balance {
+    /// Of no samples.
+    pub(crate) const NONE: Self = Self {
+        missing: Vec3::ZERO,
+        light: Vec3::ZERO,
+        samples: 0,
+    };
+
+    /// Of one sample.
+    pub(super) const fn one(missing: Vec3, light: Vec3) -> Self {
+        Self {
+            missing,
+            light,
+            samples: 1,
+        }
+    }
+
+    /// Adds that of a sample, which is then none.
+    #[inline(always)]
+    pub(crate) fn take(&mut self, from: &mut Self) {
+        if from.samples != 0 {
+            self.missing += from.missing;
+            self.light += from.light;
+            self.samples += from.samples;
+            *from = Self::NONE;
+        }
+    }
+
+    /// What the sum of the pixel's samples lacks.
+    pub(crate) fn light(&self) -> Vec3 {
+        if self.samples == 0 {
+            return Vec3::ZERO;
+        }
+        self.missing * self.light / f32::from(self.samples)
+    }
+}
+
 /// A ray that enters a dispersive medium: what goes on from there, one
 /// wavelength after another.
 pub(super) struct Fan<'a> {
@@ -200,6 +265,8 @@ pub(super) struct Fan<'a> {
     pub(super) part: Part<'a>,
     /// Rays that wait until all are through.
     pub(super) waiting: usize,
+    /// Whether none has been sent yet.
+    pub(super) is_new: bool,
     pub(super) at: Arrival<'a>,
 }
 

@@ -4,7 +4,7 @@
 
 use super::background;
 use super::budget::Budget;
-use super::dispersion::{Fan, Part};
+use super::dispersion::{Balance, Fan, Part};
 use super::hit::Hit;
 use super::ledger::{Ledger, Record};
 use super::optics::{Refraction, reflect, refract};
@@ -42,6 +42,8 @@ pub(super) struct Pending {
     bounces: u8,
     /// The effect that sent it, by its bit's number.
     cause: u8,
+    /// Whether it is what glass reflects of a sample's wavelengths.
+    is_tinted: bool,
 }
 
 /// As [`Tracer::radiance_from`], which it is chosen by: what is compiled for the
@@ -100,6 +102,11 @@ where
         nm: tracer.spectrum().single(),
         tint: Vec3::ONE,
         fan: None,
+        share: 0.0,
+        is_first: false,
+        reflected: Vec3::ONE,
+        through: Vec3::ZERO,
+        missing: None,
         record,
     };
     let primary = Pending {
@@ -108,6 +115,7 @@ where
         uncovered: 1.0,
         bounces: 0,
         cause: 0,
+        is_tinted: false,
     };
     workspace.pending.clear();
     shading.shade(&primary, Some(hit), &mut gathered, budget, workspace);
@@ -120,11 +128,19 @@ where
         let Some(next) = workspace.pending.pop() else {
             break;
         };
+        if EFFECTS & effect::DISPERSION != 0 && gathered.fan.is_none() {
+            gathered.look_through(next.is_tinted);
+        }
         let before = workspace.statistics.steps;
         let hit = tracer.nearest_on(detail.rung, &next.ray, budget, workspace);
         let steps = workspace.statistics.steps - before;
         gathered.record.ray(next.cause, steps);
         shading.shade(&next, hit, &mut gathered, budget, workspace);
+    }
+    if EFFECTS & effect::DISPERSION != 0
+        && let Some(missing) = gathered.missing
+    {
+        workspace.balance = Balance::one(missing, gathered.through);
     }
     Pixel {
         red: gathered.light.x,
@@ -217,15 +233,14 @@ where
             weight,
             uncovered: from.uncovered,
             bounces: from.bounces + 1,
+            is_tinted: from.is_tinted,
         };
         if Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0 {
             self.enter(at, gathered, workspace);
         } else if Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0 {
             let weight = at.weight * Vec3::from_array(material.mirror);
-            if at
-                .reflected(weight, 0.0, effect::REFLECTION)
-                .push(workspace)
-            {
+            let cause = gathered.cause::<EFFECTS>(effect::REFLECTION);
+            if at.reflected(weight, 0.0, cause).push(workspace) {
                 gathered.record.touch(effect::REFLECTION);
                 workspace.statistics.reflected += 1;
             }
@@ -252,7 +267,8 @@ where
             return;
         }
         let refraction = self.refraction(&at, gathered.nm);
-        if let Some(next) = at.refracted(&refraction, effect::REFRACTION)
+        let cause = gathered.cause::<EFFECTS>(effect::REFRACTION);
+        if let Some(next) = at.refracted(&refraction, cause)
             && next.push(workspace)
         {
             gathered.record.touch(effect::REFRACTION);
@@ -275,7 +291,8 @@ where
         } else {
             0.0
         };
-        let next = at.reflected(at.weight * reflectance, uncovered, effect::REFRACTION);
+        let cause = gathered.cause::<EFFECTS>(effect::REFRACTION);
+        let next = at.reflected(at.weight * reflectance, uncovered, cause);
         if next.push(workspace) {
             gathered.record.touch(effect::REFRACTION);
             workspace.statistics.reflected += 1;
@@ -300,7 +317,8 @@ where
     }
 
     /// A ray of all wavelengths enters a dispersive medium. What is reflected
-    /// goes the same way for all of them; the rest one after another.
+    /// goes the same way for those that the sample takes; the rest one after
+    /// another.
     #[inline(never)]
     fn begin_fan<R: Record>(
         &self,
@@ -309,14 +327,30 @@ where
         gathered: &mut Gathered<'_, 'a, R>,
         workspace: &mut Workspace,
     ) {
-        let of =
-            |sample: &SpectralSample| sample.weight * self.refraction(&at, sample.nm).reflectance;
-        let reflectance = part.broad.iter().map(of).sum();
+        let share = 1.0 / part.count().max(1) as f32;
+        let of = |sample: &SpectralSample| self.refraction(&at, sample.nm).reflectance;
+        let reflectance = if part.is_whole() {
+            let of = |sample: &SpectralSample| sample.weight * of(sample);
+            part.broad.iter().map(of).sum()
+        } else {
+            let sum: f32 = part.rest().map(|sample| of(&sample)).sum();
+            Vec3::splat(sum * share)
+        };
+        // The same for all fans of a sample: all of them have its wavelengths.
+        let missing = gathered.missing.get_or_insert_with(|| {
+            let sum: Vec3 = part.rest().map(|sample| sample.weight).sum();
+            Vec3::ONE - sum
+        });
+        gathered.reflected = Vec3::ONE - *missing;
+        at.is_tinted = true;
         Self::reflect_in_part(&at, reflectance, gathered, workspace);
         gathered.record.touch(effect::DISPERSION);
-        at.uncovered /= part.count().max(1) as f32;
+        gathered.share = share;
+        gathered.is_first = true;
+        at.uncovered *= share;
         gathered.fan = Some(Fan {
             part,
+            is_new: true,
             waiting: workspace.pending.len(),
             at,
         });
@@ -345,16 +379,23 @@ where
         if let Some(fan) = &mut gathered.fan {
             while let Some(sample) = fan.part.next() {
                 let refraction = self.refraction(&fan.at, sample.nm);
-                let next = fan.at.refracted(&refraction, effect::DISPERSION);
+                let cause = if fan.is_new {
+                    effect::REFRACTION
+                } else {
+                    effect::DISPERSION
+                };
+                let next = fan.at.refracted(&refraction, cause);
                 if next.is_some_and(|next| next.push(workspace)) {
                     workspace.statistics.refracted += 1;
+                    gathered.is_first = fan.is_new;
+                    fan.is_new = false;
                     (gathered.nm, gathered.tint) = (sample.nm, sample.weight);
                     return;
                 }
             }
         }
         gathered.fan = None;
-        (gathered.nm, gathered.tint) = (0.0, Vec3::ONE);
+        gathered.nm = 0.0;
     }
 
     /// What a surface sends back along a ray without any further ones of the
@@ -519,6 +560,7 @@ pub(super) struct Arrival<'a> {
     uncovered: f32,
     /// Of the rays that it leaves behind.
     bounces: u8,
+    is_tinted: bool,
 }
 
 impl Arrival<'_> {
@@ -535,6 +577,7 @@ impl Arrival<'_> {
             uncovered,
             bounces: self.bounces,
             cause,
+            is_tinted: self.is_tinted,
         }
     }
 
@@ -549,6 +592,7 @@ impl Arrival<'_> {
             uncovered: self.uncovered * share.max_element(),
             bounces: self.bounces,
             cause,
+            is_tinted: self.is_tinted,
         })
     }
 }
@@ -619,17 +663,53 @@ struct Gathered<'r, 'a, R> {
     tint: Vec3,
     /// What they come from, if they have one.
     fan: Option<Fan<'a>>,
+    /// Of the sample's wavelengths, those that are being traced: 0 where rays
+    /// are not of these.
+    share: f32,
+    /// Whether the fan's wavelength is its first: without dispersion its rays
+    /// would be there as well.
+    is_first: bool,
+    /// The colour of what fans reflect: of all wavelengths that the sample takes.
+    reflected: Vec3,
+    /// What the sample sees by its wavelengths as if they had no colours: the
+    /// mean of these.
+    through: Vec3,
+    /// What they lack to be white; `None` without a fan.
+    missing: Option<Vec3>,
     record: &'r mut R,
 }
 
 impl<R> Gathered<'_, '_, R> {
+    /// What a ray is sent by: in the further wavelengths of a fan by dispersion,
+    /// whatever sends it on.
+    #[inline(always)]
+    fn cause<const EFFECTS: u32>(&self, own: u32) -> u32 {
+        if EFFECTS & effect::DISPERSION != 0 && self.share > 0.0 && !self.is_first {
+            effect::DISPERSION
+        } else {
+            own
+        }
+    }
+
+    /// Between fans: the colour of the next ray.
+    #[inline(always)]
+    fn look_through(&mut self, is_tinted: bool) {
+        self.is_first = true;
+        (self.tint, self.share) = if is_tinted {
+            (self.reflected, 1.0)
+        } else {
+            (Vec3::ONE, 0.0)
+        };
+    }
+
     #[inline(always)]
     fn add<const EFFECTS: u32>(&mut self, light: Vec3) {
-        self.light += if EFFECTS & effect::DISPERSION == 0 {
-            light
+        if EFFECTS & effect::DISPERSION == 0 {
+            self.light += light;
         } else {
-            light * self.tint
-        };
+            self.light += light * self.tint;
+            self.through += light * self.share;
+        }
     }
 }
 
@@ -641,6 +721,7 @@ struct Next {
     bounces: u8,
     /// The effect's bit.
     cause: u32,
+    is_tinted: bool,
 }
 
 impl Next {
@@ -660,6 +741,7 @@ impl Next {
                 uncovered: self.uncovered,
                 bounces: self.bounces,
                 cause: place(self.cause),
+                is_tinted: self.is_tinted,
             })
             .is_ok()
     }

@@ -2,7 +2,7 @@
 
 use super::background;
 use super::budget::{Budget, Statistics};
-use super::dispersion::{Spectrum, SpectrumError};
+use super::dispersion::{Balance, Spectrum, SpectrumError};
 use super::hit::Hit;
 use super::ledger::Ledger;
 use super::row::{Between, OnLines, RowHits, RowRays, RowSearch};
@@ -49,6 +49,8 @@ pub struct Pixel {
 pub struct Workspace {
     pub(crate) stack: TraversalStack,
     pub(super) pending: Vec<Pending, MOST_PENDING>,
+    /// Of the last sample, until its pixel takes it.
+    pub(crate) balance: Balance,
     /// What has been done with this workspace; the caller's to clear.
     pub statistics: Statistics,
 }
@@ -59,6 +61,7 @@ impl Workspace {
         Self {
             stack: TraversalStack::EMPTY,
             pending: Vec::new(),
+            balance: Balance::NONE,
             statistics: Statistics {
                 primary: 0,
                 reflected: 0,

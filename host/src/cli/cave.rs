@@ -169,8 +169,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     make_writable(&arguments.out)?;
     let mut options = options(arguments);
-    let dispersion;
-    (options.dispersion, dispersion) = arguments.dispersion.of(&baked, &options.effects)?;
+    let dispersion = arguments.dispersion.set(&baked, &mut options)?;
     let frames = Frames {
         baked: &baked,
         cave: &cave,

@@ -5,7 +5,7 @@ use super::warn;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use shisen::bake::BakedScene;
-use shisen::effects::Effects;
+use shisen::render::Options;
 use shisen::spectrum::{Dispersion, Method};
 use shisen_core::scene::EffectSet;
 use shisen_core::spectrum::{Medium, Wavelengths};
@@ -15,7 +15,8 @@ use shisen_core::spectrum::{Medium, Wavelengths};
 pub(super) struct DispersionArguments {
     /// Wavelengths where the scene asks for dispersion, 1 to 64; 1 for none
     /// [default: 14]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wavelengths::MOST)))]
     wavelengths: Option<u32>,
     /// How rays take them
     #[arg(long, value_name = "METHOD", value_enum, default_value = "comb")]
@@ -31,7 +32,7 @@ pub(super) struct DispersionArguments {
     #[arg(
         long,
         value_name = "LOW,HIGH",
-        num_args = 2,
+        num_args = 1..=2,
         value_delimiter = ',',
         allow_negative_numbers = true
     )]
@@ -70,29 +71,36 @@ pub(super) struct DispersionReport {
     method: &'static str,
     /// How many.
     wavelengths: usize,
-    /// Of these, those that each ray takes.
+    /// Of these, those that each ray takes, if not more because there are fewer
+    /// rays a pixel than wavelengths.
     each: usize,
     /// That they are in.
     range_nm: [f32; 2],
 }
 
 impl DispersionArguments {
-    /// What they ask for, for a scene of which some effects are carried out;
+    /// Sets what they ask for, for a scene of which some effects are carried out;
     /// nothing to report where dispersion is not one of them.
     ///
     /// # Errors
     /// Of usage: a number or a range that cannot be, or at which a medium of
     /// the scene is not known.
-    pub(super) fn of(
+    pub(super) fn set(
         &self,
         baked: &BakedScene,
-        effects: &Effects,
-    ) -> Result<(Dispersion, Option<DispersionReport>), Failure> {
+        options: &mut Options,
+    ) -> Result<Option<DispersionReport>, Failure> {
         let method = Method::from(self.dispersion);
         let count = self.wavelengths.unwrap_or(Dispersion::WAVELENGTHS);
         let range = match self.range.as_deref() {
             Some(&[low, high]) => Some([low, high]),
-            _ => None,
+            Some(_) => {
+                return Err(Failure::usage(
+                    "--range takes two numbers, the shortest and the longest wavelength in \
+                     nanometres: such as 400,700",
+                ));
+            }
+            None => None,
         };
         let usage = |error: &dyn std::error::Error| Failure::usage(&error.to_string());
         let mut dispersion = Dispersion::of(method, count, range).map_err(|error| usage(&error))?;
@@ -111,9 +119,13 @@ impl DispersionArguments {
             BakedScene::Fast(baked) => (baked.scene().effects(), baked.scene().media().to_vec()),
             BakedScene::Compact(baked) => (baked.scene().effects(), baked.scene().media().to_vec()),
         };
-        let carried_out = effects.of(asked).intersection(asked);
+        if dispersion == Dispersion::Off {
+            options.effects = options.effects.less(EffectSet::DISPERSION);
+        }
+        let carried_out = options.effects.of(asked).intersection(asked);
         if !carried_out.contains(EffectSet::DISPERSION) {
-            return Ok((dispersion, None));
+            options.dispersion = dispersion;
+            return Ok(None);
         }
         if let (Dispersion::Images(wavelengths, matching), None) = (dispersion, range) {
             let mut clamped = wavelengths;
@@ -129,6 +141,9 @@ impl DispersionArguments {
             }
             dispersion = Dispersion::Images(clamped, matching);
         }
+        if let Some(wavelengths) = dispersion.wavelengths() {
+            check_known(&media, wavelengths.range())?;
+        }
         let each = match dispersion {
             Dispersion::Comb(_, each) => usize::from(each),
             _ => 1,
@@ -141,6 +156,26 @@ impl DispersionArguments {
                 each: each.min(wavelengths.count()),
                 range_nm: wavelengths.range(),
             });
-        Ok((dispersion, report))
+        options.dispersion = dispersion;
+        Ok(report)
     }
+}
+
+/// Whether media are known over a whole range: nanometres.
+///
+/// # Errors
+/// Of usage: one that is not.
+fn check_known(media: &[Medium], [low, high]: [f32; 2]) -> Result<(), Failure> {
+    for medium in media {
+        let [from, to] = medium.range();
+        if low < from || high > to {
+            let named = Medium::NAMED.iter().find(|(_, known)| known == medium);
+            let name = named.map_or("a medium of the scene file", |(name, _)| name);
+            return Err(Failure::usage(&format!(
+                "the wavelengths are {low} to {high} nm, but {name} is known from {from} to {to} \
+                 nm: give a --range within"
+            )));
+        }
+    }
+    Ok(())
 }

@@ -233,8 +233,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     options.settings.depth = arguments.depth;
     options.settings.samples = arguments.samples;
     options.effects = arguments.effects.effects;
-    let dispersion;
-    (options.dispersion, dispersion) = arguments.dispersion.of(&baked, &options.effects)?;
+    let dispersion = arguments.dispersion.set(&baked, &mut options)?;
     if let Some(threads) = arguments.threads {
         options.threads = threads.get();
     }

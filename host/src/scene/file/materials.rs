@@ -9,7 +9,7 @@ use super::numbers;
 use crate::description::Located;
 use crate::mesh::{Graticule, Material};
 use crate::texture::{Image, Pattern, Texture};
-use shisen_core::spectrum::Medium;
+use shisen_core::spectrum::{Medium, line};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -139,10 +139,14 @@ fn read_medium(
     } else {
         Medium::form2(range, a, terms)
     };
-    medium.map_err(|source| {
+    let fault = |source| {
         let medium = name.as_ref().clone();
         check.fault(SceneFault::Medium { medium, source }, Some(name.span()))
-    })
+    };
+    let medium = medium.map_err(fault)?;
+    // Pictures without dispersion take its index there.
+    medium.index_in(line::D).map_err(fault)?;
+    Ok(medium)
 }
 
 /// The textures in the order of their names.
