@@ -14,7 +14,7 @@ mod recording;
 pub mod serve;
 mod spec;
 
-pub use feed::{Feed, FeedError, Notice};
+pub use feed::{Feed, FeedError, Notice, Senses, simulated};
 pub use live::LiveError;
 pub use protocol::{Protocol, UnknownProtocol};
 pub use recording::{Recorder, Recording, RecordingError, RecordingFormat};

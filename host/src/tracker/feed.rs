@@ -67,7 +67,7 @@ enum Kind {
 ///
 /// # Errors
 /// A rate that it refuses.
-pub fn mock(spec: &MockSpec) -> Result<Tracker<'static>, MockError> {
+pub fn simulated(spec: &MockSpec) -> Result<Tracker<'static>, MockError> {
     let config = TrackerConfig {
         rate: spec.rate,
         ..TrackerConfig::default()
@@ -85,7 +85,7 @@ impl Feed {
     pub fn open(spec: &Spec) -> Result<Self, FeedError> {
         let kind = match spec {
             Spec::Mock(spec) => {
-                let tracker = mock(spec).map_err(FeedError::Mock)?;
+                let tracker = simulated(spec).map_err(FeedError::Mock)?;
                 match spec.protocol.as_ref().and_then(|p| Some((p, p.decoder()?))) {
                     Some((protocol, decoder)) => {
                         let wire = Wire::new(tracker, protocol.format().clone());

@@ -10,8 +10,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 /// Serves a line from a source of samples by the clock on the wall, for as
-/// long as `goes_on` says so; it is told the time and whether any records are
-/// left. Gives back how many records were sent.
+/// long as `goes_on` says so; it is told the time and how many records were sent.
 ///
 /// # Errors
 /// Those of the line.
@@ -19,16 +18,16 @@ pub fn serve(
     pty: &mut Pty,
     source: impl Source<Item = Sample>,
     protocol: &Protocol,
-    goes_on: &mut dyn FnMut(Micros) -> bool,
-) -> io::Result<u64> {
+    goes_on: &mut dyn FnMut(Micros, u64) -> bool,
+) -> io::Result<()> {
     let mut wire = Wire::new(source, protocol.format().clone());
     let mut device = Device::new(protocol.format());
     let start = Instant::now();
     let (mut sent, mut next) = (0, Micros(0));
     loop {
         let now = Micros(start.elapsed().as_micros() as u64);
-        if !goes_on(now) {
-            return Ok(sent);
+        if !goes_on(now, sent) {
+            return Ok(());
         }
         let mut heard = [0; 256];
         let count = pty.receive(&mut heard)?;
