@@ -198,12 +198,16 @@ fn frames_along_the_mock_are_the_same_each_time() {
         let report: Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
         report["frames"].as_array().unwrap().clone()
     };
-    for spec in ["mock", "mock:seed=4&as=fastrak", "mock:as=hid"] {
+    for (spec, state) in [
+        ("mock", "fresh"),
+        ("mock:seed=4&as=fastrak", "head direction"),
+        ("mock:as=hid", "fresh"),
+    ] {
         let frames = run(spec);
         assert_eq!(frames, run(spec), "{spec}");
         assert_eq!(frames.len(), 8);
         assert_eq!(frames[0]["state"], "full quality", "nothing has come yet");
-        assert_eq!(frames[7]["state"], "fresh", "{spec}");
+        assert_eq!(frames[7]["state"], state, "{spec}");
         assert_ne!(frames[6]["head"], frames[7]["head"], "{spec}");
         assert!(
             folder
