@@ -15,9 +15,9 @@ const MOST_ANSWER: usize = 64;
 /// version of a device that there is not.
 const FASTRAK_STATUS: &[u8] = b"21S009   00.00 SHISEN MOCK                           \r\n";
 
-/// What a host can set, and the commands that set it.
+/// The device at the other end of the line, as far as it takes commands.
 ///
-/// A device streams from the start on, until it is told to stop; what it does
+/// It streams from the start on, until it is told to stop; what it does
 /// not know, it passes over.
 #[derive(Debug, Clone)]
 pub struct Device {

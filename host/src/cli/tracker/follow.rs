@@ -8,6 +8,7 @@ use miette::Diagnostic;
 use shisen::tracker::{Feed, Notice};
 use shisen_tracker::decoder::Event;
 use shisen_tracker::time::Micros;
+use std::io::Write;
 use std::time::Duration;
 use thiserror::Error;
 
@@ -81,7 +82,6 @@ pub(super) fn follow(
 
 /// Says something on standard error.
 pub(super) fn say(what: &str) {
-    use std::io::Write;
     // Nobody is left to tell where it is closed.
     let _ = writeln!(std::io::stderr(), "{what}");
 }
