@@ -22,6 +22,7 @@ mod progress;
 mod ray_counts;
 mod source;
 mod spectrum;
+mod tracker;
 
 use clap::Parser;
 use failure::{Failure, Fault};
@@ -43,6 +44,8 @@ enum Shisen {
     Spectrum(spectrum::Arguments),
     #[command(subcommand)]
     Dome(dome::Dome),
+    #[command(subcommand)]
+    Tracker(tracker::TrackerCommand),
     #[command(subcommand)]
     Bench(bench::Bench),
 }
@@ -68,6 +71,7 @@ pub(crate) fn main() -> ExitCode {
                 Shisen::Medium(arguments) => medium::run(&arguments),
                 Shisen::Spectrum(arguments) => spectrum::run(&arguments),
                 Shisen::Dome(dome) => dome::run(&dome),
+                Shisen::Tracker(command) => tracker::run(&command),
                 Shisen::Bench(bench) => bench::run(&bench),
             });
     match result {

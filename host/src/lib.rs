@@ -22,6 +22,7 @@ pub mod scene;
 pub mod simplify;
 pub mod spectrum;
 pub mod texture;
+pub mod tracker;
 pub mod viewer;
 pub mod wall_plane;
 pub mod warp;

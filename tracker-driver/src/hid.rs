@@ -4,5 +4,7 @@
 //! the device uses ids, as `hidraw`, hidapi and HID over I²C hand it over.
 
 pub mod descriptor;
+#[cfg(feature = "hid")]
+pub mod device;
 pub mod eye_tracker;
 pub mod usages;

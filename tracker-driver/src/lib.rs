@@ -28,12 +28,14 @@
 //! [`estimate`] makes the line of sight at the time of display. The feature
 //! `mock` has a simulated viewer in front of any of these devices.
 //!
-//! Two transports are here, each behind a feature: `i2c` (`i2c-hid`) for HID
-//! over I²C, and `uart` (`uart`) for a serial port.
+//! The transports are here too, each behind a feature: in firmware `i2c`
+//! (`i2c-hid`) for HID over I²C and `uart` (`uart`) for a serial port; on a
+//! host, with its standard library, `serial` (`serial`) and `hid::device`
+//! (`hid`).
 #![no_std]
 #![forbid(unsafe_code)]
 
-#[cfg(test)]
+#[cfg(any(test, feature = "hid", feature = "serial"))]
 extern crate std;
 
 pub mod clock;
@@ -50,6 +52,8 @@ pub mod link;
 pub mod mock;
 mod rotation;
 pub mod sample;
+#[cfg(feature = "serial")]
+pub mod serial;
 mod stream;
 #[cfg(test)]
 mod testing;

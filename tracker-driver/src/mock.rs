@@ -6,12 +6,14 @@
 //! - [`Tracker`] measures it, with noise, blinks and a clock of its own, and
 //!   gives [`Sample`](crate::sample::Sample)s;
 //! - [`Wire`] turns samples into the bytes of a protocol;
+//! - [`Device`] hears what a host says to the device;
 //! - [`Faults`] stands between any source and its reader: delay, jitter,
 //!   drop, duplicate, reorder, corrupt, stuck, disconnect.
 //!
 //! All of it is decided by a seed: the same seed gives the same bytes, on any
 //! machine and however it is polled. Memory is bounded, nothing is allocated.
 
+mod device;
 mod faults;
 mod movement;
 mod noise;
@@ -19,6 +21,7 @@ mod random;
 mod tracker;
 mod wire;
 
+pub use device::Device;
 pub use faults::{Chunk, Faults, FaultsConfig, FaultsError, Faulty, MOST_CHUNK_BYTES, Source};
 pub use movement::{Kind, ScriptedTarget, Truth, Viewer, ViewerConfig};
 pub use random::Random;

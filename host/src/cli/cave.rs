@@ -3,6 +3,7 @@
 mod lod;
 mod pictures;
 mod report;
+mod tracked;
 
 use super::arguments::{
     EffectArguments, HeadReport, Model, PictureSize, SceneName, WallsName, field_of_view,
@@ -30,6 +31,7 @@ use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES};
 use shisen_core::gaze::HeadPose;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use tracked::{Follower, TrackerArguments};
 
 /// Renders a frame for the walls of a CAVE
 ///
@@ -54,6 +56,14 @@ use std::path::PathBuf;
 /// capture, null without: size, seconds, rays, steps, which are part of the
 /// frame's, and images, the paths of capture-ahead.png and capture-behind.png)
 /// and, of tracing the same in full, `full_seconds`, `full_steps` and `full_rays`.
+///
+/// With --tracker each frame's pictures go to a folder of its own
+/// (frame-00000), and the object is: tracker, hz, frames, seconds, threads,
+/// size and scene. A frame has: frame, `shown_us` (since the start), head
+/// (position, metres, and orientation, x, y, z, w), gaze (direction), state
+/// (fresh, hold, widened, head direction or full quality), widen (radians by
+/// which the field of --lod is wider), blink, `gaze_age_us`, `frame_hash` and
+/// images (paths).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid (meridians and parallels on a sphere of
@@ -95,6 +105,8 @@ pub(super) struct Arguments {
     /// [default: as --head-report, or else front]
     #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
     look: Option<ViewDirection>,
+    #[command(flatten)]
+    tracker: TrackerArguments,
     #[command(flatten)]
     lod: LodArguments,
     #[command(flatten)]
@@ -146,7 +158,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pose = head(arguments);
     let eyes = eyes(arguments, pose);
     let (forward, up) = directions(arguments, pose);
-    let observers = arguments.lod.observers(&eyes, forward, up)?;
+    let observers = arguments.lod.observers(&eyes, (forward, up), 0.0)?;
     let wanted = arguments.fill.wanted(arguments.lod.is_on())?;
     // Seen before anything large is loaded or any file is written.
     for &(_, position) in &eyes {
@@ -176,12 +188,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         options: &options,
         quiet: arguments.quiet || arguments.json,
     };
+    let title = match &source.mesh {
+        Some(mesh) => format!("scene {}, mesh {mesh}", source.name),
+        None => format!("scene {}", source.name),
+    };
+    if let Some(tracker) = &arguments.tracker.tracker {
+        return follow(arguments, tracker, &frames, &title, source.name);
+    }
     let frame = match wanted {
         Wanted::Background => frames.render(&observers, Filling::Background)?,
         Wanted::Capture(how) => frames.render(&observers, Filling::Capture(how))?,
         Wanted::Previous(look) => {
             let looked = look.basis();
-            let before = arguments.lod.observers(&eyes, looked.forward, looked.up)?;
+            let before = arguments
+                .lod
+                .observers(&eyes, (looked.forward, looked.up), 0.0)?;
             let previous = frames.render(&before, Filling::Background)?;
             frames.render(&observers, Filling::Previous(&previous))?
         }
@@ -191,10 +212,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let lod_pictures = match &full {
         Some(full) => lod_pictures(&baked, &cave, &observers, &options, (&frame, full))?,
         None => None,
-    };
-    let title = match &source.mesh {
-        Some(mesh) => format!("scene {}, mesh {mesh}", source.name),
-        None => format!("scene {}", source.name),
     };
     let writer = Writer {
         folder: &arguments.out,
@@ -240,6 +257,60 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         walls: cave.walls.len(),
         domes: cave.domes.len(),
         eyes: eyes.len(),
+    };
+    print(&report, arguments.json)
+}
+
+/// Renders one frame after another along a tracker.
+fn follow(
+    arguments: &Arguments,
+    tracker: &str,
+    frames: &Frames<'_>,
+    title: &str,
+    scene: String,
+) -> Result<(), Failure> {
+    let TrackerArguments {
+        frames: count, hz, ..
+    } = arguments.tracker;
+    let mut follower = Follower::new(tracker, hz, head(arguments))?;
+    let mut seconds = 0.0;
+    let mut reports = Vec::new();
+    for number in 0..count {
+        let estimate = follower.frame(number);
+        let eyes = eyes(arguments, estimate.head);
+        let sight = estimate.line_of_sight;
+        let (forward, up) = (sight.forward().as_dvec3(), sight.up().as_dvec3());
+        let observers = arguments
+            .lod
+            .observers(&eyes, (forward, up), estimate.widen)?;
+        for &(_, position) in &eyes {
+            frames.cave.check_eye(position)?;
+        }
+        let place = observers.first().map_or(DVec3::ZERO, |eye| eye.place);
+        let field_of_view = arguments.view_fov.to_radians();
+        let size = arguments.view_size.0;
+        let camera = ViewerCamera::new(place, forward, up, field_of_view, size)
+            .map_err(Failure::from_error)?;
+        let frame = frames.render(&observers, Filling::Background)?;
+        seconds += frame.seconds;
+        let writer = Writer {
+            folder: &tracked::folder(&arguments.out, number)?,
+            title,
+            exr: arguments.exr,
+        };
+        let written = writer.write(&frame, frames.cave, &observers, &camera, None)?;
+        let images = written.images.into_iter().map(|image| image.path).collect();
+        let hash = hexadecimal(frame.hash());
+        reports.push(tracked::FrameReport::new(number, &estimate, hash, images));
+    }
+    let report = tracked::Report {
+        tracker: tracker.to_owned(),
+        hz,
+        frames: reports,
+        seconds,
+        threads: frames.options.threads,
+        size: arguments.size,
+        scene,
     };
     print(&report, arguments.json)
 }

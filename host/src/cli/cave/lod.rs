@@ -17,7 +17,7 @@ use shisen::render::{self, Frame, Observer, Options};
 use shisen::simplify::PolygonLevels;
 use shisen::{lod, net};
 use shisen_core::frame::{LevelOfDetail, Spectrum};
-use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
+use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField, VisualFieldLimits};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 
@@ -108,15 +108,17 @@ impl LodArguments {
     }
 
     /// The eyes, with what follows their gaze. Without `--up` and `--fixate`
-    /// the viewer looks along `forward` and holds `up` up.
+    /// the viewer looks along `forward` and holds `up` up. The field is wider
+    /// by `widen`, radians; from π on there is no end to it, and nothing
+    /// follows the gaze.
     ///
     /// # Errors
     /// Of usage: a line of sight that is none, or a gaze that nothing follows.
     pub(super) fn observers(
         &self,
         eyes: &[(Eye, DVec3)],
-        forward: DVec3,
-        up: DVec3,
+        (forward, up): (DVec3, DVec3),
+        widen: f32,
     ) -> Result<Vec<Observer>, Failure> {
         let given = self.fixate.map(|_| "--fixate");
         if let (Some(argument), false) = (given.or(self.up.map(|_| "--up")), self.is_on()) {
@@ -131,13 +133,14 @@ impl LodArguments {
             Choice::Paper => Some(Boundary::Printed),
             Choice::PaperEllipse => Some(Boundary::Ellipse),
         };
+        let field = widened(widen);
         eyes.iter()
             .map(|&(eye, place)| {
                 let forward = self.fixate.map_or(forward, |point| point.0 - place);
                 let line = LineOfSight::new(place.as_vec3(), forward.as_vec3(), up.as_vec3())
                     .map_err(|error| Failure::usage(&error.to_string()))?;
-                let lod = boundary.map(|boundary| {
-                    LevelOfDetail::new(Gaze::new(line, VisualField::PAPER.with_boundary(boundary)))
+                let lod = boundary.zip(field).map(|(boundary, field)| {
+                    LevelOfDetail::new(Gaze::new(line, field.with_boundary(boundary)))
                 });
                 Ok(Observer { eye, place, lod })
             })
@@ -211,6 +214,26 @@ impl LodArguments {
             full_rays: full.statistics.into(),
         })
     }
+}
+
+/// The paper's field, wider by so much all round as directions go; none where
+/// that is everything.
+fn widened(by: f32) -> Option<VisualField> {
+    use std::f32::consts::{FRAC_PI_2, PI};
+    if by >= PI {
+        return None;
+    }
+    let field = VisualField::PAPER;
+    let limits = field.limits();
+    let wide = VisualFieldLimits {
+        // Levels fall from here to the limits, which have to be farther.
+        central: (limits.central + by).min(1.5),
+        up: (limits.up + by).min(FRAC_PI_2),
+        down: (limits.down + by).min(FRAC_PI_2),
+        left: (limits.left + by).min(PI),
+        right: (limits.right + by).min(PI),
+    };
+    Some(VisualField::new(wide, field.boundary()).unwrap_or(field))
 }
 
 /// A frame in which something shows where the gaze skipped rays.

@@ -1,0 +1,253 @@
+//! Frames that follow a tracker.
+
+use super::super::failure::{Failure, Fault};
+use clap::Args;
+use miette::Diagnostic;
+use serde::Serialize;
+use shisen::tracker::{Feed, Notice, Senses, Spec};
+use shisen_core::gaze::HeadPose;
+use shisen_tracker::clock::{ClockConfig, ClockEstimator};
+use shisen_tracker::decoder::Event;
+use shisen_tracker::estimate::{
+    Estimate, EstimatorConfig, Eyes, GazeEstimator, RoomFromTracker, Screen,
+};
+use shisen_tracker::mock::Format;
+use shisen_tracker::time::Micros;
+use std::time::Duration;
+use thiserror::Error;
+
+/// Which tracker, and when its frames are shown.
+#[derive(Debug, Args)]
+pub(super) struct TrackerArguments {
+    /// Follow a tracker in place of --look and --head-report: mock,
+    /// mock:seed=7&rate=200&as=fastrak, serial:PORT?protocol=NAME,
+    /// hid:VENDOR:PRODUCT or replay:FILE; --head is where its origin is. Frame
+    /// k is shown k + 1 refreshes after the start
+    #[arg(long, value_name = "SPEC", conflicts_with_all = ["look", "head_report", "up", "fixate", "fill"])]
+    pub(super) tracker: Option<String>,
+    /// Frames to render
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "tracker",
+          value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(super) frames: u32,
+    /// Frames shown per second
+    #[arg(long, value_name = "HZ", default_value_t = 60, requires = "tracker",
+          value_parser = clap::value_parser!(u32).range(1..=1_000))]
+    pub(super) hz: u32,
+}
+
+/// A tracker that says nothing.
+#[derive(Debug, Error, Diagnostic)]
+#[error("no sample came from {spec} in {} s", PATIENCE.0 / 1_000_000)]
+#[diagnostic(help("see what comes with `shisen tracker monitor '{spec}'`"))]
+struct Nothing {
+    spec: String,
+}
+
+/// How long a device may take to say something.
+const PATIENCE: Micros = Micros::from_millis(5_000);
+
+/// Where the viewer looks, frame after frame.
+pub(super) struct Follower {
+    feed: Feed,
+    clock: ClockEstimator,
+    estimator: GazeEstimator,
+    hz: u32,
+    /// When frame 0 is due.
+    start: Micros,
+}
+
+impl Follower {
+    /// Of a tracker whose origin is at `head`. A device is waited for until it
+    /// has said something.
+    ///
+    /// # Errors
+    /// A tracker that is none, or says nothing.
+    pub(super) fn new(name: &str, hz: u32, head: HeadPose) -> Result<Self, Failure> {
+        let spec: Spec = name.parse()?;
+        let feed = Feed::open(&spec)?;
+        let config = config(&spec, feed.senses(&spec), head);
+        let estimator = GazeEstimator::new(config).map_err(Failure::from_error)?;
+        let clock = ClockEstimator::new(ClockConfig::default()).map_err(Failure::from_error)?;
+        let mut follower = Self {
+            feed,
+            clock,
+            estimator,
+            hz,
+            start: Micros(0),
+        };
+        if follower.feed.is_live() {
+            while follower.listen(Micros(0)) == 0 {
+                if follower.feed.now() > PATIENCE {
+                    return Err(Nothing { spec: name.into() }.into());
+                }
+            }
+            follower.start = follower.feed.now();
+        }
+        Ok(follower)
+    }
+
+    /// Takes what came by then; how many samples there were.
+    fn listen(&mut self, until: Micros) -> u64 {
+        let Self {
+            feed,
+            clock,
+            estimator,
+            ..
+        } = self;
+        let mut samples = 0;
+        feed.poll(until, &mut |notice| match notice {
+            Notice::Decoded(Event::Sample(sample)) => {
+                let stamp = clock.stamp(&sample, &mut |_| {});
+                estimator.push(&sample, stamp.time, &mut |_| {});
+                samples += 1;
+            }
+            Notice::Unplugged { path, reason } => {
+                super::super::warn(&format!("{path} is gone ({reason}); waiting for it"));
+            }
+            Notice::Trouble(failure) => super::super::warn(&failure.to_string()),
+            Notice::Decoded(_) | Notice::Plugged(_) => {}
+        });
+        samples
+    }
+
+    /// Where the viewer looks when frame `number` is shown: of all samples
+    /// that came until a refresh before.
+    pub(super) fn frame(&mut self, number: u32) -> Estimate {
+        let refresh = |count: u64| Micros(count * 1_000_000 / u64::from(self.hz));
+        let due = self.start.after(refresh(number.into()));
+        let shown = self.start.after(refresh(u64::from(number) + 1));
+        self.listen(due);
+        while self.feed.is_live() && self.feed.now() < due {
+            self.listen(due);
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        // A frame that could not be begun in time is shown later.
+        let late = if self.feed.is_live() {
+            self.feed.now().since(due)
+        } else {
+            Micros(0)
+        };
+        self.estimator.estimate(shown.after(late), &mut |_| {})
+    }
+}
+
+fn config(spec: &Spec, senses: Senses, head: HeadPose) -> EstimatorConfig {
+    let at_head = |screen: Screen| Screen {
+        corner: head.position + head.orientation * screen.corner,
+        right: head.orientation * screen.right,
+        down: head.orientation * screen.down,
+        ..screen
+    };
+    let screen = match spec {
+        Spec::Mock(mock) => mock.protocol.as_ref().and_then(|p| match p.format() {
+            Format::EyeTracker(screen) => Some(at_head(*screen)),
+            _ => None,
+        }),
+        _ => None,
+    };
+    EstimatorConfig {
+        room_from_tracker: RoomFromTracker {
+            position: head.position,
+            orientation: head.orientation,
+        },
+        resting_head: head,
+        head_tracked: senses.head,
+        eyes: if senses.eyes {
+            Eyes::Combined
+        } else {
+            Eyes::HeadOnly
+        },
+        screen,
+        ..EstimatorConfig::default()
+    }
+}
+
+/// Frames that followed a tracker.
+#[derive(Debug, Serialize)]
+pub(super) struct Report {
+    pub(super) tracker: String,
+    pub(super) hz: u32,
+    pub(super) frames: Vec<FrameReport>,
+    /// Of tracing alone.
+    pub(super) seconds: f64,
+    pub(super) threads: usize,
+    pub(super) size: u32,
+    pub(super) scene: String,
+}
+
+/// One of them.
+#[derive(Debug, Serialize)]
+pub(super) struct FrameReport {
+    frame: u32,
+    shown_us: u64,
+    head: HeadReport,
+    gaze: [f32; 3],
+    state: &'static str,
+    widen: f32,
+    blink: bool,
+    gaze_age_us: Option<u64>,
+    frame_hash: String,
+    images: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct HeadReport {
+    position: [f32; 3],
+    orientation: [f32; 4],
+}
+
+impl FrameReport {
+    pub(super) fn new(
+        frame: u32,
+        estimate: &Estimate,
+        frame_hash: String,
+        images: Vec<String>,
+    ) -> Self {
+        Self {
+            frame,
+            shown_us: estimate.for_time.0,
+            head: HeadReport {
+                position: estimate.head.position.to_array(),
+                orientation: estimate.head.orientation.to_array(),
+            },
+            gaze: estimate.line_of_sight.forward().to_array(),
+            state: estimate.state.name(),
+            widen: estimate.widen,
+            blink: estimate.blink,
+            gaze_age_us: estimate.gaze_age.map(|age| age.0),
+            frame_hash,
+            images,
+        }
+    }
+}
+
+impl std::fmt::Display for Report {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for one in &self.frames {
+            let [x, y, z] = one.gaze;
+            writeln!(
+                f,
+                "frame {}: gaze {x:.4} {y:.4} {z:.4}, {}, {}",
+                one.frame, one.state, one.frame_hash
+            )?;
+        }
+        let count = self.frames.len();
+        write!(
+            f,
+            "{count} frames of scene {} along {} at {} Hz, {:.3} s of tracing",
+            self.scene, self.tracker, self.hz, self.seconds
+        )
+    }
+}
+
+/// The folder of frame `number` within `folder`; made where it does not exist.
+///
+/// # Errors
+/// A folder that cannot be made.
+pub(super) fn folder(folder: &std::path::Path, number: u32) -> Result<std::path::PathBuf, Failure> {
+    let path = folder.join(format!("frame-{number:05}"));
+    match std::fs::create_dir_all(&path) {
+        Ok(()) => Ok(path),
+        Err(reason) => Err(Fault::OutputFolder { path, reason }.into()),
+    }
+}

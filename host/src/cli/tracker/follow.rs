@@ -1,0 +1,87 @@
+//! Listening to a feed until somebody has enough.
+
+use super::super::failure::Failure;
+use super::super::warn;
+use super::Interrupt;
+use clap::Args;
+use miette::Diagnostic;
+use shisen::tracker::{Feed, Notice};
+use shisen_tracker::decoder::Event;
+use shisen_tracker::time::Micros;
+use std::io::Write;
+use std::time::Duration;
+use thiserror::Error;
+
+/// When to end.
+#[derive(Debug, Args)]
+#[group(id = "tracker-end")]
+pub(super) struct EndArguments {
+    /// End after so many samples
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(super) frames: Option<u64>,
+    /// End after so many seconds
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    pub(super) seconds: Option<u64>,
+}
+
+/// Nothing came in all the time.
+#[derive(Debug, Error, Diagnostic)]
+#[error("no sample came in {seconds} s")]
+#[diagnostic(help("check the device, its protocol and its speed, as said above"))]
+struct NoSample {
+    seconds: u64,
+}
+
+/// Hands each event to `take` until the end that was asked for, Ctrl-C, or the
+/// end of a recording. What happens to the device goes to standard error. `take`
+/// says whether it wants more.
+pub(super) fn follow(
+    feed: &mut Feed,
+    end: &EndArguments,
+    take: &mut dyn FnMut(&Feed, &[Event]) -> Result<bool, Failure>,
+) -> Result<(), Failure> {
+    let interrupt = Interrupt::new();
+    let last = end.seconds.map(|s| Micros::from_millis(1_000 * s));
+    let mut samples = 0;
+    let mut events = Vec::new();
+    loop {
+        let now = feed.now();
+        events.clear();
+        let full = |samples| end.frames.is_some_and(|most| samples >= most);
+        feed.poll(now, &mut |notice| match notice {
+            Notice::Decoded(event) => {
+                if !full(samples) {
+                    samples += u64::from(matches!(event, Event::Sample(_)));
+                    events.push(event);
+                }
+            }
+            Notice::Plugged(path) => say(&format!("{path} is plugged in")),
+            Notice::Unplugged { path, reason } => {
+                warn(&format!("{path} is gone ({reason}); waiting for it"));
+            }
+            Notice::Trouble(failure) => warn(&failure.to_string()),
+        });
+        let more = events.is_empty() || take(feed, &events)?;
+        if !more || full(samples) || feed.is_over() || interrupt.came() {
+            return Ok(());
+        }
+        if let (Some(last), Some(seconds)) = (last, end.seconds)
+            && now >= last
+        {
+            return if samples == 0 {
+                Err(NoSample { seconds }.into())
+            } else {
+                Ok(())
+            };
+        }
+        if !feed.is_live() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+/// Says something on standard error.
+pub(super) fn say(what: &str) {
+    // Nobody is left to tell where it is closed.
+    let _ = writeln!(std::io::stderr(), "{what}");
+}

@@ -1,0 +1,85 @@
+//! `shisen tracker record`: what a tracker says, into a file.
+
+use super::super::failure::Failure;
+use super::super::print;
+use super::follow::{EndArguments, follow};
+use super::spec;
+use clap::Args;
+use serde::Serialize;
+use shisen::tracker::{Feed, Recorder};
+use shisen_tracker::decoder::Event;
+use std::fmt;
+use std::path::PathBuf;
+
+/// Records a tracker
+///
+/// A file with the extension .csv is a table with a line a sample; any other
+/// holds frames of our own link. Ends at --frames, --seconds or Ctrl-C.
+///
+/// With --json, one object: file, samples, messages, lost and dropped.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct Arguments {
+    /// Which tracker: see `shisen tracker --help`
+    #[arg(value_name = "SPEC")]
+    spec: String,
+    /// Where to; what was there is overwritten
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    #[command(flatten)]
+    end: EndArguments,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Report {
+    file: String,
+    samples: u64,
+    messages: u64,
+    lost: u64,
+    dropped: u64,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut feed = Feed::open(&spec(&arguments.spec)?)?;
+    let mut recorder = Recorder::create(&arguments.file)?;
+    let (mut samples, mut messages) = (0, 0);
+    let followed = follow(&mut feed, &arguments.end, &mut |_, events| {
+        for event in events {
+            samples += u64::from(matches!(event, Event::Sample(_)));
+            messages += u64::from(matches!(event, Event::Message(_)));
+            recorder.push(event)?;
+        }
+        Ok(true)
+    });
+    // What came before a failure is kept.
+    recorder.finish()?;
+    followed?;
+    let counts = feed.counts();
+    let report = Report {
+        file: arguments.file.display().to_string(),
+        samples,
+        messages,
+        lost: counts.lost,
+        dropped: counts.dropped.iter().map(|&count| u64::from(count)).sum(),
+    };
+    print(&report, arguments.json)
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            file,
+            samples,
+            messages,
+            lost,
+            dropped,
+        } = self;
+        write!(
+            f,
+            "{file}: {samples} samples, {messages} messages; lost {lost}, dropped {dropped}"
+        )
+    }
+}

@@ -1,0 +1,227 @@
+//! Samples, for reports.
+
+use glam::{Quat, Vec2, Vec3};
+use serde::Serialize;
+use shisen_tracker::clock::{ClockConfig, ClockEstimator};
+use shisen_tracker::decoder::Counts;
+use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
+use shisen_tracker::time::Micros;
+use std::collections::VecDeque;
+use std::fmt;
+
+/// A sample and how things stand with it.
+#[derive(Debug, Serialize)]
+pub(super) struct Record {
+    /// Counted from 0.
+    record: u64,
+    arrival_us: u64,
+    device_us: Option<u64>,
+    /// Later than the least delayed of the last seconds.
+    late_us: Option<u64>,
+    sensor: u8,
+    sequence: Option<u32>,
+    head: Head,
+    gaze_frame: &'static str,
+    left: Option<EyeReport>,
+    right: Option<EyeReport>,
+    combined: Option<EyeReport>,
+    gaze_point: Option<Point>,
+    /// Of the last second.
+    rate_hz: f32,
+    lost: u64,
+    dropped: u64,
+    dropped_bytes: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct Value<V> {
+    value: V,
+    tracked: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Head {
+    position: Option<Value<[f32; 3]>>,
+    orientation: Option<Value<[f32; 4]>>,
+    angular_velocity: Option<[f32; 3]>,
+}
+
+#[derive(Debug, Serialize)]
+struct EyeReport {
+    origin: Option<Value<[f32; 3]>>,
+    direction: Option<Value<[f32; 3]>>,
+    pupil_m: Option<f32>,
+    pupil_raw: Option<f32>,
+    openness: Option<f32>,
+}
+
+#[derive(Debug, Serialize)]
+struct Point {
+    kind: &'static str,
+    value: [f32; 2],
+    tracked: bool,
+}
+
+fn vector(reading: Reading<Vec3>) -> Value<[f32; 3]> {
+    Value {
+        value: reading.value.to_array(),
+        tracked: reading.tracked,
+    }
+}
+
+fn turn(reading: Reading<Quat>) -> Value<[f32; 4]> {
+    Value {
+        value: reading.value.to_array(),
+        tracked: reading.tracked,
+    }
+}
+
+fn eye(eye: &Eye) -> Option<EyeReport> {
+    (!eye.is_empty()).then(|| EyeReport {
+        origin: eye.origin.map(vector),
+        direction: eye.direction.map(vector),
+        pupil_m: match eye.pupil {
+            Some(Pupil::Diameter(metres)) => Some(metres),
+            _ => None,
+        },
+        pupil_raw: match eye.pupil {
+            Some(Pupil::Raw(raw)) => Some(raw),
+            _ => None,
+        },
+        openness: eye.openness,
+    })
+}
+
+fn point(point: Reading<GazePoint>) -> Point {
+    let (kind, place): (_, Vec2) = match point.value {
+        GazePoint::Plane(place) => ("plane", place),
+        GazePoint::Normalized(place) => ("normalized", place),
+        GazePoint::Raw(place) => ("raw", place),
+    };
+    Point {
+        kind,
+        value: place.to_array(),
+        tracked: point.tracked,
+    }
+}
+
+/// Counts samples, and watches their rate and their delay.
+pub(super) struct Records {
+    clock: Option<ClockEstimator>,
+    count: u64,
+    /// Arrivals within the last second.
+    recent: VecDeque<Micros>,
+}
+
+impl Records {
+    pub(super) fn new() -> Self {
+        Self {
+            clock: ClockEstimator::new(ClockConfig::default()).ok(),
+            count: 0,
+            recent: VecDeque::new(),
+        }
+    }
+
+    /// The record of the next sample.
+    pub(super) fn next(&mut self, sample: &Sample, counts: &Counts) -> Record {
+        let stamp = self
+            .clock
+            .as_mut()
+            .map(|clock| clock.stamp(sample, &mut |_| {}));
+        let arrival = sample.arrival;
+        self.recent.push_back(arrival);
+        let second = Micros::from_millis(1_000);
+        while self
+            .recent
+            .front()
+            .is_some_and(|&first| arrival.since(first) > second)
+        {
+            self.recent.pop_front();
+        }
+        let spanned = self
+            .recent
+            .front()
+            .map_or(0.0, |&first| arrival.since(first).seconds());
+        let rate_hz = match self.recent.len() {
+            0 | 1 => 0.0,
+            count => (count - 1) as f32 / spanned.max(1.0e-6),
+        };
+        let record = self.count;
+        self.count += 1;
+        Record {
+            record,
+            arrival_us: arrival.0,
+            device_us: sample.device_time.map(|time| time.microseconds),
+            late_us: sample
+                .device_time
+                .and(stamp.map(|stamp| arrival.since(stamp.time).0)),
+            sensor: sample.sensor,
+            sequence: sample.sequence,
+            head: Head {
+                position: sample.head.position.map(vector),
+                orientation: sample.head.orientation.map(turn),
+                angular_velocity: sample.head.angular_velocity.map(|turn| turn.to_array()),
+            },
+            gaze_frame: match sample.gaze_frame {
+                GazeFrame::Head => "head",
+                GazeFrame::Tracker => "tracker",
+            },
+            left: eye(&sample.left),
+            right: eye(&sample.right),
+            combined: eye(&sample.combined),
+            gaze_point: sample.gaze_point.map(point),
+            rate_hz,
+            lost: counts.lost,
+            dropped: counts.dropped.iter().map(|&count| u64::from(count)).sum(),
+            dropped_bytes: counts.dropped_bytes,
+        }
+    }
+}
+
+impl fmt::Display for Record {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:10.3} s", self.arrival_us as f64 * 1.0e-6)?;
+        if let Some(Value {
+            value: [x, y, z], ..
+        }) = self.head.position
+        {
+            write!(f, "  head {x:.3} {y:.3} {z:.3} m")?;
+        }
+        if let Some(Value {
+            value: [x, y, z, w],
+            ..
+        }) = self.head.orientation
+        {
+            write!(f, "  turn {x:.3} {y:.3} {z:.3} {w:.3}")?;
+        }
+        for (name, eye) in [
+            ("left", &self.left),
+            ("right", &self.right),
+            ("gaze", &self.combined),
+        ] {
+            if let Some(Value {
+                value: [x, y, z], ..
+            }) = eye.as_ref().and_then(|eye| eye.direction.as_ref())
+            {
+                write!(f, "  {name} {x:.3} {y:.3} {z:.3}")?;
+            }
+        }
+        if let Some(Point {
+            kind,
+            value: [x, y],
+            ..
+        }) = self.gaze_point
+        {
+            write!(f, "  {kind} {x:.3} {y:.3}")?;
+        }
+        write!(
+            f,
+            "  {:.0} Hz  lost {}  dropped {}",
+            self.rate_hz, self.lost, self.dropped
+        )?;
+        match self.late_us {
+            Some(late) => write!(f, "  late {:.1} ms", late as f64 * 1.0e-3),
+            None => Ok(()),
+        }
+    }
+}

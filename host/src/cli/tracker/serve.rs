@@ -1,0 +1,168 @@
+//! `shisen tracker mock` and `replay`: trackers for others to read.
+
+use super::super::failure::Failure;
+use super::Interrupt;
+use super::follow::EndArguments;
+use super::monitor::show;
+use clap::Args;
+use miette::Diagnostic;
+use shisen::tracker::pty::Pty;
+use shisen::tracker::{Feed, MockSpec, Protocol, Recording, Spec, serve, simulated};
+use shisen_tracker::mock::{Format, Source};
+use shisen_tracker::sample::Sample;
+use shisen_tracker::time::Micros;
+use std::io;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Simulates a viewer and a tracker
+///
+/// With --pty the tracker is behind a serial line: PATH becomes a link to it,
+/// for `shisen tracker monitor 'serial:PATH?protocol=PROTOCOL'` or any other
+/// program. It takes its device's commands, and streams until it is told to
+/// stop. Without --pty it prints its samples, as monitor does.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct MockArguments {
+    /// What it speaks: link, fastrak, liberty, flock, hatire, osvr-hdk, iscan,
+    /// asl, adhawk or hid [default: link on a line, and samples as they are
+    /// otherwise]
+    #[arg(long = "as", value_name = "PROTOCOL")]
+    protocol: Option<String>,
+    /// A name for the line's other end; a link that was there gives way
+    #[arg(long, value_name = "PATH")]
+    pty: Option<PathBuf>,
+    /// Samples per second
+    #[arg(long, value_name = "HZ", default_value_t = 500,
+          value_parser = clap::value_parser!(u32).range(60..=1000))]
+    rate: u32,
+    /// What decides all movements and all noise
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    end: EndArguments,
+    /// Print one JSON object a sample, as monitor does
+    #[arg(long, conflicts_with = "pty")]
+    json: bool,
+}
+
+/// Plays a recording
+///
+/// With --to it is behind a serial line, as `shisen tracker mock` is; without,
+/// its samples are printed, as monitor does.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct ReplayArguments {
+    /// What `shisen tracker record` wrote
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// What the line speaks: link, fastrak, liberty, flock, hatire, osvr-hdk,
+    /// iscan, asl, adhawk or hid [default: link]
+    #[arg(long = "as", value_name = "PROTOCOL", requires = "to")]
+    protocol: Option<String>,
+    /// A name for the line's other end; a link that was there gives way
+    #[arg(long, value_name = "PTY")]
+    to: Option<PathBuf>,
+    #[command(flatten)]
+    end: EndArguments,
+    /// Print one JSON object a sample, as monitor does
+    #[arg(long, conflicts_with = "to")]
+    json: bool,
+}
+
+/// A line that does not work.
+#[derive(Debug, Error, Diagnostic)]
+enum LineError {
+    /// It cannot be made.
+    #[error("no line can be made at {}: {reason}", path.display())]
+    #[diagnostic(help(
+        "give a path in a folder that you may write to, where there is nothing yet"
+    ))]
+    Open { path: PathBuf, reason: io::Error },
+    /// It broke.
+    #[error("the line at {} broke: {reason}", path.display())]
+    #[diagnostic(help("start it again"))]
+    Broken { path: PathBuf, reason: io::Error },
+}
+
+/// Runs `shisen tracker mock`.
+pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
+    let protocol: Option<Protocol> = arguments.protocol.as_deref().map(str::parse).transpose()?;
+    let mut spec = MockSpec {
+        seed: arguments.seed,
+        rate: arguments.rate,
+        protocol,
+    };
+    let Some(path) = &arguments.pty else {
+        let mut feed = Feed::open(&Spec::Mock(spec))?;
+        return show(&mut feed, &arguments.end, arguments.json);
+    };
+    let protocol = on_a_line(spec.protocol.take())?;
+    let tracker = simulated(&spec).map_err(Failure::from_error)?;
+    line(path, tracker, &protocol, &arguments.end, None)
+}
+
+/// Runs `shisen tracker replay`.
+pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
+    let Some(path) = &arguments.to else {
+        let mut feed = Feed::open(&Spec::Replay(arguments.file.clone()))?;
+        return show(&mut feed, &arguments.end, arguments.json);
+    };
+    let protocol = arguments.protocol.as_deref().map(str::parse).transpose()?;
+    let protocol = on_a_line(protocol)?;
+    let recording = Recording::read(&arguments.file)?;
+    let samples: Vec<Sample> = recording.samples().copied().collect();
+    let over = samples.last().map(|last| last.arrival);
+    let samples = Samples(samples.into_iter().peekable());
+    line(path, samples, &protocol, &arguments.end, over)
+}
+
+fn on_a_line(protocol: Option<Protocol>) -> Result<Protocol, Failure> {
+    match protocol {
+        Some(protocol) => Ok(protocol),
+        None => Ok(Format::NAMES[0].parse::<Protocol>()?),
+    }
+}
+
+/// Recorded samples, at their times.
+struct Samples(std::iter::Peekable<std::vec::IntoIter<Sample>>);
+
+impl Source for Samples {
+    type Item = Sample;
+
+    fn poll(&mut self, until: Micros) -> Option<Sample> {
+        self.0.next_if(|sample| sample.arrival <= until)
+    }
+}
+
+/// How long a line stays after its last record, for whoever reads it.
+const LINGER: Micros = Micros::from_millis(500);
+
+fn line(
+    path: &Path,
+    source: impl Source<Item = Sample>,
+    protocol: &Protocol,
+    end: &EndArguments,
+    over: Option<Micros>,
+) -> Result<(), Failure> {
+    let interrupt = Interrupt::new();
+    let mut pty = Pty::open(path).map_err(|reason| LineError::Open {
+        path: path.into(),
+        reason,
+    })?;
+    super::follow::say(&format!(
+        "{} is a {protocol} at {}",
+        path.display(),
+        pty.name().display()
+    ));
+    let last = end.seconds.map(|s| Micros::from_millis(1_000 * s));
+    let over = over.map(|over| over.after(LINGER));
+    serve::serve(&mut pty, source, protocol, &mut |now, sent| {
+        let past = |end: Option<Micros>| end.is_some_and(|end| now >= end);
+        let enough = end.frames.is_some_and(|most| sent >= most);
+        !(interrupt.came() || enough || past(last) || past(over))
+    })
+    .map_err(|reason| LineError::Broken {
+        path: path.into(),
+        reason,
+    })?;
+    Ok(())
+}

@@ -1,0 +1,21 @@
+//! Eye and head trackers: where they are, and what comes from them.
+//!
+//! A [`Spec`] names a tracker, a [`Feed`] gives what it says; the mock and
+//! recordings stand behind the same two. [`serve`](serve::serve) is the other
+//! end of a line: a tracker for others to read.
+
+mod feed;
+mod live;
+mod protocol;
+#[cfg(unix)]
+pub mod pty;
+mod recording;
+#[cfg(unix)]
+pub mod serve;
+mod spec;
+
+pub use feed::{Feed, FeedError, Notice, Senses, simulated};
+pub use live::LiveError;
+pub use protocol::{Protocol, UnknownProtocol};
+pub use recording::{Recorder, Recording, RecordingError, RecordingFormat};
+pub use spec::{HidName, MockSpec, SerialSpec, Spec, SpecError};

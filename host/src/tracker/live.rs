@@ -1,0 +1,374 @@
+//! A device that is plugged in, unplugged, and plugged in again.
+
+use super::feed::Notice;
+use super::protocol::Protocol;
+use super::spec::{HidName, SerialSpec};
+use miette::Diagnostic;
+use shisen_tracker::command::{Action, Failure, Session, Watch};
+use shisen_tracker::decoder::{Counts, Decoder, Event};
+use shisen_tracker::head::osvr_hdk;
+use shisen_tracker::hid::device::{Device, Found, devices};
+use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, LayoutError, Mode};
+use shisen_tracker::serial::Serial;
+use shisen_tracker::time::Micros;
+use std::io;
+use std::time::Instant;
+use thiserror::Error;
+
+/// The first wait before a device is looked for again, and the longest.
+const BACK_OFF: [Micros; 2] = [Micros::from_millis(20), Micros::from_millis(500)];
+
+/// Bytes that are read at once; no report is longer.
+const CHUNK: usize = 4096;
+
+/// Why a device cannot be used.
+#[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
+pub enum LiveError {
+    /// The system does not let it be opened.
+    #[error("{path} cannot be opened: {reason}")]
+    #[diagnostic(help("{}", advice(reason)))]
+    Open {
+        /// Which.
+        path: String,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// No such device is plugged in.
+    #[error("no HID device {:04x}:{:04x} is plugged in", id.0, id.1)]
+    #[diagnostic(help("plug it in; `shisen tracker list` shows what there is"))]
+    NotFound {
+        /// Vendor and product.
+        id: (u16, u16),
+    },
+    /// More than one device is meant.
+    #[error("{} devices are {:04x}:{:04x}: {}", paths.len(), id.0, id.1, paths.join(", "))]
+    #[diagnostic(help("give one by its path, such as hid:{}", paths.first().map_or("", |p| p)))]
+    Several {
+        /// Vendor and product.
+        id: (u16, u16),
+        /// Where they are.
+        paths: Vec<String>,
+    },
+    /// It is no tracker.
+    #[error("{path}: {reason}")]
+    #[diagnostic(help("`shisen tracker list` marks the devices that are trackers"))]
+    Layout {
+        /// Which.
+        path: String,
+        /// Why.
+        reason: LayoutError,
+    },
+}
+
+fn advice(reason: &io::Error) -> &'static str {
+    match reason.kind() {
+        io::ErrorKind::NotFound => {
+            "plug the device in, or give another path; `shisen tracker list` shows what there is"
+        }
+        io::ErrorKind::PermissionDenied => {
+            "a udev rule is missing: copy tracker-driver/udev/70-shisen-trackers.rules to \
+             /etc/udev/rules.d, run `udevadm control --reload` and plug the device in again; \
+             for a serial port, joining the group dialout does too"
+        }
+        io::ErrorKind::ResourceBusy => "another program uses it: end that first",
+        _ => "check the path and the device",
+    }
+}
+
+enum Wanted {
+    Serial(SerialSpec),
+    Hid(HidName),
+}
+
+enum Port {
+    Serial(Serial),
+    Hid(Device),
+}
+
+/// A device, or the wait for it.
+pub(super) struct Live {
+    wanted: Wanted,
+    port: Option<Port>,
+    /// Where it is, or was last.
+    path: String,
+    decoder: Box<dyn Decoder + Send>,
+    session: Option<Session>,
+    watch: Watch,
+    /// The last trouble was said.
+    said: bool,
+    /// A plug that is not announced yet.
+    announce: bool,
+    retry_at: Micros,
+    back_off: Micros,
+}
+
+impl Live {
+    pub(super) fn serial(spec: SerialSpec) -> Result<Self, LiveError> {
+        Self::open(Wanted::Serial(spec))
+    }
+
+    pub(super) fn hid(name: HidName) -> Result<Self, LiveError> {
+        Self::open(Wanted::Hid(name))
+    }
+
+    fn open(wanted: Wanted) -> Result<Self, LiveError> {
+        let (port, path, decoder) = plug(&wanted)?;
+        let mut live = Self {
+            session: session(&wanted),
+            wanted,
+            port: Some(port),
+            path,
+            decoder,
+            watch: Watch::new(),
+            said: false,
+            announce: true,
+            retry_at: Micros(0),
+            back_off: BACK_OFF[0],
+        };
+        live.request_all();
+        Ok(live)
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        *self.decoder.counts()
+    }
+
+    pub(super) fn protocol(&self) -> Option<&Protocol> {
+        match &self.wanted {
+            Wanted::Serial(spec) => Some(&spec.protocol),
+            Wanted::Hid(_) => None,
+        }
+    }
+
+    /// Says what came within 2 ms.
+    pub(super) fn poll(&mut self, start: Instant, sink: &mut dyn FnMut(Notice)) {
+        let now = || Micros(start.elapsed().as_micros() as u64);
+        if self.announce {
+            self.announce = false;
+            sink(Notice::Plugged(self.path.clone()));
+        }
+        if self.port.is_none() {
+            self.look_for_it(now());
+            return;
+        }
+        let heard = self.listen(now, sink);
+        let spoken = heard.and_then(|()| self.speak(now(), sink));
+        if let Err(reason) = spoken {
+            self.port = None;
+            self.decoder.reset();
+            self.back_off = BACK_OFF[0];
+            self.retry_at = now().after(self.back_off);
+            sink(Notice::Unplugged {
+                path: self.path.clone(),
+                reason: reason.to_string(),
+            });
+            return;
+        }
+        // A device that is being reset is silent by right.
+        let resets = matches!(&self.wanted, Wanted::Serial(spec) if spec.reset);
+        if self.said || resets && self.session.is_some() {
+            return;
+        }
+        if let Some(trouble) = self.watch.trouble(now()) {
+            self.said = true;
+            sink(Notice::Trouble(trouble));
+        }
+    }
+
+    fn listen(&mut self, now: impl Fn() -> Micros, sink: &mut dyn FnMut(Notice)) -> io::Result<()> {
+        let mut buffer = [0; CHUNK];
+        let read = match &mut self.port {
+            Some(Port::Serial(port)) => port.read(&mut buffer)?,
+            Some(Port::Hid(device)) => device.read(&mut buffer)?,
+            None => 0,
+        };
+        if read == 0 {
+            return Ok(());
+        }
+        let now = now();
+        self.watch.on_bytes(read, now);
+        if let Some(session) = &mut self.session {
+            session.on_bytes(read);
+        }
+        let (watch, session, said) = (&mut self.watch, &mut self.session, &mut self.said);
+        self.decoder.feed(&buffer[..read], now, &mut |event| {
+            watch.on_event(&event, now);
+            *said &= matches!(event, Event::Dropped(_));
+            if let Some(session) = session.as_mut() {
+                session.on_event(&event);
+            }
+            sink(Notice::Decoded(event));
+        });
+        Ok(())
+    }
+
+    fn speak(&mut self, now: Micros, sink: &mut dyn FnMut(Notice)) -> io::Result<()> {
+        let (Some(session), Some(Port::Serial(port))) = (&mut self.session, &mut self.port) else {
+            return Ok(());
+        };
+        loop {
+            match session.poll(now) {
+                Action::Send(bytes) => port.write(bytes)?,
+                Action::Speed(baud) => port.set_speed(baud)?,
+                Action::Wait(_) => return Ok(()),
+                Action::Done => {
+                    self.session = None;
+                    return Ok(());
+                }
+                Action::Failed(failure) => {
+                    self.session = None;
+                    // These two the watch says, and earlier.
+                    if !matches!(failure, Failure::Silent | Failure::NoRecord { .. }) {
+                        sink(Notice::Trouble(failure));
+                    }
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    fn look_for_it(&mut self, now: Micros) {
+        if now < self.retry_at {
+            std::thread::sleep(std::time::Duration::from_millis(2));
+            return;
+        }
+        match plug(&self.wanted) {
+            // The decoder stays: its counts go on.
+            Ok((port, path, _)) => {
+                (self.port, self.path) = (Some(port), path);
+                self.session = session(&self.wanted);
+                self.watch = Watch::new();
+                self.said = false;
+                self.announce = true;
+                self.request_all();
+            }
+            Err(_) => {
+                self.retry_at = now.after(self.back_off);
+                self.back_off = Micros(2 * self.back_off.0).min(BACK_OFF[1]);
+            }
+        }
+    }
+
+    /// Asks a HID eye tracker for all it has; one that takes no requests
+    /// sends of itself.
+    fn request_all(&mut self) {
+        let Some(Port::Hid(device)) = &mut self.port else {
+            return;
+        };
+        let descriptor = device.descriptor().ok();
+        let tracker = descriptor.and_then(|bytes| EyeTracker::new(&bytes, Axes::default()).ok());
+        if let Some(request) = tracker.and_then(|tracker| tracker.mode_request(Mode::ALL)) {
+            let _ = device.set_feature(&request);
+        }
+    }
+}
+
+fn session(wanted: &Wanted) -> Option<Session> {
+    match wanted {
+        Wanted::Serial(spec) => Some(Session::new(spec.protocol.start(spec.reset))),
+        Wanted::Hid(_) => None,
+    }
+}
+
+type Plugged = (Port, String, Box<dyn Decoder + Send>);
+
+fn plug(wanted: &Wanted) -> Result<Plugged, LiveError> {
+    match wanted {
+        Wanted::Serial(spec) => {
+            let path = spec.path.clone();
+            let port = Serial::open(&path, spec.baud);
+            let port = port.map_err(|reason| LiveError::Open {
+                path: path.clone(),
+                reason,
+            })?;
+            let decoder = spec.protocol.decoder();
+            let decoder = decoder.ok_or_else(|| LiveError::Open {
+                path: path.clone(),
+                reason: io::ErrorKind::Unsupported.into(),
+            })?;
+            Ok((Port::Serial(port), path, decoder))
+        }
+        Wanted::Hid(name) => plug_hid(name),
+    }
+}
+
+fn plug_hid(name: &HidName) -> Result<Plugged, LiveError> {
+    let at = |path: &str| {
+        let path = path.to_owned();
+        move |reason| LiveError::Open { path, reason }
+    };
+    let all = devices().map_err(at("the list of HID devices"))?;
+    let path = match name {
+        HidName::Path(path) => path.clone(),
+        HidName::Id(vendor, product) => one_of(&all, (*vendor, *product))?,
+    };
+    let id = all.iter().find(|found| found.path == path);
+    let id = id.map(|found| found.id);
+    let device = Device::open(&path).map_err(at(&path))?;
+    let decoder: Box<dyn Decoder + Send> = if id.is_some_and(|id| osvr_hdk::USB_IDS.contains(&id)) {
+        Box::new(osvr_hdk::Decoder::new())
+    } else {
+        let descriptor = device.descriptor().map_err(at(&path))?;
+        let tracker = EyeTracker::new(&descriptor, Axes::default());
+        Box::new(tracker.map_err(|reason| LiveError::Layout {
+            path: path.clone(),
+            reason,
+        })?)
+    };
+    Ok((Port::Hid(device), path, decoder))
+}
+
+/// The path of the one device that is meant: of several with the same id, the
+/// one that says it is a tracker.
+fn one_of(all: &[Found], id: (u16, u16)) -> Result<String, LiveError> {
+    let same: Vec<&Found> = all.iter().filter(|found| found.id == id).collect();
+    let trackers: Vec<&Found> = same.iter().copied().filter(|f| f.is_tracker()).collect();
+    match (same.as_slice(), trackers.as_slice()) {
+        ([], _) => Err(LiveError::NotFound { id }),
+        ([one], _) | (_, [one]) => Ok(one.path.clone()),
+        (several, _) => Err(LiveError::Several {
+            id,
+            paths: several.iter().map(|found| found.path.clone()).collect(),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(path: &str, id: (u16, u16), page: u16) -> Found {
+        Found {
+            path: path.into(),
+            id,
+            product: String::new(),
+            serial_number: String::new(),
+            usages: vec![(page, 1)],
+        }
+    }
+
+    #[test]
+    fn several_devices_are_listed_and_a_tracker_among_them_is_taken() {
+        let id = (0x1532, 0x0B00);
+        let mut all = vec![found("/dev/a", id, 1), found("/dev/c", (1, 2), 0x12)];
+        assert_eq!(one_of(&all, id).unwrap(), "/dev/a");
+        all.push(found("/dev/b", id, 1));
+        let error = one_of(&all, id).unwrap_err();
+        assert_eq!(error.to_string(), "2 devices are 1532:0b00: /dev/a, /dev/b");
+        all.push(found("/dev/d", id, 0x12));
+        assert_eq!(one_of(&all, id).unwrap(), "/dev/d");
+        let error = one_of(&all, (9, 9)).unwrap_err();
+        assert!(error.to_string().contains("0009:0009"), "{error}");
+    }
+
+    #[test]
+    fn a_refusal_names_the_rules() {
+        let error = LiveError::Open {
+            path: "/dev/hidraw0".into(),
+            reason: io::ErrorKind::PermissionDenied.into(),
+        };
+        let help = error.help().unwrap().to_string();
+        assert!(help.contains("70-shisen-trackers.rules"), "{help}");
+    }
+}

@@ -1,0 +1,137 @@
+//! A pseudo-terminal: a serial port without a wire, for a simulated device.
+
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::os::fd::AsFd;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+
+/// The device's end of a line whose other end has a path.
+#[derive(Debug)]
+pub struct Pty {
+    device: File,
+    /// Held open, so that the line stays while nobody reads it.
+    _line: File,
+    name: PathBuf,
+    link: Option<PathBuf>,
+}
+
+impl Pty {
+    /// A line, and `link` as a name for its other end; a link that was there
+    /// gives way, anything else does not.
+    ///
+    /// # Errors
+    /// Those of the system; [`io::ErrorKind::AlreadyExists`] where `link` is
+    /// something else than a link.
+    pub fn open(link: &Path) -> io::Result<Self> {
+        let device = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+        grantpt(&device)?;
+        unlockpt(&device)?;
+        let name = ptsname(&device, Vec::new())?;
+        let name = PathBuf::from(name.to_string_lossy().into_owned());
+        let flags = fcntl_getfl(&device)?;
+        fcntl_setfl(&device, flags | OFlags::NONBLOCK)?;
+        let line = rustix::fs::open(
+            &name,
+            OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC,
+            rustix::fs::Mode::empty(),
+        )?;
+        // Bytes, not lines, and none of them sent back.
+        let mut termios = tcgetattr(line.as_fd())?;
+        termios.make_raw();
+        tcsetattr(line.as_fd(), OptionalActions::Now, &termios)?;
+        if fs::symlink_metadata(link).is_ok_and(|found| found.is_symlink()) {
+            fs::remove_file(link)?;
+        }
+        symlink(&name, link)?;
+        Ok(Self {
+            device: device.into(),
+            _line: line.into(),
+            name,
+            link: Some(link.to_owned()),
+        })
+    }
+
+    /// The other end's own path.
+    pub fn name(&self) -> &Path {
+        &self.name
+    }
+
+    /// Sends what there is room for, which is all of it unless nobody reads: a
+    /// line does not wait. Whether all of it was sent.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn send(&mut self, bytes: &[u8]) -> io::Result<bool> {
+        match self.device.write(bytes) {
+            Ok(sent) => Ok(sent == bytes.len()),
+            Err(error) if is_wait(&error) => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// What was said at the other end since; 0 where nothing was.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn receive(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self.device.read(buffer) {
+            Err(error) if is_wait(&error) => Ok(0),
+            read => read,
+        }
+    }
+}
+
+impl Drop for Pty {
+    fn drop(&mut self) {
+        // Another device may have taken the name over.
+        if let Some(link) = self.link.take()
+            && fs::read_link(&link).is_ok_and(|to| to == self.name)
+        {
+            let _ = fs::remove_file(link);
+        }
+    }
+}
+
+fn is_wait(error: &io::Error) -> bool {
+    use io::ErrorKind::{Interrupted, WouldBlock};
+    matches!(error.kind(), WouldBlock | Interrupted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_pass_both_ways_and_the_name_goes_with_the_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tracker");
+        let mut pty = Pty::open(&path).unwrap();
+        let mut other = fs::OpenOptions::new();
+        let mut other = other.read(true).write(true).open(&path).unwrap();
+        let all: Vec<u8> = (0..=255).collect();
+        assert!(pty.send(&all).unwrap());
+        let mut found = vec![0; 256];
+        other.read_exact(&mut found).unwrap();
+        assert_eq!(found, all);
+        let mut buffer = [0; 16];
+        assert_eq!(pty.receive(&mut buffer).unwrap(), 0);
+        other.write_all(b"c\r\x03").unwrap();
+        assert_eq!(pty.receive(&mut buffer).unwrap(), 3);
+        assert_eq!(&buffer[..3], b"c\r\x03");
+        // Nobody reads: it does not wait.
+        while pty.send(&all).unwrap() {}
+        // The next one takes the name over, and keeps it.
+        let next = Pty::open(&path).unwrap();
+        drop(pty);
+        assert_eq!(fs::read_link(&path).unwrap(), next.name());
+        drop(next);
+        assert!(!path.exists());
+        fs::write(&path, "a file").unwrap();
+        let error = Pty::open(&path).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);
+    }
+}

@@ -1,0 +1,54 @@
+//! The device's end of a line: samples out, as a device writes them, and the
+//! host's commands in.
+
+use super::protocol::Protocol;
+use super::pty::Pty;
+use shisen_tracker::mock::{Device, Source, Wire};
+use shisen_tracker::sample::Sample;
+use shisen_tracker::time::Micros;
+use std::io;
+use std::time::{Duration, Instant};
+
+/// Serves a line from a source of samples by the clock on the wall, for as
+/// long as `goes_on` says so; it is told the time and how many records were sent.
+///
+/// # Errors
+/// Those of the line.
+pub fn serve(
+    pty: &mut Pty,
+    source: impl Source<Item = Sample>,
+    protocol: &Protocol,
+    goes_on: &mut dyn FnMut(Micros, u64) -> bool,
+) -> io::Result<()> {
+    let mut wire = Wire::new(source, protocol.format().clone());
+    let mut device = Device::new(protocol.format());
+    let start = Instant::now();
+    let (mut sent, mut next) = (0, Micros(0));
+    loop {
+        let now = Micros(start.elapsed().as_micros() as u64);
+        if !goes_on(now, sent) {
+            return Ok(());
+        }
+        let mut heard = [0; 256];
+        let count = pty.receive(&mut heard)?;
+        let mut answers = Vec::new();
+        device.feed(&heard[..count], &mut |answer| {
+            answers.extend_from_slice(answer)
+        });
+        if !answers.is_empty() {
+            pty.send(&answers)?;
+        }
+        while let Some(chunk) = wire.poll(now) {
+            if !device.streams() || chunk.arrival < next {
+                continue;
+            }
+            if let Some(rate) = device.rate() {
+                next = chunk
+                    .arrival
+                    .after(Micros(999_000 / u64::from(rate.max(1))));
+            }
+            sent += u64::from(pty.send(chunk.bytes())?);
+        }
+        std::thread::sleep(Duration::from_micros(500));
+    }
+}

@@ -1,0 +1,322 @@
+//! `SPEC`: which tracker, in one word of a command line.
+
+use super::protocol::{Protocol, UnknownProtocol};
+use miette::Diagnostic;
+use shisen_tracker::mock::Format;
+use std::path::PathBuf;
+use std::str::FromStr;
+use thiserror::Error;
+
+/// Which tracker.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Spec {
+    /// `mock`, `mock:seed=7&rate=200&as=fastrak`.
+    Mock(MockSpec),
+    /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200&reset=1`.
+    Serial(SerialSpec),
+    /// `hid:1532:0b00`, `hid:/dev/hidraw0`.
+    Hid(HidName),
+    /// `replay:FILE`.
+    Replay(PathBuf),
+}
+
+/// A simulated viewer and tracker.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MockSpec {
+    /// What decides all movements and all noise.
+    pub seed: u64,
+    /// Samples per second: 60 to 1000.
+    pub rate: u32,
+    /// The protocol that the samples pass through; none hands them on as they
+    /// are.
+    pub protocol: Option<Protocol>,
+}
+
+impl Default for MockSpec {
+    /// Seed 1, 500 Hz, no protocol.
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            rate: 500,
+            protocol: None,
+        }
+    }
+}
+
+/// A tracker on a serial line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SerialSpec {
+    /// The port.
+    pub path: String,
+    /// What the device speaks.
+    pub protocol: Protocol,
+    /// How fast.
+    pub baud: u32,
+    /// Whether the device is reset first, which can take 20 s.
+    pub reset: bool,
+}
+
+/// Which human interface device.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum HidName {
+    /// By USB's vendor and product.
+    Id(u16, u16),
+    /// By its path.
+    Path(String),
+}
+
+/// A `SPEC` that names no tracker.
+#[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
+#[non_exhaustive]
+pub enum SpecError {
+    /// Another word in front.
+    #[error("{found:?} is no kind of tracker")]
+    #[diagnostic(help(
+        "give mock, mock:seed=7&rate=200&as=fastrak, serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00 or replay:FILE"
+    ))]
+    Kind {
+        /// What stands there.
+        found: String,
+    },
+    /// Nothing after the word.
+    #[error("{kind}: says not which")]
+    #[diagnostic(help(
+        "give serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:/dev/hidraw0 or replay:FILE"
+    ))]
+    Nothing {
+        /// The word.
+        kind: &'static str,
+    },
+    /// An option that there is not.
+    #[error("{kind} has no option {key:?}")]
+    #[diagnostic(help("give {allowed}"))]
+    Key {
+        /// Of which kind.
+        kind: &'static str,
+        /// The option.
+        key: String,
+        /// Those that there are.
+        allowed: &'static str,
+    },
+    /// An option's value that it cannot have.
+    #[error("{key}={found:?} is not possible")]
+    #[diagnostic(help("give {allowed}"))]
+    Value {
+        /// The option.
+        key: &'static str,
+        /// Its value.
+        found: String,
+        /// Those that it can have.
+        allowed: &'static str,
+    },
+    /// A protocol that there is not.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Protocol(#[from] UnknownProtocol),
+    /// A protocol that goes over no serial line.
+    #[error("{name} does not go over a serial line")]
+    #[diagnostic(help(
+        "plug the device in and give hid:VENDOR:PRODUCT, or one of {}",
+        serial_names()
+    ))]
+    NotSerial {
+        /// The protocol.
+        name: &'static str,
+    },
+    /// A serial port without a protocol.
+    #[error("serial:{path} says not which protocol its device speaks")]
+    #[diagnostic(help("append ?protocol=NAME, NAME being one of {}", serial_names()))]
+    NoProtocol {
+        /// The port.
+        path: String,
+    },
+}
+
+fn serial_names() -> String {
+    let named = Format::NAMES.into_iter().filter(|name| {
+        let protocol = Protocol::from_str(name);
+        protocol.is_ok_and(|protocol| protocol.is_serial())
+    });
+    named.collect::<Vec<_>>().join(", ")
+}
+
+/// Options, as `key=value` between `&`.
+fn options(text: &str) -> impl Iterator<Item = (&str, &str)> {
+    let parts = text.split('&').filter(|part| !part.is_empty());
+    parts.map(|part| part.split_once('=').unwrap_or((part, "")))
+}
+
+fn number<T: FromStr + PartialOrd>(
+    key: &'static str,
+    value: &str,
+    (least, most): (T, T),
+    allowed: &'static str,
+) -> Result<T, SpecError> {
+    let number = value.parse().ok();
+    let fits = number.filter(|number| *number >= least && *number <= most);
+    fits.ok_or_else(|| SpecError::Value {
+        key,
+        found: value.into(),
+        allowed,
+    })
+}
+
+impl FromStr for Spec {
+    type Err = SpecError;
+
+    fn from_str(text: &str) -> Result<Self, SpecError> {
+        let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+        let named = |kind| {
+            let some = (!rest.is_empty()).then_some(rest);
+            some.ok_or(SpecError::Nothing { kind })
+        };
+        match kind {
+            "mock" => mock(rest).map(Self::Mock),
+            "serial" => serial(named("serial")?).map(Self::Serial),
+            "hid" => hid(named("hid")?).map(Self::Hid),
+            "replay" => Ok(Self::Replay(named("replay")?.into())),
+            _ => Err(SpecError::Kind { found: kind.into() }),
+        }
+    }
+}
+
+fn mock(text: &str) -> Result<MockSpec, SpecError> {
+    let mut spec = MockSpec::default();
+    for (key, value) in options(text) {
+        match key {
+            "seed" => {
+                let allowed = "a whole number from 0 to 18446744073709551615";
+                spec.seed = number("seed", value, (0, u64::MAX), allowed)?;
+            }
+            "rate" => spec.rate = number("rate", value, (60, 1_000), "60 to 1000 Hz")?,
+            "as" => spec.protocol = Some(value.parse()?),
+            _ => {
+                return Err(SpecError::Key {
+                    kind: "mock",
+                    key: key.into(),
+                    allowed: "seed=N, rate=HZ or as=PROTOCOL",
+                });
+            }
+        }
+    }
+    Ok(spec)
+}
+
+fn serial(text: &str) -> Result<SerialSpec, SpecError> {
+    let (path, rest) = text.split_once('?').unwrap_or((text, ""));
+    let (mut protocol, mut baud, mut reset) = (None::<Protocol>, None, false);
+    for (key, value) in options(rest) {
+        match key {
+            "protocol" => protocol = Some(value.parse()?),
+            "baud" => {
+                let allowed = "50 to 4000000 baud";
+                baud = Some(number("baud", value, (50, 4_000_000), allowed)?);
+            }
+            "reset" => reset = number("reset", value, (0, 1), "0 or 1")? == 1_u8,
+            _ => {
+                return Err(SpecError::Key {
+                    kind: "serial",
+                    key: key.into(),
+                    allowed: "protocol=NAME, baud=N or reset=1",
+                });
+            }
+        }
+    }
+    let protocol = protocol.ok_or_else(|| SpecError::NoProtocol { path: path.into() })?;
+    if !protocol.is_serial() {
+        return Err(SpecError::NotSerial {
+            name: protocol.name(),
+        });
+    }
+    Ok(SerialSpec {
+        path: path.into(),
+        baud: baud.unwrap_or(protocol.baud()),
+        protocol,
+        reset,
+    })
+}
+
+fn hid(text: &str) -> Result<HidName, SpecError> {
+    if text.starts_with('/') {
+        return Ok(HidName::Path(text.into()));
+    }
+    let id = |digits: &str| {
+        let plain = digits.len() == 4;
+        plain
+            .then(|| u16::from_str_radix(digits, 16).ok())
+            .flatten()
+    };
+    let both = text.split_once(':');
+    let both = both.and_then(|(vendor, product)| Some((id(vendor)?, id(product)?)));
+    let (vendor, product) = both.ok_or_else(|| SpecError::Value {
+        key: "hid",
+        found: text.into(),
+        allowed: "four hexadecimal digits each of vendor and product, such as hid:1532:0b00, or \
+                  a path, such as hid:/dev/hidraw0",
+    })?;
+    Ok(HidName::Id(vendor, product))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_is_read() {
+        assert_eq!("mock".parse(), Ok(Spec::Mock(MockSpec::default())));
+        let mock = MockSpec {
+            seed: 7,
+            rate: 200,
+            protocol: Some("fastrak".parse().unwrap()),
+        };
+        assert_eq!(
+            "mock:seed=7&rate=200&as=fastrak".parse(),
+            Ok(Spec::Mock(mock))
+        );
+        let serial = SerialSpec {
+            path: "/dev/ttyUSB0".into(),
+            protocol: "asl".parse().unwrap(),
+            baud: 57_600,
+            reset: false,
+        };
+        let spec = "serial:/dev/ttyUSB0?protocol=asl";
+        assert_eq!(spec.parse(), Ok(Spec::Serial(serial.clone())));
+        let other = SerialSpec {
+            baud: 9_600,
+            reset: true,
+            ..serial
+        };
+        let spec = "serial:/dev/ttyUSB0?protocol=asl&baud=9600&reset=1";
+        assert_eq!(spec.parse(), Ok(Spec::Serial(other)));
+        let id = HidName::Id(0x1532, 0x0B00);
+        assert_eq!("hid:1532:0b00".parse(), Ok(Spec::Hid(id)));
+        let path = HidName::Path("/dev/hidraw0".into());
+        assert_eq!("hid:/dev/hidraw0".parse(), Ok(Spec::Hid(path)));
+        assert_eq!("replay:a:b".parse(), Ok(Spec::Replay("a:b".into())));
+    }
+
+    #[test]
+    fn slips_say_what_is_allowed() {
+        for (spec, message, help) in [
+            ("mouse", "mouse", "serial:/dev/ttyUSB0"),
+            ("serial:", "says not which", "serial:/dev"),
+            ("serial:/dev/ttyUSB0", "protocol", "fastrak, liberty"),
+            ("serial:/dev/tty?protocol=hid", "serial line", "hid:VENDOR"),
+            ("serial:/dev/tty?protocol=asl&baud=0", "baud", "4000000"),
+            ("serial:/dev/tty?protocol=asl&speed=1", "speed", "baud=N"),
+            ("serial:/dev/tty?protocol=asl&reset=yes", "reset", "0 or 1"),
+            ("serial:/dev/tty?protocol=asd", "asd", "asl"),
+            ("mock:rate=59", "59", "60 to 1000"),
+            ("mock:rate=", "rate", "60 to 1000"),
+            ("mock:speed=5", "speed", "rate=HZ"),
+            ("mock:as=mouse", "mouse", "osvr-hdk"),
+            ("hid:1:2", "1:2", "hexadecimal"),
+            ("replay:", "replay", "replay:FILE"),
+        ] {
+            let error = spec.parse::<Spec>().unwrap_err();
+            assert!(error.to_string().contains(message), "{error}");
+            let said = Diagnostic::help(&error).unwrap().to_string();
+            assert!(said.contains(help), "{spec}: {said}");
+        }
+    }
+}
