@@ -235,7 +235,10 @@ fn a_spectrum_has_the_colours_of_the_rainbow_without_stripes() {
     let turns = with_table(14, 32, |table| columns(&bench, 56, comb(table)));
     let fixed = with_table(14, 1, |table| columns(&bench, 56, comb(table)));
     let (turns, fixed) = (rough(&turns), rough(&fixed));
-    assert!(turns < 0.05 && 2.0 * turns < fixed, "{turns}, fixed {fixed}");
+    assert!(
+        turns < 0.05 && 2.0 * turns < fixed,
+        "{turns}, fixed {fixed}"
+    );
 }
 
 /// A clear ball before the eye.
