@@ -1,7 +1,8 @@
 //! What the driver costs on a Cortex-M7: instructions, counted by an emulator
 //! that makes each of them take a nanosecond, and bytes of state.
 //!
-//! Ends with an error where something costs more than the bound beside it.
+//! Ends with an error where something costs more than the bound beside it,
+//! which is a sixth above what was measured when it was set.
 #![no_std]
 #![no_main]
 
@@ -145,23 +146,23 @@ impl Report {
     fn decoders(&mut self) -> Option<()> {
         hprintln!("instructions    last byte to sample             each     whole  bytes of");
         hprintln!("protocol   bytes    mean    most   bound   other  record  state");
-        self.decoder("link", Link::new(), false, BOUNDS[0])?;
+        self.decoder("link", Link::new(), false, 3_900)?;
         let Format::Fastrak(config) = Format::named("fastrak")? else {
             return None;
         };
-        self.decoder("fastrak", Fastrak::new(config), false, BOUNDS[1])?;
+        self.decoder("fastrak", Fastrak::new(config), false, 3_500)?;
         let Format::Liberty(config) = Format::named("liberty")? else {
             return None;
         };
-        self.decoder("liberty", Liberty::new(config), false, BOUNDS[2])?;
-        self.decoder("flock", Flock::new(Default::default()), false, BOUNDS[3])?;
-        self.decoder("hatire", Hatire::new(Default::default()), false, BOUNDS[4])?;
-        self.decoder("iscan", Iscan::new(Default::default()), false, BOUNDS[5])?;
-        self.decoder("asl", asl::Asl::new(Default::default()), false, BOUNDS[6])?;
-        self.decoder("adhawk", AdHawk::new(), false, BOUNDS[7])?;
-        self.decoder("osvr-hdk", osvr_hdk::Decoder::new(), true, BOUNDS[8])?;
+        self.decoder("liberty", Liberty::new(config), false, 3_600)?;
+        self.decoder("flock", Flock::new(Default::default()), false, 1_000)?;
+        self.decoder("hatire", Hatire::new(Default::default()), false, 1_100)?;
+        self.decoder("iscan", Iscan::new(Default::default()), false, 650)?;
+        self.decoder("asl", asl::Asl::new(Default::default()), false, 500)?;
+        self.decoder("adhawk", AdHawk::new(), false, 5_000)?;
+        self.decoder("osvr-hdk", osvr_hdk::Decoder::new(), true, 300)?;
         let hid = EyeTracker::new(&documented::DESCRIPTOR, Axes::default()).ok()?;
-        self.decoder("hid", hid, true, BOUNDS[9])?;
+        self.decoder("hid", hid, true, 4_700)?;
         let mut opened = Tally::default();
         opened.note(instructions(|| {
             let descriptor = black_box(&documented::DESCRIPTOR);
@@ -169,7 +170,7 @@ impl Report {
         }));
         hprintln!("");
         hprintln!("step                mean    most   bound         bytes of state");
-        self.row("HID descriptor", &opened, BOUNDS[10], 0);
+        self.row("HID descriptor", &opened, 29_000, 0);
         Some(())
     }
 
@@ -194,15 +195,12 @@ impl Report {
                 black_box(gaze.estimate(black_box(shown), &mut |_| {}));
             }));
         }
-        self.row("clock", &stamp, BOUNDS[11], size_of::<ClockEstimator>());
-        self.row("sample to gaze", &push, BOUNDS[12], size_of::<GazeEstimator>());
-        self.row("line of sight", &estimate, BOUNDS[13], 0);
+        self.row("clock", &stamp, 1_100, size_of::<ClockEstimator>());
+        self.row("sample to gaze", &push, 56_000, size_of::<GazeEstimator>());
+        self.row("line of sight", &estimate, 4_300, 0);
         Some(())
     }
 }
-
-/// The most instructions that each line may show, in order.
-const BOUNDS: [u32; 14] = [u32::MAX / 4096; 14];
 
 #[entry]
 fn main() -> ! {
@@ -217,6 +215,10 @@ fn main() -> ! {
     let done = report.decoders().and_then(|()| report.estimators());
     let fits = report.fits && done.is_some();
     hprintln!("{}", if fits { "all within bounds" } else { "FAILED" });
-    debug::exit(if fits { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
+    debug::exit(if fits {
+        debug::EXIT_SUCCESS
+    } else {
+        debug::EXIT_FAILURE
+    });
     loop {}
 }

@@ -11,9 +11,7 @@ use cortex_m_rt::entry;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::command::{Session, Watch};
 use shisen_tracker::decoder::{Decoder, Event};
-use shisen_tracker::estimate::{
-    Calibration, EstimatorConfig, GazeEstimator, Model, Target,
-};
+use shisen_tracker::estimate::{Calibration, EstimatorConfig, GazeEstimator, Model, Target};
 use shisen_tracker::eye::{adhawk, asl, iscan};
 use shisen_tracker::head::polhemus::{Family, Format, ItemList};
 use shisen_tracker::head::{fastrak, flock, hatire, liberty, osvr_hdk};
