@@ -39,8 +39,10 @@ pub(super) struct HeadTrack {
     resting: HeadPose,
     positions: History<Vec3, 64>,
     orientations: History<Quat, 64>,
-    /// Radians per second in the room, where the device says.
-    turn: Option<Vec3>,
+    /// Of the newest position, metres per second in the room.
+    velocity: Vec3,
+    /// Of the newest orientation, radians per second in the room.
+    turn: Vec3,
 }
 
 impl HeadTrack {
@@ -50,7 +52,8 @@ impl HeadTrack {
             resting,
             positions: History::new(Vec3::ZERO),
             orientations: History::new(Quat::IDENTITY),
-            turn: None,
+            velocity: Vec3::ZERO,
+            turn: Vec3::ZERO,
         }
     }
 
@@ -59,11 +62,18 @@ impl HeadTrack {
         let newer = self.positions.newest().is_none_or(|(last, _)| time > last);
         if newer {
             self.positions.push(time, position);
+            let window = self.config.window;
+            let places = self
+                .positions
+                .newest_first()
+                .take_while(|(t, _)| time.since(*t) <= window)
+                .map(|(t, p)| (-time.since(t).seconds(), p - position));
+            self.velocity = steady_velocity(places, self.config.least_speed);
         }
         newer
     }
 
-    /// Likewise; `turn` is about the room's axes.
+    /// Likewise; `turn` is about the room's axes, where the device says it.
     pub(super) fn push_orientation(
         &mut self,
         time: Micros,
@@ -74,7 +84,7 @@ impl HeadTrack {
         let newer = newest.is_none_or(|(last, _)| time > last);
         if newer {
             self.orientations.push(time, orientation);
-            self.turn = turn;
+            self.turn = turn.unwrap_or_else(|| self.measured_turn(time, orientation));
         }
         newer
     }
@@ -90,33 +100,29 @@ impl HeadTrack {
         }
     }
 
+    /// How fast the head turned up to its newest orientation.
+    fn measured_turn(&self, newest: Micros, orientation: Quat) -> Vec3 {
+        let window = self.config.window;
+        let back = inverse(orientation);
+        let places = self
+            .orientations
+            .newest_first()
+            .take_while(|(t, _)| newest.since(*t) <= window)
+            .map(|(t, q)| (-newest.since(t).seconds(), to_vector(compose(q, back))));
+        steady_velocity(places, self.config.least_turn)
+    }
+
     /// The pose at a time, by constant velocity from the newest one.
     pub(super) fn at(&self, time: Micros) -> HeadPose {
-        let window = self.config.window;
         let most = self.config.horizon.seconds();
         let mut pose = self.resting;
         if let Some((newest, position)) = self.positions.newest() {
-            let places = self
-                .positions
-                .newest_first()
-                .take_while(move |(t, _)| newest.since(*t) <= window)
-                .map(move |(t, p)| (-newest.since(t).seconds(), p - position));
-            let velocity = steady_velocity(places, self.config.least_speed);
             let ahead = seconds(newest, time).clamp(-most, most);
-            pose.position = position + velocity * ahead;
+            pose.position = position + self.velocity * ahead;
         }
         if let Some((newest, orientation)) = self.orientations.newest() {
-            let back = inverse(orientation);
-            let places = self
-                .orientations
-                .newest_first()
-                .take_while(move |(t, _)| newest.since(*t) <= window)
-                .map(move |(t, q)| (-newest.since(t).seconds(), to_vector(compose(q, back))));
-            let turn = self
-                .turn
-                .unwrap_or_else(|| steady_velocity(places, self.config.least_turn));
             let ahead = seconds(newest, time).clamp(-most, most);
-            let turned = compose(from_vector(turn * ahead), orientation);
+            let turned = compose(from_vector(self.turn * ahead), orientation);
             pose.orientation = unit(turned).unwrap_or(orientation);
         }
         pose

@@ -2,6 +2,7 @@
 
 use crate::time::Micros;
 use glam::Vec3;
+use heapless::Vec;
 
 /// The newest `N` places and their times; a new one takes the oldest's place.
 #[derive(Debug, Clone, Copy)]
@@ -103,6 +104,9 @@ pub(super) fn slope(places: impl Iterator<Item = (f32, Vec3)> + Clone) -> Option
     Line::through(places).map(|line| line.slope)
 }
 
+/// Places that [`steady_velocity`] looks at: all that a history keeps.
+pub(super) const MOST_PLACES: usize = 128;
+
 /// The velocity of something that moves steadily; zero of what rests,
 /// trembles or has just made a step.
 ///
@@ -112,17 +116,18 @@ pub(super) fn slope(places: impl Iterator<Item = (f32, Vec3)> + Clone) -> Option
 /// James's and Stein's estimator does. It also shrinks as the newest quarter
 /// departs from it by more than the noise explains, since something that
 /// stops shows there first, and where it is itself no more than noise. Below `least` per second it is zero.
-pub(super) fn steady_velocity(
-    places: impl Iterator<Item = (f32, Vec3)> + Clone,
-    least: f32,
-) -> Vec3 {
+///
+/// Of more than [`MOST_PLACES`] only the newest, which come first, count.
+pub(super) fn steady_velocity(places: impl Iterator<Item = (f32, Vec3)>, least: f32) -> Vec3 {
     /// Pure noise gives the mean's square a quarter of the difference's; this
     /// is four times as much.
     const CAUTION: f32 = 1.0;
-    let mut ends = places.clone();
-    let Some((newest, oldest)) = ends.next().zip(ends.last()) else {
+    // Once: they can be costly to make.
+    let places: Vec<(f32, Vec3), MOST_PLACES> = places.take(MOST_PLACES).collect();
+    let (Some(newest), Some(oldest)) = (places.first(), places.last()) else {
         return Vec3::ZERO;
     };
+    let places = places.iter().copied();
     let middle = 0.5 * (newest.0 + oldest.0);
     let newer = Line::through(places.clone().filter(|(t, _)| *t >= middle));
     let older = Line::through(places.clone().filter(|(t, _)| *t <= middle));

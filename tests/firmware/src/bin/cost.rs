@@ -1,0 +1,224 @@
+//! What the driver costs on a Cortex-M7: instructions, counted by an emulator
+//! that makes each of them take a nanosecond, and bytes of state.
+//!
+//! Ends with an error where something costs more than the bound beside it,
+//! which is a sixth above what was measured when it was set.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+use cortex_m::peripheral::{SYST, syst::SystClkSource};
+use cortex_m_rt::entry;
+use cortex_m_semihosting::{debug, hprintln};
+use shisen_tracker::clock::{ClockConfig, ClockEstimator};
+use shisen_tracker::decoder::{Decoder, Event};
+use shisen_tracker::estimate::{EstimatorConfig, GazeEstimator};
+use shisen_tracker::eye::{adhawk::AdHawk, asl, iscan::Iscan};
+use shisen_tracker::head::{fastrak::Fastrak, flock::Flock, hatire::Hatire};
+use shisen_tracker::head::{liberty::Liberty, osvr_hdk};
+use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, documented};
+use shisen_tracker::link::Link;
+use shisen_tracker::mock::{Format, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::time::Micros;
+
+/// The clock of mps2-an500 counts at 25 MHz.
+const INSTRUCTIONS_PER_TICK: u32 = 40;
+/// How often a step is repeated to measure it to an instruction or two.
+const REPEATS: u32 = 40;
+/// Records of each protocol.
+const RECORDS: usize = 20;
+/// Samples of the estimators: 2 s.
+const SAMPLES: usize = 1_000;
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    hprintln!("{info}");
+    debug::exit(debug::EXIT_FAILURE);
+    loop {}
+}
+
+/// Instructions of one of many runs.
+#[inline(never)]
+fn instructions(mut run: impl FnMut()) -> u32 {
+    let start = SYST::get_current();
+    for _ in 0..REPEATS {
+        run();
+    }
+    let ticks = start.wrapping_sub(SYST::get_current()) & 0x00FF_FFFF;
+    ticks * INSTRUCTIONS_PER_TICK / REPEATS
+}
+
+/// Instructions of `step` on a copy of `state`, without those of the copy.
+fn of_step<T: Clone>(state: &T, mut step: impl FnMut(&mut T)) -> u32 {
+    let both = instructions(|| {
+        let mut copy = black_box(state).clone();
+        step(&mut copy);
+        black_box(&copy);
+    });
+    let copied = instructions(|| {
+        black_box(&black_box(state).clone());
+    });
+    both.saturating_sub(copied)
+}
+
+/// Mean and largest.
+#[derive(Default)]
+struct Tally {
+    count: u32,
+    sum: u32,
+    most: u32,
+}
+
+impl Tally {
+    fn note(&mut self, instructions: u32) {
+        self.count += 1;
+        self.sum += instructions;
+        self.most = self.most.max(instructions);
+    }
+
+    fn mean(&self) -> u32 {
+        self.sum / self.count.max(1)
+    }
+}
+
+fn tracker() -> Option<Tracker<'static>> {
+    let viewer = Viewer::new(ViewerConfig::default(), 3);
+    Tracker::new(TrackerConfig::default(), viewer, 3).ok()
+}
+
+/// Whether all is within its bounds.
+struct Report {
+    fits: bool,
+}
+
+impl Report {
+    /// Of a decoder that takes byte after byte, or (`whole`) whole reports.
+    fn decoder<D: Decoder + Clone>(
+        &mut self,
+        name: &str,
+        mut decoder: D,
+        whole: bool,
+        bound: u32,
+    ) -> Option<()> {
+        let mut wire = Wire::new(tracker()?, Format::named(name)?);
+        let mut source = tracker()?;
+        let mut last = Tally::default();
+        let mut byte = Tally::default();
+        let mut bytes = 0;
+        for _ in 0..RECORDS {
+            let (_, sample) = source.next_sample();
+            let chunk = wire.encode(&sample)?;
+            bytes = chunk.bytes().len();
+            for piece in chunk.bytes().chunks(if whole { bytes } else { 1 }) {
+                let feed = |decoder: &mut D, found: &mut bool| {
+                    decoder.feed(black_box(piece), Micros(1), &mut |event| {
+                        *found |= matches!(black_box(event), Event::Sample(_));
+                    });
+                };
+                let mut found = false;
+                let cost = of_step(&decoder, |decoder| feed(decoder, &mut found));
+                feed(&mut decoder, &mut found);
+                if found { &mut last } else { &mut byte }.note(cost);
+            }
+        }
+        let (mean, most) = (last.mean(), last.most);
+        let (others, all) = (byte.mean(), (last.sum + byte.sum) / last.count.max(1));
+        let state = size_of::<D>();
+        let few = last.count as usize + 1 < RECORDS;
+        let fits = most <= bound && !few;
+        let verdict = if fits { "" } else { "  TOO MUCH" };
+        hprintln!(
+            "{name:<9} {bytes:>6} {mean:>7} {most:>7} {bound:>7} {others:>7} {all:>7} {state:>6}{verdict}"
+        );
+        self.fits &= fits;
+        Some(())
+    }
+
+    fn row(&mut self, name: &str, tally: &Tally, bound: u32, state: usize) {
+        let (mean, most) = (tally.mean(), tally.most);
+        let fits = most <= bound && tally.count > 0;
+        let verdict = if fits { "" } else { "  TOO MUCH" };
+        hprintln!("{name:<16} {mean:>7} {most:>7} {bound:>7} {state:>23}{verdict}");
+        self.fits &= fits;
+    }
+
+    fn decoders(&mut self) -> Option<()> {
+        hprintln!("instructions    last byte to sample             each     whole  bytes of");
+        hprintln!("protocol   bytes    mean    most   bound   other  record  state");
+        self.decoder("link", Link::new(), false, 3_900)?;
+        let Format::Fastrak(config) = Format::named("fastrak")? else {
+            return None;
+        };
+        self.decoder("fastrak", Fastrak::new(config), false, 3_500)?;
+        let Format::Liberty(config) = Format::named("liberty")? else {
+            return None;
+        };
+        self.decoder("liberty", Liberty::new(config), false, 3_600)?;
+        self.decoder("flock", Flock::new(Default::default()), false, 1_000)?;
+        self.decoder("hatire", Hatire::new(Default::default()), false, 1_100)?;
+        self.decoder("iscan", Iscan::new(Default::default()), false, 650)?;
+        self.decoder("asl", asl::Asl::new(Default::default()), false, 500)?;
+        self.decoder("adhawk", AdHawk::new(), false, 5_000)?;
+        self.decoder("osvr-hdk", osvr_hdk::Decoder::new(), true, 300)?;
+        let hid = EyeTracker::new(&documented::DESCRIPTOR, Axes::default()).ok()?;
+        self.decoder("hid", hid, true, 4_700)?;
+        let mut opened = Tally::default();
+        opened.note(instructions(|| {
+            let descriptor = black_box(&documented::DESCRIPTOR);
+            black_box(EyeTracker::new(descriptor, Axes::default()).is_ok());
+        }));
+        hprintln!("");
+        hprintln!("step                mean    most   bound         bytes of state");
+        self.row("HID descriptor", &opened, 29_000, 0);
+        Some(())
+    }
+
+    fn estimators(&mut self) -> Option<()> {
+        let mut source = tracker()?;
+        let mut clock = ClockEstimator::new(ClockConfig::default()).ok()?;
+        let mut gaze = GazeEstimator::new(EstimatorConfig::default()).ok()?;
+        let (mut stamp, mut push, mut estimate) =
+            (Tally::default(), Tally::default(), Tally::default());
+        for _ in 0..SAMPLES {
+            let (_, sample) = source.next_sample();
+            stamp.note(of_step(&clock, |clock| {
+                black_box(clock.stamp(black_box(&sample), &mut |_| {}));
+            }));
+            let time = clock.stamp(&sample, &mut |_| {}).time;
+            push.note(of_step(&gaze, |gaze| {
+                gaze.push(black_box(&sample), black_box(time), &mut |_| {});
+            }));
+            gaze.push(&sample, time, &mut |_| {});
+            let shown = time.after(Micros::from_millis(20));
+            estimate.note(of_step(&gaze, |gaze| {
+                black_box(gaze.estimate(black_box(shown), &mut |_| {}));
+            }));
+        }
+        self.row("clock", &stamp, 1_100, size_of::<ClockEstimator>());
+        self.row("sample to gaze", &push, 56_000, size_of::<GazeEstimator>());
+        self.row("line of sight", &estimate, 4_300, 0);
+        Some(())
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    let mut report = Report { fits: true };
+    if let Some(mut peripherals) = cortex_m::Peripherals::take() {
+        let clock = &mut peripherals.SYST;
+        clock.set_clock_source(SystClkSource::Core);
+        clock.set_reload(0x00FF_FFFF);
+        clock.clear_current();
+        clock.enable_counter();
+    }
+    let done = report.decoders().and_then(|()| report.estimators());
+    let fits = report.fits && done.is_some();
+    hprintln!("{}", if fits { "all within bounds" } else { "FAILED" });
+    debug::exit(if fits {
+        debug::EXIT_SUCCESS
+    } else {
+        debug::EXIT_FAILURE
+    });
+    loop {}
+}

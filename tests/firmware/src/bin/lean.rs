@@ -1,0 +1,145 @@
+//! All of the driver that a display controller can need, and nothing else.
+//!
+//! It links only where no path leads to a panic: the handler calls what is not
+//! there. `tests/firmware/run` looks for doubles and an allocator.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+use cortex_m_rt::entry;
+use shisen_tracker::clock::{ClockConfig, ClockEstimator};
+use shisen_tracker::command::{Session, Watch};
+use shisen_tracker::decoder::{Decoder, Event};
+use shisen_tracker::estimate::{Calibration, EstimatorConfig, GazeEstimator, Model, Target};
+use shisen_tracker::eye::{adhawk, asl, iscan};
+use shisen_tracker::head::polhemus::{Family, Format, ItemList};
+use shisen_tracker::head::{fastrak, flock, hatire, liberty, osvr_hdk};
+use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, Mode};
+use shisen_tracker::link;
+use shisen_tracker::time::Micros;
+
+unsafe extern "C" {
+    /// Nowhere: a firmware that may panic is not linked.
+    safe fn a_path_leads_to_a_panic() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    a_path_leads_to_a_panic()
+}
+
+/// Bytes that the compiler knows nothing of.
+#[inline(never)]
+fn received() -> (&'static [u8], Micros) {
+    black_box((&[], Micros(0)))
+}
+
+/// What follows a decoder, the same for all devices.
+struct Behind {
+    clock: ClockEstimator,
+    gaze: GazeEstimator,
+    link: link::Encoder,
+}
+
+impl Behind {
+    #[inline(never)]
+    fn take(&mut self, event: &Event) {
+        let Event::Sample(sample) = event else {
+            black_box(event);
+            return;
+        };
+        let stamp = self.clock.stamp(sample, &mut |event| {
+            black_box(event);
+        });
+        self.gaze.push(sample, stamp.time, &mut |event| {
+            black_box(event);
+        });
+        black_box(self.link.sample(sample));
+    }
+
+    #[inline(never)]
+    fn show(&mut self, time: Micros) {
+        let estimate = self.gaze.estimate(time, &mut |event| {
+            black_box(event);
+        });
+        black_box(estimate);
+    }
+}
+
+#[inline(never)]
+fn step(decoder: &mut dyn Decoder, session: &mut Session, watch: &mut Watch, behind: &mut Behind) {
+    let (bytes, now) = received();
+    session.on_bytes(bytes.len());
+    watch.on_bytes(bytes.len(), now);
+    decoder.feed(bytes, now, &mut |event| {
+        session.on_event(&event);
+        watch.on_event(&event, now);
+        behind.take(&event);
+    });
+    black_box(session.poll(now));
+    black_box(watch.trouble(now));
+    behind.show(now);
+}
+
+fn run() -> Option<()> {
+    let clock = ClockEstimator::new(black_box(ClockConfig::default())).ok()?;
+    let targets: &[Target] = black_box(&[]);
+    let mut config = black_box(EstimatorConfig::default());
+    config.combined = Calibration::fit(black_box(Model::Affine), targets).ok();
+    let mut behind = Behind {
+        clock,
+        gaze: GazeEstimator::new(config).ok()?,
+        link: link::Encoder::new(),
+    };
+    let binary = black_box(Format::Binary);
+    let items = ItemList::new(Family::Fastrak, binary, black_box(&[2, 11, 0])).ok()?;
+    let fastrak = fastrak::Config::new(items);
+    let items = ItemList::new(Family::Liberty, binary, black_box(&[2, 7, 8, 0])).ok()?;
+    let liberty = liberty::Config::new(items);
+    let flock = black_box(flock::Config::default());
+    let hatire = black_box(hatire::Config::default());
+    let mut tracker = EyeTracker::new(received().0, black_box(Axes::default())).ok()?;
+    black_box(tracker.mode_request(black_box(Mode::ALL)));
+    black_box(tracker.capabilities(received().0).ok());
+    black_box(tracker.configuration(received().0).ok());
+    black_box(tracker.status(received().0).ok());
+    let scripts = [
+        fastrak.start(black_box(false)),
+        liberty.start(black_box(false)),
+        flock.start(1, 1, black_box(false)),
+        hatire::start(black_box(false)),
+        iscan::start(),
+        asl::start(),
+        adhawk::start(black_box(3), 500.0),
+        link::start(black_box(None)),
+    ];
+    let mut watch = Watch::new();
+    let decoders: [&mut dyn Decoder; 10] = [
+        &mut fastrak::Fastrak::new(fastrak),
+        &mut liberty::Liberty::new(liberty),
+        &mut flock::Flock::new(flock),
+        &mut hatire::Hatire::new(hatire),
+        &mut iscan::Iscan::new(black_box(iscan::Config::default())),
+        &mut asl::Asl::new(black_box(asl::Config::default())),
+        &mut adhawk::AdHawk::new(),
+        &mut link::Link::new(),
+        &mut osvr_hdk::Decoder::new(),
+        &mut tracker,
+    ];
+    // The last two need no commands, or others: they get those of the first.
+    let scripts = scripts.iter().cycle();
+    for (decoder, script) in decoders.into_iter().zip(scripts) {
+        let mut session = Session::new(script.clone());
+        step(decoder, &mut session, &mut watch, &mut behind);
+    }
+    Some(())
+}
+
+#[entry]
+fn main() -> ! {
+    black_box(run());
+    loop {
+        cortex_m::asm::nop();
+    }
+}

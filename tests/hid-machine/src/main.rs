@@ -1,0 +1,408 @@
+//! hidapi and the tracker driver against virtual devices of the Linux kernel:
+//! an eye tracker of HID usage page 0x12, and an OSVR HDK.
+//!
+//! Prints a line for each check, and "N passed, N failed" at the end.
+
+mod uhid;
+
+use hidapi::{HidApi, HidDevice};
+use shisen_tracker::decoder::{Decoder, DropReason, Event, Message};
+use shisen_tracker::head::osvr_hdk;
+use shisen_tracker::hid::eye_tracker::documented;
+use shisen_tracker::hid::eye_tracker::{
+    Axes, Capabilities, Configuration, EyeTracker, Mode, Status,
+};
+use shisen_tracker::mock::{Format, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::sample::{GazePoint, Sample};
+use shisen_tracker::time::Micros;
+use std::error::Error;
+use std::thread;
+use std::time::{Duration, Instant};
+use uhid::{Description, Device};
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+/// Fails a check, with the values.
+macro_rules! ensure {
+    ($condition:expr, $($why:tt)*) => {
+        if $condition {
+        } else {
+            return Err(format!($($why)*).into());
+        }
+    };
+}
+
+/// Longest wait for the kernel, milliseconds; it takes a few.
+const PATIENCE: i32 = 2_000;
+/// 16 bytes of the maker's own, without report ids, as the OSVR HDK sends them.
+const HDK_DESCRIPTOR: [u8; 20] = [
+    0x06, 0x00, 0xFF, 0x09, 0x01, 0xA1, 0x01, 0x15, 0x80, 0x25, 0x7F, 0x75, 0x08, 0x95, 0x10, 0x09,
+    0x01, 0x81, 0x02, 0xC0,
+];
+
+const ABILITIES: Capabilities = Capabilities {
+    quality: Some(1),
+    nearest: Some(0.5),
+    best: Some(0.65),
+    furthest: Some(0.9),
+    widest_screen: Some(0.7),
+    highest_screen: Some(0.4),
+};
+const SET_UP: Configuration = Configuration {
+    manufacturer: Some(0x10AC),
+    product: Some(0xA0B1),
+    serial_number: Some(123_456),
+    manufacturer_date: Some(0x1E20),
+    screen_width: Some(0.527),
+    screen_height: Some(0.296),
+};
+const READY: Status = Status {
+    configuration: Some(1),
+    sampling_frequency: Some(100.0),
+};
+
+fn eye_tracker(serial: &str) -> Result<Device, Box<dyn Error>> {
+    Ok(Device::new(&Description {
+        name: "Virtual Eye Tracker",
+        serial,
+        id: documented::USB_ID,
+        descriptor: &documented::DESCRIPTOR,
+        features: vec![
+            documented::capabilities(&ABILITIES).to_vec(),
+            documented::configuration(&SET_UP).to_vec(),
+            documented::status(&READY).to_vec(),
+        ],
+    })?)
+}
+
+fn hdk() -> Result<Device, Box<dyn Error>> {
+    Ok(Device::new(&Description {
+        name: "OSVR HDK",
+        serial: "HDK-1",
+        id: osvr_hdk::USB_IDS[0],
+        descriptor: &HDK_DESCRIPTOR,
+        features: Vec::new(),
+    })?)
+}
+
+/// Path, product and serial number of each device with this id. hidapi lists a
+/// device once for each of its collections.
+fn listed(api: &mut HidApi, id: (u16, u16)) -> Result<Vec<[String; 3]>, Box<dyn Error>> {
+    api.refresh_devices()?;
+    let mut devices: Vec<_> = api
+        .device_list()
+        .filter(|device| (device.vendor_id(), device.product_id()) == id)
+        .map(|device| {
+            [
+                device.path().to_string_lossy().into_owned(),
+                device.product_string().unwrap_or_default().to_owned(),
+                device.serial_number().unwrap_or_default().to_owned(),
+            ]
+        })
+        .collect();
+    devices.sort();
+    devices.dedup();
+    Ok(devices)
+}
+
+/// Waits until as many devices are listed.
+fn wait_for(
+    api: &mut HidApi,
+    id: (u16, u16),
+    count: usize,
+) -> Result<Vec<[String; 3]>, Box<dyn Error>> {
+    let start = Instant::now();
+    loop {
+        let devices = listed(api, id)?;
+        if devices.len() == count {
+            return Ok(devices);
+        }
+        ensure!(
+            start.elapsed().as_millis() < PATIENCE as u128,
+            "{count} devices expected, found {devices:?}"
+        );
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn open(api: &HidApi, path: &str) -> Result<HidDevice, Box<dyn Error>> {
+    Ok(api.open_path(&std::ffi::CString::new(path)?)?)
+}
+
+fn descriptor(device: &HidDevice) -> Result<Vec<u8>, Box<dyn Error>> {
+    let mut bytes = vec![0; 4096];
+    let length = device.get_report_descriptor(&mut bytes)?;
+    bytes.truncate(length);
+    Ok(bytes)
+}
+
+fn feature(device: &HidDevice, id: u8) -> Result<Vec<u8>, Box<dyn Error>> {
+    let mut bytes = vec![0; 256];
+    bytes[0] = id;
+    let length = device.get_feature_report(&mut bytes)?;
+    bytes.truncate(length);
+    Ok(bytes)
+}
+
+/// Sends a report and feeds what the host reads of it.
+fn pass(
+    from: &mut Device,
+    report: &[u8],
+    to: &HidDevice,
+    decoder: &mut impl Decoder,
+    arrival: Micros,
+) -> Result<Event, Box<dyn Error>> {
+    from.send(report)?;
+    let mut bytes = [0; 256];
+    let length = to.read_timeout(&mut bytes, PATIENCE)?;
+    ensure!(
+        length == report.len(),
+        "read {length} of {} bytes",
+        report.len()
+    );
+    let mut events = Vec::new();
+    decoder.feed(&bytes[..length], arrival, &mut |event| events.push(event));
+    ensure!(events.len() == 1, "{events:?}");
+    Ok(events[0])
+}
+
+/// A sample and its report.
+type Record = (Sample, Vec<u8>);
+
+/// Records of the simulated tracker.
+fn mock(format: &str, count: usize) -> Result<Vec<Record>, Box<dyn Error>> {
+    let viewer = Viewer::new(ViewerConfig::default(), 5);
+    let mut tracker = Tracker::new(TrackerConfig::default(), viewer, 5)?;
+    let format = Format::named(format).ok_or("the mock does not know the format")?;
+    let mut wire = Wire::new(tracker.clone(), format);
+    let samples = (0..count).map(|_| {
+        let (_, sample) = tracker.next_sample();
+        let chunk = wire.encode(&sample).ok_or("no report of a sample")?;
+        Ok((sample, chunk.bytes().to_vec()))
+    });
+    samples.collect()
+}
+
+fn lists_and_opens(api: &mut HidApi) -> Outcome {
+    let device = eye_tracker("ET-1")?;
+    let devices = wait_for(api, documented::USB_ID, 1)?;
+    let [path, product, serial] = &devices[0];
+    ensure!(
+        product == "Virtual Eye Tracker" && serial == "ET-1",
+        "{devices:?}"
+    );
+    let of_page = |device: &&hidapi::DeviceInfo| (device.usage_page(), device.usage()) == (0x12, 1);
+    let found = api
+        .device_list()
+        .find(of_page)
+        .ok_or("no device of usage page 0x12")?;
+    ensure!(found.path().to_str()? == path, "{found:?}");
+    let opened = open(api, path)?;
+    let bytes = descriptor(&opened)?;
+    ensure!(bytes == documented::DESCRIPTOR, "descriptor {bytes:02x?}");
+    let tracker = EyeTracker::new(&bytes, Axes::default())?;
+    ensure!(tracker.report_id() == 0x10, "id {}", tracker.report_id());
+    drop(opened);
+    let seen = device.seen();
+    ensure!(seen.opened == 1, "opened {} times", seen.opened);
+    Ok(())
+}
+
+fn reads_features(api: &mut HidApi) -> Outcome {
+    let _device = eye_tracker("ET-1")?;
+    let devices = wait_for(api, documented::USB_ID, 1)?;
+    let opened = open(api, &devices[0][0])?;
+    let tracker = EyeTracker::new(&descriptor(&opened)?, Axes::default())?;
+    let reports = tracker
+        .feature_reports()
+        .map(|report| report.map(|(id, _)| id));
+    ensure!(reports == [0x11, 0x12, 0x13, 0x14].map(Some), "{reports:?}");
+    let capabilities = tracker.capabilities(&feature(&opened, 0x11)?)?;
+    // As bytes: in metres the last bit is rounded.
+    let same = documented::capabilities(&capabilities) == documented::capabilities(&ABILITIES);
+    ensure!(same, "{capabilities:?}");
+    let configuration = tracker.configuration(&feature(&opened, 0x12)?)?;
+    let same = documented::configuration(&configuration) == documented::configuration(&SET_UP);
+    ensure!(same, "{configuration:?}");
+    let status = tracker.status(&feature(&opened, 0x13)?)?;
+    ensure!(status == READY, "{status:?}");
+    // What the device refuses is an error, and soon.
+    let refused = feature(&opened, 0x14);
+    ensure!(refused.is_err(), "{refused:?}");
+    Ok(())
+}
+
+fn asks_for_a_mode(api: &mut HidApi) -> Outcome {
+    let device = eye_tracker("ET-1")?;
+    let devices = wait_for(api, documented::USB_ID, 1)?;
+    let opened = open(api, &devices[0][0])?;
+    let tracker = EyeTracker::new(&descriptor(&opened)?, Axes::default())?;
+    for mode in [Mode::ALL, Mode::STOP] {
+        let request = tracker.mode_request(mode).ok_or("no control report")?;
+        opened.send_feature_report(&request)?;
+    }
+    let set = device.seen().set;
+    ensure!(set == [vec![0x14, 7], vec![0x14, 0]], "{set:02x?}");
+    Ok(())
+}
+
+fn decodes_tracking_data(api: &mut HidApi) -> Outcome {
+    let mut device = eye_tracker("ET-1")?;
+    let devices = wait_for(api, documented::USB_ID, 1)?;
+    let opened = open(api, &devices[0][0])?;
+    let mut tracker = EyeTracker::new(&descriptor(&opened)?, Axes::default())?;
+    let (mut gazes, records) = (0, mock("hid", 500)?);
+    for (sample, report) in &records {
+        let event = pass(&mut device, report, &opened, &mut tracker, sample.arrival)?;
+        let Event::Sample(found) = event else {
+            return Err(format!("{event:?}").into());
+        };
+        ensure!(found.device_time == sample.device_time, "{found:?}");
+        let place = |sample: &Sample| sample.head.position.map(|place| place.value);
+        let (there, here) = (place(sample), place(&found));
+        let off = there.zip(here).map(|(there, here)| there.distance(here));
+        ensure!(
+            off.is_some_and(|off| off < 2e-6),
+            "{here:?}, sent {there:?}"
+        );
+        // Lost eyes have no point; what is seen has one.
+        let seen = sample.left.direction.is_some();
+        gazes += usize::from(found.gaze_point.is_some());
+        ensure!(seen || found.gaze_point.is_none(), "{found:?}");
+    }
+    ensure!(gazes > 300, "{gazes} gaze points");
+    // By hand: 0.123456 m to the right, 0.0987 m down; no eyes, no head.
+    let mut report = vec![0x10];
+    report.extend(5_000_000_u64.to_le_bytes());
+    report.extend([123_456, 98_700].into_iter().flat_map(i32::to_le_bytes));
+    report.extend([i32::MAX; 12].into_iter().flat_map(i32::to_le_bytes));
+    let event = pass(&mut device, &report, &opened, &mut tracker, Micros(1))?;
+    let Event::Sample(found) = event else {
+        return Err(format!("{event:?}").into());
+    };
+    let Some(GazePoint::Plane(point)) = found.gaze_point.map(|point| point.value) else {
+        return Err(format!("{found:?}").into());
+    };
+    ensure!((point.x - 0.123_456).abs() < 1e-7, "{point:?}");
+    ensure!((point.y - 0.098_7).abs() < 1e-7, "{point:?}");
+    let nothing = found.left.is_empty() && found.head.position.is_none();
+    ensure!(nothing, "{found:?}");
+    // A status in between.
+    let report = documented::status(&Status {
+        configuration: Some(4),
+        ..READY
+    });
+    let event = pass(&mut device, &report, &opened, &mut tracker, Micros(1))?;
+    let calibrate = matches!(event, Event::Message(Message::State { code: 4, .. }));
+    ensure!(calibrate, "{event:?}");
+    ensure!(tracker.counts().samples == 501, "{:?}", tracker.counts());
+    Ok(())
+}
+
+fn survives_replugging(api: &mut HidApi) -> Outcome {
+    let records = mock("hid", 2)?;
+    let mut device = eye_tracker("ET-1")?;
+    let devices = wait_for(api, documented::USB_ID, 1)?;
+    let opened = open(api, &devices[0][0])?;
+    let mut tracker = EyeTracker::new(&descriptor(&opened)?, Axes::default())?;
+    pass(&mut device, &records[0].1, &opened, &mut tracker, Micros(1))?;
+    // Out while the host waits.
+    let waiting = thread::spawn(move || {
+        let read = opened.read_timeout(&mut [0; 256], PATIENCE);
+        (opened, read)
+    });
+    thread::sleep(Duration::from_millis(20));
+    drop(device);
+    let (opened, read) = waiting.join().map_err(|_| "the reader panicked")?;
+    ensure!(read.is_err(), "a read of what is gone gave {read:?}");
+    let sent = opened.send_feature_report(&[0x14, 7]);
+    ensure!(sent.is_err(), "a write to what is gone went well");
+    wait_for(api, documented::USB_ID, 0)?;
+    // In again, while the old handle is still there.
+    let mut device = eye_tracker("ET-1")?;
+    let devices = wait_for(api, documented::USB_ID, 1)?;
+    let again = open(api, &devices[0][0])?;
+    tracker.reset();
+    let event = pass(&mut device, &records[1].1, &again, &mut tracker, Micros(2))?;
+    ensure!(matches!(event, Event::Sample(_)), "{event:?}");
+    ensure!(tracker.counts().samples == 2, "{:?}", tracker.counts());
+    Ok(())
+}
+
+fn tells_two_apart(api: &mut HidApi) -> Outcome {
+    let _both = [eye_tracker("ET-1")?, eye_tracker("ET-2")?];
+    let devices = wait_for(api, documented::USB_ID, 2)?;
+    let serials: Vec<&str> = devices.iter().map(|[_, _, serial]| &serial[..]).collect();
+    ensure!(
+        serials.contains(&"ET-1") && serials.contains(&"ET-2"),
+        "{devices:?}"
+    );
+    ensure!(devices[0][0] != devices[1][0], "{devices:?}");
+    Ok(())
+}
+
+fn decodes_a_head_tracker(api: &mut HidApi) -> Outcome {
+    let mut device = hdk()?;
+    let devices = wait_for(api, osvr_hdk::USB_IDS[0], 1)?;
+    let opened = open(api, &devices[0][0])?;
+    let mut decoder = osvr_hdk::Decoder::new();
+    for (sample, report) in mock("osvr-hdk", 400)? {
+        let event = pass(&mut device, &report, &opened, &mut decoder, sample.arrival)?;
+        let Event::Sample(found) = event else {
+            return Err(format!("{event:?}").into());
+        };
+        let turn = |sample: &Sample| sample.head.orientation.map(|turn| turn.value);
+        let pair = turn(&sample).zip(turn(&found));
+        // 14 bits, and either sign.
+        let off = pair.map(|(a, b)| (a - b).length().min((a + b).length()));
+        ensure!(
+            off.is_some_and(|off| off < 2e-4),
+            "{found:?}, sent {sample:?}"
+        );
+    }
+    // Two are missing, and one comes twice.
+    let mut report = [0; 16];
+    (report[0], report[1], report[9]) = (1, 146_u8, 0x40);
+    pass(&mut device, &report, &opened, &mut decoder, Micros(1))?;
+    pass(&mut device, &report, &opened, &mut decoder, Micros(1))?;
+    let counts = decoder.counts();
+    ensure!(counts.samples == 401 && counts.lost == 2, "{counts:?}");
+    let twice = counts.dropped_for(DropReason::Duplicate);
+    ensure!(twice == 1, "{counts:?}");
+    Ok(())
+}
+
+/// A name, and what it does.
+type Check = (&'static str, fn(&mut HidApi) -> Outcome);
+
+const CHECKS: [Check; 7] = [
+    (
+        "an eye tracker is listed, opened and described",
+        lists_and_opens,
+    ),
+    ("its features are read", reads_features),
+    ("its mode is set", asks_for_a_mode),
+    ("its tracking data are decoded", decodes_tracking_data),
+    ("it is unplugged and plugged in again", survives_replugging),
+    ("two of them are told apart", tells_two_apart),
+    ("an OSVR HDK's reports are decoded", decodes_a_head_tracker),
+];
+
+fn main() -> Outcome {
+    let mut api = HidApi::new()?;
+    let mut failed = 0;
+    for (name, check) in CHECKS {
+        // Devices of the check before go away.
+        wait_for(&mut api, documented::USB_ID, 0)?;
+        let start = Instant::now();
+        match check(&mut api) {
+            Ok(()) => println!("ok      {name} ({} ms)", start.elapsed().as_millis()),
+            Err(error) => {
+                failed += 1;
+                println!("FAILED  {name}: {error}");
+            }
+        }
+    }
+    println!("{} passed, {failed} failed", CHECKS.len() - failed);
+    Ok(())
+}
