@@ -3,7 +3,7 @@
 use serialport::{ClearBuffer, ErrorKind, SerialPort, SerialPortType};
 use std::boxed::Box;
 use std::io::{self, Read, Write};
-use std::string::{String, ToString};
+use std::string::String;
 use std::time::Duration;
 use std::vec::Vec;
 
@@ -102,7 +102,7 @@ pub fn ports() -> io::Result<Vec<Port>> {
                 _ => None,
             };
             Port {
-                path: port.port_name.to_string(),
+                path: port.port_name.clone(),
                 usb_id: usb.as_ref().map(|usb| (usb.vid, usb.pid)),
                 product: usb.and_then(|usb| usb.product),
             }
