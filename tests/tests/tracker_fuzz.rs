@@ -3,6 +3,7 @@
 //! and the decoder back in step. What still comes through goes on to the clock
 //! and the estimator, whose line of sight stays one.
 
+use glam::Vec3;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use shisen_tests::sizes::cases;
@@ -133,7 +134,7 @@ fn assert_usable(name: &str, sample: &Sample) {
         && head
             .orientation
             .is_none_or(|turn| unit(turn.value.length()))
-        && head.angular_velocity.is_none_or(|turn| turn.is_finite())
+        && head.angular_velocity.is_none_or(Vec3::is_finite)
         && eyes
             .into_iter()
             .all(|eye| place(eye) && way(eye) && open(eye) && pupil(eye))
@@ -222,7 +223,9 @@ proptest! {
         for name in STREAMS {
             let records = records(name, seed, 12 + INTACT);
             let mut stream = records[..12].concat();
-            damages.iter().for_each(|damage| damage.apply(&mut stream));
+            for damage in &damages {
+                damage.apply(&mut stream);
+            }
             let mut line = Line::new(name);
             let mut rest = &stream[..];
             for &size in sizes.iter().cycle() {
@@ -273,7 +276,9 @@ proptest! {
         reports in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..100), 1..10),
     ) {
         let mut descriptor = documented::DESCRIPTOR.to_vec();
-        damages.iter().for_each(|damage| damage.apply(&mut descriptor));
+        for damage in &damages {
+                damage.apply(&mut descriptor);
+            }
         if let Ok(mut tracker) = EyeTracker::new(&descriptor, Axes::default()) {
             let intact = records("hid", 1, 3);
             for report in reports.iter().chain(&intact) {
