@@ -68,7 +68,7 @@ fn every_serial_protocol_is_read_from_a_line() {
         let records = lines(&output.get_output().stdout);
         assert_eq!(records.len(), 100, "{protocol}");
         for (number, record) in records.iter().enumerate() {
-            assert_eq!(record["record"], number, "{protocol}");
+            assert_eq!(record["number"], number, "{protocol}");
             let head = &record["head"]["orientation"];
             let point = &record["gaze_point"];
             assert!(head.is_object() || point.is_object(), "{protocol}");

@@ -169,16 +169,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let camera = ViewerCamera::new(place, forward, up, field_of_view, arguments.view_size.0)
         .map_err(Failure::from_error)?;
     let source = Source::load(&arguments.scene, &arguments.model)?;
-    let baked = match source.scene {
-        Loaded::Baked(baked) => {
-            arguments.lod.accept(&baked, &source.name)?;
-            baked
-        }
-        Loaded::Described(scene) => {
-            let levels = arguments.lod.polygon_levels()?;
-            bake(&scene, &source.name, Layout::Fast, levels.as_ref())?
-        }
-    };
+    let baked = baked(source.scene, &source.name, &arguments.lod)?;
     make_writable(&arguments.out)?;
     let mut options = options(arguments);
     let dispersion = arguments.dispersion.set(&baked, &mut options)?;
@@ -259,6 +250,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         eyes: eyes.len(),
     };
     print(&report, arguments.json)
+}
+
+/// A scene with the polygon levels that the level of detail asks for.
+fn baked(scene: Loaded, name: &str, lod: &LodArguments) -> Result<BakedScene, Failure> {
+    match scene {
+        Loaded::Baked(baked) => {
+            lod.accept(&baked, name)?;
+            Ok(baked)
+        }
+        Loaded::Described(scene) => {
+            let levels = lod.polygon_levels()?;
+            Ok(bake(&scene, name, Layout::Fast, levels.as_ref())?)
+        }
+    }
 }
 
 /// Renders one frame after another along a tracker.

@@ -16,9 +16,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Eye and head trackers
 ///
-/// SPEC is mock, mock:seed=7&rate=200&as=fastrak,
-/// serial:/dev/ttyUSB0?protocol=fastrak&baud=115200 (&reset=1 resets the
-/// device first), hid:1532:0b00, hid:/dev/hidraw0 or replay:FILE.
+/// SPEC is `mock`, `mock:seed=7&rate=200&as=fastrak`,
+/// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200` (`&reset=1` resets the
+/// device first), `hid:1532:0b00`, `hid:/dev/hidraw0` or `replay:FILE`.
 #[derive(Debug, Subcommand)]
 pub(super) enum TrackerCommand {
     List(list::Arguments),

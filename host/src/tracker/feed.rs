@@ -18,7 +18,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq)]
 pub enum Notice {
     /// A decoder handed this over.
-    Decoded(Event),
+    Decoded(Box<Event>),
     /// The device is there, at this path.
     Plugged(String),
     /// The device is gone; the feed looks for it.
@@ -136,13 +136,13 @@ impl Feed {
             Kind::Samples(tracker, counts) => {
                 while let Some(sample) = tracker.poll(until) {
                     counts.samples += 1;
-                    sink(Notice::Decoded(Event::Sample(sample)));
+                    sink(Notice::Decoded(Box::new(Event::Sample(sample))));
                 }
             }
             Kind::Bytes(wire, decoder) => {
                 while let Some(chunk) = wire.poll(until) {
                     decoder.feed(chunk.bytes(), chunk.arrival, &mut |event| {
-                        sink(Notice::Decoded(event));
+                        sink(Notice::Decoded(Box::new(event)));
                     });
                 }
             }
@@ -152,7 +152,7 @@ impl Feed {
                 ) {
                     counts.samples += u64::from(matches!(event, Event::Sample(_)));
                     counts.messages += u64::from(matches!(event, Event::Message(_)));
-                    sink(Notice::Decoded(event));
+                    sink(Notice::Decoded(Box::new(event)));
                 }
             }
             Kind::Live(live) => live.poll(self.start, sink),

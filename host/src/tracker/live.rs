@@ -77,7 +77,7 @@ fn advice(reason: &io::Error) -> &'static str {
 }
 
 enum Wanted {
-    Serial(SerialSpec),
+    Serial(Box<SerialSpec>),
     Hid(HidName),
 }
 
@@ -105,7 +105,7 @@ pub(super) struct Live {
 
 impl Live {
     pub(super) fn serial(spec: SerialSpec) -> Result<Self, LiveError> {
-        Self::open(Wanted::Serial(spec))
+        Self::open(Wanted::Serial(Box::new(spec)))
     }
 
     pub(super) fn hid(name: HidName) -> Result<Self, LiveError> {
@@ -198,7 +198,7 @@ impl Live {
             if let Some(session) = session.as_mut() {
                 session.on_event(&event);
             }
-            sink(Notice::Decoded(event));
+            sink(Notice::Decoded(Box::new(event)));
         });
         Ok(())
     }
@@ -233,20 +233,17 @@ impl Live {
             std::thread::sleep(std::time::Duration::from_millis(2));
             return;
         }
-        match plug(&self.wanted) {
+        if let Ok((port, path, _)) = plug(&self.wanted) {
             // The decoder stays: its counts go on.
-            Ok((port, path, _)) => {
-                (self.port, self.path) = (Some(port), path);
-                self.session = session(&self.wanted);
-                self.watch = Watch::new();
-                self.said = false;
-                self.announce = true;
-                self.request_all();
-            }
-            Err(_) => {
-                self.retry_at = now.after(self.back_off);
-                self.back_off = Micros(2 * self.back_off.0).min(BACK_OFF[1]);
-            }
+            (self.port, self.path) = (Some(port), path);
+            self.session = session(&self.wanted);
+            self.watch = Watch::new();
+            self.said = false;
+            self.announce = true;
+            self.request_all();
+        } else {
+            self.retry_at = now.after(self.back_off);
+            self.back_off = Micros(2 * self.back_off.0).min(BACK_OFF[1]);
         }
     }
 

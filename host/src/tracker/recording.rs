@@ -360,14 +360,14 @@ fn from_csv(path: &Path, bytes: &[u8]) -> Result<Vec<Event>, RecordingError> {
             return Err(wrong("arrival_us is below that of the line before".into()));
         }
         last = sample.arrival;
-        events.push(Event::Sample(checked(sample).map_err(&wrong)?));
+        events.push(Event::Sample(checked(&sample).map_err(&wrong)?));
     }
     Ok(events)
 }
 
 /// A sample that our link takes.
-fn checked(sample: Sample) -> Result<Sample, String> {
-    let frame = link::Encoder::new().sample(&sample);
+fn checked(sample: &Sample) -> Result<Sample, String> {
+    let frame = link::Encoder::new().sample(sample);
     let mut found = Err("is no sample".to_owned());
     link::Link::new().feed(&frame, sample.arrival, &mut |event| {
         found = match event {
@@ -489,7 +489,7 @@ mod tests {
         feed.poll(Micros::from_millis(2_000), &mut |notice| {
             if let Notice::Decoded(event) = notice {
                 recorder.push(&event).unwrap();
-                events.push(event);
+                events.push(*event);
             }
         });
         recorder.finish().unwrap();
@@ -529,7 +529,7 @@ mod tests {
         let said = read(&format!("{head}\n{}\n", cells.join(",")));
         assert!(said.contains("line 2: gaze_frame is \"mouse\""), "{said}");
         cells[5] = "head".into();
-        cells[10..14].copy_from_slice(&["0", "0", "0", "2"].map(String::from));
+        cells[10..14].clone_from_slice(&["0", "0", "0", "2"].map(String::from));
         let said = read(&format!("{head}\n{}\n", cells.join(",")));
         assert!(
             said.contains("line 2: the sample is no direction"),

@@ -33,7 +33,7 @@ pub fn serve(
         let count = pty.receive(&mut heard)?;
         let mut answers = Vec::new();
         device.feed(&heard[..count], &mut |answer| {
-            answers.extend_from_slice(answer)
+            answers.extend_from_slice(answer);
         });
         if !answers.is_empty() {
             pty.send(&answers)?;

@@ -96,16 +96,18 @@ impl Follower {
         } = self;
         let mut samples = 0;
         feed.poll(until, &mut |notice| match notice {
-            Notice::Decoded(Event::Sample(sample)) => {
-                let stamp = clock.stamp(&sample, &mut |_| {});
-                estimator.push(&sample, stamp.time, &mut |_| {});
-                samples += 1;
+            Notice::Decoded(event) => {
+                if let Event::Sample(sample) = *event {
+                    let stamp = clock.stamp(&sample, &mut |_| {});
+                    estimator.push(&sample, stamp.time, &mut |_| {});
+                    samples += 1;
+                }
             }
             Notice::Unplugged { path, reason } => {
                 super::super::warn(&format!("{path} is gone ({reason}); waiting for it"));
             }
             Notice::Trouble(failure) => super::super::warn(&failure.to_string()),
-            Notice::Decoded(_) | Notice::Plugged(_) => {}
+            Notice::Plugged(_) => {}
         });
         samples
     }

@@ -32,13 +32,16 @@ struct NoSample {
     seconds: u64,
 }
 
+/// What events are handed to.
+pub(super) type Take<'a> = dyn FnMut(&Feed, &[Event]) -> Result<bool, Failure> + 'a;
+
 /// Hands each event to `take` until the end that was asked for, Ctrl-C, or the
 /// end of a recording. What happens to the device goes to standard error. `take`
 /// says whether it wants more.
 pub(super) fn follow(
     feed: &mut Feed,
     end: &EndArguments,
-    take: &mut dyn FnMut(&Feed, &[Event]) -> Result<bool, Failure>,
+    take: &mut Take<'_>,
 ) -> Result<(), Failure> {
     let interrupt = Interrupt::new();
     let last = end.seconds.map(|s| Micros::from_millis(1_000 * s));
@@ -51,8 +54,8 @@ pub(super) fn follow(
         feed.poll(now, &mut |notice| match notice {
             Notice::Decoded(event) => {
                 if !full(samples) {
-                    samples += u64::from(matches!(event, Event::Sample(_)));
-                    events.push(event);
+                    samples += u64::from(matches!(*event, Event::Sample(_)));
+                    events.push(*event);
                 }
             }
             Notice::Plugged(path) => say(&format!("{path} is plugged in")),

@@ -16,7 +16,7 @@ use std::io::{self, IsTerminal, Write};
 /// happens to the device (plugged in, gone, silent, not understood) goes to
 /// standard error.
 ///
-/// With --json, one object a sample: record (from 0), `arrival_us` (since the
+/// With --json, one object a sample: number (from 0), `arrival_us` (since the
 /// start), `device_us` (by the device's clock, null where it has none),
 /// `late_us` (the delay beyond the least of the last seconds), sensor,
 /// sequence, head (position (metres), orientation (x, y, z, w), each with its

@@ -13,7 +13,7 @@ use std::fmt;
 #[derive(Debug, Serialize)]
 pub(super) struct Record {
     /// Counted from 0.
-    record: u64,
+    number: u64,
     arrival_us: u64,
     device_us: Option<u64>,
     /// Later than the least delayed of the last seconds.
@@ -146,10 +146,10 @@ impl Records {
             0 | 1 => 0.0,
             count => (count - 1) as f32 / spanned.max(1.0e-6),
         };
-        let record = self.count;
+        let number = self.count;
         self.count += 1;
         Record {
-            record,
+            number,
             arrival_us: arrival.0,
             device_us: sample.device_time.map(|time| time.microseconds),
             late_us: sample
