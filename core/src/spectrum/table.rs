@@ -336,13 +336,18 @@ mod tests {
             let p = (n * cosine - beyond) / (n * cosine + beyond);
             0.5 * (s * s + p * p)
         };
+        let cosines: &[f64] = if cfg!(miri) {
+            &[0.2]
+        } else {
+            &[1.0, 0.5, 0.2, 0.05, 0.01]
+        };
         for_all_tables(|table, phases| {
             if table.wavelengths().range() != Wavelengths::RANGE {
                 return;
             }
             for phase in 0..phases {
                 for medium in [Medium::FUSED_SILICA, Medium::SF11, Medium::DIAMOND] {
-                    for cosine in [1.0, 0.5, 0.2, 0.05, 0.01] {
+                    for &cosine in cosines {
                         let of = |samples: &[SpectralSample]| {
                             let mut sum = [0.0; 3];
                             for sample in samples {
