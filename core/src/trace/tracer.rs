@@ -394,7 +394,10 @@ where
     /// The light that comes back along a ray from the eye.
     pub fn radiance(&self, ray: &Ray, budget: &mut Budget, workspace: &mut Workspace) -> Pixel {
         let hit = self.nearest(ray, budget, workspace);
-        self.radiance_from(ray, hit, self.detail, Sample::ALONE, budget, workspace)
+        let pixel = self.radiance_from(ray, hit, self.detail, Sample::ALONE, budget, workspace);
+        // It is white alone: no pixel takes this.
+        workspace.balance = Balance::NONE;
+        pixel
     }
 
     /// As [`radiance`](Self::radiance), with a detail of its own, as a sample of

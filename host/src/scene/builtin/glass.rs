@@ -32,8 +32,8 @@ impl PrismBench {
     pub const DISTANCE: f64 = 0.35;
     /// From the middle of the other face to the slit: metres.
     pub const TO_SLIT: f64 = 80.0;
-    /// Of the slit: metres, nearly a degree. Of 14 wavelengths each place of
-    /// the spectrum then sees one at least.
+    /// Of the slit: metres, nearly a degree. Of 14 wavelengths most places of
+    /// the spectrum then see one at least; the far blue takes more samples.
     pub const SLIT_WIDTH: f64 = 1.2;
 
     /// For a wavelength in nanometres, or the nearest that SF11 is known at: its
