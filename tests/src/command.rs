@@ -35,7 +35,7 @@ fn build() -> PathBuf {
         // out the features that tests alone ask for, and compile most
         // libraries a second time.
         .args(["build", "--quiet", "--workspace"])
-        .args(["--bin", "shisen", "--test", "command"])
+        .args(["--bin", "shisen", "--test", "all"])
         .args(["--profile", profile, "--target-dir"])
         .arg(target)
         .status()

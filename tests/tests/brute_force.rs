@@ -1,9 +1,7 @@
 //! Traversal finds what a look at every triangle finds, bit for bit; and the
 //! triangle test takes what exact arithmetic says it must.
 
-mod exact;
-
-use exact::Verdict;
+use crate::exact::{self, Verdict};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use shisen::bake::{Baked, lone_mesh};
 use shisen::mesh::TriangleMesh;

@@ -1,6 +1,6 @@
 //! How far rays bounce, how many faces they meet, and in how many steps.
 
-use crate::{
+use super::{
     GAZES, exact_sight, eyes, frame, is_on_a_border, level, levels, levels_of, lod, places,
     reference, samples, views,
 };

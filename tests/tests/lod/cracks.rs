@@ -1,6 +1,6 @@
 //! No rung of a closed mesh lets a ray through.
 
-use crate::{GAZES, eyes, frame, level, levels, lod, places, samples, views};
+use super::{GAZES, eyes, frame, level, levels, lod, places, samples, views};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use shisen::bake::{Baked, Layout, lone_mesh};
 use shisen::mesh::TriangleMesh;

@@ -1,6 +1,6 @@
 //! What the central field and the outside show.
 
-use crate::{
+use super::{
     GAZES, bits, empty_scene, exact_sight, eyes, frame, is_on_a_border, level, levels, lod,
     mixed_scene, places, reference, samples, scenes, views,
 };

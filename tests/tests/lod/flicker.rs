@@ -2,7 +2,7 @@
 //! does. Plain tracing would change nothing; what it changes when the head
 //! moves as smoothly says how much that is.
 
-use crate::{GAZES, empty_scene, frame, level, levels, lod, places, samples, views};
+use super::{GAZES, empty_scene, frame, level, levels, lod, places, samples, views};
 use glam::{DQuat, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::Eye;

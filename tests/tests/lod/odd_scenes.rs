@@ -1,6 +1,6 @@
 //! Meshes that are not closed or not surfaces, and ladders that are none.
 
-use crate::{GAZES, bits, eyes, frame, lod, mixed_scene, pixel, places, samples, views};
+use super::{GAZES, bits, eyes, frame, lod, mixed_scene, pixel, places, samples, views};
 use shisen::bake::Baked;
 use shisen::mesh::TriangleMesh;
 use shisen::render::renderer;

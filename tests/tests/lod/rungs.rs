@@ -2,7 +2,7 @@
 //! a scene that has one rung and nothing else in place of the ladder, to the
 //! depth that the paper's equations in f64 give.
 
-use crate::{
+use super::{
     GAZES, ROUNDING, bits, empty_scene, exact_sight, eyes, frame, is_on_a_border, levels, lod,
     pixel, places, reference, samples, scenes, views,
 };

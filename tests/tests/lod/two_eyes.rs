@@ -1,6 +1,6 @@
 //! Two eyes that have one line of sight, or one each.
 
-use crate::{
+use super::{
     GAZES, direction, eyes, frame, level, levels, lod, mixed_scene, places, room, samples, views,
 };
 use glam::Vec3;

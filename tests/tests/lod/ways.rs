@@ -1,6 +1,6 @@
 //! One frame, one hash, with a level of detail.
 
-use crate::{GAZES, direction, eyes, frame, levels, lod, mixed_scene, scenes};
+use super::{GAZES, direction, eyes, frame, levels, lod, mixed_scene, scenes};
 use glam::Vec3;
 use shisen::bake::Baked;
 use shisen::render::Options;

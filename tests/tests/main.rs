@@ -1,0 +1,31 @@
+//! What crosses the crates, in one program: each would else compile the tracer
+//! again, and take as long to link as to run.
+
+mod blob_fuzz;
+mod brute_force;
+mod capture;
+mod command;
+mod command_faults;
+mod determinism;
+mod dispersion;
+mod dome;
+mod dome_command;
+mod dome_pictures;
+mod dome_screen;
+mod effects;
+mod exact;
+mod fill;
+mod gaze;
+mod gaze_command;
+mod levels;
+mod lod;
+mod optics;
+mod paper_rays;
+mod readme;
+mod reprojection;
+mod soft_light;
+mod spectrum;
+mod textures;
+mod tracker_command;
+mod tracker_fuzz;
+mod watertight;
