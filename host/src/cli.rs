@@ -16,12 +16,16 @@ mod filling;
 mod gaze;
 mod inspect;
 mod levels;
+mod lod;
 mod medium;
 mod picture_files;
 mod progress;
+mod quantiles;
 mod ray_counts;
+mod room;
 mod source;
 mod spectrum;
+mod tracing;
 mod tracker;
 
 use clap::Parser;

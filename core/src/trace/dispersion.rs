@@ -267,6 +267,8 @@ pub(super) struct Fan<'a> {
     pub(super) waiting: usize,
     /// Whether none has been sent yet.
     pub(super) is_new: bool,
+    /// Whether what the border reflects goes with it.
+    pub(super) is_all: bool,
     pub(super) at: Arrival<'a>,
 }
 

@@ -240,7 +240,9 @@ where
         } else if Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0 {
             let weight = at.weight * Vec3::from_array(material.mirror);
             let cause = gathered.cause::<EFFECTS>(effect::REFLECTION);
-            if at.reflected(weight, 0.0, cause).push(workspace) {
+            if weight.max_element() >= LEAST_WEIGHT
+                && at.reflected(weight, 0.0, cause).push(workspace)
+            {
                 gathered.record.touch(effect::REFLECTION);
                 workspace.statistics.reflected += 1;
             }
@@ -267,32 +269,57 @@ where
             return;
         }
         let refraction = self.refraction(&at, gathered.nm);
-        let cause = gathered.cause::<EFFECTS>(effect::REFRACTION);
-        if let Some(next) = at.refracted(&refraction, cause)
-            && next.push(workspace)
-        {
-            gathered.record.touch(effect::REFRACTION);
-            workspace.statistics.refracted += 1;
-        }
         let reflectance = Vec3::splat(refraction.reflectance);
-        Self::reflect_in_part(&at, reflectance, gathered, workspace);
+        let sides = self.sides(&at, at.let_through(&refraction), reflectance);
+        if let Some(share) = sides.through {
+            let cause = gathered.cause::<EFFECTS>(effect::REFRACTION);
+            if let Some(next) = at.refracted(&refraction, share, cause)
+                && next.push(workspace)
+            {
+                gathered.record.touch(effect::REFRACTION);
+                workspace.statistics.refracted += 1;
+            }
+        }
+        if let Some(share) = sides.back {
+            Self::reflect_in_part(&at, share, gathered, workspace);
+        }
+    }
+
+    /// Which rays go on from a border that lets these shares of the light
+    /// through and back. Where one is not traced, the other has its share: so
+    /// clear glass loses nothing, and white through it is white.
+    fn sides(&self, at: &Arrival<'_>, through: Vec3, back: Vec3) -> Sides {
+        let counts = |share: Vec3| (at.weight * share).max_element() >= LEAST_WEIGHT;
+        // What the last bounce sends back into a body would end inside it.
+        let ends_inside = at.inside && at.bounces >= self.detail.depth && through != Vec3::ZERO;
+        let all = Some(through + back).filter(|all| counts(*all));
+        let (all_through, all_back) = ((all, None), (None, all));
+        let (through, back) = match (counts(through), counts(back)) {
+            _ if ends_inside => all_through,
+            (true, true) => (Some(through), Some(back)),
+            (true, false) => all_through,
+            (false, true) => all_back,
+            (false, false) if through.max_element() < back.max_element() => all_back,
+            (false, false) => all_through,
+        };
+        Sides { through, back }
     }
 
     /// What the border of a clear body reflects.
     fn reflect_in_part<R: Record>(
         at: &Arrival<'a>,
-        reflectance: Vec3,
+        share: Vec3,
         gathered: &mut Gathered<'_, 'a, R>,
         workspace: &mut Workspace,
     ) {
         // Inside, what is reflected is still on its way through.
         let uncovered = if at.inside {
-            at.uncovered * reflectance.max_element()
+            at.uncovered * share.max_element()
         } else {
             0.0
         };
         let cause = gathered.cause::<EFFECTS>(effect::REFRACTION);
-        let next = at.reflected(at.weight * reflectance, uncovered, cause);
+        let next = at.reflected(at.weight * share, uncovered, cause);
         if next.push(workspace) {
             gathered.record.touch(effect::REFRACTION);
             workspace.statistics.reflected += 1;
@@ -329,21 +356,41 @@ where
     ) {
         let share = 1.0 / part.count().max(1) as f32;
         let of = |sample: &SpectralSample| self.refraction(&at, sample.nm).reflectance;
-        let reflectance = if part.is_whole() {
-            let of = |sample: &SpectralSample| sample.weight * of(sample);
-            part.broad.iter().map(of).sum()
+        // The colour of all of the sample's wavelengths, and that of what they
+        // reflect.
+        let (white, reflected, reflectance) = if part.is_whole() {
+            let broad = part.broad.iter();
+            let reflected = broad.map(|sample| sample.weight * of(sample)).sum();
+            let white = part.rest().map(|sample| sample.weight).sum();
+            (white, reflected, reflected)
         } else {
-            let sum: f32 = part.rest().map(|sample| of(&sample)).sum();
-            Vec3::splat(sum * share)
+            let (mut white, mut reflected, mut sum) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+            for sample in part.rest() {
+                let reflectance = of(&sample);
+                white += sample.weight;
+                reflected += sample.weight * reflectance;
+                sum += reflectance;
+            }
+            (white, reflected, Vec3::splat(sum * share))
         };
         // The same for all fans of a sample: all of them have its wavelengths.
-        let missing = gathered.missing.get_or_insert_with(|| {
-            let sum: Vec3 = part.rest().map(|sample| sample.weight).sum();
-            Vec3::ONE - sum
-        });
-        gathered.reflected = Vec3::ONE - *missing;
+        gathered.reflected = white;
+        let mut missing = gathered.missing.unwrap_or(Vec3::ONE - white);
         at.is_tinted = true;
-        Self::reflect_in_part(&at, reflectance, gathered, workspace);
+        let transmission = Vec3::from_array(at.surface.material.transmission);
+        let sides = self.sides(&at, transmission * (Vec3::ONE - reflectance), reflectance);
+        if let Some(share) = sides.back {
+            Self::reflect_in_part(&at, share, gathered, workspace);
+            if sides.through.is_some() {
+                // What goes back has the colour of all, and what goes on is each
+                // wavelength's own share.
+                missing += at.weight * (reflected - white * reflectance);
+            }
+        }
+        gathered.missing = Some(missing);
+        if sides.through.is_none() {
+            return;
+        }
         gathered.record.touch(effect::DISPERSION);
         gathered.share = share;
         gathered.is_first = true;
@@ -351,6 +398,7 @@ where
         gathered.fan = Some(Fan {
             part,
             is_new: true,
+            is_all: sides.back.is_none(),
             waiting: workspace.pending.len(),
             at,
         });
@@ -384,7 +432,11 @@ where
                 } else {
                     effect::DISPERSION
                 };
-                let next = fan.at.refracted(&refraction, cause);
+                let mut share = fan.at.let_through(&refraction);
+                if fan.is_all {
+                    share += refraction.reflectance;
+                }
+                let next = fan.at.refracted(&refraction, share, cause);
                 if next.is_some_and(|next| next.push(workspace)) {
                     workspace.statistics.refracted += 1;
                     gathered.is_first = fan.is_new;
@@ -495,11 +547,13 @@ where
         };
         let points = (Self::has(SOFT_LIGHT) && self.effects & SOFT_LIGHT != 0)
             .then(|| Points::new(self.sample.seed(), number));
-        let (count, cause) = match points {
-            Some(_) => (source.samples, EffectSet::SOFT_LIGHT),
-            None => (1, EffectSet::SHADOWS),
+        let count = match points {
+            Some(_) => {
+                record.touch(SOFT_LIGHT);
+                source.samples
+            }
+            None => 1,
         };
-        record.touch(cause.bits() & SOFT_LIGHT);
         let first = u32::from(self.sample.index()) * count;
         let mut sum = Vec3::ZERO;
         for point in first..first + count {
@@ -515,6 +569,12 @@ where
             }
             let Some((ray, limit)) = at.ray_to(unit, Some(place)) else {
                 continue;
+            };
+            // One ray would be there without.
+            let cause = if point == first {
+                EffectSet::SHADOWS
+            } else {
+                EffectSet::SOFT_LIGHT
             };
             if !self.is_shadowed(&ray, limit, cause, budget, workspace, record) {
                 sum += at.answer(unit, cosine) * irradiance;
@@ -581,11 +641,14 @@ impl Arrival<'_> {
         }
     }
 
-    /// The refracted ray; `None` on total reflection.
-    fn refracted(&self, refraction: &Refraction, cause: u32) -> Option<Next> {
+    /// The share of light that the border lets through.
+    fn let_through(&self, refraction: &Refraction) -> Vec3 {
+        Vec3::from_array(self.surface.material.transmission) * refraction.transmittance
+    }
+
+    /// The refracted ray, with a share of the light; `None` on total reflection.
+    fn refracted(&self, refraction: &Refraction, share: Vec3, cause: u32) -> Option<Next> {
         let refracted = refraction.direction?;
-        let let_through = Vec3::from_array(self.surface.material.transmission);
-        let share = let_through * refraction.transmittance;
         Some(Next {
             ray: Ray::new(self.surface.start(refracted), refracted),
             weight: self.weight * share,
@@ -595,6 +658,13 @@ impl Arrival<'_> {
             is_tinted: self.is_tinted,
         })
     }
+}
+
+/// The shares of light that go on from the border of a clear body: `None` where
+/// no ray does.
+struct Sides {
+    through: Option<Vec3>,
+    back: Option<Vec3>,
 }
 
 /// A surface as light from lights finds it.
@@ -725,14 +795,11 @@ struct Next {
 }
 
 impl Next {
-    /// Whether it is worth tracing, and was put down for it.
+    /// Whether there is such a ray, and it was put down to be traced.
     fn push(self, workspace: &mut Workspace) -> bool {
         let Some(ray) = self.ray else {
             return false;
         };
-        if self.weight.max_element() < LEAST_WEIGHT {
-            return false;
-        }
         workspace
             .pending
             .push(Pending {

@@ -22,8 +22,9 @@ use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 /// Most bounces of a ray tree.
 pub const MAX_DEPTH: u8 = 16;
 
-/// Rays that add less than this to every channel of a pixel are not traced:
-/// a quarter of a step of an eight-bit picture.
+/// Rays that add less than this to every channel of a pixel are not traced: a
+/// quarter of a step of an eight-bit picture. At the border of a clear body the
+/// other ray has their share.
 pub const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
 
 /// Each ray leaves at most two behind and is itself done by then.

@@ -166,20 +166,6 @@ pub(super) struct EffectArguments {
     pub(super) effects: Effects,
 }
 
-impl EffectArguments {
-    /// The names of what is carried out of a scene, and of what it asks for.
-    pub(super) fn of(&self, baked: &BakedScene) -> EffectReport {
-        let asked = match baked {
-            BakedScene::Fast(baked) => baked.scene().effects(),
-            BakedScene::Compact(baked) => baked.scene().effects(),
-        };
-        EffectReport {
-            effects: self.effects.of(asked).names().collect(),
-            effects_asked: asked.names().collect(),
-        }
-    }
-}
-
 /// Effects, for reports.
 #[derive(Debug, Serialize)]
 pub(super) struct EffectReport {
@@ -187,6 +173,20 @@ pub(super) struct EffectReport {
     effects: Vec<&'static str>,
     /// That the scene asks for.
     effects_asked: Vec<&'static str>,
+}
+
+impl EffectReport {
+    /// The names of what is carried out of a scene, and of what it asks for.
+    pub(super) fn new(effects: &Effects, baked: &BakedScene) -> Self {
+        let asked = match baked {
+            BakedScene::Fast(baked) => baked.scene().effects(),
+            BakedScene::Compact(baked) => baked.scene().effects(),
+        };
+        Self {
+            effects: effects.of(asked).names().collect(),
+            effects_asked: asked.names().collect(),
+        }
+    }
 }
 
 /// How a mesh is shaded.

@@ -9,7 +9,6 @@ mod table2;
 
 use super::failure::Failure;
 use clap::Subcommand;
-pub(super) use frames::median;
 
 /// Measures speed
 #[derive(Debug, Subcommand)]

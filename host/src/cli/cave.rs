@@ -5,31 +5,26 @@ mod pictures;
 mod report;
 mod tracked;
 
-use super::arguments::{
-    EffectArguments, HeadReport, Model, PictureSize, SceneName, WallsName, field_of_view,
-    interpupillary_distance, threads,
-};
-use super::dispersion::DispersionArguments;
+use super::arguments::{EffectReport, Model, PictureSize, SceneName, field_of_view};
 use super::failure::Failure;
 use super::filling::{FillArguments, Wanted};
+use super::lod::LodArguments;
 use super::picture_files::{hexadecimal, make_writable};
 use super::print;
 use super::progress::Progress;
-use super::source::{Loaded, Source, bake};
+use super::room::RoomArguments;
+use super::source::Source;
+use super::tracing::TracingArguments;
 use clap::Args;
 use glam::DVec3;
-use lod::{Filled, LodArguments, LodPictures};
+use lod::{Filled, LodPictures};
 use pictures::Writer;
 use report::Report;
 use shisen::bake::{BakedScene, Layout};
-use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
-use shisen::look::{Point, ViewDirection};
+use shisen::cave::Cave;
 use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::viewer::ViewerCamera;
 use shisen_core::Simd;
-use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES};
-use shisen_core::gaze::HeadPose;
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use tracked::{Follower, TrackerArguments};
 
@@ -74,37 +69,8 @@ pub(super) struct Arguments {
     scene: SceneName,
     #[command(flatten)]
     model: Model,
-    /// three-wall (front, right and floor), cube, dome (a hemisphere of 2.5 m
-    /// over the floor, its centre 1.5 m under the origin), or a TOML file of
-    /// walls and domes
-    #[arg(long, value_name = "NAME|FILE", default_value = "three-wall",
-          value_parser = WallsName::parser())]
-    walls: WallsName,
-    /// Pixels along each side of a wall or dome that does not say itself
-    #[arg(long, value_name = "PIXELS", default_value_t = 256,
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
-    size: u32,
-    /// One eye in the middle of the head, or two
-    #[arg(long, value_name = "1|2", default_value_t = 2,
-          value_parser = clap::value_parser!(u8).range(1..=2))]
-    eyes: u8,
-    /// Where the head is: metres, in the room
-    #[arg(
-        long,
-        value_name = "X,Y,Z",
-        default_value = "0,0,0",
-        allow_hyphen_values = true
-    )]
-    head: Point,
-    /// How the head is turned: an OSVR HDK report of 16 or 32 bytes, in
-    /// hexadecimal
-    #[arg(long, value_name = "HEX", allow_hyphen_values = true)]
-    head_report: Option<HeadReport>,
-    /// Where the viewer looks: front, floor, right, left, back, ceiling,
-    /// YAW,PITCH in degrees (right and up are positive) or a direction X,Y,Z
-    /// [default: as --head-report, or else front]
-    #[arg(long, value_name = "DIRECTION", allow_hyphen_values = true)]
-    look: Option<ViewDirection>,
+    #[command(flatten)]
+    room: RoomArguments,
     #[command(flatten)]
     tracker: TrackerArguments,
     #[command(flatten)]
@@ -112,25 +78,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     fill: FillArguments,
     #[command(flatten)]
-    effects: EffectArguments,
-    #[command(flatten)]
-    dispersion: DispersionArguments,
-    /// Reflections and refractions to follow, one after another; with --lod
-    /// those of the centre of the field
-    #[arg(long, visible_alias = "reflect-max", value_name = "N", default_value_t = 3,
-          value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_DEPTH)))]
-    depth: u8,
-    /// Rays a pixel
-    #[arg(long, value_name = "N", default_value_t = 1,
-          value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_SAMPLES)))]
-    samples: u16,
-    /// Threads to trace on [default: as many as the machine runs at once]
-    #[arg(long, value_name = "N", value_parser = threads)]
-    threads: Option<NonZeroUsize>,
-    /// Between the pupils: metres
-    #[arg(long, value_name = "METRES", default_value_t = DEFAULT_INTERPUPILLARY_DISTANCE,
-          allow_hyphen_values = true, value_parser = interpupillary_distance)]
-    ipd: f64,
+    tracing: TracingArguments,
     /// Write linear `OpenEXR` files with alpha, too
     #[arg(long)]
     exr: bool,
@@ -154,10 +102,10 @@ pub(super) struct Arguments {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let cave = arguments.walls.cave([arguments.size; 2])?;
-    let pose = head(arguments);
-    let eyes = eyes(arguments, pose);
-    let (forward, up) = directions(arguments, pose);
+    let cave = arguments.room.cave()?;
+    let pose = arguments.room.head();
+    let eyes = arguments.room.eyes(pose);
+    let (forward, up) = arguments.room.directions(pose);
     let observers = arguments.lod.observers(&eyes, (forward, up), 0.0)?;
     let wanted = arguments.fill.wanted(arguments.lod.is_on())?;
     // Seen before anything large is loaded or any file is written.
@@ -169,10 +117,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let camera = ViewerCamera::new(place, forward, up, field_of_view, arguments.view_size.0)
         .map_err(Failure::from_error)?;
     let source = Source::load(&arguments.scene, &arguments.model)?;
-    let baked = baked(source.scene, &source.name, &arguments.lod)?;
+    let baked = arguments.lod.baked(source.scene, &source.name)?;
     make_writable(&arguments.out)?;
-    let mut options = options(arguments);
-    let dispersion = arguments.dispersion.set(&baked, &mut options)?;
+    let (options, dispersion) = arguments.tracing.options(&baked)?;
     let frames = Frames {
         baked: &baked,
         cave: &cave,
@@ -219,7 +166,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         frame_hash: hexadecimal(frame.hash()),
         written,
         threads: options.threads,
-        size: arguments.size,
+        size: arguments.room.size,
         scene: source.name,
         mesh: source.mesh,
         simd: match baked.layout() {
@@ -227,9 +174,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             // Four lanes have the portable path only.
             Layout::Compact => Simd::PORTABLE.name(),
         },
-        depth: arguments.depth,
-        samples: arguments.samples,
-        effects: arguments.effects.of(&baked),
+        depth: arguments.tracing.depth,
+        samples: arguments.tracing.samples,
+        effects: EffectReport::new(&options.effects, &baked),
         dispersion,
         lod: match &full {
             Some(full) => {
@@ -238,9 +185,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
                     frame: &frame,
                     images: captured,
                 };
-                let depth = arguments.depth;
+                let depth = arguments.tracing.depth;
                 let lod = &arguments.lod;
-                Some(lod.report(&baked, &cave, &observers, depth, full, filled)?)
+                Some(lod::report(
+                    lod, &baked, &cave, &observers, depth, full, filled,
+                )?)
             }
             None => None,
         },
@@ -250,20 +199,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         eyes: eyes.len(),
     };
     print(&report, arguments.json)
-}
-
-/// A scene with the polygon levels that the level of detail asks for.
-fn baked(scene: Loaded, name: &str, lod: &LodArguments) -> Result<BakedScene, Failure> {
-    match scene {
-        Loaded::Baked(baked) => {
-            lod.accept(&baked, name)?;
-            Ok(baked)
-        }
-        Loaded::Described(scene) => {
-            let levels = lod.polygon_levels()?;
-            Ok(bake(&scene, name, Layout::Fast, levels.as_ref())?)
-        }
-    }
 }
 
 /// Renders one frame after another along a tracker.
@@ -277,12 +212,12 @@ fn follow(
     let TrackerArguments {
         frames: count, hz, ..
     } = arguments.tracker;
-    let mut follower = Follower::new(tracker, hz, head(arguments))?;
+    let mut follower = Follower::new(tracker, hz, arguments.room.head())?;
     let mut seconds = 0.0;
     let mut reports = Vec::new();
     for number in 0..count {
         let estimate = follower.frame(number);
-        let eyes = eyes(arguments, estimate.head);
+        let eyes = arguments.room.eyes(estimate.head);
         let sight = estimate.line_of_sight;
         let (forward, up) = (sight.forward().as_dvec3(), sight.up().as_dvec3());
         let observers = arguments
@@ -314,63 +249,10 @@ fn follow(
         frames: reports,
         seconds,
         threads: frames.options.threads,
-        size: arguments.size,
+        size: arguments.room.size,
         scene,
     };
     print(&report, arguments.json)
-}
-
-fn options(arguments: &Arguments) -> Options {
-    let mut options = Options {
-        effects: arguments.effects.effects,
-        ..Options::default()
-    };
-    options.settings.depth = arguments.depth;
-    options.settings.samples = arguments.samples;
-    if let Some(threads) = arguments.threads {
-        options.threads = threads.get();
-    }
-    options
-}
-
-fn head(arguments: &Arguments) -> HeadPose {
-    let position = arguments.head.0.as_vec3();
-    match arguments.head_report {
-        Some(report) => report.pose_at(position),
-        None => HeadPose {
-            position,
-            ..HeadPose::IDENTITY
-        },
-    }
-}
-
-/// The eyes and where they are: metres, in the room.
-fn eyes(arguments: &Arguments, pose: HeadPose) -> Vec<(Eye, DVec3)> {
-    let viewer = Viewer {
-        pose,
-        interpupillary_distance: arguments.ipd,
-    };
-    let which: &[Eye] = if arguments.eyes == 1 {
-        &[Eye::Centre]
-    } else {
-        &Eye::STEREO
-    };
-    which.iter().map(|&eye| (eye, viewer.eye(eye))).collect()
-}
-
-/// Where the viewer looks, and what is up then. A head that a tracker measured
-/// may be tilted; a direction that somebody gives is looked at upright.
-fn directions(arguments: &Arguments, pose: HeadPose) -> (DVec3, DVec3) {
-    match (arguments.look, arguments.head_report) {
-        (None, Some(_)) => {
-            let room_from_head = pose.orientation.as_dquat();
-            (room_from_head * DVec3::NEG_Z, room_from_head * DVec3::Y)
-        }
-        (look, _) => {
-            let basis = look.unwrap_or(ViewDirection::FRONT).basis();
-            (basis.forward, basis.up)
-        }
-    }
 }
 
 fn lod_pictures(

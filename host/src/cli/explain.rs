@@ -2,36 +2,41 @@
 
 mod report;
 
-use super::arguments::{Model, SceneName, WallsName, threads};
-use super::bench::median;
+use super::arguments::{Model, SceneName};
 use super::failure::Failure;
+use super::lod::LodArguments;
 use super::print;
-use super::source::{Loaded, Source, bake};
+use super::quantiles::{median, quartiles};
+use super::room::RoomArguments;
+use super::source::Source;
+use super::tracing::TracingArguments;
 use clap::Args;
-use report::{Asked, Met, NOT_BUILT, NotSimulated, Primary, Report, reason};
-use shisen::bake::{BakedScene, Layout};
-use shisen::cave::{Cave, Eye, Viewer, Wall};
+use report::{Asked, LeftOut, Met, NOT_BUILT, NotSimulated, Primary, Report, Seconds, reason};
+use shisen::bake::BakedScene;
+use shisen::cave::Cave;
 use shisen::effects::{Effects, compiled_for};
 use shisen::render::{self, Account, Observer, Options};
 use shisen::scene::builtin::PaperScene;
 use shisen::scene::file::material_names;
-use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES};
 use shisen_core::scene::{EffectSet, Records};
-use std::num::NonZeroUsize;
 
 /// Shows which effects a scene asks for, and what each costs
 ///
 /// Renders the frame that `shisen cave` renders, with all effects that the scene
-/// asks for and without each of them, in turns.
+/// asks for, or those that --effects and --wavelengths leave of them, and without
+/// each of these, in turns.
 ///
 /// With --json, one object: scene, mesh (null where the scene file says),
-/// walls, eyes, size, pixels (of all pictures), samples, depth, threads,
-/// repeat, seconds (a frame as it is; times are medians), primary (rays and steps of
-/// the rays from the eyes, ray by ray), effects (those asked for: effect,
-/// materials and lights, the names of what asks for it, pixels, those in
+/// walls, eyes, size, pixels (of all pictures), lod (off, paper or
+/// paper-ellipse), samples, depth, dispersion (as `shisen cave --json` has it),
+/// threads, repeat, seconds (a frame as it is: median and quartiles), primary (rays
+/// and steps of the rays from the eyes, ray by ray), effects (those carried out:
+/// effect, materials and lights, the names of what asks for it, pixels, those in
 /// whose ray trees it was carried out, rays and steps, of the rays that were traced
 /// for it alone, `seconds_without`, the frame without it, and seconds, what it adds
-/// to that), compiled (the effects of the shading that was used),
+/// to that, from frames one after the other: both median and quartiles), `left_out`
+/// (effect, materials and lights, of each that the scene asks for and the command
+/// line leaves out), compiled (the effects of the shading that was used),
 /// `not_simulated` (effect and reason, of each that the scene does not ask for)
 /// and `not_built` (what no scene can ask for).
 #[derive(Debug, Args)]
@@ -46,30 +51,12 @@ pub(super) struct Arguments {
     scene: Option<SceneName>,
     #[command(flatten)]
     model: Model,
-    /// three-wall (front, right and floor), cube, dome, or a TOML file of walls
-    /// and domes
-    #[arg(long, value_name = "NAME|FILE", default_value = "three-wall",
-          value_parser = WallsName::parser())]
-    walls: WallsName,
-    /// Pixels along each side of a wall or dome that does not say itself
-    #[arg(long, value_name = "PIXELS", default_value_t = 256,
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
-    size: u32,
-    /// One eye in the middle of the head, or two
-    #[arg(long, value_name = "1|2", default_value_t = 2,
-          value_parser = clap::value_parser!(u8).range(1..=2))]
-    eyes: u8,
-    /// Reflections and refractions to follow, one after another
-    #[arg(long, value_name = "N", default_value_t = 3,
-          value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_DEPTH)))]
-    depth: u8,
-    /// Rays a pixel
-    #[arg(long, value_name = "N", default_value_t = 1,
-          value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_SAMPLES)))]
-    samples: u16,
-    /// Threads to trace on [default: as many as the machine runs at once]
-    #[arg(long, value_name = "N", value_parser = threads)]
-    threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    room: RoomArguments,
+    #[command(flatten)]
+    lod: LodArguments,
+    #[command(flatten)]
+    tracing: TracingArguments,
     /// How often to render each frame
     #[arg(long, value_name = "N", default_value_t = 5,
           value_parser = clap::value_parser!(u32).range(1..=1_000))]
@@ -83,29 +70,17 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = arguments.explained.as_ref().or(arguments.scene.as_ref());
     let name = name.unwrap_or(&SceneName::Paper(PaperScene::A));
-    let cave = arguments.walls.cave([arguments.size; 2])?;
-    let viewer = Viewer::default();
-    let which: &[Eye] = if arguments.eyes == 1 {
-        &[Eye::Centre]
-    } else {
-        &Eye::STEREO
-    };
-    let observer = |&eye| Observer::new(eye, viewer.eye(eye));
-    let observers: Vec<Observer> = which.iter().map(observer).collect();
-    for one in &observers {
-        cave.check_eye(one.place)?;
+    let cave = arguments.room.cave()?;
+    let pose = arguments.room.head();
+    let eyes = arguments.room.eyes(pose);
+    let directions = arguments.room.directions(pose);
+    let observers = arguments.lod.observers(&eyes, directions, 0.0)?;
+    for &(_, place) in &eyes {
+        cave.check_eye(place)?;
     }
     let source = Source::load(name, &arguments.model)?;
-    let baked = match source.scene {
-        Loaded::Baked(baked) => baked,
-        Loaded::Described(scene) => bake(&scene, &source.name, Layout::Fast, None)?,
-    };
-    let mut options = Options::default();
-    options.settings.depth = arguments.depth;
-    options.settings.samples = arguments.samples;
-    if let Some(threads) = arguments.threads {
-        options.threads = threads.get();
-    }
+    let baked = arguments.lod.baked(source.scene, &source.name)?;
+    let (options, dispersion) = arguments.tracing.options(&baked)?;
     let frames = Frames {
         baked: &baked,
         cave: &cave,
@@ -113,13 +88,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         options: &options,
     };
     let records = frames.records();
-    let set = EffectSet::of_records(&records);
-    let asked: Vec<EffectSet> = EffectSet::NAMED
-        .iter()
-        .filter_map(|&(effect, _)| set.contains(effect).then_some(effect))
-        .collect();
+    let asked = EffectSet::of_records(&records);
+    let carried_out = options.effects.of(asked).intersection(asked);
+    let named = |set: EffectSet| {
+        let all = EffectSet::NAMED.iter();
+        all.filter_map(move |&(effect, _)| set.contains(effect).then_some(effect))
+    };
     let account = frames.account()?;
-    let (seconds, without) = frames.times(&asked, arguments.repeat)?;
+    let effects: Vec<EffectSet> = named(carried_out).collect();
+    let (seconds, times) = frames.times(&effects, arguments.repeat)?;
     let met = Met::new(&records, &names(name));
     let ledger = &account.ledger;
     let all = ledger.entry(EffectSet::ALL);
@@ -129,10 +106,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             mesh: source.mesh,
             walls: cave.screens().map(|one| one.name().to_owned()).collect(),
             eyes: observers.len(),
-            size: arguments.size,
+            size: arguments.room.size,
             pixels: account.pixels,
-            samples: arguments.samples,
-            depth: arguments.depth,
+            lod: arguments.lod.name(),
+            samples: arguments.tracing.samples,
+            depth: arguments.tracing.depth,
+            dispersion,
             threads: options.threads,
             repeat: arguments.repeat,
             seconds,
@@ -140,10 +119,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 rays: account.statistics.primary,
                 steps: account.statistics.steps - all.steps,
             },
-            effects: asked
+            effects: effects
                 .iter()
-                .zip(without)
-                .map(|(&effect, seconds_without)| {
+                .zip(times)
+                .map(|(&effect, (seconds_without, seconds))| {
                     let entry = ledger.entry(effect);
                     Asked {
                         effect: effect.to_string(),
@@ -153,13 +132,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
                         rays: entry.rays,
                         steps: entry.steps,
                         seconds_without,
-                        seconds: seconds - seconds_without,
+                        seconds,
                     }
                 })
                 .collect(),
-            compiled: compiled_for(set).names().collect(),
+            left_out: named(asked.without(carried_out))
+                .map(|effect| LeftOut {
+                    effect: effect.to_string(),
+                    materials: met.materials(effect),
+                    lights: met.lights(effect),
+                })
+                .collect(),
+            compiled: compiled_for(options.effects.of(asked)).names().collect(),
             not_simulated: EffectSet::ALL
-                .without(set)
+                .without(asked)
                 .names()
                 .filter_map(|name| {
                     let reason = reason(EffectSet::named(name)?, &records);
@@ -241,16 +227,33 @@ impl<'r> Frames<'r> {
         Ok(frame.map_err(Failure::from_error)?.seconds)
     }
 
-    /// Medians of a frame's seconds, and of those without each effect, in turns.
-    fn times(&self, asked: &[EffectSet], repeat: u32) -> Result<(f64, Vec<f64>), Failure> {
+    /// A frame's seconds; and of each effect, those without it and what it adds to
+    /// them. Frames take turns, and each is compared with the one just before.
+    fn times(
+        &self,
+        effects: &[EffectSet],
+        repeat: u32,
+    ) -> Result<(Seconds, Vec<(Seconds, Seconds)>), Failure> {
+        let all = self.options.effects;
         let mut whole = Vec::new();
-        let mut without = vec![Vec::new(); asked.len()];
+        let mut of_each = vec![(Vec::new(), Vec::new()); effects.len()];
         for _ in 0..repeat {
-            whole.push(self.seconds(Effects::AUTO)?);
-            for (&effect, seconds) in asked.iter().zip(&mut without) {
-                seconds.push(self.seconds(Effects::AUTO.less(effect))?);
+            for (&effect, (without, added)) in effects.iter().zip(&mut of_each) {
+                let with = self.seconds(all)?;
+                let less = self.seconds(all.less(effect))?;
+                whole.push(with);
+                without.push(less);
+                added.push(with - less);
+            }
+            if effects.is_empty() {
+                whole.push(self.seconds(all)?);
             }
         }
-        Ok((median(whole), without.into_iter().map(median).collect()))
+        let of = |times: Vec<f64>| Seconds {
+            median: median(times.clone()),
+            quartiles: quartiles(times),
+        };
+        let each = of_each.into_iter().map(|(a, b)| (of(a), of(b))).collect();
+        Ok((of(whole), each))
     }
 }

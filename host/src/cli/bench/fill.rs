@@ -4,8 +4,9 @@
 use super::super::failure::Failure;
 use super::super::filling::CaptureArguments;
 use super::super::print;
-use super::frames::{FrameArguments, Frames, Look, Way, median};
+use super::frames::{FrameArguments, Frames, Look, Way};
 use super::table2::STATES;
+use crate::cli::quantiles::median;
 use clap::Args;
 use glam::Quat;
 use serde::Serialize;

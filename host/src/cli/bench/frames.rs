@@ -159,11 +159,3 @@ impl Frames {
         }))
     }
 }
-
-/// The middle of some times, or the mean of the middle two.
-pub(in crate::cli) fn median(mut of: Vec<f64>) -> f64 {
-    of.sort_by(f64::total_cmp);
-    let last = of.len().saturating_sub(1);
-    let at = |index: usize| of.get(index).copied().unwrap_or_default();
-    f64::midpoint(at(last / 2), at(last.div_ceil(2)))
-}

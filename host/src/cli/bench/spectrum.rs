@@ -8,7 +8,7 @@ use super::super::failure::Failure;
 use super::super::picture_files::{make_writable, metadata};
 use super::super::print;
 use super::super::source::bake;
-use super::median;
+use crate::cli::quantiles::median;
 use clap::Args;
 use report::{Cost, Peer, Report, Row, SameError, Splits};
 use shisen::bake::{BakedScene, Layout};

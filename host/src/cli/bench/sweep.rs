@@ -2,7 +2,8 @@
 
 use super::super::failure::Failure;
 use super::super::print;
-use super::frames::{FrameArguments, Frames, Way, median};
+use super::frames::{FrameArguments, Frames, Way};
+use crate::cli::quantiles::median;
 use clap::Args;
 use glam::DVec3;
 use serde::Serialize;

@@ -3,7 +3,8 @@
 use super::super::failure::Failure;
 use super::super::print;
 use super::super::ray_counts::RayCounts;
-use super::frames::{FrameArguments, Way, median};
+use super::frames::{FrameArguments, Way};
+use crate::cli::quantiles::median;
 use clap::Args;
 use glam::Vec3;
 use serde::Serialize;

@@ -1,24 +1,24 @@
 //! `shisen dome render`: dome masters of a scene.
 
 use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
-use crate::cli::arguments::{EffectArguments, EffectReport, Model, SceneName, threads};
-use crate::cli::dispersion::{DispersionArguments, DispersionReport};
+use crate::cli::arguments::{EffectReport, Model, SceneName};
+use crate::cli::dispersion::DispersionReport;
 use crate::cli::failure::Failure;
 use crate::cli::picture_files::{hexadecimal, make_writable, metadata};
 use crate::cli::print;
 use crate::cli::ray_counts::RayCounts;
 use crate::cli::source::{Loaded, Source, bake};
+use crate::cli::tracing::TracingArguments;
 use clap::Args;
 use serde::Serialize;
 use shisen::bake::Layout;
 use shisen::dome::{Mapping, Named};
 use shisen::look::Point;
-use shisen::render::{DomePicture, Options};
+use shisen::render::DomePicture;
 use shisen::scene::camera::{CameraPath, DomeCamera};
 use shisen_core::Simd;
-use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES, Statistics, View};
+use shisen_core::frame::{Statistics, View};
 use std::fmt;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 /// Renders dome masters of a scene, through a mirrored spheroid or without
@@ -75,20 +75,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=99_999))]
     frames: Option<u32>,
     #[command(flatten)]
-    effects: EffectArguments,
-    #[command(flatten)]
-    dispersion: DispersionArguments,
-    /// Reflections and refractions to follow, one after another
-    #[arg(long, value_name = "N", default_value_t = 3,
-          value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_DEPTH)))]
-    depth: u8,
-    /// Rays a pixel
-    #[arg(long, value_name = "N", default_value_t = 1,
-          value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_SAMPLES)))]
-    samples: u16,
-    /// Threads to trace on [default: as many as the machine runs at once]
-    #[arg(long, value_name = "N", value_parser = threads)]
-    threads: Option<NonZeroUsize>,
+    tracing: TracingArguments,
     #[command(flatten)]
     output: Output,
     /// Folder of the pictures, made where it does not exist, or their name: of
@@ -225,18 +212,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let names = Names::new(&arguments.out, &source.name);
     make_writable(&names.folder)?;
-    let mut options = Options {
-        // Bands of rows: few enough for short ones to be shared out.
-        tile: 8,
-        ..Options::default()
-    };
-    options.settings.depth = arguments.depth;
-    options.settings.samples = arguments.samples;
-    options.effects = arguments.effects.effects;
-    let dispersion = arguments.dispersion.set(&baked, &mut options)?;
-    if let Some(threads) = arguments.threads {
-        options.threads = threads.get();
-    }
+    let (mut options, dispersion) = arguments.tracing.options(&baked)?;
+    // Bands of rows: few enough for short ones to be shared out.
+    options.tile = 8;
     let quiet = arguments.output.quiet || arguments.output.json;
     let frames = arguments.frames.unwrap_or(path.frames());
     let (mut images, mut exr) = (Vec::new(), Vec::new());
@@ -283,9 +261,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             // Four lanes have the portable path only.
             Layout::Compact => Simd::PORTABLE.name(),
         },
-        depth: arguments.depth,
-        samples: arguments.samples,
-        effects: arguments.effects.of(&baked),
+        depth: arguments.tracing.depth,
+        samples: arguments.tracing.samples,
+        effects: EffectReport::new(&options.effects, &baked),
         dispersion,
     };
     print(&report, arguments.output.json)

@@ -1,5 +1,6 @@
 //! What `shisen explain` prints.
 
+use crate::cli::dispersion::DispersionReport;
 use serde::Serialize;
 use shisen_core::scene::format::{Light, Material, effect, flag, light};
 use shisen_core::scene::{EffectSet, Records};
@@ -22,13 +23,16 @@ pub(super) struct Report {
     pub(super) eyes: usize,
     pub(super) size: u32,
     pub(super) pixels: u64,
+    pub(super) lod: &'static str,
     pub(super) samples: u16,
     pub(super) depth: u8,
+    pub(super) dispersion: Option<DispersionReport>,
     pub(super) threads: usize,
     pub(super) repeat: u32,
-    pub(super) seconds: f64,
+    pub(super) seconds: Seconds,
     pub(super) primary: Primary,
     pub(super) effects: Vec<Asked>,
+    pub(super) left_out: Vec<LeftOut>,
     pub(super) compiled: Vec<&'static str>,
     pub(super) not_simulated: Vec<NotSimulated>,
     pub(super) not_built: &'static [&'static str],
@@ -41,7 +45,24 @@ pub(super) struct Primary {
     pub(super) steps: u64,
 }
 
-/// An effect that the scene asks for.
+/// What some runs of the same took.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Seconds {
+    /// The middle one.
+    pub(super) median: f64,
+    /// A quarter of the runs is below the one, a quarter above the other.
+    pub(super) quartiles: [f64; 2],
+}
+
+impl fmt::Display for Seconds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [low, high] = self.quartiles.map(|seconds| 1e3 * seconds);
+        let text = format!("{:.2} ms ({low:.2} to {high:.2})", 1e3 * self.median);
+        f.pad(&text)
+    }
+}
+
+/// An effect that the scene asks for and that is carried out.
 #[derive(Debug, Serialize)]
 pub(super) struct Asked {
     pub(super) effect: String,
@@ -50,8 +71,16 @@ pub(super) struct Asked {
     pub(super) pixels: u64,
     pub(super) rays: u64,
     pub(super) steps: u64,
-    pub(super) seconds_without: f64,
-    pub(super) seconds: f64,
+    pub(super) seconds_without: Seconds,
+    pub(super) seconds: Seconds,
+}
+
+/// An effect that the scene asks for and the command line leaves out.
+#[derive(Debug, Serialize)]
+pub(super) struct LeftOut {
+    pub(super) effect: String,
+    pub(super) materials: Vec<String>,
+    pub(super) lights: Vec<String>,
 }
 
 /// An effect that it does not ask for.
@@ -155,7 +184,6 @@ impl<'r> Met<'r> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let milliseconds = |seconds: f64| format!("{:.2} ms", 1e3 * seconds);
         write!(f, "scene {}", self.scene)?;
         if let Some(mesh) = &self.mesh {
             write!(f, " of {mesh}")?;
@@ -168,37 +196,42 @@ impl fmt::Display for Report {
             self.eyes,
             plural(self.eyes),
             self.pixels,
-            milliseconds(self.seconds),
+            self.seconds,
             self.threads,
             plural(self.threads),
         )?;
         writeln!(
             f,
-            "{:16}{:>10}{:>10}{:>12}{:>12}{:>12}  asked for by",
-            "effect", "pixels", "rays", "steps", "time", "without it",
+            "{:16}{:>10}{:>10}{:>12}  {:32}{:32}asked for by",
+            "effect", "pixels", "rays", "steps", "adds (quartiles)", "frame without it",
         )?;
         writeln!(
             f,
-            "{:16}{:>10}{:>10}{:>12}{:>12}{:>12}",
-            "(from the eyes)", self.pixels, self.primary.rays, self.primary.steps, "", "",
+            "{:16}{:>10}{:>10}{:>12}",
+            "(from the eyes)", self.pixels, self.primary.rays, self.primary.steps,
         )?;
         for one in &self.effects {
-            let mut asked: Vec<&str> = one.materials.iter().map(String::as_str).collect();
-            asked.extend(one.lights.iter().map(String::as_str));
             writeln!(
                 f,
-                "{:16}{:>10}{:>10}{:>12}{:>12}{:>12}  {}",
+                "{:16}{:>10}{:>10}{:>12}  {:32}{:32}{}",
                 one.effect,
                 one.pixels,
                 one.rays,
                 one.steps,
-                milliseconds(one.seconds),
-                milliseconds(one.seconds_without),
-                asked.join(", "),
+                one.seconds,
+                one.seconds_without,
+                list(&one.materials, &one.lights),
             )?;
         }
-        if self.effects.is_empty() {
+        if self.effects.is_empty() && self.left_out.is_empty() {
             writeln!(f, "the scene asks for no effect")?;
+        }
+        if !self.left_out.is_empty() {
+            writeln!(f, "left out, as the command line says:")?;
+            for one in &self.left_out {
+                let by = list(&one.materials, &one.lights);
+                writeln!(f, "  {}: asked for by {by}", one.effect)?;
+            }
         }
         writeln!(f, "not simulated, since nothing asks for it:")?;
         for one in &self.not_simulated {
@@ -206,4 +239,8 @@ impl fmt::Display for Report {
         }
         write!(f, "not built: {}", self.not_built.join("; "))
     }
+}
+
+fn list(materials: &[String], lights: &[String]) -> String {
+    [materials, lights].concat().join(", ")
 }

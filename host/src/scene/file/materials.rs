@@ -65,6 +65,21 @@ fn read_material(
         None => None,
         Some(name) => Some(check.named("texture", name, textures)?),
     };
+    if entry.transmission.is_none() {
+        let medium = entry.medium.as_ref().map(Spanned::span);
+        let index = entry.index_of_refraction.as_ref().map(Spanned::span);
+        let absorption = entry.absorption.as_ref().map(Spanned::span);
+        for (key, span) in [
+            ("medium", medium),
+            ("index_of_refraction", index),
+            ("absorption", absorption),
+        ] {
+            if span.is_some() {
+                let owner = "materials with a `transmission`";
+                return Err(check.fault(SceneFault::NotHere { key, owner }, span));
+            }
+        }
+    }
     let medium = match &entry.medium {
         None => None,
         Some(name) if entry.index_of_refraction.is_some() => {

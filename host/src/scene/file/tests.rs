@@ -390,6 +390,30 @@ fn a_texture_needs_coordinates() {
 }
 
 #[test]
+fn what_light_meets_inside_is_for_clear_materials() {
+    for (key, value) in [
+        ("medium", "\"water\""),
+        ("index_of_refraction", "1.5"),
+        ("absorption", "[0.1, 0.1, 0.1]"),
+    ] {
+        let scene = |transmission: &str| {
+            format!(
+                "[materials.m]\n{transmission}\n{key} = {value}\n\
+                 [[object]]\nsphere = {{ radius = 0.5 }}\nmaterial = \"m\"\n"
+            )
+        };
+        let error = read(&scene("")).unwrap_err();
+        let fault = error.fault();
+        assert!(
+            matches!(fault, SceneFault::NotHere { key: found, .. } if *found == key),
+            "{error}"
+        );
+        assert_eq!(error.line(), Some(3));
+        read(&scene("transmission = [1, 1, 1]")).expect("a clear material");
+    }
+}
+
+#[test]
 fn exactly_one_of_keys_that_exclude_each_other() {
     for (from, to) in [
         ("nadir   = [0.12, 0.20, 0.08]", ""),

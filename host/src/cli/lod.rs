@@ -1,0 +1,191 @@
+//! Arguments of commands in which detail may follow the gaze.
+
+use super::arguments::LevelArguments;
+use super::failure::Failure;
+use super::levels::Level;
+use super::source::{Loaded, bake};
+use super::warn;
+use clap::{Args, ValueEnum};
+use glam::DVec3;
+use shisen::bake::{BakedScene, Layout};
+use shisen::cave::Eye;
+use shisen::look::Point;
+use shisen::render::Observer;
+use shisen::simplify::PolygonLevels;
+use shisen_core::frame::LevelOfDetail;
+use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField, VisualFieldLimits};
+
+/// How detail follows the gaze.
+#[derive(Debug, Args)]
+pub(super) struct LodArguments {
+    /// What follows the gaze: detail falls with the distance from the line of
+    /// sight, and nothing outside the visual field is traced. Polygon levels
+    /// are those that the scene was baked with, or else as --faces and --levels
+    /// say [default: off, or paper with a --fill that is not the background]
+    #[arg(long, value_enum, default_value = "off", hide_default_value = true,
+          default_value_ifs = [("fill", "capture", "paper"), ("fill", "previous", "paper")])]
+    lod: Choice,
+    #[command(flatten)]
+    levels: LevelArguments,
+    /// What is up for the gaze that --lod follows [default: as --look and
+    /// --head-report say]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    up: Option<Point>,
+    /// A point that both eyes look at, metres, in the room: with --lod each
+    /// then has a line of sight of its own [default: one for both, along
+    /// --look]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    fixate: Option<Point>,
+}
+
+/// `--lod`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Choice {
+    /// Nothing: everything is traced in full
+    Off,
+    /// The paper's levels, with the border of the field as it prints it
+    Paper,
+    /// The paper's levels, with the border of the field as the half-ellipses
+    /// that it describes
+    PaperEllipse,
+}
+
+impl Choice {
+    /// As it is written on a command line.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Paper => "paper",
+            Self::PaperEllipse => "paper-ellipse",
+        }
+    }
+}
+
+impl LodArguments {
+    /// A scene, with the polygon levels that are asked for.
+    ///
+    /// # Errors
+    /// Of usage: levels without a gaze that they could follow, or for a scene
+    /// that has its own; a scene that cannot be baked.
+    pub(super) fn baked(&self, scene: Loaded, name: &str) -> Result<BakedScene, Failure> {
+        match scene {
+            Loaded::Baked(baked) => {
+                self.accept(&baked, name)?;
+                Ok(baked)
+            }
+            Loaded::Described(scene) => {
+                let levels = self.polygon_levels()?;
+                Ok(bake(&scene, name, Layout::Fast, levels.as_ref())?)
+            }
+        }
+    }
+
+    /// The polygon levels to bake in the layout for hosts, where any are asked
+    /// for.
+    ///
+    /// # Errors
+    /// Of usage: levels without a gaze that they could follow.
+    fn polygon_levels(&self) -> Result<Option<PolygonLevels>, Failure> {
+        match self.levels.given() {
+            _ if self.is_on() => self.levels.polygon_levels(Layout::Fast).map(Some),
+            Some(argument) => Err(Failure::usage(&format!(
+                "{argument} is for --lod paper or paper-ellipse: with --lod off all rays see \
+                 every face"
+            ))),
+            None => Ok(None),
+        }
+    }
+
+    /// Whether a scene that was baked before, in the file `name`, can be
+    /// rendered as asked. Warns where nothing in it has polygon levels.
+    ///
+    /// # Errors
+    /// Of usage: levels for a scene that has its own.
+    fn accept(&self, baked: &BakedScene, name: &str) -> Result<(), Failure> {
+        if let Some(argument) = self.levels.given() {
+            return Err(Failure::usage(&format!(
+                "{argument} is for scenes that are not baked yet, and {name} is: its polygon \
+                 levels are chosen when baking, with `shisen bake --faces MIN..MAX --levels N`"
+            )));
+        }
+        let levels = Level::of(baked);
+        let has_ladder = Level::by_mesh(&levels).any(|levels| levels.len() > 1);
+        if self.is_on() && !has_ladder && !levels.is_empty() {
+            warn(&format!(
+                "all rays see the same polygons: {name} was baked without polygon levels. Bake it \
+                 again with `shisen bake --levels N`"
+            ));
+        }
+        Ok(())
+    }
+
+    /// The eyes, with what follows their gaze. Without `--up` and `--fixate`
+    /// the viewer looks along `forward` and holds `up` up. The field is wider
+    /// by `widen`, radians; from π on there is no end to it, and nothing
+    /// follows the gaze.
+    ///
+    /// # Errors
+    /// Of usage: a line of sight that is none, or a gaze that nothing follows.
+    pub(super) fn observers(
+        &self,
+        eyes: &[(Eye, DVec3)],
+        (forward, up): (DVec3, DVec3),
+        widen: f32,
+    ) -> Result<Vec<Observer>, Failure> {
+        let given = self.fixate.map(|_| "--fixate");
+        if let (Some(argument), false) = (given.or(self.up.map(|_| "--up")), self.is_on()) {
+            return Err(Failure::usage(&format!(
+                "{argument} is for --lod paper or paper-ellipse: with --lod off nothing follows \
+                 the gaze"
+            )));
+        }
+        let up = self.up.map_or(up, |up| up.0);
+        let boundary = match self.lod {
+            Choice::Off => None,
+            Choice::Paper => Some(Boundary::Printed),
+            Choice::PaperEllipse => Some(Boundary::Ellipse),
+        };
+        let field = widened(widen);
+        eyes.iter()
+            .map(|&(eye, place)| {
+                let forward = self.fixate.map_or(forward, |point| point.0 - place);
+                let line = LineOfSight::new(place.as_vec3(), forward.as_vec3(), up.as_vec3())
+                    .map_err(|error| Failure::usage(&error.to_string()))?;
+                let lod = boundary.zip(field).map(|(boundary, field)| {
+                    LevelOfDetail::new(Gaze::new(line, field.with_boundary(boundary)))
+                });
+                Ok(Observer { eye, place, lod })
+            })
+            .collect()
+    }
+
+    /// Whether anything follows the gaze.
+    pub(super) fn is_on(&self) -> bool {
+        self.lod != Choice::Off
+    }
+
+    /// As it is written on a command line.
+    pub(super) const fn name(&self) -> &'static str {
+        self.lod.name()
+    }
+}
+
+/// The paper's field, wider by so much all round as directions go; none where
+/// that is everything.
+fn widened(by: f32) -> Option<VisualField> {
+    use std::f32::consts::{FRAC_PI_2, PI};
+    if by >= PI {
+        return None;
+    }
+    let field = VisualField::PAPER;
+    let limits = field.limits();
+    let wide = VisualFieldLimits {
+        // Levels fall from here to the limits, which have to be farther.
+        central: (limits.central + by).min(1.5),
+        up: (limits.up + by).min(FRAC_PI_2),
+        down: (limits.down + by).min(FRAC_PI_2),
+        left: (limits.left + by).min(PI),
+        right: (limits.right + by).min(PI),
+    };
+    Some(VisualField::new(wide, field.boundary()).unwrap_or(field))
+}

@@ -1,0 +1,41 @@
+//! What several times of the same thing come to.
+
+/// The middle of some times, or the mean of the middle two.
+pub(super) fn median(of: Vec<f64>) -> f64 {
+    quantile(&sorted(of), 0.5)
+}
+
+/// The times that a quarter of all are below, and above.
+pub(super) fn quartiles(of: Vec<f64>) -> [f64; 2] {
+    let of = sorted(of);
+    [0.25, 0.75].map(|part| quantile(&of, part))
+}
+
+fn sorted(mut of: Vec<f64>) -> Vec<f64> {
+    of.sort_by(f64::total_cmp);
+    of
+}
+
+/// Between two of them linearly (Hyndman and Fan's seventh definition, 1996); 0
+/// where there are none.
+fn quantile(sorted: &[f64], part: f64) -> f64 {
+    let place = part * sorted.len().saturating_sub(1) as f64;
+    let at = |index: f64| sorted.get(index as usize).copied().unwrap_or_default();
+    let (low, high) = (at(place.floor()), at(place.ceil()));
+    low + (high - low) * place.fract()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_between_neighbours() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
+        assert_eq!(quartiles(vec![5.0, 1.0, 4.0, 2.0, 3.0]), [2.0, 4.0]);
+        assert_eq!(quartiles(vec![1.0, 2.0]), [1.25, 1.75]);
+        assert_eq!(quartiles(vec![7.0]), [7.0, 7.0]);
+        assert_eq!(median(Vec::new()), 0.0);
+    }
+}
