@@ -427,16 +427,17 @@ impl<const W: usize> Tables<W> {
         if let Some(texture) = texture {
             baked.texture = textures.add(texture, self);
         }
-        if let Some(medium) = source.medium {
+        // What is no clear body needs none, and a constant index is as good as one.
+        let is_clear = baked.effects & effect::REFRACTION != 0;
+        let medium = source.medium.filter(|one| is_clear && one.is_dispersive());
+        if let Some(medium) = medium {
             let known = self.media.iter().position(|known| *known == medium);
             let number = known.unwrap_or(self.media.len());
             if number == self.media.len() {
                 self.media.push(medium);
             }
             baked.medium = number as u32;
-            if baked.effects & effect::REFRACTION != 0 {
-                baked.effects |= effect::DISPERSION;
-            }
+            baked.effects |= effect::DISPERSION;
         }
         self.materials.push(baked);
     }

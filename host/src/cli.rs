@@ -42,7 +42,7 @@ enum Shisen {
     Cave(Box<cave::Arguments>),
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
-    Explain(explain::Arguments),
+    Explain(Box<explain::Arguments>),
     Gaze(gaze::Arguments),
     Medium(medium::Arguments),
     Spectrum(spectrum::Arguments),

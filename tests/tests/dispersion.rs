@@ -296,7 +296,9 @@ fn largest_difference(found: &[Pixel], expected: &[Pixel]) -> f32 {
 
 #[test]
 fn glass_without_dispersion_has_the_colours_of_rgb() {
-    let constant = Medium::form2([390.0, 800.0], 1.25, &[]).expect("a medium");
+    // The term is nothing beside 1 + A, but one that depends on the wavelength.
+    let constant = Medium::form2([390.0, 800.0], 1.25, &[[1e-9, 0.01]]).expect("a medium");
+    assert!(constant.is_dispersive() && constant.index(400.0) == constant.index(700.0));
     let sky = Background {
         zenith: [0.2, 0.5, 0.9],
         horizon: [0.9, 0.8, 0.6],
@@ -438,6 +440,20 @@ fn nothing_changes_where_no_glass_asks_for_it() {
             assert_eq!(found.hash(), expected.hash(), "{way:?}");
             assert_eq!(found.statistics, expected.statistics, "{way:?}");
         }
+    }
+    // Nor where its index is the same for all.
+    let mut constant = spheres();
+    let ordinary = Medium::form2([390.0, 800.0], 1.25, &[[0.5, 0.0]]).expect("a medium");
+    for material in constant
+        .materials
+        .iter_mut()
+        .filter(|one| one.medium.is_some())
+    {
+        material.medium = Some(ordinary);
+    }
+    let expected = frame(&constant, Dispersion::Off);
+    for &way in &ways {
+        assert_eq!(frame(&constant, way).hash(), expected.hash(), "{way:?}");
     }
     // Where glass does, it does.
     let scene = spheres();

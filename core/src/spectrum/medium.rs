@@ -287,6 +287,12 @@ impl Medium {
         self.range
     }
 
+    /// Whether the index depends on the wavelength.
+    pub fn is_dispersive(&self) -> bool {
+        let mut terms = self.b.iter().zip(&self.c);
+        terms.any(|(&b, &c)| b != 0.0 && c != 0.0)
+    }
+
     /// Index of refraction at a wavelength in nanometres, by the formula alone:
     /// for wavelengths that are known to be in the [`range`](Self::range).
     /// Elsewhere the formula means nothing; it is at least 1 anyhow, and never

@@ -297,10 +297,9 @@ where
         let (through, back) = match (counts(through), counts(back)) {
             _ if ends_inside => all_through,
             (true, true) => (Some(through), Some(back)),
-            (true, false) => all_through,
             (false, true) => all_back,
             (false, false) if through.max_element() < back.max_element() => all_back,
-            (false, false) => all_through,
+            (_, false) => all_through,
         };
         Sides { through, back }
     }
