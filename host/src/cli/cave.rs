@@ -16,6 +16,7 @@ use super::picture_files::{hexadecimal, make_writable};
 use super::print;
 use super::progress::Progress;
 use super::source::{Loaded, Source, bake};
+use super::tracker::TrackerName;
 use clap::Args;
 use glam::DVec3;
 use lod::{Filled, LodArguments, LodPictures};
@@ -269,7 +270,7 @@ fn baked(scene: Loaded, name: &str, lod: &LodArguments) -> Result<BakedScene, Fa
 /// Renders one frame after another along a tracker.
 fn follow(
     arguments: &Arguments,
-    tracker: &str,
+    tracker: &TrackerName,
     frames: &Frames<'_>,
     title: &str,
     scene: String,
@@ -277,7 +278,7 @@ fn follow(
     let TrackerArguments {
         frames: count, hz, ..
     } = arguments.tracker;
-    let mut follower = Follower::new(tracker, hz, head(arguments))?;
+    let mut follower = Follower::new(tracker, &arguments.tracker, head(arguments))?;
     let mut seconds = 0.0;
     let mut reports = Vec::new();
     for number in 0..count {
@@ -309,7 +310,7 @@ fn follow(
         reports.push(tracked::FrameReport::new(number, &estimate, hash, images));
     }
     let report = tracked::Report {
-        tracker: tracker.to_owned(),
+        tracker: tracker.to_string(),
         hz,
         frames: reports,
         seconds,

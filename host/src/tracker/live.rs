@@ -316,6 +316,13 @@ fn plug_hid(name: &HidName) -> Result<Plugged, LiveError> {
     Ok((Port::Hid(device), path, decoder))
 }
 
+/// Vendor and product of the device at a path.
+pub(super) fn hid_id(path: &str) -> Option<(u16, u16)> {
+    let all = devices().ok()?;
+    let found = all.iter().find(|found| found.path == path)?;
+    Some(found.id)
+}
+
 /// The path of the one device that is meant: of several with the same id, the
 /// one that says it is a tracker.
 fn one_of(all: &[Found], id: (u16, u16)) -> Result<String, LiveError> {

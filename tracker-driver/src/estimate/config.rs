@@ -131,9 +131,9 @@ pub struct EstimatorConfig {
     pub left: Option<Calibration>,
     /// Of the right eye's directions.
     pub right: Option<Calibration>,
-    /// Of the combined eye's directions, and of gaze points where there is no
-    /// `screen`. (Points on a plane go in as metres, normalised and raw ones
-    /// as they are.)
+    /// Of the combined eye's directions, and of gaze points: those on the
+    /// `screen` go in as the directions that they are, others as they are
+    /// (points on a plane as metres).
     pub combined: Option<Calibration>,
     /// Where gaze points lie that are not raw.
     pub screen: Option<Screen>,
@@ -496,7 +496,7 @@ impl Screen {
     }
 
     /// A point's place in the room, given in metres from the corner.
-    pub(super) fn place(&self, point: Vec2) -> Vec3 {
+    pub fn place(&self, point: Vec2) -> Vec3 {
         self.corner + self.right * point.x + self.down * point.y
     }
 }
@@ -549,9 +549,15 @@ fn unit(field: &'static str, length: f32) -> Result<(), ConfigError> {
 }
 
 impl RoomFromTracker {
-    /// A pose in the room, of what the tracker gives.
-    pub(super) fn place(&self, position: Vec3) -> Vec3 {
+    /// A place in the room, of what the tracker gives.
+    pub fn place(&self, position: Vec3) -> Vec3 {
         self.position + rotation::rotate(self.orientation, position)
+    }
+
+    /// `room_from_head` of the tracker's `tracker_from_head`; `None` where it
+    /// is no rotation.
+    pub fn orientation(&self, tracker_from_head: Quat) -> Option<Quat> {
+        rotation::unit(rotation::compose(self.orientation, tracker_from_head))
     }
 }
 
