@@ -4,6 +4,7 @@
 use glam::Vec3;
 use serde_json::Value;
 use shisen_tests::command::shisen;
+use std::fmt::Write;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -231,7 +232,7 @@ fn script(folder: &Path, name: &str, places: &[[f32; 2]], seconds: f32) {
     let mut table = String::from("start_s,end_s,x,y,z\n");
     for (i, [x, y]) in places.iter().enumerate() {
         let start = i as f32 * seconds;
-        table += &format!("{start},{},{x},{y},-1\n", start + seconds);
+        writeln!(table, "{start},{},{x},{y},-1", start + seconds).unwrap();
     }
     std::fs::write(folder.join(name), table).unwrap();
 }
