@@ -76,6 +76,11 @@ fn every_serial_protocol_is_read_from_a_line() {
             assert!(head.is_object() || point.is_object(), "{protocol}");
         }
         assert_eq!(records[99]["lost"], 0, "{protocol}");
+        // What the device sent before it was set up, a third of a second before
+        // it is, does not count.
+        let arrival = |i: usize| records[i]["arrival_us"].as_u64().unwrap();
+        let gap = arrival(5) - arrival(0);
+        assert!(gap < 200_000, "{protocol}: {gap} µs");
     }
 }
 
