@@ -1,9 +1,11 @@
 //! Eye and head trackers: where they are, and what comes from them.
 //!
 //! A [`Spec`] names a tracker, a [`Feed`] gives what it says; the mock and
-//! recordings stand behind the same two. [`serve`](serve::serve) is the other
+//! recordings stand behind the same two. A [`calibration`] makes directions in the
+//! room of what it says. [`serve`](serve::serve) is the other
 //! end of a line: a tracker for others to read.
 
+pub mod calibration;
 mod feed;
 mod live;
 mod protocol;

@@ -3,57 +3,16 @@
 //! and the decoder back in step. What still comes through goes on to the clock
 //! and the estimator, whose line of sight stays one.
 
-use glam::Vec3;
+#[path = "../fuzz/src/line.rs"]
+mod line;
+
+use line::{Line, assert_usable, records};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use shisen_tests::sizes::cases;
-use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::decoder::{Decoder, Event};
-use shisen_tracker::estimate::{EstimatorConfig, GazeEstimator};
-use shisen_tracker::eye::{adhawk::AdHawk, asl, iscan::Iscan};
-use shisen_tracker::head::{
-    fastrak::Fastrak, flock::Flock, hatire::Hatire, liberty::Liberty, osvr_hdk,
-};
 use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, Mode, documented};
-use shisen_tracker::link::Link;
-use shisen_tracker::mock::{Format, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
-use shisen_tracker::sample::{Eye, GazePoint, Pupil, Sample};
 use shisen_tracker::time::Micros;
-
-fn decoder(format: &Format) -> Box<dyn Decoder> {
-    match format.clone() {
-        Format::Link => Box::new(Link::new()),
-        Format::Fastrak(config) => Box::new(Fastrak::new(config)),
-        Format::Liberty(config) => Box::new(Liberty::new(config)),
-        Format::Flock(config) => Box::new(Flock::new(config)),
-        Format::Hatire(config) => Box::new(Hatire::new(config)),
-        Format::OsvrHdk => Box::new(osvr_hdk::Decoder::new()),
-        Format::Iscan(config) => Box::new(Iscan::new(config)),
-        Format::Asl(layout) => Box::new(asl::Asl::new(asl::Config {
-            layout,
-            ..asl::Config::default()
-        })),
-        Format::AdHawk => Box::new(AdHawk::new()),
-        Format::EyeTracker(_) => {
-            let tracker = EyeTracker::new(&documented::DESCRIPTOR, Axes::default());
-            Box::new(tracker.expect("the documented descriptor"))
-        }
-        other => panic!("no decoder for {other:?}"),
-    }
-}
-
-/// Records of a protocol.
-fn records(name: &str, seed: u64, count: usize) -> Vec<Vec<u8>> {
-    let viewer = Viewer::new(ViewerConfig::default(), seed);
-    let tracker = Tracker::new(TrackerConfig::default(), viewer, seed);
-    let mut tracker = tracker.expect("the default configuration");
-    let format = Format::named(name).expect("a name of the list");
-    let mut wire = Wire::new(tracker.clone(), format);
-    (0..count)
-        .filter_map(|_| wire.encode(&tracker.next_sample().1))
-        .map(|chunk| chunk.bytes().to_vec())
-        .collect()
-}
 
 /// What can happen to a stream; the places are parts of its length.
 #[derive(Debug, Clone)]
@@ -111,94 +70,6 @@ impl Damage {
             }
             Self::Fill(at, count, byte) => stream[piece(at, *count)].fill(*byte),
         }
-    }
-}
-
-/// The numbers of a sample are what [`Sample`] promises.
-fn assert_usable(name: &str, sample: &Sample) {
-    let head = &sample.head;
-    let unit = |length: f32| (length - 1.0).abs() < 2e-3;
-    let place = |eye: &Eye| eye.origin.is_none_or(|origin| origin.value.is_finite());
-    let way = |eye: &Eye| eye.direction.is_none_or(|way| unit(way.value.length()));
-    let open = |eye: &Eye| eye.openness.is_none_or(|open| (0.0..=1.0).contains(&open));
-    let pupil = |eye: &Eye| match eye.pupil {
-        Some(Pupil::Diameter(size) | Pupil::Raw(size)) => size.is_finite() && size >= 0.0,
-        None => true,
-    };
-    let point = match sample.gaze_point.map(|point| point.value) {
-        Some(GazePoint::Plane(p) | GazePoint::Normalized(p) | GazePoint::Raw(p)) => p.is_finite(),
-        None => true,
-    };
-    let eyes = [&sample.left, &sample.right, &sample.combined];
-    let usable = head.position.is_none_or(|place| place.value.is_finite())
-        && head
-            .orientation
-            .is_none_or(|turn| unit(turn.value.length()))
-        && head.angular_velocity.is_none_or(Vec3::is_finite)
-        && eyes
-            .into_iter()
-            .all(|eye| place(eye) && way(eye) && open(eye) && pupil(eye))
-        && point;
-    assert!(usable, "{name}: {sample:?}");
-}
-
-/// A decoder and what stands behind it.
-struct Line {
-    name: &'static str,
-    decoder: Box<dyn Decoder>,
-    clock: ClockEstimator,
-    gaze: GazeEstimator,
-    now: Micros,
-    dropped: u64,
-    samples: u64,
-}
-
-impl Line {
-    fn new(name: &'static str) -> Self {
-        let format = Format::named(name).expect("a name of the list");
-        Self {
-            name,
-            decoder: decoder(&format),
-            clock: ClockEstimator::new(ClockConfig::default()).expect("the default"),
-            gaze: GazeEstimator::new(EstimatorConfig::default()).expect("the default"),
-            now: Micros(1_000_000),
-            dropped: 0,
-            samples: 0,
-        }
-    }
-
-    fn feed(&mut self, bytes: &[u8]) {
-        let Self {
-            name, clock, gaze, ..
-        } = self;
-        let (dropped, samples) = (&mut self.dropped, &mut self.samples);
-        self.now = self.now.after(Micros(2_000));
-        self.decoder
-            .feed(bytes, self.now, &mut |event| match event {
-                Event::Sample(sample) => {
-                    *samples += 1;
-                    assert_usable(name, &sample);
-                    let time = clock.stamp(&sample, &mut |_| {}).time;
-                    gaze.push(&sample, time, &mut |_| {});
-                }
-                Event::Dropped(piece) => *dropped += u64::from(piece.bytes),
-                _ => {}
-            });
-        let shown = self.now.after(Micros(20_000));
-        let sight = gaze.estimate(shown, &mut |_| {}).line_of_sight;
-        let (eye, forward) = (sight.position(), sight.forward());
-        assert!(eye.is_finite(), "{name}: {sight:?}");
-        assert!((forward.length() - 1.0).abs() < 1e-3, "{name}: {sight:?}");
-    }
-
-    /// After a stream of so many bytes: none is told twice or not at all.
-    fn finish(&self, fed: usize) {
-        let counts = self.decoder.counts();
-        let name = self.name;
-        assert_eq!(counts.bytes, fed as u64, "{name}");
-        assert_eq!(counts.samples, self.samples, "{name}");
-        assert_eq!(counts.dropped_bytes, self.dropped, "{name}");
-        assert!(counts.dropped_bytes <= counts.bytes, "{name}: {counts:?}");
     }
 }
 

@@ -312,6 +312,14 @@ impl Session {
         self.tries
     }
 
+    /// Whether nothing is left to be said: what comes now, comes as it was asked
+    /// for. Before, a device may be sending what it was told by somebody else, in
+    /// other units.
+    pub fn has_said_all(&self) -> bool {
+        let mut rest = self.script.steps.iter().skip(self.step);
+        rest.all(|step| matches!(step, Step::Await { .. }))
+    }
+
     /// So many bytes came in.
     pub fn on_bytes(&mut self, count: usize) {
         self.bytes = self.bytes.saturating_add(count as u64);

@@ -37,13 +37,14 @@ pub use config::{
     ConfigError, EstimatorConfig, Eyes, Filter, GazePrediction, RoomFromTracker, Screen,
 };
 pub use fallback::{FallbackConfig, State};
+pub use gaze::Measured;
 pub use head::HeadConfig;
 #[cfg(any(test, feature = "mock"))]
 pub(crate) use movement::minimum_jerk;
 pub use movement::{Landing, Movement, PursuitConfig, Saccade, SaccadeConfig};
 pub use one_euro::{OneEuro, OneEuroConfig};
 
-use crate::rotation::{along, angle, compose, rotate, unit};
+use crate::rotation::{along, angle, rotate};
 use crate::sample::{Head, Sample};
 use crate::time::Micros;
 use fallback::Age;
@@ -270,7 +271,7 @@ impl GazeEstimator {
             }
         }
         if let Some(orientation) = head.orientation.filter(|o| o.tracked) {
-            let Some(orientation) = unit(compose(room.orientation, orientation.value)) else {
+            let Some(orientation) = room.orientation(orientation.value) else {
                 return reject(Rejection::NotFinite);
             };
             let turn = head.angular_velocity.filter(|turn| turn.is_finite());

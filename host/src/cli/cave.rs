@@ -15,6 +15,7 @@ use super::progress::Progress;
 use super::room::RoomArguments;
 use super::source::Source;
 use super::tracing::TracingArguments;
+use super::tracker::TrackerName;
 use clap::Args;
 use glam::DVec3;
 use lod::{Filled, LodPictures};
@@ -204,7 +205,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Renders one frame after another along a tracker.
 fn follow(
     arguments: &Arguments,
-    tracker: &str,
+    tracker: &TrackerName,
     frames: &Frames<'_>,
     title: &str,
     scene: String,
@@ -212,7 +213,7 @@ fn follow(
     let TrackerArguments {
         frames: count, hz, ..
     } = arguments.tracker;
-    let mut follower = Follower::new(tracker, hz, arguments.room.head())?;
+    let mut follower = Follower::new(tracker, &arguments.tracker, arguments.room.head())?;
     let mut seconds = 0.0;
     let mut reports = Vec::new();
     for number in 0..count {
@@ -244,7 +245,7 @@ fn follow(
         reports.push(tracked::FrameReport::new(number, &estimate, hash, images));
     }
     let report = tracked::Report {
-        tracker: tracker.to_owned(),
+        tracker: tracker.to_string(),
         hz,
         frames: reports,
         seconds,

@@ -1,5 +1,6 @@
 //! `shisen tracker`: what trackers say, and trackers for others to read.
 
+mod calibrate;
 mod follow;
 mod list;
 mod monitor;
@@ -7,16 +8,21 @@ mod record;
 mod sample;
 #[cfg(unix)]
 mod serve;
+mod show;
 
 use super::failure::Failure;
 use clap::Subcommand;
-use shisen::tracker::Spec;
+use miette::Diagnostic;
+use shisen::tracker::{Protocol, Spec};
+use std::fmt;
+use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Eye and head trackers
 ///
-/// SPEC is `mock`, `mock:seed=7&rate=200&as=fastrak`,
+/// SPEC is `mock`, `mock:seed=7&rate=200&as=fastrak` (`&still=1` holds the head,
+/// `&targets=CSV` says what is looked at: see calibrate),
 /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200` (`&reset=1` resets the
 /// device first), `hid:1532:0b00`, `hid:/dev/hidraw0` or `replay:FILE`.
 #[derive(Debug, Subcommand)]
@@ -24,6 +30,7 @@ pub(super) enum TrackerCommand {
     List(list::Arguments),
     Monitor(monitor::Arguments),
     Record(record::Arguments),
+    Calibrate(calibrate::Arguments),
     #[cfg(unix)]
     Mock(serve::MockArguments),
     #[cfg(unix)]
@@ -36,6 +43,7 @@ pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
         TrackerCommand::List(arguments) => list::run(arguments),
         TrackerCommand::Monitor(arguments) => monitor::run(arguments),
         TrackerCommand::Record(arguments) => record::run(arguments),
+        TrackerCommand::Calibrate(arguments) => calibrate::run(arguments),
         #[cfg(unix)]
         TrackerCommand::Mock(arguments) => serve::mock(arguments),
         #[cfg(unix)]
@@ -43,12 +51,41 @@ pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
     }
 }
 
-/// A tracker, as an argument names it.
-///
-/// # Errors
-/// A name that is none.
-pub(super) fn spec(name: &str) -> Result<Spec, Failure> {
-    Ok(name.parse::<Spec>()?)
+/// `SPEC`: a tracker, as an argument names it.
+#[derive(Debug, Clone)]
+pub(super) struct TrackerName {
+    name: String,
+    pub(super) spec: Spec,
+}
+
+impl FromStr for TrackerName {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let spec = name.parse::<Spec>().map_err(|error| told(&error))?;
+        let name = name.into();
+        Ok(Self { name, spec })
+    }
+}
+
+impl fmt::Display for TrackerName {
+    /// As given.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name)
+    }
+}
+
+/// `--as`: a protocol, as an argument names it.
+fn protocol(name: &str) -> Result<Protocol, String> {
+    name.parse::<Protocol>().map_err(|error| told(&error))
+}
+
+/// An error and what to do about it, on a line.
+fn told(error: &dyn Diagnostic) -> String {
+    match error.help() {
+        Some(help) => format!("{error}; {help}"),
+        None => error.to_string(),
+    }
 }
 
 /// Set once somebody asks for an end: Ctrl-C, or the signals TERM and HUP.

@@ -1,5 +1,6 @@
 //! What a tracker says, whichever it is.
 
+use super::calibration::{ScriptError, read_script, scripted};
 use super::live::{Live, LiveError};
 use super::protocol::Protocol;
 use super::recording::{Recording, RecordingError};
@@ -39,6 +40,10 @@ pub enum FeedError {
     #[error("{0}")]
     #[diagnostic(help("change the mock's options"))]
     Mock(MockError),
+    /// The mock's targets cannot be read.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Script(#[from] ScriptError),
     /// A device that cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -66,14 +71,25 @@ enum Kind {
 /// The simulated tracker of a specification.
 ///
 /// # Errors
-/// A rate that it refuses.
-pub fn simulated(spec: &MockSpec) -> Result<Tracker<'static>, MockError> {
+/// A rate that it refuses, and targets that cannot be read.
+pub fn simulated(spec: &MockSpec) -> Result<Tracker<'static>, FeedError> {
     let config = TrackerConfig {
         rate: spec.rate,
         ..TrackerConfig::default()
     };
-    let viewer = Viewer::new(ViewerConfig::default(), spec.seed);
-    Tracker::new(config, viewer, spec.seed)
+    let mut moves = ViewerConfig::default();
+    if spec.still {
+        (moves.head_sway, moves.head_turn) = (0.0, 0.0);
+    }
+    let viewer = match &spec.targets {
+        // Kept until the program ends, as the tracker itself is.
+        Some(path) => {
+            let script = scripted(&read_script(path)?).leak();
+            Viewer::with_script(moves, spec.seed, script)
+        }
+        None => Viewer::new(moves, spec.seed),
+    };
+    Tracker::new(config, viewer, spec.seed).map_err(FeedError::Mock)
 }
 
 impl Feed {
@@ -85,7 +101,7 @@ impl Feed {
     pub fn open(spec: &Spec) -> Result<Self, FeedError> {
         let kind = match spec {
             Spec::Mock(spec) => {
-                let tracker = simulated(spec).map_err(FeedError::Mock)?;
+                let tracker = simulated(spec)?;
                 match spec.protocol.as_ref().and_then(|p| Some((p, p.decoder()?))) {
                     Some((protocol, decoder)) => {
                         let wire = Wire::new(tracker, protocol.format().clone());

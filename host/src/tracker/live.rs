@@ -21,6 +21,11 @@ const BACK_OFF: [Micros; 2] = [Micros::from_millis(20), Micros::from_millis(500)
 /// Bytes that are read at once; no report is longer.
 const CHUNK: usize = 4096;
 
+/// How long a device's samples are held back while it is set up: what it sends
+/// until then may be in other units than it is asked for. One that takes longer,
+/// or takes no commands at all, is believed.
+const SETTING_UP: Micros = Micros::from_millis(800);
+
 /// Why a device cannot be used.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
@@ -101,6 +106,8 @@ pub(super) struct Live {
     announce: bool,
     retry_at: Micros,
     back_off: Micros,
+    /// From then on samples are handed on whether or not it is set up.
+    believed_at: Micros,
 }
 
 impl Live {
@@ -125,6 +132,7 @@ impl Live {
             announce: true,
             retry_at: Micros(0),
             back_off: BACK_OFF[0],
+            believed_at: SETTING_UP,
         };
         live.request_all();
         Ok(live)
@@ -192,13 +200,16 @@ impl Live {
             session.on_bytes(read);
         }
         let (watch, session, said) = (&mut self.watch, &mut self.session, &mut self.said);
+        let set_up = session.as_ref().is_none_or(Session::has_said_all) || now >= self.believed_at;
         self.decoder.feed(&buffer[..read], now, &mut |event| {
             watch.on_event(&event, now);
             *said &= matches!(event, Event::Dropped(_));
             if let Some(session) = session.as_mut() {
                 session.on_event(&event);
             }
-            sink(Notice::Decoded(Box::new(event)));
+            if set_up || !matches!(event, Event::Sample(_)) {
+                sink(Notice::Decoded(Box::new(event)));
+            }
         });
         Ok(())
     }
@@ -240,6 +251,7 @@ impl Live {
             self.watch = Watch::new();
             self.said = false;
             self.announce = true;
+            self.believed_at = now.after(SETTING_UP);
             self.request_all();
         } else {
             self.retry_at = now.after(self.back_off);
@@ -314,6 +326,13 @@ fn plug_hid(name: &HidName) -> Result<Plugged, LiveError> {
         })?)
     };
     Ok((Port::Hid(device), path, decoder))
+}
+
+/// Vendor and product of the device at a path.
+pub(super) fn hid_id(path: &str) -> Option<(u16, u16)> {
+    let all = devices().ok()?;
+    let found = all.iter().find(|found| found.path == path)?;
+    Some(found.id)
 }
 
 /// The path of the one device that is meant: of several with the same id, the

@@ -30,15 +30,22 @@ pub struct MockSpec {
     /// The protocol that the samples pass through; none hands them on as they
     /// are.
     pub protocol: Option<Protocol>,
+    /// The head is held still, as by a chin rest.
+    pub still: bool,
+    /// A table of what is looked at, and when: see
+    /// [`read_script`](super::calibration::read_script).
+    pub targets: Option<PathBuf>,
 }
 
 impl Default for MockSpec {
-    /// Seed 1, 500 Hz, no protocol.
+    /// Seed 1, 500 Hz, no protocol, looking around.
     fn default() -> Self {
         Self {
             seed: 1,
             rate: 500,
             protocol: None,
+            still: false,
+            targets: None,
         }
     }
 }
@@ -190,11 +197,20 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
             }
             "rate" => spec.rate = number("rate", value, (60, 1_000), "60 to 1000 Hz")?,
             "as" => spec.protocol = Some(value.parse()?),
+            "still" => spec.still = number("still", value, (0, 1), "0 or 1")? == 1_u8,
+            "targets" if !value.is_empty() => spec.targets = Some(value.into()),
+            "targets" => {
+                return Err(SpecError::Value {
+                    key: "targets",
+                    found: value.into(),
+                    allowed: "the path of a table of targets",
+                });
+            }
             _ => {
                 return Err(SpecError::Key {
                     kind: "mock",
                     key: key.into(),
-                    allowed: "seed=N, rate=HZ or as=PROTOCOL",
+                    allowed: "seed=N, rate=HZ, as=PROTOCOL, still=1 or targets=FILE",
                 });
             }
         }
@@ -268,11 +284,18 @@ mod tests {
             seed: 7,
             rate: 200,
             protocol: Some("fastrak".parse().unwrap()),
+            ..MockSpec::default()
         };
         assert_eq!(
             "mock:seed=7&rate=200&as=fastrak".parse(),
             Ok(Spec::Mock(mock))
         );
+        let mock = MockSpec {
+            still: true,
+            targets: Some("a.csv".into()),
+            ..MockSpec::default()
+        };
+        assert_eq!("mock:still=1&targets=a.csv".parse(), Ok(Spec::Mock(mock)));
         let serial = SerialSpec {
             path: "/dev/ttyUSB0".into(),
             protocol: "asl".parse().unwrap(),
@@ -309,6 +332,8 @@ mod tests {
             ("mock:rate=59", "59", "60 to 1000"),
             ("mock:rate=", "rate", "60 to 1000"),
             ("mock:speed=5", "speed", "rate=HZ"),
+            ("mock:still=yes", "still", "0 or 1"),
+            ("mock:targets=", "targets", "table"),
             ("mock:as=mouse", "mouse", "osvr-hdk"),
             ("hid:1:2", "1:2", "hexadecimal"),
             ("replay:", "replay", "replay:FILE"),

@@ -16,6 +16,9 @@ use shisen_tracker::mock::{Format, Tracker, TrackerConfig, Viewer, ViewerConfig,
 use shisen_tracker::sample::{GazePoint, Sample};
 use shisen_tracker::time::Micros;
 use std::error::Error;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Command, Stdio};
+use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 use uhid::{Description, Device};
@@ -372,10 +375,95 @@ fn decodes_a_head_tracker(api: &mut HidApi) -> Outcome {
     Ok(())
 }
 
+/// `shisen tracker` with these arguments.
+fn shisen(arguments: &[&str]) -> Command {
+    let mut command = Command::new("/bin/shisen");
+    command.arg("tracker").args(arguments).stdin(Stdio::null());
+    command
+}
+
+/// Lines, as they come.
+fn lines(from: impl Read + Send + 'static) -> Receiver<String> {
+    let (to, lines) = mpsc::channel();
+    thread::spawn(move || {
+        for line in BufReader::new(from).lines().map_while(Result::ok) {
+            if to.send(line).is_err() {
+                return;
+            }
+        }
+    });
+    lines
+}
+
+/// The machine is emulated: a process takes a while to start.
+const SLOW: Duration = Duration::from_secs(20);
+
+fn the_command_lists_it(api: &mut HidApi) -> Outcome {
+    let _device = eye_tracker("ET-1")?;
+    let devices = wait_for(api, documented::USB_ID, 1)?;
+    let output = shisen(&["list", "--json"]).output()?;
+    let found = String::from_utf8(output.stdout)?;
+    let (vendor, product) = documented::USB_ID;
+    for expected in [
+        format!("\"path\":\"{}\"", devices[0][0]),
+        format!("\"id\":\"{vendor:04x}:{product:04x}\""),
+        "\"tracker\":true".into(),
+    ] {
+        ensure!(found.contains(&expected), "no {expected} in {found}");
+    }
+    Ok(())
+}
+
+fn the_command_follows_it(api: &mut HidApi) -> Outcome {
+    let records = mock("hid", 40)?;
+    let (vendor, product) = documented::USB_ID;
+    let spec = format!("hid:{vendor:04x}:{product:04x}");
+    let mut device = eye_tracker("ET-1")?;
+    wait_for(api, documented::USB_ID, 1)?;
+    let mut monitor = shisen(&["monitor", &spec, "--json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    let said = lines(monitor.stdout.take().ok_or("no output")?);
+    let told = lines(monitor.stderr.take().ok_or("no errors")?);
+    let followed = (|| {
+        for (round, records) in records.chunks(20).enumerate() {
+            if round > 0 {
+                drop(device);
+                let gone = told.recv_timeout(SLOW)?;
+                ensure!(gone.contains("is gone"), "{gone}");
+                device = eye_tracker("ET-1")?;
+            }
+            let plugged = told.recv_timeout(SLOW)?;
+            ensure!(plugged.contains("is plugged in"), "{plugged}");
+            // It asks for all that there is, then reads.
+            let start = Instant::now();
+            while device.seen().set.is_empty() {
+                ensure!(start.elapsed() < SLOW, "nothing was asked for");
+                thread::sleep(Duration::from_millis(5));
+            }
+            ensure!(device.seen().set == [vec![0x14, 7]], "another mode");
+            for (_, report) in records {
+                device.send(report)?;
+            }
+            for i in 0..20 {
+                let line = said.recv_timeout(SLOW)?;
+                let number = format!("{{\"number\":{},", 20 * round + i);
+                ensure!(line.starts_with(&number), "{line}");
+                ensure!(line.contains("\"head\":{\"position\":{"), "{line}");
+            }
+        }
+        Ok(())
+    })();
+    monitor.kill()?;
+    monitor.wait()?;
+    followed
+}
+
 /// A name, and what it does.
 type Check = (&'static str, fn(&mut HidApi) -> Outcome);
 
-const CHECKS: [Check; 7] = [
+const CHECKS: [Check; 9] = [
     (
         "an eye tracker is listed, opened and described",
         lists_and_opens,
@@ -386,6 +474,11 @@ const CHECKS: [Check; 7] = [
     ("it is unplugged and plugged in again", survives_replugging),
     ("two of them are told apart", tells_two_apart),
     ("an OSVR HDK's reports are decoded", decodes_a_head_tracker),
+    ("the command lists it", the_command_lists_it),
+    (
+        "the command follows it, unplugged and plugged in again",
+        the_command_follows_it,
+    ),
 ];
 
 fn main() -> Outcome {

@@ -97,7 +97,7 @@ pub enum CalibrationError {
         /// Which target, counted from 0.
         target: usize,
     },
-    /// The measured places do not tell the model's terms apart.
+    /// The targets, or the measured places, do not tell the model's terms apart.
     Degenerate {
         /// The model.
         model: Model,
@@ -124,7 +124,7 @@ impl fmt::Display for CalibrationError {
             ),
             Self::Degenerate { model } => {
                 f.write_str(
-                    "the eye tracker's places for the targets do not determine the calibration: ",
+                    "the targets, or what the eye tracker says of them, do not determine the calibration: ",
                 )?;
                 f.write_str(match model {
                     Model::Affine => "they lie on a line; show targets above one another too",
@@ -170,6 +170,13 @@ impl Calibration {
             }
             low = low.min(measured);
             high = high.max(measured);
+        }
+        let determined = match model {
+            Model::Affine => tell_apart::<3>(model, targets),
+            Model::SecondOrder => tell_apart::<6>(model, targets),
+        };
+        if !determined {
+            return Err(CalibrationError::Degenerate { model });
         }
         let span = (high - low) * 0.5;
         if !(span.x > 0.0 && span.y > 0.0 && span.is_finite()) {
@@ -244,11 +251,7 @@ impl Calibration {
     }
 
     fn terms(&self, measured: Vec2) -> [f32; 6] {
-        let Vec2 { x, y } = (measured - self.centre) * self.scale;
-        match self.model {
-            Model::Affine => [1.0, x, y, 0.0, 0.0, 0.0],
-            Model::SecondOrder => [1.0, x, y, x * x, x * y, y * y],
-        }
+        terms(self.model, (measured - self.centre) * self.scale)
     }
 
     fn solve<const N: usize>(&self, targets: &[Target]) -> Option<[[f32; 6]; 2]> {
@@ -267,6 +270,32 @@ impl Calibration {
             all
         }))
     }
+}
+
+fn terms(model: Model, Vec2 { x, y }: Vec2) -> [f32; 6] {
+    match model {
+        Model::Affine => [1.0, x, y, 0.0, 0.0, 0.0],
+        Model::SecondOrder => [1.0, x, y, x * x, x * y, y * y],
+    }
+}
+
+/// How far off a line or a conic targets have to be, as a part of their extent:
+/// where they lie on one, noise alone would decide what is measured beside it.
+const LEAST_ASIDE: f32 = 0.02;
+
+/// Whether the targets themselves tell the model's terms apart.
+fn tell_apart<const N: usize>(model: Model, targets: &[Target]) -> bool {
+    let places = || targets.iter().filter_map(|t| plane_of(t.direction));
+    let count = targets.len() as f32;
+    let middle = places().fold(Vec2::ZERO, |sum, place| sum + place) / count;
+    let extent = places().fold(0f32, |most, p| most.max((p - middle).abs().max_element()));
+    let mut equations = LeastSquares::<N>::new();
+    for place in places() {
+        if let Some(terms) = terms(model, (place - middle) / extent).first_chunk() {
+            equations.add(*terms, [0.0; 2]);
+        }
+    }
+    equations.is_determined(LEAST_ASIDE)
 }
 
 #[cfg(test)]
@@ -373,6 +402,14 @@ mod tests {
             .collect();
         let model = Model::Affine;
         assert_eq!(fit(model, &line), Error::Degenerate { model });
+        // Seen with noise, targets on a line seem to be off it.
+        let noisy: Vec<_> = targets(0.0, 4.0)
+            .iter()
+            .filter(|t| t.direction.y == 0.0)
+            .copied()
+            .collect();
+        assert_eq!(noisy.len(), 3);
+        assert_eq!(fit(model, &noisy), Error::Degenerate { model });
         let circle: Vec<_> = (0..8)
             .map(|i| Target {
                 measured: Vec2::from_angle(i as f32 * 0.785),

@@ -75,16 +75,20 @@ pub enum Filter {
 ///
 /// | Rate | Eyes in | Neither | Filter | Both |
 /// |---|---|---|---|---|
-/// | 60 Hz | fixation | 0.14 / 0.29 | 0.10 / 0.23 | 0.10 / 0.25 |
-/// | | pursuit | 0.29 / 0.56 | 0.34 / 0.63 | 0.18 / 0.50 |
+/// | 60 Hz | fixation | 0.14 / 0.29 | 0.10 / 0.23 | 0.10 / 0.23 |
+/// | | pursuit | 0.29 / 0.56 | 0.33 / 0.63 | 0.23 / 0.56 |
 /// | | saccade | 2.29 / 7.76 | 2.28 / 7.93 | 2.08 / 6.87 |
 /// | | landing | 0.74 / 3.43 | 0.74 / 3.46 | 0.47 / 2.43 |
-/// | 120 Hz | fixation | 0.13 / 0.30 | 0.09 / 0.21 | 0.09 / 0.22 |
-/// | | pursuit | 0.29 / 0.56 | 0.33 / 0.61 | 0.15 / 0.42 |
+/// | 120 Hz | fixation | 0.13 / 0.30 | 0.09 / 0.21 | 0.09 / 0.21 |
+/// | | pursuit | 0.29 / 0.56 | 0.33 / 0.61 | 0.21 / 0.47 |
 /// | | saccade | 2.20 / 7.95 | 2.18 / 7.98 | 1.92 / 6.40 |
 /// | | landing | 0.85 / 3.39 | 0.85 / 3.41 | 0.28 / 2.40 |
+/// | 250 Hz | fixation | 0.14 / 0.30 | 0.08 / 0.19 | 0.08 / 0.19 |
+/// | | pursuit | 0.29 / 0.57 | 0.32 / 0.60 | 0.14 / 0.39 |
+/// | | saccade | 2.19 / 8.07 | 2.20 / 8.21 | 1.80 / 6.54 |
+/// | | landing | 0.80 / 3.44 | 0.82 / 3.48 | 0.26 / 2.39 |
 /// | 500 Hz | fixation | 0.14 / 0.30 | 0.07 / 0.18 | 0.07 / 0.17 |
-/// | | pursuit | 0.29 / 0.57 | 0.32 / 0.59 | 0.11 / 0.39 |
+/// | | pursuit | 0.29 / 0.57 | 0.32 / 0.59 | 0.11 / 0.40 |
 /// | | saccade | 2.19 / 8.03 | 2.20 / 8.15 | 1.78 / 6.44 |
 /// | | landing | 0.80 / 3.42 | 0.82 / 3.46 | 0.24 / 2.40 |
 /// | 1000 Hz | fixation | 0.14 / 0.30 | 0.06 / 0.17 | 0.06 / 0.16 |
@@ -92,9 +96,9 @@ pub enum Filter {
 /// | | saccade | 2.18 / 8.06 | 2.18 / 8.19 | 1.75 / 6.44 |
 /// | | landing | 0.80 / 3.39 | 0.82 / 3.45 | 0.21 / 2.46 |
 ///
-/// So it is never worse than no prediction but for 0.01° or 0.02° at the tail
-/// of fixations below 250 Hz, where the end of a pursuit is noticed late. The
-/// table is printed, and its order asserted, by
+/// So it is nowhere worse than no prediction. At low rates that takes some of its
+/// worth in pursuit: what stops is noticed a sample later, so that less of the
+/// velocity is relied on. The table is printed, and its order asserted, by
 /// `cargo test -p shisen-tracker prediction -- --nocapture`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GazePrediction {
@@ -131,9 +135,9 @@ pub struct EstimatorConfig {
     pub left: Option<Calibration>,
     /// Of the right eye's directions.
     pub right: Option<Calibration>,
-    /// Of the combined eye's directions, and of gaze points where there is no
-    /// `screen`. (Points on a plane go in as metres, normalised and raw ones
-    /// as they are.)
+    /// Of the combined eye's directions, and of gaze points: those on the
+    /// `screen` go in as the directions that they are, others as they are
+    /// (points on a plane as metres).
     pub combined: Option<Calibration>,
     /// Where gaze points lie that are not raw.
     pub screen: Option<Screen>,
@@ -496,7 +500,7 @@ impl Screen {
     }
 
     /// A point's place in the room, given in metres from the corner.
-    pub(super) fn place(&self, point: Vec2) -> Vec3 {
+    pub fn place(&self, point: Vec2) -> Vec3 {
         self.corner + self.right * point.x + self.down * point.y
     }
 }
@@ -549,9 +553,15 @@ fn unit(field: &'static str, length: f32) -> Result<(), ConfigError> {
 }
 
 impl RoomFromTracker {
-    /// A pose in the room, of what the tracker gives.
-    pub(super) fn place(&self, position: Vec3) -> Vec3 {
+    /// A place in the room, of what the tracker gives.
+    pub fn place(&self, position: Vec3) -> Vec3 {
         self.position + rotation::rotate(self.orientation, position)
+    }
+
+    /// `room_from_head` of the tracker's `tracker_from_head`; `None` where it
+    /// is no rotation.
+    pub fn orientation(&self, tracker_from_head: Quat) -> Option<Quat> {
+        rotation::unit(rotation::compose(self.orientation, tracker_from_head))
     }
 }
 

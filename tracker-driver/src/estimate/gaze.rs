@@ -21,45 +21,111 @@ pub(super) enum Gaze {
     Direction(Vec3),
 }
 
-/// The gaze of a sample, with the head at `head` when it was measured.
-pub(super) fn of_sample(config: &EstimatorConfig, sample: &Sample, head: &HeadPose) -> Gaze {
+/// What an eye tracker says of the eyes, before any calibration: what a
+/// [`Calibration`] is fitted to and then applied to.
+///
+/// A direction is the place where it meets the plane one metre ahead of the
+/// head ([`plane_of`]); a gaze point is that of its direction where there is a
+/// [`Screen`](super::Screen) that it lies on, and as it is otherwise.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Measured {
+    /// Of the left eye.
+    pub left: Option<Vec2>,
+    /// Of the right eye.
+    pub right: Option<Vec2>,
+    /// Of the combined eye, or else of the gaze point.
+    pub combined: Option<Vec2>,
+}
+
+impl Measured {
+    /// Of a sample, with the head at `head` in the room when it was measured.
+    /// Nothing is of an eye that is shut, not tracked or not among
+    /// [`EstimatorConfig::eyes`]; calibrations that there are do not count.
+    pub fn of(config: &EstimatorConfig, sample: &Sample, head: &HeadPose) -> Self {
+        let blink = both_shut(config, sample);
+        let [left, right, combined] = eyes(config, sample).map(|(eye, _)| {
+            let eye = eye.filter(|_| !blink)?;
+            plane_of(direction_of(config, sample, eye, head)?)
+        });
+        let point = sample.gaze_point.filter(|point| point.tracked && !blink);
+        let point = point.filter(|_| !matches!(config.eyes, Eyes::HeadOnly));
+        let of_point = || match of_point(config, point?.value, head)? {
+            Seen::Direction(direction) => plane_of(direction),
+            Seen::Raw(place) => Some(place),
+        };
+        Self {
+            left,
+            right,
+            combined: combined.or_else(of_point),
+        }
+    }
+}
+
+/// An eye's data and its calibration; no data where it is not asked for.
+type Chosen<'a> = (Option<&'a Eye>, &'a Option<Calibration>);
+
+/// Left, right and combined.
+fn eyes<'a>(config: &'a EstimatorConfig, sample: &'a Sample) -> [Chosen<'a>; 3] {
     let [left, right, combined] = match config.eyes {
-        Eyes::HeadOnly => return Gaze::None,
+        Eyes::HeadOnly => [false; 3],
         Eyes::Combined => [true, true, true],
         Eyes::Left => [true, false, false],
         Eyes::Right => [false, true, false],
     };
-    let eyes = [
-        (&sample.left, &config.left, left),
-        (&sample.right, &config.right, right),
-        (&sample.combined, &config.combined, combined),
-    ];
+    [
+        (left.then_some(&sample.left), &config.left),
+        (right.then_some(&sample.right), &config.right),
+        (combined.then_some(&sample.combined), &config.combined),
+    ]
+}
+
+fn shut(config: &EstimatorConfig, eye: &Eye) -> bool {
+    let least = config.least_openness;
+    eye.openness.is_some_and(|open| open < least)
+}
+
+fn both_shut(config: &EstimatorConfig, sample: &Sample) -> bool {
+    shut(config, &sample.left) && shut(config, &sample.right) || shut(config, &sample.combined)
+}
+
+/// The direction of an eye that is open and tracked: a unit vector in the
+/// head's axes.
+fn direction_of(
+    config: &EstimatorConfig,
+    sample: &Sample,
+    eye: &Eye,
+    head: &HeadPose,
+) -> Option<Vec3> {
+    let reading = eye.direction.filter(|direction| direction.tracked)?;
+    if shut(config, eye) {
+        return None;
+    }
+    normalize(match sample.gaze_frame {
+        GazeFrame::Head => reading.value,
+        GazeFrame::Tracker => {
+            let in_room = rotate(config.room_from_tracker.orientation, reading.value);
+            rotate(inverse(head.orientation), in_room)
+        }
+    })
+}
+
+/// The gaze of a sample, with the head at `head` when it was measured.
+pub(super) fn of_sample(config: &EstimatorConfig, sample: &Sample, head: &HeadPose) -> Gaze {
+    if config.eyes == Eyes::HeadOnly {
+        return Gaze::None;
+    }
+    let eyes = eyes(config, sample);
     let known = eyes
         .iter()
-        .any(|(eye, _, chosen)| *chosen && !eye.is_empty());
+        .any(|(eye, _)| eye.is_some_and(|eye| !eye.is_empty()));
     if !known && sample.gaze_point.is_none() {
         return Gaze::None;
     }
-    let shut = |eye: &Eye| {
-        eye.openness
-            .is_some_and(|open| open < config.least_openness)
-    };
-    let both_shut = shut(&sample.left) && shut(&sample.right);
-    if both_shut || shut(&sample.combined) {
+    if both_shut(config, sample) {
         return Gaze::Lost;
     }
-    let [left, right, combined] = eyes.map(|(eye, calibration, chosen)| {
-        let reading = eye.direction.filter(|d| d.tracked && chosen)?;
-        if shut(eye) {
-            return None;
-        }
-        let direction = match sample.gaze_frame {
-            GazeFrame::Head => reading.value,
-            GazeFrame::Tracker => {
-                let in_room = rotate(config.room_from_tracker.orientation, reading.value);
-                rotate(inverse(head.orientation), in_room)
-            }
-        };
+    let [left, right, combined] = eyes.map(|(eye, calibration)| {
+        let direction = direction_of(config, sample, eye?, head)?;
         calibrated(direction, calibration.as_ref())
     });
     let direction = combined.or_else(|| match (left, right) {
@@ -72,11 +138,23 @@ pub(super) fn of_sample(config: &EstimatorConfig, sample: &Sample, head: &HeadPo
     let Some(point) = sample.gaze_point.filter(|point| point.tracked) else {
         return Gaze::Lost;
     };
-    of_point(config, point.value, head)
+    let calibration = config.combined.as_ref();
+    let direction = match of_point(config, point.value, head) {
+        Some(Seen::Direction(direction)) => calibrated(direction, calibration),
+        Some(Seen::Raw(place)) => match calibration {
+            Some(calibration) => calibration.direction(place),
+            None => return Gaze::Uncalibrated,
+        },
+        None => None,
+    };
+    match direction {
+        Some(direction) if direction.is_finite() => Gaze::Direction(direction),
+        _ => Gaze::Lost,
+    }
 }
 
+/// A unit vector through its calibration.
 fn calibrated(direction: Vec3, calibration: Option<&Calibration>) -> Option<Vec3> {
-    let direction = normalize(direction)?;
     match calibration {
         // What is behind the head stays so, and is refused for it.
         Some(calibration) => match plane_of(direction) {
@@ -87,25 +165,23 @@ fn calibrated(direction: Vec3, calibration: Option<&Calibration>) -> Option<Vec3
     }
 }
 
-fn of_point(config: &EstimatorConfig, point: GazePoint, head: &HeadPose) -> Gaze {
-    let seen = |place: Vec3| {
-        let in_room = normalize(place - head.position)?;
-        Some(rotate(inverse(head.orientation), in_room))
-    };
-    let by_calibration = |measured: Vec2| {
-        let calibration = config.combined.as_ref();
-        calibration.map(|calibration| calibration.direction(measured))
-    };
-    let direction = match (point, config.screen) {
-        (GazePoint::Plane(metres), Some(screen)) => Some(seen(screen.place(metres))),
-        (GazePoint::Normalized(part), Some(screen)) => Some(seen(screen.place(part * screen.size))),
+/// What a gaze point says.
+enum Seen {
+    /// Of a known screen: a unit vector in the head's axes.
+    Direction(Vec3),
+    /// In units that only a calibration knows.
+    Raw(Vec2),
+}
+
+/// `None` where the head is on the screen.
+fn of_point(config: &EstimatorConfig, point: GazePoint, head: &HeadPose) -> Option<Seen> {
+    let (screen, metres) = match (point, config.screen) {
+        (GazePoint::Plane(metres), Some(screen)) => (screen, metres),
+        (GazePoint::Normalized(part), Some(screen)) => (screen, part * screen.size),
         (GazePoint::Plane(p) | GazePoint::Normalized(p) | GazePoint::Raw(p), _) => {
-            by_calibration(p)
+            return Some(Seen::Raw(p));
         }
     };
-    match direction {
-        Some(Some(direction)) if direction.is_finite() => Gaze::Direction(direction),
-        Some(_) => Gaze::Lost,
-        None => Gaze::Uncalibrated,
-    }
+    let in_room = normalize(screen.place(metres) - head.position)?;
+    Some(Seen::Direction(rotate(inverse(head.orientation), in_room)))
 }

@@ -44,6 +44,14 @@ impl<const N: usize> LeastSquares<N> {
         }
     }
 
+    /// Whether the rows, whose elements are within ±1, tell all unknowns apart by
+    /// this much of the one that they tell best.
+    pub(super) fn is_determined(&self, least: f32) -> bool {
+        let diagonal = |i: usize| self.triangle[i][i].abs();
+        let largest = (0..N).fold(0f32, |most, i| most.max(diagonal(i)));
+        (0..N).all(|i| diagonal(i) > largest * least)
+    }
+
     /// The unknowns, for each right-hand side; `None` where the equations do
     /// not determine them.
     pub(super) fn solve(&self) -> Option<[[f32; N]; 2]> {

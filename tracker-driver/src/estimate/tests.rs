@@ -333,6 +333,30 @@ fn gaze_gets_into_the_room() {
         sample.gaze_point = Some(Reading::tracked(point));
         close(forward(&config, &sample), Vec3::new(0.5, 0.75, -2.0));
     }
+    // What was measured, of an eye and of a point, is where its direction
+    // meets the plane ahead; a calibration of the screen's points turns that.
+    let mut on_screen = head_only(0);
+    let point = GazePoint::Plane(Vec2::new(1.5, 0.25));
+    on_screen.gaze_point = Some(Reading::tracked(point));
+    let head = HeadPose {
+        position: Vec3::Y,
+        ..HeadPose::IDENTITY
+    };
+    let seen = Measured::of(&config, &on_screen, &head).combined.unwrap();
+    assert!((seen - Vec2::new(0.25, 0.375)).length() < 1e-6, "{seen}");
+    let eyes = Measured::of(&config, &sample(Vec3::new(0.2, 0.1, -2.0)), &head);
+    assert_eq!(eyes.left, eyes.right);
+    assert!((eyes.left.unwrap() - Vec2::new(0.1, 0.05)).length() < 1e-6);
+    assert_eq!(eyes.combined, None);
+    let double = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(x, y)| Target {
+        measured: Vec2::new(x, y),
+        direction: Vec3::new(2.0 * x, 2.0 * y, -1.0),
+    });
+    let corrected = EstimatorConfig {
+        combined: Calibration::fit(Model::Affine, &double).ok(),
+        ..config
+    };
+    close(forward(&corrected, &on_screen), Vec3::new(0.5, 0.75, -1.0));
     // Raw units, by a calibration.
     let targets = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| Target {
         measured: Vec2::new(100.0 + 50.0 * x, 200.0 - 80.0 * y),

@@ -2,6 +2,7 @@
 //! forms in which devices write a rotation down.
 
 use crate::decoder::DropReason;
+use crate::rotation::{compose, inverse};
 use core::fmt;
 use glam::{Mat3, Quat, Vec3};
 use shisen_core::numeric::{sin_cos, sqrt};
@@ -88,40 +89,24 @@ impl Axes {
 
     /// `tracker_from_head` of `device_from_sensor`.
     pub fn orientation(&self, device: Quat) -> Quat {
-        let tracker_from_sensor = product(self.tracker_from_device, device);
-        product(tracker_from_sensor, conjugate(self.head_from_sensor))
+        let tracker_from_sensor = compose(self.tracker_from_device, device);
+        compose(tracker_from_sensor, inverse(self.head_from_sensor))
     }
 
     /// The reverse of [`Axes::position`].
     pub fn device_position(&self, tracker: Vec3) -> Vec3 {
-        Mat3::from_quat(conjugate(self.tracker_from_device)) * tracker
+        Mat3::from_quat(inverse(self.tracker_from_device)) * tracker
     }
 
     /// The reverse of [`Axes::orientation`].
     pub fn device_orientation(&self, tracker: Quat) -> Quat {
-        let device_from_head = product(conjugate(self.tracker_from_device), tracker);
-        product(device_from_head, self.head_from_sensor)
+        let device_from_head = compose(inverse(self.tracker_from_device), tracker);
+        compose(device_from_head, self.head_from_sensor)
     }
 }
 
 /// Forward (+X) becomes −Z, right (+Y) +X and down (+Z) −Y.
 const FROM_FORWARD_RIGHT_DOWN: Quat = Quat::from_xyzw(0.5, 0.5, -0.5, 0.5);
-
-/// The Hamilton product, part by part: glam's is vectorised, in an order that
-/// depends on the machine.
-fn product(a: Quat, b: Quat) -> Quat {
-    Quat::from_xyzw(
-        a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-        a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
-        a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w,
-        a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
-    )
-}
-
-/// The reverse rotation.
-pub(crate) fn conjugate(q: Quat) -> Quat {
-    Quat::from_xyzw(-q.x, -q.y, -q.z, q.w)
-}
 
 fn norm_squared([x, y, z, w]: [f32; 4]) -> f32 {
     x * x + y * y + z * z + w * w
@@ -201,7 +186,7 @@ pub(crate) fn from_euler_degrees(
     let about_z = Quat::from_xyzw(0.0, 0.0, sa, ca);
     let about_y = Quat::from_xyzw(0.0, se, 0.0, ce);
     let about_x = Quat::from_xyzw(sr, 0.0, 0.0, cr);
-    unit_quaternion(product(product(about_z, about_y), about_x).to_array())
+    unit_quaternion(compose(compose(about_z, about_y), about_x).to_array())
 }
 
 /// The reverse of [`from_euler_degrees`]: azimuth and roll within ±180,

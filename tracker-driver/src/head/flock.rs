@@ -87,10 +87,11 @@
 //! | PositionQuaternion, group | 0.000 | 0.634 | 0.106 | 0.125 | 0 |
 //! | PositionQuaternion, group, confirmed | 0.000 | 0.634 | 0.022 | 0.000 | 1 |
 
-use super::axes::{self, Axes, conjugate};
+use super::axes::{self, Axes};
 use super::polhemus::{from_seven_bits, nearest_word, to_seven_bits};
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event};
+use crate::rotation::inverse;
 use crate::sample::{Head, Reading, Sample};
 use crate::stream::{Front, Step, Stream};
 use crate::time::Micros;
@@ -272,7 +273,7 @@ impl Config {
         let turn = parts
             .get(if self.mode.has_position() { 3 } else { 0 }..)
             .unwrap_or_default();
-        let straight = |q: Quat| if self.reversed { conjugate(q) } else { q };
+        let straight = |q: Quat| if self.reversed { inverse(q) } else { q };
         let device = match (self.mode, turn) {
             (Mode::Angles | Mode::PositionAngles, &[z, y, x, ..]) => {
                 let [z, y, x] = [z, y, x].map(|part| part * 180.0);
@@ -307,7 +308,7 @@ impl Config {
         let rotation = sample.head.orientation.map_or(Quat::IDENTITY, |q| q.value);
         let rotation = self.axes.device_orientation(rotation);
         let reverse = if self.reversed {
-            conjugate(rotation)
+            inverse(rotation)
         } else {
             rotation
         };

@@ -1,18 +1,18 @@
 //! Frames that follow a tracker.
 
 use super::super::failure::{Failure, Fault};
+use super::super::tracker::TrackerName;
 use clap::Args;
 use miette::Diagnostic;
 use serde::Serialize;
-use shisen::tracker::{Feed, Notice, Senses, Spec};
+use shisen::tracker::calibration::{Calibrated, estimation};
+use shisen::tracker::{Feed, Notice};
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::decoder::Event;
-use shisen_tracker::estimate::{
-    Estimate, EstimatorConfig, Eyes, GazeEstimator, RoomFromTracker, Screen,
-};
-use shisen_tracker::mock::Format;
+use shisen_tracker::estimate::{Estimate, GazeEstimator};
 use shisen_tracker::time::Micros;
+use std::path::PathBuf;
 use std::time::Duration;
 use thiserror::Error;
 
@@ -24,7 +24,11 @@ pub(super) struct TrackerArguments {
     /// hid:VENDOR:PRODUCT or replay:FILE; --head is where its origin is. Frame
     /// k is shown k + 1 refreshes after the start
     #[arg(long, value_name = "SPEC", conflicts_with_all = ["look", "head_report", "up", "fixate", "fill"])]
-    pub(super) tracker: Option<String>,
+    pub(super) tracker: Option<TrackerName>,
+    /// What `shisen tracker calibrate` wrote for it, or a file with its [screen];
+    /// its [`room_from_tracker`] counts before --head
+    #[arg(long, value_name = "TOML", requires = "tracker")]
+    calibration: Option<PathBuf>,
     /// Frames to render
     #[arg(long, value_name = "N", default_value_t = 1, requires = "tracker",
           value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -62,23 +66,33 @@ impl Follower {
     ///
     /// # Errors
     /// A tracker that is none, or says nothing.
-    pub(super) fn new(name: &str, hz: u32, head: HeadPose) -> Result<Self, Failure> {
-        let spec: Spec = name.parse()?;
-        let feed = Feed::open(&spec)?;
-        let config = config(&spec, feed.senses(&spec), head);
+    pub(super) fn new(
+        name: &TrackerName,
+        arguments: &TrackerArguments,
+        head: HeadPose,
+    ) -> Result<Self, Failure> {
+        let spec = &name.spec;
+        let calibration = arguments.calibration.as_deref();
+        let calibrated = calibration.map(|path| Calibrated::load(path, spec));
+        let calibrated = calibrated.transpose()?;
+        let feed = Feed::open(spec)?;
+        let config = estimation(spec, feed.senses(spec), head, calibrated.as_ref());
         let estimator = GazeEstimator::new(config).map_err(Failure::from_error)?;
         let clock = ClockEstimator::new(ClockConfig::default()).map_err(Failure::from_error)?;
         let mut follower = Self {
             feed,
             clock,
             estimator,
-            hz,
+            hz: arguments.hz,
             start: Micros(0),
         };
         if follower.feed.is_live() {
             while follower.listen(Micros(0)) == 0 {
                 if follower.feed.now() > PATIENCE {
-                    return Err(Nothing { spec: name.into() }.into());
+                    return Err(Nothing {
+                        spec: name.to_string(),
+                    }
+                    .into());
                 }
             }
             follower.start = follower.feed.now();
@@ -130,37 +144,6 @@ impl Follower {
             Micros(0)
         };
         self.estimator.estimate(shown.after(late), &mut |_| {})
-    }
-}
-
-fn config(spec: &Spec, senses: Senses, head: HeadPose) -> EstimatorConfig {
-    let at_head = |screen: Screen| Screen {
-        corner: head.position + head.orientation * screen.corner,
-        right: head.orientation * screen.right,
-        down: head.orientation * screen.down,
-        ..screen
-    };
-    let screen = match spec {
-        Spec::Mock(mock) => mock.protocol.as_ref().and_then(|p| match p.format() {
-            Format::EyeTracker(screen) => Some(at_head(*screen)),
-            _ => None,
-        }),
-        _ => None,
-    };
-    EstimatorConfig {
-        room_from_tracker: RoomFromTracker {
-            position: head.position,
-            orientation: head.orientation,
-        },
-        resting_head: head,
-        head_tracked: senses.head,
-        eyes: if senses.eyes {
-            Eyes::Combined
-        } else {
-            Eyes::HeadOnly
-        },
-        screen,
-        ..EstimatorConfig::default()
     }
 }
 

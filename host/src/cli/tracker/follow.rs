@@ -13,7 +13,7 @@ use std::time::Duration;
 use thiserror::Error;
 
 /// When to end.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[group(id = "tracker-end")]
 pub(super) struct EndArguments {
     /// End after so many samples
@@ -35,7 +35,7 @@ struct NoSample {
 /// What events are handed to.
 pub(super) type Take<'a> = dyn FnMut(&Feed, &[Event]) -> Result<bool, Failure> + 'a;
 
-/// Hands each event to `take` until the end that was asked for, Ctrl-C, or the
+/// Hands all events to `take`, none at times, until the end that was asked for, Ctrl-C, or the
 /// end of a recording. What happens to the device goes to standard error. `take`
 /// says whether it wants more.
 pub(super) fn follow(
@@ -64,7 +64,7 @@ pub(super) fn follow(
             }
             Notice::Trouble(failure) => warn(&failure.to_string()),
         });
-        let more = events.is_empty() || take(feed, &events)?;
+        let more = take(feed, &events)?;
         if !more || full(samples) || feed.is_over() || interrupt.came() {
             return Ok(());
         }

@@ -1,14 +1,17 @@
 //! `shisen tracker monitor`: what a tracker says, as it says it.
 
 use super::super::failure::{Failure, Fault};
+use super::TrackerName;
 use super::follow::{EndArguments, follow};
 use super::sample::{Record, Records};
-use super::spec;
 use clap::Args;
 use shisen::tracker::Feed;
+use shisen::tracker::calibration::{Calibrated, estimation};
 use shisen_tracker::decoder::Event;
+use shisen_tracker::estimate::GazeEstimator;
 use shisen_tracker::time::Micros;
 use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
 
 /// Shows what a tracker says
 ///
@@ -23,12 +26,17 @@ use std::io::{self, IsTerminal, Write};
 /// value and whether it is tracked, `angular_velocity` (rad/s)), `gaze_frame`
 /// (head or tracker), left, right and combined (null, or origin, direction,
 /// `pupil_m`, `pupil_raw` and openness), `gaze_point` (kind (plane, normalized
-/// or raw), value, tracked), `rate_hz`, lost, dropped and `dropped_bytes`.
+/// or raw), value, tracked), `line_of_sight` (null without --calibration:
+/// position (metres) and direction in the room, and state, as `shisen cave` has
+/// it), `rate_hz`, lost, dropped and `dropped_bytes`.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Which tracker: see `shisen tracker --help`
     #[arg(value_name = "SPEC")]
-    spec: String,
+    spec: TrackerName,
+    /// What `shisen tracker calibrate` wrote for it: says where the viewer looks
+    #[arg(long, value_name = "TOML")]
+    calibration: Option<PathBuf>,
     #[command(flatten)]
     end: EndArguments,
     /// Print one JSON object a sample
@@ -38,13 +46,27 @@ pub(in crate::cli) struct Arguments {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut feed = Feed::open(&spec(&arguments.spec)?)?;
-    show(&mut feed, &arguments.end, arguments.json)
+    let spec = &arguments.spec.spec;
+    let calibration = arguments.calibration.as_deref();
+    let calibrated = calibration.map(|path| Calibrated::load(path, spec));
+    let calibrated = calibrated.transpose()?;
+    let mut feed = Feed::open(spec)?;
+    let sight = calibrated.map(|calibrated| {
+        let head = calibrated.head();
+        let config = estimation(spec, feed.senses(spec), head, Some(&calibrated));
+        GazeEstimator::new(config).map_err(Failure::from_error)
+    });
+    let records = Records::new(sight.transpose()?);
+    show(&mut feed, records, &arguments.end, arguments.json)
 }
 
 /// Shows a feed.
-pub(super) fn show(feed: &mut Feed, end: &EndArguments, json: bool) -> Result<(), Failure> {
-    let mut records = Records::new();
+pub(super) fn show(
+    feed: &mut Feed,
+    mut records: Records,
+    end: &EndArguments,
+    json: bool,
+) -> Result<(), Failure> {
     let mut screen = Screen::new(json);
     let shown = follow(feed, end, &mut |feed, events| {
         let counts = feed.counts();

@@ -2,8 +2,8 @@
 
 use super::super::failure::Failure;
 use super::super::print;
+use super::TrackerName;
 use super::follow::{EndArguments, follow};
-use super::spec;
 use clap::Args;
 use serde::Serialize;
 use shisen::tracker::{Feed, Recorder};
@@ -21,7 +21,7 @@ use std::path::PathBuf;
 pub(in crate::cli) struct Arguments {
     /// Which tracker: see `shisen tracker --help`
     #[arg(value_name = "SPEC")]
-    spec: String,
+    spec: TrackerName,
     /// Where to; what was there is overwritten
     #[arg(value_name = "FILE")]
     file: PathBuf,
@@ -43,7 +43,7 @@ struct Report {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut feed = Feed::open(&spec(&arguments.spec)?)?;
+    let mut feed = Feed::open(&arguments.spec.spec)?;
     let mut recorder = Recorder::create(&arguments.file)?;
     let (mut samples, mut messages) = (0, 0);
     let followed = follow(&mut feed, &arguments.end, &mut |_, events| {

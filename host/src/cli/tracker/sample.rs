@@ -4,6 +4,7 @@ use glam::{Quat, Vec2, Vec3};
 use serde::Serialize;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::decoder::Counts;
+use shisen_tracker::estimate::{Estimate, GazeEstimator};
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
 use shisen_tracker::time::Micros;
 use std::collections::VecDeque;
@@ -26,6 +27,7 @@ pub(super) struct Record {
     right: Option<EyeReport>,
     combined: Option<EyeReport>,
     gaze_point: Option<Point>,
+    line_of_sight: Option<Sight>,
     /// Of the last second.
     rate_hz: f32,
     lost: u64,
@@ -60,6 +62,25 @@ struct Point {
     kind: &'static str,
     value: [f32; 2],
     tracked: bool,
+}
+
+/// Where the viewer looks, in the room.
+#[derive(Debug, Serialize)]
+struct Sight {
+    position: [f32; 3],
+    direction: [f32; 3],
+    state: &'static str,
+}
+
+impl Sight {
+    fn of(estimate: &Estimate) -> Self {
+        let sight = &estimate.line_of_sight;
+        Self {
+            position: sight.position().to_array(),
+            direction: sight.forward().to_array(),
+            state: estimate.state.name(),
+        }
+    }
 }
 
 fn vector(reading: Reading<Vec3>) -> Value<[f32; 3]> {
@@ -108,15 +129,18 @@ fn point(point: Reading<GazePoint>) -> Point {
 /// Counts samples, and watches their rate and their delay.
 pub(super) struct Records {
     clock: Option<ClockEstimator>,
+    sight: Option<GazeEstimator>,
     count: u64,
     /// Arrivals within the last second.
     recent: VecDeque<Micros>,
 }
 
 impl Records {
-    pub(super) fn new() -> Self {
+    /// With an estimator, of where the viewer looks too.
+    pub(super) fn new(sight: Option<GazeEstimator>) -> Self {
         Self {
             clock: ClockEstimator::new(ClockConfig::default()).ok(),
+            sight,
             count: 0,
             recent: VecDeque::new(),
         }
@@ -129,6 +153,11 @@ impl Records {
             .as_mut()
             .map(|clock| clock.stamp(sample, &mut |_| {}));
         let arrival = sample.arrival;
+        let measured = stamp.map_or(arrival, |stamp| stamp.time);
+        let line_of_sight = self.sight.as_mut().map(|sight| {
+            sight.push(sample, measured, &mut |_| {});
+            Sight::of(&sight.estimate(measured, &mut |_| {}))
+        });
         self.recent.push_back(arrival);
         let second = Micros::from_millis(1_000);
         while self
@@ -170,6 +199,7 @@ impl Records {
             right: eye(&sample.right),
             combined: eye(&sample.combined),
             gaze_point: sample.gaze_point.map(point),
+            line_of_sight,
             rate_hz,
             lost: counts.lost,
             dropped: counts.dropped.iter().map(|&count| u64::from(count)).sum(),
@@ -213,6 +243,14 @@ impl fmt::Display for Record {
         }) = self.gaze_point
         {
             write!(f, "  {kind} {x:.3} {y:.3}")?;
+        }
+        if let Some(Sight {
+            direction: [x, y, z],
+            state,
+            ..
+        }) = self.line_of_sight
+        {
+            write!(f, "  looks {x:.3} {y:.3} {z:.3} ({state})")?;
         }
         write!(
             f,

@@ -1,9 +1,10 @@
 //! `shisen tracker mock` and `replay`: trackers for others to read.
 
 use super::super::failure::Failure;
-use super::Interrupt;
 use super::follow::EndArguments;
 use super::monitor::show;
+use super::sample::Records;
+use super::{Interrupt, protocol};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::pty::Pty;
@@ -26,8 +27,8 @@ pub(in crate::cli) struct MockArguments {
     /// What it speaks: link, fastrak, liberty, flock, hatire, osvr-hdk, iscan,
     /// asl, adhawk or hid [default: link on a line, and samples as they are
     /// otherwise]
-    #[arg(long = "as", value_name = "PROTOCOL")]
-    protocol: Option<String>,
+    #[arg(long = "as", value_name = "PROTOCOL", value_parser = protocol)]
+    protocol: Option<Protocol>,
     /// A name for the line's other end; a link that was there gives way
     #[arg(long, value_name = "PATH")]
     pty: Option<PathBuf>,
@@ -38,6 +39,12 @@ pub(in crate::cli) struct MockArguments {
     /// What decides all movements and all noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Hold the head still
+    #[arg(long)]
+    still: bool,
+    /// What is looked at and when: see `shisen tracker calibrate`
+    #[arg(long, value_name = "CSV")]
+    targets: Option<PathBuf>,
     #[command(flatten)]
     end: EndArguments,
     /// Print one JSON object a sample, as monitor does
@@ -56,8 +63,8 @@ pub(in crate::cli) struct ReplayArguments {
     file: PathBuf,
     /// What the line speaks: link, fastrak, liberty, flock, hatire, osvr-hdk,
     /// iscan, asl, adhawk or hid [default: link]
-    #[arg(long = "as", value_name = "PROTOCOL", requires = "to")]
-    protocol: Option<String>,
+    #[arg(long = "as", value_name = "PROTOCOL", requires = "to", value_parser = protocol)]
+    protocol: Option<Protocol>,
     /// A name for the line's other end; a link that was there gives way
     #[arg(long, value_name = "PTY")]
     to: Option<PathBuf>,
@@ -85,18 +92,24 @@ enum LineError {
 
 /// Runs `shisen tracker mock`.
 pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
-    let protocol: Option<Protocol> = arguments.protocol.as_deref().map(str::parse).transpose()?;
     let mut spec = MockSpec {
         seed: arguments.seed,
         rate: arguments.rate,
-        protocol,
+        protocol: arguments.protocol.clone(),
+        still: arguments.still,
+        targets: arguments.targets.clone(),
     };
     let Some(path) = &arguments.pty else {
         let mut feed = Feed::open(&Spec::Mock(spec))?;
-        return show(&mut feed, &arguments.end, arguments.json);
+        return show(
+            &mut feed,
+            Records::new(None),
+            &arguments.end,
+            arguments.json,
+        );
     };
     let protocol = on_a_line(spec.protocol.take())?;
-    let tracker = simulated(&spec).map_err(Failure::from_error)?;
+    let tracker = simulated(&spec)?;
     line(path, tracker, &protocol, &arguments.end, None)
 }
 
@@ -104,10 +117,14 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
 pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let Some(path) = &arguments.to else {
         let mut feed = Feed::open(&Spec::Replay(arguments.file.clone()))?;
-        return show(&mut feed, &arguments.end, arguments.json);
+        return show(
+            &mut feed,
+            Records::new(None),
+            &arguments.end,
+            arguments.json,
+        );
     };
-    let protocol = arguments.protocol.as_deref().map(str::parse).transpose()?;
-    let protocol = on_a_line(protocol)?;
+    let protocol = on_a_line(arguments.protocol.clone())?;
     let recording = Recording::read(&arguments.file)?;
     let samples: Vec<Sample> = recording.samples().copied().collect();
     let over = samples.last().map(|last| last.arrival);

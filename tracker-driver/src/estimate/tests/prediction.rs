@@ -81,7 +81,7 @@ fn prediction_pays_and_harms_nowhere() {
         filter: Filter::None,
         ..still
     };
-    for rate in [60, 120, 500, 1_000] {
+    for rate in [60, 120, 250, 500, 1_000] {
         let [bare, still, with] =
             [&bare, &still, &config].map(|config| summary(&errors(config, rate, 60)));
         for (class, name) in NAMES.into_iter().enumerate() {
@@ -92,16 +92,16 @@ fn prediction_pays_and_harms_nowhere() {
                 column(still[class]),
                 column(with[class])
             );
-            // Within 0.005°, and 0.03° at the tail of rates that see little.
-            let slack = if rate < 500 { 0.03 } else { 0.005 };
+            // Nowhere worse, but for what the next seeds would change.
             for before in [bare[class], still[class]] {
-                assert!(with[class].0 <= before.0 + 0.005, "{rate} {name}");
-                assert!(with[class].1 <= before.1 + slack, "{rate} {name}");
+                assert!(with[class].0 <= before.0 + 0.002, "{rate} {name}");
+                assert!(with[class].1 <= before.1 + 0.002, "{rate} {name}");
             }
         }
         let [_, pursuit, _, landing] = with;
+        let part = if rate < 120 { 0.85 } else { 0.75 };
         for before in [bare, still] {
-            assert!(pursuit.0 < 0.7 * before[1].0, "{rate}");
+            assert!(pursuit.0 < part * before[1].0, "{rate}");
             assert!(landing.0 < 0.7 * before[3].0, "{rate}");
             assert!(landing.1 < 0.8 * before[3].1, "{rate}");
         }

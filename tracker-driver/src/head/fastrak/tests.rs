@@ -342,7 +342,7 @@ fn records(config: &Config, count: usize) -> StdVec<StdVec<u8>> {
 }
 
 #[test]
-fn one_bad_byte_costs_little() {
+fn every_fault_costs_little() {
     for (config, ..) in lists().into_iter().step_by(FEWER) {
         let records = records(&config, if cfg!(miri) { 10 } else { 24 });
         let found = every_fault(|| Fastrak::new(config.clone()), &records);

@@ -208,7 +208,7 @@ fn encoded_samples_come_back() {
 }
 
 #[test]
-fn one_bad_byte_costs_its_record_only() {
+fn every_fault_costs_its_record_only() {
     for config in forms() {
         let records = records(&config, if cfg!(miri) { 10 } else { 24 });
         let found = every_fault(|| Flock::new(config), &records);

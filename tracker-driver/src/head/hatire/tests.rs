@@ -173,7 +173,7 @@ fn records(config: &Config, count: usize) -> StdVec<StdVec<u8>> {
 }
 
 #[test]
-fn one_bad_byte_costs_little() {
+fn every_fault_costs_little() {
     for (name, config) in [
         ("little-endian", Config::default()),
         ("big-endian, position", big_endian()),

@@ -167,7 +167,7 @@ fn encoded_samples_come_back() {
 }
 
 #[test]
-fn one_bad_byte_costs_little() {
+fn every_fault_costs_little() {
     for config in lists() {
         let records = records(&config, if cfg!(miri) { 10 } else { 24 });
         let found = every_fault(|| Liberty::new(config.clone()), &records);

@@ -1,3 +1,4 @@
+use super::numbers::{WORD_ONE, power_of_ten, read_extended, read_fixed, read_whole};
 use super::*;
 use proptest::prelude::*;
 

@@ -1,0 +1,177 @@
+//! When which target is looked at: a table.
+//!
+//! ```csv
+//! start_s,end_s,x,y,z
+//! 1.0,3.0,-0.3,0.2,-1.0
+//! 3.0,5.0, 0.3,0.2,-1.0
+//! ```
+//!
+//! Times are seconds on the recording's clock (its `arrival_us`), or since the
+//! tracker was opened; places are metres in the room.
+
+use glam::Vec3;
+use miette::Diagnostic;
+use shisen_tracker::mock::ScriptedTarget;
+use shisen_tracker::time::Micros;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+const COLUMNS: [&str; 5] = ["start_s", "end_s", "x", "y", "z"];
+
+/// The latest time, seconds: a day.
+const LATEST: f64 = 86_400.0;
+/// The farthest place along each axis, metres.
+const FARTHEST: f32 = 1_000.0;
+
+/// A target and when it is looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimedTarget {
+    /// From then on.
+    pub start: Micros,
+    /// Until then.
+    pub end: Micros,
+    /// Metres, in the room.
+    pub place: Vec3,
+}
+
+/// A table of targets that cannot be used.
+#[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
+pub enum ScriptError {
+    /// The system refuses it.
+    #[error("cannot read the targets in {}: {reason}", path.display())]
+    #[diagnostic(help("give the path of a table with the columns {}", COLUMNS.join(",")))]
+    Read {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        reason: std::io::Error,
+    },
+    /// Other columns, or none.
+    #[error("{}: line 1 is not the header of a table of targets", path.display())]
+    #[diagnostic(help("its first line is {}", COLUMNS.join(",")))]
+    Header {
+        /// Which.
+        path: PathBuf,
+    },
+    /// A line that cannot be used.
+    #[error("{}: line {line}: {what}", path.display())]
+    #[diagnostic(help(
+        "start and end are seconds from 0 to {LATEST}, each target's after those of the one before; x, y and z are metres in the room, within ±{FARTHEST}"
+    ))]
+    Line {
+        /// Which.
+        path: PathBuf,
+        /// From 1.
+        line: u64,
+        /// What is wrong.
+        what: String,
+    },
+    /// No target at all.
+    #[error("{} holds no target", path.display())]
+    #[diagnostic(help("add lines of start_s,end_s,x,y,z"))]
+    Empty {
+        /// Which.
+        path: PathBuf,
+    },
+}
+
+/// Reads a table.
+///
+/// # Errors
+/// A file that cannot be read, another header, lines that do not ascend in
+/// time or have other than five numbers in their ranges.
+pub fn read_script(path: &Path) -> Result<Vec<TimedTarget>, ScriptError> {
+    let text = crate::input::read_text(path).map_err(|reason| ScriptError::Read {
+        path: path.to_owned(),
+        reason,
+    })?;
+    let mut table = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let same = table.headers().is_ok_and(|found| found.iter().eq(COLUMNS));
+    if !same {
+        return Err(ScriptError::Header { path: path.into() });
+    }
+    let mut targets: Vec<TimedTarget> = Vec::new();
+    for (number, record) in table.records().enumerate() {
+        let wrong = |what: String| ScriptError::Line {
+            path: path.into(),
+            line: number as u64 + 2,
+            what,
+        };
+        let record = record.map_err(|error| wrong(error.to_string()))?;
+        let target = target(&record).map_err(wrong)?;
+        let last = targets.last().map_or(Micros(0), |last| last.end);
+        if target.start < last {
+            return Err(wrong("start_s is below end_s of the line before".into()));
+        }
+        targets.push(target);
+    }
+    if targets.is_empty() {
+        return Err(ScriptError::Empty { path: path.into() });
+    }
+    Ok(targets)
+}
+
+fn target(record: &csv::StringRecord) -> Result<TimedTarget, String> {
+    let mut cells = record.iter().zip(COLUMNS);
+    let mut next = |limits: std::ops::RangeInclusive<f64>| {
+        let (text, name) = cells.next().unwrap_or(("", "the line"));
+        let number = text.parse().ok().filter(|number| limits.contains(number));
+        number.ok_or_else(|| format!("{name} is {text:?}"))
+    };
+    let times = [next(0.0..=LATEST)?, next(0.0..=LATEST)?];
+    let [start, end] = times.map(|seconds| Micros((seconds * 1.0e6).round() as u64));
+    if end <= start {
+        return Err("end_s is not above start_s".into());
+    }
+    let far = f64::from(FARTHEST);
+    let [x, y, z] = [next(-far..=far)?, next(-far..=far)?, next(-far..=far)?];
+    let place = Vec3::new(x as f32, y as f32, z as f32);
+    Ok(TimedTarget { start, end, place })
+}
+
+/// What the mock's viewer, whose head is at the origin, is to look at.
+pub(in crate::tracker) fn scripted(targets: &[TimedTarget]) -> Vec<ScriptedTarget> {
+    let scripted = |target: &TimedTarget| ScriptedTarget {
+        at: target.start,
+        direction: target.place,
+    };
+    targets.iter().map(scripted).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_is_read_and_slips_say_where() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("targets.csv");
+        let read = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            read_script(&path)
+        };
+        let head = "start_s,end_s,x,y,z\n";
+        let good = read(&format!("{head}1,2.5, 0.1,0.2,-1\n2.5,4,0,0,-2\n")).unwrap();
+        assert_eq!(good.len(), 2);
+        assert_eq!(good[0].end, Micros(2_500_000));
+        assert_eq!(good[0].place, Vec3::new(0.1, 0.2, -1.0));
+        assert_eq!(scripted(&good)[1].at, Micros(2_500_000));
+        for (text, expected) in [
+            ("a,b\n".to_owned(), "line 1"),
+            (head.to_owned(), "no target"),
+            (format!("{head}1,2,0,0\n"), "line 2"),
+            (format!("{head}2,1,0,0,-1\n"), "end_s is not above"),
+            (format!("{head}-1,1,0,0,-1\n"), "start_s is \"-1\""),
+            (format!("{head}0,1,0,nan,-1\n"), "y is \"nan\""),
+            (format!("{head}0,2,0,0,-1\n1,3,0,0,-1\n"), "line 3: start_s"),
+        ] {
+            let said = read(&text).unwrap_err().to_string();
+            assert!(said.contains(expected), "{text:?}: {said}");
+        }
+        let said = read_script(&folder.path().join("none")).unwrap_err();
+        assert!(said.to_string().contains("none"), "{said}");
+    }
+}

@@ -1,0 +1,165 @@
+//! What the fuzz targets do with their bytes: nothing may panic, and what comes
+//! out has to be usable.
+
+mod line;
+
+use embedded_hal::i2c::{self, I2c, Operation};
+use line::{Line, assert_usable, decoder, records};
+use shisen_tracker::decoder::{Decoder, Event};
+use shisen_tracker::head::fastrak::{self, Fastrak};
+use shisen_tracker::head::liberty::{self, Liberty};
+use shisen_tracker::head::polhemus::{Family, Format as Written, ItemList};
+use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, Mode, documented};
+use shisen_tracker::i2c::{I2cHid, Interrupt};
+use shisen_tracker::mock::{Device, Format};
+use shisen_tracker::time::Micros;
+
+/// Records of each protocol, to start from.
+pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
+    let mut seeds: Vec<_> = Format::NAMES
+        .iter()
+        .map(|name| (*name, records(name, 1, 12).concat()))
+        .collect();
+    for (_, bytes) in &mut seeds {
+        // In pieces of 97 bytes: see `stream`.
+        bytes.insert(0, 96);
+    }
+    seeds.push(("descriptor", documented::DESCRIPTOR.to_vec()));
+    seeds
+}
+
+/// A stream; its first byte says in pieces of what size it comes. Two records
+/// stand behind it.
+pub fn stream(name: &'static str, bytes: &[u8]) {
+    let Some((&size, bytes)) = bytes.split_first() else {
+        return;
+    };
+    let mut line = Line::new(name);
+    for piece in bytes.chunks(usize::from(size) + 1) {
+        line.feed(piece);
+    }
+    let intact = records(name, 1, 2).concat();
+    line.feed(&intact);
+    line.finish(bytes.len() + intact.len());
+    // Cut otherwise, it says the same; only reports depend on where they end.
+    if !matches!(name, "osvr-hdk" | "hid") {
+        let mut samples = 0;
+        let mut whole = decoder(&Format::named(name).expect("a name of the list"));
+        let mut count = |event| samples += u64::from(matches!(event, Event::Sample(_)));
+        whole.feed(bytes, Micros(1), &mut count);
+        whole.feed(&intact, Micros(1), &mut count);
+        assert_eq!(samples, line.samples, "{name}");
+    }
+}
+
+/// A list of items of FASTRAK or Liberty, and a stream of such records.
+pub fn items(bytes: &[u8]) {
+    let Some((&[kind, count], bytes)) = bytes.split_first_chunk() else {
+        return;
+    };
+    let (numbers, bytes) = bytes.split_at(usize::from(count).min(bytes.len()));
+    let format = if kind & 1 == 0 {
+        Written::Binary
+    } else {
+        Written::Ascii
+    };
+    let family = if kind & 2 == 0 {
+        Family::Fastrak
+    } else {
+        Family::Liberty
+    };
+    let Ok(items) = ItemList::new(family, format, numbers) else {
+        return;
+    };
+    let mut take = |event| {
+        if let Event::Sample(sample) = event {
+            assert_usable("items", &sample);
+        }
+    };
+    match family {
+        Family::Fastrak => {
+            let mut decoder = Fastrak::new(fastrak::Config::new(items));
+            decoder.feed(bytes, Micros(1), &mut take);
+        }
+        Family::Liberty => {
+            let mut decoder = Liberty::new(liberty::Config::new(items));
+            decoder.feed(bytes, Micros(1), &mut take);
+        }
+    }
+}
+
+/// A report descriptor, and reports of 66 bytes behind the documented one's
+/// length.
+pub fn descriptor(bytes: &[u8]) {
+    let length = documented::DESCRIPTOR.len().min(bytes.len());
+    let (head, reports) = bytes.split_at(length);
+    for descriptor in [head, bytes] {
+        let Ok(mut tracker) = EyeTracker::new(descriptor, Axes::default()) else {
+            continue;
+        };
+        let intact = records("hid", 1, 1).concat();
+        for report in reports.chunks(66).chain([&intact[..]]) {
+            tracker.feed(report, Micros(1), &mut |event| {
+                if let Event::Sample(sample) = event {
+                    assert_usable("hid", &sample);
+                }
+            });
+            let _ = tracker.capabilities(report);
+            let _ = tracker.configuration(report);
+            let _ = tracker.status(report);
+        }
+        let _ = tracker.mode_request(Mode::ALL);
+    }
+}
+
+/// What a host says to a device, by the first byte's protocol.
+pub fn device(bytes: &[u8]) {
+    let Some((&which, bytes)) = bytes.split_first() else {
+        return;
+    };
+    let name = Format::NAMES[usize::from(which) % Format::NAMES.len()];
+    let mut device = Device::new(&Format::named(name).expect("a name of the list"));
+    device.feed(bytes, &mut |answer| assert!(!answer.is_empty()));
+}
+
+/// A bus on which these bytes come, and then an error.
+struct Bus<'a>(&'a [u8]);
+
+impl i2c::ErrorType for Bus<'_> {
+    type Error = i2c::ErrorKind;
+}
+
+impl I2c for Bus<'_> {
+    fn transaction(
+        &mut self,
+        _: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), i2c::ErrorKind> {
+        for operation in operations {
+            if let Operation::Read(into) = operation {
+                let (read, rest) = self
+                    .0
+                    .split_at_checked(into.len())
+                    .ok_or(i2c::ErrorKind::Bus)?;
+                into.copy_from_slice(read);
+                self.0 = rest;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a device says over I²C.
+pub fn i2c(bytes: &[u8]) {
+    let mut hid = I2cHid::new(Bus(bytes), 0x2C, 0x0001);
+    let mut buffer = [0; 512];
+    for step in 0..16 {
+        let now = Micros::from_millis(200 * step);
+        let _ = hid.poll(now, Interrupt::Asserted, &mut buffer);
+        if let Ok(Some(report)) = hid.input(&mut buffer) {
+            assert!(report.len() <= 512);
+        }
+        let _ = hid.get_feature(0x11, 22, &mut buffer);
+        let _ = hid.set_feature(0x14, &[0x14, 1]);
+    }
+}
