@@ -49,7 +49,7 @@ enum Shisen {
     #[command(subcommand)]
     Dome(dome::Dome),
     #[command(subcommand)]
-    Tracker(tracker::TrackerCommand),
+    Tracker(Box<tracker::TrackerCommand>),
     #[command(subcommand)]
     Bench(bench::Bench),
 }

@@ -25,7 +25,38 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
         bytes.insert(0, 96);
     }
     seeds.push(("descriptor", documented::DESCRIPTOR.to_vec()));
+    seeds.push(("i2c", on_a_bus()));
     seeds
+}
+
+/// A device's HID descriptor, its report descriptor, that it has reset itself, and
+/// a report.
+fn on_a_bus() -> Vec<u8> {
+    let report = records("hid", 1, 1).concat();
+    let descriptor = documented::DESCRIPTOR;
+    let words: [u16; 15] = [
+        30,
+        0x0100,
+        descriptor.len() as u16,
+        2,
+        3,
+        report.len() as u16 + 2,
+        4,
+        0,
+        5,
+        6,
+        0xDEED,
+        0xFEED,
+        1,
+        0,
+        0,
+    ];
+    let mut bytes: Vec<u8> = words.into_iter().flat_map(u16::to_le_bytes).collect();
+    bytes.extend(descriptor);
+    bytes.extend([0, 0]);
+    bytes.extend((report.len() as u16 + 2).to_le_bytes());
+    bytes.extend(report);
+    bytes
 }
 
 /// A stream; its first byte says in pieces of what size it comes. Two records

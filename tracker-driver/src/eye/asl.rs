@@ -39,6 +39,7 @@
 //! |---|---|---|---|
 //! | 0 | 0.60 | 0.01 | 0 |
 
+use super::numbers;
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
@@ -240,16 +241,7 @@ fn sample(
 /// The frame that a device sends for a sample. What the sample does not have
 /// is zero; values are rounded, and kept within 16 bits.
 pub fn encode(sample: &Sample, layout: Layout) -> Vec<u8, LONGEST_FRAME> {
-    let gaze = match sample.gaze_point.map(|point| point.value) {
-        Some(GazePoint::Raw(point) | GazePoint::Plane(point) | GazePoint::Normalized(point)) => {
-            point
-        }
-        None => Vec2::ZERO,
-    };
-    let pupil = match sample.combined.pupil {
-        Some(Pupil::Raw(pupil) | Pupil::Diameter(pupil)) => pupil,
-        None => 0.0,
-    };
+    let (gaze, pupil) = numbers(sample);
     let [[p1, p0], [h1, h0], [v1, v0]] =
         [pupil.max(0.0), gaze.x, gaze.y].map(|value| (libm::roundf(value) as i16).to_be_bytes());
     let [n1, n0] = (sample.sequence.unwrap_or(0) as u16).to_be_bytes();

@@ -42,6 +42,7 @@
 //! | at once | 0 | 0.40 | 0.07 | 0.07 |
 //! | confirmed | 0 | 0.40 | 0 | 0 |
 
+use super::numbers;
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
@@ -309,16 +310,7 @@ fn sample(config: &Config, words: &[u8], arrival: Micros) -> Sample {
 /// have an output it is zero; values are rounded to tenths, and kept within 0
 /// and [`Config::largest_word`].
 pub fn encode(sample: &Sample, config: &Config) -> Vec<u8, LONGEST_RECORD> {
-    let gaze = match sample.gaze_point.map(|point| point.value) {
-        Some(GazePoint::Raw(point) | GazePoint::Plane(point) | GazePoint::Normalized(point)) => {
-            point
-        }
-        None => Vec2::ZERO,
-    };
-    let pupil = match sample.combined.pupil {
-        Some(Pupil::Raw(pupil) | Pupil::Diameter(pupil)) => pupil,
-        None => 0.0,
-    };
+    let (gaze, pupil) = numbers(sample);
     let mut record = Vec::new();
     // The vector holds the longest record.
     let _ = record.extend_from_slice(&[HEADER; 2]);

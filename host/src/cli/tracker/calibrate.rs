@@ -45,7 +45,7 @@ pub(in crate::cli) struct Arguments {
     /// Where to; what was there is overwritten
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// What is looked at and when: a table with the columns start_s, end_s
+    /// What is looked at and when: a table with the columns `start_s`, `end_s`
     /// (seconds since the tracker was opened, or on the recording's clock), x, y
     /// and z (metres, in the room)
     #[arg(long, value_name = "CSV")]
