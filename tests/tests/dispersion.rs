@@ -352,10 +352,30 @@ fn around([x, y]: [f32; 2]) -> View {
 }
 
 #[test]
-fn a_clear_ball_in_a_white_room_is_white() {
+fn clear_glass_in_a_white_room_is_white() {
     let white = Background::uniform([1.0; 3]);
-    let baked = Baked::<8>::new(&ball(clear(Medium::QUARTZ_O), white)).expect("a scene");
-    let view = before_the_ball(24);
+    let one = ball(clear(Medium::QUARTZ_O), white);
+    // Behind it a flat one and a block with edges, in which light is reflected
+    // again and again.
+    let mut several = ball(clear(Medium::SF11), white);
+    let behind = |shape, z| Object {
+        shape,
+        world_from_object: DAffine3::from_translation(DVec3::new(0.3, -0.2, z)),
+        ..several.objects[0].clone()
+    };
+    let more = [
+        behind(
+            Shape::Spheroid {
+                equatorial_radius: 0.9,
+                polar_radius: 0.3,
+            },
+            -5.0,
+        ),
+        behind(Shape::Mesh(0), -1.6),
+    ];
+    several.objects.extend(more);
+    several.meshes.push(icosphere(0));
+    let view = before_the_ball(20);
     let expected = vec![
         Pixel {
             red: 1.0,
@@ -363,20 +383,29 @@ fn a_clear_ball_in_a_white_room_is_white() {
             blue: 1.0,
             alpha: 1.0,
         };
-        24 * 24
+        20 * 20
     ];
-    for samples in [1, 4, 15] {
-        for count in [1, 2, 7, 10, 14, 64] {
-            with_table(count, 32, |table| {
-                let check = |view: &View, spectrum, way: &str| {
-                    let found = render(&baked, view, (MAX_DEPTH, samples), spectrum);
-                    let off = largest_difference(&found, &expected);
-                    assert!(off < 1e-4, "{way}, {count}, {samples}: {off}");
-                };
-                check(&view, split(table), "split");
-                check(&view, comb(table), "comb");
-                check(&view, Spectrum::Comb { table, each: 3 }, "comb of three");
-            });
+    for (scene, depth) in [
+        (&one, 3),
+        (&one, MAX_DEPTH),
+        (&several, 1),
+        (&several, 3),
+        (&several, 8),
+    ] {
+        let baked = Baked::<8>::new(scene).expect("a scene");
+        for samples in [1, 4, 15] {
+            for count in [1, 2, 7, 14, 64] {
+                with_table(count, 32, |table| {
+                    let check = |spectrum, way: &str| {
+                        let found = render(&baked, &view, (depth, samples), spectrum);
+                        let off = largest_difference(&found, &expected);
+                        assert!(off < 1e-4, "{way}, {count}, {samples}, {depth}: {off}");
+                    };
+                    check(split(table), "split");
+                    check(comb(table), "comb");
+                    check(Spectrum::Comb { table, each: 3 }, "comb of three");
+                });
+            }
         }
     }
 }

@@ -191,14 +191,7 @@ where
         let surface =
             hit.and_then(|hit| Surface::new::<W, EFFECTS>(scene, &from.ray, &hit, self.effects));
         let (Some(hit), Some(surface)) = (hit, surface) else {
-            let background = scene.background();
-            let alpha = background.alpha;
-            // Seen directly or through glass it counts as far as it covers;
-            // seen in a mirror it is part of the mirror.
-            let share = if from.uncovered > 0.0 { alpha } else { 1.0 };
-            let light = from.weight * background::colour(background, direction) * share;
-            gathered.add::<EFFECTS>(light);
-            gathered.alpha -= from.uncovered * (1.0 - alpha);
+            self.see_background(direction, (from.weight, from.uncovered), gathered);
             return;
         };
         let material = surface.material;
@@ -222,7 +215,15 @@ where
         let record = &mut *gathered.record;
         let own = self.own_light(&surface, towards, budget, workspace, record);
         gathered.add::<EFFECTS>(weight * own);
+        let is_clear = Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0;
         if from.bounces >= self.detail.depth {
+            if is_clear {
+                // What is behind it is not followed, but it is not dark.
+                let let_through = Vec3::from_array(material.transmission);
+                let share = if inside { Vec3::ONE } else { let_through };
+                let uncovered = from.uncovered * share.max_element();
+                self.see_background(direction, (weight * share, uncovered), gathered);
+            }
             return;
         }
         let at = Arrival {
@@ -235,7 +236,7 @@ where
             bounces: from.bounces + 1,
             is_tinted: from.is_tinted,
         };
-        if Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0 {
+        if is_clear {
             self.enter(at, gathered, workspace);
         } else if Self::has(effect::REFLECTION) && effects & effect::REFLECTION != 0 {
             let weight = at.weight * Vec3::from_array(material.mirror);
@@ -247,6 +248,25 @@ where
                 workspace.statistics.reflected += 1;
             }
         }
+    }
+
+    /// Adds the background, of light that counts for so much and is uncovered so
+    /// far.
+    #[inline(always)]
+    fn see_background<R: Record>(
+        &self,
+        direction: Vec3,
+        (weight, uncovered): (Vec3, f32),
+        gathered: &mut Gathered<'_, 'a, R>,
+    ) {
+        let background = self.tracer.scene().background();
+        let alpha = background.alpha;
+        // Seen directly or through glass it counts as far as it covers; seen in a
+        // mirror it is part of the mirror.
+        let share = if uncovered > 0.0 { alpha } else { 1.0 };
+        let light = weight * background::colour(background, direction) * share;
+        gathered.add::<EFFECTS>(light);
+        gathered.alpha -= uncovered * (1.0 - alpha);
     }
 
     /// What goes on from the border of a clear body, on both sides of it.

@@ -47,7 +47,8 @@ enum MethodChoice {
     Comb,
     /// The same, each ray all of them
     Split,
-    /// As in Kishioka's paper: a picture each, of a part of the samples
+    /// As in Kishioka's paper: a picture each, of a part of the samples, at least
+    /// one
     Paper,
     /// The same in the colours of the others
     Fixed,

@@ -18,6 +18,7 @@ use shisen::effects::{Effects, compiled_for};
 use shisen::render::{self, Account, Observer, Options};
 use shisen::scene::builtin::PaperScene;
 use shisen::scene::file::material_names;
+use shisen::spectrum::Dispersion;
 use shisen_core::scene::{EffectSet, Records};
 
 /// Shows which effects a scene asks for, and what each costs
@@ -81,6 +82,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let source = Source::load(name, &arguments.model)?;
     let baked = arguments.lod.baked(source.scene, &source.name)?;
     let (options, dispersion) = arguments.tracing.options(&baked)?;
+    if dispersion.is_some() && matches!(options.dispersion, Dispersion::Images(..)) {
+        return Err(Failure::usage(
+            "--dispersion paper and fixed are whole pictures one after the other, in which no \
+             ray is traced for dispersion alone: explain comb or split",
+        ));
+    }
     let frames = Frames {
         baked: &baked,
         cave: &cave,

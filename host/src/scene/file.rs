@@ -32,7 +32,8 @@
 //! 1 along x and against z, and on spheres and spheroids u goes round with the
 //! longitude and v up with the latitude. A material has an `index_of_refraction`
 //! or a `medium`: one of the file's or `fused-silica`, `quartz-o`, `quartz-e`,
-//! `n-bk7`, `sf11`, `diamond` or `water`; these and `absorption` are for materials
+//! `n-bk7`, `sf11`, `diamond` or `water`; which have to be known at
+//! 587.56 nm; these and `absorption` are for materials
 //! with a `transmission`. `emission` is seen, but lights
 //! nothing, and a rectangle lights, but is not seen. A scene has at least one object and may have no
 //! light. Meshes and materials are numbered by name in the [`Scene`],

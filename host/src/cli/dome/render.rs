@@ -37,7 +37,7 @@ use std::path::{Path, PathBuf};
 /// mesh (null where there is none to choose), threads, simd, depth, samples,
 /// effects (the names of those carried out), `effects_asked` (of those that the
 /// scene asks for) and dispersion (null where it is not carried out: method,
-/// wavelengths and `range_nm`).
+/// wavelengths, each and `range_nm`).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// A, B, C or D of Mochizuki and Makino, grid (meridians and parallels every
