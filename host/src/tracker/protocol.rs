@@ -109,6 +109,7 @@ impl Protocol {
     pub const fn baud(&self) -> u32 {
         match self.format {
             Format::Asl(_) => asl::BAUD,
+            Format::Flock(_) => flock::BAUD,
             _ => 115_200,
         }
     }

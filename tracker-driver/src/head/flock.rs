@@ -98,6 +98,9 @@ use crate::time::Micros;
 use glam::{Quat, Vec3};
 use heapless::Vec;
 
+/// The speed of the line, as VRPN has it; a device's switches may say otherwise, up
+/// to 115,200.
+pub const BAUD: u32 = 38_400;
 /// Most words of a record: position and matrix.
 pub const MOST_WORDS: usize = 12;
 /// Most bytes of a record: those, and a bird's address.

@@ -160,6 +160,12 @@ fn line(
     end: &EndArguments,
     over: Option<Micros>,
 ) -> Result<(), Failure> {
+    if !protocol.is_serial() {
+        return Err(Failure::usage(&format!(
+            "{protocol} does not go over a serial line: its devices are HID. Choose another \
+             --as"
+        )));
+    }
     let interrupt = Interrupt::new();
     let mut pty = Pty::open(path).map_err(|reason| LineError::Open {
         path: path.into(),
