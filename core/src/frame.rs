@@ -12,6 +12,7 @@ mod detail;
 mod dome;
 mod fill;
 mod ledger;
+mod order;
 mod past;
 mod view;
 
@@ -23,12 +24,18 @@ use block::{BLOCK, Block, Target};
 use core::fmt;
 use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
 pub use detail::{FACE_TOLERANCE, LevelOfDetail};
+use dome::hits_together;
 pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
-pub use view::{DomeError, DomePose, DomeProjection, DomeScreen, MirrorCamera, View, ViewError};
+pub use order::{FrameError, FrameJob, Part, Place, Progress, Tiles};
+pub use view::{
+    DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen, MirrorCamera, View, ViewError,
+};
 
 use crate::gaze::{Detail, Gaze, Region};
 use crate::scene::{EffectSet, Scene};
 use crate::simd::{Runs, Simd};
+use crate::trace::RowHits;
+use view::{RayRow, Screen};
 
 /// Most samples of a pixel.
 pub const MAX_SAMPLES: u16 = 4096;
@@ -84,13 +91,13 @@ pub struct Tile {
 
 impl Tile {
     /// Blocks are of the view's grid, cut off at the tile's borders.
-    fn parts(self) -> impl Iterator<Item = Part> {
+    fn parts(self) -> impl Iterator<Item = BlockPart> {
         let cut = |first: u32, end: u32| {
             let starts = (first / BLOCK..end.div_ceil(BLOCK)).map(|block| block * BLOCK);
             starts.map(move |start| (start.max(first), (start + BLOCK).min(end)))
         };
         cut(self.y, self.y + self.height).flat_map(move |(y, below)| {
-            cut(self.x, self.x + self.width).map(move |(x, right)| Part {
+            cut(self.x, self.x + self.width).map(move |(x, right)| BlockPart {
                 x,
                 y,
                 columns: right - x,
@@ -124,7 +131,7 @@ impl Tile {
 
 /// The part of a block of a view's grid that a tile has.
 #[derive(Debug, Clone, Copy)]
-struct Part {
+struct BlockPart {
     x: u32,
     y: u32,
     /// 1 to [`BLOCK`].
@@ -179,12 +186,38 @@ pub enum Outcome {
 pub struct Renderer<'a, const W: usize = 8> {
     tracer: Tracer<'a, W>,
     settings: Settings,
+    /// In [`Mode::Tile`].
+    together: Option<Together<W>>,
     /// What rays may do that no gaze gives less.
     most: RayDetail,
     lod: Option<LevelOfDetail>,
     /// Traces only what this gaze gives less than this level.
     below: Option<(LevelOfDetail, f32)>,
 }
+
+/// How rays go together: pointers, so that a program whose rays go one at a
+/// time has no code for it.
+#[derive(Debug, Clone, Copy)]
+struct Together<const W: usize> {
+    block: RenderBlock<W>,
+    row: FindRow<W>,
+}
+
+type RenderBlock<const W: usize> = fn(
+    &Block,
+    &Renderer<'_, W>,
+    (&View, &Screen),
+    &mut Budget,
+    &mut Workspace,
+    &mut Target<'_>,
+) -> u32;
+
+type FindRow<const W: usize> = fn(
+    &Tracer<'_, W>,
+    (&RayRow, &[Option<RayDetail>; 8]),
+    &mut Budget,
+    &mut Workspace,
+) -> Option<RowHits>;
 
 impl<'a, const W: usize> Renderer<'a, W>
 where
@@ -204,15 +237,33 @@ where
         simd: Simd,
         settings: Settings,
     ) -> Self {
+        let together = match settings.mode {
+            Mode::Single => None,
+            Mode::Tile => Some(Together {
+                block: Block::render_together::<W>,
+                row: hits_together::<W, EFFECTS>,
+            }),
+        };
+        Self {
+            together,
+            ..Self::single::<EFFECTS>(scene, simd, settings)
+        }
+    }
+
+    /// As [`for_effects`](Self::for_effects) in [`Mode::Single`], whatever the
+    /// settings say. A program that makes its renderers by this function only has
+    /// no code of the other mode, which is more than half of the tracer.
+    pub fn single<const EFFECTS: u32>(scene: Scene<'a, W>, simd: Simd, settings: Settings) -> Self {
         let settings = Settings {
             depth: settings.depth.min(MAX_DEPTH),
             samples: settings.samples.clamp(1, MAX_SAMPLES),
-            mode: settings.mode,
+            ..settings
         };
         let tracer = Tracer::for_effects::<EFFECTS>(scene, simd, settings.depth);
         Self {
             tracer,
             settings,
+            together: None,
             most: tracer.detail(),
             lod: None,
             below: None,
@@ -272,6 +323,14 @@ where
     pub const fn below_level(mut self, gaze: Gaze, level: f32) -> Self {
         self.below = Some((LevelOfDetail::new(gaze), level));
         self
+    }
+
+    /// The gaze that its detail follows, if it follows one.
+    pub const fn gaze(&self) -> Option<&Gaze> {
+        match &self.lod {
+            Some(lod) => Some(&lod.gaze),
+            None => None,
+        }
     }
 
     /// What traces its rays.
@@ -389,7 +448,7 @@ impl TileJob {
         let mut before = 0;
         let mut patch = None;
         for part in tile.parts() {
-            let Part {
+            let BlockPart {
                 x,
                 y,
                 columns,

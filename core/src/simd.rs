@@ -391,6 +391,14 @@ impl Simd {
     /// Plain Rust, on any machine.
     pub const PORTABLE: Self = Self(Path::Portable);
 
+    /// Whether the target has vector registers that compilers put lanes in. On
+    /// one without, lanes only make code longer where one would do.
+    pub(crate) const HAS_VECTORS: bool = cfg!(not(any(
+        target_arch = "arm",
+        target_arch = "riscv32",
+        target_arch = "xtensa"
+    )));
+
     /// The fastest that this processor has. Asks it once; keep the value.
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]

@@ -1,12 +1,13 @@
 //! A block of pixels that go through the scene together.
 
+use super::Renderer;
 use super::detail::BlockDetail;
 use super::past::{CopyPast, SeePast};
 use super::view::{Kind, Screen, View};
-use super::{Mode, Renderer};
 use crate::gaze::Region;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
 use crate::trace::{Balance, Budget, NOT_TRACED, Pixel, Sample, TileRays, Workspace};
+use core::num::NonZeroU32;
 use glam::Vec3;
 
 /// Pixels a side.
@@ -67,16 +68,16 @@ impl Block {
     where
         Simd: Runs<W>,
     {
-        match view.kind() {
+        match (view.kind(), renderer.together) {
             // What is left of a block that was interrupted goes ray by ray.
-            Kind::Screen(screen) if renderer.settings.mode == Mode::Tile && first == 0 => {
-                self.render_together(renderer, (view, screen), budget, workspace, target)
+            (Kind::Screen(screen), Some(together)) if first == 0 => {
+                (together.block)(self, renderer, (view, screen), budget, workspace, target)
             }
-            Kind::Screen(screen) => {
+            (Kind::Screen(screen), _) => {
                 let of = (view, screen);
                 self.render_singly(renderer, of, first, budget, workspace, target)
             }
-            Kind::Dome(dome) => {
+            (Kind::Dome(dome), _) => {
                 self.render_dome(renderer, (view, dome), first, budget, workspace, target)
             }
         }
@@ -95,15 +96,23 @@ impl Block {
         Simd: Runs<W>,
     {
         let detail = self.detail(renderer, view);
-        for number in first..self.columns * self.rows {
+        let mut done = 0;
+        for at in self.places_from(first) {
             if budget.is_spent() {
-                return number - first;
+                break;
             }
-            let at = (number % self.columns, number / self.columns);
             let pixel = self.pixel(renderer, screen, at, &detail, budget, workspace);
             target.write(at.0, at.1, pixel);
+            done += 1;
         }
-        self.columns * self.rows - first
+        done
+    }
+
+    /// Columns and rows of its pixels from number `first` on, in rows.
+    pub(super) fn places_from(&self, first: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let columns = NonZeroU32::new(self.columns).unwrap_or(NonZeroU32::MIN);
+        let all = columns.get() * self.rows;
+        (first..all).map(move |number| (number % columns, number / columns))
     }
 
     /// Of its pixels, by its own columns and rows.
@@ -151,7 +160,8 @@ impl Block {
         sum.mean(samples)
     }
 
-    fn render_together<const W: usize>(
+    /// All of its pixels, going through the scene together.
+    pub(super) fn render_together<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
         (view, screen): (&View, &Screen),

@@ -271,10 +271,31 @@ impl BlockLevels {
     /// Of the block that has pixel (x, y) in it.
     pub(super) fn new(lod: &LevelOfDetail, simd: Simd, view: &View, (x, y): (u32, u32)) -> Self {
         let (x, y) = (x / BLOCK * BLOCK, y / BLOCK * BLOCK);
+        if !Simd::HAS_VECTORS {
+            return match view.kind() {
+                Kind::Screen(view) => Self::one_by_one(lod, view, (x, y)),
+                Kind::Dome(view) => Self::one_by_one(lod, view, (x, y)),
+            };
+        }
         match view.kind() {
             Kind::Screen(view) => <Simd as Runs<8>>::run(simd, Levels { lod, view, x, y }),
             Kind::Dome(view) => <Simd as Runs<8>>::run(simd, Levels { lod, view, x, y }),
         }
+    }
+
+    /// The same, pixel by pixel.
+    fn one_by_one(lod: &LevelOfDetail, view: &impl Directions, (x, y): (u32, u32)) -> Self {
+        let mut block = Self::OUTSIDE;
+        for (number, level) in block.levels.as_flattened_mut().iter_mut().enumerate() {
+            let (column, row) = (number as u32 % BLOCK, number as u32 / BLOCK);
+            let direction = view.direction((x + column, y + row));
+            *level = lod.gaze.level(direction).unwrap_or(0.0);
+            if *level > 0.0 {
+                block.traced |= 1 << number;
+                (block.least, block.most) = (min(*level, block.least), max(*level, block.most));
+            }
+        }
+        block
     }
 
     /// The least and the most of a group's levels, as of the block's, and

@@ -1,10 +1,10 @@
 //! A block of a dome master, eight rays at a time.
 
+use super::Renderer;
 use super::block::{Block, Sum, Target, offset};
 use super::view::{Dome, RayRow, View};
-use super::{Mode, Renderer};
 use crate::simd::{Runs, Simd};
-use crate::trace::{Budget, Pixel, RayDetail, RowHits, Sample, Workspace};
+use crate::trace::{Budget, Pixel, RayDetail, RowHits, Sample, Tracer, Workspace};
 
 impl Block {
     /// Renders the pixels from number `first` on, in rows, and says how many
@@ -24,18 +24,18 @@ impl Block {
         let (simd, samples) = (renderer.tracer.simd(), renderer.settings.samples);
         let mut detail = None;
         let mut traced = Traced::NONE;
-        for number in first..self.columns * self.rows {
+        let mut done = 0;
+        for (column, row) in self.places_from(first) {
             if budget.is_spent() {
-                return number - first;
+                break;
             }
-            let (column, row) = (number % self.columns, number / self.columns);
             let mut own = |column: u32| {
                 let detail = detail.get_or_insert_with(|| self.detail(renderer, view));
                 detail.at(column, row)
             };
             let mut sum = Sum::NONE;
             if samples == 1 {
-                if column == 0 || number == first {
+                if column == 0 || done == 0 {
                     let rays = self.rays_of_row(simd, dome, row);
                     traced = Traced::new(
                         renderer,
@@ -61,8 +61,9 @@ impl Block {
                 }
             }
             target.write(column, row, sum.mean(samples));
+            done += 1;
         }
-        self.columns * self.rows - first
+        done
     }
 
     /// Through the centres of its pixels in a row.
@@ -90,6 +91,20 @@ impl Block {
         }
         dome.row(simd, &x, &y)
     }
+}
+
+/// The nearest hits of the rays of eight places, where they can go together.
+pub(super) fn hits_together<const W: usize, const EFFECTS: u32>(
+    tracer: &Tracer<'_, W>,
+    (rays, detail): (&RayRow, &[Option<RayDetail>; 8]),
+    budget: &mut Budget,
+    workspace: &mut Workspace,
+) -> Option<RowHits>
+where
+    Simd: Runs<W>,
+{
+    let one = |lane: usize| Some((rays.ray(lane)?, detail[lane % 8]?.rung));
+    tracer.nearest_of_row::<EFFECTS>(&rays.together(detail), one, budget, workspace)
 }
 
 /// Rays of eight places and, where they went together, what they met.
@@ -128,14 +143,9 @@ impl Traced {
         for (lane, detail) in (0..).zip(&mut detail) {
             *detail = own(lane);
         }
-        let hits = if renderer.settings.mode == Mode::Tile {
-            let one = |lane: usize| Some((rays.ray(lane)?, detail[lane % 8]?.rung));
-            renderer
-                .tracer
-                .nearest_of_row(&rays.together(&detail), one, budget, workspace)
-        } else {
-            None
-        };
+        let hits = renderer.together.and_then(|together| {
+            (together.row)(&renderer.tracer, (&rays, &detail), budget, workspace)
+        });
         Self { rays, detail, hits }
     }
 

@@ -3,7 +3,9 @@
 use super::block::BLOCK;
 use super::detail::{BlockLevels, PATCH, region_of};
 use super::view::{Directions, Kind, View};
-use super::{DomeError, DomePose, DomeProjection, MirrorCamera, Part, Renderer, Tile, TileError};
+use super::{
+    BlockPart, DomeError, DomePose, DomeProjection, MirrorCamera, Renderer, Tile, TileError,
+};
 use crate::capture::{Mapping, SpheroidMirror};
 use crate::gaze::Region;
 use crate::numeric::{arctangent, max, min, sqrt};
@@ -272,7 +274,7 @@ where
     }
 }
 
-impl Part {
+impl BlockPart {
     fn fill(
         &self,
         simd: Simd,

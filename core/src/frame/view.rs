@@ -2,11 +2,13 @@
 
 mod dome;
 mod dome_screen;
+mod flat_screen;
 mod screen;
 
 pub(super) use dome::{Dome, RayRow};
 pub use dome::{DomeError, DomePose, DomeProjection, MirrorCamera};
 pub use dome_screen::DomeScreen;
+pub use flat_screen::FlatScreen;
 pub(super) use screen::Screen;
 pub use screen::ViewError;
 
@@ -144,4 +146,7 @@ pub(super) trait Directions {
     /// the picture's borders repeat its last column and row; those outside a
     /// rim have that of its nearest point.
     fn directions<L: Lanes<8>>(&self, l: L, place: (u32, u32)) -> [L::F; 3];
+
+    /// The same of one pixel.
+    fn direction(&self, place: (u32, u32)) -> Vec3;
 }

@@ -1,8 +1,12 @@
+use crate::numeric::{max, min};
 use core::f32::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_6, PI};
 use core::fmt;
 
 /// Radians.
 const LEAST_CENTRAL: f32 = 1.0e-6;
+
+/// Radians; below the least of the limits' own most, π/2.
+const MOST_WIDENED_CENTRAL: f32 = 1.5;
 
 /// How far the visual field reaches from the line of sight, radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,6 +156,33 @@ impl VisualField {
         Ok(Self { limits, boundary })
     }
 
+    /// The same field, wider all round by some radians, as far as directions go:
+    /// what a gaze needs that is known to within so much. `None` where that is
+    /// everything, from π on, and where it is NaN.
+    pub fn wider(self, by: f32) -> Option<Self> {
+        if !(by < PI) {
+            return None;
+        }
+        let by = max(by, 0.0);
+        let VisualFieldLimits {
+            central,
+            up,
+            down,
+            left,
+            right,
+        } = self.limits;
+        let limits = VisualFieldLimits {
+            // Levels fall from here to the limits, which have to be farther.
+            central: min(central + by, max(central, MOST_WIDENED_CENTRAL)),
+            up: min(up + by, FRAC_PI_2),
+            down: min(down + by, FRAC_PI_2),
+            left: min(left + by, PI),
+            right: min(right + by, PI),
+        };
+        // Limits that rounding makes equal are left as they were.
+        Some(Self::new(limits, self.boundary).unwrap_or(self))
+    }
+
     /// The same limits joined by another curve.
     #[must_use]
     pub const fn with_boundary(self, boundary: Boundary) -> Self {
@@ -189,6 +220,34 @@ mod tests {
         assert_eq!(new(Boundary::Printed), Ok(VisualField::PAPER));
         let ellipse = VisualField::PAPER.with_boundary(Boundary::Ellipse);
         assert_eq!(new(Boundary::Ellipse), Ok(ellipse));
+    }
+
+    #[test]
+    fn a_wider_field_ends_where_directions_do() {
+        let paper = VisualField::PAPER;
+        assert_eq!(paper.wider(0.0), Some(paper));
+        assert_eq!(paper.wider(-1.0), Some(paper));
+        for none in [PI, f32::INFINITY, f32::NAN] {
+            assert_eq!(paper.wider(none), None);
+        }
+        let limits = paper.wider(0.25).unwrap().limits();
+        assert_eq!(limits.central, FRAC_PI_6 + 0.25);
+        assert_eq!(limits.left, paper.limits().left + 0.25);
+        let limits = paper.wider(3.0).unwrap().limits();
+        assert_eq!((limits.central, limits.up), (1.5, FRAC_PI_2));
+        assert_eq!((limits.left, limits.right), (PI, PI));
+        // A central field beyond what widening gives keeps its size.
+        let limits = VisualFieldLimits {
+            central: 1.55,
+            up: 1.56,
+            down: 1.56,
+            left: 1.5500001,
+            right: 3.0,
+        };
+        let field = VisualField::new(limits, Boundary::Ellipse).unwrap();
+        let wider = field.wider(0.5).unwrap();
+        assert_eq!(wider.limits().central, 1.55);
+        assert_eq!(wider.boundary(), Boundary::Ellipse);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::sample::Sample;
 use super::shading::Arrival;
 use crate::spectrum::{Medium, SpectralSample, SpectralTable};
 use core::fmt;
+use core::num::NonZeroU32;
 use glam::Vec3;
 
 /// Which wavelengths rays have.
@@ -105,9 +106,7 @@ impl<'a> Spectrum<'a> {
     /// where that is one.
     pub(super) fn part(&self, sample: Sample, groups: u8) -> Option<Part<'a>> {
         let groups = u32::from(groups).min(u32::from(self.count()));
-        if groups < 2 {
-            return None;
-        }
+        let groups = NonZeroU32::new(groups).filter(|groups| groups.get() > 1)?;
         let seed = sample.seed();
         let (index, count) = (u32::from(sample.index()), u32::from(sample.count()));
         match self {
@@ -115,7 +114,9 @@ impl<'a> Spectrum<'a> {
             Self::Comb { table, each } => {
                 // Whole rounds, each in a phase of its own; samples that are
                 // left over share the last one's.
-                let round_length = groups.div_ceil(u32::from(*each).max(1)).min(count);
+                let round_length = groups.get().div_ceil(u32::from(*each).max(1)).min(count);
+                // It is not 0; the compiler is to see it.
+                let round_length = round_length.max(1);
                 let rounds = count / round_length;
                 let round = (index / round_length).min(rounds - 1);
                 let position = index % round_length;
@@ -149,7 +150,7 @@ pub(super) struct Part<'a> {
     /// What stands for all of the phase.
     pub(super) broad: &'a [SpectralSample],
     /// Parts of the phase that are told apart.
-    groups: u32,
+    groups: NonZeroU32,
     /// The next that it takes.
     next: u32,
     /// To the one after it.
@@ -160,13 +161,16 @@ pub(super) struct Part<'a> {
 
 impl Part<'_> {
     /// How many it still has.
-    pub(super) const fn count(&self) -> u32 {
-        self.groups.saturating_sub(self.next).div_ceil(self.step)
+    pub(super) fn count(&self) -> u32 {
+        self.groups
+            .get()
+            .saturating_sub(self.next)
+            .div_ceil(self.step.max(1))
     }
 
     /// The next, and its colour.
     pub(super) fn next(&mut self) -> Option<SpectralSample> {
-        if self.next >= self.groups {
+        if self.next >= self.groups.get() {
             return None;
         }
         let SpectralSample { nm, weight } = self.group(self.next);

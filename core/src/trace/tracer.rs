@@ -5,7 +5,7 @@ use super::budget::{Budget, Statistics};
 use super::dispersion::{Balance, Spectrum, SpectrumError};
 use super::hit::Hit;
 use super::ledger::Ledger;
-use super::row::{Between, OnLines, RowHits, RowRays, RowSearch};
+use super::row::{Between, RowHits, RowRays, RowSearch};
 use super::sample::Sample;
 use super::shading::{Pending, Shade, shade_and_record, shade_tree};
 use super::stack::{TraversalStack, Work};
@@ -107,15 +107,6 @@ pub struct Tracer<'a, const W: usize = 8> {
     spectrum: Spectrum<'a>,
     effects: EffectSet,
     shade: Shade<W>,
-    /// For graticules.
-    between: Option<BetweenLines>,
-}
-
-/// Which of eight rays meet a surface between its lines: a bit for each.
-type BetweenLines = for<'r> fn(Simd, &'r RowRays<'r>, &'r OnLines<'r>) -> u32;
-
-fn between_lines(simd: Simd, rays: &RowRays<'_>, on: &OnLines<'_>) -> u32 {
-    <Simd as Runs<8>>::run(simd, Between { rays, on })
 }
 
 impl<'a, const W: usize> Tracer<'a, W>
@@ -145,11 +136,6 @@ where
             spectrum: Spectrum::Rgb,
             effects: EffectSet::from_bits(EFFECTS),
             shade: shade_tree::<W, EFFECTS>,
-            between: if EFFECTS & effect::GRATICULE == 0 {
-                None
-            } else {
-                Some(between_lines)
-            },
         }
     }
 
@@ -316,8 +302,8 @@ where
 
     /// The nearest hits of eight rays that start apart, each on its own rung:
     /// those that [`nearest`](Self::nearest) finds. `None`, at no price, where
-    /// they cannot go together.
-    pub(crate) fn nearest_of_row(
+    /// they cannot go together. Its code has that of some effects.
+    pub(crate) fn nearest_of_row<const EFFECTS: u32>(
         &self,
         rays: &RowRays<'_>,
         rung: impl Fn(usize) -> Option<(Ray, u8)>,
@@ -326,11 +312,12 @@ where
     ) -> Option<RowHits> {
         let scene = &self.scene;
         let mut found = <Simd as Runs<8>>::run(self.simd, RowSearch::<W> { scene, rays })?;
-        if let Some(between) = self.between
+        if EFFECTS & effect::GRATICULE != 0
             && self.effects.contains(EffectSet::GRATICULE)
             && let Some(on) = found.on_lines(scene)
         {
-            found.between = between(self.simd, rays, &on);
+            let between = Between { rays, on: &on };
+            found.between = <Simd as Runs<8>>::run(self.simd, between);
         }
         let work = Work {
             steps: found.steps,

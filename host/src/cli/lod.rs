@@ -13,7 +13,7 @@ use shisen::look::Point;
 use shisen::render::Observer;
 use shisen::simplify::PolygonLevels;
 use shisen_core::frame::LevelOfDetail;
-use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField, VisualFieldLimits};
+use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 
 /// How detail follows the gaze.
 #[derive(Debug, Args)]
@@ -145,7 +145,7 @@ impl LodArguments {
             Choice::Paper => Some(Boundary::Printed),
             Choice::PaperEllipse => Some(Boundary::Ellipse),
         };
-        let field = widened(widen);
+        let field = VisualField::PAPER.wider(widen);
         eyes.iter()
             .map(|&(eye, place)| {
                 let forward = self.fixate.map_or(forward, |point| point.0 - place);
@@ -168,24 +168,4 @@ impl LodArguments {
     pub(super) const fn name(&self) -> &'static str {
         self.lod.name()
     }
-}
-
-/// The paper's field, wider by so much all round as directions go; none where
-/// that is everything.
-fn widened(by: f32) -> Option<VisualField> {
-    use std::f32::consts::{FRAC_PI_2, PI};
-    if by >= PI {
-        return None;
-    }
-    let field = VisualField::PAPER;
-    let limits = field.limits();
-    let wide = VisualFieldLimits {
-        // Levels fall from here to the limits, which have to be farther.
-        central: (limits.central + by).min(1.5),
-        up: (limits.up + by).min(FRAC_PI_2),
-        down: (limits.down + by).min(FRAC_PI_2),
-        left: (limits.left + by).min(PI),
-        right: (limits.right + by).min(PI),
-    };
-    Some(VisualField::new(wide, field.boundary()).unwrap_or(field))
 }

@@ -363,7 +363,7 @@ impl Dome {
     /// The ray through a point of the picture, in pixels from the centre of
     /// the first; `None` outside the rim.
     pub(crate) fn ray(&self, x: f32, y: f32) -> Option<Ray> {
-        let rays = self.rays(Portable, [x], [y]);
+        let rays = self.rays_of_one(x, y);
         let vector = |[[x], [y], [z]]: [[f32; 1]; 3]| Vec3::new(x, y, z);
         if rays.seen == 0 {
             return None;
@@ -371,9 +371,31 @@ impl Dome {
         Ray::new(vector(rays.origin), vector(rays.direction))
     }
 
+    #[inline(never)]
+    fn rays_of_one(&self, x: f32, y: f32) -> Rays<[f32; 1], u32> {
+        self.rays(Portable, [x], [y])
+    }
+
     /// The rays through eight points of the picture, likewise.
     pub(crate) fn row(&self, simd: Simd, x: &[f32; 8], y: &[f32; 8]) -> RayRow {
-        <Simd as Runs<8>>::run(simd, Row { dome: self, x, y })
+        if Simd::HAS_VECTORS {
+            <Simd as Runs<8>>::run(simd, Row { dome: self, x, y })
+        } else {
+            self.row_one_by_one(x, y)
+        }
+    }
+
+    fn row_one_by_one(&self, x: &[f32; 8], y: &[f32; 8]) -> RayRow {
+        let mut row = RayRow::EMPTY;
+        for (lane, (x, y)) in x.iter().zip(y).enumerate() {
+            let rays = self.rays_of_one(*x, *y);
+            for axis in 0..3 {
+                row.origins[axis][lane] = rays.origin[axis][0];
+                row.directions[axis][lane] = rays.direction[axis][0];
+            }
+            row.seen |= rays.seen << lane;
+        }
+        row
     }
 
     /// The rays through points of the picture, in every lane: the scalar's
@@ -402,6 +424,13 @@ impl Dome {
             direction,
             seen,
         }
+    }
+
+    /// Towards places, or towards the nearest inside the rim.
+    #[inline(always)]
+    fn nearest_directions<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> [L::F; 3] {
+        let (_, direction) = self.sight(l, back_inside(l, self.place(l, x, y)));
+        self.in_room(l, self.axes(), direction)
     }
 
     /// Of the capture in the room: right, top and back.
@@ -563,8 +592,14 @@ impl Directions for Dome {
             *place = column.min(last) as f32;
         }
         let (x, y) = (l.load(&columns), l.splat(y.min(last) as f32));
-        let (_, direction) = self.sight(l, back_inside(l, self.place(l, x, y)));
-        self.in_room(l, self.axes(), direction)
+        self.nearest_directions(l, x, y)
+    }
+
+    fn direction(&self, (x, y): (u32, u32)) -> Vec3 {
+        let last = self.side - 1;
+        let (x, y) = ([x.min(last) as f32], [y.min(last) as f32]);
+        let [[x], [y], [z]] = self.nearest_directions(Portable, x, y);
+        Vec3::new(x, y, z)
     }
 }
 

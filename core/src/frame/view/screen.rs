@@ -27,6 +27,8 @@ pub enum ViewError {
     /// A corner's direction cannot be traced, or the eye is in the screen's
     /// plane, or the steps are parallel.
     Screen,
+    /// The eye is behind a [`FlatScreen`](super::FlatScreen) or in its plane.
+    Behind,
 }
 
 impl fmt::Display for ViewError {
@@ -35,6 +37,7 @@ impl fmt::Display for ViewError {
             Self::Size => write!(f, "a view has 1 to {} pixels a side", View::MOST_PIXELS),
             Self::Eye => f.write_str("the eye's position is not finite or too far out"),
             Self::Screen => f.write_str("the eye is in the screen's plane, or the screen is none"),
+            Self::Behind => f.write_str("the eye is not in front of the screen"),
         }
     }
 }
@@ -138,6 +141,12 @@ impl Directions for Screen {
     #[inline(always)]
     fn directions<L: Lanes<8>>(&self, l: L, place: (u32, u32)) -> [L::F; 3] {
         self.directions_at(l, place, (0.0, 0.0))
+    }
+
+    #[inline]
+    fn direction(&self, (x, y): (u32, u32)) -> Vec3 {
+        let (x, y) = (x.min(self.columns - 1), y.min(self.rows - 1));
+        self.direction(x as f32, y as f32)
     }
 }
 

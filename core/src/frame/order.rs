@@ -1,0 +1,335 @@
+//! A frame of several views within one budget: tiles in the order in which
+//! the gaze wants them.
+
+use super::{Budget, Outcome, Pixel, Renderer, Tile, TileError, TileJob, View, Workspace};
+use crate::simd::{Runs, Simd};
+use core::cmp::Ordering;
+use core::fmt;
+use glam::Vec3;
+
+/// One picture of a frame: its rays and what renders it.
+#[derive(Debug, Clone, Copy)]
+pub struct Part<'a, const W: usize = 8> {
+    /// Its rays.
+    pub view: View,
+    /// What renders it, along the gaze of the eye that sees it.
+    pub renderer: Renderer<'a, W>,
+}
+
+/// Room for a tile of a frame in its order.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Place {
+    /// Of the angle between the line of sight and the tile's centre.
+    cosine: f32,
+    part: u16,
+    /// In tiles.
+    row: u16,
+    /// In tiles.
+    column: u16,
+}
+
+impl Place {
+    /// Nearest to the line of sight first, then by picture, row and column.
+    fn order(&self, other: &Self) -> Ordering {
+        let of = |place: &Self| (place.part, place.row, place.column);
+        other
+            .cosine
+            .total_cmp(&self.cosine)
+            .then_with(|| of(self).cmp(&of(other)))
+    }
+}
+
+/// Why a frame cannot be begun.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// Tiles of no pixels, or of more than [`FrameJob::LARGEST_TILE`] a side.
+    TileSize,
+    /// No pictures, or more than 65,535.
+    Parts,
+    /// Less room than there are tiles.
+    Places {
+        /// How many there are.
+        needed: usize,
+        /// For how many there is room.
+        given: usize,
+    },
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TileSize => {
+                let most = FrameJob::LARGEST_TILE;
+                write!(f, "tiles have 1 to {most} pixels a side")
+            }
+            Self::Parts => f.write_str("a frame has 1 to 65535 pictures"),
+            Self::Places { needed, given } => {
+                write!(
+                    f,
+                    "the frame has {needed} tiles, but there is room for {given}"
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// What a call of [`FrameJob::render`] left behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// A tile's pixels are there.
+    Tile {
+        /// Index of its picture.
+        part: usize,
+        /// Which pixels these are.
+        tile: Tile,
+        /// Whether the frame's budget lasted; if not, some or all of its
+        /// pixels show what a ray sees that meets nothing.
+        whole: bool,
+    },
+    /// The call's budget ran out; call again to go on where it stopped.
+    BudgetSpent,
+    /// All tiles have been handed over.
+    Finished,
+}
+
+/// A frame on its way to being finished, tile by tile.
+///
+/// Tiles go from the line of sight outwards, so that a frame whose budget runs
+/// out lacks its rim. What is in a frame is decided by the scene, the views, the
+/// [`Settings`](super::Settings), the gaze, the size of tiles and the frame's
+/// budget: in [`Mode::Single`](super::Mode) not by how it was cut into calls.
+#[derive(Debug)]
+pub struct FrameJob<'p> {
+    places: &'p [Place],
+    next: usize,
+    job: Option<TileJob>,
+    side: u32,
+    budget: Budget,
+    tiles: Tiles,
+}
+
+/// Tiles handed over so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Tiles {
+    /// All of whose pixels were traced.
+    pub whole: u32,
+    /// That the frame's budget did not finish.
+    pub given_up: u32,
+}
+
+impl<'p> FrameJob<'p> {
+    /// Most pixels a side of a tile.
+    pub const LARGEST_TILE: u32 = 256;
+
+    /// How many tiles of `side`² pixels the pictures of these sizes (columns and
+    /// rows) have together: as many [`Place`]s a frame needs.
+    pub fn tiles_of(sizes: impl Iterator<Item = [u32; 2]>, side: u32) -> usize {
+        let side = side.max(1);
+        sizes
+            .map(|[columns, rows]| columns.div_ceil(side) as usize * rows.div_ceil(side) as usize)
+            .fold(0, usize::saturating_add)
+    }
+
+    /// A frame of some pictures, in tiles of `side`² pixels, that may take
+    /// `budget` steps. `places` is where it keeps their order. It is put in
+    /// order here, which takes time for each tile, whatever the budget.
+    ///
+    /// # Errors
+    /// A size of tiles out of range; no pictures, or too many; `places` for
+    /// fewer tiles than there are.
+    pub fn new<const W: usize>(
+        parts: &[Part<'_, W>],
+        side: u32,
+        budget: Budget,
+        places: &'p mut [Place],
+    ) -> Result<Self, FrameError>
+    where
+        Simd: Runs<W>,
+    {
+        if !(1..=Self::LARGEST_TILE).contains(&side) {
+            return Err(FrameError::TileSize);
+        }
+        if !(1..=usize::from(u16::MAX)).contains(&parts.len()) {
+            return Err(FrameError::Parts);
+        }
+        let sizes = parts.iter().map(|part| size(&part.view));
+        let (needed, given) = (Self::tiles_of(sizes, side), places.len());
+        let Some(places) = places.get_mut(..needed) else {
+            return Err(FrameError::Places { needed, given });
+        };
+        let all = (0..).zip(parts).flat_map(|(number, part)| {
+            let [columns, rows] =
+                size(&part.view).map(|pixels| pixels.div_ceil(side.max(1)) as u16);
+            (0..rows).flat_map(move |row| {
+                (0..columns).map(move |column| Place {
+                    cosine: cosine(part, side, (column, row)),
+                    part: number,
+                    row,
+                    column,
+                })
+            })
+        });
+        for (place, one) in places.iter_mut().zip(all) {
+            *place = one;
+        }
+        sort(places);
+        Ok(Self {
+            places,
+            next: 0,
+            job: None,
+            side,
+            budget,
+            tiles: Tiles::default(),
+        })
+    }
+
+    /// What is left of the frame's budget.
+    pub const fn budget(&self) -> Budget {
+        self.budget
+    }
+
+    /// What has been handed over.
+    pub const fn tiles(&self) -> Tiles {
+        self.tiles
+    }
+
+    /// Renders pixels until a tile is finished, the frame's budget spent or
+    /// `slice` spent, whichever is first. `pixels` is room for a tile: `side`²
+    /// pixels, of which a tile at a picture's border uses the first; they are
+    /// kept from call to call until the tile is handed over. Tiles that the
+    /// frame's budget did not finish are handed over all the same.
+    ///
+    /// `parts` are those that the frame was begun with. A call does at most
+    /// `slice` and what [`TileJob::render`] says of one pixel more, and at most
+    /// one tile.
+    ///
+    /// # Errors
+    /// Fewer `pixels`, other parts.
+    pub fn render<const W: usize>(
+        &mut self,
+        parts: &[Part<'_, W>],
+        pixels: &mut [Pixel],
+        slice: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Result<Progress, TileError>
+    where
+        Simd: Runs<W>,
+    {
+        let Some(place) = self.places.get(self.next) else {
+            return Ok(Progress::Finished);
+        };
+        let part = usize::from(place.part);
+        let Some(Part { view, renderer }) = parts.get(part) else {
+            return Err(TileError::Outside);
+        };
+        let mut job = match self.job {
+            Some(job) => job,
+            None => TileJob::new(self.tile(place, view).ok_or(TileError::Outside)?),
+        };
+        let tile = job.tile();
+        let needed = tile.width as usize * tile.height as usize;
+        let given = pixels.len();
+        let pixels = pixels.get_mut(..needed);
+        let pixels = pixels.ok_or(TileError::Pixels { needed, given })?;
+
+        let mut budget = Budget::steps(slice.left().min(self.budget.left()));
+        let before = workspace.statistics.steps;
+        let outcome = job.render(renderer, view, pixels, &mut budget, workspace)?;
+        // What a pixel took above the call's budget counts for the frame's, so
+        // that it runs out at the same pixel however the frame is cut.
+        let spent = workspace.statistics.steps.wrapping_sub(before);
+        self.budget.spend(spent);
+        slice.spend(spent);
+        let whole = outcome == Outcome::Finished;
+        if !whole && !self.budget.is_spent() {
+            self.job = Some(job);
+            return Ok(Progress::BudgetSpent);
+        }
+        if whole {
+            self.tiles.whole += 1;
+        } else {
+            job.give_up(renderer, view, pixels)?;
+            self.tiles.given_up += 1;
+        }
+        self.job = None;
+        self.next += 1;
+        Ok(Progress::Tile { part, tile, whole })
+    }
+
+    fn tile(&self, place: &Place, view: &View) -> Option<Tile> {
+        let [columns, rows] = size(view);
+        let (x, y) = (
+            u32::from(place.column) * self.side,
+            u32::from(place.row) * self.side,
+        );
+        Some(Tile {
+            x,
+            y,
+            width: columns.checked_sub(x)?.min(self.side),
+            height: rows.checked_sub(y)?.min(self.side),
+        })
+    }
+}
+
+fn size(view: &View) -> [u32; 2] {
+    [view.columns(), view.rows()]
+}
+
+/// Of the angle between the line of sight and the centre of a tile: the same
+/// for all tiles without a gaze, below all others outside a dome's rim.
+fn cosine<const W: usize>(part: &Part<'_, W>, side: u32, (column, row): (u16, u16)) -> f32
+where
+    Simd: Runs<W>,
+{
+    let Some(gaze) = part.renderer.gaze() else {
+        return 1.0;
+    };
+    let [columns, rows] = size(&part.view);
+    let middle = |tile: u16, all: u32| {
+        let first = u32::from(tile) * side;
+        let last = (first + side).min(all) - 1;
+        0.5 * (first + last) as f32
+    };
+    let at = (middle(column, columns), middle(row, rows));
+    let towards = part.view.direction(at.0, at.1).map(Vec3::normalize_or_zero);
+    towards.map_or(-2.0, |towards| towards.dot(gaze.line_of_sight().forward()))
+}
+
+/// In their order, by a heap: without recursion, and in a time that their
+/// number bounds.
+fn sort(places: &mut [Place]) {
+    let count = places.len();
+    for root in (0..count / 2).rev() {
+        sink(places, root);
+    }
+    let mut heap = places;
+    while let Some((last, rest)) = heap.split_last_mut() {
+        if let Some(first) = rest.first_mut() {
+            core::mem::swap(first, last);
+        }
+        sink(rest, 0);
+        heap = rest;
+    }
+}
+
+/// Moves a heap's entry down to below all that come after it.
+fn sink(heap: &mut [Place], mut at: usize) {
+    loop {
+        let left = 2 * at + 1;
+        let last = match (heap.get(left), heap.get(left + 1)) {
+            (Some(first), Some(second)) if second.order(first) == Ordering::Greater => left + 1,
+            (Some(_), _) => left,
+            (None, _) => return,
+        };
+        match heap.get_disjoint_mut([at, last]) {
+            Ok([own, child]) if child.order(own) == Ordering::Greater => {
+                core::mem::swap(own, child);
+            }
+            _ => return,
+        }
+        at = last;
+    }
+}

@@ -1,0 +1,110 @@
+use super::{View, ViewError};
+use glam::Vec3;
+
+/// A flat screen in its room: where its pixels are, whoever looks at them.
+/// Metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlatScreen {
+    /// The centre of pixel (0, 0).
+    pub first_pixel: Vec3,
+    /// From a pixel to its right-hand neighbour.
+    pub column_step: Vec3,
+    /// From a pixel to the one below it.
+    pub row_step: Vec3,
+    /// Columns and rows.
+    pub size: [u32; 2],
+}
+
+impl FlatScreen {
+    /// The least distance of an eye from the screen's plane, metres.
+    pub const CLOSEST: f32 = 1.0e-6;
+
+    /// A screen by three of its corners, seen from its front side.
+    pub fn from_corners(
+        lower_left: Vec3,
+        lower_right: Vec3,
+        upper_left: Vec3,
+        size: [u32; 2],
+    ) -> Self {
+        let [columns, rows] = size.map(|pixels| pixels as f32);
+        let column_step = (lower_right - lower_left) / columns;
+        let row_step = (lower_left - upper_left) / rows;
+        Self {
+            first_pixel: upper_left + 0.5 * (column_step + row_step),
+            column_step,
+            row_step,
+            size,
+        }
+    }
+
+    /// The rays from an eye (metres, in the room) through its pixels. All in
+    /// f32, so that a display controller makes the same rays as a host.
+    ///
+    /// # Errors
+    /// As [`View::new`]; an eye behind the screen or within [`Self::CLOSEST`] of
+    /// its plane.
+    pub fn view_from(&self, eye: Vec3) -> Result<View, ViewError> {
+        let first_pixel = self.first_pixel - eye;
+        // Towards the front side.
+        let normal = self.row_step.cross(self.column_step).normalize_or_zero();
+        if normal != Vec3::ZERO && !(-first_pixel.dot(normal) > Self::CLOSEST) {
+            return Err(ViewError::Behind);
+        }
+        View::new(eye, first_pixel, self.column_step, self.row_step, self.size)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The front wall of a 3 m cube around the origin.
+    fn front() -> FlatScreen {
+        let corner = |x: f32, y: f32| 1.5 * Vec3::new(x, y, -1.0);
+        FlatScreen::from_corners(
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(-1.0, 1.0),
+            [64, 32],
+        )
+    }
+
+    #[test]
+    fn rays_go_through_the_centres_of_its_pixels() {
+        let eye = Vec3::new(0.25, -0.5, 0.125);
+        let view = front().view_from(eye).unwrap();
+        assert_eq!((view.columns(), view.rows(), view.eye()), (64, 32, eye));
+        for (x, y, place) in [
+            (0.0, 0.0, [-1.5 + 1.5 / 64.0, 1.5 - 1.5 / 32.0, -1.5]),
+            (63.0, 31.0, [1.5 - 1.5 / 64.0, -1.5 + 1.5 / 32.0, -1.5]),
+            (-0.5, -0.5, [-1.5, 1.5, -1.5]),
+        ] {
+            let direction = view.direction(x, y).unwrap();
+            assert_eq!(eye + direction, Vec3::from_array(place));
+        }
+    }
+
+    #[test]
+    fn it_is_seen_from_its_front_only() {
+        let front = front();
+        for (z, result) in [
+            (-1.4, Ok(())),
+            (-1.5, Err(ViewError::Behind)),
+            (-1.6, Err(ViewError::Behind)),
+            (f32::NAN, Err(ViewError::Behind)),
+            (f32::NEG_INFINITY, Err(ViewError::Behind)),
+        ] {
+            assert_eq!(front.view_from(Vec3::Z * z).map(drop), result, "{z}");
+        }
+        let flat = FlatScreen {
+            row_step: front.column_step,
+            ..front
+        };
+        assert_eq!(flat.view_from(Vec3::ZERO), Err(ViewError::Screen));
+        let none = FlatScreen {
+            size: [0, 4],
+            ..front
+        };
+        assert_eq!(none.view_from(Vec3::ZERO), Err(ViewError::Size));
+    }
+}
