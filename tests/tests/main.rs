@@ -15,6 +15,7 @@ mod dome_screen;
 mod effects;
 mod exact;
 mod fill;
+mod frame_job;
 mod gaze;
 mod gaze_command;
 mod levels;

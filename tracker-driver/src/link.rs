@@ -24,6 +24,7 @@
 //! | 4 reply | u32 to which command, u32 result |
 //! | 5 state | u32 code |
 //! | 6 eyes | u8 event (0 blink, 1 closed, 2 opened, 3 lost, 4 found, 5 saccade, 6 fixation), u8 eye (0 either, 1 left, 2 right), u8 which there are: bit 0 u64 time, bit 1 u64 wraps at, bit 2 u64 duration, then those |
+//! | 32 to 37, 48 to 51 | between a display controller and whoever watches it: [`display`] |
 //! | 16 command, to the device | u8 0 stop, 1 start, or 2 and u16 samples per second |
 //!
 //! The fields of a sample, in their order:
@@ -66,6 +67,7 @@
 //! [COBS]: https://doi.org/10.1109/90.769765
 
 mod body;
+pub mod display;
 mod fields;
 mod frame;
 mod messages;

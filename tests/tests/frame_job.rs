@@ -1,0 +1,257 @@
+//! Frames in tiles by eccentricity, within one budget.
+
+use glam::Vec3;
+use shisen::bake::{Baked, Layout};
+use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::simplify::PolygonLevels;
+use shisen_core::frame::{
+    Budget, FlatScreen, FrameError, FrameJob, LevelOfDetail, Mode, Part, Pixel, Place, Progress,
+    Renderer, Settings, Tile, TileJob, Workspace,
+};
+use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use shisen_core::{EffectSet, Simd};
+use shisen_tests::meshes::icosphere;
+
+const ALL: u32 = EffectSet::ALL.bits();
+/// Pixels a side of tiles, which cuts walls of [`SIZE`] off at their borders.
+const SIDE: u32 = 16;
+const SIZE: [u32; 2] = [40, 56];
+
+fn baked() -> Baked<4> {
+    let scene = paper_scene(PaperScene::A, icosphere(3)).expect("a scene");
+    let levels = PolygonLevels::new(
+        PolygonLevels::FEWEST_FACES..=u32::MAX,
+        Layout::Compact.polygon_levels(),
+    );
+    Baked::with_levels(&scene, &levels.expect("levels")).expect("a baked scene")
+}
+
+/// Front, right and floor of a 3 m cube.
+fn screens() -> [FlatScreen; 3] {
+    let screen = |lower_left: [f32; 3], lower_right: [f32; 3], upper_left: [f32; 3]| {
+        let corner = |at: [f32; 3]| 1.5 * Vec3::from_array(at);
+        FlatScreen::from_corners(
+            corner(lower_left),
+            corner(lower_right),
+            corner(upper_left),
+            SIZE,
+        )
+    };
+    [
+        screen([-1., -1., -1.], [1., -1., -1.], [-1., 1., -1.]),
+        screen([1., -1., -1.], [1., -1., 1.], [1., 1., -1.]),
+        screen([-1., -1., 1.], [1., -1., 1.], [-1., -1., -1.]),
+    ]
+}
+
+fn parts<'a>(baked: &'a Baked<4>, forward: Option<Vec3>, mode: Mode) -> Vec<Part<'a, 4>> {
+    let settings = Settings {
+        mode,
+        ..Settings::default()
+    };
+    let mut renderer = Renderer::for_effects::<ALL>(baked.scene(), Simd::detect(), settings);
+    let eye = Vec3::new(0.1, 0.2, 0.3);
+    if let Some(forward) = forward {
+        let sight = LineOfSight::new(eye, forward, Vec3::Y).expect("a line of sight");
+        let gaze = Gaze::new(sight, VisualField::PAPER);
+        renderer = renderer.with_level_of_detail(LevelOfDetail::new(gaze));
+    }
+    screens()
+        .iter()
+        .map(|screen| Part {
+            view: screen.view_from(eye).expect("a view"),
+            renderer,
+        })
+        .collect()
+}
+
+/// What a frame was handed over in.
+struct Seen {
+    tiles: Vec<(usize, Tile, bool)>,
+    pictures: Vec<Vec<Pixel>>,
+    calls: usize,
+    steps: u64,
+}
+
+fn run(parts: &[Part<'_, 4>], budget: Budget, slice: u64) -> Seen {
+    let sizes = parts.iter().map(|_| SIZE);
+    let mut places = vec![Place::default(); FrameJob::tiles_of(sizes, SIDE)];
+    let mut job = FrameJob::new(parts, SIDE, budget, &mut places).expect("a frame");
+    let unseen = Pixel {
+        red: f32::NAN,
+        ..Pixel::default()
+    };
+    let mut pictures = vec![vec![unseen; (SIZE[0] * SIZE[1]) as usize]; parts.len()];
+    let mut pixels = [Pixel::default(); (SIDE * SIDE) as usize];
+    let mut workspace = Workspace::new();
+    let (mut tiles, mut calls) = (Vec::new(), 0);
+    loop {
+        calls += 1;
+        let mut slice = Budget::steps(slice);
+        let progress = job.render(parts, &mut pixels, &mut slice, &mut workspace);
+        match progress.expect("a tile") {
+            Progress::Finished => break,
+            Progress::BudgetSpent => assert!(slice.is_spent()),
+            Progress::Tile { part, tile, whole } => {
+                tiles.push((part, tile, whole));
+                let rows = pixels
+                    .chunks(tile.width as usize)
+                    .take(tile.height as usize);
+                for (y, row) in (tile.y..).zip(rows) {
+                    let start = (y * SIZE[0] + tile.x) as usize;
+                    pictures[part][start..start + row.len()].copy_from_slice(row);
+                }
+            }
+        }
+    }
+    assert_eq!(
+        (job.tiles().whole + job.tiles().given_up) as usize,
+        tiles.len()
+    );
+    Seen {
+        tiles,
+        pictures,
+        calls,
+        steps: workspace.statistics.steps,
+    }
+}
+
+fn bits(pictures: &[Vec<Pixel>]) -> Vec<[u32; 4]> {
+    let of = |p: &Pixel| [p.red, p.green, p.blue, p.alpha].map(f32::to_bits);
+    pictures.iter().flatten().map(of).collect()
+}
+
+#[test]
+fn a_frame_is_its_views_rendered_whole() {
+    let baked = baked();
+    for forward in [None, Some(Vec3::NEG_Z), Some(Vec3::new(0.4, -1.0, -0.2))] {
+        for mode in [Mode::Single, Mode::Tile] {
+            let parts = parts(&baked, forward, mode);
+            let seen = run(&parts, Budget::UNLIMITED, u64::MAX);
+            let whole: Vec<Vec<Pixel>> = parts
+                .iter()
+                .map(|Part { view, renderer }| {
+                    let mut pixels = vec![Pixel::default(); (SIZE[0] * SIZE[1]) as usize];
+                    let [width, height] = SIZE;
+                    let mut job = TileJob::new(Tile {
+                        x: 0,
+                        y: 0,
+                        width,
+                        height,
+                    });
+                    let (mut budget, mut workspace) = (Budget::UNLIMITED, Workspace::new());
+                    job.render(renderer, view, &mut pixels, &mut budget, &mut workspace)
+                        .expect("a picture");
+                    pixels
+                })
+                .collect();
+            assert!(bits(&seen.pictures) == bits(&whole), "{forward:?} {mode:?}");
+            assert_eq!(seen.tiles.len(), 3 * 3 * 4);
+            assert!(seen.tiles.iter().all(|&(.., whole)| whole));
+        }
+    }
+}
+
+#[test]
+fn tiles_go_from_the_line_of_sight_outwards() {
+    let baked = baked();
+    let forward = Vec3::new(0.4, -1.0, -0.2).normalize();
+    let parts = parts(&baked, Some(forward), Mode::Single);
+    let seen = run(&parts, Budget::UNLIMITED, u64::MAX);
+    let angle = |&(part, tile, _): &(usize, Tile, bool)| {
+        let middle = |first: u32, count: u32| (2 * first + count - 1) as f32 / 2.0;
+        let at = (middle(tile.x, tile.width), middle(tile.y, tile.height));
+        let towards = parts[part].view.direction(at.0, at.1).expect("a direction");
+        f64::from(towards.normalize().dot(forward))
+            .clamp(-1.0, 1.0)
+            .acos()
+    };
+    let angles: Vec<f64> = seen.tiles.iter().map(angle).collect();
+    assert!(angles.is_sorted_by(|a, b| *a <= b + 1e-4), "{angles:?}");
+    // The tile that is looked at is the first.
+    let (part, tile, _) = seen.tiles[0];
+    assert_eq!(part, 2);
+    assert!(angles[0] < 0.2, "{tile:?} {angles:?}");
+}
+
+#[test]
+fn without_a_gaze_tiles_go_in_rows() {
+    let baked = baked();
+    let parts = parts(&baked, None, Mode::Single);
+    let seen = run(&parts, Budget::UNLIMITED, u64::MAX);
+    let places: Vec<_> = seen
+        .tiles
+        .iter()
+        .map(|(part, t, _)| (part, t.y, t.x))
+        .collect();
+    assert!(places.is_sorted());
+}
+
+#[test]
+fn how_a_frame_is_cut_into_calls_changes_no_bit_of_it() {
+    let baked = baked();
+    let parts = parts(&baked, Some(Vec3::NEG_Z), Mode::Single);
+    let full = run(&parts, Budget::UNLIMITED, u64::MAX);
+    for share in [100, 40, 5, 0] {
+        let budget = Budget::steps(full.steps * share / 100);
+        let first = run(&parts, budget, u64::MAX);
+        for slice in [1, 37, 1_000, 40_000] {
+            let other = run(&parts, budget, slice);
+            assert!(
+                bits(&other.pictures) == bits(&first.pictures),
+                "{share} {slice}"
+            );
+            assert_eq!(other.tiles, first.tiles);
+            assert_eq!(other.steps, first.steps);
+            assert!(slice > 1 || share == 0 || other.calls > first.calls);
+        }
+    }
+}
+
+#[test]
+fn a_budget_that_runs_out_costs_the_rim() {
+    let baked = baked();
+    let parts = parts(&baked, Some(Vec3::NEG_Z), Mode::Single);
+    let full = run(&parts, Budget::UNLIMITED, u64::MAX);
+    let half = run(&parts, Budget::steps(full.steps / 2), 10_000);
+    // One pixel more than the budget at most.
+    assert!((full.steps / 2..full.steps / 2 + 5_000).contains(&half.steps));
+    let whole = half.tiles.iter().filter(|(.., whole)| *whole).count();
+    assert!(half.tiles[..whole].iter().all(|(.., whole)| *whole));
+    assert!(whole > 0 && whole < half.tiles.len());
+    let order = |seen: &Seen| {
+        let places = seen.tiles.iter().map(|&(part, tile, _)| (part, tile));
+        places.collect::<Vec<_>>()
+    };
+    assert_eq!(order(&half), order(&full));
+    for &(part, tile, _) in &half.tiles[..whole] {
+        for y in tile.y..tile.y + tile.height {
+            let row = (y * SIZE[0] + tile.x) as usize..(y * SIZE[0] + tile.x + tile.width) as usize;
+            assert_eq!(half.pictures[part][row.clone()], full.pictures[part][row]);
+        }
+    }
+    let nothing = run(&parts, Budget::steps(0), u64::MAX);
+    assert_eq!(nothing.steps, 0);
+    assert!(nothing.pictures.iter().flatten().all(|p| !p.red.is_nan()));
+}
+
+#[test]
+fn what_is_no_frame_is_refused() {
+    let baked = baked();
+    let parts = parts(&baked, None, Mode::Single);
+    let mut places = [Place::default(); 36];
+    let mut new = |parts: &[Part<'_, 4>], side, room: usize| {
+        FrameJob::new(parts, side, Budget::UNLIMITED, &mut places[..room]).err()
+    };
+    assert_eq!(new(&parts, SIDE, 36), None);
+    for side in [0, FrameJob::LARGEST_TILE + 1, u32::MAX] {
+        assert_eq!(new(&parts, side, 36), Some(FrameError::TileSize));
+    }
+    assert_eq!(new(&[], SIDE, 36), Some(FrameError::Parts));
+    let places = FrameError::Places {
+        needed: 36,
+        given: 35,
+    };
+    assert_eq!(new(&parts, SIDE, 35), Some(places));
+    assert!(places.to_string().contains("36 tiles"));
+}
