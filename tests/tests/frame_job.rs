@@ -16,6 +16,7 @@ const ALL: u32 = EffectSet::ALL.bits();
 /// Pixels a side of tiles, which cuts walls of [`SIZE`] off at their borders.
 const SIDE: u32 = 16;
 const SIZE: [u32; 2] = [40, 56];
+const EYE: Vec3 = Vec3::new(0.1, 0.2, 0.3);
 
 fn baked() -> Baked<4> {
     let scene = paper_scene(PaperScene::A, icosphere(3)).expect("a scene");
@@ -44,22 +45,26 @@ fn screens() -> [FlatScreen; 3] {
     ]
 }
 
-fn parts<'a>(baked: &'a Baked<4>, forward: Option<Vec3>, mode: Mode) -> Vec<Part<'a, 4>> {
+/// One eye's, along a line of sight or in full.
+fn renderer(baked: &Baked<4>, forward: Option<Vec3>, mode: Mode) -> Renderer<'_, 4> {
     let settings = Settings {
         mode,
         ..Settings::default()
     };
     let mut renderer = Renderer::for_effects::<ALL>(baked.scene(), Simd::detect(), settings);
-    let eye = Vec3::new(0.1, 0.2, 0.3);
     if let Some(forward) = forward {
-        let sight = LineOfSight::new(eye, forward, Vec3::Y).expect("a line of sight");
+        let sight = LineOfSight::new(EYE, forward, Vec3::Y).expect("a line of sight");
         let gaze = Gaze::new(sight, VisualField::PAPER);
         renderer = renderer.with_level_of_detail(LevelOfDetail::new(gaze));
     }
+    renderer
+}
+
+fn parts<'r, 'a>(renderer: &'r Renderer<'a, 4>) -> Vec<Part<'r, 'a, 4>> {
     screens()
         .iter()
         .map(|screen| Part {
-            view: screen.view_from(eye).expect("a view"),
+            view: screen.view_from(EYE).expect("a view"),
             renderer,
         })
         .collect()
@@ -73,7 +78,7 @@ struct Seen {
     steps: u64,
 }
 
-fn run(parts: &[Part<'_, 4>], budget: Budget, slice: u64) -> Seen {
+fn run(parts: &[Part<'_, '_, 4>], budget: Budget, slice: u64) -> Seen {
     let sizes = parts.iter().map(|_| SIZE);
     let mut places = vec![Place::default(); FrameJob::tiles_of(sizes, SIDE)];
     let mut job = FrameJob::new(parts, SIDE, budget, &mut places).expect("a frame");
@@ -126,7 +131,8 @@ fn a_frame_is_its_views_rendered_whole() {
     let baked = baked();
     for forward in [None, Some(Vec3::NEG_Z), Some(Vec3::new(0.4, -1.0, -0.2))] {
         for mode in [Mode::Single, Mode::Tile] {
-            let parts = parts(&baked, forward, mode);
+            let renderer = renderer(&baked, forward, mode);
+            let parts = parts(&renderer);
             let seen = run(&parts, Budget::UNLIMITED, u64::MAX);
             let whole: Vec<Vec<Pixel>> = parts
                 .iter()
@@ -156,11 +162,12 @@ fn a_frame_is_its_views_rendered_whole() {
 fn tiles_go_from_the_line_of_sight_outwards() {
     let baked = baked();
     let forward = Vec3::new(0.4, -1.0, -0.2).normalize();
-    let parts = parts(&baked, Some(forward), Mode::Single);
+    let renderer = renderer(&baked, Some(forward), Mode::Single);
+    let parts = parts(&renderer);
     let seen = run(&parts, Budget::UNLIMITED, u64::MAX);
     let angle = |&(part, tile, _): &(usize, Tile, bool)| {
-        let middle = |first: u32, count: u32| (2 * first + count - 1) as f32 / 2.0;
-        let at = (middle(tile.x, tile.width), middle(tile.y, tile.height));
+        let middle = |first: u32| (2 * first + SIDE - 1) as f32 / 2.0;
+        let at = (middle(tile.x), middle(tile.y));
         let towards = parts[part].view.direction(at.0, at.1).expect("a direction");
         f64::from(towards.normalize().dot(forward))
             .clamp(-1.0, 1.0)
@@ -168,16 +175,20 @@ fn tiles_go_from_the_line_of_sight_outwards() {
     };
     let angles: Vec<f64> = seen.tiles.iter().map(angle).collect();
     assert!(angles.is_sorted_by(|a, b| *a <= b + 1e-4), "{angles:?}");
-    // The tile that is looked at is the first.
+    // The one that is looked at is the first: of the floor, in pixels.
+    let at = EYE + forward * ((-1.5 - EYE.y) / forward.y);
+    let pixel = [(at.x, SIZE[0]), (at.z, SIZE[1])];
+    let [x, y] = pixel.map(|(at, all)| ((at + 1.5) / 3.0 * all as f32) as u32);
     let (part, tile, _) = seen.tiles[0];
     assert_eq!(part, 2);
-    assert!(angles[0] < 0.2, "{tile:?} {angles:?}");
+    assert_eq!((x / SIDE * SIDE, y / SIDE * SIDE), (tile.x, tile.y));
 }
 
 #[test]
 fn without_a_gaze_tiles_go_in_rows() {
     let baked = baked();
-    let parts = parts(&baked, None, Mode::Single);
+    let renderer = renderer(&baked, None, Mode::Single);
+    let parts = parts(&renderer);
     let seen = run(&parts, Budget::UNLIMITED, u64::MAX);
     let places: Vec<_> = seen
         .tiles
@@ -190,7 +201,8 @@ fn without_a_gaze_tiles_go_in_rows() {
 #[test]
 fn how_a_frame_is_cut_into_calls_changes_no_bit_of_it() {
     let baked = baked();
-    let parts = parts(&baked, Some(Vec3::NEG_Z), Mode::Single);
+    let renderer = renderer(&baked, Some(Vec3::NEG_Z), Mode::Single);
+    let parts = parts(&renderer);
     let full = run(&parts, Budget::UNLIMITED, u64::MAX);
     for share in [100, 40, 5, 0] {
         let budget = Budget::steps(full.steps * share / 100);
@@ -211,7 +223,8 @@ fn how_a_frame_is_cut_into_calls_changes_no_bit_of_it() {
 #[test]
 fn a_budget_that_runs_out_costs_the_rim() {
     let baked = baked();
-    let parts = parts(&baked, Some(Vec3::NEG_Z), Mode::Single);
+    let renderer = renderer(&baked, Some(Vec3::NEG_Z), Mode::Single);
+    let parts = parts(&renderer);
     let full = run(&parts, Budget::UNLIMITED, u64::MAX);
     let half = run(&parts, Budget::steps(full.steps / 2), 10_000);
     // One pixel more than the budget at most.
@@ -238,9 +251,10 @@ fn a_budget_that_runs_out_costs_the_rim() {
 #[test]
 fn what_is_no_frame_is_refused() {
     let baked = baked();
-    let parts = parts(&baked, None, Mode::Single);
+    let renderer = renderer(&baked, None, Mode::Single);
+    let parts = parts(&renderer);
     let mut places = [Place::default(); 36];
-    let mut new = |parts: &[Part<'_, 4>], side, room: usize| {
+    let mut new = |parts: &[Part<'_, '_, 4>], side, room: usize| {
         FrameJob::new(parts, side, Budget::UNLIMITED, &mut places[..room]).err()
     };
     assert_eq!(new(&parts, SIDE, 36), None);

@@ -9,11 +9,11 @@ use glam::Vec3;
 
 /// One picture of a frame: its rays and what renders it.
 #[derive(Debug, Clone, Copy)]
-pub struct Part<'a, const W: usize = 8> {
+pub struct Part<'r, 'a, const W: usize = 8> {
     /// Its rays.
     pub view: View,
     /// What renders it, along the gaze of the eye that sees it.
-    pub renderer: Renderer<'a, W>,
+    pub renderer: &'r Renderer<'a, W>,
 }
 
 /// Room for a tile of a frame in its order.
@@ -141,7 +141,7 @@ impl<'p> FrameJob<'p> {
     /// A size of tiles out of range; no pictures, or too many; `places` for
     /// fewer tiles than there are.
     pub fn new<const W: usize>(
-        parts: &[Part<'_, W>],
+        parts: &[Part<'_, '_, W>],
         side: u32,
         budget: Budget,
         places: &'p mut [Place],
@@ -210,7 +210,7 @@ impl<'p> FrameJob<'p> {
     /// Fewer `pixels`, other parts.
     pub fn render<const W: usize>(
         &mut self,
-        parts: &[Part<'_, W>],
+        parts: &[Part<'_, '_, W>],
         pixels: &mut [Pixel],
         slice: &mut Budget,
         workspace: &mut Workspace,
@@ -279,22 +279,20 @@ fn size(view: &View) -> [u32; 2] {
 }
 
 /// Of the angle between the line of sight and the centre of a tile: the same
-/// for all tiles without a gaze, below all others outside a dome's rim.
-fn cosine<const W: usize>(part: &Part<'_, W>, side: u32, (column, row): (u16, u16)) -> f32
+/// for all tiles without a gaze, below all others where that is outside a dome's
+/// rim.
+fn cosine<const W: usize>(part: &Part<'_, '_, W>, side: u32, (column, row): (u16, u16)) -> f32
 where
     Simd: Runs<W>,
 {
     let Some(gaze) = part.renderer.gaze() else {
         return 1.0;
     };
-    let [columns, rows] = size(&part.view);
-    let middle = |tile: u16, all: u32| {
-        let first = u32::from(tile) * side;
-        let last = (first + side).min(all) - 1;
-        0.5 * (first + last) as f32
-    };
-    let at = (middle(column, columns), middle(row, rows));
-    let towards = part.view.direction(at.0, at.1).map(Vec3::normalize_or_zero);
+    // One that the picture's border cuts off counts as if it were not: of equal
+    // squares the one that is looked at has the nearest centre.
+    let middle = |tile: u16| (u32::from(tile) * side) as f32 + 0.5 * (side - 1) as f32;
+    let towards = part.view.direction(middle(column), middle(row));
+    let towards = towards.map(Vec3::normalize_or_zero);
     towards.map_or(-2.0, |towards| towards.dot(gaze.line_of_sight().forward()))
 }
 
