@@ -26,7 +26,7 @@ use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
 pub use detail::{FACE_TOLERANCE, LevelOfDetail};
 use dome::hits_together;
 pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
-pub use order::{FrameError, FrameJob, Part, Place, Progress, Tiles};
+pub use order::{FrameError, FrameJob, Part, Pictures, Place, Progress, Tiles};
 pub use view::{
     DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen, MirrorCamera, View, ViewError,
 };

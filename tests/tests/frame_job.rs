@@ -261,7 +261,7 @@ fn what_is_no_frame_is_refused() {
     for side in [0, FrameJob::LARGEST_TILE + 1, u32::MAX] {
         assert_eq!(new(&parts, side, 36), Some(FrameError::TileSize));
     }
-    assert_eq!(new(&[], SIDE, 36), Some(FrameError::Parts));
+    assert_eq!(new(&[], SIDE, 36), Some(FrameError::Pictures));
     let places = FrameError::Places {
         needed: 36,
         given: 35,

@@ -2,6 +2,7 @@
 //! the gaze wants them.
 
 use super::{Budget, Outcome, Pixel, Renderer, Tile, TileError, TileJob, View, Workspace};
+use crate::gaze::Gaze;
 use crate::simd::{Runs, Simd};
 use core::cmp::Ordering;
 use core::fmt;
@@ -14,6 +15,33 @@ pub struct Part<'r, 'a, const W: usize = 8> {
     pub view: View,
     /// What renders it, along the gaze of the eye that sees it.
     pub renderer: &'r Renderer<'a, W>,
+}
+
+/// The pictures of a frame: a slice of [`Part`]s, or what makes views when it is
+/// asked for them, where memory is dear.
+pub trait Pictures<'a, const W: usize> {
+    /// How many there are.
+    fn count(&self) -> usize;
+
+    /// The rays of one: always the same while a frame is rendered.
+    fn view(&self, number: usize) -> Option<View>;
+
+    /// What renders it.
+    fn renderer(&self, number: usize) -> Option<&Renderer<'a, W>>;
+}
+
+impl<'a, const W: usize> Pictures<'a, W> for [Part<'_, 'a, W>] {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn view(&self, number: usize) -> Option<View> {
+        self.get(number).map(|part| part.view)
+    }
+
+    fn renderer(&self, number: usize) -> Option<&Renderer<'a, W>> {
+        self.get(number).map(|part| part.renderer)
+    }
 }
 
 /// Room for a tile of a frame in its order.
@@ -46,7 +74,7 @@ pub enum FrameError {
     /// Tiles of no pixels, or of more than [`FrameJob::LARGEST_TILE`] a side.
     TileSize,
     /// No pictures, or more than 65,535.
-    Parts,
+    Pictures,
     /// Less room than there are tiles.
     Places {
         /// How many there are.
@@ -63,7 +91,7 @@ impl fmt::Display for FrameError {
                 let most = FrameJob::LARGEST_TILE;
                 write!(f, "tiles have 1 to {most} pixels a side")
             }
-            Self::Parts => f.write_str("a frame has 1 to 65535 pictures"),
+            Self::Pictures => f.write_str("a frame has 1 to 65535 pictures"),
             Self::Places { needed, given } => {
                 write!(
                     f,
@@ -140,8 +168,8 @@ impl<'p> FrameJob<'p> {
     /// # Errors
     /// A size of tiles out of range; no pictures, or too many; `places` for
     /// fewer tiles than there are.
-    pub fn new<const W: usize>(
-        parts: &[Part<'_, '_, W>],
+    pub fn new<'a, const W: usize>(
+        pictures: &(impl Pictures<'a, W> + ?Sized),
         side: u32,
         budget: Budget,
         places: &'p mut [Place],
@@ -152,28 +180,30 @@ impl<'p> FrameJob<'p> {
         if !(1..=Self::LARGEST_TILE).contains(&side) {
             return Err(FrameError::TileSize);
         }
-        if !(1..=usize::from(u16::MAX)).contains(&parts.len()) {
-            return Err(FrameError::Parts);
+        let count = pictures.count();
+        if !(1..=usize::from(u16::MAX)).contains(&count) {
+            return Err(FrameError::Pictures);
         }
-        let sizes = parts.iter().map(|part| size(&part.view));
+        let views = (0..count).map_while(|number| pictures.view(number));
+        let sizes = views.clone().map(|view| size(&view));
         let (needed, given) = (Self::tiles_of(sizes, side), places.len());
         let Some(places) = places.get_mut(..needed) else {
             return Err(FrameError::Places { needed, given });
         };
-        let all = (0..).zip(parts).flat_map(|(number, part)| {
-            let [columns, rows] =
-                size(&part.view).map(|pixels| pixels.div_ceil(side.max(1)) as u16);
-            (0..rows).flat_map(move |row| {
-                (0..columns).map(move |column| Place {
-                    cosine: cosine(part, side, (column, row)),
-                    part: number,
-                    row,
-                    column,
-                })
-            })
-        });
-        for (place, one) in places.iter_mut().zip(all) {
-            *place = one;
+        let mut rest = places.iter_mut();
+        for (number, view) in (0..count).zip(views) {
+            let gaze = pictures.renderer(number).and_then(Renderer::gaze);
+            let [columns, rows] = size(&view).map(|pixels| pixels.div_ceil(side.max(1)) as u16);
+            for row in 0..rows {
+                for (column, place) in (0..columns).zip(&mut rest) {
+                    *place = Place {
+                        cosine: gaze.map_or(1.0, |gaze| cosine(gaze, &view, side, (column, row))),
+                        part: number as u16,
+                        row,
+                        column,
+                    };
+                }
+            }
         }
         sort(places);
         Ok(Self {
@@ -202,15 +232,15 @@ impl<'p> FrameJob<'p> {
     /// kept from call to call until the tile is handed over. Tiles that the
     /// frame's budget did not finish are handed over all the same.
     ///
-    /// `parts` are those that the frame was begun with. A call does at most
+    /// `pictures` are those that the frame was begun with. A call does at most
     /// `slice` and what [`TileJob::render`] says of one pixel more, and at most
     /// one tile.
     ///
     /// # Errors
-    /// Fewer `pixels`, other parts.
-    pub fn render<const W: usize>(
+    /// Fewer `pixels`, other pictures.
+    pub fn render<'a, const W: usize>(
         &mut self,
-        parts: &[Part<'_, '_, W>],
+        pictures: &(impl Pictures<'a, W> + ?Sized),
         pixels: &mut [Pixel],
         slice: &mut Budget,
         workspace: &mut Workspace,
@@ -222,9 +252,10 @@ impl<'p> FrameJob<'p> {
             return Ok(Progress::Finished);
         };
         let part = usize::from(place.part);
-        let Some(Part { view, renderer }) = parts.get(part) else {
+        let (Some(view), Some(renderer)) = (pictures.view(part), pictures.renderer(part)) else {
             return Err(TileError::Outside);
         };
+        let view = &view;
         let mut job = match self.job {
             Some(job) => job,
             None => TileJob::new(self.tile(place, view).ok_or(TileError::Outside)?),
@@ -278,20 +309,13 @@ fn size(view: &View) -> [u32; 2] {
     [view.columns(), view.rows()]
 }
 
-/// Of the angle between the line of sight and the centre of a tile: the same
-/// for all tiles without a gaze, below all others where that is outside a dome's
-/// rim.
-fn cosine<const W: usize>(part: &Part<'_, '_, W>, side: u32, (column, row): (u16, u16)) -> f32
-where
-    Simd: Runs<W>,
-{
-    let Some(gaze) = part.renderer.gaze() else {
-        return 1.0;
-    };
+/// Of the angle between the line of sight and the centre of a tile: below all
+/// others where that is outside a dome's rim.
+fn cosine(gaze: &Gaze, view: &View, side: u32, (column, row): (u16, u16)) -> f32 {
     // One that the picture's border cuts off counts as if it were not: of equal
     // squares the one that is looked at has the nearest centre.
     let middle = |tile: u16| (u32::from(tile) * side) as f32 + 0.5 * (side - 1) as f32;
-    let towards = part.view.direction(middle(column), middle(row));
+    let towards = view.direction(middle(column), middle(row));
     let towards = towards.map(Vec3::normalize_or_zero);
     towards.map_or(-2.0, |towards| towards.dot(gaze.line_of_sight().forward()))
 }
