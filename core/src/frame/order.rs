@@ -57,6 +57,14 @@ pub struct Place {
 }
 
 impl Place {
+    /// Of no tile yet.
+    pub const NONE: Self = Self {
+        cosine: 0.0,
+        part: 0,
+        row: 0,
+        column: 0,
+    };
+
     /// Nearest to the line of sight first, then by picture, row and column.
     fn order(&self, other: &Self) -> Ordering {
         let of = |place: &Self| (place.part, place.row, place.column);

@@ -3,15 +3,15 @@
 //!
 //! | Kind | Body |
 //! |---|---|
-//! | 32 ready | u32 bytes of the scene, u32 effects that it asks for, u32 what is wrong with it (0 nothing), u32 bytes of flash, of static memory |
-//! | 33 frame | u32 number, u8 orders obeyed, u8 pictures, u8 what (0 screens, 1 capture), u8 state of the gaze (255 none), u64 budget in steps, f32 x, y, z of the left eye, of the right eye, of the line of sight and of up, f32 radians by which the field is wider |
+//! | 32 ready | u32 bytes of the scene, u32 effects that it asks for, u32 what is wrong with it (0 nothing), u32 bytes of flash, of static memory, of that for pictures |
+//! | 33 frame | u32 number, u8 orders obeyed, u8 pictures, u8 state of the gaze (255 none), u16 pixels a side of a dome master (0: screens), u64 budget in steps, f32 x, y, z of the left eye, of the right eye, of the line of sight and of up, f32 radians by which the field is wider |
 //! | 34 pixels | u8 picture, u16 column, u16 row, then up to 8 pixels to the right: f32 red, green, blue, alpha |
-//! | 35 slice | u32 frame, u32 instructions, u32 steps, u8 whether it ended a tile |
+//! | 35 slice | u32 frame, u32 instructions, u32 steps, u8 whether it ended a tile, u64 the controller's clock, microseconds |
 //! | 36 frame done | u32 number, u32 whole tiles, u32 tiles given up, u64 steps, u64 primary rays, u64 all rays, u64 instructions of its slices, u32 instructions before the first slice, u32 instructions from the last byte of a new gaze to the first tile (0 none) |
 //! | 37 tracker | u32 records, u32 bytes dropped, u32 bytes that found no room, u64 instructions of decoding and estimating, u32 bytes of stack used so far |
 //! | 48 screens, to the controller | u8 how many there are |
 //! | 49 screen, to the controller | u8 which, u16 columns, u16 rows, f32 x, y, z of the first pixel's centre, of the step to the right and of the step down, metres in the room |
-//! | 50 rendering, to the controller | u64 steps a frame, u32 steps a slice, u8 depth, u8 whether detail follows the gaze, f32 metres from eye to eye (0: one eye), u32 microseconds from the gaze to the light |
+//! | 50 rendering, to the controller | u64 steps a frame, u32 steps a slice, u8 depth, u8 wavelengths, u8 whether detail follows the gaze, f32 metres from eye to eye (0: one eye), u32 microseconds from the gaze to the light |
 //! | 51 capture, to the controller | u16 pixels a side of a dome master, f32 x, y, z of its place |
 //!
 //! All numbers keep their bits, so that who knows the scene and the screens can
@@ -21,6 +21,7 @@ use super::body::Body;
 use super::frame::{Content, Frame, Frames, Received};
 use super::{Encoder, VERSION};
 use crate::decoder::DropReason;
+use crate::time::Micros;
 use glam::Vec3;
 use heapless::Vec;
 use shisen_core::frame::{FlatScreen, Pixel};
@@ -52,6 +53,8 @@ pub struct Ready {
     pub flash_bytes: u32,
     /// Bytes of static memory.
     pub static_bytes: u32,
+    /// Of these for pixels and the order of tiles.
+    pub picture_bytes: u32,
 }
 
 /// What a frame shows.
@@ -60,7 +63,10 @@ pub enum Subject {
     /// The screens, as the viewer's eyes see them.
     Screens,
     /// A dome master, taken from where the left eye is said to be.
-    Capture,
+    Capture {
+        /// Pixels a side, 1 or more.
+        size: u16,
+    },
 }
 
 /// What a frame is made of, besides scene and screens.
@@ -114,6 +120,8 @@ pub struct Slice {
     pub steps: u32,
     /// Whether it finished a tile.
     pub ended_tile: bool,
+    /// When it was over, by the controller's clock.
+    pub time: Micros,
 }
 
 /// What a frame took.
@@ -181,6 +189,8 @@ pub struct Rendering {
     pub slice: u32,
     /// Bounces.
     pub depth: u8,
+    /// Wavelengths that dispersive media tell apart; 1 for none.
+    pub wavelengths: u8,
     /// Whether detail follows the gaze.
     pub lod: bool,
     /// Metres from eye to eye; 0 for one eye.
@@ -228,6 +238,7 @@ impl Encoder {
                     it.fault,
                     it.flash_bytes,
                     it.static_bytes,
+                    it.picture_bytes,
                 ] {
                     content.u32(number);
                 }
@@ -236,9 +247,12 @@ impl Encoder {
             Report::Frame(it) => {
                 let mut content = self.begin(FRAME);
                 content.u32(it.number);
-                let subject = u8::from(it.subject == Subject::Capture);
-                let state = it.state.unwrap_or(u8::MAX);
-                content.push(&[it.orders, it.pictures, subject, state]);
+                let size = match it.subject {
+                    Subject::Screens => 0,
+                    Subject::Capture { size } => size,
+                };
+                content.push(&[it.orders, it.pictures, it.state.unwrap_or(u8::MAX)]);
+                content.push(&size.to_le_bytes());
                 content.u64(it.budget);
                 for vector in [it.eyes[0], it.eyes[1], it.forward, it.up] {
                     content.vector(vector);
@@ -255,6 +269,7 @@ impl Encoder {
                     content.u32(number);
                 }
                 content.push(&[u8::from(it.ended_tile)]);
+                content.u64(it.time.0);
                 content.finish()
             }
             Report::FrameDone(it) => {
@@ -318,7 +333,7 @@ impl Encoder {
                 let mut content = self.begin(RENDERING);
                 content.u64(it.budget);
                 content.u32(it.slice);
-                content.push(&[it.depth, u8::from(it.lod)]);
+                content.push(&[it.depth, it.wavelengths, u8::from(it.lod)]);
                 content.f32(it.eye_distance);
                 content.u32(it.display_delay);
                 content.finish()
@@ -386,17 +401,17 @@ fn read_report(kind: u8, body: &[u8]) -> Result<Report, DropReason> {
             fault: body.u32()?,
             flash_bytes: body.u32()?,
             static_bytes: body.u32()?,
+            picture_bytes: body.u32()?,
         }),
         FRAME => Report::Frame(FrameStart {
             number: body.u32()?,
             orders: body.u8()?,
             pictures: body.u8()?,
-            subject: if body.flag()? {
-                Subject::Capture
-            } else {
-                Subject::Screens
-            },
             state: Some(body.u8()?).filter(|&state| state != u8::MAX),
+            subject: match body.u16()? {
+                0 => Subject::Screens,
+                size => Subject::Capture { size },
+            },
             budget: body.u64()?,
             eyes: [body.vector()?, body.vector()?],
             forward: body.vector()?,
@@ -409,6 +424,7 @@ fn read_report(kind: u8, body: &[u8]) -> Result<Report, DropReason> {
             instructions: body.u32()?,
             steps: body.u32()?,
             ended_tile: body.flag()?,
+            time: Micros(body.u64()?),
         }),
         FRAME_DONE => Report::FrameDone(FrameDone {
             number: body.u32()?,
@@ -472,6 +488,7 @@ fn read_order(kind: u8, body: &[u8]) -> Result<Order, DropReason> {
             budget: body.u64()?,
             slice: body.u32()?,
             depth: body.u8()?,
+            wavelengths: body.u8()?,
             lod: body.flag()?,
             eye_distance: body.number()?,
             display_delay: body.u32()?,
@@ -578,12 +595,13 @@ mod tests {
                 fault: 3,
                 flash_bytes: 4,
                 static_bytes: 5,
+                picture_bytes: 6,
             }),
             Report::Frame(FrameStart {
                 number: 7,
                 orders: 255,
                 pictures: 6,
-                subject: Subject::Capture,
+                subject: Subject::Capture { size: 256 },
                 state: None,
                 budget: u64::MAX,
                 eyes: [Vec3::X, Vec3::NEG_X],
@@ -602,6 +620,7 @@ mod tests {
                 instructions: 1,
                 steps: 2,
                 ended_tile: true,
+                time: Micros(1 << 33),
             }),
             Report::FrameDone(FrameDone {
                 number: 7,
@@ -638,6 +657,7 @@ mod tests {
                 budget: 1 << 40,
                 slice: 10_000,
                 depth: 3,
+                wavelengths: 7,
                 lod: true,
                 eye_distance: 0.064,
                 display_delay: 20_000,
@@ -705,14 +725,14 @@ mod tests {
     #[test]
     fn bodies_of_other_lengths_are_no_messages() {
         let mut encoder = Encoder::new();
-        for (kind, length) in [(SCREENS, 2), (SCREEN, 40), (RENDERING, 21), (CAPTURE, 15)] {
+        for (kind, length) in [(SCREENS, 2), (SCREEN, 40), (RENDERING, 22), (CAPTURE, 15)] {
             let mut content = encoder.begin(kind);
             content.push(&[0; 64][..length]);
             let mut orders = Orders::new();
             orders.feed(&content.finish(), &mut |order| panic!("{order:?}"));
             assert_eq!(orders.dropped(), 1);
         }
-        for (kind, length) in [(READY, 19), (FRAME, 70), (PIXELS, 20), (TRACKER, 25)] {
+        for (kind, length) in [(READY, 23), (FRAME, 71), (PIXELS, 20), (TRACKER, 25)] {
             let mut content = encoder.begin(kind);
             content.push(&[0; 80][..length]);
             let mut reports = Reports::new();

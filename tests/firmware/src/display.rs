@@ -1,0 +1,218 @@
+//! What is shown: the screens, the eyes before them, and how they are rendered.
+
+use glam::Vec3;
+use heapless::Vec;
+use shisen_core::frame::{FlatScreen, LevelOfDetail, Part, Pictures, Renderer, View};
+use shisen_core::gaze::{Gaze, HeadPose, LineOfSight, VisualField};
+use shisen_tracker::link::display::{Order, Rendering};
+
+/// Screens at most.
+pub const MOST_SCREENS: usize = 6;
+/// Pixels a side of a tile.
+pub const TILE: u32 = 16;
+
+/// Pixels a side of the screens that nobody has told of.
+const SIDE: u32 = 64;
+
+/// What is shown, and how.
+pub struct Display {
+    screens: Vec<FlatScreen, MOST_SCREENS>,
+    /// How to render.
+    pub rendering: Rendering,
+    /// Orders obeyed; wraps.
+    pub orders: u8,
+    /// The dome master that was asked for.
+    pub capture: Option<(u16, Vec3)>,
+}
+
+impl Display {
+    /// Front, right and floor of a 3 m cube, in full, as the paper's method would.
+    pub fn new() -> Self {
+        let corner = |x: f32, y: f32, z: f32| 1.5 * Vec3::new(x, y, z);
+        let screen = |lower_left, lower_right, upper_left| {
+            FlatScreen::from_corners(lower_left, lower_right, upper_left, [SIDE; 2])
+        };
+        let mut screens = Vec::new();
+        for [lower_left, lower_right, upper_left] in [
+            [
+                corner(-1., -1., -1.),
+                corner(1., -1., -1.),
+                corner(-1., 1., -1.),
+            ],
+            [
+                corner(1., -1., -1.),
+                corner(1., -1., 1.),
+                corner(1., 1., -1.),
+            ],
+            [
+                corner(-1., -1., 1.),
+                corner(1., -1., 1.),
+                corner(-1., -1., -1.),
+            ],
+        ] {
+            let _ = screens.push(screen(lower_left, lower_right, upper_left));
+        }
+        Self {
+            screens,
+            rendering: Rendering {
+                budget: u64::MAX,
+                slice: 10_000,
+                depth: 3,
+                wavelengths: 1,
+                lod: true,
+                eye_distance: 0.0,
+                display_delay: 20_000,
+            },
+            orders: 0,
+            capture: None,
+        }
+    }
+
+    /// Does as it is told. What makes no sense is left as it was.
+    pub fn obey(&mut self, order: &Order) {
+        self.orders = self.orders.wrapping_add(1);
+        match *order {
+            Order::Screens { count } => {
+                self.screens.truncate(usize::from(count).max(1));
+                while self.screens.len() < usize::from(count) {
+                    let Some(&last) = self.screens.last() else {
+                        return;
+                    };
+                    if self.screens.push(last).is_err() {
+                        return;
+                    }
+                }
+            }
+            Order::Screen { index, screen } => {
+                // One that can be seen from somewhere.
+                let normal = screen
+                    .row_step
+                    .cross(screen.column_step)
+                    .normalize_or_zero();
+                if let Some(place) = self.screens.get_mut(usize::from(index))
+                    && screen.view_from(screen.first_pixel + normal).is_ok()
+                {
+                    *place = screen;
+                }
+            }
+            Order::Rendering(rendering) => {
+                self.rendering = Rendering {
+                    // With none it would never come to an end.
+                    slice: rendering.slice.max(1),
+                    ..rendering
+                };
+            }
+            Order::Capture { size, place } => self.capture = Some((size, place)),
+        }
+    }
+
+    /// The screens.
+    pub fn screens(&self) -> &[FlatScreen] {
+        &self.screens
+    }
+
+    /// Where the eyes of a head are, if they see all screens.
+    pub fn eyes(&self, head: &HeadPose) -> Option<[Vec3; 2]> {
+        let aside = head.orientation * (Vec3::X * (0.5 * self.rendering.eye_distance));
+        let eyes = [head.position - aside, head.position + aside];
+        let all = self
+            .screens
+            .iter()
+            .all(|screen| eyes.iter().all(|&eye| screen.view_from(eye).is_ok()));
+        all.then_some(eyes)
+    }
+
+    /// The screens as eyes see them, each along its own gaze.
+    pub fn seen<'r, 'a>(
+        &'r self,
+        eyes: [Vec3; 2],
+        renderers: &'r [Renderer<'a, 4>; 2],
+    ) -> Seen<'r, 'a> {
+        Seen {
+            screens: &self.screens,
+            eyes,
+            count: if self.rendering.eye_distance == 0.0 {
+                1
+            } else {
+                2
+            },
+            renderers,
+        }
+    }
+}
+
+/// What follows the gaze of an eye: nothing where the field has no end.
+pub fn level_of_detail(eye: Vec3, forward: Vec3, up: Vec3, widen: f32) -> Option<LevelOfDetail> {
+    let field = VisualField::PAPER.wider(widen)?;
+    let sight = LineOfSight::new(eye, forward, up).ok()?;
+    Some(LevelOfDetail::new(Gaze::new(sight, field)))
+}
+
+/// The screens as eyes see them: screen by screen, and eye by eye in each.
+pub struct Seen<'r, 'a> {
+    screens: &'r [FlatScreen],
+    eyes: [Vec3; 2],
+    /// Of the eyes.
+    count: usize,
+    renderers: &'r [Renderer<'a, 4>; 2],
+}
+
+impl Seen<'_, '_> {
+    /// The screen and the eye of a picture.
+    fn place(&self, number: usize) -> (usize, usize) {
+        if self.count == 1 {
+            (number, 0)
+        } else {
+            (number / 2, number % 2)
+        }
+    }
+}
+
+impl<'a> Pictures<'a, 4> for Seen<'_, 'a> {
+    fn count(&self) -> usize {
+        self.screens.len() * self.count
+    }
+
+    fn view(&self, number: usize) -> Option<View> {
+        let (screen, eye) = self.place(number);
+        self.screens
+            .get(screen)?
+            .view_from(*self.eyes.get(eye)?)
+            .ok()
+    }
+
+    fn renderer(&self, number: usize) -> Option<&Renderer<'a, 4>> {
+        self.renderers.get(self.place(number).1)
+    }
+}
+
+/// What a frame shows.
+pub enum Shown<'r, 'a> {
+    /// The screens.
+    Screens(Seen<'r, 'a>),
+    /// A dome master.
+    Capture([Part<'r, 'a, 4>; 1]),
+}
+
+impl<'a> Pictures<'a, 4> for Shown<'_, 'a> {
+    fn count(&self) -> usize {
+        match self {
+            Self::Screens(seen) => seen.count(),
+            Self::Capture(_) => 1,
+        }
+    }
+
+    fn view(&self, number: usize) -> Option<View> {
+        match self {
+            Self::Screens(seen) => seen.view(number),
+            Self::Capture(part) => part.as_slice().view(number),
+        }
+    }
+
+    fn renderer(&self, number: usize) -> Option<&Renderer<'a, 4>> {
+        match self {
+            Self::Screens(seen) => seen.renderer(number),
+            Self::Capture(part) => part.as_slice().renderer(number),
+        }
+    }
+}

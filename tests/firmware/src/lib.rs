@@ -1,0 +1,24 @@
+//! A display controller on the emulated board mps2-an500, in parts.
+#![no_std]
+
+#[cfg(feature = "controller")]
+pub mod board;
+#[cfg(feature = "controller")]
+pub mod display;
+#[cfg(feature = "controller")]
+pub mod line;
+#[cfg(feature = "log")]
+mod log;
+#[cfg(feature = "controller")]
+pub mod scene;
+#[cfg(feature = "controller")]
+pub mod viewer;
+
+/// Says something by the log, where there is one.
+#[macro_export]
+macro_rules! say {
+    ($level:ident, $($argument:tt)*) => {{
+        #[cfg(feature = "log")]
+        ::defmt::$level!($($argument)*);
+    }};
+}

@@ -1,0 +1,127 @@
+//! What comes in, byte by byte, from interrupts to the main loop.
+
+use crate::board::{self, DISPLAY, TRACKER, Uart};
+use core::cell::UnsafeCell;
+use core::sync::atomic::{AtomicU32, Ordering};
+use cortex_m::interrupt::InterruptNumber;
+use heapless::spsc::Queue;
+
+/// Bytes that wait at most; one place stays free.
+const ROOM: usize = 256;
+
+/// An interrupt of the board.
+#[derive(Clone, Copy)]
+pub struct Interrupt(u16);
+
+/// A byte from the tracker.
+pub const TRACKER_RECEIVES: Interrupt = Interrupt(0);
+/// A byte from whoever watches.
+pub const DISPLAY_RECEIVES: Interrupt = Interrupt(2);
+
+// SAFETY: numbers of the board's interrupts, as in its vector table below.
+unsafe impl InterruptNumber for Interrupt {
+    fn number(self) -> u16 {
+        self.0
+    }
+}
+
+/// A port and the bytes of it that wait.
+struct Receiver {
+    port: Uart,
+    /// Not split into its ends: those do not know its length, and divide by it.
+    queue: UnsafeCell<Queue<u8, ROOM>>,
+    /// Bytes that found no room.
+    lost: AtomicU32,
+    /// Low half of the ticks at which the newest byte came.
+    newest: AtomicU32,
+}
+
+// SAFETY: the queue is used with interrupts off, on the one core that there is.
+unsafe impl Sync for Receiver {}
+
+impl Receiver {
+    const fn new(port: Uart) -> Self {
+        Self {
+            port,
+            queue: UnsafeCell::new(Queue::new()),
+            lost: AtomicU32::new(0),
+            newest: AtomicU32::new(0),
+        }
+    }
+
+    fn with_queue<T>(&self, act: impl FnOnce(&mut Queue<u8, ROOM>) -> T) -> T {
+        cortex_m::interrupt::free(|_| {
+            // SAFETY: interrupts are off, and `act` is not given the receiver.
+            act(unsafe { &mut *self.queue.get() })
+        })
+    }
+
+    fn interrupt(&self) {
+        while let Some((byte, overrun)) = self.port.receive() {
+            self.newest.store(board::ticks() as u32, Ordering::Relaxed);
+            let taken = self.with_queue(|queue| queue.enqueue(byte).is_ok());
+            let lost = u32::from(overrun) + u32::from(!taken);
+            self.lost.fetch_add(lost, Ordering::Relaxed);
+        }
+    }
+}
+
+static FROM_TRACKER: Receiver = Receiver::new(TRACKER);
+static FROM_DISPLAY: Receiver = Receiver::new(DISPLAY);
+
+extern "C" fn tracker_receives() {
+    FROM_TRACKER.interrupt();
+}
+
+extern "C" fn display_receives() {
+    FROM_DISPLAY.interrupt();
+}
+
+unsafe extern "C" {
+    fn DefaultHandler();
+}
+
+/// What the board's interrupts call.
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+pub static __INTERRUPTS: [unsafe extern "C" fn(); 32] = {
+    let mut table: [unsafe extern "C" fn(); 32] = [DefaultHandler; 32];
+    table[TRACKER_RECEIVES.0 as usize] = tracker_receives;
+    table[DISPLAY_RECEIVES.0 as usize] = display_receives;
+    table
+};
+
+/// The main loop's end of a line.
+pub struct Line(&'static Receiver);
+
+impl Line {
+    /// From the tracker.
+    pub const TRACKER: Self = Self(&FROM_TRACKER);
+    /// From whoever watches.
+    pub const DISPLAY: Self = Self(&FROM_DISPLAY);
+
+    /// The next bytes that have come in, into the front of a buffer.
+    pub fn take<'b>(&self, buffer: &'b mut [u8; 64]) -> &'b [u8] {
+        let mut count = 0;
+        for place in buffer.iter_mut() {
+            let Some(byte) = self.0.with_queue(Queue::dequeue) else {
+                break;
+            };
+            *place = byte;
+            count += 1;
+        }
+        buffer.get(..count).unwrap_or_default()
+    }
+
+    /// Bytes that came faster than they were taken.
+    pub fn lost(&self) -> u32 {
+        self.0.lost.load(Ordering::Relaxed)
+    }
+
+    /// When the newest byte came, in ticks.
+    pub fn newest(&self) -> u64 {
+        let now = board::ticks();
+        let low = self.0.newest.load(Ordering::Relaxed);
+        now - u64::from((now as u32).wrapping_sub(low))
+    }
+}

@@ -1,0 +1,64 @@
+//! The log: `defmt` frames over a serial port of their own. The host has the
+//! words; they are not in flash.
+
+use crate::board::{self, LOG};
+use core::cell::UnsafeCell;
+use core::sync::atomic::{AtomicBool, Ordering};
+use critical_section::RestoreState;
+
+struct State {
+    encoder: UnsafeCell<defmt::Encoder>,
+    before: UnsafeCell<RestoreState>,
+    taken: AtomicBool,
+}
+
+// SAFETY: used within a critical section only, on one core.
+unsafe impl Sync for State {}
+
+static STATE: State = State {
+    encoder: UnsafeCell::new(defmt::Encoder::new()),
+    before: UnsafeCell::new(RestoreState::invalid()),
+    taken: AtomicBool::new(false),
+};
+
+#[defmt::global_logger]
+struct Logger;
+
+fn send(bytes: &[u8]) {
+    LOG.send(bytes);
+}
+
+// SAFETY: between `acquire` and `release` interrupts are off.
+unsafe impl defmt::Logger for Logger {
+    fn acquire() {
+        // SAFETY: released below, in this order.
+        let before = unsafe { critical_section::acquire() };
+        // Nobody logs while logging: there is nothing to be done about it here.
+        if STATE.taken.swap(true, Ordering::Relaxed) {
+            return;
+        }
+        // SAFETY: within the critical section.
+        unsafe {
+            *STATE.before.get() = before;
+            (*STATE.encoder.get()).start_frame(send);
+        }
+    }
+
+    unsafe fn flush() {}
+
+    unsafe fn release() {
+        // SAFETY: within the critical section of `acquire`.
+        unsafe {
+            (*STATE.encoder.get()).end_frame(send);
+            STATE.taken.store(false, Ordering::Relaxed);
+            critical_section::release(*STATE.before.get());
+        }
+    }
+
+    unsafe fn write(bytes: &[u8]) {
+        // SAFETY: within the critical section of `acquire`.
+        unsafe { (*STATE.encoder.get()).write(bytes, send) };
+    }
+}
+
+defmt::timestamp!("{=u64:us}", board::micros(board::ticks()).0);

@@ -1,0 +1,59 @@
+//! The scene, and the renderer that this firmware links.
+
+use crate::say;
+use shisen_core::frame::{Pixel, Renderer, Settings};
+use shisen_core::scene::{Scene, SceneError};
+use shisen_core::{EffectSet, Simd};
+
+/// The effects that are linked.
+pub const EFFECTS: u32 = if cfg!(feature = "dispersion") {
+    EffectSet::ALL.bits()
+} else {
+    EffectSet::ALL.bits() & !EffectSet::DISPERSION.bits()
+};
+
+/// What all pixels show where there is no scene.
+pub const NO_SCENE: Pixel = Pixel {
+    red: 1.0,
+    green: 0.0,
+    blue: 1.0,
+    alpha: 1.0,
+};
+
+/// Before there is a picture.
+pub const NO_PIXEL: Pixel = Pixel {
+    red: 0.0,
+    green: 0.0,
+    blue: 0.0,
+    alpha: 0.0,
+};
+
+/// The scene in a part of the memory, or the number of what is wrong with it.
+pub fn open(bytes: &'static [u8]) -> Result<Scene<'static, 4>, u32> {
+    Scene::from_bytes(bytes).map_err(|error| {
+        say!(error, "no scene: {}", error);
+        fault(&error)
+    })
+}
+
+/// From 1 on, for a report.
+const fn fault(error: &SceneError) -> u32 {
+    match error {
+        SceneError::Truncated { .. } => 1,
+        SceneError::Misaligned { .. } => 2,
+        SceneError::NotAScene => 3,
+        SceneError::Version { .. } => 4,
+        SceneError::Width { .. } => 5,
+        SceneError::Checksum { .. } => 6,
+        _ => 7,
+    }
+}
+
+/// What renders it with so many bounces, one ray at a time.
+pub fn renderer<'a>(scene: Scene<'a, 4>, depth: u8) -> Renderer<'a, 4> {
+    let settings = Settings {
+        depth,
+        ..Settings::default()
+    };
+    Renderer::single::<EFFECTS>(scene, Simd::PORTABLE, settings)
+}

@@ -1,0 +1,115 @@
+//! From the tracker's bytes to where the viewer looks.
+
+use crate::board;
+use crate::line::Line;
+use crate::say;
+use shisen_tracker::clock::{ClockConfig, ClockEstimator};
+use shisen_tracker::decoder::{Decoder, Event};
+use shisen_tracker::estimate::{self, Estimate, EstimatorConfig, GazeEstimator};
+use shisen_tracker::link::Link;
+use shisen_tracker::link::display::TrackerState;
+use shisen_tracker::time::Micros;
+
+/// The tracker's end of it.
+pub struct Viewer {
+    line: Line,
+    decoder: Link,
+    clock: ClockEstimator,
+    gaze: GazeEstimator,
+    records: u32,
+    dropped: u32,
+    instructions: u64,
+    /// When the last byte of the newest record came, in ticks.
+    newest: Option<u64>,
+}
+
+impl Viewer {
+    /// One that has seen nothing; `None` never, with the configurations as they
+    /// come.
+    pub fn new(line: Line) -> Option<Self> {
+        Some(Self {
+            line,
+            decoder: Link::new(),
+            clock: ClockEstimator::new(ClockConfig::default()).ok()?,
+            gaze: GazeEstimator::new(EstimatorConfig::default()).ok()?,
+            records: 0,
+            dropped: 0,
+            instructions: 0,
+            newest: None,
+        })
+    }
+
+    /// Takes what has come in.
+    pub fn listen(&mut self) {
+        let mut buffer = [0; 64];
+        // As much as can wait, so that a fast line does not hold frames up.
+        for _ in 0..4 {
+            let arrival = self.line.newest();
+            let bytes = self.line.take(&mut buffer);
+            if bytes.is_empty() {
+                return;
+            }
+            let before = board::ticks();
+            self.take(bytes, arrival);
+            self.instructions += board::instructions(before, board::ticks());
+        }
+    }
+
+    fn take(&mut self, bytes: &[u8], arrival: u64) {
+        let Self {
+            decoder,
+            clock,
+            gaze,
+            records,
+            dropped,
+            newest,
+            ..
+        } = self;
+        decoder.feed(bytes, board::micros(arrival), &mut |event| match event {
+            Event::Sample(sample) => {
+                let stamp = clock.stamp(&sample, &mut |_event| {
+                    say!(warn, "tracker's clock: {}", _event);
+                });
+                gaze.push(&sample, stamp.time, &mut |_| {});
+                *records = records.saturating_add(1);
+                *newest = Some(arrival);
+            }
+            Event::Dropped(lost) => {
+                *dropped = dropped.saturating_add(lost.bytes);
+                say!(warn, "tracker: {}", lost);
+            }
+            _ => {}
+        });
+    }
+
+    /// Where the viewer looks at a time.
+    pub fn estimate(&mut self, time: Micros) -> Estimate {
+        self.gaze.estimate(time, &mut |event| {
+            if let estimate::Event::State {
+                from: _from,
+                to: _to,
+                ..
+            } = event
+            {
+                say!(info, "gaze: {} after {}", _to, _from);
+            }
+        })
+    }
+
+    /// When the last byte of the newest record came, in ticks, if that was after
+    /// it was last asked for.
+    pub fn take_newest(&mut self) -> Option<u64> {
+        self.newest.take()
+    }
+
+    /// What came so far.
+    pub fn state(&self) -> TrackerState {
+        TrackerState {
+            records: self.records,
+            dropped: self.dropped,
+            overrun: self.line.lost(),
+            instructions: self.instructions,
+            stack_bytes: board::stack_used(),
+        }
+    }
+}
