@@ -42,6 +42,7 @@ pub const MAX_SAMPLES: u16 = 4096;
 
 /// How good a picture to make.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
     /// Reflections and refractions after one another, 0 to [`MAX_DEPTH`].
     pub depth: u8,
@@ -66,6 +67,7 @@ impl Default for Settings {
 /// How primary rays go through the scene. It changes the number of steps,
 /// never a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
     /// One at a time: the finest budget and the least memory.
     Single,
@@ -78,6 +80,7 @@ pub enum Mode {
 
 /// A rectangle of pixels of a view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tile {
     /// First column.
     pub x: u32,
@@ -142,6 +145,7 @@ struct BlockPart {
 
 /// Why a tile cannot be rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TileError {
     /// Not inside the view, or empty.
@@ -173,6 +177,7 @@ impl core::error::Error for TileError {}
 
 /// How a call of [`TileJob::render`] ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Outcome {
     /// All pixels are there.
     Finished,

@@ -13,6 +13,8 @@ mod dome;
 mod explain;
 mod failure;
 mod filling;
+#[cfg(unix)]
+mod firmware;
 mod gaze;
 mod inspect;
 mod levels;
@@ -50,6 +52,9 @@ enum Shisen {
     Dome(dome::Dome),
     #[command(subcommand)]
     Tracker(Box<tracker::TrackerCommand>),
+    #[cfg(unix)]
+    #[command(subcommand)]
+    Firmware(firmware::Firmware),
     #[command(subcommand)]
     Bench(bench::Bench),
 }
@@ -76,6 +81,8 @@ pub(crate) fn main() -> ExitCode {
                 Shisen::Spectrum(arguments) => spectrum::run(&arguments),
                 Shisen::Dome(dome) => dome::run(&dome),
                 Shisen::Tracker(command) => tracker::run(&command),
+                #[cfg(unix)]
+                Shisen::Firmware(firmware) => firmware::run(&firmware),
                 Shisen::Bench(bench) => bench::run(&bench),
             });
     match result {

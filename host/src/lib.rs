@@ -7,6 +7,8 @@ pub mod chart;
 pub mod description;
 pub mod dome;
 pub mod effects;
+#[cfg(unix)]
+pub mod firmware;
 pub mod gaze_reference;
 pub mod import;
 pub mod input;

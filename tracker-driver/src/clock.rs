@@ -70,6 +70,7 @@ impl Default for ClockConfig {
 
 /// A value of a [`ClockConfig`] that is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ClockConfigError {
     field: &'static str,
     found: u64,
@@ -93,6 +94,7 @@ impl core::error::Error for ClockConfigError {}
 
 /// When a sample was measured, by the caller's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Stamp {
     /// Never after the arrival.
     pub time: Micros,
@@ -102,6 +104,7 @@ pub struct Stamp {
 
 /// What a [`Stamp`] was made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StampSource {
     /// The device's clock.
     Device,
@@ -114,6 +117,7 @@ pub enum StampSource {
 
 /// Something that a device's clock did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ClockEvent {
     /// It jumped and stays there: the device was restarted. What was known of

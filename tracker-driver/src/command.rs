@@ -164,6 +164,7 @@ pub enum Action<'a> {
 
 /// What is wrong with a device or its line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Failure {
     /// Nothing comes in.
     Silent,

@@ -35,6 +35,7 @@ pub enum Event {
 
 /// Bytes that were thrown away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Dropped {
     /// How many.
     pub bytes: u32,
@@ -44,6 +45,7 @@ pub struct Dropped {
 
 /// Why bytes were thrown away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum DropReason {
     /// Between records: what stands there starts none.
@@ -210,6 +212,7 @@ pub struct Reply {
 /// What became of the bytes that a decoder took. The counts stop at their
 /// largest value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counts {
     /// Bytes taken.
     pub bytes: u64,

@@ -104,6 +104,7 @@ pub enum Event {
 
 /// Why a part of a sample was not used.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Rejection {
     /// It is not newer than what is known: repeated, out of order, or of a

@@ -3,6 +3,7 @@
 /// A time or a span on the caller's clock: microseconds, from wherever that
 /// clock starts. It never goes back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Micros(pub u64);
 
 impl Micros {
@@ -31,6 +32,7 @@ impl Micros {
 
 /// A time on a device's clock, as its protocol writes it down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DeviceTime {
     /// Microseconds from wherever the device's clock starts.
     pub microseconds: u64,

@@ -77,6 +77,7 @@ impl Place {
 
 /// Why a frame cannot be begun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FrameError {
     /// Tiles of no pixels, or of more than [`FrameJob::LARGEST_TILE`] a side.
@@ -114,6 +115,7 @@ impl core::error::Error for FrameError {}
 
 /// What a call of [`FrameJob::render`] left behind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Progress {
     /// A tile's pixels are there.
     Tile {
@@ -149,6 +151,7 @@ pub struct FrameJob<'p> {
 
 /// Tiles handed over so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tiles {
     /// All of whose pixels were traced.
     pub whole: u32,

@@ -14,6 +14,7 @@ pub struct LineOfSight {
 
 /// Why there is no line of sight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LineOfSightError {
     /// A coordinate of the position is NaN or infinite.

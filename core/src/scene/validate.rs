@@ -14,6 +14,7 @@ use zerocopy::{FromBytes, Immutable, KnownLayout};
 
 /// Why a blob is not a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SceneError {
     /// Shorter than it says, or than a header.

@@ -1,6 +1,7 @@
 /// Work that may still be done, in steps: one a node visited, one a
 /// primitive tested. Time is the caller's to translate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Budget {
     left: u64,
 }
@@ -32,6 +33,7 @@ impl Budget {
 
 /// What has been done since this was last cleared.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Statistics {
     /// Rays from the eye.
     pub primary: u64,

@@ -38,6 +38,7 @@ pub enum Spectrum<'a> {
 
 /// Why a scene cannot be traced with a spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SpectrumError {
     /// The number of the medium that is not known at some of its wavelengths.
     pub medium: usize,

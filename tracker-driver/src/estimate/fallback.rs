@@ -5,6 +5,7 @@ use crate::time::Micros;
 
 /// How much can be relied on. Worse is greater.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
     /// Gaze and head are new enough.
     Fresh,

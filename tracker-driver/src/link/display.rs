@@ -3,7 +3,7 @@
 //!
 //! | Kind | Body |
 //! |---|---|
-//! | 32 ready | u32 bytes of the scene, u32 effects that it asks for, u32 what is wrong with it (0 nothing), u32 bytes of flash, of static memory, of that for pictures |
+//! | 32 ready | u32 bytes of the scene, u32 effects that it asks for, u32 those that are linked, u32 what is wrong with it (0 nothing), u32 bytes of flash, of static memory, of that for pictures |
 //! | 33 frame | u32 number, u8 orders obeyed, u8 pictures, u8 state of the gaze (255 none), u16 pixels a side of a dome master (0: screens), u64 budget in steps, f32 x, y, z of the left eye, of the right eye, of the line of sight and of up, f32 radians by which the field is wider |
 //! | 34 pixels | u8 picture, u16 column, u16 row, then up to 8 pixels to the right: f32 red, green, blue, alpha |
 //! | 35 slice | u32 frame, u32 instructions, u32 steps, u8 whether it ended a tile, u64 the controller's clock, microseconds |
@@ -47,6 +47,8 @@ pub struct Ready {
     pub scene_bytes: u32,
     /// The effects that the scene asks for, as bits.
     pub effects: u32,
+    /// The effects that the firmware has, as bits.
+    pub linked: u32,
     /// What is wrong with the scene; 0 for nothing.
     pub fault: u32,
     /// Bytes of code and constants.
@@ -235,6 +237,7 @@ impl Encoder {
                 for number in [
                     it.scene_bytes,
                     it.effects,
+                    it.linked,
                     it.fault,
                     it.flash_bytes,
                     it.static_bytes,
@@ -398,6 +401,7 @@ fn read_report(kind: u8, body: &[u8]) -> Result<Report, DropReason> {
         READY => Report::Ready(Ready {
             scene_bytes: body.u32()?,
             effects: body.u32()?,
+            linked: body.u32()?,
             fault: body.u32()?,
             flash_bytes: body.u32()?,
             static_bytes: body.u32()?,
@@ -592,6 +596,7 @@ mod tests {
             Report::Ready(Ready {
                 scene_bytes: 1,
                 effects: 2,
+                linked: 7,
                 fault: 3,
                 flash_bytes: 4,
                 static_bytes: 5,
@@ -732,7 +737,7 @@ mod tests {
             orders.feed(&content.finish(), &mut |order| panic!("{order:?}"));
             assert_eq!(orders.dropped(), 1);
         }
-        for (kind, length) in [(READY, 23), (FRAME, 71), (PIXELS, 20), (TRACKER, 25)] {
+        for (kind, length) in [(READY, 27), (FRAME, 71), (PIXELS, 20), (TRACKER, 25)] {
             let mut content = encoder.begin(kind);
             content.push(&[0; 80][..length]);
             let mut reports = Reports::new();

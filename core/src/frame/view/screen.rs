@@ -18,6 +18,7 @@ pub(crate) struct Screen {
 
 /// Why a flat screen's view is not one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ViewError {
     /// No columns or no rows, or more than [`View::MOST_PIXELS`] of either.

@@ -396,6 +396,7 @@ fn main() -> ! {
     ports.out.report(&Report::Ready(Ready {
         scene_bytes: scene.as_ref().map_or(0, Scene::byte_len),
         effects: scene.as_ref().map_or(0, |scene| scene.effects().bits()),
+        linked: scene::EFFECTS,
         fault: scene.as_ref().err().copied().unwrap_or(0),
         flash_bytes,
         static_bytes,
