@@ -131,6 +131,7 @@ impl Image {
             .arg("--target-dir")
             .arg(&target)
             .env("RUSTFLAGS", "-C target-cpu=cortex-m7 -C link-arg=-Tdefmt.x")
+            .env("DEFMT_LOG", "info")
             .output()
             .map_err(|reason| ImageError::Cargo { reason })?;
         if !built.status.success() {
