@@ -125,6 +125,85 @@ fn another_protocol_on_the_line_is_told() {
     assert!(output.stdout.is_empty());
 }
 
+/// A Flock's decoder takes some of what others send for records; that is said
+/// all the same, and once.
+#[test]
+fn records_by_chance_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let _mock = mock(folder.path(), "liberty");
+    let spec = "serial:tracker?protocol=flock&format=angles";
+    let output = shisen(folder.path())
+        .args(["tracker", "monitor", spec, "--json", "--seconds", "4"])
+        .assert()
+        .success();
+    let output = output.get_output();
+    assert!(!lines(&output.stdout).is_empty());
+    let said = std::str::from_utf8(&output.stderr).unwrap();
+    assert_eq!(said.matches("belong to no record").count(), 1, "{said}");
+}
+
+/// What is set at one end is asked of the other, or has to be the same there.
+#[test]
+fn settings_go_over_the_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |protocol: &str, spec: &str| {
+        let _mock = mock(folder.path(), protocol);
+        let output = shisen(folder.path())
+            .args(["tracker", "monitor", spec, "--json"])
+            .args(["--frames", "50", "--seconds", "10"])
+            .assert()
+            .success();
+        lines(&output.get_output().stdout)
+    };
+    for (protocol, settings) in [
+        ("fastrak", "fastrak&items=2,4,1&format=ascii&units=cm"),
+        ("fastrak?format=ascii&units=cm", "fastrak"),
+        ("liberty?units=cm&model=patriot", "liberty&items=2,7,0"),
+        ("flock", "flock&format=position-matrix&group=1"),
+        ("flock?range=144", "flock&range=144&format=position-angles"),
+    ] {
+        let records = read(protocol, &format!("serial:tracker?protocol={settings}"));
+        assert_eq!(records.len(), 50, "{protocol} {settings}");
+        let dropped = records[49]["dropped"].as_u64().unwrap();
+        assert!(dropped < 8, "{protocol} {settings}: {dropped}");
+        for record in &records {
+            // The mock's head sways by 20 mm.
+            for part in record["head"]["position"]["value"].as_array().unwrap() {
+                let part = part.as_f64().unwrap().abs();
+                assert!(part < 0.1, "{protocol} {settings}: {part} m");
+            }
+        }
+    }
+    let outputs = "iscan&outputs=gaze-x,gaze-y,pupil-diameter";
+    let records = read(
+        "iscan?outputs=gaze-x,gaze-y,pupil-diameter",
+        &format!("serial:tracker?protocol={outputs}"),
+    );
+    assert!(records[49]["gaze_point"].is_object());
+}
+
+#[test]
+fn the_help_has_every_setting() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = shisen(folder.path())
+        .args(["tracker", "--help"])
+        .assert()
+        .success();
+    let help = std::str::from_utf8(&output.get_output().stdout).unwrap();
+    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
+    let readme = std::fs::read_to_string(readme).unwrap();
+    for key in [
+        "items", "format", "units", "stations", "reset_s", "model", "range", "group", "birds",
+        "first", "inverse", "confirm", "bytes", "order", "position", "frame", "sensor", "outputs",
+        "largest", "zero", "layout", "rate", "axes", "origin",
+    ] {
+        assert!(help.contains(&format!("{key}=")), "{key} in the help");
+        let named = [format!("`{key}="), format!("`{key}`")];
+        let shown = named.iter().any(|name| readme.contains(name));
+        assert!(shown, "{key} in README.md");
+    }
+}
+
 #[test]
 fn a_recording_is_replayed_onto_a_line() {
     let folder = tempfile::tempdir().unwrap();
@@ -180,6 +259,13 @@ fn what_is_no_tracker_is_refused() {
     for (spec, code, expected) in [
         ("mouse", 2, "serial:/dev/ttyUSB0"),
         ("mock:rate=5", 2, "60 to 1000"),
+        ("mock:rate=60&rate=60", 2, "twice"),
+        ("serial:?protocol=asl", 2, "says not which"),
+        (
+            "serial:/dev/nowhere?protocol=asl&units=cm",
+            2,
+            "layout=numbered",
+        ),
         ("mock:as=mouse", 2, "osvr-hdk"),
         ("serial:/dev/nowhere", 2, "?protocol=NAME"),
         ("serial:/dev/nowhere?protocol=asl", 1, "/dev/nowhere"),

@@ -24,8 +24,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// SPEC is `mock`, `mock:seed=7&rate=200&as=fastrak` (`&still=1` holds the head,
 /// `&targets=CSV` says what is looked at: see calibrate),
 /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200` (`&reset=1` resets the
-/// device first), `hid:1532:0b00`, `hid:/dev/hidraw0` or `replay:FILE`.
+/// device first), `hid:1532:0b00`, `hid:/dev/hidraw0` (`?axes=right,up,back` and
+/// `&origin=X,Y,Z` say where an eye tracker's coordinates are) or `replay:FILE`.
 #[derive(Debug, Subcommand)]
+#[command(after_long_help = settings_help())]
 pub(super) enum TrackerCommand {
     List(list::Arguments),
     Monitor(monitor::Arguments),
@@ -49,6 +51,19 @@ pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
         #[cfg(unix)]
         TrackerCommand::Replay(arguments) => serve::replay(arguments),
     }
+}
+
+/// What a protocol's devices can be set up to.
+fn settings_help() -> String {
+    let mut help = String::from(
+        "A device that is not set up as usual: settings after its protocol, in SPEC \
+         (serial:/dev/ttyUSB0?protocol=fastrak&units=cm, mock:as=flock&range=72) and in --as \
+         (fastrak?units=cm). The usual value stands first:\n",
+    );
+    for (protocol, settings) in shisen::tracker::settings() {
+        help.push_str(&format!("\n  {protocol}: {settings}"));
+    }
+    help
 }
 
 /// `SPEC`: a tracker, as an argument names it.

@@ -168,8 +168,8 @@ impl Config {
     /// asked, its clock starting at zero. A reset comes first only where
     /// `reset` says so: the device is away for ten seconds.
     ///
-    /// That `P` ends a stream is VRPN's way; `U1` for centimetres is the
-    /// manuals'.
+    /// That `P` ends a stream is VRPN's way; `U1` for centimetres and `U0` for
+    /// inches are the manuals'.
     pub fn start(&self, reset: bool) -> Script {
         let settle = Micros::from_millis(100);
         let mut script = Script::new();
@@ -179,9 +179,11 @@ impl Config {
                 .pause(Micros::from_millis(10_000));
         }
         script = script.once_only().send(b"P").pause(settle).send(b"F1\r");
-        if self.units == Units::Centimetres {
-            script = script.send(b"U1\r");
-        }
+        // Said either way: what it was set to before is not known.
+        script = script.send(match self.units {
+            Units::Inches => b"U0\r",
+            Units::Centimetres => b"U1\r",
+        });
         for station in 1..=self.stations.clamp(1, MOST_STATIONS) {
             script = script.send(&self.items.command(station));
         }

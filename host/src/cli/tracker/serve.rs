@@ -25,8 +25,9 @@ use thiserror::Error;
 #[derive(Debug, Args)]
 pub(in crate::cli) struct MockArguments {
     /// What it speaks: link, fastrak, liberty, flock, hatire, osvr-hdk, iscan,
-    /// asl, adhawk or hid [default: link on a line, and samples as they are
-    /// otherwise]
+    /// asl, adhawk or hid, and its settings, as in fastrak?units=cm (see
+    /// `shisen tracker --help`) [default: link on a line, and samples as they
+    /// are otherwise]
     #[arg(long = "as", value_name = "PROTOCOL", value_parser = protocol)]
     protocol: Option<Protocol>,
     /// A name for the line's other end; a link that was there gives way
@@ -62,7 +63,8 @@ pub(in crate::cli) struct ReplayArguments {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// What the line speaks: link, fastrak, liberty, flock, hatire, osvr-hdk,
-    /// iscan, asl, adhawk or hid [default: link]
+    /// iscan, asl, adhawk or hid, and its settings, as for `shisen tracker mock`
+    /// [default: link]
     #[arg(long = "as", value_name = "PROTOCOL", requires = "to", value_parser = protocol)]
     protocol: Option<Protocol>,
     /// A name for the line's other end; a link that was there gives way
