@@ -18,7 +18,7 @@
 //! | Code | Frame |
 //! |---|---|
 //! | 0 to 999 | a sample; the code counts them. opentrack takes 1000 too |
-//! | 2000 to 8999 | bytes 4 to 27 are text: 3000 initialising, 5000 starting |
+//! | 2000 to 8999 | bytes 4 to 27 are text in ASCII: 3000 initialising, 5000 starting |
 //! | from 9000 | the text of an error |
 //!
 //! Text becomes a [`Message::Text`], an error a [`Message::Fault`] and its
@@ -318,6 +318,11 @@ fn missing(last: &mut Option<u16>, code: u16) -> u16 {
         .map_or(0, |last| (code + COUNTS - 1 - last) % COUNTS)
 }
 
+/// Letters, white space and what fills the rest.
+const fn is_of_text(byte: u8) -> bool {
+    matches!(byte, 0 | b' ' | b'\t' | b'\r' | b'\n') || byte.is_ascii_graphic()
+}
+
 impl Config {
     fn step(&self, front: Front<'_>, arrival: Micros) -> Step {
         let bytes = front.bytes;
@@ -344,6 +349,10 @@ impl Config {
             },
             FIRST_TEXT.. => {
                 let text = whole.get(4..28).unwrap_or_default();
+                if !text.iter().all(|&byte| is_of_text(byte)) {
+                    // Likely a sample in the other byte order.
+                    return front.unusable(FRAME_BYTES, DropReason::Field);
+                }
                 let fault = (frame.code >= FIRST_ERROR).then(|| Message::Fault {
                     code: u32::from(frame.code),
                     meaning: error_meaning(frame.code),
