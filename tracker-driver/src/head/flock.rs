@@ -167,8 +167,14 @@ impl Mode {
         }
     }
 
-    const fn has_position(self) -> bool {
+    /// Whether its records hold a position.
+    pub const fn has_position(self) -> bool {
         !matches!(self, Self::Angles | Self::Matrix | Self::Quaternion)
+    }
+
+    /// Whether its records hold a rotation, in any form.
+    pub const fn has_orientation(self) -> bool {
+        !matches!(self, Self::Position)
     }
 
     /// Words of a record.

@@ -142,14 +142,11 @@ impl Config {
     }
 
     /// The record that a device sends of a sample. What the sample lacks is
-    /// the origin, no rotation and time 0; a held reading gives the error
-    /// `*`.
+    /// the origin, no rotation and time 0; it, and a held reading, gives the
+    /// error `*`.
     pub fn encode(&self, sample: &Sample) -> Vec<u8, MOST_RECORD_BYTES> {
-        let held = [
-            sample.head.position.is_some_and(|p| !p.tracked),
-            sample.head.orientation.is_some_and(|q| !q.tracked),
-        ];
-        let error = if held.contains(&true) { b'*' } else { b' ' };
+        let tracked = self.items.is_tracked(&sample.head);
+        let error = if tracked { b' ' } else { b'*' };
         let [first, second] = self.model.tag();
         let station = sample.sensor.min(MOST_STATIONS - 1) + 1;
         let [low, high] = (self.items.bytes() as u16).to_le_bytes();

@@ -3,8 +3,9 @@
 use super::faults::{Chunk, Source};
 use crate::estimate::{Screen, plane_of};
 use crate::eye::{adhawk, asl, iscan};
+use crate::head::hatire::{self, Translation};
 use crate::head::polhemus::{self, Family, ItemList};
-use crate::head::{fastrak, flock, hatire, liberty, osvr_hdk};
+use crate::head::{fastrak, flock, liberty, osvr_hdk};
 use crate::hid::eye_tracker::{self, documented};
 use crate::link;
 use crate::rotation::{compose, inverse, rotate};
@@ -90,6 +91,35 @@ impl Format {
             _ => return None,
         })
     }
+
+    /// Whether a sample has what this format's devices measure: the pose that
+    /// their records hold, or where the eyes look.
+    pub fn carries(&self, sample: &Sample) -> bool {
+        let head = &sample.head;
+        let pose = |position: bool, orientation: bool| {
+            (head.position.is_some() || !position) && (head.orientation.is_some() || !orientation)
+        };
+        let looks = || direction(sample).is_some() || sample.gaze_point.is_some();
+        match self {
+            Self::Link => true,
+            Self::Fastrak(fastrak::Config { items, .. })
+            | Self::Liberty(liberty::Config { items, .. }) => {
+                pose(items.has_position(), items.has_orientation())
+            }
+            Self::Flock(config) => pose(config.mode.has_position(), config.mode.has_orientation()),
+            Self::Hatire(config) => pose(config.translation != Translation::None, true),
+            Self::OsvrHdk => pose(false, true),
+            Self::Iscan(_) | Self::Asl(_) => looks(),
+            Self::AdHawk => direction(sample).is_some(),
+            Self::EyeTracker(..) => looks() || head.position.is_some(),
+        }
+    }
+
+    /// Whether its records can say that what they hold is not tracked; where
+    /// not, a device has nothing to send of a sample that lacks it.
+    pub const fn says_untracked(&self) -> bool {
+        !matches!(self, Self::Flock(_) | Self::Hatire(_) | Self::OsvrHdk)
+    }
 }
 
 /// A source of bytes, made of a source of samples.
@@ -128,6 +158,9 @@ impl<S: Source<Item = Sample>> Wire<S> {
     /// The bytes of a sample: one record, packet or report. `None` where the
     /// protocol has nothing to say of it.
     pub fn encode(&mut self, sample: &Sample) -> Option<Chunk> {
+        if !self.format.says_untracked() && !self.format.carries(sample) {
+            return None;
+        }
         let chunk = |bytes: &[u8]| Some(Chunk::new(sample.arrival, bytes));
         match &self.format {
             Format::Link => chunk(&self.link.sample(sample)),

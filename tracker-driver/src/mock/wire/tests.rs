@@ -103,3 +103,36 @@ fn samples_come_through_every_protocol() {
     }
     assert_eq!(Format::named("vrpn"), None);
 }
+
+/// What a head tracker did not measure it does not send as measured.
+#[test]
+fn a_sample_without_a_head_is_no_pose() {
+    let (_, mut sample) = tracker().next_sample();
+    sample.head = crate::sample::Head::default();
+    for name in Format::NAMES {
+        let format = Format::named(name).unwrap();
+        let eyes = matches!(name, "link" | "iscan" | "asl" | "adhawk" | "hid");
+        assert_eq!(format.carries(&sample), eyes, "{name}");
+        let says = format.says_untracked();
+        let mut reader = Reader::new(&format).unwrap();
+        let mut wire = Wire::new(tracker(), format);
+        let Some(chunk) = wire.encode(&sample) else {
+            assert!(!says, "{name}");
+            continue;
+        };
+        assert!(says, "{name}");
+        reader.feed(chunk.bytes(), Micros(0), &mut |event| {
+            let Event::Sample(sample) = event else {
+                return;
+            };
+            let head = sample.head;
+            assert!(head.position.is_none_or(|place| !place.tracked), "{name}");
+            assert!(head.orientation.is_none_or(|turn| !turn.tracked), "{name}");
+        });
+    }
+    let mut eyeless = tracker().next_sample().1;
+    (eyeless.left, eyeless.right) = Default::default();
+    for name in ["iscan", "asl", "adhawk"] {
+        assert!(!Format::named(name).unwrap().carries(&eyeless), "{name}");
+    }
+}
