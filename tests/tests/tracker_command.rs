@@ -630,3 +630,213 @@ fn points_are_on_the_screen_of_the_file() {
         assert!(off < 1.0, "{corner}: {off}°");
     }
 }
+
+/// A device that a recording is to be sends what it has been recorded with.
+#[test]
+fn a_recording_is_not_made_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (file, spec) in [("eye.csv", "mock:as=iscan"), ("head.csv", "mock:as=hatire")] {
+        shisen(folder)
+            .args(["tracker", "record", spec, file, "--frames", "100"])
+            .assert()
+            .success();
+    }
+    for (file, protocol, lacks) in [
+        ("eye.csv", "fastrak", "no head's pose"),
+        ("eye.csv", "flock", "no head's pose"),
+        ("eye.csv", "hatire", "no head's pose"),
+        ("head.csv", "iscan", "no gaze"),
+        ("head.csv", "asl", "no gaze"),
+        ("head.csv", "adhawk", "no gaze"),
+        // It turns, and is nowhere.
+        ("head.csv", "liberty", "no head's pose"),
+    ] {
+        let output = shisen(folder)
+            .args(["tracker", "replay", file, "--to", "line", "--as", protocol])
+            .assert()
+            .code(1);
+        let said = std::str::from_utf8(&output.get_output().stderr).unwrap();
+        let plain: Vec<&str> = said.split_whitespace().collect();
+        assert!(plain.join(" ").contains(lacks), "{file} {protocol}: {said}");
+        assert!(said.contains("link"), "{said}");
+    }
+    // Of some samples only: they are sent as what they are.
+    let table = std::fs::read_to_string(folder.join("head.csv")).unwrap();
+    let columns: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let blank = |line: &str| {
+        let cells = line.split(',').zip(&columns).map(|(cell, column)| {
+            let of_turn = column.starts_with("head_q") || *column == "head_turn_tracked";
+            if of_turn { "" } else { cell }
+        });
+        cells.collect::<Vec<_>>().join(",")
+    };
+    let both = table.lines().enumerate().map(|(i, line)| {
+        if (1..=30).contains(&i) {
+            blank(line)
+        } else {
+            line.into()
+        }
+    });
+    let both: Vec<String> = both.collect();
+    std::fs::write(folder.join("both.csv"), both.join("\n")).unwrap();
+    let arguments = ["tracker", "replay", "both.csv", "--to", "line", "--as"];
+    for (protocol, expected) in [
+        (
+            "fastrak?items=11,0",
+            "30 of 100 samples hold no head's pose with all that its records hold: they are sent as not tracked",
+        ),
+        ("hatire", "they are left out"),
+    ] {
+        let output = shisen(folder)
+            .args(arguments)
+            .args([protocol, "--frames", "70"])
+            .assert()
+            .success();
+        let said = std::str::from_utf8(&output.get_output().stderr).unwrap();
+        assert!(said.contains(expected), "{protocol}: {said}");
+    }
+}
+
+#[test]
+fn a_line_in_use_is_not_taken_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("tracker");
+    let first = mock(folder.path(), "hatire");
+    let line = std::fs::read_link(&link).unwrap();
+    let output = shisen(folder.path())
+        .args(["tracker", "mock", "--as", "asl", "--pty", "tracker"])
+        .assert()
+        .code(1);
+    let said = std::str::from_utf8(&output.get_output().stderr).unwrap();
+    assert!(said.contains("in use"), "{said}");
+    assert_eq!(std::fs::read_link(&link).unwrap(), line);
+    // Killed, it leaves its name behind, which leads nowhere.
+    drop(first);
+    assert!(!link.exists() && std::fs::read_link(&link).is_ok());
+    let second = mock(folder.path(), "asl");
+    assert!(link.exists());
+    interrupt(&second);
+    let begun = Instant::now();
+    while std::fs::read_link(&link).is_ok() {
+        assert!(begun.elapsed() < Duration::from_secs(10));
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// As Ctrl-C does.
+fn interrupt(running: &Running) {
+    let status = Command::new("kill")
+        .args(["-INT", &running.0.id().to_string()])
+        .status();
+    assert!(status.unwrap().success());
+}
+
+#[test]
+fn frames_end_with_a_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut cave = start(
+        folder.path(),
+        &[
+            "cave",
+            "--tracker",
+            "mock",
+            "--frames",
+            "100000",
+            "--size",
+            "8",
+            "--eyes",
+            "1",
+            "--out",
+            "frames",
+            "--json",
+        ],
+    );
+    let begun = Instant::now();
+    while !folder.path().join("frames/frame-00003").exists() {
+        assert!(begun.elapsed() < Duration::from_secs(30));
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    interrupt(&cave);
+    let mut said = String::new();
+    let mut stdout = cave.0.stdout.take().unwrap();
+    std::io::Read::read_to_string(&mut stdout, &mut said).unwrap();
+    assert!(cave.0.wait().unwrap().success());
+    let report: Value = serde_json::from_str(&said).unwrap();
+    let frames = report["frames"].as_array().unwrap();
+    assert!(frames.len() >= 3 && frames.len() < 100_000);
+    for frame in frames {
+        let image = frame["images"][0].as_str().unwrap();
+        assert!(folder.path().join(image).exists(), "{image}");
+    }
+}
+
+#[test]
+fn numbers_out_of_range_are_told_the_range() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, range) in [
+        (
+            &["tracker", "monitor", "mock", "--frames", "-1"][..],
+            "from 1 to 18446744073709551615",
+        ),
+        (
+            &["tracker", "monitor", "mock", "--seconds", "nan"],
+            "from 1 to 86400",
+        ),
+        (
+            &["tracker", "record", "mock", "a.csv", "--seconds", "0"],
+            "from 1 to 86400",
+        ),
+        (&["tracker", "mock", "--rate", "1e12"], "from 60 to 1000"),
+        (&["tracker", "mock", "--rate", "-5"], "from 60 to 1000"),
+        (
+            &["tracker", "mock", "--seed", "-1"],
+            "from 0 to 18446744073709551615",
+        ),
+        (
+            &["tracker", "replay", "a.csv", "--frames", "1.5"],
+            "from 1 to 18446744073709551615",
+        ),
+        (
+            &["cave", "--tracker", "mock", "--frames", "-1"],
+            "from 1 to 100000",
+        ),
+        (
+            &["cave", "--tracker", "mock", "--frames", "1e9"],
+            "from 1 to 100000",
+        ),
+        (
+            &["cave", "--tracker", "mock", "--hz", "inf"],
+            "from 1 to 1000",
+        ),
+    ] {
+        let output = shisen(folder.path()).args(arguments).assert().code(2);
+        let said = std::str::from_utf8(&output.get_output().stderr).unwrap();
+        assert!(said.contains(range), "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+fn drops_are_counted_by_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let _mock = mock(folder.path(), "flock?format=position-matrix&group=1");
+    let output = shisen(folder.path())
+        .args([
+            "tracker",
+            "monitor",
+            "serial:tracker?protocol=flock&format=angles",
+        ])
+        .args(["--json", "--seconds", "2"])
+        .assert()
+        .success();
+    let records = lines(&output.get_output().stdout);
+    let last = records.last().unwrap();
+    let by = last["dropped_by"].as_object().unwrap();
+    let sum: u64 = by.values().map(|count| count.as_u64().unwrap()).sum();
+    assert_eq!(last["dropped"], sum);
+    assert!(by.contains_key("out of step"), "{by:?}");
+    assert_eq!(
+        (&last["clock"], &last["late_us"]),
+        (&"none".into(), &Value::Null)
+    );
+}

@@ -95,6 +95,13 @@ fn protocol(name: &str) -> Result<Protocol, String> {
     name.parse::<Protocol>().map_err(|error| told(&error))
 }
 
+/// A whole number within a range, which is named where it is not.
+pub(super) fn whole<const LEAST: u64, const MOST: u64>(text: &str) -> Result<u64, String> {
+    let number = text.parse().ok();
+    let number = number.filter(|number| (LEAST..=MOST).contains(number));
+    number.ok_or_else(|| format!("give a whole number from {LEAST} to {MOST}"))
+}
+
 /// An error and what to do about it, on a line.
 fn told(error: &dyn Diagnostic) -> String {
     match error.help() {
@@ -105,10 +112,10 @@ fn told(error: &dyn Diagnostic) -> String {
 
 /// Set once somebody asks for an end: Ctrl-C, or the signals TERM and HUP.
 #[derive(Clone)]
-struct Interrupt(Arc<AtomicBool>);
+pub(super) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let flag = Arc::new(AtomicBool::new(false));
         let set = Arc::clone(&flag);
         // It fails only where a handler is set already, and none is.
@@ -116,7 +123,7 @@ impl Interrupt {
         Self(flag)
     }
 
-    fn came(&self) -> bool {
+    pub(super) fn came(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }
