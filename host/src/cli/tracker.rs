@@ -55,15 +55,12 @@ pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
 
 /// What a protocol's devices can be set up to.
 fn settings_help() -> String {
-    let mut help = String::from(
-        "A device that is not set up as usual: settings after its protocol, in SPEC \
-         (serial:/dev/ttyUSB0?protocol=fastrak&units=cm, mock:as=flock&range=72) and in --as \
-         (fastrak?units=cm). The usual value stands first:\n",
-    );
-    for (protocol, settings) in shisen::tracker::settings() {
-        help.push_str(&format!("\n  {protocol}: {settings}"));
-    }
-    help
+    let intro = "A device that is not set up as usual: settings after its protocol, in SPEC \
+                 (serial:/dev/ttyUSB0?protocol=fastrak&units=cm, mock:as=flock&range=72) and in \
+                 --as (fastrak?units=cm). The usual value stands first:\n";
+    let lines = shisen::tracker::settings();
+    let lines = lines.map(|(protocol, settings)| format!("\n  {protocol}: {settings}"));
+    intro.to_owned() + &lines.collect::<String>()
 }
 
 /// `SPEC`: a tracker, as an argument names it.

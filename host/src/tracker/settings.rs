@@ -4,7 +4,7 @@ use super::protocol::Asked;
 use super::spec::SpecError;
 use glam::{Mat3, Quat, Vec3};
 use shisen_tracker::eye::asl;
-use shisen_tracker::eye::iscan::{self, MOST_OUTPUTS, Output, Outputs};
+use shisen_tracker::eye::iscan::{self, Output, Outputs};
 use shisen_tracker::head::axes::Axes;
 use shisen_tracker::head::flock::{self, Mode, Range};
 use shisen_tracker::head::hatire::{self, Translation};
@@ -133,7 +133,7 @@ pub fn settings() -> impl Iterator<Item = (&'static str, &'static str)> {
 /// The settings of a format, for a person.
 pub(super) const fn allowed_for(format: &Format) -> &'static str {
     match format {
-        Format::Link => "rate=HZ",
+        Format::Link | Format::AdHawk => "rate=HZ",
         Format::Fastrak(_) => {
             "items=2,11,0, format=binary|ascii, units=inches|cm, stations=N, reset_s=S, \
              frame=forward,right,down, sensor=forward,right,down"
@@ -156,7 +156,6 @@ pub(super) const fn allowed_for(format: &Format) -> &'static str {
              zero=lost|point, confirm=0|1"
         }
         Format::Asl(_) => "layout=numbered|base, zero=lost|point",
-        Format::AdHawk => "rate=HZ",
         Format::EyeTracker(..) => "axes=right,up,back, origin=X,Y,Z",
         _ => "",
     }
@@ -335,7 +334,6 @@ fn angles(value: &str) -> Option<([u8; 3], [bool; 3])> {
 }
 
 fn set_iscan(config: &mut iscan::Config, options: &mut Options<'_>) -> Result<(), SpecError> {
-    const { assert!(MOST_OUTPUTS == 6) };
     let allowed = "1 to 6 of pupil-x, pupil-y, pupil-diameter, gaze-x, gaze-y and other, in the \
                    order of the record";
     let outputs = options.one_of("outputs", allowed, |value| {

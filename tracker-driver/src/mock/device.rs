@@ -135,7 +135,7 @@ impl Device {
                     | u8::from(self.streams) << 3;
                 let digit = b"0123456789ABCDEF".get(usize::from(flags)).copied();
                 let mut status: Vec<u8, MOST_ANSWER> = Vec::new();
-                let _ = status.extend_from_slice(&[b'2', b'1', b'S', b'0', b'0']);
+                let _ = status.extend_from_slice(b"21S00");
                 let _ = status.push(digit.unwrap_or(b'0'));
                 let _ = status.extend_from_slice(FASTRAK_STATUS);
                 answer(&status);

@@ -45,7 +45,7 @@ fn off(sent: &Sample, found: &Sample) -> f32 {
 fn point(sample: &Sample) -> Option<glam::Vec2> {
     match sample.gaze_point?.value {
         GazePoint::Raw(point) | GazePoint::Plane(point) => Some(point),
-        _ => None,
+        GazePoint::Normalized(_) => None,
     }
 }
 
