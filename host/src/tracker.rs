@@ -14,10 +14,12 @@ pub mod pty;
 mod recording;
 #[cfg(unix)]
 pub mod serve;
+mod settings;
 mod spec;
 
 pub use feed::{Feed, FeedError, Notice, Senses, simulated};
 pub use live::LiveError;
 pub use protocol::{Protocol, UnknownProtocol};
 pub use recording::{Recorder, Recording, RecordingError, RecordingFormat};
-pub use spec::{HidName, MockSpec, SerialSpec, Spec, SpecError};
+pub use settings::settings;
+pub use spec::{HidName, HidSpec, MockSpec, SerialSpec, Spec, SpecError};

@@ -27,6 +27,7 @@ mod reprojection;
 mod soft_light;
 mod spectrum;
 mod textures;
+mod tracker_calibration;
 mod tracker_command;
 mod tracker_fuzz;
 mod watertight;

@@ -1,10 +1,8 @@
 //! `shisen tracker` over real pseudo-terminals, and `shisen cave --tracker`.
 #![cfg(unix)]
 
-use glam::Vec3;
 use serde_json::Value;
 use shisen_tests::command::shisen;
-use std::fmt::Write;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -16,7 +14,7 @@ const SERIAL: [&str; 8] = [
 ];
 
 /// A command that runs until it is dropped.
-struct Running(Child);
+pub(super) struct Running(Child);
 
 impl Drop for Running {
     fn drop(&mut self) {
@@ -25,7 +23,7 @@ impl Drop for Running {
     }
 }
 
-fn start(folder: &Path, arguments: &[&str]) -> Running {
+pub(super) fn start(folder: &Path, arguments: &[&str]) -> Running {
     let command = shisen(folder);
     let mut command = Command::new(command.get_program());
     command.current_dir(folder).args(arguments);
@@ -48,7 +46,7 @@ fn mock(folder: &Path, protocol: &str) -> Running {
     mock
 }
 
-fn lines(output: &[u8]) -> Vec<Value> {
+pub(super) fn lines(output: &[u8]) -> Vec<Value> {
     let text = std::str::from_utf8(output).unwrap();
     let lines = text.lines().map(serde_json::from_str);
     lines.collect::<Result<_, _>>().unwrap()
@@ -125,6 +123,85 @@ fn another_protocol_on_the_line_is_told() {
     assert!(output.stdout.is_empty());
 }
 
+/// A Flock's decoder takes some of what others send for records; that is said
+/// all the same, and once.
+#[test]
+fn records_by_chance_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let _mock = mock(folder.path(), "liberty");
+    let spec = "serial:tracker?protocol=flock&format=angles";
+    let output = shisen(folder.path())
+        .args(["tracker", "monitor", spec, "--json", "--seconds", "4"])
+        .assert()
+        .success();
+    let output = output.get_output();
+    assert!(!lines(&output.stdout).is_empty());
+    let said = std::str::from_utf8(&output.stderr).unwrap();
+    assert_eq!(said.matches("belong to no record").count(), 1, "{said}");
+}
+
+/// What is set at one end is asked of the other, or has to be the same there.
+#[test]
+fn settings_go_over_the_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |protocol: &str, spec: &str| {
+        let _mock = mock(folder.path(), protocol);
+        let output = shisen(folder.path())
+            .args(["tracker", "monitor", spec, "--json"])
+            .args(["--frames", "50", "--seconds", "10"])
+            .assert()
+            .success();
+        lines(&output.get_output().stdout)
+    };
+    for (protocol, settings) in [
+        ("fastrak", "fastrak&items=2,4,1&format=ascii&units=cm"),
+        ("fastrak?format=ascii&units=cm", "fastrak"),
+        ("liberty?units=cm&model=patriot", "liberty&items=2,7,0"),
+        ("flock", "flock&format=position-matrix&group=1"),
+        ("flock?range=144", "flock&range=144&format=position-angles"),
+    ] {
+        let records = read(protocol, &format!("serial:tracker?protocol={settings}"));
+        assert_eq!(records.len(), 50, "{protocol} {settings}");
+        let dropped = records[49]["dropped"].as_u64().unwrap();
+        assert!(dropped < 8, "{protocol} {settings}: {dropped}");
+        for record in &records {
+            // The mock's head sways by 20 mm.
+            for part in record["head"]["position"]["value"].as_array().unwrap() {
+                let part = part.as_f64().unwrap().abs();
+                assert!(part < 0.1, "{protocol} {settings}: {part} m");
+            }
+        }
+    }
+    let outputs = "iscan&outputs=gaze-x,gaze-y,pupil-diameter";
+    let records = read(
+        "iscan?outputs=gaze-x,gaze-y,pupil-diameter",
+        &format!("serial:tracker?protocol={outputs}"),
+    );
+    assert!(records[49]["gaze_point"].is_object());
+}
+
+#[test]
+fn the_help_has_every_setting() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = shisen(folder.path())
+        .args(["tracker", "--help"])
+        .assert()
+        .success();
+    let help = std::str::from_utf8(&output.get_output().stdout).unwrap();
+    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
+    let readme = std::fs::read_to_string(readme).unwrap();
+    for key in [
+        "items", "format", "units", "stations", "reset_s", "model", "range", "group", "birds",
+        "first", "inverse", "confirm", "bytes", "order", "position", "frame", "sensor", "outputs",
+        "largest", "zero", "layout", "rate", "axes", "origin",
+    ] {
+        assert!(help.contains(&format!("{key}=")), "{key} in the help");
+        let named = [format!("`{key}="), format!("`{key}`")];
+        let shown = named.iter().any(|name| readme.contains(name));
+        assert!(shown, "{key} in README.md");
+    }
+}
+
 #[test]
 fn a_recording_is_replayed_onto_a_line() {
     let folder = tempfile::tempdir().unwrap();
@@ -180,6 +257,13 @@ fn what_is_no_tracker_is_refused() {
     for (spec, code, expected) in [
         ("mouse", 2, "serial:/dev/ttyUSB0"),
         ("mock:rate=5", 2, "60 to 1000"),
+        ("mock:rate=60&rate=60", 2, "twice"),
+        ("serial:?protocol=asl", 2, "says not which"),
+        (
+            "serial:/dev/nowhere?protocol=asl&units=cm",
+            2,
+            "layout=numbered",
+        ),
         ("mock:as=mouse", 2, "osvr-hdk"),
         ("serial:/dev/nowhere", 2, "?protocol=NAME"),
         ("serial:/dev/nowhere?protocol=asl", 1, "/dev/nowhere"),
@@ -232,315 +316,212 @@ fn frames_along_the_mock_are_the_same_each_time() {
     assert_ne!(run("mock")[7]["gaze"], run("mock:seed=2")[7]["gaze"]);
 }
 
-/// Places on a plane a metre ahead, each looked at for so many seconds.
-fn script(folder: &Path, name: &str, places: &[[f32; 2]], seconds: f32) {
-    let mut table = String::from("start_s,end_s,x,y,z\n");
-    for (i, [x, y]) in places.iter().enumerate() {
-        let start = i as f32 * seconds;
-        writeln!(table, "{start},{},{x},{y},-1", start + seconds).unwrap();
-    }
-    std::fs::write(folder.join(name), table).unwrap();
-}
-
-const NINE: [[f32; 2]; 9] = [
-    [-0.35, 0.25],
-    [0.0, 0.25],
-    [0.35, 0.25],
-    [-0.35, 0.0],
-    [0.0, 0.0],
-    [0.35, 0.0],
-    [-0.35, -0.25],
-    [0.0, -0.25],
-    [0.35, -0.25],
-];
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let output = shisen(folder).args(arguments).arg("--json").assert();
-    serde_json::from_slice(&output.success().get_output().stdout).unwrap()
-}
-
-/// The angle between a direction in a report and another, degrees.
-fn off(found: &Value, expected: Vec3) -> f32 {
-    let part = |i: usize| found[i].as_f64().unwrap() as f32;
-    let found = Vec3::new(part(0), part(1), part(2));
-    found.angle_between(expected).to_degrees()
-}
-
-/// Where the viewer of a mock looks in the end, who looks at one place.
-fn followed(folder: &Path, tracker: &str, calibration: &str) -> Value {
-    let report = json(
-        folder,
-        &[
-            &["cave", "--tracker", tracker, "--calibration", calibration][..],
-            &["--frames", "20", "--hz", "60", "--scene", "grid"],
-            &["--size", "4", "--eyes", "1"],
-        ]
-        .concat(),
-    );
-    report["frames"][19].clone()
-}
-
+/// A device that a recording is to be sends what it has been recorded with.
 #[test]
-fn raw_gaze_becomes_a_line_of_sight() {
+fn a_recording_is_not_made_up() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    script(folder, "nine.csv", &NINE, 1.0);
-    script(folder, "one.csv", &[[0.2, -0.15]], 9.0);
-    let there = Vec3::new(0.2, -0.15, -1.0);
-    for protocol in ["iscan", "asl"] {
-        for model in ["affine", "second-order"] {
-            let tracker = format!("mock:as={protocol}&still=1&targets=nine.csv");
-            let report = json(
-                folder,
-                &[
-                    &["tracker", "calibrate", &tracker, "a.toml"][..],
-                    &["--targets", "nine.csv", "--model", model],
-                ]
-                .concat(),
-            );
-            assert_eq!(report["device"], protocol);
-            assert_eq!(report["model"], model);
-            assert!(report["left"].is_null());
-            let rms = report["combined"]["rms_deg"].as_f64().unwrap();
-            // The mock's eyes wander about a target by microsaccades.
-            assert!(rms < 0.4, "{protocol} {model}: {rms}");
-            let targets = report["targets"].as_array().unwrap();
-            assert_eq!(targets.len(), 9);
-            for target in targets {
-                assert!(target["samples"].as_u64().unwrap() > 200, "{target}");
-                assert!(target["combined"]["residual_deg"].as_f64().unwrap() < 0.8);
-            }
-            // Of another run, and of a place between the targets.
-            let tracker = format!("mock:as={protocol}&still=1&seed=5&targets=one.csv");
-            let frame = followed(folder, &tracker, "a.toml");
-            assert_eq!(frame["state"], "fresh", "{protocol} {model}");
-            let off = off(&frame["gaze"], there);
-            assert!(off < 1.0, "{protocol} {model}: {off}°");
-        }
+    for (file, spec) in [("eye.csv", "mock:as=iscan"), ("head.csv", "mock:as=hatire")] {
+        shisen(folder)
+            .args(["tracker", "record", spec, file, "--frames", "100"])
+            .assert()
+            .success();
     }
-    // The last was of ASL.
-    let output = shisen(folder)
-        .args(["tracker", "monitor", "--calibration", "a.toml", "--json"])
-        .args(["mock:as=asl&still=1&targets=one.csv", "--frames", "300"])
-        .assert()
-        .success();
-    let records = lines(&output.get_output().stdout);
-    let sight = &records[299]["line_of_sight"];
-    assert_eq!(sight["state"], "fresh");
-    assert!(off(&sight["direction"], there) < 1.0, "{sight}");
-}
-
-#[test]
-fn directions_are_calibrated_with_the_head_that_turns() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    script(folder, "nine.csv", &NINE, 1.0);
-    script(folder, "one.csv", &[[0.2, -0.15]], 9.0);
-    let tracker = "mock:as=link&targets=nine.csv";
-    let arguments = [
-        "tracker",
-        "calibrate",
-        tracker,
-        "a.toml",
-        "--targets",
-        "nine.csv",
-    ];
-    let report = json(folder, &arguments);
-    assert!(report["combined"].is_null());
-    for eye in ["left", "right"] {
-        // The head sways by 20 mm, a metre from the targets, and the mock's
-        // viewer looks at directions: 1°.
-        let rms = report[eye]["rms_deg"].as_f64().unwrap();
-        assert!(rms < 1.5, "{eye}: {rms}");
-    }
-    let frame = followed(folder, "mock:as=link&seed=5&targets=one.csv", "a.toml");
-    assert!(off(&frame["gaze"], Vec3::new(0.2, -0.15, -1.0)) < 2.5);
-}
-
-#[test]
-fn a_recording_is_calibrated() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    script(
-        folder,
-        "four.csv",
-        &[NINE[0], NINE[2], NINE[6], NINE[8]],
-        0.7,
-    );
-    let tracker = "mock:as=iscan&still=1&targets=four.csv";
-    shisen(folder)
-        .args(["tracker", "record", tracker, "a.csv", "--frames", "1500"])
-        .assert()
-        .success();
-    let calibrate = ["tracker", "calibrate", "replay:a.csv", "a.toml"];
-    let targets = ["--targets", "four.csv", "--device", "iscan"];
-    let report = json(folder, &[&calibrate[..], &targets].concat());
-    assert_eq!(report["device"], "iscan");
-    assert!(report["combined"]["rms_deg"].as_f64().unwrap() < 0.5);
-    // A recording does not say of which device it is, and takes any.
-    let frame = followed(folder, "replay:a.csv", "a.toml");
-    assert!(off(&frame["gaze"], Vec3::new(0.35, 0.25, -1.0)) < 60.0);
-}
-
-#[test]
-fn a_device_is_calibrated_while_targets_are_looked_at() {
-    let folder = tempfile::tempdir().unwrap();
-    script(
-        folder.path(),
-        "three.csv",
-        &[NINE[0], NINE[2], NINE[7]],
-        1.2,
-    );
-    let _mock = start(
-        folder.path(),
-        &[
-            &["tracker", "mock", "--as", "iscan", "--pty", "tracker"][..],
-            &["--still", "--targets", "three.csv"],
-        ]
-        .concat(),
-    );
-    let begun = Instant::now();
-    while !folder.path().join("tracker").exists() {
-        assert!(begun.elapsed() < Duration::from_secs(10));
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    let output = shisen(folder.path())
-        .args(["tracker", "calibrate", "serial:tracker?protocol=iscan"])
-        .args(["a.toml", "--targets", "three.csv"])
-        .assert()
-        .success();
-    let said = std::str::from_utf8(&output.get_output().stderr).unwrap();
-    assert!(said.contains("target 3 of 3: 0 -0.25 -1 m"), "{said}");
-    let found = std::fs::read_to_string(folder.path().join("a.toml")).unwrap();
-    // The mock's units: 850 straight ahead, 600 a metre, y down.
-    let first = found.lines().find(|line| line.starts_with("combined"));
-    let numbers = first.unwrap().trim_start_matches("combined = [");
-    let mut numbers = numbers.split([',', ']']).map(|n| n.trim().parse::<f32>());
-    let [x, y] = [850.0 - 0.35 * 600.0, 850.0 - 0.25 * 600.0];
-    assert!(
-        (numbers.next().unwrap().unwrap() - x).abs() < 15.0,
-        "{found}"
-    );
-    assert!(
-        (numbers.next().unwrap().unwrap() - y).abs() < 15.0,
-        "{found}"
-    );
-}
-
-#[test]
-fn what_makes_no_calibration_is_told() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    script(folder, "nine.csv", &NINE, 0.6);
-    script(folder, "two.csv", &NINE[..2], 0.6);
-    script(folder, "line.csv", &NINE[..3], 0.6);
-    std::fs::write(
-        folder.join("late.csv"),
-        "start_s,end_s,x,y,z\n90,91,0,0,-1\n",
-    )
-    .unwrap();
-    let refused = |arguments: &[&str], code: i32, expected: &str| {
-        let output = shisen(folder).args(arguments).assert().code(code);
+    for (file, protocol, lacks) in [
+        ("eye.csv", "fastrak", "no head's pose"),
+        ("eye.csv", "flock", "no head's pose"),
+        ("eye.csv", "hatire", "no head's pose"),
+        ("head.csv", "iscan", "no gaze"),
+        ("head.csv", "asl", "no gaze"),
+        ("head.csv", "adhawk", "no gaze"),
+        // It turns, and is nowhere.
+        ("head.csv", "liberty", "no head's pose"),
+    ] {
+        let output = shisen(folder)
+            .args(["tracker", "replay", file, "--to", "line", "--as", protocol])
+            .assert()
+            .code(1);
         let said = std::str::from_utf8(&output.get_output().stderr).unwrap();
         let plain: Vec<&str> = said.split_whitespace().collect();
-        assert!(plain.join(" ").contains(expected), "{arguments:?}: {said}");
+        assert!(plain.join(" ").contains(lacks), "{file} {protocol}: {said}");
+        assert!(said.contains("link"), "{said}");
+    }
+    // Of some samples only: they are sent as what they are.
+    let table = std::fs::read_to_string(folder.join("head.csv")).unwrap();
+    let columns: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let blank = |line: &str| {
+        let cells = line.split(',').zip(&columns).map(|(cell, column)| {
+            let of_turn = column.starts_with("head_q") || *column == "head_turn_tracked";
+            if of_turn { "" } else { cell }
+        });
+        cells.collect::<Vec<_>>().join(",")
     };
-    let mock = "mock:as=iscan&still=1&targets=nine.csv";
-    let calibrate = |targets: &str, more: &[&str], code, expected: &str| {
-        let all = ["tracker", "calibrate", mock, "a.toml", "--targets", targets];
-        refused(&[&all[..], more].concat(), code, expected);
-        assert!(!folder.join("a.toml").exists());
-    };
-    calibrate("two.csv", &[], 1, "2 calibration targets");
-    calibrate("line.csv", &[], 1, "they lie on a line");
-    calibrate("none.csv", &[], 1, "none.csv");
-    calibrate("nine.csv", &["--model", "cubic"], 2, "second-order");
-    let second = ["--model", "second-order"];
-    calibrate("line.csv", &second, 1, "3 calibration targets");
-    refused(
-        &["tracker", "calibrate", mock, "a.toml"],
-        1,
-        "--targets CSV",
-    );
-    shisen(folder)
-        .args(["tracker", "record", mock, "short.csv", "--frames", "50"])
+    let both = table.lines().enumerate().map(|(i, line)| {
+        if (1..=30).contains(&i) {
+            blank(line)
+        } else {
+            line.into()
+        }
+    });
+    let both: Vec<String> = both.collect();
+    std::fs::write(folder.join("both.csv"), both.join("\n")).unwrap();
+    let arguments = ["tracker", "replay", "both.csv", "--to", "line", "--as"];
+    for (protocol, expected) in [
+        (
+            "fastrak?items=11,0",
+            "30 of 100 samples hold no head's pose with all that its records hold: they are sent as not tracked",
+        ),
+        ("hatire", "they are left out"),
+    ] {
+        let output = shisen(folder)
+            .args(arguments)
+            .args([protocol, "--frames", "70"])
+            .assert()
+            .success();
+        let said = std::str::from_utf8(&output.get_output().stderr).unwrap();
+        assert!(said.contains(expected), "{protocol}: {said}");
+    }
+}
+
+#[test]
+fn a_line_in_use_is_not_taken_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("tracker");
+    let first = mock(folder.path(), "hatire");
+    let line = std::fs::read_link(&link).unwrap();
+    let output = shisen(folder.path())
+        .args(["tracker", "mock", "--as", "asl", "--pty", "tracker"])
         .assert()
-        .success();
-    let short = ["tracker", "calibrate", "replay:short.csv", "a.toml"];
-    refused(
-        &[&short[..], &["--targets", "late.csv"]].concat(),
-        1,
-        "0 samples of the eyes came while they looked at target 1",
-    );
-    let head = ["tracker", "calibrate", "mock:as=fastrak", "a.toml"];
-    let nine = ["--targets", "nine.csv"];
-    refused(&[&head[..], &nine].concat(), 1, "0 samples of the eyes");
-    json(
-        folder,
-        &[
-            "tracker",
-            "calibrate",
-            mock,
-            "a.toml",
-            "--targets",
-            "nine.csv",
-        ],
-    );
-    for command in [
+        .code(1);
+    let said = std::str::from_utf8(&output.get_output().stderr).unwrap();
+    assert!(said.contains("in use"), "{said}");
+    assert_eq!(std::fs::read_link(&link).unwrap(), line);
+    // Killed, it leaves its name behind, which leads nowhere.
+    drop(first);
+    assert!(!link.exists() && std::fs::read_link(&link).is_ok());
+    let second = mock(folder.path(), "asl");
+    assert!(link.exists());
+    interrupt(&second);
+    let begun = Instant::now();
+    while std::fs::read_link(&link).is_ok() {
+        assert!(begun.elapsed() < Duration::from_secs(10));
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// As Ctrl-C does.
+fn interrupt(running: &Running) {
+    let status = Command::new("kill")
+        .args(["-INT", &running.0.id().to_string()])
+        .status();
+    assert!(status.unwrap().success());
+}
+
+#[test]
+fn frames_end_with_a_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut cave = start(
+        folder.path(),
         &[
             "cave",
             "--tracker",
-            "mock:as=asl",
-            "--calibration",
-            "a.toml",
-        ][..],
-        &[
-            "tracker",
-            "monitor",
-            "mock:as=asl",
-            "--calibration",
-            "a.toml",
+            "mock",
+            "--frames",
+            "100000",
+            "--size",
+            "8",
+            "--eyes",
+            "1",
+            "--out",
+            "frames",
+            "--json",
         ],
-    ] {
-        refused(command, 1, "is the calibration of iscan, and this is asl");
+    );
+    let begun = Instant::now();
+    while !folder.path().join("frames/frame-00003").exists() {
+        assert!(begun.elapsed() < Duration::from_secs(30));
+        std::thread::sleep(Duration::from_millis(5));
     }
-    for (text, expected) in [
-        ("model = \"cubic\"\n", "there is no model \"cubic\""),
-        ("[[target]]\ndirection = [0,0,-1]\n", "targets and no model"),
-        ("speed = 1\n", "unknown field"),
-        ("[screen]\ncorner = [0,0,0]\nsize = [0,1]\n", "width"),
-        (
-            "[room_from_tracker]\nposition = [0,0,0]\norientation = [0,0,0,2]\n",
-            "length 2",
-        ),
-        (
-            "model = \"affine\"\n[[target]]\ndirection = [0,0,1]\ncombined = [1,2]\n",
-            "1 calibration targets",
-        ),
-    ] {
-        std::fs::write(folder.join("b.toml"), text).unwrap();
-        let command = ["cave", "--tracker", "mock", "--calibration", "b.toml"];
-        refused(&command, 1, expected);
+    interrupt(&cave);
+    let mut said = String::new();
+    let mut stdout = cave.0.stdout.take().unwrap();
+    std::io::Read::read_to_string(&mut stdout, &mut said).unwrap();
+    assert!(cave.0.wait().unwrap().success());
+    let report: Value = serde_json::from_str(&said).unwrap();
+    let frames = report["frames"].as_array().unwrap();
+    assert!(frames.len() >= 3 && frames.len() < 100_000);
+    for frame in frames {
+        let image = frame["images"][0].as_str().unwrap();
+        assert!(folder.path().join(image).exists(), "{image}");
     }
 }
 
-/// A HID eye tracker gives points on a screen: where that is, the file says.
 #[test]
-fn points_are_on_the_screen_of_the_file() {
+fn numbers_out_of_range_are_told_the_range() {
     let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    script(folder, "one.csv", &[[0.2, -0.15]], 9.0);
-    let tracker = "mock:as=hid&still=1&targets=one.csv";
-    for (corner, expected) in [
-        ("-1, 0.5, -1", Vec3::new(0.2, -0.15, -1.0)),
-        ("-1, 1.0, -1", Vec3::new(0.2, 0.35, -1.0)),
-        ("-1, 0.5, -2", Vec3::new(0.2, -0.15, -2.0)),
+    for (arguments, range) in [
+        (
+            &["tracker", "monitor", "mock", "--frames", "-1"][..],
+            "from 1 to 18446744073709551615",
+        ),
+        (
+            &["tracker", "monitor", "mock", "--seconds", "nan"],
+            "from 1 to 86400",
+        ),
+        (
+            &["tracker", "record", "mock", "a.csv", "--seconds", "0"],
+            "from 1 to 86400",
+        ),
+        (&["tracker", "mock", "--rate", "1e12"], "from 60 to 1000"),
+        (&["tracker", "mock", "--rate", "-5"], "from 60 to 1000"),
+        (
+            &["tracker", "mock", "--seed", "-1"],
+            "from 0 to 18446744073709551615",
+        ),
+        (
+            &["tracker", "replay", "a.csv", "--frames", "1.5"],
+            "from 1 to 18446744073709551615",
+        ),
+        (
+            &["cave", "--tracker", "mock", "--frames", "-1"],
+            "from 1 to 100000",
+        ),
+        (
+            &["cave", "--tracker", "mock", "--frames", "1e9"],
+            "from 1 to 100000",
+        ),
+        (
+            &["cave", "--tracker", "mock", "--hz", "inf"],
+            "from 1 to 1000",
+        ),
     ] {
-        let screen = format!("[screen]\ncorner = [{corner}]\nsize = [2, 1]\n");
-        std::fs::write(folder.join("a.toml"), screen).unwrap();
-        let frame = followed(folder, tracker, "a.toml");
-        assert_eq!(frame["state"], "fresh");
-        let off = off(&frame["gaze"], expected);
-        assert!(off < 1.0, "{corner}: {off}°");
+        let output = shisen(folder.path()).args(arguments).assert().code(2);
+        let said = std::str::from_utf8(&output.get_output().stderr).unwrap();
+        assert!(said.contains(range), "{arguments:?}: {said}");
     }
+}
+
+#[test]
+fn drops_are_counted_by_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let _mock = mock(folder.path(), "flock?format=position-matrix&group=1");
+    let output = shisen(folder.path())
+        .args([
+            "tracker",
+            "monitor",
+            "serial:tracker?protocol=flock&format=angles",
+        ])
+        .args(["--json", "--seconds", "2"])
+        .assert()
+        .success();
+    let records = lines(&output.get_output().stdout);
+    let last = records.last().unwrap();
+    let by = last["dropped_by"].as_object().unwrap();
+    let sum: u64 = by.values().map(|count| count.as_u64().unwrap()).sum();
+    assert_eq!(last["dropped"], sum);
+    assert!(by.contains_key("out of step"), "{by:?}");
+    assert_eq!(
+        (&last["clock"], &last["late_us"]),
+        (&"none".into(), &Value::Null)
+    );
 }

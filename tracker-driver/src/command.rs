@@ -23,7 +23,7 @@
 //! What only listens and has nothing to say finds out the same by a
 //! [`Watch`].
 
-use crate::decoder::{Event, Message};
+use crate::decoder::{DropReason, Dropped, Event, Message};
 use crate::time::Micros;
 use core::fmt;
 use heapless::Vec;
@@ -174,6 +174,14 @@ pub enum Failure {
         /// How many bytes.
         bytes: u64,
     },
+    /// Records come in, but much else as well: the protocol, its settings or
+    /// the line's speed is not the device's, or the line is disturbed.
+    Unlike {
+        /// Bytes of a second that belong to no record.
+        dropped: u64,
+        /// Bytes of that second.
+        bytes: u64,
+    },
     /// Records come in, but not the one that was awaited.
     NoAnswer {
         /// How many records.
@@ -203,6 +211,12 @@ impl fmt::Display for Failure {
                 "{bytes} bytes came in, and no record among them: the line's speed or the \
                  protocol is not the device's; try another baud rate"
             ),
+            Self::Unlike { dropped, bytes } => write!(
+                f,
+                "{dropped} of {bytes} bytes in a second belong to no record: the protocol, its \
+                 settings (list, format, units) or the line's speed is not the device's, or the \
+                 line is disturbed"
+            ),
             Self::NoAnswer { records } => write!(
                 f,
                 "{records} records came in, but not the one that was asked for: check the list \
@@ -226,14 +240,36 @@ impl fmt::Display for Failure {
 
 impl core::error::Error for Failure {}
 
-/// Notices that nothing comes in, or nothing that can be understood.
+/// Notices that nothing comes in, or nothing that can be understood, or much
+/// that cannot.
+///
+/// The last is looked for each second: where most of its bytes belong to no
+/// record, or some do behind most of its records, what the decoder takes for
+/// records are chance, or records of another form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Watch {
     /// When the last record came, or the watch began.
     since: Option<Micros>,
     /// What came after that.
     bytes: u64,
+    second: Second,
+    /// What the last whole second was like, if it was like another protocol's.
+    unlike: Option<Failure>,
 }
+
+/// What has come in a second that is not over yet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Second {
+    start: Micros,
+    bytes: u64,
+    dropped: u64,
+    /// Times that bytes were dropped.
+    drops: u32,
+    records: u32,
+}
+
+/// One drop says nothing: a line may be joined in mid-record.
+const LEAST_DROPS: u32 = 2;
 
 impl Watch {
     /// A watch that begins with its first call.
@@ -241,32 +277,85 @@ impl Watch {
         Self {
             since: None,
             bytes: 0,
+            second: Second {
+                start: Micros(0),
+                bytes: 0,
+                dropped: 0,
+                drops: 0,
+                records: 0,
+            },
+            unlike: None,
         }
     }
 
     /// So many bytes came in.
     pub fn on_bytes(&mut self, count: usize, now: Micros) {
-        self.since.get_or_insert(now);
+        self.at(now);
         self.bytes = self.bytes.saturating_add(count as u64);
+        self.second.bytes = self.second.bytes.saturating_add(count as u64);
     }
 
     /// A decoder handed this over.
     pub fn on_event(&mut self, event: &Event, now: Micros) {
-        if matches!(event, Event::Sample(_) | Event::Message(_)) {
-            self.since = Some(now);
-            self.bytes = 0;
+        let second = &mut self.second;
+        match event {
+            Event::Sample(_) | Event::Message(_) => {
+                second.records = second.records.saturating_add(1);
+                self.since = Some(now);
+                self.bytes = 0;
+            }
+            // These are records, if of no use.
+            Event::Dropped(Dropped {
+                reason: DropReason::Duplicate | DropReason::Unknown,
+                ..
+            }) => {}
+            Event::Dropped(dropped) => {
+                second.drops = second.drops.saturating_add(1);
+                second.dropped = second.dropped.saturating_add(dropped.bytes.into());
+            }
         }
     }
 
-    /// What is wrong, if no record came for as long as [`PATIENCE`].
+    /// What is wrong, if no record came for as long as [`PATIENCE`], or if the
+    /// last whole second was not like this protocol's.
     pub fn trouble(&mut self, now: Micros) -> Option<Failure> {
-        let since = *self.since.get_or_insert(now);
+        let since = self.at(now);
         if now.since(since) < PATIENCE {
-            return None;
+            return self.unlike;
         }
         Some(match self.bytes {
             0 => Failure::Silent,
             bytes => Failure::NoRecord { bytes },
+        })
+    }
+
+    /// Since when there was no record; a second that is over is judged.
+    fn at(&mut self, now: Micros) -> Micros {
+        let since = *self.since.get_or_insert_with(|| {
+            self.second.start = now;
+            now
+        });
+        if now.since(self.second.start) >= SECOND {
+            self.unlike = self.second.unlike();
+            self.second = Second {
+                start: now,
+                ..Second::default()
+            };
+        }
+        since
+    }
+}
+
+const SECOND: Micros = Micros::from_millis(1_000);
+
+impl Second {
+    fn unlike(&self) -> Option<Failure> {
+        let most_bytes = self.dropped.saturating_mul(2) > self.bytes;
+        let most_records = self.drops > self.records / 2;
+        let unlike = self.drops >= LEAST_DROPS && (most_bytes || most_records);
+        unlike.then_some(Failure::Unlike {
+            dropped: self.dropped,
+            bytes: self.bytes,
         })
     }
 }

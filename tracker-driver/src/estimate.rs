@@ -71,14 +71,14 @@ pub enum Event {
     },
     /// The eyes were lost: a blink, if they are back soon.
     BlinkStarted {
-        /// When they were last seen.
+        /// The time of the first sample that says so.
         at: Micros,
     },
     /// The eyes are back.
     BlinkEnded {
         /// When they were seen again.
         at: Micros,
-        /// For how long they were not.
+        /// Since it started.
         lasted: Micros,
     },
     /// A saccade is under way.
@@ -130,7 +130,8 @@ pub enum Rejection {
 /// Where the viewer looks at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// For what time.
+    /// For what time: the one that was asked for, or that of the newest data
+    /// where these are newer. Of a time before them there is no estimate.
     pub for_time: Micros,
     /// Where the viewer looks: the head's direction where the
     /// [`state`](Self::state) says so or worse.
@@ -162,6 +163,9 @@ pub struct Estimate {
 /// Eyes that are not seen.
 #[derive(Debug, Clone, Copy)]
 struct Lost {
+    /// When they were last seen.
+    seen: Micros,
+    /// The first sample that says so.
     since: Micros,
     /// The newest sample that says so.
     until: Micros,
@@ -306,11 +310,15 @@ impl GazeEstimator {
         if time <= seen {
             return;
         }
-        let since = self.lost.map_or(seen, |lost| lost.since);
+        let since = self.lost.map_or(time, |lost| lost.since);
         if self.lost.is_none() {
-            sink(Event::BlinkStarted { at: seen });
+            sink(Event::BlinkStarted { at: time });
         }
-        self.lost = Some(Lost { since, until: time });
+        self.lost = Some(Lost {
+            seen,
+            since,
+            until: time,
+        });
     }
 
     fn push_gaze(&mut self, direction: Vec3, time: Micros, sink: &mut dyn FnMut(Event)) {
@@ -362,9 +370,12 @@ impl GazeEstimator {
     }
 
     /// Where the viewer looks at `time`, which is when the frame will be seen.
+    /// A time before the newest data counts as theirs, and
+    /// [`Estimate::for_time`] says so.
     pub fn estimate(&mut self, time: Micros, sink: &mut dyn FnMut(Event)) -> Estimate {
         let gaze_time = self.eyes.newest().map(|(time, _)| time);
         let head_time = self.head.time();
+        let time = time.max(gaze_time.max(self.head.newest()).unwrap_or(time));
         let fallback = self.config.fallback;
         let of = |at: Option<Micros>| at.map_or(Age::Never, |at| Age::Of(time.since(at)));
         let gaze_age = match self.config.eyes {
@@ -379,7 +390,7 @@ impl GazeEstimator {
         // The tracker has to go on saying that the eyes are shut: one that
         // fell silent says nothing.
         let blink = self.lost.is_some_and(|lost| {
-            time.since(lost.since) <= fallback.longest_blink
+            time.since(lost.seen) <= fallback.longest_blink
                 && time.since(lost.until) < fallback.widen_after
         });
         let (state, widen) = fallback::rung(&fallback, gaze_age, head_age, blink);

@@ -6,6 +6,7 @@
 //! - [`Tracker`] measures it, with noise, blinks and a clock of its own, and
 //!   gives [`Sample`](crate::sample::Sample)s;
 //! - [`Wire`] turns samples into the bytes of a protocol;
+//! - [`Reader`] is the decoder of these bytes;
 //! - [`Device`] hears what a host says to the device;
 //! - [`Faults`] stands between any source and its reader: delay, jitter,
 //!   drop, duplicate, reorder, corrupt, stuck, disconnect.
@@ -18,6 +19,7 @@ mod faults;
 mod movement;
 mod noise;
 mod random;
+mod reader;
 mod tracker;
 mod wire;
 
@@ -25,6 +27,7 @@ pub use device::Device;
 pub use faults::{Chunk, Faults, FaultsConfig, FaultsError, Faulty, MOST_CHUNK_BYTES, Source};
 pub use movement::{Kind, ScriptedTarget, Truth, Viewer, ViewerConfig};
 pub use random::Random;
+pub use reader::Reader;
 pub use tracker::{MockError, Tracker, TrackerConfig};
 pub use wire::{Format, RAW_CENTRE, RAW_PER_METRE, Wire};
 

@@ -15,7 +15,7 @@ use super::progress::Progress;
 use super::room::RoomArguments;
 use super::source::Source;
 use super::tracing::TracingArguments;
-use super::tracker::TrackerName;
+use super::tracker::{Interrupt, TrackerName};
 use clap::Args;
 use glam::DVec3;
 use lod::{Filled, LodPictures};
@@ -213,10 +213,19 @@ fn follow(
     let TrackerArguments {
         frames: count, hz, ..
     } = arguments.tracker;
-    let mut follower = Follower::new(tracker, &arguments.tracker, arguments.room.head())?;
+    let interrupt = Interrupt::new();
+    let mut follower = Follower::new(
+        tracker,
+        &arguments.tracker,
+        arguments.room.head(),
+        &interrupt,
+    )?;
     let mut seconds = 0.0;
     let mut reports = Vec::new();
     for number in 0..count {
+        if interrupt.came() {
+            break;
+        }
         let estimate = follower.frame(number);
         let eyes = arguments.room.eyes(estimate.head);
         let sight = estimate.line_of_sight;

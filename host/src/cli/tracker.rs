@@ -24,8 +24,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// SPEC is `mock`, `mock:seed=7&rate=200&as=fastrak` (`&still=1` holds the head,
 /// `&targets=CSV` says what is looked at: see calibrate),
 /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200` (`&reset=1` resets the
-/// device first), `hid:1532:0b00`, `hid:/dev/hidraw0` or `replay:FILE`.
+/// device first), `hid:1532:0b00`, `hid:/dev/hidraw0` (`?axes=right,up,back` and
+/// `&origin=X,Y,Z` say where an eye tracker's coordinates are) or `replay:FILE`.
 #[derive(Debug, Subcommand)]
+#[command(after_long_help = settings_help())]
 pub(super) enum TrackerCommand {
     List(list::Arguments),
     Monitor(monitor::Arguments),
@@ -49,6 +51,16 @@ pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
         #[cfg(unix)]
         TrackerCommand::Replay(arguments) => serve::replay(arguments),
     }
+}
+
+/// What a protocol's devices can be set up to.
+fn settings_help() -> String {
+    let intro = "A device that is not set up as usual: settings after its protocol, in SPEC \
+                 (serial:/dev/ttyUSB0?protocol=fastrak&units=cm, mock:as=flock&range=72) and in \
+                 --as (fastrak?units=cm). The usual value stands first:\n";
+    let lines = shisen::tracker::settings();
+    let lines = lines.map(|(protocol, settings)| format!("\n  {protocol}: {settings}"));
+    intro.to_owned() + &lines.collect::<String>()
 }
 
 /// `SPEC`: a tracker, as an argument names it.
@@ -80,6 +92,13 @@ fn protocol(name: &str) -> Result<Protocol, String> {
     name.parse::<Protocol>().map_err(|error| told(&error))
 }
 
+/// A whole number within a range, which is named where it is not.
+pub(super) fn whole<const LEAST: u64, const MOST: u64>(text: &str) -> Result<u64, String> {
+    let number = text.parse().ok();
+    let number = number.filter(|number| (LEAST..=MOST).contains(number));
+    number.ok_or_else(|| format!("give a whole number from {LEAST} to {MOST}"))
+}
+
 /// An error and what to do about it, on a line.
 fn told(error: &dyn Diagnostic) -> String {
     match error.help() {
@@ -90,10 +109,10 @@ fn told(error: &dyn Diagnostic) -> String {
 
 /// Set once somebody asks for an end: Ctrl-C, or the signals TERM and HUP.
 #[derive(Clone)]
-struct Interrupt(Arc<AtomicBool>);
+pub(super) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let flag = Arc::new(AtomicBool::new(false));
         let set = Arc::clone(&flag);
         // It fails only where a handler is set already, and none is.
@@ -101,7 +120,7 @@ impl Interrupt {
         Self(flag)
     }
 
-    fn came(&self) -> bool {
+    pub(super) fn came(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }

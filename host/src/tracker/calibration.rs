@@ -466,11 +466,13 @@ pub fn device_name(spec: &Spec) -> Option<String> {
             Some(protocol.map_or("mock", |protocol| protocol.name()).into())
         }
         Spec::Serial(serial) => Some(serial.protocol.name().into()),
-        Spec::Hid(HidName::Id(vendor, product)) => Some(of_usb((*vendor, *product))),
-        Spec::Hid(HidName::Path(path)) => {
-            let named = || format!("hid:{path}");
-            Some(hid_id(path).map_or_else(named, of_usb))
-        }
+        Spec::Hid(hid) => Some(match &hid.name {
+            HidName::Id(vendor, product) => of_usb((*vendor, *product)),
+            HidName::Path(path) => {
+                let named = || format!("hid:{path}");
+                hid_id(path).map_or_else(named, of_usb)
+            }
+        }),
         Spec::Replay(_) => None,
     }
 }
@@ -555,7 +557,7 @@ fn mock_screen(spec: &Spec, head: HeadPose) -> Option<Screen> {
         return None;
     };
     match mock.protocol.as_ref()?.format() {
-        Format::EyeTracker(screen) => Some(Screen {
+        Format::EyeTracker(screen, _) => Some(Screen {
             corner: head.position + head.orientation * screen.corner,
             right: head.orientation * screen.right,
             down: head.orientation * screen.down,

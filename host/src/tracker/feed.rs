@@ -115,7 +115,7 @@ impl Feed {
                 Kind::Replay(recording.events.into(), Counts::new())
             }
             Spec::Serial(spec) => Kind::Live(Box::new(Live::serial(spec.clone())?)),
-            Spec::Hid(name) => Kind::Live(Box::new(Live::hid(name.clone())?)),
+            Spec::Hid(spec) => Kind::Live(Box::new(Live::hid(spec.clone())?)),
         };
         let start = Instant::now();
         Ok(Self { start, kind })

@@ -2,7 +2,7 @@
 
 use super::feed::Notice;
 use super::protocol::Protocol;
-use super::spec::{HidName, SerialSpec};
+use super::spec::{HidName, HidSpec, SerialSpec};
 use miette::Diagnostic;
 use shisen_tracker::command::{Action, Failure, Session, Watch};
 use shisen_tracker::decoder::{Counts, Decoder, Event};
@@ -83,7 +83,7 @@ fn advice(reason: &io::Error) -> &'static str {
 
 enum Wanted {
     Serial(Box<SerialSpec>),
-    Hid(HidName),
+    Hid(HidSpec),
 }
 
 enum Port {
@@ -100,7 +100,7 @@ pub(super) struct Live {
     decoder: Box<dyn Decoder + Send>,
     session: Option<Session>,
     watch: Watch,
-    /// The last trouble was said.
+    /// There is trouble, and it was said.
     said: bool,
     /// A plug that is not announced yet.
     announce: bool,
@@ -115,8 +115,8 @@ impl Live {
         Self::open(Wanted::Serial(Box::new(spec)))
     }
 
-    pub(super) fn hid(name: HidName) -> Result<Self, LiveError> {
-        Self::open(Wanted::Hid(name))
+    pub(super) fn hid(spec: HidSpec) -> Result<Self, LiveError> {
+        Self::open(Wanted::Hid(spec))
     }
 
     fn open(wanted: Wanted) -> Result<Self, LiveError> {
@@ -175,13 +175,14 @@ impl Live {
         }
         // A device that is being reset is silent by right.
         let resets = matches!(&self.wanted, Wanted::Serial(spec) if spec.reset);
-        if self.said || resets && self.session.is_some() {
+        if resets && self.session.is_some() {
             return;
         }
-        if let Some(trouble) = self.watch.trouble(now()) {
-            self.said = true;
+        let trouble = self.watch.trouble(now());
+        if let Some(trouble) = trouble.filter(|_| !self.said) {
             sink(Notice::Trouble(trouble));
         }
+        self.said = trouble.is_some();
     }
 
     fn listen(&mut self, now: impl Fn() -> Micros, sink: &mut dyn FnMut(Notice)) -> io::Result<()> {
@@ -199,11 +200,10 @@ impl Live {
         if let Some(session) = &mut self.session {
             session.on_bytes(read);
         }
-        let (watch, session, said) = (&mut self.watch, &mut self.session, &mut self.said);
+        let (watch, session) = (&mut self.watch, &mut self.session);
         let set_up = session.as_ref().is_none_or(Session::has_said_all) || now >= self.believed_at;
         self.decoder.feed(&buffer[..read], now, &mut |event| {
             watch.on_event(&event, now);
-            *said &= matches!(event, Event::Dropped(_));
             if let Some(session) = session.as_mut() {
                 session.on_event(&event);
             }
@@ -298,17 +298,17 @@ fn plug(wanted: &Wanted) -> Result<Plugged, LiveError> {
             })?;
             Ok((Port::Serial(port), path, decoder))
         }
-        Wanted::Hid(name) => plug_hid(name),
+        Wanted::Hid(spec) => plug_hid(spec),
     }
 }
 
-fn plug_hid(name: &HidName) -> Result<Plugged, LiveError> {
+fn plug_hid(spec: &HidSpec) -> Result<Plugged, LiveError> {
     let at = |path: &str| {
         let path = path.to_owned();
         move |reason| LiveError::Open { path, reason }
     };
     let all = devices().map_err(at("the list of HID devices"))?;
-    let path = match name {
+    let path = match &spec.name {
         HidName::Path(path) => path.clone(),
         HidName::Id(vendor, product) => one_of(&all, (*vendor, *product))?,
     };
@@ -319,7 +319,7 @@ fn plug_hid(name: &HidName) -> Result<Plugged, LiveError> {
         Box::new(osvr_hdk::Decoder::new())
     } else {
         let descriptor = device.descriptor().map_err(at(&path))?;
-        let tracker = EyeTracker::new(&descriptor, Axes::default());
+        let tracker = EyeTracker::new(&descriptor, spec.axes);
         Box::new(tracker.map_err(|reason| LiveError::Layout {
             path: path.clone(),
             reason,

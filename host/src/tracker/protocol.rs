@@ -1,14 +1,15 @@
 //! The protocols by their names, each with its device as it is usually set
 //! up.
 
+use super::settings::{self, Options};
+use super::spec::SpecError;
 use miette::Diagnostic;
 use shisen_tracker::command::Script;
 use shisen_tracker::decoder::Decoder;
 use shisen_tracker::eye::{adhawk, asl, iscan};
-use shisen_tracker::head::{fastrak, flock, hatire, liberty, osvr_hdk};
-use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, documented};
+use shisen_tracker::head::{flock, hatire};
 use shisen_tracker::link;
-use shisen_tracker::mock::Format;
+use shisen_tracker::mock::{Format, Reader};
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -18,6 +19,18 @@ use thiserror::Error;
 pub struct Protocol {
     name: &'static str,
     format: Format,
+    asked: Asked,
+}
+
+/// What a device is asked for beside its format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Asked {
+    /// Samples per second; where there is none, the device's own.
+    pub(super) rate: Option<u16>,
+    /// The address of the first of the birds.
+    pub(super) first_bird: u8,
+    /// How many there are.
+    pub(super) birds: u8,
 }
 
 /// No protocol has this name.
@@ -29,16 +42,16 @@ pub struct UnknownProtocol {
 }
 
 impl FromStr for Protocol {
-    type Err = UnknownProtocol;
+    type Err = SpecError;
 
-    fn from_str(name: &str) -> Result<Self, UnknownProtocol> {
-        let known = Format::NAMES.into_iter().find(|&known| known == name);
-        known
-            .and_then(|name| {
-                let format = Format::named(name)?;
-                Some(Self { name, format })
-            })
-            .ok_or_else(|| UnknownProtocol { name: name.into() })
+    /// `NAME`, or `NAME?key=value&…`, with settings.
+    fn from_str(text: &str) -> Result<Self, SpecError> {
+        let (name, rest) = text.split_once('?').unwrap_or((text, ""));
+        let mut protocol = Self::named(name)?;
+        let mut options = Options::read(rest)?;
+        protocol.set(&mut options)?;
+        options.end("", "", Some((protocol.name, &protocol.format)))?;
+        Ok(protocol)
     }
 }
 
@@ -49,6 +62,37 @@ impl fmt::Display for Protocol {
 }
 
 impl Protocol {
+    /// By its name, set up as is usual.
+    ///
+    /// # Errors
+    /// A name that none has.
+    pub fn named(name: &str) -> Result<Self, UnknownProtocol> {
+        let known = Format::NAMES.into_iter().find(|&known| known == name);
+        known
+            .and_then(|name| {
+                let format = Format::named(name)?;
+                let asked = Asked {
+                    rate: None,
+                    first_bird: 1,
+                    birds: 1,
+                };
+                Some(Self {
+                    name,
+                    format,
+                    asked,
+                })
+            })
+            .ok_or_else(|| UnknownProtocol { name: name.into() })
+    }
+
+    /// Takes those of the options that are its settings.
+    ///
+    /// # Errors
+    /// A value that its setting cannot have.
+    pub(super) fn set(&mut self, options: &mut Options<'_>) -> Result<(), SpecError> {
+        settings::set(&mut self.format, &mut self.asked, options)
+    }
+
     /// What it is called.
     pub const fn name(&self) -> &'static str {
         self.name
@@ -62,45 +106,31 @@ impl Protocol {
     /// Whether it goes over a serial line; the others are reports of human
     /// interface devices.
     pub const fn is_serial(&self) -> bool {
-        !matches!(self.format, Format::OsvrHdk | Format::EyeTracker(_))
+        !matches!(self.format, Format::OsvrHdk | Format::EyeTracker(..))
     }
 
     /// What reads it; `None` where that takes the device's own description.
     pub fn decoder(&self) -> Option<Box<dyn Decoder + Send>> {
-        Some(match &self.format {
-            Format::Link => Box::new(link::Link::new()),
-            Format::Fastrak(config) => Box::new(fastrak::Fastrak::new(config.clone())),
-            Format::Liberty(config) => Box::new(liberty::Liberty::new(config.clone())),
-            Format::Flock(config) => Box::new(flock::Flock::new(*config)),
-            Format::Hatire(config) => Box::new(hatire::Hatire::new(*config)),
-            Format::OsvrHdk => Box::new(osvr_hdk::Decoder::new()),
-            Format::Iscan(config) => Box::new(iscan::Iscan::new(*config)),
-            Format::Asl(layout) => Box::new(asl::Asl::new(asl::Config {
-                layout: *layout,
-                ..asl::Config::default()
-            })),
-            Format::AdHawk => Box::new(adhawk::AdHawk::new()),
-            Format::EyeTracker(_) => {
-                let tracker = EyeTracker::new(&documented::DESCRIPTOR, Axes::default());
-                Box::new(tracker.ok()?)
-            }
-            _ => return None,
-        })
+        let reader = Reader::new(&self.format)?;
+        Some(Box::new(reader))
     }
 
     /// What makes its device send; a reset is a part of it only where `reset`
     /// says so.
     pub fn start(&self, reset: bool) -> Script {
         match &self.format {
-            Format::Link => link::start(None),
+            Format::Link => link::start(self.asked.rate),
             Format::Fastrak(config) => config.start(reset),
             Format::Liberty(config) => config.start(reset),
-            Format::Flock(config) => config.start(1, 1, reset),
+            Format::Flock(config) => config.start(self.asked.first_bird, self.asked.birds, reset),
             Format::Hatire(_) => hatire::start(reset),
             Format::Iscan(_) => iscan::start(),
             Format::Asl(_) => asl::start(),
             // Directions, origins, pupils, and how the head is turned.
-            Format::AdHawk => adhawk::start(0b1_0010_1110, 250.0),
+            Format::AdHawk => {
+                let rate = self.asked.rate.unwrap_or(250);
+                adhawk::start(0b1_0010_1110, rate.into())
+            }
             _ => Script::new(),
         }
     }
@@ -127,7 +157,7 @@ impl Protocol {
                 | Format::Iscan(_)
                 | Format::Asl(_)
                 | Format::AdHawk
-                | Format::EyeTracker(_)
+                | Format::EyeTracker(..)
         )
     }
 }

@@ -20,13 +20,20 @@ pub struct Pty {
 }
 
 impl Pty {
-    /// A line, and `link` as a name for its other end; a link that was there
-    /// gives way, anything else does not.
+    /// A line, and `link` as a name for its other end. A link that was left
+    /// over and leads nowhere gives way, anything else does not.
     ///
     /// # Errors
-    /// Those of the system; [`io::ErrorKind::AlreadyExists`] where `link` is
-    /// something else than a link.
+    /// Those of the system; [`io::ErrorKind::ResourceBusy`] where `link` leads
+    /// to something, such as the line of another device, and
+    /// [`io::ErrorKind::AlreadyExists`] where it is something else than a link.
     pub fn open(link: &Path) -> io::Result<Self> {
+        let target = fs::read_link(link).ok();
+        // A line's name is gone as soon as its device is.
+        if let Some(target) = target.as_ref().filter(|_| link.exists()) {
+            let busy = format!("it is a link to {}, which is in use", target.display());
+            return Err(io::Error::new(io::ErrorKind::ResourceBusy, busy));
+        }
         let device = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
         grantpt(&device)?;
         unlockpt(&device)?;
@@ -43,7 +50,7 @@ impl Pty {
         let mut termios = tcgetattr(line.as_fd())?;
         termios.make_raw();
         tcsetattr(line.as_fd(), OptionalActions::Now, &termios)?;
-        if fs::symlink_metadata(link).is_ok_and(|found| found.is_symlink()) {
+        if target.is_some() {
             fs::remove_file(link)?;
         }
         symlink(&name, link)?;
@@ -124,12 +131,24 @@ mod tests {
         assert_eq!(&buffer[..3], b"c\r\x03");
         // Nobody reads: it does not wait.
         while pty.send(&all).unwrap() {}
-        // The next one takes the name over, and keeps it.
+        // Another device does not take the name over while this one is there.
+        let error = Pty::open(&path).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::ResourceBusy);
+        let name = pty.name().display().to_string();
+        assert!(error.to_string().contains(&name), "{error}");
+        assert_eq!(fs::read_link(&path).unwrap(), pty.name());
+        // The name is gone with it, if it is still its own.
+        fs::remove_file(&path).unwrap();
         let next = Pty::open(&path).unwrap();
         drop(pty);
         assert_eq!(fs::read_link(&path).unwrap(), next.name());
         drop(next);
-        assert!(!path.exists());
+        assert!(fs::symlink_metadata(&path).is_err());
+        // One that was left over gives way.
+        symlink(&name, &path).unwrap();
+        let line = Pty::open(&path).unwrap();
+        assert_eq!(fs::read_link(&path).unwrap(), line.name());
+        drop(line);
         fs::write(&path, "a file").unwrap();
         let error = Pty::open(&path).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);

@@ -35,6 +35,9 @@ pub fn serve(
         device.feed(&heard[..count], &mut |answer| {
             answers.extend_from_slice(answer);
         });
+        if device.format() != wire.format() {
+            wire.set_format(device.format().clone());
+        }
         if !answers.is_empty() {
             pty.send(&answers)?;
         }

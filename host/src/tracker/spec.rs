@@ -1,7 +1,10 @@
 //! `SPEC`: which tracker, in one word of a command line.
 
 use super::protocol::{Protocol, UnknownProtocol};
+use super::settings::{Options, set_axes};
 use miette::Diagnostic;
+use shisen_tracker::head::polhemus::ItemListError;
+use shisen_tracker::hid::eye_tracker::Axes;
 use shisen_tracker::mock::Format;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -12,10 +15,10 @@ use thiserror::Error;
 pub enum Spec {
     /// `mock`, `mock:seed=7&rate=200&as=fastrak`.
     Mock(MockSpec),
-    /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200&reset=1`.
+    /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200&reset=1&units=cm`.
     Serial(SerialSpec),
-    /// `hid:1532:0b00`, `hid:/dev/hidraw0`.
-    Hid(HidName),
+    /// `hid:1532:0b00`, `hid:/dev/hidraw0?origin=0,0.3,-0.5`.
+    Hid(HidSpec),
     /// `replay:FILE`.
     Replay(PathBuf),
 }
@@ -63,6 +66,15 @@ pub struct SerialSpec {
     pub reset: bool,
 }
 
+/// A human interface device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HidSpec {
+    /// Which.
+    pub name: HidName,
+    /// The coordinates of an eye tracker; its descriptor does not say.
+    pub axes: Axes,
+}
+
 /// Which human interface device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum HidName {
@@ -95,16 +107,29 @@ pub enum SpecError {
         kind: &'static str,
     },
     /// An option that there is not.
-    #[error("{kind} has no option {key:?}")]
+    #[error("{of} has no option {key:?}")]
     #[diagnostic(help("give {allowed}"))]
     Key {
-        /// Of which kind.
-        kind: &'static str,
+        /// The protocol, or the kind of tracker.
+        of: &'static str,
         /// The option.
         key: String,
         /// Those that there are.
-        allowed: &'static str,
+        allowed: String,
     },
+    /// An option that is given twice.
+    #[error("{key:?} is given twice")]
+    #[diagnostic(help("give it once"))]
+    Twice {
+        /// The option.
+        key: String,
+    },
+    /// A list of items that no device can send.
+    #[error("items: {0}")]
+    #[diagnostic(help(
+        "the items are those of the device's manual, in the order that it is to send"
+    ))]
+    Items(#[from] ItemListError),
     /// An option's value that it cannot have.
     #[error("{key}={found:?} is not possible")]
     #[diagnostic(help("give {allowed}"))]
@@ -141,31 +166,10 @@ pub enum SpecError {
 
 fn serial_names() -> String {
     let named = Format::NAMES.into_iter().filter(|name| {
-        let protocol = Protocol::from_str(name);
+        let protocol = Protocol::named(name);
         protocol.is_ok_and(|protocol| protocol.is_serial())
     });
     named.collect::<Vec<_>>().join(", ")
-}
-
-/// Options, as `key=value` between `&`.
-fn options(text: &str) -> impl Iterator<Item = (&str, &str)> {
-    let parts = text.split('&').filter(|part| !part.is_empty());
-    parts.map(|part| part.split_once('=').unwrap_or((part, "")))
-}
-
-fn number<T: FromStr + PartialOrd>(
-    key: &'static str,
-    value: &str,
-    (least, most): (T, T),
-    allowed: &'static str,
-) -> Result<T, SpecError> {
-    let number = value.parse().ok();
-    let fits = number.filter(|number| *number >= least && *number <= most);
-    fits.ok_or_else(|| SpecError::Value {
-        key,
-        found: value.into(),
-        allowed,
-    })
 }
 
 impl FromStr for Spec {
@@ -188,62 +192,53 @@ impl FromStr for Spec {
 }
 
 fn mock(text: &str) -> Result<MockSpec, SpecError> {
+    let mut options = Options::read(text)?;
     let mut spec = MockSpec::default();
-    for (key, value) in options(text) {
-        match key {
-            "seed" => {
-                let allowed = "a whole number from 0 to 18446744073709551615";
-                spec.seed = number("seed", value, (0, u64::MAX), allowed)?;
-            }
-            "rate" => spec.rate = number("rate", value, (60, 1_000), "60 to 1000 Hz")?,
-            "as" => spec.protocol = Some(value.parse()?),
-            "still" => spec.still = number("still", value, (0, 1), "0 or 1")? == 1_u8,
-            "targets" if !value.is_empty() => spec.targets = Some(value.into()),
-            "targets" => {
-                return Err(SpecError::Value {
-                    key: "targets",
-                    found: value.into(),
-                    allowed: "the path of a table of targets",
-                });
-            }
-            _ => {
-                return Err(SpecError::Key {
-                    kind: "mock",
-                    key: key.into(),
-                    allowed: "seed=N, rate=HZ, as=PROTOCOL, still=1 or targets=FILE",
-                });
-            }
-        }
+    let whole = "a whole number from 0 to 18446744073709551615";
+    if let Some(seed) = options.number("seed", (0, u64::MAX), whole)? {
+        spec.seed = seed;
     }
+    if let Some(rate) = options.number("rate", (60, 1_000), "60 to 1000 Hz")? {
+        spec.rate = rate;
+    }
+    if let Some(still) = options.number("still", (0_u8, 1), "0 or 1")? {
+        spec.still = still == 1;
+    }
+    spec.targets = options.one_of("targets", "the path of a table of targets", |value| {
+        (!value.is_empty()).then(|| value.into())
+    })?;
+    if let Some(name) = options.take("as") {
+        let mut protocol = Protocol::named(name)?;
+        protocol.set(&mut options)?;
+        spec.protocol = Some(protocol);
+    }
+    let protocol = spec.protocol.as_ref();
+    let protocol = protocol.map(|protocol| (protocol.name(), protocol.format()));
+    let allowed = "seed=N, rate=HZ, as=PROTOCOL, still=1, targets=FILE";
+    options.end("mock", allowed, protocol)?;
     Ok(spec)
 }
 
 fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     let (path, rest) = text.split_once('?').unwrap_or((text, ""));
-    let (mut protocol, mut baud, mut reset) = (None::<Protocol>, None, false);
-    for (key, value) in options(rest) {
-        match key {
-            "protocol" => protocol = Some(value.parse()?),
-            "baud" => {
-                let allowed = "50 to 4000000 baud";
-                baud = Some(number("baud", value, (50, 4_000_000), allowed)?);
-            }
-            "reset" => reset = number("reset", value, (0, 1), "0 or 1")? == 1_u8,
-            _ => {
-                return Err(SpecError::Key {
-                    kind: "serial",
-                    key: key.into(),
-                    allowed: "protocol=NAME, baud=N or reset=1",
-                });
-            }
-        }
+    if path.is_empty() {
+        return Err(SpecError::Nothing { kind: "serial" });
     }
-    let protocol = protocol.ok_or_else(|| SpecError::NoProtocol { path: path.into() })?;
+    let mut options = Options::read(rest)?;
+    let baud = options.number("baud", (50, 4_000_000), "50 to 4000000 baud")?;
+    let reset = options.number("reset", (0_u8, 1), "0 or 1")? == Some(1);
+    let Some(name) = options.take("protocol") else {
+        return Err(SpecError::NoProtocol { path: path.into() });
+    };
+    let mut protocol = Protocol::named(name)?;
     if !protocol.is_serial() {
         return Err(SpecError::NotSerial {
             name: protocol.name(),
         });
     }
+    protocol.set(&mut options)?;
+    let named = Some((protocol.name(), protocol.format()));
+    options.end("serial", "protocol=NAME, baud=N, reset=1", named)?;
     Ok(SerialSpec {
         path: path.into(),
         baud: baud.unwrap_or(protocol.baud()),
@@ -252,7 +247,17 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     })
 }
 
-fn hid(text: &str) -> Result<HidName, SpecError> {
+fn hid(text: &str) -> Result<HidSpec, SpecError> {
+    let (name, rest) = text.split_once('?').unwrap_or((text, ""));
+    let mut options = Options::read(rest)?;
+    let mut axes = Axes::default();
+    set_axes(&mut axes, &mut options)?;
+    options.end("hid", "axes=right,up,back, origin=X,Y,Z", None)?;
+    let name = hid_name(name)?;
+    Ok(HidSpec { name, axes })
+}
+
+fn hid_name(text: &str) -> Result<HidName, SpecError> {
     if text.starts_with('/') {
         return Ok(HidName::Path(text.into()));
     }
@@ -276,6 +281,7 @@ fn hid(text: &str) -> Result<HidName, SpecError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::{Quat, Vec3};
 
     #[test]
     fn each_kind_is_read() {
@@ -311,10 +317,18 @@ mod tests {
         };
         let spec = "serial:/dev/ttyUSB0?protocol=asl&baud=9600&reset=1";
         assert_eq!(spec.parse(), Ok(Spec::Serial(other)));
+        let hid = |name, axes| Ok(Spec::Hid(HidSpec { name, axes }));
         let id = HidName::Id(0x1532, 0x0B00);
-        assert_eq!("hid:1532:0b00".parse(), Ok(Spec::Hid(id)));
+        assert_eq!("hid:1532:0b00".parse(), hid(id, Axes::default()));
         let path = HidName::Path("/dev/hidraw0".into());
-        assert_eq!("hid:/dev/hidraw0".parse(), Ok(Spec::Hid(path)));
+        let spec = "hid:/dev/hidraw0".parse();
+        assert_eq!(spec, hid(path.clone(), Axes::default()));
+        let axes = Axes {
+            rotation: Quat::from_xyzw(0.0, 1.0, 0.0, 0.0),
+            origin: Vec3::new(0.0, 0.3, -0.5),
+        };
+        let spec = "hid:/dev/hidraw0?axes=left,up,forward&origin=0,0.3,-0.5";
+        assert_eq!(spec.parse(), hid(path, axes));
         assert_eq!("replay:a:b".parse(), Ok(Spec::Replay("a:b".into())));
     }
 
@@ -336,6 +350,21 @@ mod tests {
             ("mock:targets=", "targets", "table"),
             ("mock:as=mouse", "mouse", "osvr-hdk"),
             ("hid:1:2", "1:2", "hexadecimal"),
+            ("hid:1532:0b00?units=cm", "units", "origin=X,Y,Z"),
+            (
+                "hid:1532:0b00?axes=right,up,forward",
+                "axes",
+                "right-handed",
+            ),
+            ("hid:1532:0b00?origin=1,2", "origin", "metres"),
+            ("serial:?protocol=asl", "says not which", "serial:/dev"),
+            (
+                "serial:/dev/tty?protocol=asl&baud=1200&baud=50",
+                "twice",
+                "once",
+            ),
+            ("mock:seed=1&seed=1", "twice", "once"),
+            ("mock:units=cm", "mock has no", "seed=N"),
             ("replay:", "replay", "replay:FILE"),
         ] {
             let error = spec.parse::<Spec>().unwrap_err();

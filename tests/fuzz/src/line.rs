@@ -6,37 +6,13 @@ use glam::Vec3;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::decoder::{Decoder, Event};
 use shisen_tracker::estimate::{EstimatorConfig, GazeEstimator};
-use shisen_tracker::eye::{adhawk::AdHawk, asl, iscan::Iscan};
-use shisen_tracker::head::{
-    fastrak::Fastrak, flock::Flock, hatire::Hatire, liberty::Liberty, osvr_hdk,
-};
-use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, documented};
-use shisen_tracker::link::Link;
-use shisen_tracker::mock::{Format, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::mock::{Format, Reader, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
 use shisen_tracker::sample::{Eye, GazePoint, Pupil, Sample};
 use shisen_tracker::time::Micros;
 
 /// What reads a format.
-pub(super) fn decoder(format: &Format) -> Box<dyn Decoder> {
-    match format.clone() {
-        Format::Link => Box::new(Link::new()),
-        Format::Fastrak(config) => Box::new(Fastrak::new(config)),
-        Format::Liberty(config) => Box::new(Liberty::new(config)),
-        Format::Flock(config) => Box::new(Flock::new(config)),
-        Format::Hatire(config) => Box::new(Hatire::new(config)),
-        Format::OsvrHdk => Box::new(osvr_hdk::Decoder::new()),
-        Format::Iscan(config) => Box::new(Iscan::new(config)),
-        Format::Asl(layout) => Box::new(asl::Asl::new(asl::Config {
-            layout,
-            ..asl::Config::default()
-        })),
-        Format::AdHawk => Box::new(AdHawk::new()),
-        Format::EyeTracker(_) => {
-            let tracker = EyeTracker::new(&documented::DESCRIPTOR, Axes::default());
-            Box::new(tracker.expect("the documented descriptor"))
-        }
-        other => panic!("no decoder for {other:?}"),
-    }
+pub(super) fn decoder(format: &Format) -> Reader {
+    Reader::new(format).expect("the documented descriptor")
 }
 
 /// Records of a protocol.
@@ -83,7 +59,7 @@ pub(super) fn assert_usable(name: &str, sample: &Sample) {
 /// A decoder and what stands behind it.
 pub(super) struct Line {
     name: &'static str,
-    decoder: Box<dyn Decoder>,
+    decoder: Reader,
     clock: ClockEstimator,
     gaze: GazeEstimator,
     now: Micros,

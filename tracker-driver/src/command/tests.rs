@@ -1,9 +1,12 @@
 use super::*;
-use crate::decoder::{DropReason, Dropped, Reply, Text};
+use crate::decoder::{Decoder, Reply, Text};
+use crate::head::flock::{self, Mode};
+use crate::mock::{
+    Faults, FaultsConfig, Format, Reader, Source, Tracker, TrackerConfig, Viewer, ViewerConfig,
+    Wire,
+};
 use crate::sample::Sample;
 use std::format;
-
-const SECOND: Micros = Micros(1_000_000);
 
 fn sample() -> Event {
     Event::Sample(Sample::arrived(Micros(0)))
@@ -251,4 +254,134 @@ fn eye_trackers_are_started_and_stopped() {
     assert_eq!(heard(link::start(Some(240))), [rate, link::Command::Start]);
     assert_eq!(heard(link::start(None)), [link::Command::Start]);
     assert_eq!(heard(link::stop()), [link::Command::Stop]);
+}
+
+/// What a watch says of a line on which one device speaks and another is
+/// listened to: for how many of 30 tenths of a second something was wrong.
+fn watched(spoken: &Format, heard: &Format, corrupt: f32) -> (usize, Option<Failure>) {
+    let viewer = Viewer::new(ViewerConfig::default(), 5);
+    let tracker = Tracker::new(TrackerConfig::default(), viewer, 5).unwrap();
+    let faults = FaultsConfig {
+        corrupt,
+        ..FaultsConfig::default()
+    };
+    let wire = Wire::new(tracker, spoken.clone());
+    let mut line = Faults::new(wire, faults, 5).unwrap();
+    let mut reader = Reader::new(heard).unwrap();
+    let mut watch = Watch::new();
+    let (mut wrong, mut last) = (0, None);
+    for tenth in 1..=30 {
+        let now = Micros::from_millis(100 * tenth);
+        while let Some(chunk) = line.poll(now) {
+            watch.on_bytes(chunk.bytes().len(), chunk.arrival);
+            reader.feed(chunk.bytes(), chunk.arrival, &mut |event| {
+                watch.on_event(&event, chunk.arrival);
+            });
+        }
+        last = watch.trouble(now);
+        wrong += usize::from(last.is_some());
+    }
+    (wrong, last)
+}
+
+/// All protocols of serial lines, and Flock's other modes, which believe more.
+fn lines() -> std::vec::Vec<(std::string::String, Format)> {
+    let serial = Format::NAMES[..]
+        .iter()
+        .filter(|name| !["osvr-hdk", "hid"].contains(name));
+    let serial = serial.map(|name| ((*name).into(), Format::named(name).unwrap()));
+    let modes = Mode::ALL.into_iter().map(|mode| {
+        let config = flock::Config {
+            mode,
+            ..flock::Config::default()
+        };
+        (std::format!("{mode:?}"), Format::Flock(config))
+    });
+    serial.chain(modes).collect()
+}
+
+/// Records alike in all that can be checked: twelve or six bytes, of which the
+/// first alone has its highest bit set. What a Flock sends it is told.
+const ALIKE: [(&str, &str); 3] = [
+    ("asl", "PositionAngles"),
+    ("Angles", "Position"),
+    ("Position", "Angles"),
+];
+
+#[test]
+#[cfg_attr(miri, ignore = "minutes")]
+fn a_watch_tells_another_protocol_from_damage() {
+    let mut silent = std::vec::Vec::new();
+    for (spoken, sent) in lines() {
+        for (heard, read) in lines() {
+            let (wrong, last) = watched(&sent, &read, 0.0);
+            if sent == read {
+                assert_eq!((wrong, last), (0, None), "{spoken}");
+                let damaged = watched(&sent, &read, 0.05);
+                assert_eq!(damaged, (0, None), "{spoken}, damaged");
+            } else if wrong < 19 || last.is_none() {
+                silent.push((spoken.clone(), heard, wrong));
+            }
+        }
+    }
+    assert!(
+        silent
+            .iter()
+            .all(|(spoken, heard, _)| ALIKE.contains(&(spoken, heard))),
+        "{silent:?}"
+    );
+    assert_eq!(silent.len(), ALIKE.len());
+}
+
+#[test]
+fn a_watch_is_content_again_when_the_line_is() {
+    let mut watch = Watch::new();
+    let piece = |bytes| {
+        let reason = DropReason::OutOfStep;
+        Event::Dropped(Dropped { bytes, reason })
+    };
+    let mut second = |from: u64, dropped: u32| {
+        let mut said = None;
+        for step in 0..100 {
+            let now = Micros::from_millis(1_000 * from + 10 * step);
+            said = watch.trouble(now);
+            watch.on_bytes(20, now);
+            if dropped > 0 {
+                watch.on_event(&piece(dropped), now);
+            }
+            watch.on_event(&sample(), now);
+        }
+        said
+    };
+    assert_eq!(second(0, 0), None);
+    assert_eq!(second(1, 11), None, "not before a second is over");
+    let unlike = Failure::Unlike {
+        dropped: 1_100,
+        bytes: 2_000,
+    };
+    assert_eq!(second(2, 0), Some(unlike));
+    assert_eq!(second(3, 0), None);
+    let words = std::format!("{unlike}");
+    assert!(
+        words.contains("1100 of 2000 bytes") && words.contains("settings"),
+        "{words}"
+    );
+}
+
+#[test]
+fn what_is_repeated_or_of_another_version_is_no_other_protocol() {
+    for reason in [DropReason::Duplicate, DropReason::Unknown] {
+        let mut watch = Watch::new();
+        for step in 0..300 {
+            let now = Micros::from_millis(10 * step);
+            assert_eq!(watch.trouble(now), None, "{reason:?}");
+            watch.on_bytes(20, now);
+            let event = if step % 10 == 0 {
+                sample()
+            } else {
+                Event::Dropped(Dropped { bytes: 20, reason })
+            };
+            watch.on_event(&event, now);
+        }
+    }
 }

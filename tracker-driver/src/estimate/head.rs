@@ -100,6 +100,12 @@ impl HeadTrack {
         }
     }
 
+    /// When the newest of it was measured.
+    pub(super) fn newest(&self) -> Option<Micros> {
+        let position = self.positions.newest().map(|(time, _)| time);
+        position.max(self.orientations.newest().map(|(time, _)| time))
+    }
+
     /// How fast the head turned up to its newest orientation.
     fn measured_turn(&self, newest: Micros, orientation: Quat) -> Vec3 {
         let window = self.config.window;

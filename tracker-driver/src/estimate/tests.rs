@@ -179,7 +179,7 @@ fn a_blink_holds_and_is_marked() {
         _ => None,
     });
     assert!(matches!(run.events[0], Event::BlinkStarted { .. }));
-    assert_eq!(ended, Some(Micros(305_000)));
+    assert_eq!(ended, Some(Micros(300_000)));
     // Longer than any blink: on with the ladder.
     run.run(50, &|i| Some(steady(i)));
     assert_eq!(run.run(850, &|i| Some(shut(i))).state, State::Hold);
@@ -492,4 +492,51 @@ fn the_state_is_small() {
     ];
     std::println!("bytes of state: estimator {}, clock {}", bytes[0], bytes[1]);
     assert!(bytes[0] <= 8_192 && bytes[1] <= 512, "{bytes:?}");
+}
+
+/// An estimate is never of the past: what is known is newer.
+#[test]
+fn a_time_before_the_newest_data_is_theirs() {
+    let mut run = Run::new(&EstimatorConfig::default());
+    let turning = |i: u64| {
+        let turn = Quat::from_rotation_y(0.5e-2 * (i % 1_000) as f32);
+        Some(with_head(steady(i), turn))
+    };
+    let newest = run.run(300, &turning);
+    assert_eq!(newest.for_time, Micros(run.time));
+    for back in [1, 1_000, 60_000, 100_000, 1_200_000] {
+        let past = run.estimator.estimate(Micros(run.time - back), &mut |_| {});
+        assert_eq!(past, newest, "{back} µs");
+    }
+}
+
+/// A blink begins with the sample that says so, however old the gaze is; an
+/// old one is not held for it.
+#[test]
+fn a_blink_begins_with_its_sample() {
+    let nowhere = || {
+        let mut sample = sample(Vec3::NEG_Z);
+        for eye in [&mut sample.left, &mut sample.right] {
+            eye.direction = Some(Reading::tracked(Vec3::NAN));
+        }
+        Some(sample)
+    };
+    for (silent, state) in [(0, State::Fresh), (5_000, State::FullQuality)] {
+        let mut run = Run::new(&EstimatorConfig::default());
+        run.run(300, &|i| Some(steady(i)));
+        run.run(silent, &|i| Some(head_only(i)));
+        run.events.clear();
+        let begun = run.time + 5_000;
+        let found = run.run(50, &|_| nowhere());
+        assert_eq!(found.state, state);
+        run.run(5, &|i| Some(steady(i)));
+        let blinks = run.events.iter().filter_map(|event| match event {
+            Event::BlinkStarted { at } => Some((*at, None)),
+            Event::BlinkEnded { at, lasted } => Some((*at, Some(*lasted))),
+            _ => None,
+        });
+        let blinks: Vec<_> = blinks.collect();
+        let end = (Micros(run.time), Some(Micros(50_000)));
+        assert_eq!(blinks, [(Micros(begun), None), end], "{silent}");
+    }
 }

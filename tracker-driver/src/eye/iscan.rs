@@ -218,6 +218,8 @@ impl Config {
 pub struct Iscan {
     config: Config,
     stream: Stream<{ LONGEST_RECORD + 2 }>,
+    /// When the last byte came of what is a record if a header follows.
+    whole: Option<Micros>,
 }
 
 impl Iscan {
@@ -225,16 +227,25 @@ impl Iscan {
     pub fn new(config: Config) -> Self {
         Self {
             config,
-            stream: Stream::default(),
+            ..Self::default()
         }
     }
 }
 
 impl Decoder for Iscan {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        let config = &self.config;
-        self.stream
-            .feed(bytes, sink, |front| step(config, front, arrival));
+        let (config, whole) = (&self.config, &mut self.whole);
+        self.stream.feed(bytes, sink, |front| {
+            let step = step(config, front, whole.unwrap_or(arrival));
+            // With the record there is no more to wait for than a header.
+            *whole = match step {
+                Step::More if front.bytes.len() >= config.outputs.record_length() => {
+                    Some(whole.unwrap_or(arrival))
+                }
+                _ => None,
+            };
+            step
+        });
     }
 
     fn counts(&self) -> &Counts {
@@ -243,6 +254,7 @@ impl Decoder for Iscan {
 
     fn reset(&mut self) {
         self.stream.reset();
+        self.whole = None;
     }
 }
 

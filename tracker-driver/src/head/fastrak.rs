@@ -149,15 +149,12 @@ impl Config {
     }
 
     /// The record that a device sends of a sample. What the sample lacks is
-    /// the origin, no rotation and time 0; a held reading gives the status
-    /// `k`, a low signal.
+    /// the origin, no rotation and time 0; it, and a held reading, gives the
+    /// status `k`, a low signal.
     pub fn encode(&self, sample: &Sample) -> Vec<u8, MOST_RECORD_BYTES> {
         let station = sample.sensor.min(MOST_STATIONS - 1) + 1;
-        let held = [
-            sample.head.position.is_some_and(|p| !p.tracked),
-            sample.head.orientation.is_some_and(|q| !q.tracked),
-        ];
-        let status = if held.contains(&true) { b'k' } else { b' ' };
+        let tracked = self.items.is_tracked(&sample.head);
+        let status = if tracked { b' ' } else { b'k' };
         let mut record = Vec::new();
         let _ = record.extend_from_slice(&[b'0', station_letter(station), status]);
         let pose = Pose {

@@ -18,7 +18,7 @@
 //! | Code | Frame |
 //! |---|---|
 //! | 0 to 999 | a sample; the code counts them. opentrack takes 1000 too |
-//! | 2000 to 8999 | bytes 4 to 27 are text: 3000 initialising, 5000 starting |
+//! | 2000 to 8999 | bytes 4 to 27 are text in ASCII: 3000 initialising, 5000 starting |
 //! | from 9000 | the text of an error |
 //!
 //! Text becomes a [`Message::Text`], an error a [`Message::Fault`] and its
@@ -318,6 +318,16 @@ fn missing(last: &mut Option<u16>, code: u16) -> u16 {
         .map_or(0, |last| (code + COUNTS - 1 - last) % COUNTS)
 }
 
+/// Whether a frame holds letters, white space and what fills the rest, and not
+/// a sample in the other byte order. Inlined, it makes the compiler copy each
+/// sample on its way.
+#[inline(never)]
+fn is_text(frame: &[u8; FRAME_BYTES]) -> bool {
+    let [_, _, _, _, text @ .., _, _] = frame;
+    text.iter()
+        .all(|&byte| matches!(byte, 0 | b' ' | b'\t' | b'\r' | b'\n') || byte.is_ascii_graphic())
+}
+
 impl Config {
     fn step(&self, front: Front<'_>, arrival: Micros) -> Step {
         let bytes = front.bytes;
@@ -342,6 +352,7 @@ impl Config {
                     Step::Take(FRAME_BYTES, Event::Sample(sample))
                 }
             },
+            FIRST_TEXT.. if !is_text(whole) => front.unusable(FRAME_BYTES, DropReason::Field),
             FIRST_TEXT.. => {
                 let text = whole.get(4..28).unwrap_or_default();
                 let fault = (frame.code >= FIRST_ERROR).then(|| Message::Fault {

@@ -142,14 +142,11 @@ impl Config {
     }
 
     /// The record that a device sends of a sample. What the sample lacks is
-    /// the origin, no rotation and time 0; a held reading gives the error
-    /// `*`.
+    /// the origin, no rotation and time 0; it, and a held reading, gives the
+    /// error `*`.
     pub fn encode(&self, sample: &Sample) -> Vec<u8, MOST_RECORD_BYTES> {
-        let held = [
-            sample.head.position.is_some_and(|p| !p.tracked),
-            sample.head.orientation.is_some_and(|q| !q.tracked),
-        ];
-        let error = if held.contains(&true) { b'*' } else { b' ' };
+        let tracked = self.items.is_tracked(&sample.head);
+        let error = if tracked { b' ' } else { b'*' };
         let [first, second] = self.model.tag();
         let station = sample.sensor.min(MOST_STATIONS - 1) + 1;
         let [low, high] = (self.items.bytes() as u16).to_le_bytes();
@@ -168,8 +165,8 @@ impl Config {
     /// asked, its clock starting at zero. A reset comes first only where
     /// `reset` says so: the device is away for ten seconds.
     ///
-    /// That `P` ends a stream is VRPN's way; `U1` for centimetres is the
-    /// manuals'.
+    /// That `P` ends a stream is VRPN's way; `U1` for centimetres and `U0` for
+    /// inches are the manuals'.
     pub fn start(&self, reset: bool) -> Script {
         let settle = Micros::from_millis(100);
         let mut script = Script::new();
@@ -179,9 +176,11 @@ impl Config {
                 .pause(Micros::from_millis(10_000));
         }
         script = script.once_only().send(b"P").pause(settle).send(b"F1\r");
-        if self.units == Units::Centimetres {
-            script = script.send(b"U1\r");
-        }
+        // Said either way: what it was set to before is not known.
+        script = script.send(match self.units {
+            Units::Inches => b"U0\r",
+            Units::Centimetres => b"U1\r",
+        });
         for station in 1..=self.stations.clamp(1, MOST_STATIONS) {
             script = script.send(&self.items.command(station));
         }

@@ -173,6 +173,31 @@ impl ItemList {
         self.bytes
     }
 
+    /// Whether it holds a position.
+    pub fn has_position(&self) -> bool {
+        self.items
+            .iter()
+            .any(|item| item.content == Content::Position)
+    }
+
+    /// Whether it holds a rotation, in any form.
+    pub fn has_orientation(&self) -> bool {
+        let turn = |item: &Item| {
+            matches!(
+                item.content,
+                Content::Euler | Content::Quaternion | Content::Cosines(_)
+            )
+        };
+        self.items.iter().any(turn)
+    }
+
+    /// Whether a head is tracked in all that the list holds.
+    pub(crate) fn is_tracked(&self, head: &Head) -> bool {
+        let position = head.position.is_some_and(|position| position.tracked);
+        let orientation = head.orientation.is_some_and(|turn| turn.tracked);
+        (position || !self.has_position()) && (orientation || !self.has_orientation())
+    }
+
     /// The command that makes a station send it: `O1,2,11,0` and a carriage
     /// return.
     pub fn command(&self, station: u8) -> crate::command::Bytes {

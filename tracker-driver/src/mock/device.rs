@@ -3,6 +3,8 @@
 
 use super::wire::Format;
 use crate::eye::{adhawk, iscan};
+use crate::head::flock::{self, Mode};
+use crate::head::polhemus::{Family, Format as Written, ItemList, MOST_ITEMS, Units};
 use crate::link;
 use heapless::Vec;
 
@@ -11,35 +13,21 @@ const MOST_HEARD: usize = 64;
 /// Most bytes of an answer.
 const MOST_ANSWER: usize = 64;
 
-/// FASTRAK's status: station 1, binary, inches, continuous; no error, and the
-/// version of a device that there is not.
-const FASTRAK_STATUS: &[u8] = b"21S009   00.00 SHISEN MOCK                           \r\n";
+/// What follows the flags in FASTRAK's status: no error, and the version of a
+/// device that there is not.
+const FASTRAK_STATUS: &[u8] = b"   00.00 SHISEN MOCK                           \r\n";
 
 /// The device at the other end of the line, as far as it takes commands.
 ///
-/// It streams from the start on, until it is told to stop; what it does
-/// not know, it passes over.
+/// It streams from the start on, until it is told to stop, and as it is told
+/// to: [`Device::format`]. What it does not know, it passes over.
 #[derive(Debug, Clone)]
 pub struct Device {
-    language: Language,
+    format: Format,
     heard: Vec<u8, MOST_HEARD>,
     link: link::Commands,
     streams: bool,
     rate: Option<u32>,
-}
-
-/// How commands are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Language {
-    Link,
-    Fastrak,
-    Liberty,
-    Flock,
-    Hatire,
-    Iscan,
-    AdHawk,
-    /// The device takes none.
-    None,
 }
 
 /// What became of the commands' first bytes.
@@ -53,23 +41,18 @@ enum Heard {
 impl Device {
     /// A device that streams records of this format.
     pub fn new(format: &Format) -> Self {
-        let language = match format {
-            Format::Link => Language::Link,
-            Format::Fastrak(_) => Language::Fastrak,
-            Format::Liberty(_) => Language::Liberty,
-            Format::Flock(_) => Language::Flock,
-            Format::Hatire(_) => Language::Hatire,
-            Format::Iscan(_) => Language::Iscan,
-            Format::AdHawk => Language::AdHawk,
-            Format::OsvrHdk | Format::Asl(_) | Format::EyeTracker(_) => Language::None,
-        };
         Self {
-            language,
+            format: format.clone(),
             heard: Vec::new(),
             link: link::Commands::new(),
             streams: true,
             rate: None,
         }
+    }
+
+    /// How it writes its records, which commands change.
+    pub const fn format(&self) -> &Format {
+        &self.format
     }
 
     /// Whether it sends records.
@@ -84,7 +67,7 @@ impl Device {
 
     /// Takes what the host said, and hands over the answers.
     pub fn feed(&mut self, bytes: &[u8], answer: &mut dyn FnMut(&[u8])) {
-        if self.language == Language::Link {
+        if self.format == Format::Link {
             let (streams, rate) = (&mut self.streams, &mut self.rate);
             return self.link.feed(bytes, &mut |command| match command {
                 link::Command::Stop => *streams = false,
@@ -113,14 +96,16 @@ impl Device {
         let Some(&first) = self.heard.first() else {
             return Heard::More;
         };
-        match self.language {
-            Language::Link | Language::None => Heard::Took(1),
-            Language::Fastrak => self.fastrak(first, answer),
-            Language::Liberty => self.liberty(first),
-            Language::Flock => self.flock(first),
-            Language::Hatire => self.set(first, b'S', b's'),
-            Language::Iscan => self.set(first, iscan::START[0], iscan::STOP[0]),
-            Language::AdHawk => self.adhawk(first, answer),
+        match self.format {
+            Format::Link | Format::OsvrHdk | Format::Asl(_) | Format::EyeTracker(..) => {
+                Heard::Took(1)
+            }
+            Format::Fastrak(_) => self.fastrak(first, answer),
+            Format::Liberty(_) => self.liberty(first),
+            Format::Flock(_) => self.flock(first),
+            Format::Hatire(_) => self.set(first, b'S', b's'),
+            Format::Iscan(_) => self.set(first, iscan::START[0], iscan::STOP[0]),
+            Format::AdHawk => self.adhawk(first, answer),
         }
     }
 
@@ -140,10 +125,43 @@ impl Device {
     }
 
     fn fastrak(&mut self, first: u8, answer: &mut dyn FnMut(&[u8])) -> Heard {
+        let Format::Fastrak(config) = &mut self.format else {
+            return Heard::Took(1);
+        };
         match first {
-            b'S' => answer(FASTRAK_STATUS),
+            b'S' => {
+                let flags = u8::from(config.items.format() == Written::Binary)
+                    | u8::from(config.units == Units::Centimetres) << 1
+                    | u8::from(self.streams) << 3;
+                let digit = b"0123456789ABCDEF".get(usize::from(flags)).copied();
+                let mut status: Vec<u8, MOST_ANSWER> = Vec::new();
+                let _ = status.extend_from_slice(b"21S00");
+                let _ = status.push(digit.unwrap_or(b'0'));
+                let _ = status.extend_from_slice(FASTRAK_STATUS);
+                answer(&status);
+            }
+            b'U' => config.units = Units::Inches,
+            b'u' => config.units = Units::Centimetres,
+            b'F' => relist(
+                &mut config.items,
+                Family::Fastrak,
+                Some(Written::Ascii),
+                None,
+            ),
+            b'f' => relist(
+                &mut config.items,
+                Family::Fastrak,
+                Some(Written::Binary),
+                None,
+            ),
             // Lists of items, the line's speed, stations, and frames.
             b'O' | b'o' | b'l' | b'A' | b'G' | b'H' | b'N' | b'V' | b'Q' | b'r' | b'x' => {
+                let line = self.heard.split(|&byte| byte == b'\r').next();
+                if let Some(numbers) = line.and_then(of_first_station)
+                    && self.heard.contains(&b'\r')
+                {
+                    relist(&mut config.items, Family::Fastrak, None, Some(&numbers));
+                }
                 return self.line();
             }
             _ => {}
@@ -157,21 +175,42 @@ impl Device {
             return Heard::Took(1);
         }
         let line = self.line();
-        if matches!(line, Heard::Took(_)) && first == b'C' {
-            self.streams = true;
+        let (Heard::Took(_), Format::Liberty(config)) = (&line, &mut self.format) else {
+            return line;
+        };
+        match self.heard.split(|&byte| byte == b'\r').next() {
+            Some([b'C', ..]) => self.streams = true,
+            Some(b"U0") => config.units = Units::Inches,
+            Some(b"U1") => config.units = Units::Centimetres,
+            Some(command) => {
+                if let Some(numbers) = of_first_station(command) {
+                    relist(&mut config.items, Family::Liberty, None, Some(&numbers));
+                }
+            }
+            None => {}
         }
         line
     }
 
     fn flock(&mut self, first: u8) -> Heard {
-        match first {
+        let Format::Flock(config) = &mut self.format else {
+            return Heard::Took(1);
+        };
+        match (first, self.heard.as_slice()) {
             // A parameter's number and its value; what is asked for one.
-            b'P' if self.heard.len() < 3 => return Heard::More,
-            b'P' => return Heard::Took(3),
-            b'O' if self.heard.len() < 2 => return Heard::More,
-            b'O' => return Heard::Took(2),
-            b'G' => self.streams = false,
+            (b'P', &[_, flock::GROUP_MODE, on, ..]) => {
+                config.group = on != 0;
+                return Heard::Took(3);
+            }
+            (b'P', parameter) if parameter.len() < 3 => return Heard::More,
+            (b'P', _) => return Heard::Took(3),
+            (b'O', asked) if asked.len() < 2 => return Heard::More,
+            (b'O', _) => return Heard::Took(2),
+            (b'G', _) => self.streams = false,
             _ => {}
+        }
+        if let Some(mode) = Mode::ALL.into_iter().find(|mode| mode.command() == first) {
+            config.mode = mode;
         }
         self.set(first, b'@', b'B')
     }
@@ -208,6 +247,25 @@ impl Device {
             answer(&response);
         }
         Heard::Took(3 + length)
+    }
+}
+
+/// The numbers of the command `O` for station 1, up to its end.
+fn of_first_station(command: &[u8]) -> Option<Vec<u8, MOST_ITEMS>> {
+    let text = core::str::from_utf8(command).ok()?.strip_prefix("O1,")?;
+    let mut numbers = Vec::new();
+    for number in text.split(',') {
+        numbers.push(number.parse().ok()?).ok()?;
+    }
+    Some(numbers)
+}
+
+/// Changes a list's format or its items, where that makes a list.
+fn relist(items: &mut ItemList, family: Family, format: Option<Written>, numbers: Option<&[u8]>) {
+    let same: Vec<u8, MOST_ITEMS> = items.numbers().collect();
+    let format = format.unwrap_or(items.format());
+    if let Ok(list) = ItemList::new(family, format, numbers.unwrap_or(&same)) {
+        *items = list;
     }
 }
 
@@ -271,6 +329,50 @@ mod tests {
         }
     }
 
+    /// Whatever it was set to before, it sends what its script asks for.
+    #[test]
+    fn a_device_streams_as_it_is_told() {
+        let of = |format, items| ItemList::new(Family::Fastrak, format, items).unwrap();
+        let mut fastrak = fastrak::Config::new(of(Written::Ascii, &[2, 4, 1]));
+        fastrak.units = Units::Centimetres;
+        let items = ItemList::new(Family::Liberty, Written::Binary, &[2, 7, 0]);
+        let mut liberty = liberty::Config::new(items.unwrap());
+        liberty.units = Units::Centimetres;
+        for (name, script) in [
+            ("fastrak", fastrak.start(false)),
+            ("liberty", liberty.start(false)),
+        ] {
+            let mut device = Device::new(&Format::named(name).unwrap());
+            play(&mut device, script);
+            match device.format() {
+                Format::Fastrak(config) => assert_eq!(config, &fastrak),
+                Format::Liberty(config) => assert_eq!(config, &liberty),
+                other => panic!("{other:?}"),
+            }
+            let Some(Format::Fastrak(usual)) = Format::named("fastrak") else {
+                panic!("it is one");
+            };
+            if name == "fastrak" {
+                play(&mut device, usual.start(false));
+                assert_eq!(device.format(), &Format::Fastrak(usual));
+            }
+        }
+        for mode in Mode::ALL {
+            let config = flock::Config {
+                mode,
+                group: true,
+                ..flock::Config::default()
+            };
+            let mut device = Device::new(&Format::named("flock").unwrap());
+            play(&mut device, config.start(2, 1, false));
+            assert_eq!(device.format(), &Format::Flock(config));
+        }
+        // A list that is none changes nothing.
+        let mut device = Device::new(&Format::named("fastrak").unwrap());
+        device.feed(b"O1,2,11\rO1,999,0\rO1\r", &mut |_| {});
+        assert_eq!(Some(device.format().clone()), Format::named("fastrak"));
+    }
+
     #[test]
     fn a_fastrak_says_how_it_is() {
         let format = Format::named("fastrak").unwrap();
@@ -284,6 +386,8 @@ mod tests {
                 if let Event::Message(Message::Text(text)) = event {
                     let status = fastrak::Status::from_text(text.as_str()).unwrap();
                     assert!(status.continuous);
+                    assert_eq!(status.format, Written::Binary);
+                    assert_eq!(status.units, Units::Inches);
                     texts += 1;
                 }
             });

@@ -30,7 +30,7 @@ pub trait Faulty: Copy {
 }
 
 /// Most bytes of a [`Chunk`].
-pub const MOST_CHUNK_BYTES: usize = 192;
+pub const MOST_CHUNK_BYTES: usize = crate::head::polhemus::MOST_RECORD_BYTES;
 const _: () = assert!(MOST_CHUNK_BYTES >= crate::link::LONGEST_FRAME);
 const _: () = assert!(MOST_CHUNK_BYTES <= u8::MAX as usize);
 

@@ -3,11 +3,12 @@
 use super::faults::{Chunk, Source};
 use crate::estimate::{Screen, plane_of};
 use crate::eye::{adhawk, asl, iscan};
+use crate::head::hatire::{self, Translation};
 use crate::head::polhemus::{self, Family, ItemList};
-use crate::head::{fastrak, flock, hatire, liberty, osvr_hdk};
-use crate::hid::eye_tracker::documented;
+use crate::head::{fastrak, flock, liberty, osvr_hdk};
+use crate::hid::eye_tracker::{self, documented};
 use crate::link;
-use crate::rotation::rotate;
+use crate::rotation::{compose, inverse, rotate};
 use crate::sample::{GazePoint, Pupil, Reading, Sample};
 use crate::time::Micros;
 use glam::{Vec2, Vec3};
@@ -42,12 +43,12 @@ pub enum Format {
     /// ISCAN: one eye, in raw units.
     Iscan(iscan::Config),
     /// ASL EYE-TRAC: one eye, in raw units.
-    Asl(asl::Layout),
+    Asl(asl::Config),
     /// `AdHawk`: both eyes, and how the head is turned.
     AdHawk,
     /// A HID eye tracker of the [`documented`] layout: the head and a point on
-    /// this screen.
-    EyeTracker(Screen),
+    /// this screen, in coordinates that these axes take to the tracker's.
+    EyeTracker(Screen, eye_tracker::Axes),
 }
 
 impl Format {
@@ -76,16 +77,48 @@ impl Format {
             "hatire" => Self::Hatire(hatire::Config::default()),
             "osvr-hdk" => Self::OsvrHdk,
             "iscan" => Self::Iscan(iscan::Config::default()),
-            "asl" => Self::Asl(asl::Layout::default()),
+            "asl" => Self::Asl(asl::Config::default()),
             "adhawk" => Self::AdHawk,
-            "hid" => Self::EyeTracker(Screen {
-                corner: Vec3::new(-1.0, 0.5, -1.0),
-                right: Vec3::X,
-                down: Vec3::NEG_Y,
-                size: Vec2::new(2.0, 1.0),
-            }),
+            "hid" => Self::EyeTracker(
+                Screen {
+                    corner: Vec3::new(-1.0, 0.5, -1.0),
+                    right: Vec3::X,
+                    down: Vec3::NEG_Y,
+                    size: Vec2::new(2.0, 1.0),
+                },
+                eye_tracker::Axes::default(),
+            ),
             _ => return None,
         })
+    }
+
+    /// Whether a sample has what this format's devices measure: the pose that
+    /// their records hold, or where the eyes look.
+    pub fn carries(&self, sample: &Sample) -> bool {
+        let head = &sample.head;
+        let pose = |position: bool, orientation: bool| {
+            (head.position.is_some() || !position) && (head.orientation.is_some() || !orientation)
+        };
+        let looks = || direction(sample).is_some() || sample.gaze_point.is_some();
+        match self {
+            Self::Link => true,
+            Self::Fastrak(fastrak::Config { items, .. })
+            | Self::Liberty(liberty::Config { items, .. }) => {
+                pose(items.has_position(), items.has_orientation())
+            }
+            Self::Flock(config) => pose(config.mode.has_position(), config.mode.has_orientation()),
+            Self::Hatire(config) => pose(config.translation != Translation::None, true),
+            Self::OsvrHdk => pose(false, true),
+            Self::Iscan(_) | Self::Asl(_) => looks(),
+            Self::AdHawk => direction(sample).is_some(),
+            Self::EyeTracker(..) => looks() || head.position.is_some(),
+        }
+    }
+
+    /// Whether its records can say that what they hold is not tracked; where
+    /// not, a device has nothing to send of a sample that lacks it.
+    pub const fn says_untracked(&self) -> bool {
+        !matches!(self, Self::Flock(_) | Self::Hatire(_) | Self::OsvrHdk)
     }
 }
 
@@ -117,9 +150,17 @@ impl<S: Source<Item = Sample>> Wire<S> {
         &self.format
     }
 
+    /// Writes them so from now on, as a device does that was told to.
+    pub fn set_format(&mut self, format: Format) {
+        self.format = format;
+    }
+
     /// The bytes of a sample: one record, packet or report. `None` where the
     /// protocol has nothing to say of it.
     pub fn encode(&mut self, sample: &Sample) -> Option<Chunk> {
+        if !self.format.says_untracked() && !self.format.carries(sample) {
+            return None;
+        }
         let chunk = |bytes: &[u8]| Some(Chunk::new(sample.arrival, bytes));
         match &self.format {
             Format::Link => chunk(&self.link.sample(sample)),
@@ -135,9 +176,12 @@ impl<S: Source<Item = Sample>> Wire<S> {
                 )))
             }
             Format::Iscan(config) => chunk(&iscan::encode(&raw(sample), config)),
-            Format::Asl(layout) => chunk(&asl::encode(&raw(sample), *layout)),
+            Format::Asl(config) => chunk(&asl::encode(&raw(sample), config.layout)),
             Format::AdHawk => chunk(&adhawk::encode(sample)?),
-            Format::EyeTracker(screen) => chunk(&documented::tracking(&on_screen(sample, screen))),
+            Format::EyeTracker(screen, axes) => {
+                let seen = in_axes(&on_screen(sample, screen), axes);
+                chunk(&documented::tracking(&seen))
+            }
         }
     }
 }
@@ -207,6 +251,25 @@ fn on_screen(sample: &Sample, screen: &Screen) -> Sample {
 
 /// Metres.
 const FARTHEST: f32 = 2.0;
+
+/// The sample in the coordinates of a device that has these axes.
+fn in_axes(sample: &Sample, axes: &eye_tracker::Axes) -> Sample {
+    let back = inverse(axes.rotation);
+    let place = |reading: Reading<Vec3>| Reading {
+        value: rotate(back, reading.value - axes.origin),
+        ..reading
+    };
+    let mut seen = *sample;
+    seen.head.position = seen.head.position.map(place);
+    seen.head.orientation = seen.head.orientation.map(|turn| Reading {
+        value: compose(back, turn.value),
+        ..turn
+    });
+    for eye in [&mut seen.left, &mut seen.right] {
+        eye.origin = eye.origin.map(place);
+    }
+    seen
+}
 
 #[cfg(test)]
 mod tests;

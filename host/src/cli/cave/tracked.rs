@@ -1,7 +1,7 @@
 //! Frames that follow a tracker.
 
 use super::super::failure::{Failure, Fault};
-use super::super::tracker::TrackerName;
+use super::super::tracker::{Interrupt, TrackerName, whole};
 use clap::Args;
 use miette::Diagnostic;
 use serde::Serialize;
@@ -22,7 +22,8 @@ pub(super) struct TrackerArguments {
     /// Follow a tracker in place of --look and --head-report: mock,
     /// mock:seed=7&rate=200&as=fastrak, serial:PORT?protocol=NAME,
     /// hid:VENDOR:PRODUCT or replay:FILE; --head is where its origin is. Frame
-    /// k is shown k + 1 refreshes after the start
+    /// k is shown k + 1 refreshes after the start; Ctrl-C ends with those that
+    /// are done
     #[arg(long, value_name = "SPEC", conflicts_with_all = ["look", "head_report", "up", "fixate", "fill"])]
     pub(super) tracker: Option<TrackerName>,
     /// What `shisen tracker calibrate` wrote for it, or a file with its [screen];
@@ -31,12 +32,12 @@ pub(super) struct TrackerArguments {
     calibration: Option<PathBuf>,
     /// Frames to render
     #[arg(long, value_name = "N", default_value_t = 1, requires = "tracker",
-          value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub(super) frames: u32,
+          allow_negative_numbers = true, value_parser = whole::<1, 100_000>)]
+    pub(super) frames: u64,
     /// Frames shown per second
     #[arg(long, value_name = "HZ", default_value_t = 60, requires = "tracker",
-          value_parser = clap::value_parser!(u32).range(1..=1_000))]
-    pub(super) hz: u32,
+          allow_negative_numbers = true, value_parser = whole::<1, 1_000>)]
+    pub(super) hz: u64,
 }
 
 /// A tracker that says nothing.
@@ -55,14 +56,14 @@ pub(super) struct Follower {
     feed: Feed,
     clock: ClockEstimator,
     estimator: GazeEstimator,
-    hz: u32,
+    hz: u64,
     /// When frame 0 is due.
     start: Micros,
 }
 
 impl Follower {
     /// Of a tracker whose origin is at `head`. A device is waited for until it
-    /// has said something.
+    /// has said something, or an end is asked for.
     ///
     /// # Errors
     /// A tracker that is none, or says nothing.
@@ -70,6 +71,7 @@ impl Follower {
         name: &TrackerName,
         arguments: &TrackerArguments,
         head: HeadPose,
+        interrupt: &Interrupt,
     ) -> Result<Self, Failure> {
         let spec = &name.spec;
         let calibration = arguments.calibration.as_deref();
@@ -87,7 +89,7 @@ impl Follower {
             start: Micros(0),
         };
         if follower.feed.is_live() {
-            while follower.listen(Micros(0)) == 0 {
+            while follower.listen(Micros(0)) == 0 && !interrupt.came() {
                 if follower.feed.now() > PATIENCE {
                     return Err(Nothing {
                         spec: name.to_string(),
@@ -128,10 +130,10 @@ impl Follower {
 
     /// Where the viewer looks when frame `number` is shown: of all samples
     /// that came until a refresh before.
-    pub(super) fn frame(&mut self, number: u32) -> Estimate {
-        let refresh = |count: u64| Micros(count * 1_000_000 / u64::from(self.hz));
-        let due = self.start.after(refresh(number.into()));
-        let shown = self.start.after(refresh(u64::from(number) + 1));
+    pub(super) fn frame(&mut self, number: u64) -> Estimate {
+        let refresh = |count: u64| Micros(count * 1_000_000 / self.hz);
+        let due = self.start.after(refresh(number));
+        let shown = self.start.after(refresh(number + 1));
         self.listen(due);
         while self.feed.is_live() && self.feed.now() < due {
             self.listen(due);
@@ -151,7 +153,7 @@ impl Follower {
 #[derive(Debug, Serialize)]
 pub(super) struct Report {
     pub(super) tracker: String,
-    pub(super) hz: u32,
+    pub(super) hz: u64,
     pub(super) frames: Vec<FrameReport>,
     /// Of tracing alone.
     pub(super) seconds: f64,
@@ -163,7 +165,7 @@ pub(super) struct Report {
 /// One of them.
 #[derive(Debug, Serialize)]
 pub(super) struct FrameReport {
-    frame: u32,
+    frame: u64,
     shown_us: u64,
     head: HeadReport,
     gaze: [f32; 3],
@@ -183,7 +185,7 @@ struct HeadReport {
 
 impl FrameReport {
     pub(super) fn new(
-        frame: u32,
+        frame: u64,
         estimate: &Estimate,
         frame_hash: String,
         images: Vec<String>,
@@ -229,7 +231,7 @@ impl std::fmt::Display for Report {
 ///
 /// # Errors
 /// A folder that cannot be made.
-pub(super) fn folder(folder: &std::path::Path, number: u32) -> Result<std::path::PathBuf, Failure> {
+pub(super) fn folder(folder: &std::path::Path, number: u64) -> Result<std::path::PathBuf, Failure> {
     let path = folder.join(format!("frame-{number:05}"));
     match std::fs::create_dir_all(&path) {
         Ok(()) => Ok(path),

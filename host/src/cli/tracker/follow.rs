@@ -2,7 +2,7 @@
 
 use super::super::failure::Failure;
 use super::super::warn;
-use super::Interrupt;
+use super::{Interrupt, whole};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::{Feed, Notice};
@@ -17,10 +17,12 @@ use thiserror::Error;
 #[group(id = "tracker-end")]
 pub(super) struct EndArguments {
     /// End after so many samples
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = whole::<1, { u64::MAX }>)]
     pub(super) frames: Option<u64>,
     /// End after so many seconds
-    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    #[arg(long, value_name = "S", allow_negative_numbers = true,
+          value_parser = whole::<1, 86_400>)]
     pub(super) seconds: Option<u64>,
 }
 

@@ -21,14 +21,16 @@ use std::path::PathBuf;
 ///
 /// With --json, one object a sample: number (from 0), `arrival_us` (since the
 /// start), `device_us` (by the device's clock, null where it has none),
-/// `late_us` (the delay beyond the least of the last seconds), sensor,
-/// sequence, head (position (metres), orientation (x, y, z, w), each with its
+/// `late_us` (the delay beyond the least of the last seconds; null where there
+/// is no device time, or none that moves), clock (the device's: runs, stands
+/// still or none), sensor, sequence, head (position (metres), orientation (x, y, z, w), each with its
 /// value and whether it is tracked, `angular_velocity` (rad/s)), `gaze_frame`
 /// (head or tracker), left, right and combined (null, or origin, direction,
 /// `pupil_m`, `pupil_raw` and openness), `gaze_point` (kind (plane, normalized
 /// or raw), value, tracked), `line_of_sight` (null without --calibration:
 /// position (metres) and direction in the room, and state, as `shisen cave` has
-/// it), `rate_hz`, lost, dropped and `dropped_bytes`.
+/// it), `rate_hz`, lost, dropped, `dropped_by` (how often, by reason) and
+/// `dropped_bytes`.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Which tracker: see `shisen tracker --help`

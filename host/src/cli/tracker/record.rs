@@ -4,10 +4,12 @@ use super::super::failure::Failure;
 use super::super::print;
 use super::TrackerName;
 use super::follow::{EndArguments, follow};
+use super::sample::{ByReason, by_reason};
 use clap::Args;
 use serde::Serialize;
 use shisen::tracker::{Feed, Recorder};
 use shisen_tracker::decoder::Event;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -16,7 +18,8 @@ use std::path::PathBuf;
 /// A file with the extension .csv is a table with a line a sample; any other
 /// holds frames of our own link. Ends at --frames, --seconds or Ctrl-C.
 ///
-/// With --json, one object: file, samples, messages, lost and dropped.
+/// With --json, one object: file, samples, messages, lost, dropped and
+/// `dropped_by` (how often, by reason).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Which tracker: see `shisen tracker --help`
@@ -39,6 +42,7 @@ struct Report {
     messages: u64,
     lost: u64,
     dropped: u64,
+    dropped_by: BTreeMap<&'static str, u32>,
 }
 
 /// Runs the command.
@@ -64,6 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         messages,
         lost: counts.lost,
         dropped: counts.dropped.iter().map(|&count| u64::from(count)).sum(),
+        dropped_by: by_reason(&counts),
     };
     print(&report, arguments.json)
 }
@@ -76,10 +81,12 @@ impl fmt::Display for Report {
             messages,
             lost,
             dropped,
+            dropped_by,
         } = self;
         write!(
             f,
-            "{file}: {samples} samples, {messages} messages; lost {lost}, dropped {dropped}"
+            "{file}: {samples} samples, {messages} messages; lost {lost}, dropped {dropped}{}",
+            ByReason(dropped_by)
         )
     }
 }

@@ -2,12 +2,12 @@
 
 use glam::{Quat, Vec2, Vec3};
 use serde::Serialize;
-use shisen_tracker::clock::{ClockConfig, ClockEstimator};
-use shisen_tracker::decoder::Counts;
+use shisen_tracker::clock::{ClockConfig, ClockEstimator, StampSource};
+use shisen_tracker::decoder::{Counts, DropReason};
 use shisen_tracker::estimate::{Estimate, GazeEstimator};
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
-use shisen_tracker::time::Micros;
-use std::collections::VecDeque;
+use shisen_tracker::time::{DeviceTime, Micros};
+use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 
 /// A sample and how things stand with it.
@@ -17,8 +17,10 @@ pub(super) struct Record {
     number: u64,
     arrival_us: u64,
     device_us: Option<u64>,
-    /// Later than the least delayed of the last seconds.
+    /// Later than the least delayed of the last seconds; not known of a device
+    /// without a clock, nor while it stands still.
     late_us: Option<u64>,
+    clock: &'static str,
     sensor: u8,
     sequence: Option<u32>,
     head: Head,
@@ -32,8 +34,15 @@ pub(super) struct Record {
     rate_hz: f32,
     lost: u64,
     dropped: u64,
+    /// How often, by why, where it is at all.
+    dropped_by: BTreeMap<&'static str, u32>,
     dropped_bytes: u64,
 }
+
+/// What the clock of a device does, as a record says it.
+const NO_CLOCK: &str = "none";
+const RUNS: &str = "runs";
+const STANDS_STILL: &str = "stands still";
 
 #[derive(Debug, Serialize)]
 struct Value<V> {
@@ -126,6 +135,26 @@ fn point(point: Reading<GazePoint>) -> Point {
     }
 }
 
+/// How often bytes were dropped for each reason that there was.
+pub(super) fn by_reason(counts: &Counts) -> BTreeMap<&'static str, u32> {
+    let all = DropReason::ALL.into_iter();
+    let all = all.map(|reason| (reason.name(), counts.dropped_for(reason)));
+    all.filter(|&(_, count)| count > 0).collect()
+}
+
+/// In words, such as ` (3 truncated, 1 out of step)`; nothing of none.
+pub(super) struct ByReason<'a>(pub(super) &'a BTreeMap<&'static str, u32>);
+
+impl fmt::Display for ByReason<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, (reason, count)) in self.0.iter().enumerate() {
+            let before = if i == 0 { " (" } else { ", " };
+            write!(f, "{before}{count} {reason}")?;
+        }
+        f.write_str(if self.0.is_empty() { "" } else { ")" })
+    }
+}
+
 /// Counts samples, and watches their rate and their delay.
 pub(super) struct Records {
     clock: Option<ClockEstimator>,
@@ -133,6 +162,8 @@ pub(super) struct Records {
     count: u64,
     /// Arrivals within the last second.
     recent: VecDeque<Micros>,
+    /// What the device's clock showed last.
+    shown: Option<DeviceTime>,
 }
 
 impl Records {
@@ -143,6 +174,7 @@ impl Records {
             sight,
             count: 0,
             recent: VecDeque::new(),
+            shown: None,
         }
     }
 
@@ -153,6 +185,9 @@ impl Records {
             .as_mut()
             .map(|clock| clock.stamp(sample, &mut |_| {}));
         let arrival = sample.arrival;
+        let moved = self.shown != sample.device_time;
+        self.shown = sample.device_time;
+        let frozen = self.clock.as_ref().is_some_and(ClockEstimator::is_frozen);
         let measured = stamp.map_or(arrival, |stamp| stamp.time);
         let line_of_sight = self.sight.as_mut().map(|sight| {
             sight.push(sample, measured, &mut |_| {});
@@ -181,9 +216,14 @@ impl Records {
             number,
             arrival_us: arrival.0,
             device_us: sample.device_time.map(|time| time.microseconds),
-            late_us: sample
-                .device_time
-                .and(stamp.map(|stamp| arrival.since(stamp.time).0)),
+            late_us: stamp
+                .filter(|stamp| stamp.source == StampSource::Device && moved && !frozen)
+                .map(|stamp| arrival.since(stamp.time).0),
+            clock: match sample.device_time {
+                None => NO_CLOCK,
+                Some(_) if frozen => STANDS_STILL,
+                Some(_) => RUNS,
+            },
             sensor: sample.sensor,
             sequence: sample.sequence,
             head: Head {
@@ -203,6 +243,7 @@ impl Records {
             rate_hz,
             lost: counts.lost,
             dropped: counts.dropped.iter().map(|&count| u64::from(count)).sum(),
+            dropped_by: by_reason(counts),
             dropped_bytes: counts.dropped_bytes,
         }
     }
@@ -254,12 +295,68 @@ impl fmt::Display for Record {
         }
         write!(
             f,
-            "  {:.0} Hz  lost {}  dropped {}",
-            self.rate_hz, self.lost, self.dropped
+            "  {:.0} Hz  lost {}  dropped {}{}",
+            self.rate_hz,
+            self.lost,
+            self.dropped,
+            ByReason(&self.dropped_by)
         )?;
-        match self.late_us {
-            Some(late) => write!(f, "  late {:.1} ms", late as f64 * 1.0e-3),
-            None => Ok(()),
+        match (self.late_us, self.clock) {
+            (Some(late), _) => write!(f, "  late {:.1} ms", late as f64 * 1.0e-3),
+            (None, STANDS_STILL) => write!(f, "  late unknown: the device's clock stands still"),
+            (None, _) => write!(f, "  late unknown"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(i: u64, device: Option<u64>) -> Sample {
+        let mut sample = Sample::arrived(Micros(1_000_000 + 2_000 * i));
+        sample.device_time = device.map(DeviceTime::unwrapped);
+        sample
+    }
+
+    #[test]
+    fn a_clock_that_stands_still_makes_nothing_late() {
+        let mut records = Records::new(None);
+        let counts = Counts::new();
+        let mut record = |i: u64, time| records.next(&sample(i, time), &counts);
+        for i in 0..1_000 {
+            let record = record(i, Some(2_000 * i));
+            assert_eq!((record.late_us, record.clock), (Some(0), RUNS));
+        }
+        let stopped = Some(2_000 * 999);
+        for i in 1_000..2_000 {
+            assert_eq!(record(i, stopped).late_us, None, "{i}");
+        }
+        let last = record(2_000, stopped);
+        assert_eq!(last.clock, STANDS_STILL);
+        assert!(
+            last.to_string()
+                .ends_with("the device's clock stands still")
+        );
+        // A device without one.
+        let without = Records::new(None).next(&sample(0, None), &counts);
+        assert_eq!((without.late_us, without.clock), (None, NO_CLOCK));
+        assert!(without.to_string().ends_with("late unknown"), "{without}");
+    }
+
+    #[test]
+    fn drops_are_told_by_reason() {
+        let mut counts = Counts::new();
+        counts.dropped[DropReason::Truncated as usize] = 3;
+        counts.dropped[DropReason::OutOfStep as usize] = 1;
+        let record = Records::new(None).next(&sample(0, None), &counts);
+        assert_eq!(record.dropped, 4);
+        assert_eq!(record.dropped_by["truncated"], 3);
+        assert_eq!(record.dropped_by.len(), 2);
+        let said = record.to_string();
+        assert!(
+            said.contains("dropped 4 (1 out of step, 3 truncated)"),
+            "{said}"
+        );
     }
 }

@@ -1,10 +1,11 @@
 //! `shisen tracker mock` and `replay`: trackers for others to read.
 
 use super::super::failure::Failure;
+use super::super::warn;
 use super::follow::EndArguments;
 use super::monitor::show;
 use super::sample::Records;
-use super::{Interrupt, protocol};
+use super::{Interrupt, protocol, whole};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::pty::Pty;
@@ -25,19 +26,21 @@ use thiserror::Error;
 #[derive(Debug, Args)]
 pub(in crate::cli) struct MockArguments {
     /// What it speaks: link, fastrak, liberty, flock, hatire, osvr-hdk, iscan,
-    /// asl, adhawk or hid [default: link on a line, and samples as they are
-    /// otherwise]
+    /// asl, adhawk or hid, and its settings, as in fastrak?units=cm (see
+    /// `shisen tracker --help`) [default: link on a line, and samples as they
+    /// are otherwise]
     #[arg(long = "as", value_name = "PROTOCOL", value_parser = protocol)]
     protocol: Option<Protocol>,
-    /// A name for the line's other end; a link that was there gives way
+    /// A name for the line's other end; a link that leads nowhere gives way
     #[arg(long, value_name = "PATH")]
     pty: Option<PathBuf>,
     /// Samples per second
     #[arg(long, value_name = "HZ", default_value_t = 500,
-          value_parser = clap::value_parser!(u32).range(60..=1000))]
-    rate: u32,
+          allow_negative_numbers = true, value_parser = whole::<60, 1_000>)]
+    rate: u64,
     /// What decides all movements and all noise
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
+          value_parser = whole::<0, { u64::MAX }>)]
     seed: u64,
     /// Hold the head still
     #[arg(long)]
@@ -62,10 +65,11 @@ pub(in crate::cli) struct ReplayArguments {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// What the line speaks: link, fastrak, liberty, flock, hatire, osvr-hdk,
-    /// iscan, asl, adhawk or hid [default: link]
+    /// iscan, asl, adhawk or hid, and its settings, as for `shisen tracker mock`
+    /// [default: link]
     #[arg(long = "as", value_name = "PROTOCOL", requires = "to", value_parser = protocol)]
     protocol: Option<Protocol>,
-    /// A name for the line's other end; a link that was there gives way
+    /// A name for the line's other end; a link that leads nowhere gives way
     #[arg(long, value_name = "PTY")]
     to: Option<PathBuf>,
     #[command(flatten)]
@@ -73,6 +77,19 @@ pub(in crate::cli) struct ReplayArguments {
     /// Print one JSON object a sample, as monitor does
     #[arg(long, conflicts_with = "to")]
     json: bool,
+}
+
+/// A recording that a protocol cannot say.
+#[derive(Debug, Error, Diagnostic)]
+#[error("{} holds no {what}, which is what a {protocol} sends", file.display())]
+#[diagnostic(help(
+    "choose another --as; link sends all that a recording has: shisen tracker replay {} --to PTY",
+    file.display()
+))]
+struct Lacking {
+    file: PathBuf,
+    what: &'static str,
+    protocol: &'static str,
 }
 
 /// A line that does not work.
@@ -84,6 +101,10 @@ enum LineError {
         "give a path in a folder that you may write to, where there is nothing yet"
     ))]
     Open { path: PathBuf, reason: io::Error },
+    /// Its name is another's.
+    #[error("no line can be made at {}: {reason}", path.display())]
+    #[diagnostic(help("end the program that serves it, or give another path"))]
+    Busy { path: PathBuf, reason: io::Error },
     /// It broke.
     #[error("the line at {} broke: {reason}", path.display())]
     #[diagnostic(help("start it again"))]
@@ -94,7 +115,7 @@ enum LineError {
 pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     let mut spec = MockSpec {
         seed: arguments.seed,
-        rate: arguments.rate,
+        rate: arguments.rate as u32,
         protocol: arguments.protocol.clone(),
         still: arguments.still,
         targets: arguments.targets.clone(),
@@ -127,9 +148,47 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let protocol = on_a_line(arguments.protocol.clone())?;
     let recording = Recording::read(&arguments.file)?;
     let samples: Vec<Sample> = recording.samples().copied().collect();
+    check(&samples, &protocol, &arguments.file)?;
     let over = samples.last().map(|last| last.arrival);
     let samples = Samples(samples.into_iter().peekable());
     line(path, samples, &protocol, &arguments.end, over)
+}
+
+/// Whether samples have what a protocol's devices send: all, or, with a
+/// warning, some. Eyes may be lost at times.
+fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Failure> {
+    let format = protocol.format();
+    let with = samples
+        .iter()
+        .filter(|sample| format.carries(sample))
+        .count();
+    let what = if protocol.has_eyes() {
+        "gaze"
+    } else {
+        "head's pose with all that its records hold"
+    };
+    if with == 0 {
+        let (file, protocol) = (file.into(), protocol.name());
+        return Err(Lacking {
+            file,
+            what,
+            protocol,
+        }
+        .into());
+    }
+    let without = samples.len() - with;
+    if without > 0 && !protocol.has_eyes() {
+        let sent = if format.says_untracked() {
+            "are sent as not tracked"
+        } else {
+            "are left out"
+        };
+        warn(&format!(
+            "{without} of {} samples hold no {what}: they {sent}",
+            samples.len()
+        ));
+    }
+    Ok(())
 }
 
 fn on_a_line(protocol: Option<Protocol>) -> Result<Protocol, Failure> {
@@ -167,9 +226,13 @@ fn line(
         )));
     }
     let interrupt = Interrupt::new();
-    let mut pty = Pty::open(path).map_err(|reason| LineError::Open {
-        path: path.into(),
-        reason,
+    let mut pty = Pty::open(path).map_err(|reason| {
+        let path = path.into();
+        if reason.kind() == io::ErrorKind::ResourceBusy {
+            LineError::Busy { path, reason }
+        } else {
+            LineError::Open { path, reason }
+        }
     })?;
     super::follow::say(&format!(
         "{} is a {protocol} at {}",

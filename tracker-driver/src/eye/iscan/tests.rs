@@ -229,3 +229,32 @@ proptest! {
         prop_assert_eq!(&again[6..], &bytes[6..]);
     }
 }
+
+/// What is only known to be a record once the next one begins has come before
+/// that.
+#[test]
+fn a_record_that_waited_has_its_own_arrival() {
+    for confirm in [false, true] {
+        let config = Config {
+            confirm,
+            ..Config::default()
+        };
+        let mut decoder = Iscan::new(config);
+        let mut sample = Sample::arrived(ARRIVAL);
+        sample.gaze_point = Some(Reading::tracked(GazePoint::Raw(Vec2::new(70.0, 80.0))));
+        let record = encode(&sample, &config);
+        let mut found = std::vec::Vec::new();
+        for (n, byte) in record.iter().cycle().take(5 * record.len() + 2).enumerate() {
+            let now = Micros(1_000 * n as u64);
+            decoder.feed(&[*byte], now, &mut |event| match event {
+                Event::Sample(sample) => {
+                    assert!(sample.arrival <= now);
+                    found.push(sample.arrival);
+                }
+                other => panic!("{other:?}"),
+            });
+        }
+        let last = |n: u64| Micros(1_000 * (n * record.len() as u64 - 1));
+        assert_eq!(found, [last(1), last(2), last(3), last(4), last(5)]);
+    }
+}

@@ -229,3 +229,16 @@ proptest! {
         prop_assert!(angle(came[0].head.orientation.unwrap().value, turn.normalize()) < 4e-6);
     }
 }
+
+/// The other byte order makes texts of most samples, but not of letters.
+#[test]
+fn a_text_is_of_letters() {
+    let bytes = text(5000, &[0x41, 0x20, 0x80, 0x00]);
+    let mut twice = bytes.to_vec();
+    twice.extend_from_slice(&text(5000, b"HAT\tSTART\r\n"));
+    let found = events(&mut Hatire::new(Config::default()), &twice);
+    let [Event::Dropped(dropped), Event::Message(Message::Text(_))] = found[..] else {
+        panic!("{found:?}");
+    };
+    assert_eq!(dropped.reason, DropReason::Field);
+}

@@ -122,7 +122,7 @@ fn start_says_what_the_configuration_needs() {
             other => panic!("{other:?}"),
         }
     }
-    let expected: [&[u8]; 5] = [b"P", b"F1\r", b"O1,2,7,8,0\r", b"Q0\r", b"C\r"];
+    let expected: [&[u8]; 6] = [b"P", b"F1\r", b"U0\r", b"O1,2,7,8,0\r", b"Q0\r", b"C\r"];
     assert_eq!(said, expected);
     config.stations = MOST_STATIONS;
     config.units = Units::Centimetres;

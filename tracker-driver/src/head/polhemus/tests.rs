@@ -103,6 +103,9 @@ fn digits_are_read_as_devices_write_them() {
         b"- 12.50",
         b"       ",
         b"1 2.250",
+        // A digit where the sign stands.
+        b"1000.00",
+        b"0012.50",
     ] {
         assert_eq!(two(bad), None, "{bad:?}");
     }

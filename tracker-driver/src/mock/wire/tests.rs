@@ -1,37 +1,12 @@
 use super::*;
 use crate::decoder::{Decoder, Event};
-use crate::eye::{adhawk::AdHawk, asl::Asl, iscan::Iscan};
-use crate::head::{fastrak::Fastrak, flock::Flock, hatire::Hatire, liberty::Liberty};
-use crate::hid::eye_tracker::{Axes, EyeTracker};
-use crate::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig};
-use crate::rotation::{angle, compose, inverse, to_vector};
-use std::boxed::Box;
+use crate::mock::{Reader, Tracker, TrackerConfig, Viewer, ViewerConfig};
+use crate::rotation::{angle, to_vector};
 use std::vec::Vec;
 
 fn tracker() -> Tracker<'static> {
     let viewer = Viewer::new(ViewerConfig::default(), 3);
     Tracker::new(TrackerConfig::default(), viewer, 3).unwrap()
-}
-
-fn decoder(format: &Format) -> Box<dyn Decoder> {
-    match format.clone() {
-        Format::Link => Box::new(crate::link::Link::new()),
-        Format::Fastrak(config) => Box::new(Fastrak::new(config)),
-        Format::Liberty(config) => Box::new(Liberty::new(config)),
-        Format::Flock(config) => Box::new(Flock::new(config)),
-        Format::Hatire(config) => Box::new(Hatire::new(config)),
-        Format::OsvrHdk => Box::new(osvr_hdk::Decoder::new()),
-        Format::Iscan(config) => Box::new(Iscan::new(config)),
-        Format::Asl(layout) => Box::new(Asl::new(asl::Config {
-            layout,
-            ..asl::Config::default()
-        })),
-        Format::AdHawk => Box::new(AdHawk::new()),
-        Format::EyeTracker(_) => {
-            let tracker = EyeTracker::new(&documented::DESCRIPTOR, Axes::default());
-            Box::new(tracker.unwrap())
-        }
-    }
 }
 
 /// What each protocol brings across: errors of the head's place (metres) and
@@ -59,7 +34,7 @@ fn samples_come_through_every_protocol() {
     let until = Micros::from_millis(if cfg!(miri) { 20 } else { 10_000 });
     for name in Format::NAMES {
         let format = Format::named(name).unwrap();
-        let mut decoder = decoder(&format);
+        let mut decoder = Reader::new(&format).unwrap();
         let mut wire = Wire::new(tracker(), format);
         let mut sent = tracker();
         let (mut count, mut gazes, mut worst) = (0, 0, [0f32; 3]);
@@ -98,7 +73,7 @@ fn samples_come_through_every_protocol() {
                     Some(Vec3::new(place.x, -place.y, -1.0))
                 }
                 Some(GazePoint::Plane(point)) => {
-                    let Format::EyeTracker(screen) = wire.format() else {
+                    let Format::EyeTracker(screen, _) = wire.format() else {
                         panic!("{name}");
                     };
                     let place = screen.corner + screen.right * point.x + screen.down * point.y;
@@ -127,4 +102,37 @@ fn samples_come_through_every_protocol() {
         assert_eq!(gazes > 0, gaze.is_some(), "{name}");
     }
     assert_eq!(Format::named("vrpn"), None);
+}
+
+/// What a head tracker did not measure it does not send as measured.
+#[test]
+fn a_sample_without_a_head_is_no_pose() {
+    let (_, mut sample) = tracker().next_sample();
+    sample.head = crate::sample::Head::default();
+    for name in Format::NAMES {
+        let format = Format::named(name).unwrap();
+        let eyes = matches!(name, "link" | "iscan" | "asl" | "adhawk" | "hid");
+        assert_eq!(format.carries(&sample), eyes, "{name}");
+        let says = format.says_untracked();
+        let mut reader = Reader::new(&format).unwrap();
+        let mut wire = Wire::new(tracker(), format);
+        let Some(chunk) = wire.encode(&sample) else {
+            assert!(!says, "{name}");
+            continue;
+        };
+        assert!(says, "{name}");
+        reader.feed(chunk.bytes(), Micros(0), &mut |event| {
+            let Event::Sample(sample) = event else {
+                return;
+            };
+            let head = sample.head;
+            assert!(head.position.is_none_or(|place| !place.tracked), "{name}");
+            assert!(head.orientation.is_none_or(|turn| !turn.tracked), "{name}");
+        });
+    }
+    let mut eyeless = tracker().next_sample().1;
+    (eyeless.left, eyeless.right) = Default::default();
+    for name in ["iscan", "asl", "adhawk"] {
+        assert!(!Format::named(name).unwrap().carries(&eyeless), "{name}");
+    }
 }

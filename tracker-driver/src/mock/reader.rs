@@ -1,0 +1,94 @@
+//! What reads the bytes of a format.
+
+use super::wire::Format;
+use crate::decoder::{Counts, Decoder, Event};
+use crate::eye::{adhawk::AdHawk, asl::Asl, iscan::Iscan};
+use crate::head::fastrak::Fastrak;
+use crate::head::flock::Flock;
+use crate::head::hatire::Hatire;
+use crate::head::liberty::Liberty;
+use crate::head::osvr_hdk;
+use crate::hid::eye_tracker::{EyeTracker, documented};
+use crate::link::Link;
+use crate::time::Micros;
+
+/// The decoder of a [`Format`], whichever it is.
+#[derive(Debug, Clone)]
+pub struct Reader(Kind);
+
+#[derive(Debug, Clone)]
+// One of them at a time, and it stays where it is.
+#[allow(clippy::large_enum_variant)]
+enum Kind {
+    Link(Link),
+    Fastrak(Fastrak),
+    Liberty(Liberty),
+    Flock(Flock),
+    Hatire(Hatire),
+    OsvrHdk(osvr_hdk::Decoder),
+    Iscan(Iscan),
+    Asl(Asl),
+    AdHawk(AdHawk),
+    EyeTracker(EyeTracker),
+}
+
+impl Reader {
+    /// A decoder of a device that is set up this way; a HID eye tracker's is
+    /// of the [`documented`] descriptor, and `None` only where that were none.
+    pub fn new(format: &Format) -> Option<Self> {
+        Some(Self(match format.clone() {
+            Format::Link => Kind::Link(Link::new()),
+            Format::Fastrak(config) => Kind::Fastrak(Fastrak::new(config)),
+            Format::Liberty(config) => Kind::Liberty(Liberty::new(config)),
+            Format::Flock(config) => Kind::Flock(Flock::new(config)),
+            Format::Hatire(config) => Kind::Hatire(Hatire::new(config)),
+            Format::OsvrHdk => Kind::OsvrHdk(osvr_hdk::Decoder::new()),
+            Format::Iscan(config) => Kind::Iscan(Iscan::new(config)),
+            Format::Asl(config) => Kind::Asl(Asl::new(config)),
+            Format::AdHawk => Kind::AdHawk(AdHawk::new()),
+            Format::EyeTracker(_, axes) => {
+                Kind::EyeTracker(EyeTracker::new(&documented::DESCRIPTOR, axes).ok()?)
+            }
+        }))
+    }
+
+    fn decoder(&mut self) -> &mut dyn Decoder {
+        match &mut self.0 {
+            Kind::Link(decoder) => decoder,
+            Kind::Fastrak(decoder) => decoder,
+            Kind::Liberty(decoder) => decoder,
+            Kind::Flock(decoder) => decoder,
+            Kind::Hatire(decoder) => decoder,
+            Kind::OsvrHdk(decoder) => decoder,
+            Kind::Iscan(decoder) => decoder,
+            Kind::Asl(decoder) => decoder,
+            Kind::AdHawk(decoder) => decoder,
+            Kind::EyeTracker(decoder) => decoder,
+        }
+    }
+}
+
+impl Decoder for Reader {
+    fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
+        self.decoder().feed(bytes, arrival, sink);
+    }
+
+    fn counts(&self) -> &Counts {
+        match &self.0 {
+            Kind::Link(decoder) => decoder.counts(),
+            Kind::Fastrak(decoder) => decoder.counts(),
+            Kind::Liberty(decoder) => decoder.counts(),
+            Kind::Flock(decoder) => decoder.counts(),
+            Kind::Hatire(decoder) => decoder.counts(),
+            Kind::OsvrHdk(decoder) => decoder.counts(),
+            Kind::Iscan(decoder) => decoder.counts(),
+            Kind::Asl(decoder) => decoder.counts(),
+            Kind::AdHawk(decoder) => decoder.counts(),
+            Kind::EyeTracker(decoder) => decoder.counts(),
+        }
+    }
+
+    fn reset(&mut self) {
+        self.decoder().reset();
+    }
+}
