@@ -1,0 +1,472 @@
+//! Runs the display controller's firmware in its emulator and compares it with
+//! the host: the paper's scenes along both of its gazes, a dome master, a prism;
+//! and what may go wrong around a controller. `tests/firmware/run` builds the
+//! images and starts this.
+//!
+//!     cargo run -p shisen-tests --bin firmware -- IMAGE IMAGE-WITH-DISPERSION
+
+use glam::{Quat, Vec3};
+use shisen::bake::{Baked, Layout};
+use shisen::cave::{BuiltInCave, Cave};
+use shisen::firmware::{Image, Run, TrackerBytes, Watched, flat_screen, hash, reference, watch};
+use shisen::quadruped::quadruped;
+use shisen::scene::Scene;
+use shisen::scene::builtin::{PaperScene, paper_scene, prism};
+use shisen::simplify::PolygonLevels;
+use shisen_core::frame::FlatScreen;
+use shisen_tests::meshes::cow;
+use shisen_tracker::link::Encoder;
+use shisen_tracker::link::display::Rendering;
+use shisen_tracker::mock::{Chunk, Source};
+use shisen_tracker::sample::{Reading, Sample};
+use shisen_tracker::time::{DeviceTime, Micros};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Pixels a side of the walls.
+const SIDE: u32 = 64;
+/// Between samples of a tracker.
+const STEP: Micros = Micros(2_000);
+
+/// What is wrong, in words.
+type Wrong = String;
+
+fn main() -> ExitCode {
+    let images: Vec<_> = std::env::args_os().skip(1).collect();
+    let [plain, dispersive] = images.as_slice() else {
+        eprintln!("give two images: without dispersion, and with");
+        return ExitCode::from(2);
+    };
+    let open = |path: &std::ffi::OsString| Image::open(Path::new(path));
+    let (plain, dispersive) = match (open(plain), open(dispersive)) {
+        (Ok(plain), Ok(dispersive)) => (plain, dispersive),
+        (Err(error), _) | (_, Err(error)) => {
+            eprintln!("{error}");
+            return ExitCode::FAILURE;
+        }
+    };
+    let bench = Bench {
+        plain,
+        dispersive,
+        screens: three_walls(),
+    };
+    let checks: [(&str, fn(&Bench) -> Result<String, Wrong>); 10] = [
+        ("scenes A to D, both gazes", Bench::paper_scenes),
+        ("a dome master", Bench::dome_master),
+        ("a prism by wavelengths", Bench::by_wavelengths),
+        ("budgets and slices", Bench::budgets),
+        ("two eyes that follow a moving viewer", Bench::moving_viewer),
+        ("a scene cut off or damaged", Bench::damaged_scenes),
+        ("a tracker of noise", Bench::noise),
+        ("more bytes than there is room for", Bench::flood),
+        (
+            "a head where screens are not seen from",
+            Bench::behind_a_wall,
+        ),
+        ("gazes that are none", Bench::no_gazes),
+    ];
+    let mut failed = 0;
+    for (what, check) in checks {
+        match check(&bench) {
+            Ok(found) => println!("{what}: {found}"),
+            Err(wrong) => {
+                failed += 1;
+                println!("{what}: FAILED: {wrong}");
+            }
+        }
+    }
+    println!("{} passed, {failed} failed", checks.len() - failed);
+    if failed == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
+
+/// Front, right and floor of a 3 m cube.
+fn three_walls() -> Vec<FlatScreen> {
+    let cave = Cave::built_in(BuiltInCave::ThreeWall, [SIDE; 2]).expect("a room");
+    cave.walls.iter().map(flat_screen).collect()
+}
+
+fn bake(scene: &Scene) -> Baked<4> {
+    let rungs = Layout::Compact.polygon_levels();
+    let levels = PolygonLevels::new(PolygonLevels::FEWEST_FACES..=u32::MAX, rungs);
+    Baked::with_levels(scene, &levels.expect("levels")).expect("a scene that can be baked")
+}
+
+fn paper(which: PaperScene) -> Baked<4> {
+    let mesh = cow().unwrap_or_else(quadruped);
+    bake(&paper_scene(which, mesh).expect("a scene"))
+}
+
+/// As a controller renders unless it is told otherwise.
+const RENDERING: Rendering = Rendering {
+    budget: u64::MAX,
+    slice: 10_000,
+    depth: 3,
+    wavelengths: 1,
+    lod: true,
+    eye_distance: 0.0,
+    display_delay: 20_000,
+};
+
+/// A viewer who looks one way, from one place.
+struct Still {
+    place: Vec3,
+    turn: Quat,
+    gaze: Vec3,
+    next: Micros,
+    encoder: Encoder,
+}
+
+impl Still {
+    fn new(place: Vec3, turn: Quat, gaze: Vec3) -> TrackerBytes {
+        Box::new(Self {
+            place,
+            turn,
+            gaze,
+            next: Micros(0),
+            encoder: Encoder::new(),
+        })
+    }
+
+    fn ahead() -> TrackerBytes {
+        Self::new(Vec3::ZERO, Quat::IDENTITY, Vec3::NEG_Z)
+    }
+
+    /// The paper's other one: the head bowed, and the eyes lower still.
+    fn down() -> TrackerBytes {
+        let bow = 70f32.to_radians();
+        let rest = 20f32.to_radians();
+        let gaze = Vec3::new(0.0, -rest.sin(), -rest.cos());
+        Self::new(Vec3::ZERO, Quat::from_rotation_x(-bow), gaze)
+    }
+}
+
+impl Source for Still {
+    type Item = Chunk;
+
+    fn poll(&mut self, until: Micros) -> Option<Chunk> {
+        if self.next > until {
+            return None;
+        }
+        let mut sample = Sample::arrived(self.next);
+        sample.device_time = Some(DeviceTime::unwrapped(self.next.0));
+        sample.head.position = Some(Reading::tracked(self.place));
+        sample.head.orientation = Some(Reading::tracked(self.turn));
+        // A gaze that never changes by a bit counts as stuck.
+        let sway = 1e-4 * ((self.next.0 / STEP.0 % 7) as f32 - 3.0);
+        let gaze = (self.gaze + Vec3::X * sway).normalize();
+        sample.combined.direction = Some(Reading::tracked(gaze));
+        self.next = self.next.after(STEP);
+        Some(Chunk::new(sample.arrival, &self.encoder.sample(&sample)))
+    }
+}
+
+/// Bytes at their times.
+struct Bytes<F>(Micros, F);
+
+impl<F: FnMut(Micros) -> Vec<u8>> Source for Bytes<F> {
+    type Item = Chunk;
+
+    fn poll(&mut self, until: Micros) -> Option<Chunk> {
+        if self.0 > until {
+            return None;
+        }
+        let at = self.0;
+        self.0 = at.after(STEP);
+        let bytes = self.1(at);
+        Some(Chunk::new(at, &bytes))
+    }
+}
+
+struct Bench {
+    plain: Image,
+    dispersive: Image,
+    screens: Vec<FlatScreen>,
+}
+
+impl Bench {
+    fn run<'a>(&'a self, scene: &'a [u8], tracker: Option<TrackerBytes>) -> Run<'a> {
+        Run {
+            image: &self.plain,
+            scene,
+            screens: &self.screens,
+            rendering: RENDERING,
+            frames: 2,
+            capture: None,
+            tracker,
+            patience: 60.0,
+        }
+    }
+
+    /// Frames that are the host's, and what was watched.
+    fn same(&self, scene: &Baked<4>, run: Run<'_>) -> Result<Watched, Wrong> {
+        let rendering = run.rendering;
+        let plain = run.image == &self.plain;
+        let watched = watch(run).map_err(|error| error.to_string())?;
+        check(watched.ready.fault == 0, "the scene is refused")?;
+        check(watched.damaged == 0, "pixels were damaged")?;
+        for frame in &watched.frames {
+            let host = reference(scene.scene(), &self.screens, &rendering, frame, plain);
+            let host = host.map_err(|error| error.to_string())?;
+            check(
+                frame.hash() == hash(&host),
+                &format!("frame {} is not the host's", frame.start.number),
+            )?;
+            let whole = host.iter().any(|picture| {
+                let first = picture.core_pixels().first().copied();
+                picture
+                    .core_pixels()
+                    .iter()
+                    .any(|&pixel| Some(pixel) != first)
+            });
+            check(whole, "a frame of one colour")?;
+        }
+        Ok(watched)
+    }
+
+    fn paper_scenes(&self) -> Result<String, Wrong> {
+        let mut said = Vec::new();
+        for which in [PaperScene::A, PaperScene::B, PaperScene::C, PaperScene::D] {
+            let scene = paper(which);
+            for (gaze, tracker) in [("1", Still::ahead()), ("2", Still::down())] {
+                let mut run = self.run(scene.as_bytes(), Some(tracker));
+                let watched = self.same(&scene, run)?;
+                let last = watched.frames.last().ok_or("no frame")?;
+                check(last.start.state == Some(0), "the gaze is not fresh")?;
+                let looked = if gaze == "1" {
+                    Vec3::NEG_Z
+                } else {
+                    Vec3::NEG_Y
+                };
+                let along = last.start.forward.dot(looked);
+                check(
+                    along > 0.999,
+                    &format!("looked along {}", last.start.forward),
+                )?;
+                let done = last.done.ok_or("a frame without an end")?;
+                let rays = done.instructions / done.primary.max(1);
+                said.push(format!("{}{gaze} {rays}", which.name()));
+            }
+        }
+        Ok(format!(
+            "the host's, bit for bit; instructions a primary ray: {}",
+            said.join(", ")
+        ))
+    }
+
+    fn dome_master(&self) -> Result<String, Wrong> {
+        let scene = paper(PaperScene::A);
+        let mut run = self.run(scene.as_bytes(), Some(Still::ahead()));
+        run.capture = Some((96, Vec3::new(0.1, 0.2, 0.0)));
+        let watched = self.same(&scene, run)?;
+        let last = watched.frames.last().ok_or("no frame")?;
+        check(last.pictures.len() == 1, "no dome master came")?;
+        check(last.pictures[0].core_pixels().len() == 96 * 96, "its size")?;
+        Ok("the host's".to_owned())
+    }
+
+    fn by_wavelengths(&self) -> Result<String, Wrong> {
+        let scene = bake(&prism());
+        let mut run = self.run(scene.as_bytes(), None);
+        run.image = &self.dispersive;
+        run.rendering.wavelengths = 7;
+        run.frames = 1;
+        let watched = self.same(&scene, run)?;
+        // The same scene by an image without: another picture, and the host's.
+        let plain = self.run(scene.as_bytes(), None);
+        let plain = self.same(&scene, plain)?;
+        check(
+            plain.frames[0].hash() != watched.frames[0].hash(),
+            "wavelengths change nothing",
+        )?;
+        Ok("the host's".to_owned())
+    }
+
+    fn budgets(&self) -> Result<String, Wrong> {
+        let scene = paper(PaperScene::A);
+        for (budget, slice) in [(u64::MAX, 900), (15_000, 1), (1, 100), (0, 10_000)] {
+            let mut run = self.run(scene.as_bytes(), Some(Still::ahead()));
+            (run.rendering.budget, run.rendering.slice) = (budget, slice);
+            run.frames = 1;
+            let rendering = run.rendering;
+            let watched = watch(run).map_err(|error| error.to_string())?;
+            let frame = watched.frames.first().ok_or("no frame")?;
+            let host = reference(scene.scene(), &self.screens, &rendering, frame, true);
+            let host = host.map_err(|error| error.to_string())?;
+            check(
+                frame.hash() == hash(&host),
+                &format!("budget {budget}, slice {slice}"),
+            )?;
+            let done = frame.done.ok_or("a frame without an end")?;
+            let ran_out = done.given_up > 0;
+            check(ran_out == (budget < 20_000), "tiles given up")?;
+            check(
+                done.steps < budget.saturating_add(5_000),
+                "more steps than given",
+            )?;
+        }
+        Ok("the host's, from 0 steps to all, in slices from 1 on".to_owned())
+    }
+
+    fn moving_viewer(&self) -> Result<String, Wrong> {
+        let scene = paper(PaperScene::B);
+        let spec = "mock:seed=5&rate=250"
+            .parse()
+            .map_err(|error| format!("{error}"))?;
+        let shisen::tracker::Spec::Mock(spec) = spec else {
+            return Err("no mock".to_owned());
+        };
+        let tracker = shisen::tracker::simulated(&spec).map_err(|error| error.to_string())?;
+        let wire = shisen_tracker::mock::Wire::new(tracker, shisen_tracker::mock::Format::Link);
+        let mut run = self.run(scene.as_bytes(), Some(Box::new(wire)));
+        run.rendering.eye_distance = 0.064;
+        run.frames = 4;
+        let watched = self.same(&scene, run)?;
+        let ways: Vec<_> = watched
+            .frames
+            .iter()
+            .map(|frame| frame.start.forward)
+            .collect();
+        check(ways[0] != ways[3], "nothing moved")?;
+        check(watched.frames[0].pictures.len() == 6, "two eyes")?;
+        let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
+        check(tracker.records > 10 && tracker.dropped == 0, "records")?;
+        Ok(format!(
+            "the host's; {} instructions a record",
+            tracker.instructions / u64::from(tracker.records)
+        ))
+    }
+
+    fn damaged_scenes(&self) -> Result<String, Wrong> {
+        let scene = paper(PaperScene::C);
+        let bytes = scene.as_bytes();
+        let mut damaged = vec![
+            bytes[..bytes.len() / 2].to_vec(),
+            Vec::new(),
+            vec![0xff; 4096],
+        ];
+        for at in [0, 5, 100, bytes.len() / 3, bytes.len() - 1] {
+            let mut flipped = bytes.to_vec();
+            flipped[at] ^= 0x10;
+            damaged.push(flipped);
+        }
+        for (number, bytes) in damaged.iter().enumerate() {
+            let watched = watch(self.run(bytes, Some(Still::ahead())));
+            let watched = watched.map_err(|error| format!("scene {number}: {error}"))?;
+            check(
+                watched.ready.fault != 0,
+                &format!("scene {number} is not refused"),
+            )?;
+            check(watched.frames.len() == 2, "frames go on")?;
+            let said = watched.log.iter().any(|line| line.contains("no scene"));
+            check(
+                said,
+                &format!("scene {number}: nothing in the log: {:?}", watched.log),
+            )?;
+            let picture = &watched.frames[0].pictures[0];
+            check(
+                picture.pixel(0, 0) == Some([1.0, 0.0, 1.0, 1.0]),
+                "what shows without a scene",
+            )?;
+        }
+        Ok(format!(
+            "{} refused and logged, frames go on",
+            damaged.len()
+        ))
+    }
+
+    fn noise(&self) -> Result<String, Wrong> {
+        let scene = paper(PaperScene::A);
+        let mut random = shisen_tests::rays::Random::new(7);
+        let bytes = Bytes(Micros(0), move |_| {
+            (0..20).map(|_| random.bits() as u8).collect()
+        });
+        let watched = self.same(&scene, self.run(scene.as_bytes(), Some(Box::new(bytes))))?;
+        let last = watched.frames.last().ok_or("no frame")?;
+        check(
+            last.start.widen >= core::f32::consts::PI,
+            "full quality everywhere",
+        )?;
+        let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
+        check(
+            tracker.records == 0 && tracker.dropped > 0,
+            "noise is dropped",
+        )?;
+        check(
+            watched.log.iter().any(|line| line.contains("tracker")),
+            "the log",
+        )?;
+        Ok(format!(
+            "{} bytes dropped, full quality everywhere",
+            tracker.dropped
+        ))
+    }
+
+    fn flood(&self) -> Result<String, Wrong> {
+        let scene = paper(PaperScene::A);
+        let mut still = Still::ahead();
+        let bytes = Bytes(Micros(0), move |at| {
+            let mut all = Vec::new();
+            while let Some(chunk) = still.poll(at) {
+                all.extend_from_slice(chunk.bytes());
+            }
+            // A burst, then what the tracker says.
+            let mut burst = vec![0x55; 200];
+            burst.extend(all);
+            burst
+        });
+        let mut run = self.run(scene.as_bytes(), Some(Box::new(bytes)));
+        // Slices so long that the line is not listened to.
+        run.rendering.slice = 1_000_000;
+        let watched = self.same(&scene, run)?;
+        let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
+        check(tracker.overrun > 0, "nothing was lost")?;
+        Ok(format!("{} bytes lost and counted", tracker.overrun))
+    }
+
+    fn behind_a_wall(&self) -> Result<String, Wrong> {
+        let scene = paper(PaperScene::A);
+        let place = Vec3::new(0.0, 0.0, -4.0);
+        let tracker = Still::new(place, Quat::IDENTITY, Vec3::NEG_Z);
+        let watched = self.same(&scene, self.run(scene.as_bytes(), Some(tracker)))?;
+        check(
+            watched
+                .frames
+                .iter()
+                .all(|frame| frame.start.eyes[0] == Vec3::ZERO),
+            "eyes",
+        )?;
+        check(
+            watched.log.iter().any(|line| line.contains("not seen")),
+            "the log",
+        )?;
+        Ok("the eyes stay where they were".to_owned())
+    }
+
+    fn no_gazes(&self) -> Result<String, Wrong> {
+        let scene = paper(PaperScene::A);
+        for gaze in [Vec3::splat(f32::NAN), Vec3::ZERO, Vec3::Z, Vec3::X * 1e30] {
+            let mut encoder = Encoder::new();
+            let bytes = Bytes(Micros(0), move |at| {
+                let mut sample = Sample::arrived(at);
+                sample.device_time = Some(DeviceTime::unwrapped(at.0));
+                sample.combined.direction = Some(Reading::tracked(gaze));
+                encoder.sample(&sample).to_vec()
+            });
+            let watched = self.same(&scene, self.run(scene.as_bytes(), Some(Box::new(bytes))))?;
+            let last = watched.frames.last().ok_or("no frame")?;
+            check(
+                last.start.widen >= core::f32::consts::PI,
+                &format!("{gaze} is taken for a gaze"),
+            )?;
+        }
+        Ok("full quality everywhere".to_owned())
+    }
+}
+
+fn check(holds: bool, what: &str) -> Result<(), Wrong> {
+    if holds { Ok(()) } else { Err(what.to_owned()) }
+}
