@@ -80,7 +80,11 @@ static void check_scenes(uint8_t *blob, size_t length)
     check("no place for the scene", shisen_scene_open(scene_memory, size, blob, length, NULL, NULL),
           SHISEN_STATUS_NULL_POINTER);
     check("blob of no bytes", shisen_scene_open(scene_memory, size, blob, 0, &scene, &fault),
+          SHISEN_STATUS_SCENE_CUT_OFF);
+    blob[0] ^= 1;
+    check("other bytes", shisen_scene_open(scene_memory, size, blob, length, &scene, &fault),
           SHISEN_STATUS_NOT_A_SCENE);
+    blob[0] ^= 1;
 
     check("half a blob", shisen_scene_open(scene_memory, size, blob, length / 2, &scene, &fault),
           SHISEN_STATUS_SCENE_CUT_OFF);
@@ -337,7 +341,7 @@ static void check_frames(const uint8_t *blob, size_t length)
           SHISEN_STATUS_PICTURE_SIZE);
     walls[1] = wall;
     check("spectrum not built",
-          shisen_spectrum_open(frame_memory, size, 6, 400.0f, 700.0f, &spectrum),
+          shisen_spectrum_open(frame_memory, size, 1, 400.0f, 700.0f, &spectrum),
           SHISEN_STATUS_NOT_BUILT);
     check("no wavelengths", shisen_spectrum_open(frame_memory, size, 0, 400.0f, 700.0f, &spectrum),
           SHISEN_STATUS_WAVELENGTHS);

@@ -1,6 +1,7 @@
 /* The example on bare metal: a scene and a recorded stream in memory, a report on
    UART0. */
 #include "../frame.h"
+#include "startup.h"
 
 /* Where the emulator puts the scene and the stream. */
 #define SCENE ((const uint8_t *)0x60000000)
@@ -52,27 +53,16 @@ static void put_hash(const char *name, uint64_t value)
     put('\n');
 }
 
-/* The stack below what main uses, painted to see how much of it is used. */
-#define PAINT 0xA5A5A5A5u
-#define PAINTED_WORDS 8192
+extern uint32_t stack_bottom[], stack_top[];
 
-extern uint32_t stack_bottom[];
-
-static uint32_t *paint_stack(void)
+/* How much of the stack was ever used: what reset painted and nobody wrote to is
+   not. */
+static uint32_t stack_used(void)
 {
-    uint32_t here;
-    uint32_t *top = &here - 16;
-    for (uint32_t *word = top - PAINTED_WORDS; word < top; word++)
-        *(volatile uint32_t *)word = PAINT;
-    return top;
-}
-
-static uint32_t stack_used(const uint32_t *top)
-{
-    const uint32_t *word = top - PAINTED_WORDS;
-    while (word < top && *(const volatile uint32_t *)word == PAINT)
+    const uint32_t *word = stack_bottom;
+    while (word < stack_top && *word == STACK_PAINT)
         word++;
-    return (uint32_t)(top - word) * 4;
+    return (uint32_t)(stack_top - word) * sizeof *word;
 }
 
 static uint32_t tiles_emitted;
@@ -99,14 +89,12 @@ int main(void)
     uint64_t dome = 0;
     uint32_t stack;
     shisen_status status;
-    uint32_t *top;
 
     UART0_BAUDDIV = 16;
     UART0_CTRL = UART_TX_ENABLE;
 
-    top = paint_stack();
     status = render_walls(SCENE, SCENE_REGION, STREAM, STREAM_REGION, SLICE_BUDGET, &report);
-    stack = stack_used(top);
+    stack = stack_used();
     if (status == SHISEN_STATUS_OK)
         status = render_dome(SCENE, SCENE_REGION, SLICE_BUDGET, &dome);
     if (status != SHISEN_STATUS_OK) {

@@ -1,7 +1,8 @@
 /* From reset to main: the vector table, memory, the floating-point unit. */
-#include <stdint.h>
+#include "startup.h"
 
-extern uint32_t data_start[], data_end[], data_load[], bss_start[], bss_end[], stack_top[];
+extern uint32_t data_start[], data_end[], data_load[], bss_start[], bss_end[];
+extern uint32_t stack_bottom[], stack_top[];
 
 int main(void);
 
@@ -17,6 +18,11 @@ void reset(void)
         *to++ = *from++;
     for (uint32_t *to = bss_start; to < bss_end;)
         *to++ = 0;
+
+    uint32_t *used;
+    __asm volatile("mov %0, sp" : "=r"(used));
+    for (uint32_t *word = stack_bottom; word < used; word++)
+        *word = STACK_PAINT;
     main();
     for (;;)
         __asm volatile("wfi");
