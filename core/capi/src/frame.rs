@@ -243,14 +243,17 @@ pub unsafe extern "C" fn shisen_frame_begin(
             let gaze = unsafe { shared(gaze) }?;
             let [forward, up] = [gaze.forward, gaze.up].map(Vec3::from_array);
             let sight = LineOfSight::new(eye, forward, up)?;
-            if let (true, Some(field)) =
-                (settings.follow_gaze != 0, VisualField::PAPER.wider(gaze.widen))
-            {
+            if let (true, Some(field)) = (
+                settings.follow_gaze != 0,
+                VisualField::PAPER.wider(gaze.widen),
+            ) {
                 let gaze = shisen_core::gaze::Gaze::new(sight, field);
                 renderer = renderer.with_level_of_detail(LevelOfDetail::new(gaze));
             }
         }
-        let views = screens.iter().map(|screen| Ok(screen.flat().view_from(eye)?));
+        let views = screens
+            .iter()
+            .map(|screen| Ok(screen.flat().view_from(eye)?));
         // SAFETY: as promised above.
         let handle = unsafe { begin((memory, memory_size), &renderer, settings, views) }?;
         // SAFETY: as promised above.
@@ -347,7 +350,9 @@ unsafe fn begin(
     }
     let trailing = shisen_frame_size(count, tiles).saturating_sub(size_of::<Frame>());
     let handle = room::<Frame>(memory, memory_size, trailing)?;
-    let pictures = handle.wrapping_byte_add(SHISEN_FRAME_SIZE).cast::<Picture>();
+    let pictures = handle
+        .wrapping_byte_add(SHISEN_FRAME_SIZE)
+        .cast::<Picture>();
     for (number, view) in views.enumerate() {
         let picture = Part {
             view: view?,

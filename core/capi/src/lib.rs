@@ -38,8 +38,8 @@
 // Pointers come from C: each use of one stands next to the reason why it may be
 // used, and the checks are in `memory`.
 #![allow(unsafe_code)]
-// Names of C: the header has those of types from cbindgen.toml.
-#![allow(clippy::missing_errors_doc)]
+// The docs are read in the header, where names of C need no marks.
+#![allow(clippy::doc_markdown)]
 
 #[cfg(not(target_os = "none"))]
 extern crate std;

@@ -24,11 +24,7 @@ pub(crate) const fn needed<T>() -> usize {
 }
 
 /// The place of a `T` that `trailing` bytes follow, in memory of `size` bytes.
-pub(crate) fn room<T>(
-    memory: *mut c_void,
-    size: usize,
-    trailing: usize,
-) -> Result<*mut T, Status> {
+pub(crate) fn room<T>(memory: *mut c_void, size: usize, trailing: usize) -> Result<*mut T, Status> {
     check(memory.cast::<u64>())?;
     match needed::<T>().checked_add(trailing) {
         Some(needed) if needed <= size => {}

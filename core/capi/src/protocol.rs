@@ -88,7 +88,10 @@ impl Protocol {
 }
 
 /// A device and what reads it.
-#[allow(clippy::large_enum_variant, reason = "one of them, which stays where it is")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "one of them, which stays where it is"
+)]
 pub(crate) enum Device {
     #[cfg(feature = "link")]
     Link(link::Link),
@@ -111,13 +114,17 @@ pub(crate) enum Device {
 #[cfg(feature = "fastrak")]
 fn fastrak() -> Result<fastrak::Config, Status> {
     let items = ItemList::new(Family::Fastrak, Format::Binary, &[2, 11, 0]);
-    items.map(fastrak::Config::new).map_err(|_| Status::DeviceCommands)
+    items
+        .map(fastrak::Config::new)
+        .map_err(|_| Status::DeviceCommands)
 }
 
 #[cfg(feature = "liberty")]
 fn liberty() -> Result<liberty::Config, Status> {
     let items = ItemList::new(Family::Liberty, Format::Binary, &[2, 7, 8, 0]);
-    items.map(liberty::Config::new).map_err(|_| Status::DeviceCommands)
+    items
+        .map(liberty::Config::new)
+        .map_err(|_| Status::DeviceCommands)
 }
 
 impl Device {
@@ -147,7 +154,10 @@ impl Device {
     /// What makes it send, so many samples a second where `hertz` says so and
     /// the protocol has words for it; a reset is a part of it only where
     /// `reset` says so.
-    #[allow(unused_variables, reason = "not every protocol takes a rate or a reset")]
+    #[allow(
+        unused_variables,
+        reason = "not every protocol takes a rate or a reset"
+    )]
     pub(crate) fn start(&self, hertz: Option<u16>, reset: bool) -> Result<Script, Status> {
         Ok(match self {
             #[cfg(feature = "link")]

@@ -111,7 +111,11 @@ unsafe fn open(handle: *mut Spectrum, wavelengths: Wavelengths) -> Result<(), St
     let count = SpectralTable::samples(wavelengths, SHISEN_SPECTRUM_PHASES);
     for sample in 0..count {
         // SAFETY: there is room.
-        unsafe { samples.wrapping_add(sample).write(SpectralSample::default()) };
+        unsafe {
+            samples
+                .wrapping_add(sample)
+                .write(SpectralSample::default())
+        };
     }
     // SAFETY: they were just written, and are the spectrum's from now on.
     let samples = unsafe { slice_mut(samples, count) }?;

@@ -172,14 +172,18 @@ fn described(status: u32) -> Option<&'static (Status, &'static CStr, &'static CS
 /// that are none. The text is the library's and stays.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_status_name(status: u32) -> *const c_char {
-    described(status).map_or(c"SHISEN_STATUS_?", |(_, name, _)| name).as_ptr()
+    described(status)
+        .map_or(c"SHISEN_STATUS_?", |(_, name, _)| name)
+        .as_ptr()
 }
 
 /// What a status means and what to do, in one line without a full stop. The text
 /// is the library's and stays.
 #[unsafe(no_mangle)]
 pub extern "C" fn shisen_status_message(status: u32) -> *const c_char {
-    described(status).map_or(c"there is no such status", |(.., message)| message).as_ptr()
+    described(status)
+        .map_or(c"there is no such status", |(.., message)| message)
+        .as_ptr()
 }
 
 /// As C sees it.

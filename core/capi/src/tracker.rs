@@ -307,7 +307,9 @@ fn estimator(settings: &TrackerSettings) -> Result<GazeEstimator, Status> {
         (EyeChoice::Right, Eyes::Right),
         (EyeChoice::None, Eyes::HeadOnly),
     ];
-    let eyes = eyes.iter().find(|(number, _)| *number as u32 == settings.eyes);
+    let eyes = eyes
+        .iter()
+        .find(|(number, _)| *number as u32 == settings.eyes);
     let (_, eyes) = *eyes.ok_or(Status::UnknownChoice)?;
     GazeEstimator::new(EstimatorConfig {
         room_from_tracker: RoomFromTracker {

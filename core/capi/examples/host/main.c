@@ -45,7 +45,7 @@ int main(int count, char **arguments)
     walls_report report = {0};
     void *scene_memory, *stream_memory;
     size_t scene_length = 0, stream_length = 0;
-    uint64_t slice_budget = 20000, dome = 0;
+    uint64_t slice_budget = 500, dome = 0;
     uint8_t *scene, *stream;
     shisen_status status;
 

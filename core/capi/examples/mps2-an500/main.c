@@ -9,7 +9,7 @@
 #define STREAM ((const uint8_t *)0x60800000)
 #define STREAM_REGION 0x00800000u
 
-#define SLICE_BUDGET 20000
+#define SLICE_BUDGET 500
 
 /* CMSDK APB UART. */
 #define UART0_DATA (*(volatile uint32_t *)0x40004000)

@@ -57,9 +57,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let [left, right, bottom, top, front, back] = [-1.5, 1.5, -1.5, 1.5, -1.5, 1.5];
     let corners = [
-        [[left, bottom, front], [right, bottom, front], [left, top, front]],
-        [[left, bottom, back], [left, bottom, front], [left, top, back]],
-        [[right, bottom, front], [right, bottom, back], [right, top, front]],
+        [
+            [left, bottom, front],
+            [right, bottom, front],
+            [left, top, front],
+        ],
+        [
+            [left, bottom, back],
+            [left, bottom, front],
+            [left, top, back],
+        ],
+        [
+            [right, bottom, front],
+            [right, bottom, back],
+            [right, top, front],
+        ],
     ];
     let mut workspace = Workspace::new();
     let mut hash = FNV_START;
@@ -122,8 +134,7 @@ fn picture(
         height,
     };
     let mut budget = Budget::UNLIMITED;
-    let outcome =
-        TileJob::new(tile).render(renderer, view, &mut pixels, &mut budget, workspace)?;
+    let outcome = TileJob::new(tile).render(renderer, view, &mut pixels, &mut budget, workspace)?;
     assert_eq!(outcome, Outcome::Finished);
     Ok(pixels)
 }
@@ -131,8 +142,10 @@ fn picture(
 const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
 
 fn fnv1a(hash: u64, pixels: &[Pixel]) -> u64 {
-    let numbers = pixels.iter().flat_map(|p| [p.red, p.green, p.blue, p.alpha]);
-    numbers
-        .flat_map(f32::to_le_bytes)
-        .fold(hash, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    let numbers = pixels
+        .iter()
+        .flat_map(|p| [p.red, p.green, p.blue, p.alpha]);
+    numbers.flat_map(f32::to_le_bytes).fold(hash, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }
