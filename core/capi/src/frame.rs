@@ -4,7 +4,7 @@ use crate::dome::Dome;
 use crate::memory::{exclusive, needed, room, shared, slice, slice_mut, write};
 use crate::scene::{EFFECTS, Scene, WIDTH};
 use crate::screen::Screen;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Spectrum, with_wavelengths};
 use crate::status::{Status, settled};
 use crate::tracker::Gaze;
 use core::ffi::c_void;
@@ -322,7 +322,7 @@ unsafe fn renderer(
     }
     // SAFETY: as promised above.
     let spectrum = unsafe { shared(settings.spectrum) }?;
-    spectrum.seen_by(renderer)
+    with_wavelengths(&renderer, spectrum)
 }
 
 /// Lays a frame out: the handle, its pictures, then the order of its tiles.

@@ -156,7 +156,8 @@ impl Device {
     /// `reset` says so.
     #[allow(
         unused_variables,
-        reason = "not every protocol takes a rate or a reset"
+        clippy::unnecessary_wraps,
+        reason = "not every protocol takes a rate or a reset, or can fail"
     )]
     pub(crate) fn start(&self, hertz: Option<u16>, reset: bool) -> Result<Script, Status> {
         Ok(match self {

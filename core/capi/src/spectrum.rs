@@ -26,29 +26,27 @@ pub struct Spectrum {
     table: SpectralTable<'static>,
 }
 
-impl Spectrum {
-    /// What renders by these wavelengths.
-    #[cfg(feature = "dispersion")]
-    pub(crate) fn seen_by<'a>(
-        &self,
-        renderer: Renderer<'a, WIDTH>,
-    ) -> Result<Renderer<'a, WIDTH>, Status> {
-        let spectrum = shisen_core::frame::Spectrum::Comb {
-            table: self.table,
-            each: 1,
-        };
-        let renderer = renderer.with_spectrum(spectrum);
-        renderer.map_err(|_| Status::WavelengthsOfMedium)
-    }
+/// The same renderer with these wavelengths.
+#[cfg(feature = "dispersion")]
+pub(crate) fn with_wavelengths<'a>(
+    renderer: &Renderer<'a, WIDTH>,
+    spectrum: &'a Spectrum,
+) -> Result<Renderer<'a, WIDTH>, Status> {
+    let spectrum = shisen_core::frame::Spectrum::Comb {
+        table: spectrum.table,
+        each: 1,
+    };
+    let renderer = renderer.with_spectrum(spectrum);
+    renderer.map_err(|_| Status::WavelengthsOfMedium)
+}
 
-    /// Nothing, without the feature.
-    #[cfg(not(feature = "dispersion"))]
-    pub(crate) fn seen_by<'a>(
-        &self,
-        _: Renderer<'a, WIDTH>,
-    ) -> Result<Renderer<'a, WIDTH>, Status> {
-        Err(Status::NotBuilt)
-    }
+/// None: the feature is off.
+#[cfg(not(feature = "dispersion"))]
+pub(crate) fn with_wavelengths<'a>(
+    _: &Renderer<'a, WIDTH>,
+    _: &'a Spectrum,
+) -> Result<Renderer<'a, WIDTH>, Status> {
+    Err(Status::NotBuilt)
 }
 
 const _: () = assert!(needed::<Spectrum>() <= SHISEN_SPECTRUM_SIZE);
@@ -110,12 +108,9 @@ unsafe fn open(handle: *mut Spectrum, wavelengths: Wavelengths) -> Result<(), St
         .cast::<SpectralSample>();
     let count = SpectralTable::samples(wavelengths, SHISEN_SPECTRUM_PHASES);
     for sample in 0..count {
+        let sample = samples.wrapping_add(sample);
         // SAFETY: there is room.
-        unsafe {
-            samples
-                .wrapping_add(sample)
-                .write(SpectralSample::default())
-        };
+        unsafe { sample.write(SpectralSample::default()) };
     }
     // SAFETY: they were just written, and are the spectrum's from now on.
     let samples = unsafe { slice_mut(samples, count) }?;
