@@ -274,16 +274,18 @@ pub unsafe extern "C" fn shisen_tracker_init(
         let handle = room::<Tracker>(memory, memory_size, 0)?;
         // SAFETY: as promised above.
         let settings = unsafe { shared(settings) }?;
-        let made = Tracker {
-            device: Device::new(Protocol::of_number(settings.protocol)?)?,
-            clock: clock(settings)?,
-            gaze: estimator(settings)?,
-            hertz: hertz(settings)?,
-            setup: None,
-            polled: None,
-        };
+        let (clock, hertz) = (clock(settings)?, hertz(settings)?);
+        let device = Device::new(Protocol::of_number(settings.protocol)?)?;
+        // One after another, in place: the stack would have to hold them all.
         // SAFETY: there is room.
-        unsafe { handle.write(made) };
+        unsafe {
+            (&raw mut (*handle).gaze).write(estimator(settings)?);
+            (&raw mut (*handle).clock).write(clock);
+            (&raw mut (*handle).device).write(device);
+            (&raw mut (*handle).hertz).write(hertz);
+            (&raw mut (*handle).setup).write(None);
+            (&raw mut (*handle).polled).write(None);
+        }
         // SAFETY: as promised above.
         unsafe { write(tracker, handle) }?;
         Ok(Status::Ok)
@@ -298,6 +300,7 @@ fn clock(settings: &TrackerSettings) -> Result<ClockEstimator, Status> {
     .map_err(|_| Status::TrackerSettings)
 }
 
+#[inline(always)]
 fn estimator(settings: &TrackerSettings) -> Result<GazeEstimator, Status> {
     let position = Vec3::from_array(settings.position);
     let orientation = Quat::from_array(settings.orientation);
