@@ -113,7 +113,7 @@
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 9128
+#define SHISEN_TRACKER_SIZE 9176
 #endif
 
 #if defined(SHISEN_POINTERS_32)

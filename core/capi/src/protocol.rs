@@ -60,7 +60,7 @@ pub enum Protocol {
 }
 
 impl Protocol {
-    const ALL: [Self; 8] = [
+    pub(crate) const ALL: [Self; 8] = [
         Self::Link,
         Self::Fastrak,
         Self::Liberty,

@@ -18,7 +18,7 @@ use shisen_tracker::time::Micros;
 pub const SHISEN_TRACKER_SIZE: usize = 8856;
 /// Bytes of memory for a tracker's handle, whatever its protocol.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_TRACKER_SIZE: usize = 9128;
+pub const SHISEN_TRACKER_SIZE: usize = 9176;
 
 /// Bytes of memory for setting a device up.
 #[cfg(target_pointer_width = "32")]
@@ -576,3 +576,6 @@ pub unsafe extern "C" fn shisen_tracker_poll(
         Ok(Status::Ok)
     })())
 }
+
+#[cfg(test)]
+mod tests;
