@@ -168,7 +168,9 @@ impl<'p> FrameJob<'p> {
     pub fn tiles_of(sizes: impl Iterator<Item = [u32; 2]>, side: u32) -> usize {
         let side = side.max(1);
         sizes
-            .map(|[columns, rows]| columns.div_ceil(side) as usize * rows.div_ceil(side) as usize)
+            .map(|size| size.map(|pixels| pixels.div_ceil(side) as usize))
+            // Pixels of the largest view are more than a usize of 32 bits counts.
+            .map(|[columns, rows]| columns.saturating_mul(rows))
             .fold(0, usize::saturating_add)
     }
 

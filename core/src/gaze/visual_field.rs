@@ -241,7 +241,7 @@ mod tests {
             central: 1.55,
             up: 1.56,
             down: 1.56,
-            left: 1.5500001,
+            left: 1.550_000_1,
             right: 3.0,
         };
         let field = VisualField::new(limits, Boundary::Ellipse).unwrap();

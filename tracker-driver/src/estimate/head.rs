@@ -46,12 +46,14 @@ pub(super) struct HeadTrack {
 }
 
 impl HeadTrack {
+    // In place: a copy on the stack would take 4 KiB.
+    #[inline(always)]
     pub(super) fn new(config: HeadConfig, resting: HeadPose) -> Self {
         Self {
             config,
             resting,
-            positions: History::new(Vec3::ZERO),
-            orientations: History::new(Quat::IDENTITY),
+            positions: History::new(),
+            orientations: History::new(),
             velocity: Vec3::ZERO,
             turn: Vec3::ZERO,
         }

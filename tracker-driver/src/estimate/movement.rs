@@ -163,11 +163,13 @@ impl Default for PursuitConfig {
 }
 
 impl EyeTrack {
+    // In place: a copy on the stack would take 3 KiB.
+    #[inline(always)]
     pub(super) fn new(config: SaccadeConfig, pursuit: PursuitConfig) -> Self {
         Self {
             config,
             pursuit,
-            samples: History::new(Vec3::NEG_Z),
+            samples: History::new(),
             flight: None,
             steady_since: Micros(0),
             followed: Vec3::ZERO,

@@ -2,49 +2,45 @@
 
 use crate::time::Micros;
 use glam::Vec3;
-use heapless::Vec;
+use heapless::{Deque, Vec};
 
 /// The newest `N` places and their times; a new one takes the oldest's place.
-#[derive(Debug, Clone, Copy)]
+///
+/// What has not come yet is not written to: a history is made in no time, and
+/// where it is to stay.
+#[derive(Debug, Clone)]
 pub(super) struct History<T, const N: usize> {
-    entries: [(Micros, T); N],
-    /// Where the next one goes.
-    next: usize,
-    length: usize,
+    entries: Deque<(Micros, T), N>,
 }
 
 impl<T: Copy, const N: usize> History<T, N> {
-    pub(super) const fn new(filler: T) -> Self {
+    pub(super) const fn new() -> Self {
         Self {
-            entries: [(Micros(0), filler); N],
-            next: 0,
-            length: 0,
+            entries: Deque::new(),
         }
     }
 
     /// Times ascend: the caller sees to it.
     pub(super) fn push(&mut self, time: Micros, value: T) {
-        if let Some(entry) = self.entries.get_mut(self.next) {
-            *entry = (time, value);
+        if self.entries.is_full() {
+            self.entries.pop_front();
         }
-        self.next = if self.next + 1 < N { self.next + 1 } else { 0 };
-        self.length = (self.length + 1).min(N);
+        // There is room now.
+        let _ = self.entries.push_back((time, value));
     }
 
     pub(super) fn clear(&mut self) {
-        self.length = 0;
+        self.entries.clear();
     }
 
     /// From the newest to the oldest.
     pub(super) fn newest_first(&self) -> impl Iterator<Item = (Micros, T)> + Clone + '_ {
-        (1..=self.length).filter_map(|back| {
-            let index = (self.next + N - back) % N;
-            self.entries.get(index).copied()
-        })
+        let (older, newer) = self.entries.as_slices();
+        newer.iter().rev().chain(older.iter().rev()).copied()
     }
 
     pub(super) fn newest(&self) -> Option<(Micros, T)> {
-        self.newest_first().next()
+        self.entries.back().copied()
     }
 }
 
@@ -118,12 +114,23 @@ pub(super) const MOST_PLACES: usize = 128;
 /// stops shows there first, and where it is itself no more than noise. Below `least` per second it is zero.
 ///
 /// Of more than [`MOST_PLACES`] only the newest, which come first, count.
+// Not a part of its callers: it takes 2 KiB of stack, which others behind them
+// would have to add to.
+#[inline(never)]
 pub(super) fn steady_velocity(places: impl Iterator<Item = (f32, Vec3)>, least: f32) -> Vec3 {
+    // Once: they can be costly to make. Not collected, which would take the memory
+    // twice.
+    let mut all: Vec<(f32, Vec3), MOST_PLACES> = Vec::new();
+    for place in places.take(MOST_PLACES) {
+        let _ = all.push(place);
+    }
+    steady_velocity_of(&all, least)
+}
+
+fn steady_velocity_of(places: &[(f32, Vec3)], least: f32) -> Vec3 {
     /// Pure noise gives the mean's square a quarter of the difference's; this
     /// is four times as much.
     const CAUTION: f32 = 1.0;
-    // Once: they can be costly to make.
-    let places: Vec<(f32, Vec3), MOST_PLACES> = places.take(MOST_PLACES).collect();
     let (Some(newest), Some(oldest)) = (places.first(), places.last()) else {
         return Vec3::ZERO;
     };
@@ -164,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_history_keeps_the_newest() {
-        let mut history = History::<u8, 3>::new(0);
+        let mut history = History::<u8, 3>::new();
         assert_eq!(history.newest(), None);
         for i in 1..=5 {
             history.push(Micros(i.into()), i);

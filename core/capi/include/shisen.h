@@ -1,0 +1,947 @@
+/*
+ * Shisen: a ray tracer of fixed budgets whose detail follows the gaze, and a
+ * driver for eye and head trackers. This is its C library, libshisen.a.
+ *
+ * A display controller opens a baked scene where it lies in flash
+ * (shisen_scene_open), feeds its tracker's bytes as they come
+ * (shisen_tracker_feed), asks where the viewer looks when the next frame will be
+ * seen (shisen_tracker_gaze), begins a frame of its screens
+ * (shisen_frame_begin), and renders it in slices of a fixed budget
+ * (shisen_frame_render), tile by tile from the line of sight outwards. Complete
+ * programs are in core/capi/examples.
+ *
+ * There is no global state, no callback and no allocation. All state is in the
+ * caller's memory: how much it takes, and at what addresses it can be, say the
+ * macros SHISEN_..._SIZE and SHISEN_ALIGNMENT and the functions of the same names.
+ * It can be static or on the heap:
+ *
+ *     static uint64_t memory[(SHISEN_SCENE_SIZE + 7) / 8];
+ *
+ * Handles may be used by one thread at a time, a scene by any number. They must
+ * not be moved or copied. None has to be closed: memory that is not used any more
+ * can be used for something else.
+ *
+ * Pointers are checked for NULL and alignment, lengths for making sense, and
+ * what a scene or a tracker says for being possible. Nobody can check that there
+ * is memory behind a pointer: see "Safety" at each function.
+ *
+ * Axes are right-handed, in metres: +X right, +Y up, -Z forward. Colours are
+ * linear. Times are microseconds on one clock of the caller's, which never goes
+ * back.
+ *
+ * Made by cbindgen from core/capi/src: do not edit.
+ */
+
+
+#ifndef SHISEN_H
+#define SHISEN_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* Sizes of what holds pointers depend on theirs. */
+#if UINTPTR_MAX > 0xFFFFFFFFu
+#define SHISEN_POINTERS_64
+#else
+#define SHISEN_POINTERS_32
+#endif
+
+/* How many tiles of side * side pixels a picture has. */
+#define SHISEN_TILES(columns, rows, side) \
+    ((((size_t)(columns) + (side)-1) / (side)) * (((size_t)(rows) + (side)-1) / (side)))
+
+/* Bytes of memory for a frame of so many pictures, which have so many tiles
+   together. */
+#define SHISEN_FRAME_BYTES(pictures, tiles) \
+    (SHISEN_FRAME_SIZE + (pictures)*SHISEN_PICTURE_SIZE + (tiles)*SHISEN_TILE_SIZE)
+
+
+// The least status that is a failure: what failed has changed nothing, unless
+// its description says otherwise.
+#define SHISEN_FIRST_FAILURE 16
+
+// What the addresses of memory for handles are multiples of: that of uint64_t.
+#define SHISEN_ALIGNMENT 8
+
+#if defined(SHISEN_POINTERS_32)
+// Bytes of memory for a scene's handle.
+#define SHISEN_SCENE_SIZE 120
+#endif
+
+#if defined(SHISEN_POINTERS_64)
+// Bytes of memory for a scene's handle.
+#define SHISEN_SCENE_SIZE 232
+#endif
+
+// What the address of a baked scene is a multiple of.
+#define SHISEN_BLOB_ALIGNMENT 32
+
+// Effect: light is kept off by what stands in its way.
+#define SHISEN_EFFECT_SHADOWS 65536
+
+// Effect: mirrors.
+#define SHISEN_EFFECT_REFLECTION 2
+
+// Effect: clear bodies.
+#define SHISEN_EFFECT_REFRACTION 4
+
+// Effect: clear bodies bend each wavelength its own way.
+#define SHISEN_EFFECT_DISPERSION 256
+
+// Effect: clear bodies take light away along the way.
+#define SHISEN_EFFECT_ABSORPTION 8
+
+// Effect: lights that have a size.
+#define SHISEN_EFFECT_SOFT_LIGHT 131072
+
+// Effect: images on surfaces.
+#define SHISEN_EFFECT_IMAGE_TEXTURE 64
+
+// Effect: checkers on surfaces.
+#define SHISEN_EFFECT_CHECKER_TEXTURE 32
+
+// Effect: surfaces that shine.
+#define SHISEN_EFFECT_EMISSION 128
+
+// Effect: meridians and parallels on a surface.
+#define SHISEN_EFFECT_GRATICULE 16
+
+#if defined(SHISEN_POINTERS_32)
+// Bytes of memory for a tracker's handle, whatever its protocol.
+#define SHISEN_TRACKER_SIZE 8856
+#endif
+
+#if defined(SHISEN_POINTERS_64)
+// Bytes of memory for a tracker's handle, whatever its protocol.
+#define SHISEN_TRACKER_SIZE 9176
+#endif
+
+#if defined(SHISEN_POINTERS_32)
+// Bytes of memory for setting a device up.
+#define SHISEN_SETUP_SIZE 1544
+#endif
+
+#if defined(SHISEN_POINTERS_64)
+// Bytes of memory for setting a device up.
+#define SHISEN_SETUP_SIZE 1552
+#endif
+
+// Most bytes that shisen_tracker_poll writes at once.
+#define SHISEN_MOST_COMMAND_BYTES 48
+
+// How many reasons there are to drop bytes: see shisen_drop_reason.
+#define SHISEN_DROP_REASONS 9
+
+// An age of what never came.
+#define SHISEN_NEVER UINT64_MAX
+
+// Bytes of memory for a spectrum's handle, without its wavelengths.
+#define SHISEN_SPECTRUM_SIZE 32
+
+// Bytes of memory for a wavelength of a spectrum's handle: `count` + 3 of them
+// are needed for each of the SHISEN_SPECTRUM_PHASES.
+#define SHISEN_WAVELENGTH_SIZE 16
+
+// Offsets that the wavelengths are taken at.
+#define SHISEN_SPECTRUM_PHASES 32
+
+#if defined(SHISEN_POINTERS_32)
+// Bytes of memory for a frame's handle, without its pictures and tiles.
+#define SHISEN_FRAME_SIZE 2480
+#endif
+
+#if defined(SHISEN_POINTERS_64)
+// Bytes of memory for a frame's handle, without its pictures and tiles.
+#define SHISEN_FRAME_SIZE 2656
+#endif
+
+#if defined(SHISEN_POINTERS_32)
+// Bytes of memory for each picture of a frame's handle.
+#define SHISEN_PICTURE_SIZE 128
+#endif
+
+#if defined(SHISEN_POINTERS_64)
+// Bytes of memory for each picture of a frame's handle.
+#define SHISEN_PICTURE_SIZE 128
+#endif
+
+// Bytes of memory for each tile of a frame's handle.
+#define SHISEN_TILE_SIZE 12
+
+// Most pixels a side of a tile.
+#define SHISEN_LARGEST_TILE 256
+
+// A budget that no frame spends.
+#define SHISEN_UNLIMITED UINT64_MAX
+
+// How a call went. From SHISEN_FIRST_FAILURE on it failed.
+enum shisen_status
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    // Done.
+    SHISEN_STATUS_OK = 0,
+    // A tile's pixels are there.
+    SHISEN_STATUS_TILE = 1,
+    // The call's budget is spent; call again to go on.
+    SHISEN_STATUS_BUDGET_SPENT = 2,
+    // All tiles of the frame have been handed over.
+    SHISEN_STATUS_FINISHED = 3,
+    // A pointer is NULL that may not be.
+    SHISEN_STATUS_NULL_POINTER = 16,
+    // A pointer is not at a multiple of the alignment of what it points to.
+    SHISEN_STATUS_MISALIGNED = 17,
+    // The memory is less than what the functions and macros of sizes say.
+    SHISEN_STATUS_MEMORY_TOO_SMALL = 18,
+    // A length is more than memory can be.
+    SHISEN_STATUS_TOO_LONG = 19,
+    // The library was built without what is asked for.
+    SHISEN_STATUS_NOT_BUILT = 20,
+    // The scene is shorter than it says, or than a header. Number: bytes that
+    // it should have.
+    SHISEN_STATUS_SCENE_CUT_OFF = 32,
+    // The scene is not at a multiple of SHISEN_BLOB_ALIGNMENT. Number: that.
+    SHISEN_STATUS_SCENE_MISALIGNED = 33,
+    // The bytes do not start like a scene.
+    SHISEN_STATUS_NOT_A_SCENE = 34,
+    // The scene was baked by another version of the format. Number: which.
+    SHISEN_STATUS_SCENE_VERSION = 35,
+    // The scene was baked in the fast layout for hosts, not in the compact one.
+    // Number: children of its nodes.
+    SHISEN_STATUS_SCENE_LAYOUT = 36,
+    // The scene was damaged since it was baked. Number: its bytes' checksum.
+    SHISEN_STATUS_SCENE_CHECKSUM = 37,
+    // A table is not inside the scene, or not aligned. Number: its byte.
+    SHISEN_STATUS_SCENE_TABLE = 38,
+    // A table has another length than the scene gives it. Number: its records.
+    SHISEN_STATUS_SCENE_COUNT = 39,
+    // A record names what is not there, or another's. Number: the record.
+    SHISEN_STATUS_SCENE_INDEX = 40,
+    // Nodes are not a tree. Number: the node.
+    SHISEN_STATUS_SCENE_TREE = 41,
+    // A tree is too deep for the traversal stack. Number: entries needed.
+    SHISEN_STATUS_SCENE_DEPTH = 42,
+    // A mesh does not fit its ladder of polygon levels. Number: the mesh.
+    SHISEN_STATUS_SCENE_LADDER = 43,
+    // The scene says other effects than its records. Number: theirs.
+    SHISEN_STATUS_SCENE_EFFECTS = 44,
+    // A record has a value that is out of range. Number: the record.
+    SHISEN_STATUS_SCENE_VALUE = 45,
+    // The scene is wrong in another way.
+    SHISEN_STATUS_SCENE_OTHER = 46,
+    // There is no protocol or eye of this number.
+    SHISEN_STATUS_UNKNOWN_CHOICE = 64,
+    // A tracker's pose is not finite or no rotation, or its delay out of range.
+    SHISEN_STATUS_TRACKER_SETTINGS = 65,
+    // Nothing comes from the device: check that it is on and the cable is the
+    // right one, with its lines crossed or not.
+    SHISEN_STATUS_DEVICE_SILENT = 66,
+    // Bytes come from the device, and no record among them: the line's speed or
+    // the protocol is not the device's.
+    SHISEN_STATUS_DEVICE_NO_RECORD = 67,
+    // Records come from the device, but not the one that was asked for.
+    SHISEN_STATUS_DEVICE_NO_ANSWER = 68,
+    // The device refused a command.
+    SHISEN_STATUS_DEVICE_REFUSED = 69,
+    // The commands do not fit the memory for them.
+    SHISEN_STATUS_DEVICE_COMMANDS = 70,
+    // Most of what comes from the device is dropped: it speaks another protocol,
+    // has other settings, or the line has another speed.
+    SHISEN_STATUS_DEVICE_UNLIKE = 71,
+    // The depth or the samples are out of range.
+    SHISEN_STATUS_FRAME_SETTINGS = 96,
+    // Tiles have no pixels or more than 256 a side.
+    SHISEN_STATUS_TILE_SIZE = 97,
+    // A frame has no pictures or more than 65,535.
+    SHISEN_STATUS_PICTURES = 98,
+    // A picture has no pixels or more than 65,536 a side.
+    SHISEN_STATUS_PICTURE_SIZE = 99,
+    // The eye, or a dome master's place, is not finite or too far out.
+    SHISEN_STATUS_EYE = 100,
+    // The eye is behind a screen or in its plane.
+    SHISEN_STATUS_EYE_BEHIND_SCREEN = 101,
+    // A screen's steps are parallel, zero or not finite.
+    SHISEN_STATUS_SCREEN = 102,
+    // The gaze is not finite, zero, or its up is along it. Give NULL for a gaze
+    // that is not known.
+    SHISEN_STATUS_GAZE = 103,
+    // A dome master's axes are not of unit length at right angles,
+    // right-handed.
+    SHISEN_STATUS_DOME_AXES = 104,
+    // A dome master's mirror, or its viewpoint, is out of range.
+    SHISEN_STATUS_DOME_MIRROR = 105,
+    // Room for fewer pixels than a tile has.
+    SHISEN_STATUS_PIXELS_TOO_FEW = 106,
+    // There is no such set of wavelengths.
+    SHISEN_STATUS_WAVELENGTHS = 107,
+    // A medium of the scene is not known at all these wavelengths.
+    SHISEN_STATUS_WAVELENGTHS_OF_MEDIUM = 108,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum shisen_status shisen_status;
+#else
+typedef uint32_t shisen_status;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// A protocol that trackers speak.
+enum shisen_protocol
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    // Shisen's own link: all that a tracker can know of head and eyes.
+    SHISEN_PROTOCOL_LINK = 0,
+    // Polhemus FASTRAK and InterSense IS-600, IS-900: the head, in binary
+    // positions and quaternions, inches.
+    SHISEN_PROTOCOL_FASTRAK = 1,
+    // Polhemus Liberty and Patriot: the head, in binary positions, quaternions
+    // and times, inches.
+    SHISEN_PROTOCOL_LIBERTY = 2,
+    // Ascension Flock of Birds, one bird: the head.
+    SHISEN_PROTOCOL_FLOCK = 3,
+    // Hatire: the head.
+    SHISEN_PROTOCOL_HATIRE = 4,
+    // ISCAN: one eye, in raw units.
+    SHISEN_PROTOCOL_ISCAN = 5,
+    // ASL EYE-TRAC: one eye, in raw units.
+    SHISEN_PROTOCOL_ASL = 6,
+    // AdHawk: both eyes, and how the head is turned.
+    SHISEN_PROTOCOL_ADHAWK = 7,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum shisen_protocol shisen_protocol;
+#else
+typedef uint32_t shisen_protocol;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Which eye's line of sight is taken.
+enum shisen_eye_choice
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    // The device's combined eye; where there is none, the mean of both, or the
+    // one that is seen.
+    SHISEN_EYE_CHOICE_COMBINED = 0,
+    // The left one alone.
+    SHISEN_EYE_CHOICE_LEFT = 1,
+    // The right one alone.
+    SHISEN_EYE_CHOICE_RIGHT = 2,
+    // None: the head's direction counts.
+    SHISEN_EYE_CHOICE_NONE = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum shisen_eye_choice shisen_eye_choice;
+#else
+typedef uint32_t shisen_eye_choice;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// How much of a gaze can be relied on. Worse is greater.
+enum shisen_gaze_state
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    // Gaze and head are new enough.
+    SHISEN_GAZE_STATE_FRESH = 0,
+    // The last gaze is held: a blink, a reflection, a few lost samples.
+    SHISEN_GAZE_STATE_HOLD = 1,
+    // The gaze is where it was, more or less: the field of full detail widens.
+    SHISEN_GAZE_STATE_WIDENED = 2,
+    // Where the eyes look is not known; the head faces the line of sight.
+    SHISEN_GAZE_STATE_HEAD_DIRECTION = 3,
+    // Nothing is known: full detail everywhere.
+    SHISEN_GAZE_STATE_FULL_QUALITY = 4,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum shisen_gaze_state shisen_gaze_state;
+#else
+typedef uint32_t shisen_gaze_state;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Why bytes were dropped: an index into `dropped` of shisen_tracker_counts.
+enum shisen_drop_reason
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    // Between records: what stands there starts none.
+    SHISEN_DROP_REASON_OUT_OF_STEP = 0,
+    // A record broke off before its end.
+    SHISEN_DROP_REASON_TRUNCATED = 1,
+    // The record's length is not one that the protocol has.
+    SHISEN_DROP_REASON_LENGTH = 2,
+    // The record's checksum does not match.
+    SHISEN_DROP_REASON_CHECKSUM = 3,
+    // A field holds a value that the protocol does not allow.
+    SHISEN_DROP_REASON_FIELD = 4,
+    // A number is infinite, NaN, or not one the sensor can measure.
+    SHISEN_DROP_REASON_OUT_OF_RANGE = 5,
+    // A direction or a quaternion has no length.
+    SHISEN_DROP_REASON_NOT_UNIT = 6,
+    // A version or a kind of record that is not known here.
+    SHISEN_DROP_REASON_UNKNOWN = 7,
+    // The record repeats the one before.
+    SHISEN_DROP_REASON_DUPLICATE = 8,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum shisen_drop_reason shisen_drop_reason;
+#else
+typedef uint32_t shisen_drop_reason;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// What is to be done to set a device up.
+enum shisen_setup_action
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    // Send the bytes in the buffer, `length` of them, then poll again at once.
+    SHISEN_SETUP_ACTION_SEND = 0,
+    // Change the line to `baud` once what was sent is out, then poll again at
+    // once.
+    SHISEN_SETUP_ACTION_SPEED = 1,
+    // Poll again at `until_us`, and whenever bytes were fed.
+    SHISEN_SETUP_ACTION_WAIT = 2,
+    // It is set up, or nothing has to be. The memory for setting it up is free.
+    SHISEN_SETUP_ACTION_DONE = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum shisen_setup_action shisen_setup_action;
+#else
+typedef uint32_t shisen_setup_action;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// A frame on its way to being finished. It refers to its scene and spectrum,
+// and to itself: none of them may move.
+typedef struct shisen_frame shisen_frame;
+
+// A scene that has been checked. It refers to the baked scene's bytes, which
+// stay the caller's: they must neither change nor move as long as the scene or
+// a frame of it is in use. It never changes, so that any number of frames and
+// threads can use it at once.
+typedef struct shisen_scene shisen_scene;
+
+// Wavelengths that rays take in media that bend each of them their own way.
+typedef struct shisen_spectrum shisen_spectrum;
+
+// A tracker, what is known of its clock, and where the viewer looks.
+typedef struct shisen_tracker shisen_tracker;
+
+// What is wrong with a scene.
+typedef struct shisen_scene_fault {
+    // The shisen_status that the scene was refused with.
+    uint32_t status;
+    // As the status describes it: a byte, a record, or a size.
+    uint64_t number;
+    // Which table or value it is about, in English: `what_length` bytes
+    // without a zero at their end. NULL where the status says all. The text is
+    // the library's and stays.
+    const char *what;
+    // Bytes of `what`.
+    size_t what_length;
+} shisen_scene_fault;
+
+// What a scene is like.
+typedef struct shisen_scene_facts {
+    // The effects that it asks for: SHISEN_EFFECT_... bits. Those that are not
+    // among shisen_effects() are left out.
+    uint32_t effects;
+    // Bytes that it takes, in which it may be shorter than the memory given.
+    uint32_t byte_length;
+    // Meshes of its ladders of polygon levels; 1 where it was baked without.
+    uint32_t polygon_levels;
+    // Placed shapes.
+    uint32_t objects;
+    // Lights.
+    uint32_t lights;
+} shisen_scene_facts;
+
+// How a tracker is used: see shisen_tracker_settings_init.
+typedef struct shisen_tracker_settings {
+    // What it speaks: a shisen_protocol.
+    uint32_t protocol;
+    // Which eye counts: a shisen_eye_choice.
+    uint32_t eyes;
+    // Whether it measures the head; where not (0), the head rests at
+    // `position` and `orientation`.
+    uint32_t head_tracked;
+    // Samples per second that it is asked for when it is set up, where its
+    // protocol has words for that; at most 65,535. 0: as the device likes.
+    uint32_t hertz;
+    // From a measurement to the arrival of its last byte when nothing is in the
+    // way: microseconds, at most 1,000,000.
+    uint64_t least_delay_us;
+    // Of the tracker's origin: metres, in the room.
+    float position[3];
+    // The tracker's axes in the room: a unit quaternion x, y, z, w.
+    float orientation[4];
+} shisen_tracker_settings;
+
+// Where the viewer looks.
+typedef struct shisen_gaze {
+    // Between the eyes: metres, in the room.
+    float position[3];
+    // The line of sight: a unit vector, in the room. To begin a frame it may
+    // have any length but zero.
+    float forward[3];
+    // Towards the top of the head: a unit vector at a right angle to `forward`.
+    // To begin a frame it may have any length but zero, at any angle but
+    // along `forward`.
+    float up[3];
+    // By how much the field of full detail has to be wider: radians. From π on
+    // it is everything.
+    float widen;
+    // How much can be relied on: a shisen_gaze_state.
+    uint32_t state;
+    // Whether the eyes are shut, or were when last heard of: 0 or 1.
+    uint32_t blink;
+    // How old the newest gaze is at the time of display: microseconds;
+    // SHISEN_NEVER where none ever came.
+    uint64_t age_us;
+} shisen_gaze;
+
+// What became of a tracker's bytes. The counts stop at their largest value.
+typedef struct shisen_tracker_counts {
+    // Bytes taken.
+    uint64_t bytes;
+    // Records with a sample.
+    uint64_t samples;
+    // Records with something else, such as a fault or an answer.
+    uint64_t messages;
+    // Records that the device's own count says are missing.
+    uint64_t lost;
+    // Bytes thrown away.
+    uint64_t dropped_bytes;
+    // Times that bytes were thrown away, by shisen_drop_reason.
+    uint32_t dropped[SHISEN_DROP_REASONS];
+} shisen_tracker_counts;
+
+// What shisen_tracker_poll says.
+typedef struct shisen_setup {
+    // What to do: a shisen_setup_action.
+    uint32_t action;
+    // Bits per second.
+    uint32_t baud;
+    // Bytes in the buffer.
+    size_t length;
+    // On the caller's clock: microseconds.
+    uint64_t until_us;
+} shisen_setup;
+
+// A flat screen: where its pixels are, whoever looks at them. Metres, in the
+// room.
+typedef struct shisen_screen {
+    // The centre of its first pixel: upper left, seen from in front of it.
+    float first_pixel[3];
+    // From a pixel to its right-hand neighbour.
+    float column_step[3];
+    // From a pixel to the one below it.
+    float row_step[3];
+    // Pixels in a row, 1 to 65,536.
+    uint32_t columns;
+    // Pixels in a column, 1 to 65,536.
+    uint32_t rows;
+} shisen_screen;
+
+// A dome master: a square picture of half of all directions, reflected at the
+// spheroid of least error, each pixel its own exact direction. Pixels outside
+// its rim are transparent and cost nothing.
+typedef struct shisen_dome {
+    // Of the screen's centre: metres, in the room.
+    float position[3];
+    // The picture's right, in the room: a unit vector.
+    float right[3];
+    // The picture's top, in the room: a unit vector.
+    float top[3];
+    // Against the zenith, in the room: a unit vector. The three are at right
+    // angles and right-handed.
+    float behind[3];
+    // The mirror's equatorial radius: metres, 1e-9 to 1e6.
+    float radius;
+    // Pixels a side, 1 to 65,536.
+    uint32_t size;
+} shisen_dome;
+
+// How good a frame is to be, and what it may cost: see
+// shisen_frame_settings_init.
+typedef struct shisen_frame_settings {
+    // Reflections and refractions after one another, 0 to 16.
+    uint32_t depth;
+    // Rays a pixel, 1 to 4,096.
+    uint32_t samples;
+    // Pixels a side of a tile, 1 to 256.
+    uint32_t tile_side;
+    // Whether the level of detail follows the gaze (1), or everything is shown
+    // in full (0).
+    uint32_t follow_gaze;
+    // Steps that the whole frame may take: one a node visited, one a primitive
+    // tested. Tiles from where it is spent on show what a ray sees that meets
+    // nothing.
+    uint64_t budget;
+    // The wavelengths of dispersion. NULL: clear bodies bend all light the same
+    // way.
+    const struct shisen_spectrum *spectrum;
+} shisen_frame_settings;
+
+// Linear light and coverage, premultiplied: sRGB's primaries, 1 being white.
+typedef struct shisen_pixel {
+    // Red.
+    float red;
+    // Green.
+    float green;
+    // Blue.
+    float blue;
+    // 0 where only a transparent background is seen, 1 where it is not.
+    float alpha;
+} shisen_pixel;
+
+// A tile whose pixels are there.
+typedef struct shisen_tile {
+    // The number of its picture, as the frame was begun with; 0 of a dome
+    // master.
+    uint32_t picture;
+    // Its first column.
+    uint32_t x;
+    // Its first row.
+    uint32_t y;
+    // Pixels in a row: the side of tiles, or less at the picture's border.
+    uint32_t columns;
+    // Pixels in a column: the side of tiles, or less at the picture's border.
+    uint32_t rows;
+    // Whether the frame's budget lasted (1); if not (0), some or all of its
+    // pixels show what a ray sees that meets nothing.
+    uint32_t whole;
+} shisen_tile;
+
+// What a frame has taken so far.
+typedef struct shisen_frame_counts {
+    // Rays from the eye.
+    uint64_t primary_rays;
+    // Rays off mirrors and off glass.
+    uint64_t reflected_rays;
+    // Rays into and out of glass.
+    uint64_t refracted_rays;
+    // Rays to lights.
+    uint64_t shadow_rays;
+    // Nodes visited and primitives tested.
+    uint64_t steps;
+    // Steps that are left of the frame's budget.
+    uint64_t budget_left;
+    // Tiles handed over all of whose pixels were traced.
+    uint32_t tiles_whole;
+    // Tiles handed over that the frame's budget did not finish.
+    uint32_t tiles_given_up;
+} shisen_frame_counts;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+// A status' name, such as "SHISEN_STATUS_OK"; "SHISEN_STATUS_?" for numbers
+// that are none. The text is the library's and stays.
+const char *shisen_status_name(uint32_t status);
+
+// What a status means and what to do, in one line without a full stop. The text
+// is the library's and stays.
+const char *shisen_status_message(uint32_t status);
+
+// What the addresses of memory for handles are multiples of, as
+// SHISEN_ALIGNMENT.
+size_t shisen_alignment(void);
+
+// Bytes of memory for a scene's handle, as SHISEN_SCENE_SIZE.
+size_t shisen_scene_size(void);
+
+// The effects that this library carries out: SHISEN_EFFECT_... bits.
+uint32_t shisen_effects(void);
+
+// Checks a scene that was baked in the compact layout (`shisen bake --layout
+// compact`) and makes a handle of it. This reads all its bytes, once.
+//
+// `memory`, `memory_size`: for the handle, which needs SHISEN_SCENE_SIZE bytes
+// at a multiple of SHISEN_ALIGNMENT.
+// `blob`, `blob_length`: the scene, at a multiple of SHISEN_BLOB_ALIGNMENT. What
+// follows its own length is ignored, so that a region of flash can be given
+// whole.
+// `scene`: the handle; NULL after a failure.
+// `fault`: what is wrong with a scene that is refused; may be NULL.
+//
+// # Safety
+// Each pointer is NULL, misaligned, or points to as much memory as is said,
+// which nobody else changes meanwhile. The blob stays as it is for as long as
+// the scene or a frame of it is in use.
+shisen_status shisen_scene_open(void *memory,
+                                size_t memory_size,
+                                const uint8_t *blob,
+                                size_t blob_length,
+                                struct shisen_scene **scene,
+                                struct shisen_scene_fault *fault);
+
+// Says what a scene is like.
+//
+// # Safety
+// `scene` is NULL or a scene that was opened; `facts` is NULL, misaligned, or
+// points to memory for one.
+shisen_status shisen_scene_describe(const struct shisen_scene *scene,
+                                    struct shisen_scene_facts *facts);
+
+// Bytes of memory for a tracker's handle, as SHISEN_TRACKER_SIZE.
+size_t shisen_tracker_size(void);
+
+// Bytes of memory for setting a device up, as SHISEN_SETUP_SIZE.
+size_t shisen_setup_size(void);
+
+// The settings of a tracker with this protocol (a shisen_protocol) whose origin
+// and axes are the room's, and which measures what devices of the protocol do.
+//
+// # Safety
+// `settings` is NULL, misaligned, or points to memory for them.
+shisen_status shisen_tracker_settings_init(struct shisen_tracker_settings *settings,
+                                           uint32_t protocol);
+
+// Makes a tracker that has heard nothing yet.
+//
+// `memory`, `memory_size`: for the handle, which needs SHISEN_TRACKER_SIZE bytes
+// at a multiple of SHISEN_ALIGNMENT. What is in it may be given up at any time.
+// `tracker`: the handle; NULL after a failure.
+//
+// # Safety
+// Each pointer is NULL, misaligned, or points to as much memory as is said,
+// which nobody else uses meanwhile.
+shisen_status shisen_tracker_init(void *memory,
+                                  size_t memory_size,
+                                  const struct shisen_tracker_settings *settings,
+                                  struct shisen_tracker **tracker);
+
+// Takes the next bytes of the tracker's stream, of which the last came in at
+// `arrival_us` on the caller's clock, which never goes back: microseconds. In
+// pieces of any length; noise is thrown away and counted.
+//
+// # Safety
+// `tracker` is NULL or a tracker that was made, nobody else's meanwhile; `bytes`
+// is NULL or points to `length` bytes.
+shisen_status shisen_tracker_feed(struct shisen_tracker *tracker,
+                                  const uint8_t *bytes,
+                                  size_t length,
+                                  uint64_t arrival_us);
+
+// Says where the viewer looks at `display_us`, which is when the frame will be
+// seen, on the clock of shisen_tracker_feed: microseconds. Whatever has been
+// fed, there is an answer; its `state` says what it is worth.
+//
+// # Safety
+// `tracker` is NULL or a tracker that was made, nobody else's meanwhile; `gaze`
+// is NULL, misaligned, or points to memory for one.
+shisen_status shisen_tracker_gaze(struct shisen_tracker *tracker,
+                                  uint64_t display_us,
+                                  struct shisen_gaze *gaze);
+
+// Says what became of the bytes so far.
+//
+// # Safety
+// `tracker` is NULL or a tracker that was made; `counts` is NULL, misaligned, or
+// points to memory for them.
+shisen_status shisen_tracker_count(const struct shisen_tracker *tracker,
+                                   struct shisen_tracker_counts *counts);
+
+// Forgets the piece of a record that has come in, as after bytes were lost: an
+// overrun of the line, or a device that was unplugged. What is known of the
+// gaze, and the counts, stay.
+//
+// # Safety
+// `tracker` is NULL or a tracker that was made, nobody else's meanwhile.
+shisen_status shisen_tracker_resync(struct shisen_tracker *tracker);
+
+// Begins to set the device up: shisen_tracker_poll then says what to send. A
+// device that sends without being asked needs none of it. Until the device has
+// been told everything, but at most for 800 ms, its samples count for nothing:
+// they may be in other units than it is asked for.
+//
+// `memory`, `memory_size`: SHISEN_SETUP_SIZE bytes at a multiple of SHISEN_ALIGNMENT,
+// which stay the tracker's until polling it says SHISEN_SETUP_ACTION_DONE or
+// fails.
+// `reset`: whether the device is reset first (1), which with some takes ten
+// seconds, or not (0).
+//
+// # Safety
+// `tracker` is NULL or a tracker that was made, nobody else's meanwhile;
+// `memory` is NULL, misaligned, or points to `memory_size` bytes, nobody else's
+// for as long as is said.
+shisen_status shisen_tracker_set_up(struct shisen_tracker *tracker,
+                                    void *memory,
+                                    size_t memory_size,
+                                    uint32_t reset);
+
+// Says what is to be done to set the device up, at `now_us` on the clock of
+// shisen_tracker_feed: microseconds. It never waits.
+//
+// A failure of the device (SHISEN_STATUS_DEVICE_...) is said once; then setting
+// it up is over, and what it sends is believed.
+//
+// `buffer`, `buffer_size`: for bytes to be sent; SHISEN_MOST_COMMAND_BYTES.
+//
+// # Safety
+// `tracker` is NULL or a tracker that was made, nobody else's meanwhile;
+// `buffer` is NULL or points to `buffer_size` bytes; `setup` is NULL,
+// misaligned, or points to memory for one.
+shisen_status shisen_tracker_poll(struct shisen_tracker *tracker,
+                                  uint64_t now_us,
+                                  uint8_t *buffer,
+                                  size_t buffer_size,
+                                  struct shisen_setup *setup);
+
+// Works a screen out from three of its corners, seen from in front of it:
+// metres, in the room.
+//
+// # Safety
+// Each pointer is NULL, misaligned, or points to three numbers; `screen` to
+// memory for one.
+shisen_status shisen_screen_from_corners(const float lower_left[3],
+                                         const float lower_right[3],
+                                         const float upper_left[3],
+                                         uint32_t columns,
+                                         uint32_t rows,
+                                         struct shisen_screen *screen);
+
+// Bytes of memory for the handle of a spectrum of `count` wavelengths.
+size_t shisen_spectrum_size(uint32_t count);
+
+// Works out `count` wavelengths, 1 to 64, between two of nanometres, 360 to 830,
+// and their colours, for shisen_frame_settings. Six from 400 to 700 will do for
+// most. Needs the cargo feature `dispersion`.
+//
+// `memory`, `memory_size`: shisen_spectrum_size(count) bytes at a multiple of
+// SHISEN_ALIGNMENT, which stay the spectrum's for as long as a frame that was
+// begun with it.
+// `spectrum`: the handle; NULL after a failure.
+//
+// # Safety
+// Each pointer is NULL, misaligned, or points to as much memory as is said,
+// which nobody else uses meanwhile.
+shisen_status shisen_spectrum_open(void *memory,
+                                   size_t memory_size,
+                                   uint32_t count,
+                                   float from_nm,
+                                   float to_nm,
+                                   struct shisen_spectrum **spectrum);
+
+// A dome over a room, whose front is at the bottom of the picture of `size`²
+// pixels, with a mirror of 1 mm. `position`: metres, in the room.
+//
+// # Safety
+// `dome` is NULL, misaligned, or points to memory for one; `position` is NULL,
+// misaligned, or points to three numbers.
+shisen_status shisen_dome_init(struct shisen_dome *dome, const float position[3], uint32_t size);
+
+// How many tiles of `side`² pixels a picture of this size has, as SHISEN_TILES.
+size_t shisen_tiles(uint32_t columns, uint32_t rows, uint32_t side);
+
+// Bytes of memory for the handle of a frame of so many pictures, which have so
+// many tiles together, as SHISEN_FRAME_BYTES.
+size_t shisen_frame_size(size_t pictures, size_t tiles);
+
+// The usual settings: three bounces, one ray a pixel, tiles of 16 pixels, a
+// level of detail that follows the gaze, no limit.
+//
+// # Safety
+// `settings` is NULL, misaligned, or points to memory for them.
+shisen_status shisen_frame_settings_init(struct shisen_frame_settings *settings);
+
+// Whether a screen can be seen from an eye: metres, in the room. A frame is not
+// begun with one that cannot.
+//
+// # Safety
+// `screen` is NULL, misaligned, or points to one; `eye` is NULL, misaligned, or
+// points to three numbers.
+shisen_status shisen_screen_check(const struct shisen_screen *screen, const float eye[3]);
+
+// Begins a frame of one eye's view of some screens. Its tiles go from the line
+// of sight outwards, whichever screen they are on; without a gaze by screen, row
+// and column. They are put in order here, in a time that grows with their
+// number and does not count against any budget.
+//
+// `memory`, `memory_size`: for the handle, which needs SHISEN_FRAME_BYTES bytes
+// at a multiple of SHISEN_ALIGNMENT. It is the frame's until the next is
+// begun in it, and may be given up at any time.
+// `screens`, `screen_count`: 1 to 65,535 of them; they are copied.
+// `eye`: metres, in the room.
+// `gaze`: of that eye, whose position is not looked at. NULL where it is not
+// known: everything is shown in full.
+// `frame`: the handle; NULL after a failure.
+//
+// # Safety
+// Each pointer is NULL, misaligned, or points to as much memory as is said,
+// which nobody else uses meanwhile. The scene's and the spectrum's memory, and
+// the frame's, stay where and as they are for as long as the frame is in use.
+shisen_status shisen_frame_begin(void *memory,
+                                 size_t memory_size,
+                                 const struct shisen_scene *scene,
+                                 const struct shisen_frame_settings *settings,
+                                 const struct shisen_screen *screens,
+                                 size_t screen_count,
+                                 const float eye[3],
+                                 const struct shisen_gaze *gaze,
+                                 struct shisen_frame **frame);
+
+// Begins a frame that is one dome master, shown in full. The rest is as with
+// shisen_frame_begin: tiles go by row and column.
+//
+// # Safety
+// As shisen_frame_begin.
+shisen_status shisen_frame_begin_dome(void *memory,
+                                      size_t memory_size,
+                                      const struct shisen_scene *scene,
+                                      const struct shisen_frame_settings *settings,
+                                      const struct shisen_dome *dome,
+                                      struct shisen_frame **frame);
+
+// Renders until a tile is finished (SHISEN_STATUS_TILE, which `tile` describes),
+// the frame is (SHISEN_STATUS_FINISHED), or this call's budget is spent
+// (SHISEN_STATUS_BUDGET_SPENT: call again to go on). Tiles that the frame's
+// budget did not finish are handed over all the same. A call takes at most its
+// budget and what one pixel takes more. What is in a tile does not depend on
+// how the frame was cut into calls.
+//
+// `slice_budget`: steps that this call may take; 0 traces nothing.
+// `pixels`, `pixel_count`: room for a tile, its side squared, of which a tile at
+// a picture's border uses the first. They are the frame's until the tile is
+// finished: its rows, from the top, without gaps. What is in them before does
+// not matter.
+//
+// # Safety
+// `frame` is NULL or a frame that was begun, nobody else's meanwhile; `pixels`
+// is NULL, misaligned, or points to as many; `tile` is NULL, misaligned, or
+// points to memory for one.
+shisen_status shisen_frame_render(struct shisen_frame *frame,
+                                  uint64_t slice_budget,
+                                  struct shisen_pixel *pixels,
+                                  size_t pixel_count,
+                                  struct shisen_tile *tile);
+
+// Says what a frame has taken so far.
+//
+// # Safety
+// `frame` is NULL or a frame that was begun; `counts` is NULL, misaligned, or
+// points to memory for them.
+shisen_status shisen_frame_count(const struct shisen_frame *frame,
+                                 struct shisen_frame_counts *counts);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* SHISEN_H */

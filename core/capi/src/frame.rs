@@ -1,0 +1,496 @@
+//! Frames: several screens, or a dome master, tile by tile within a budget.
+
+use crate::dome::Dome;
+use crate::memory::{exclusive, needed, room, shared, slice, slice_mut, write};
+use crate::scene::{EFFECTS, Scene, WIDTH};
+use crate::screen::Screen;
+use crate::spectrum::{Spectrum, with_wavelengths};
+use crate::status::{Status, settled};
+use crate::tracker::Gaze;
+use core::ffi::c_void;
+use core::ptr::{null, null_mut};
+use glam::Vec3;
+use shisen_core::Simd;
+use shisen_core::frame::{
+    Budget, FrameJob, LevelOfDetail, MAX_DEPTH, MAX_SAMPLES, Mode, Pictures, Place, Progress,
+    Renderer, Settings, View, Workspace,
+};
+use shisen_core::gaze::{LineOfSight, VisualField};
+
+/// Bytes of memory for a frame's handle, without its pictures and tiles.
+#[cfg(target_pointer_width = "32")]
+pub const SHISEN_FRAME_SIZE: usize = 2480;
+/// Bytes of memory for a frame's handle, without its pictures and tiles.
+#[cfg(target_pointer_width = "64")]
+pub const SHISEN_FRAME_SIZE: usize = 2656;
+/// Bytes of memory for each picture of a frame's handle.
+#[cfg(target_pointer_width = "32")]
+pub const SHISEN_PICTURE_SIZE: usize = 128;
+/// Bytes of memory for each picture of a frame's handle.
+#[cfg(target_pointer_width = "64")]
+pub const SHISEN_PICTURE_SIZE: usize = 128;
+/// Bytes of memory for each tile of a frame's handle.
+pub const SHISEN_TILE_SIZE: usize = 12;
+/// Most pixels a side of a tile.
+pub const SHISEN_LARGEST_TILE: u32 = 256;
+/// A budget that no frame spends.
+pub const SHISEN_UNLIMITED: u64 = u64::MAX;
+
+const _: () = assert!(needed::<Frame>() <= SHISEN_FRAME_SIZE);
+const _: () = assert!(size_of::<View>() <= SHISEN_PICTURE_SIZE);
+const _: () = assert!(size_of::<Place>() <= SHISEN_TILE_SIZE);
+// Pictures follow the frame, and tiles the pictures.
+const _: () = assert!(SHISEN_FRAME_SIZE.is_multiple_of(align_of::<View>()));
+const _: () = assert!(align_of::<View>() <= align_of::<Frame>());
+const _: () = assert!(align_of::<Place>() <= align_of::<View>());
+const _: () = assert!(FrameJob::LARGEST_TILE == SHISEN_LARGEST_TILE);
+const _: () = assert!(size_of::<Pixel>() == size_of::<shisen_core::frame::Pixel>());
+const _: () = assert!(align_of::<Pixel>() == align_of::<shisen_core::frame::Pixel>());
+
+/// A frame on its way to being finished. It refers to its scene and spectrum,
+/// and to itself: none of them may move.
+pub struct Frame {
+    job: FrameJob<'static>,
+    workspace: Workspace,
+    pictures: Shown,
+}
+
+/// The pictures of a frame, all of one eye.
+struct Shown {
+    renderer: Renderer<'static, WIDTH>,
+    /// In the memory behind the frame.
+    views: &'static [View],
+}
+
+impl Pictures<'static, WIDTH> for Shown {
+    fn count(&self) -> usize {
+        self.views.len()
+    }
+
+    fn view(&self, number: usize) -> Option<View> {
+        self.views.get(number).copied()
+    }
+
+    fn renderer(&self, number: usize) -> Option<&Renderer<'static, WIDTH>> {
+        (number < self.views.len()).then_some(&self.renderer)
+    }
+}
+
+/// How good a frame is to be, and what it may cost: see
+/// shisen_frame_settings_init.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct FrameSettings {
+    /// Reflections and refractions after one another, 0 to 16.
+    pub depth: u32,
+    /// Rays a pixel, 1 to 4,096.
+    pub samples: u32,
+    /// Pixels a side of a tile, 1 to 256.
+    pub tile_side: u32,
+    /// Whether the level of detail follows the gaze (1), or everything is shown
+    /// in full (0).
+    pub follow_gaze: u32,
+    /// Steps that the whole frame may take: one a node visited, one a primitive
+    /// tested. Tiles from where it is spent on show what a ray sees that meets
+    /// nothing.
+    pub budget: u64,
+    /// The wavelengths of dispersion. NULL: clear bodies bend all light the same
+    /// way.
+    pub spectrum: *const Spectrum,
+}
+
+/// Linear light and coverage, premultiplied: sRGB's primaries, 1 being white.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct Pixel {
+    /// Red.
+    pub red: f32,
+    /// Green.
+    pub green: f32,
+    /// Blue.
+    pub blue: f32,
+    /// 0 where only a transparent background is seen, 1 where it is not.
+    pub alpha: f32,
+}
+
+/// A tile whose pixels are there.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct Tile {
+    /// The number of its picture, as the frame was begun with; 0 of a dome
+    /// master.
+    pub picture: u32,
+    /// Its first column.
+    pub x: u32,
+    /// Its first row.
+    pub y: u32,
+    /// Pixels in a row: the side of tiles, or less at the picture's border.
+    pub columns: u32,
+    /// Pixels in a column: the side of tiles, or less at the picture's border.
+    pub rows: u32,
+    /// Whether the frame's budget lasted (1); if not (0), some or all of its
+    /// pixels show what a ray sees that meets nothing.
+    pub whole: u32,
+}
+
+/// What a frame has taken so far.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct FrameCounts {
+    /// Rays from the eye.
+    pub primary_rays: u64,
+    /// Rays off mirrors and off glass.
+    pub reflected_rays: u64,
+    /// Rays into and out of glass.
+    pub refracted_rays: u64,
+    /// Rays to lights.
+    pub shadow_rays: u64,
+    /// Nodes visited and primitives tested.
+    pub steps: u64,
+    /// Steps that are left of the frame's budget.
+    pub budget_left: u64,
+    /// Tiles handed over all of whose pixels were traced.
+    pub tiles_whole: u32,
+    /// Tiles handed over that the frame's budget did not finish.
+    pub tiles_given_up: u32,
+}
+
+/// How many tiles of `side`² pixels a picture of this size has, as SHISEN_TILES.
+#[unsafe(no_mangle)]
+pub extern "C" fn shisen_tiles(columns: u32, rows: u32, side: u32) -> usize {
+    FrameJob::tiles_of(core::iter::once([columns, rows]), side)
+}
+
+/// Bytes of memory for the handle of a frame of so many pictures, which have so
+/// many tiles together, as SHISEN_FRAME_BYTES.
+#[unsafe(no_mangle)]
+pub extern "C" fn shisen_frame_size(pictures: usize, tiles: usize) -> usize {
+    let pictures = pictures.saturating_mul(SHISEN_PICTURE_SIZE);
+    let tiles = tiles.saturating_mul(SHISEN_TILE_SIZE);
+    SHISEN_FRAME_SIZE
+        .saturating_add(pictures)
+        .saturating_add(tiles)
+}
+
+/// The usual settings: three bounces, one ray a pixel, tiles of 16 pixels, a
+/// level of detail that follows the gaze, no limit.
+///
+/// # Safety
+/// `settings` is NULL, misaligned, or points to memory for them.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shisen_frame_settings_init(settings: *mut FrameSettings) -> Status {
+    settled((|| {
+        let usual = Settings::default();
+        let usual = FrameSettings {
+            depth: usual.depth.into(),
+            samples: usual.samples.into(),
+            tile_side: 16,
+            follow_gaze: 1,
+            budget: SHISEN_UNLIMITED,
+            spectrum: null(),
+        };
+        // SAFETY: as promised above.
+        unsafe { write(settings, usual) }?;
+        Ok(Status::Ok)
+    })())
+}
+
+/// Whether a screen can be seen from an eye: metres, in the room. A frame is not
+/// begun with one that cannot.
+/// cbindgen:ptrs-as-arrays=[[eye;3]]
+///
+/// # Safety
+/// `screen` is NULL, misaligned, or points to one; `eye` is NULL, misaligned, or
+/// points to three numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shisen_screen_check(screen: *const Screen, eye: *const f32) -> Status {
+    settled((|| {
+        // SAFETY: as promised above.
+        let (screen, eye) = unsafe { (shared(screen)?, place(eye)?) };
+        screen.flat().view_from(eye)?;
+        Ok(Status::Ok)
+    })())
+}
+
+/// Begins a frame of one eye's view of some screens. Its tiles go from the line
+/// of sight outwards, whichever screen they are on; without a gaze by screen, row
+/// and column. They are put in order here, in a time that grows with their
+/// number and does not count against any budget.
+///
+/// `memory`, `memory_size`: for the handle, which needs SHISEN_FRAME_BYTES bytes
+/// at a multiple of SHISEN_ALIGNMENT. It is the frame's until the next is
+/// begun in it, and may be given up at any time.
+/// `screens`, `screen_count`: 1 to 65,535 of them; they are copied.
+/// `eye`: metres, in the room.
+/// `gaze`: of that eye, whose position is not looked at. NULL where it is not
+/// known: everything is shown in full.
+/// `frame`: the handle; NULL after a failure.
+/// cbindgen:ptrs-as-arrays=[[eye;3]]
+///
+/// # Safety
+/// Each pointer is NULL, misaligned, or points to as much memory as is said,
+/// which nobody else uses meanwhile. The scene's and the spectrum's memory, and
+/// the frame's, stay where and as they are for as long as the frame is in use.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shisen_frame_begin(
+    memory: *mut c_void,
+    memory_size: usize,
+    scene: *const Scene,
+    settings: *const FrameSettings,
+    screens: *const Screen,
+    screen_count: usize,
+    eye: *const f32,
+    gaze: *const Gaze,
+    frame: *mut *mut Frame,
+) -> Status {
+    settled((|| {
+        // SAFETY: as promised above.
+        let (scene, settings, screens, eye) = unsafe {
+            write(frame, null_mut())?;
+            (
+                shared(scene)?,
+                shared(settings)?,
+                slice(screens, screen_count)?,
+                place(eye)?,
+            )
+        };
+        // SAFETY: as promised above.
+        let mut renderer = unsafe { renderer(scene, settings) }?;
+        if !gaze.is_null() {
+            // SAFETY: as promised above.
+            let gaze = unsafe { shared(gaze) }?;
+            let [forward, up] = [gaze.forward, gaze.up].map(Vec3::from_array);
+            let sight = LineOfSight::new(eye, forward, up)?;
+            if let (true, Some(field)) = (
+                settings.follow_gaze != 0,
+                VisualField::PAPER.wider(gaze.widen),
+            ) {
+                let gaze = shisen_core::gaze::Gaze::new(sight, field);
+                renderer = renderer.with_level_of_detail(LevelOfDetail::new(gaze));
+            }
+        }
+        let views = screens
+            .iter()
+            .map(|screen| Ok(screen.flat().view_from(eye)?));
+        // SAFETY: as promised above.
+        let handle = unsafe { begin((memory, memory_size), &renderer, settings, views) }?;
+        // SAFETY: as promised above.
+        unsafe { write(frame, handle) }?;
+        Ok(Status::Ok)
+    })())
+}
+
+/// Begins a frame that is one dome master, shown in full. The rest is as with
+/// shisen_frame_begin: tiles go by row and column.
+///
+/// # Safety
+/// As shisen_frame_begin.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shisen_frame_begin_dome(
+    memory: *mut c_void,
+    memory_size: usize,
+    scene: *const Scene,
+    settings: *const FrameSettings,
+    dome: *const Dome,
+    frame: *mut *mut Frame,
+) -> Status {
+    settled((|| {
+        // SAFETY: as promised above.
+        let (scene, settings, dome) = unsafe {
+            write(frame, null_mut())?;
+            (shared(scene)?, shared(settings)?, shared(dome)?)
+        };
+        // SAFETY: as promised above.
+        let renderer = unsafe { renderer(scene, settings) }?;
+        let views = core::iter::once_with(|| dome.view());
+        // SAFETY: as promised above.
+        let handle = unsafe { begin((memory, memory_size), &renderer, settings, views) }?;
+        // SAFETY: as promised above.
+        unsafe { write(frame, handle) }?;
+        Ok(Status::Ok)
+    })())
+}
+
+/// # Safety
+/// `place` is null, misaligned, or points to three numbers.
+unsafe fn place(place: *const f32) -> Result<Vec3, Status> {
+    // SAFETY: as promised above.
+    let place = unsafe { shared(place.cast::<[f32; 3]>()) }?;
+    Ok(Vec3::from_array(*place))
+}
+
+/// # Safety
+/// The settings' spectrum is null, misaligned, or one that was opened.
+unsafe fn renderer(
+    scene: &Scene,
+    settings: &FrameSettings,
+) -> Result<Renderer<'static, WIDTH>, Status> {
+    let &FrameSettings { depth, samples, .. } = settings;
+    if depth > MAX_DEPTH.into() || !(1..=u32::from(MAX_SAMPLES)).contains(&samples) {
+        return Err(Status::FrameSettings);
+    }
+    let quality = Settings {
+        depth: depth as u8,
+        samples: samples as u16,
+        mode: Mode::Single,
+    };
+    let renderer = Renderer::single::<EFFECTS>(scene.scene, Simd::PORTABLE, quality);
+    if settings.spectrum.is_null() {
+        return Ok(renderer);
+    }
+    // SAFETY: as promised above.
+    let spectrum = unsafe { shared(settings.spectrum) }?;
+    with_wavelengths(&renderer, spectrum)
+}
+
+/// Lays a frame out: the handle, its pictures, then the order of its tiles.
+///
+/// # Safety
+/// The memory is null, misaligned, or there, and the frame's from now on.
+unsafe fn begin(
+    (memory, memory_size): (*mut c_void, usize),
+    renderer: &Renderer<'static, WIDTH>,
+    settings: &FrameSettings,
+    views: impl ExactSizeIterator<Item = Result<View, Status>> + Clone,
+) -> Result<*mut Frame, Status> {
+    let count = views.len();
+    if !(1..=usize::from(u16::MAX)).contains(&count) {
+        return Err(Status::Pictures);
+    }
+    if !(1..=SHISEN_LARGEST_TILE).contains(&settings.tile_side) {
+        return Err(Status::TileSize);
+    }
+    let mut tiles = 0usize;
+    for view in views.clone() {
+        let view = view?;
+        let own = shisen_tiles(view.columns(), view.rows(), settings.tile_side);
+        tiles = tiles.saturating_add(own);
+    }
+    let trailing = shisen_frame_size(count, tiles).saturating_sub(size_of::<Frame>());
+    let handle = room::<Frame>(memory, memory_size, trailing)?;
+    let shown = handle.wrapping_byte_add(SHISEN_FRAME_SIZE).cast::<View>();
+    for (number, view) in views.enumerate() {
+        // SAFETY: there is room.
+        unsafe { shown.wrapping_add(number).write(view?) };
+    }
+    let places = shown.wrapping_add(count).cast::<Place>();
+    for tile in 0..tiles {
+        // SAFETY: there is room.
+        unsafe { places.wrapping_add(tile).write(Place::default()) };
+    }
+    // SAFETY: they were just written, and are the frame's from now on.
+    let (views, places) = unsafe { (slice(shown, count)?, slice_mut(places, tiles)?) };
+    let pictures = Shown {
+        renderer: *renderer,
+        views,
+    };
+    let budget = Budget::steps(settings.budget);
+    let job = FrameJob::new(&pictures, settings.tile_side, budget, places)?;
+    // SAFETY: there is room.
+    unsafe {
+        (&raw mut (*handle).workspace).write(Workspace::new());
+        (&raw mut (*handle).pictures).write(pictures);
+        (&raw mut (*handle).job).write(job);
+    }
+    Ok(handle)
+}
+
+/// Renders until a tile is finished (SHISEN_STATUS_TILE, which `tile` describes),
+/// the frame is (SHISEN_STATUS_FINISHED), or this call's budget is spent
+/// (SHISEN_STATUS_BUDGET_SPENT: call again to go on). Tiles that the frame's
+/// budget did not finish are handed over all the same. A call takes at most its
+/// budget and what one pixel takes more. What is in a tile does not depend on
+/// how the frame was cut into calls.
+///
+/// `slice_budget`: steps that this call may take; 0 traces nothing.
+/// `pixels`, `pixel_count`: room for a tile, its side squared, of which a tile at
+/// a picture's border uses the first. They are the frame's until the tile is
+/// finished: its rows, from the top, without gaps. What is in them before does
+/// not matter.
+///
+/// # Safety
+/// `frame` is NULL or a frame that was begun, nobody else's meanwhile; `pixels`
+/// is NULL, misaligned, or points to as many; `tile` is NULL, misaligned, or
+/// points to memory for one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shisen_frame_render(
+    frame: *mut Frame,
+    slice_budget: u64,
+    pixels: *mut Pixel,
+    pixel_count: usize,
+    tile: *mut Tile,
+) -> Status {
+    settled((|| {
+        let none = Tile {
+            picture: 0,
+            x: 0,
+            y: 0,
+            columns: 0,
+            rows: 0,
+            whole: 0,
+        };
+        // SAFETY: as promised above; both kinds of pixels are four numbers.
+        let (frame, pixels) = unsafe {
+            write(tile, none)?;
+            let pixels = slice_mut(pixels.cast::<shisen_core::frame::Pixel>(), pixel_count)?;
+            (exclusive(frame)?, pixels)
+        };
+        let mut slice = Budget::steps(slice_budget);
+        let Frame {
+            job,
+            workspace,
+            pictures,
+        } = frame;
+        match job.render(pictures, pixels, &mut slice, workspace)? {
+            Progress::BudgetSpent => Ok(Status::BudgetSpent),
+            Progress::Finished => Ok(Status::Finished),
+            Progress::Tile {
+                part,
+                tile: done,
+                whole,
+            } => {
+                let done = Tile {
+                    picture: part as u32,
+                    x: done.x,
+                    y: done.y,
+                    columns: done.width,
+                    rows: done.height,
+                    whole: whole.into(),
+                };
+                // SAFETY: as promised above.
+                unsafe { write(tile, done) }?;
+                Ok(Status::Tile)
+            }
+        }
+    })())
+}
+
+/// Says what a frame has taken so far.
+///
+/// # Safety
+/// `frame` is NULL or a frame that was begun; `counts` is NULL, misaligned, or
+/// points to memory for them.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shisen_frame_count(
+    frame: *const Frame,
+    counts: *mut FrameCounts,
+) -> Status {
+    settled((|| {
+        // SAFETY: as promised above.
+        let frame = unsafe { shared(frame) }?;
+        let (statistics, tiles) = (&frame.workspace.statistics, frame.job.tiles());
+        let found = FrameCounts {
+            primary_rays: statistics.primary,
+            reflected_rays: statistics.reflected,
+            refracted_rays: statistics.refracted,
+            shadow_rays: statistics.shadow,
+            steps: statistics.steps,
+            budget_left: frame.job.budget().left(),
+            tiles_whole: tiles.whole,
+            tiles_given_up: tiles.given_up,
+        };
+        // SAFETY: as promised above.
+        unsafe { write(counts, found) }?;
+        Ok(Status::Ok)
+    })())
+}

@@ -1,0 +1,207 @@
+//! Scenes, used where they are.
+
+use crate::memory::{needed, room, shared, slice, write};
+use crate::status::{Status, of_scene, settled};
+use core::ffi::{c_char, c_void};
+use core::ptr::null;
+use shisen_core::EffectSet;
+
+/// Bytes of memory for a scene's handle.
+#[cfg(target_pointer_width = "32")]
+pub const SHISEN_SCENE_SIZE: usize = 120;
+/// Bytes of memory for a scene's handle.
+#[cfg(target_pointer_width = "64")]
+pub const SHISEN_SCENE_SIZE: usize = 232;
+/// What the address of a baked scene is a multiple of.
+pub const SHISEN_BLOB_ALIGNMENT: usize = 32;
+
+/// Children of a node in the compact layout.
+pub(crate) const WIDTH: usize = 4;
+
+/// What the library was built for.
+pub(crate) const EFFECTS: u32 = if cfg!(feature = "dispersion") {
+    EffectSet::ALL.bits()
+} else {
+    EffectSet::ALL.without(EffectSet::DISPERSION).bits()
+};
+
+/// A scene that has been checked. It refers to the baked scene's bytes, which
+/// stay the caller's: they must neither change nor move as long as the scene or
+/// a frame of it is in use. It never changes, so that any number of frames and
+/// threads can use it at once.
+#[derive(Clone, Copy)]
+pub struct Scene {
+    pub(crate) scene: shisen_core::scene::Scene<'static, WIDTH>,
+}
+
+const _: () = assert!(needed::<Scene>() <= SHISEN_SCENE_SIZE);
+const _: () = assert!(shisen_core::scene::format::ALIGNMENT == SHISEN_BLOB_ALIGNMENT);
+
+/// What is wrong with a scene.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct SceneFault {
+    /// The shisen_status that the scene was refused with.
+    pub status: u32,
+    /// As the status describes it: a byte, a record, or a size.
+    pub number: u64,
+    /// Which table or value it is about, in English: `what_length` bytes
+    /// without a zero at their end. NULL where the status says all. The text is
+    /// the library's and stays.
+    pub what: *const c_char,
+    /// Bytes of `what`.
+    pub what_length: usize,
+}
+
+/// What a scene is like.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct SceneFacts {
+    /// The effects that it asks for: SHISEN_EFFECT_... bits. Those that are not
+    /// among shisen_effects() are left out.
+    pub effects: u32,
+    /// Bytes that it takes, in which it may be shorter than the memory given.
+    pub byte_length: u32,
+    /// Meshes of its ladders of polygon levels; 1 where it was baked without.
+    pub polygon_levels: u32,
+    /// Placed shapes.
+    pub objects: u32,
+    /// Lights.
+    pub lights: u32,
+}
+
+/// Effect: light is kept off by what stands in its way.
+pub const SHISEN_EFFECT_SHADOWS: u32 = 0x10000;
+/// Effect: mirrors.
+pub const SHISEN_EFFECT_REFLECTION: u32 = 0x2;
+/// Effect: clear bodies.
+pub const SHISEN_EFFECT_REFRACTION: u32 = 0x4;
+/// Effect: clear bodies bend each wavelength its own way.
+pub const SHISEN_EFFECT_DISPERSION: u32 = 0x100;
+/// Effect: clear bodies take light away along the way.
+pub const SHISEN_EFFECT_ABSORPTION: u32 = 0x8;
+/// Effect: lights that have a size.
+pub const SHISEN_EFFECT_SOFT_LIGHT: u32 = 0x20000;
+/// Effect: images on surfaces.
+pub const SHISEN_EFFECT_IMAGE_TEXTURE: u32 = 0x40;
+/// Effect: checkers on surfaces.
+pub const SHISEN_EFFECT_CHECKER_TEXTURE: u32 = 0x20;
+/// Effect: surfaces that shine.
+pub const SHISEN_EFFECT_EMISSION: u32 = 0x80;
+/// Effect: meridians and parallels on a surface.
+pub const SHISEN_EFFECT_GRATICULE: u32 = 0x10;
+
+const _: () = assert!(
+    EffectSet::SHADOWS.bits() == SHISEN_EFFECT_SHADOWS
+        && EffectSet::REFLECTION.bits() == SHISEN_EFFECT_REFLECTION
+        && EffectSet::REFRACTION.bits() == SHISEN_EFFECT_REFRACTION
+        && EffectSet::DISPERSION.bits() == SHISEN_EFFECT_DISPERSION
+        && EffectSet::ABSORPTION.bits() == SHISEN_EFFECT_ABSORPTION
+        && EffectSet::SOFT_LIGHT.bits() == SHISEN_EFFECT_SOFT_LIGHT
+        && EffectSet::IMAGE_TEXTURE.bits() == SHISEN_EFFECT_IMAGE_TEXTURE
+        && EffectSet::CHECKER_TEXTURE.bits() == SHISEN_EFFECT_CHECKER_TEXTURE
+        && EffectSet::EMISSION.bits() == SHISEN_EFFECT_EMISSION
+        && EffectSet::GRATICULE.bits() == SHISEN_EFFECT_GRATICULE
+);
+
+/// Bytes of memory for a scene's handle, as SHISEN_SCENE_SIZE.
+#[unsafe(no_mangle)]
+pub extern "C" fn shisen_scene_size() -> usize {
+    SHISEN_SCENE_SIZE
+}
+
+/// The effects that this library carries out: SHISEN_EFFECT_... bits.
+#[unsafe(no_mangle)]
+pub extern "C" fn shisen_effects() -> u32 {
+    EFFECTS
+}
+
+/// Checks a scene that was baked in the compact layout (`shisen bake --layout
+/// compact`) and makes a handle of it. This reads all its bytes, once.
+///
+/// `memory`, `memory_size`: for the handle, which needs SHISEN_SCENE_SIZE bytes
+/// at a multiple of SHISEN_ALIGNMENT.
+/// `blob`, `blob_length`: the scene, at a multiple of SHISEN_BLOB_ALIGNMENT. What
+/// follows its own length is ignored, so that a region of flash can be given
+/// whole.
+/// `scene`: the handle; NULL after a failure.
+/// `fault`: what is wrong with a scene that is refused; may be NULL.
+///
+/// # Safety
+/// Each pointer is NULL, misaligned, or points to as much memory as is said,
+/// which nobody else changes meanwhile. The blob stays as it is for as long as
+/// the scene or a frame of it is in use.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shisen_scene_open(
+    memory: *mut c_void,
+    memory_size: usize,
+    blob: *const u8,
+    blob_length: usize,
+    scene: *mut *mut Scene,
+    fault: *mut SceneFault,
+) -> Status {
+    settled((|| {
+        // SAFETY: as promised above.
+        unsafe { write(scene, core::ptr::null_mut()) }?;
+        let handle = room::<Scene>(memory, memory_size, 0)?;
+        let blob_given = !blob.is_null();
+        // SAFETY: as promised above; a scene of no bytes is none, wherever.
+        let bytes = unsafe { slice::<u8>(blob, blob_length) }?;
+        if !blob_given {
+            return Err(Status::NullPointer);
+        }
+        match shisen_core::scene::Scene::from_bytes(bytes) {
+            Ok(checked) => {
+                // SAFETY: there is room.
+                unsafe { handle.write(Scene { scene: checked }) };
+                // SAFETY: as promised above.
+                unsafe { write(scene, handle) }?;
+                Ok(Status::Ok)
+            }
+            Err(error) => {
+                let (status, number, what) = of_scene(error);
+                if !fault.is_null() {
+                    let found = SceneFault {
+                        status: status as u32,
+                        number,
+                        what: if what.is_empty() {
+                            null()
+                        } else {
+                            what.as_ptr().cast()
+                        },
+                        what_length: what.len(),
+                    };
+                    // SAFETY: as promised above.
+                    unsafe { write(fault, found) }?;
+                }
+                Err(status)
+            }
+        }
+    })())
+}
+
+/// Says what a scene is like.
+///
+/// # Safety
+/// `scene` is NULL or a scene that was opened; `facts` is NULL, misaligned, or
+/// points to memory for one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn shisen_scene_describe(
+    scene: *const Scene,
+    facts: *mut SceneFacts,
+) -> Status {
+    settled((|| {
+        // SAFETY: as promised above.
+        let Scene { scene } = unsafe { shared(scene) }?;
+        let found = SceneFacts {
+            effects: scene.effects().bits(),
+            byte_length: scene.byte_len(),
+            polygon_levels: scene.rungs().into(),
+            objects: scene.instances().len() as u32,
+            lights: scene.lights().len() as u32,
+        };
+        // SAFETY: as promised above.
+        unsafe { write(facts, found) }?;
+        Ok(Status::Ok)
+    })())
+}

@@ -1,0 +1,157 @@
+use super::*;
+use crate::memory::SHISEN_ALIGNMENT;
+#[cfg(feature = "link")]
+use shisen_tracker::{link, sample::Reading, sample::Sample, time::DeviceTime};
+
+const WORDS: usize = SHISEN_TRACKER_SIZE.div_ceil(SHISEN_ALIGNMENT);
+
+fn settings(protocol: Protocol) -> TrackerSettings {
+    let mut settings = core::mem::MaybeUninit::uninit();
+    // SAFETY: there is memory for them.
+    let made = unsafe { shisen_tracker_settings_init(settings.as_mut_ptr(), protocol as u32) };
+    assert_eq!(made, Status::Ok);
+    // SAFETY: they were just made.
+    unsafe { settings.assume_init() }
+}
+
+/// With the memory that the tracker is in.
+fn with_tracker(settings: &TrackerSettings, run: impl FnOnce(Status, *mut Tracker)) {
+    // Each place that C can put it at.
+    let mut memory = [0u64; WORDS + 1];
+    let start = memory
+        .as_mut_ptr()
+        .wrapping_add(usize::from(settings.hertz > 0));
+    let mut tracker = null_mut();
+    // SAFETY: there is as much memory.
+    let status = unsafe {
+        shisen_tracker_init(
+            start.cast(),
+            SHISEN_TRACKER_SIZE,
+            settings,
+            &raw mut tracker,
+        )
+    };
+    run(status, tracker);
+}
+
+#[test]
+fn every_protocol_that_is_built_is_set_up_in_the_buffer_that_is_promised() {
+    for protocol in Protocol::ALL {
+        for hertz in [0, 60] {
+            let mut settings = settings(protocol);
+            settings.hertz = hertz;
+            with_tracker(&settings, |status, tracker| {
+                if status == Status::NotBuilt {
+                    return;
+                }
+                assert_eq!(status, Status::Ok, "{protocol:?}");
+                assert!(set_up(tracker) >= usize::from(protocol != Protocol::Asl));
+            });
+        }
+    }
+}
+
+/// Plays what is said to a device that does not answer; says how often
+/// something was sent.
+fn set_up(tracker: *mut Tracker) -> usize {
+    let mut memory = [0u64; SHISEN_SETUP_SIZE.div_ceil(SHISEN_ALIGNMENT)];
+    let mut buffer = [0u8; SHISEN_MOST_COMMAND_BYTES];
+    let mut setup = Setup {
+        action: 0,
+        baud: 0,
+        length: 0,
+        until_us: 0,
+    };
+    // SAFETY: there is as much memory.
+    let begun =
+        unsafe { shisen_tracker_set_up(tracker, memory.as_mut_ptr().cast(), SHISEN_SETUP_SIZE, 1) };
+    assert_eq!(begun, Status::Ok);
+    let (mut now, mut sent) = (0, 0);
+    loop {
+        // SAFETY: there is as much memory.
+        let status = unsafe {
+            shisen_tracker_poll(
+                tracker,
+                now,
+                buffer.as_mut_ptr(),
+                buffer.len(),
+                &raw mut setup,
+            )
+        };
+        if status != Status::Ok {
+            assert_eq!(status, Status::DeviceSilent);
+            // Noise in between is no reason to stay silent about it.
+            // SAFETY: as many bytes are there.
+            let fed = unsafe { shisen_tracker_feed(tracker, buffer.as_ptr(), 9, now) };
+            assert_eq!(fed, Status::Ok);
+            return sent;
+        }
+        sent += usize::from(setup.action == SetupAction::Send as u32);
+        assert!(setup.length <= buffer.len());
+        now = now.max(setup.until_us);
+    }
+}
+
+/// Bytes of our link: somebody looks straight ahead.
+#[cfg(feature = "link")]
+fn record(encoder: &mut link::Encoder, microseconds: u64) -> link::Frame {
+    let mut sample = Sample::arrived(Micros(microseconds));
+    sample.device_time = Some(DeviceTime::unwrapped(microseconds));
+    sample.head.position = Some(Reading::tracked(Vec3::ZERO));
+    sample.head.orientation = Some(Reading::tracked(Quat::IDENTITY));
+    sample.combined.direction = Some(Reading::tracked(Vec3::NEG_Z));
+    encoder.sample(&sample)
+}
+
+#[test]
+#[cfg(feature = "link")]
+fn samples_count_once_a_device_has_been_told_everything() {
+    let mut memory = [0u64; SHISEN_SETUP_SIZE.div_ceil(SHISEN_ALIGNMENT)];
+    let mut encoder = link::Encoder::new();
+    with_tracker(&settings(Protocol::Link), |_, tracker| {
+        let setup = memory.as_mut_ptr().cast();
+        // SAFETY: there is as much memory.
+        let begun = unsafe { shisen_tracker_set_up(tracker, setup, SHISEN_SETUP_SIZE, 0) };
+        assert_eq!(begun, Status::Ok);
+        // SAFETY: a tracker that was made, nobody else's in what follows.
+        let tracker = unsafe { &mut *tracker };
+        let mut state = |tracker: &mut Tracker, at: u64| {
+            tracker.feed(&record(&mut encoder, at), Micros(at));
+            tracker.gaze.estimate(Micros(at), &mut |_| {}).state
+        };
+        assert_eq!(state(tracker, 1_000), State::FullQuality);
+        tracker.polled = Some(Micros(2_000));
+        let said = |tracker: &mut Tracker| {
+            let session = tracker.setup.as_mut().unwrap();
+            matches!(session.poll(Micros(2_000)), Action::Send(_))
+        };
+        assert!(said(tracker));
+        assert_eq!(state(tracker, 3_000), State::Fresh);
+    });
+    // One that is never told everything is believed in the end.
+    with_tracker(&settings(Protocol::Link), |_, tracker| {
+        let setup = memory.as_mut_ptr().cast();
+        // SAFETY: there is as much memory.
+        let begun = unsafe { shisen_tracker_set_up(tracker, setup, SHISEN_SETUP_SIZE, 0) };
+        assert_eq!(begun, Status::Ok);
+        // SAFETY: a tracker that was made, nobody else's in what follows.
+        let tracker = unsafe { &mut *tracker };
+        tracker.polled = Some(Micros(0));
+        tracker.feed(&record(&mut encoder, 799_000), Micros(799_000));
+        assert!(
+            tracker
+                .gaze
+                .estimate(Micros(799_000), &mut |_| {})
+                .gaze_age
+                .is_none()
+        );
+        tracker.feed(&record(&mut encoder, 800_000), Micros(800_000));
+        assert!(
+            tracker
+                .gaze
+                .estimate(Micros(800_000), &mut |_| {})
+                .gaze_age
+                .is_some()
+        );
+    });
+}
