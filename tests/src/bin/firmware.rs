@@ -232,7 +232,7 @@ impl Bench {
         for which in [PaperScene::A, PaperScene::B, PaperScene::C, PaperScene::D] {
             let scene = paper(which);
             for (gaze, tracker) in [("1", Still::ahead()), ("2", Still::down())] {
-                let mut run = self.run(scene.as_bytes(), Some(tracker));
+                let run = self.run(scene.as_bytes(), Some(tracker));
                 let watched = self.same(&scene, run)?;
                 let last = watched.frames.last().ok_or("no frame")?;
                 check(last.start.state == Some(0), "the gaze is not fresh")?;

@@ -7,6 +7,7 @@
 #![no_std]
 #![no_main]
 
+use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use glam::Vec3;
@@ -369,7 +370,7 @@ fn run(scene: Result<Scene<'static, 4>, u32>, ports: &mut Ports, memory: &mut Me
 
 #[entry]
 fn main() -> ! {
-    static mut PORTS: Option<Ports> = None;
+    static mut PORTS: MaybeUninit<Ports> = MaybeUninit::uninit();
     static mut MEMORY: Memory = Memory {
         pixels: [scene::NO_PIXEL; TILE_PIXELS],
         places: [Place::NONE; MOST_TILES],
@@ -381,7 +382,7 @@ fn main() -> ! {
     let Some(viewer) = Viewer::new(Line::TRACKER) else {
         halt()
     };
-    let ports = PORTS.insert(Ports {
+    let ports = PORTS.write(Ports {
         viewer,
         line: Line::DISPLAY,
         orders: Orders::new(),
