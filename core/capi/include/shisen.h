@@ -108,7 +108,7 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 8856
+#define SHISEN_TRACKER_SIZE 8896
 #endif
 
 #if defined(SHISEN_POINTERS_64)

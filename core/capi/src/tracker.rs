@@ -15,7 +15,7 @@ use shisen_tracker::time::Micros;
 
 /// Bytes of memory for a tracker's handle, whatever its protocol.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_TRACKER_SIZE: usize = 8856;
+pub const SHISEN_TRACKER_SIZE: usize = 8896;
 /// Bytes of memory for a tracker's handle, whatever its protocol.
 #[cfg(target_pointer_width = "64")]
 pub const SHISEN_TRACKER_SIZE: usize = 9176;
