@@ -150,7 +150,6 @@ impl FromStr for TrackerChoice {
 impl TrackerChoice {
     fn bytes(&self) -> Result<Option<TrackerBytes>, Failure> {
         Ok(match &self.0 {
-            None => None,
             Some(Spec::Replay(path)) => {
                 let recording = Recording::read(path)?;
                 let samples: Vec<Sample> = recording.samples().copied().collect();
@@ -158,7 +157,8 @@ impl TrackerChoice {
                 Some(Box::new(Wire::new(samples, Format::Link)))
             }
             Some(Spec::Mock(spec)) => Some(Box::new(Wire::new(simulated(spec)?, Format::Link))),
-            Some(_) => None,
+            // Others are refused when they are read.
+            _ => None,
         })
     }
 }

@@ -83,8 +83,8 @@ pub fn reference(
     }
     let [left, right] = start.eyes;
     let renderers = [
-        follow(renderer, start, left)?,
-        follow(renderer, start, right)?,
+        follow(&renderer, start, left)?,
+        follow(&renderer, start, right)?,
     ];
     let parts = match start.subject {
         Subject::Screens => {
@@ -109,7 +109,7 @@ pub fn reference(
 
 /// What follows the gaze of an eye, where something does.
 fn follow<'a>(
-    renderer: Renderer<'a, 4>,
+    renderer: &Renderer<'a, 4>,
     start: &FrameStart,
     eye: Vec3,
 ) -> Result<Renderer<'a, 4>, LineOfSightError> {
@@ -117,7 +117,7 @@ fn follow<'a>(
         .state
         .and_then(|_| VisualField::PAPER.wider(start.widen));
     let Some(field) = field else {
-        return Ok(renderer);
+        return Ok(*renderer);
     };
     let sight = LineOfSight::new(eye, start.forward, start.up)?;
     Ok(renderer.with_level_of_detail(LevelOfDetail::new(Gaze::new(sight, field))))

@@ -31,6 +31,9 @@ const STEP: Micros = Micros(2_000);
 /// What is wrong, in words.
 type Wrong = String;
 
+/// Says what it found.
+type Check = fn(&Bench) -> Result<String, Wrong>;
+
 fn main() -> ExitCode {
     let images: Vec<_> = std::env::args_os().skip(1).collect();
     let [plain, dispersive] = images.as_slice() else {
@@ -50,7 +53,7 @@ fn main() -> ExitCode {
         dispersive,
         screens: three_walls(),
     };
-    let checks: [(&str, fn(&Bench) -> Result<String, Wrong>); 10] = [
+    let checks: [(&str, Check); 10] = [
         ("scenes A to D, both gazes", Bench::paper_scenes),
         ("a dome master", Bench::dome_master),
         ("a prism by wavelengths", Bench::by_wavelengths),
@@ -121,7 +124,7 @@ struct Still {
 }
 
 impl Still {
-    fn new(place: Vec3, turn: Quat, gaze: Vec3) -> TrackerBytes {
+    fn looking(place: Vec3, turn: Quat, gaze: Vec3) -> TrackerBytes {
         Box::new(Self {
             place,
             turn,
@@ -132,7 +135,7 @@ impl Still {
     }
 
     fn ahead() -> TrackerBytes {
-        Self::new(Vec3::ZERO, Quat::IDENTITY, Vec3::NEG_Z)
+        Self::looking(Vec3::ZERO, Quat::IDENTITY, Vec3::NEG_Z)
     }
 
     /// The paper's other one: the head bowed, and the eyes lower still.
@@ -140,7 +143,7 @@ impl Still {
         let bow = 70f32.to_radians();
         let rest = 20f32.to_radians();
         let gaze = Vec3::new(0.0, -rest.sin(), -rest.cos());
-        Self::new(Vec3::ZERO, Quat::from_rotation_x(-bow), gaze)
+        Self::looking(Vec3::ZERO, Quat::from_rotation_x(-bow), gaze)
     }
 }
 
@@ -430,7 +433,7 @@ impl Bench {
     fn behind_a_wall(&self) -> Result<String, Wrong> {
         let scene = paper(PaperScene::A);
         let place = Vec3::new(0.0, 0.0, -4.0);
-        let tracker = Still::new(place, Quat::IDENTITY, Vec3::NEG_Z);
+        let tracker = Still::looking(place, Quat::IDENTITY, Vec3::NEG_Z);
         let watched = self.same(&scene, self.run(scene.as_bytes(), Some(tracker)))?;
         check(
             watched
