@@ -107,8 +107,8 @@ pub enum Event {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Rejection {
-    /// It is not newer than what is known: repeated, out of order, or of a
-    /// clock that stands still.
+    /// It is older than what is known. What has the time of the newest takes
+    /// its place: records that came in one read have one time of arrival.
     NotNewer,
     /// The gaze is farther from straight ahead than eyes turn, or behind the
     /// head.
@@ -187,6 +187,8 @@ pub struct GazeEstimator {
     head: HeadTrack,
     eyes: EyeTrack,
     filter: Option<OneEuro>,
+    /// As it was before the newest direction.
+    filter_before: Option<OneEuro>,
     /// The newest direction in the room, filtered.
     smooth: Vec3,
     lost: Option<Lost>,
@@ -220,6 +222,7 @@ impl GazeEstimator {
                     .prediction
                     .map_or_else(PursuitConfig::default, |p| p.pursuit),
             ),
+            filter_before: None,
             filter: match config.filter {
                 Filter::None => None,
                 Filter::OneEuro(config) => Some(OneEuro::new(config)),
@@ -309,7 +312,7 @@ impl GazeEstimator {
         let Some((seen, _)) = self.eyes.newest() else {
             return;
         };
-        if time <= seen {
+        if time < seen {
             return;
         }
         let since = self.lost.map_or(time, |lost| lost.since);
@@ -325,7 +328,7 @@ impl GazeEstimator {
 
     fn push_gaze(&mut self, direction: Vec3, time: Micros, sink: &mut dyn FnMut(Event)) {
         let last = self.eyes.newest();
-        if last.is_some_and(|(last, _)| time <= last) {
+        if last.is_some_and(|(last, _)| time < last) {
             let reason = Rejection::NotNewer;
             return sink(Event::Rejected { at: time, reason });
         }
@@ -333,7 +336,12 @@ impl GazeEstimator {
             let lasted = time.since(lost.since);
             sink(Event::BlinkEnded { at: time, lasted });
         }
-        let gap = last.map(|(last, _)| time.since(last));
+        if last.is_some_and(|(last, _)| time == last) {
+            self.filter = self.filter_before;
+        } else {
+            self.filter_before = self.filter;
+        }
+        let gap = self.eyes.before(time).map(|last| time.since(last));
         let change = self.eyes.push(time, direction);
         match change {
             Some(Change::Started) => sink(Event::SaccadeStarted { at: time }),

@@ -59,9 +59,10 @@ impl HeadTrack {
         }
     }
 
-    /// False where the time is not after the last one.
+    /// False where the time is before the last one. At the same time the later
+    /// call counts: records that came in one read have one time of arrival.
     pub(super) fn push_position(&mut self, time: Micros, position: Vec3) -> bool {
-        let newer = self.positions.newest().is_none_or(|(last, _)| time > last);
+        let newer = self.positions.newest().is_none_or(|(last, _)| time >= last);
         if newer {
             self.positions.push(time, position);
             let window = self.config.window;
@@ -83,7 +84,7 @@ impl HeadTrack {
         turn: Option<Vec3>,
     ) -> bool {
         let newest = self.orientations.newest();
-        let newer = newest.is_none_or(|(last, _)| time > last);
+        let newer = newest.is_none_or(|(last, _)| time >= last);
         if newer {
             self.orientations.push(time, orientation);
             self.turn = turn.unwrap_or_else(|| self.measured_turn(time, orientation));
@@ -161,7 +162,12 @@ mod tests {
         let last = 49.0 * 0.0025;
         let newest = Micros(1_122_500);
         assert_eq!(head.time(), Some(newest));
-        assert!(!head.push_position(newest, Vec3::ONE));
+        assert!(!head.push_position(Micros(1_122_499), Vec3::ONE));
+        // The later of two at one time counts.
+        let place = head.at(newest).position;
+        assert!(head.push_position(newest, Vec3::ONE));
+        assert_eq!(head.at(newest).position, Vec3::ONE);
+        assert!(head.push_position(newest, place));
         for (ahead, counted) in [(20_000, 0.02), (60_000, 0.06), (900_000, 0.06)] {
             let pose = head.at(newest.after(Micros(ahead)));
             assert!((pose.position.x - 0.5 * (last + counted)).abs() < 1e-4);

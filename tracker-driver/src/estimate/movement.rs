@@ -181,11 +181,18 @@ impl EyeTrack {
         self.samples.newest()
     }
 
+    /// The time of the newest sample before `time`.
+    pub(super) fn before(&self, time: Micros) -> Option<Micros> {
+        let mut samples = self.samples.newest_first();
+        samples.find_map(|(at, _)| (at < time).then_some(at))
+    }
+
     pub(super) fn in_saccade(&self) -> bool {
         self.flight.is_some_and(|flight| flight.told)
     }
 
-    /// Takes a unit vector measured at `time`, which is after the last one.
+    /// Takes a unit vector measured at `time`, which is not before the
+    /// last one; at the same time it takes its place.
     pub(super) fn push(&mut self, time: Micros, direction: Vec3) -> Option<Change> {
         if let Some((last, _)) = self.samples.newest()
             && time.since(last) > self.config.most_gap

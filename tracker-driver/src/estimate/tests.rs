@@ -219,9 +219,9 @@ fn what_cannot_be_is_refused() {
     let mut raw = head_only(1);
     raw.gaze_point = Some(Reading::tracked(GazePoint::Raw(Vec2::ONE)));
     assert_eq!(rejected(&mut run, &raw), Rejection::Uncalibrated);
-    // The same time again, and an earlier one.
+    // A time before that of the newest gaze.
     run.events.clear();
-    run.time -= 5_000;
+    run.time -= 5_001;
     run.push(&steady(3));
     let refused = |event: &Event| {
         matches!(event, Event::Rejected { reason, .. }
@@ -539,4 +539,30 @@ fn a_blink_begins_with_its_sample() {
         let end = (Micros(run.time), Some(Micros(50_000)));
         assert_eq!(blinks, [(Micros(begun), None), end], "{silent}");
     }
+}
+
+#[test]
+fn of_several_records_at_one_time_the_newest_counts() {
+    let mut bursts = Run::new(&EstimatorConfig::default());
+    let mut single = Run::new(&EstimatorConfig::default());
+    let looks = |i: u64| {
+        let gaze = Vec3::new(0.1 + 1.0e-4 * i as f32, 0.0, -1.0);
+        with_head(sample(gaze), Quat::from_rotation_y(1.0e-3 * i as f32))
+    };
+    for burst in 0..40 {
+        for run in [&mut bursts, &mut single] {
+            run.time += 20_000;
+        }
+        for record in 0..4 {
+            bursts.push(&looks(4 * burst + record));
+        }
+        single.push(&looks(4 * burst + 3));
+        assert_eq!(bursts.estimate(), single.estimate(), "{burst}");
+    }
+    let refused = |e: &Event| matches!(e, Event::Rejected { .. });
+    assert!(!bursts.events.iter().any(refused), "{:?}", bursts.events);
+    // What is older is still refused.
+    bursts.time -= 1;
+    bursts.push(&looks(0));
+    assert!(bursts.events.iter().any(refused));
 }

@@ -20,8 +20,13 @@ impl<T: Copy, const N: usize> History<T, N> {
         }
     }
 
-    /// Times ascend: the caller sees to it.
+    /// Times ascend: the caller sees to it. Of several at one time the last is
+    /// kept.
     pub(super) fn push(&mut self, time: Micros, value: T) {
+        if let Some(newest) = self.entries.back_mut().filter(|(last, _)| *last == time) {
+            newest.1 = value;
+            return;
+        }
         if self.entries.is_full() {
             self.entries.pop_front();
         }

@@ -51,6 +51,9 @@ struct Nothing {
 /// How long a device may take to say something.
 const PATIENCE: Micros = Micros::from_millis(5_000);
 
+/// How often a device is read before a frame, if it always has more to say.
+const MOST_READS: usize = 64;
+
 /// Where the viewer looks, frame after frame.
 pub(super) struct Follower {
     feed: Feed,
@@ -134,7 +137,13 @@ impl Follower {
         let refresh = |count: u64| Micros(count * 1_000_000 / self.hz);
         let due = self.start.after(refresh(number));
         let shown = self.start.after(refresh(number + 1));
-        self.listen(due);
+        // A device that sent while the last frame was traced has more to say
+        // than one read takes.
+        for _ in 0..MOST_READS {
+            if self.listen(due) == 0 {
+                break;
+            }
+        }
         while self.feed.is_live() && self.feed.now() < due {
             self.listen(due);
             std::thread::sleep(Duration::from_micros(200));
