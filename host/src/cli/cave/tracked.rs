@@ -1,7 +1,7 @@
 //! Frames that follow a tracker.
 
 use super::super::failure::{Failure, Fault};
-use super::super::tracker::{Interrupt, TrackerName, whole};
+use super::super::tracker::{Interrupt, TrackerName, warn_of_sensors, whole};
 use clap::Args;
 use miette::Diagnostic;
 use serde::Serialize;
@@ -118,7 +118,7 @@ impl Follower {
             Notice::Decoded(event) => {
                 if let Event::Sample(sample) = *event {
                     let stamp = clock.stamp(&sample, &mut |_| {});
-                    estimator.push(&sample, stamp.time, &mut |_| {});
+                    estimator.push(&sample, stamp.time, &mut |event| warn_of_sensors(&event));
                     samples += 1;
                 }
             }
