@@ -436,4 +436,63 @@ mod tests {
         let help = error.help().unwrap().to_string();
         assert!(help.contains("70-shisen-trackers.rules"), "{help}");
     }
+
+    /// All that a FASTRAK is told within 60 s in which it says nothing.
+    #[cfg(unix)]
+    fn told_while_silent(reset: bool) -> Vec<u8> {
+        use crate::tracker::Spec;
+        use crate::tracker::pty::Pty;
+        use std::time::Duration;
+        let name = format!("shisen-live-{}-{reset}", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        let mut pty = Pty::open(&path).unwrap();
+        let spec = format!(
+            "serial:{}?protocol=fastrak&reset={}",
+            path.display(),
+            u8::from(reset)
+        );
+        let Spec::Serial(spec) = spec.parse().unwrap() else {
+            panic!("{spec}");
+        };
+        let mut live = Live::serial(spec).unwrap();
+        let mut told = Vec::new();
+        let mut buffer = [0; 256];
+        // The clock is moved on by 50 ms a call.
+        for step in 0..1_200 {
+            let start = Instant::now()
+                .checked_sub(Duration::from_millis(50 * step))
+                .unwrap();
+            live.poll(start, &mut |_| {});
+            let read = pty.receive(&mut buffer).unwrap();
+            told.extend_from_slice(&buffer[..read]);
+        }
+        told
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_silent_device_is_told_again_and_reset_once_at_most() {
+        for reset in [false, true] {
+            let told = told_while_silent(reset);
+            let count = |byte| told.split(|&found| found == byte).count() - 1;
+            // Continuous output is asked for.
+            assert!(count(b'C') >= 6, "{told:?}");
+            assert_eq!(count(0x19), usize::from(reset), "{told:?}");
+        }
+    }
+
+    #[test]
+    fn a_device_is_believed_after_its_reset() {
+        use crate::tracker::Spec;
+        let wanted = |spec: &str| match spec.parse() {
+            Ok(Spec::Serial(spec)) => Wanted::Serial(Box::new(spec)),
+            other => panic!("{other:?}"),
+        };
+        let now = Micros(7);
+        let usual = wanted("serial:/dev/ttyS0?protocol=fastrak");
+        assert_eq!(believed(&usual, now), now.after(SETTING_UP));
+        let reset = wanted("serial:/dev/ttyS0?protocol=fastrak&reset=1");
+        let least = now.after(Micros::from_millis(10_000)).after(SETTING_UP);
+        assert_eq!(believed(&reset, now), least);
+    }
 }
