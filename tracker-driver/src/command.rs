@@ -124,6 +124,15 @@ impl Script {
         self
     }
 
+    /// How long what is said once only (a reset) takes, by its pauses.
+    pub fn once_only_time(&self) -> Micros {
+        let steps = self.steps.iter().take(self.again_from);
+        steps.fold(Micros(0), |sum, step| match step {
+            Step::Pause(span) => sum.after(*span),
+            _ => sum,
+        })
+    }
+
     /// Whether all of it had room; a [`Session`] refuses one that had not.
     pub const fn is_complete(&self) -> bool {
         !self.cut

@@ -34,7 +34,7 @@ pub use calibration::{
     Calibration, CalibrationError, MOST_ECCENTRICITY, Model, Residual, Target, plane_of,
 };
 pub use config::{
-    ConfigError, EstimatorConfig, Eyes, Filter, GazePrediction, RoomFromTracker, Screen,
+    ConfigError, EstimatorConfig, Eyes, Filter, GazePrediction, RoomFromTracker, Screen, Sensors,
 };
 pub use fallback::{FallbackConfig, State};
 pub use gaze::Measured;
@@ -92,6 +92,14 @@ pub enum Event {
         at: Micros,
         /// What it was like.
         saccade: Saccade,
+    },
+    /// A sensor that does not count says something; it is said of the first
+    /// such sample only.
+    OtherSensor {
+        /// The sensor that counts.
+        taken: u8,
+        /// The one that does not.
+        ignored: u8,
     },
     /// A part of a sample was not used.
     Rejected {
@@ -184,6 +192,10 @@ pub struct GazeEstimator {
     config: EstimatorConfig,
     /// The cosine of the largest eccentricity.
     least_ahead: f32,
+    /// The sensor that counts, once that is known.
+    sensor: Option<u8>,
+    /// Of another one it was said that it does not count.
+    other_said: bool,
     head: HeadTrack,
     eyes: EyeTrack,
     filter: Option<OneEuro>,
@@ -215,6 +227,8 @@ impl GazeEstimator {
             sight: sight.ok_or(ConfigError::NotFinite { field })?,
             config,
             least_ahead,
+            sensor: None,
+            other_said: false,
             head: HeadTrack::new(config.head, config.resting_head),
             eyes: EyeTrack::new(
                 config.saccades,
@@ -246,6 +260,9 @@ impl GazeEstimator {
 
     /// Takes a sample that was measured at `time`.
     pub fn push(&mut self, sample: &Sample, time: Micros, sink: &mut dyn FnMut(Event)) {
+        if !self.counts(sample.sensor, sink) {
+            return;
+        }
         let mut reject = |reason| sink(Event::Rejected { at: time, reason });
         if self.config.head_tracked {
             self.push_head(&sample.head, time, &mut reject);
@@ -268,6 +285,23 @@ impl GazeEstimator {
                 }
             }
         }
+    }
+
+    /// Whether a sensor is the viewer's.
+    fn counts(&mut self, sensor: u8, sink: &mut dyn FnMut(Event)) -> bool {
+        let taken = match self.config.sensors {
+            Sensors::All => return true,
+            Sensors::First => *self.sensor.get_or_insert(sensor),
+            Sensors::Only(taken) => taken,
+        };
+        if taken != sensor && !self.other_said {
+            self.other_said = true;
+            sink(Event::OtherSensor {
+                taken,
+                ignored: sensor,
+            });
+        }
+        taken == sensor
     }
 
     fn push_head(&mut self, head: &Head, time: Micros, reject: &mut dyn FnMut(Rejection)) {
@@ -370,6 +404,8 @@ impl GazeEstimator {
     /// Forgets all samples, as after a change of viewers. The state is decided
     /// by the next estimate.
     pub fn reset(&mut self) {
+        self.sensor = None;
+        self.other_said = false;
         self.head = HeadTrack::new(self.config.head, self.config.resting_head);
         self.eyes.clear();
         self.lost = None;

@@ -14,6 +14,7 @@ use super::failure::Failure;
 use clap::Subcommand;
 use miette::Diagnostic;
 use shisen::tracker::{Protocol, Spec};
+use shisen_tracker::estimate::Event;
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -24,7 +25,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// SPEC is `mock`, `mock:seed=7&rate=200&as=fastrak` (`&still=1` holds the head,
 /// `&targets=CSV` says what is looked at: see calibrate),
 /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200` (`&reset=1` resets the
-/// device first), `hid:1532:0b00`, `hid:/dev/hidraw0` (`?axes=right,up,back` and
+/// device first, `&head=N` takes sensor N for the viewer's head in place of the
+/// first that is seen), `hid:1532:0b00`, `hid:/dev/hidraw0` (`?axes=right,up,back` and
 /// `&origin=X,Y,Z` say where an eye tracker's coordinates are) or `replay:FILE`.
 #[derive(Debug, Subcommand)]
 #[command(after_long_help = settings_help())]
@@ -50,6 +52,16 @@ pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
         TrackerCommand::Mock(arguments) => serve::mock(arguments),
         #[cfg(unix)]
         TrackerCommand::Replay(arguments) => serve::replay(arguments),
+    }
+}
+
+/// Says that a sensor of the tracker is not taken for the viewer's head.
+pub(super) fn warn_of_sensors(event: &Event) {
+    if let Event::OtherSensor { taken, ignored } = event {
+        super::warn(&format!(
+            "several sensors: {taken} is taken for the head, not {ignored}; choose another of a \
+             serial tracker with head=N"
+        ));
     }
 }
 

@@ -33,7 +33,7 @@ pub(super) use script::scripted;
 pub use script::{ScriptError, TimedTarget, read_script};
 
 use super::live::hid_id;
-use super::{HidName, Senses, Spec};
+use super::{HidName, Senses, SerialSpec, Spec};
 use crate::description::{Located, Source};
 use glam::{Quat, Vec2, Vec3};
 use miette::Diagnostic;
@@ -41,7 +41,7 @@ use serde::Deserialize;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::estimate::{
     Calibration, CalibrationError, ConfigError, EstimatorConfig, Eyes, Measured, Model,
-    RoomFromTracker, Screen, Target,
+    RoomFromTracker, Screen, Sensors, Target,
 };
 use shisen_tracker::mock::Format;
 use std::fmt::{self, Write};
@@ -541,6 +541,12 @@ pub fn estimation(
             Eyes::HeadOnly
         },
         screen: mock_screen(spec, head),
+        sensors: match spec {
+            Spec::Serial(SerialSpec {
+                head: Some(sensor), ..
+            }) => Sensors::Only(*sensor),
+            _ => Sensors::First,
+        },
         ..EstimatorConfig::default()
     };
     if let Some(calibrated) = calibrated {

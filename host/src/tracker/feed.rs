@@ -137,6 +137,12 @@ impl Feed {
         matches!(&self.kind, Kind::Replay(events, _) if events.is_empty())
     }
 
+    /// Whether its device is being reset, which takes up to 20 s in which
+    /// nothing comes.
+    pub fn is_resetting(&self) -> bool {
+        matches!(&self.kind, Kind::Live(live) if live.is_resetting())
+    }
+
     /// What became of the bytes, or the samples, so far.
     pub fn counts(&self) -> Counts {
         match &self.kind {

@@ -22,9 +22,14 @@ const BACK_OFF: [Micros; 2] = [Micros::from_millis(20), Micros::from_millis(500)
 const CHUNK: usize = 4096;
 
 /// How long a device's samples are held back while it is set up: what it sends
-/// until then may be in other units than it is asked for. One that takes longer,
+/// until then may be in other units than it is asked for; a reset's time comes
+/// on top. One that takes longer,
 /// or takes no commands at all, is believed.
 const SETTING_UP: Micros = Micros::from_millis(800);
+
+/// A device that has said nothing for so long is told again what to send: it may
+/// have been switched on only now.
+const AGAIN: Micros = Micros::from_millis(5_000);
 
 /// Why a device cannot be used.
 #[derive(Debug, Error, Diagnostic)]
@@ -108,6 +113,10 @@ pub(super) struct Live {
     back_off: Micros,
     /// From then on samples are handed on whether or not it is set up.
     believed_at: Micros,
+    /// When it is told again what to send if nothing comes until then.
+    again_at: Micros,
+    /// It was told again: that this is in vain was said before.
+    again: bool,
 }
 
 impl Live {
@@ -133,7 +142,10 @@ impl Live {
             retry_at: Micros(0),
             back_off: BACK_OFF[0],
             believed_at: SETTING_UP,
+            again_at: AGAIN,
+            again: false,
         };
+        live.believed_at = believed(&live.wanted, Micros(0));
         live.request_all();
         Ok(live)
     }
@@ -147,6 +159,12 @@ impl Live {
             Wanted::Serial(spec) => Some(&spec.protocol),
             Wanted::Hid(_) => None,
         }
+    }
+
+    /// Whether it is being reset, which it is silent for.
+    pub(super) fn is_resetting(&self) -> bool {
+        let resets = matches!(&self.wanted, Wanted::Serial(spec) if spec.reset);
+        resets && self.session.is_some() && !self.again
     }
 
     /// Says what came within 2 ms.
@@ -173,11 +191,10 @@ impl Live {
             });
             return;
         }
-        // A device that is being reset is silent by right.
-        let resets = matches!(&self.wanted, Wanted::Serial(spec) if spec.reset);
-        if resets && self.session.is_some() {
+        if self.is_resetting() {
             return;
         }
+        self.tell_again(now());
         let trouble = self.watch.trouble(now());
         if let Some(trouble) = trouble.filter(|_| !self.said) {
             sink(Notice::Trouble(trouble));
@@ -201,9 +218,13 @@ impl Live {
             session.on_bytes(read);
         }
         let (watch, session) = (&mut self.watch, &mut self.session);
+        let again_at = &mut self.again_at;
         let set_up = session.as_ref().is_none_or(Session::has_said_all) || now >= self.believed_at;
         self.decoder.feed(&buffer[..read], now, &mut |event| {
             watch.on_event(&event, now);
+            if matches!(event, Event::Sample(_) | Event::Message(_)) {
+                *again_at = now.after(AGAIN);
+            }
             if let Some(session) = session.as_mut() {
                 session.on_event(&event);
             }
@@ -225,18 +246,35 @@ impl Live {
                 Action::Wait(_) => return Ok(()),
                 Action::Done => {
                     self.session = None;
+                    self.again_at = now.after(AGAIN);
                     return Ok(());
                 }
                 Action::Failed(failure) => {
                     self.session = None;
+                    self.again_at = now.after(AGAIN);
                     // These two the watch says, and earlier.
-                    if !matches!(failure, Failure::Silent | Failure::NoRecord { .. }) {
+                    let by_watch = matches!(failure, Failure::Silent | Failure::NoRecord { .. });
+                    if !by_watch && !self.again {
                         sink(Notice::Trouble(failure));
                     }
                     return Ok(());
                 }
             }
         }
+    }
+
+    /// Begins the session of a silent device again, without a reset: one that
+    /// was switched on only now has none to be undone.
+    fn tell_again(&mut self, now: Micros) {
+        let Wanted::Serial(spec) = &self.wanted else {
+            return;
+        };
+        if self.session.is_some() || now < self.again_at {
+            return;
+        }
+        self.session = Some(Session::new(spec.protocol.start(false)));
+        self.again = true;
+        self.believed_at = now.after(SETTING_UP);
     }
 
     fn look_for_it(&mut self, now: Micros) {
@@ -251,7 +289,9 @@ impl Live {
             self.watch = Watch::new();
             self.said = false;
             self.announce = true;
-            self.believed_at = now.after(SETTING_UP);
+            self.believed_at = believed(&self.wanted, now);
+            self.again = false;
+            self.again_at = now.after(AGAIN);
             self.request_all();
         } else {
             self.retry_at = now.after(self.back_off);
@@ -278,6 +318,15 @@ fn session(wanted: &Wanted) -> Option<Session> {
         Wanted::Serial(spec) => Some(Session::new(spec.protocol.start(spec.reset))),
         Wanted::Hid(_) => None,
     }
+}
+
+/// From when on a device is believed that is set up from `now` on.
+fn believed(wanted: &Wanted, now: Micros) -> Micros {
+    let reset = match wanted {
+        Wanted::Serial(spec) => spec.protocol.start(spec.reset).once_only_time(),
+        Wanted::Hid(_) => Micros(0),
+    };
+    now.after(reset).after(SETTING_UP)
 }
 
 type Plugged = (Port, String, Box<dyn Decoder + Send>);
@@ -386,5 +435,64 @@ mod tests {
         };
         let help = error.help().unwrap().to_string();
         assert!(help.contains("70-shisen-trackers.rules"), "{help}");
+    }
+
+    /// All that a FASTRAK is told within 60 s in which it says nothing.
+    #[cfg(unix)]
+    fn told_while_silent(reset: bool) -> Vec<u8> {
+        use crate::tracker::Spec;
+        use crate::tracker::pty::Pty;
+        use std::time::Duration;
+        let name = format!("shisen-live-{}-{reset}", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        let mut pty = Pty::open(&path).unwrap();
+        let spec = format!(
+            "serial:{}?protocol=fastrak&reset={}",
+            path.display(),
+            u8::from(reset)
+        );
+        let Spec::Serial(spec) = spec.parse().unwrap() else {
+            panic!("{spec}");
+        };
+        let mut live = Live::serial(spec).unwrap();
+        let mut told = Vec::new();
+        let mut buffer = [0; 256];
+        // The clock is moved on by 50 ms a call.
+        for step in 0..1_200 {
+            let start = Instant::now()
+                .checked_sub(Duration::from_millis(50 * step))
+                .unwrap();
+            live.poll(start, &mut |_| {});
+            let read = pty.receive(&mut buffer).unwrap();
+            told.extend_from_slice(&buffer[..read]);
+        }
+        told
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_silent_device_is_told_again_and_reset_once_at_most() {
+        for reset in [false, true] {
+            let told = told_while_silent(reset);
+            let count = |byte| told.split(|&found| found == byte).count() - 1;
+            // Continuous output is asked for.
+            assert!(count(b'C') >= 6, "{told:?}");
+            assert_eq!(count(0x19), usize::from(reset), "{told:?}");
+        }
+    }
+
+    #[test]
+    fn a_device_is_believed_after_its_reset() {
+        use crate::tracker::Spec;
+        let wanted = |spec: &str| match spec.parse() {
+            Ok(Spec::Serial(spec)) => Wanted::Serial(Box::new(spec)),
+            other => panic!("{other:?}"),
+        };
+        let now = Micros(7);
+        let usual = wanted("serial:/dev/ttyS0?protocol=fastrak");
+        assert_eq!(believed(&usual, now), now.after(SETTING_UP));
+        let reset = wanted("serial:/dev/ttyS0?protocol=fastrak&reset=1");
+        let least = now.after(Micros::from_millis(10_000)).after(SETTING_UP);
+        assert_eq!(believed(&reset, now), least);
     }
 }

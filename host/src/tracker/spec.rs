@@ -64,6 +64,9 @@ pub struct SerialSpec {
     pub baud: u32,
     /// Whether the device is reset first, which can take 20 s.
     pub reset: bool,
+    /// The sensor that is the viewer's head, as its samples name it; the first
+    /// that is seen where nobody says so.
+    pub head: Option<u8>,
 }
 
 /// A human interface device.
@@ -227,6 +230,7 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     let mut options = Options::read(rest)?;
     let baud = options.number("baud", (50, 4_000_000), "50 to 4000000 baud")?;
     let reset = options.number("reset", (0_u8, 1), "0 or 1")? == Some(1);
+    let head = options.number("head", (0, u8::MAX), "a sensor from 0 to 255")?;
     let Some(name) = options.take("protocol") else {
         return Err(SpecError::NoProtocol { path: path.into() });
     };
@@ -238,12 +242,13 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     }
     protocol.set(&mut options)?;
     let named = Some((protocol.name(), protocol.format()));
-    options.end("serial", "protocol=NAME, baud=N, reset=1", named)?;
+    options.end("serial", "protocol=NAME, baud=N, reset=1, head=N", named)?;
     Ok(SerialSpec {
         path: path.into(),
         baud: baud.unwrap_or(protocol.baud()),
         protocol,
         reset,
+        head,
     })
 }
 
@@ -307,15 +312,17 @@ mod tests {
             protocol: "asl".parse().unwrap(),
             baud: 57_600,
             reset: false,
+            head: None,
         };
         let spec = "serial:/dev/ttyUSB0?protocol=asl";
         assert_eq!(spec.parse(), Ok(Spec::Serial(serial.clone())));
         let other = SerialSpec {
             baud: 9_600,
             reset: true,
+            head: Some(2),
             ..serial
         };
-        let spec = "serial:/dev/ttyUSB0?protocol=asl&baud=9600&reset=1";
+        let spec = "serial:/dev/ttyUSB0?protocol=asl&baud=9600&reset=1&head=2";
         assert_eq!(spec.parse(), Ok(Spec::Serial(other)));
         let hid = |name, axes| Ok(Spec::Hid(HidSpec { name, axes }));
         let id = HidName::Id(0x1532, 0x0B00);

@@ -118,6 +118,19 @@ impl Default for GazePrediction {
     }
 }
 
+/// Which of a tracker's sensors are the viewer's, by
+/// [`Sample::sensor`](crate::sample::Sample::sensor).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sensors {
+    /// All of them.
+    #[default]
+    All,
+    /// The one of the first sample.
+    First,
+    /// This one.
+    Only(u8),
+}
+
 /// What a gaze estimator is told beforehand. The ranges stand at the fields
 /// and at their types; [`EstimatorConfig::check`] checks them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -129,6 +142,9 @@ pub struct EstimatorConfig {
     /// Whether there is a head tracker. Without one the head is always at
     /// rest, and never stale.
     pub head_tracked: bool,
+    /// Which of the tracker's sensors count: what a tracker with several
+    /// stations says of the others is no word of the viewer.
+    pub sensors: Sensors,
     /// Which eyes count.
     pub eyes: Eyes,
     /// Of the left eye's directions.
@@ -167,6 +183,7 @@ impl Default for EstimatorConfig {
             room_from_tracker: RoomFromTracker::IDENTITY,
             resting_head: HeadPose::IDENTITY,
             head_tracked: true,
+            sensors: Sensors::All,
             eyes: Eyes::Combined,
             left: None,
             right: None,

@@ -566,3 +566,39 @@ fn of_several_records_at_one_time_the_newest_counts() {
     bursts.push(&looks(0));
     assert!(bursts.events.iter().any(refused));
 }
+
+#[test]
+fn of_two_stations_one_is_the_viewers_head() {
+    let place = |sensor: u8| Vec3::X * f32::from(sensor);
+    let config = |sensors| EstimatorConfig {
+        sensors,
+        ..EstimatorConfig::default()
+    };
+    for (sensors, taken) in [(Sensors::First, 2), (Sensors::Only(1), 1)] {
+        let mut run = Run::new(&config(sensors));
+        for i in 0..40 {
+            for sensor in [2, 1] {
+                run.time += 4_000;
+                let mut sample = head_only(i);
+                sample.sensor = sensor;
+                sample.head.position = Some(Reading::tracked(place(sensor)));
+                run.push(&sample);
+                // Before the first sample of its own the head is at rest.
+                if i > 0 {
+                    let head = run.estimate().head.position;
+                    assert!((head - place(taken)).length() < 1e-6, "{head}");
+                }
+            }
+        }
+        let said = run.events.iter().filter_map(|event| match event {
+            Event::OtherSensor { taken, ignored } => Some((*taken, *ignored)),
+            _ => None,
+        });
+        assert_eq!(said.collect::<Vec<_>>(), [(taken, 3 - taken)]);
+    }
+    let mut all = Run::new(&config(Sensors::All));
+    let mut sample = head_only(0);
+    sample.sensor = 9;
+    all.push(&sample);
+    assert_eq!(all.events, []);
+}

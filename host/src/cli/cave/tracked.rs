@@ -1,7 +1,7 @@
 //! Frames that follow a tracker.
 
 use super::super::failure::{Failure, Fault};
-use super::super::tracker::{Interrupt, TrackerName, whole};
+use super::super::tracker::{Interrupt, TrackerName, warn_of_sensors, whole};
 use clap::Args;
 use miette::Diagnostic;
 use serde::Serialize;
@@ -48,7 +48,7 @@ struct Nothing {
     spec: String,
 }
 
-/// How long a device may take to say something.
+/// How long a device may take to say something; after its reset, if it is reset.
 const PATIENCE: Micros = Micros::from_millis(5_000);
 
 /// How often a device is read before a frame, if it always has more to say.
@@ -92,8 +92,12 @@ impl Follower {
             start: Micros(0),
         };
         if follower.feed.is_live() {
+            let mut since = Micros(0);
             while follower.listen(Micros(0)) == 0 && !interrupt.came() {
-                if follower.feed.now() > PATIENCE {
+                if follower.feed.is_resetting() {
+                    since = follower.feed.now();
+                }
+                if follower.feed.now().since(since) > PATIENCE {
                     return Err(Nothing {
                         spec: name.to_string(),
                     }
@@ -118,7 +122,7 @@ impl Follower {
             Notice::Decoded(event) => {
                 if let Event::Sample(sample) = *event {
                     let stamp = clock.stamp(&sample, &mut |_| {});
-                    estimator.push(&sample, stamp.time, &mut |_| {});
+                    estimator.push(&sample, stamp.time, &mut |event| warn_of_sensors(&event));
                     samples += 1;
                 }
             }

@@ -190,7 +190,9 @@ impl Records {
         let frozen = self.clock.as_ref().is_some_and(ClockEstimator::is_frozen);
         let measured = stamp.map_or(arrival, |stamp| stamp.time);
         let line_of_sight = self.sight.as_mut().map(|sight| {
-            sight.push(sample, measured, &mut |_| {});
+            sight.push(sample, measured, &mut |event| {
+                super::warn_of_sensors(&event)
+            });
             Sight::of(&sight.estimate(measured, &mut |_| {}))
         });
         self.recent.push_back(arrival);
