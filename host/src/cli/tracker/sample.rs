@@ -191,7 +191,7 @@ impl Records {
         let measured = stamp.map_or(arrival, |stamp| stamp.time);
         let line_of_sight = self.sight.as_mut().map(|sight| {
             sight.push(sample, measured, &mut |event| {
-                super::warn_of_sensors(&event)
+                super::warn_of_sensors(&event);
             });
             Sight::of(&sight.estimate(measured, &mut |_| {}))
         });
