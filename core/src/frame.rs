@@ -367,6 +367,8 @@ where
 
     /// Of the pixels of the block of the view's grid that pixel (x, y) is in,
     /// by the region of its patch.
+    // Not a part of its callers, whose stack it would add to.
+    #[inline(never)]
     fn block_detail(&self, patch: Region, view: &View, x: u32, y: u32) -> BlockDetail {
         let most = self.most;
         if let Some((gaze, level)) = &self.below {
@@ -437,6 +439,8 @@ impl TileJob {
     /// # Errors
     /// A tile that is not inside the view; `pixels` of another length than
     /// the tile.
+    // Not a part of its callers, whose stack it would add to.
+    #[inline(never)]
     pub fn render<const W: usize>(
         &mut self,
         renderer: &Renderer<'_, W>,
@@ -500,6 +504,7 @@ impl TileJob {
     ///
     /// # Errors
     /// As [`render`](Self::render).
+    #[inline(never)]
     pub fn give_up<const W: usize>(
         &mut self,
         renderer: &Renderer<'_, W>,

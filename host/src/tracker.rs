@@ -22,4 +22,4 @@ pub use live::LiveError;
 pub use protocol::{Protocol, UnknownProtocol};
 pub use recording::{Recorder, Recording, RecordingError, RecordingFormat};
 pub use settings::settings;
-pub use spec::{HidName, HidSpec, MockSpec, SerialSpec, Spec, SpecError};
+pub use spec::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec, SpecError};

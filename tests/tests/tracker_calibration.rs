@@ -159,6 +159,62 @@ fn a_recording_is_calibrated() {
     assert!(off(&frame["gaze"], Vec3::new(0.35, 0.25, -1.0)) < 60.0);
 }
 
+/// Of two sensors in turn one is the viewer's: the first, or the one that SPEC names.
+#[test]
+fn one_of_several_sensors_is_calibrated() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    script(folder, "nine.csv", &NINE, 0.8);
+    let mock = "mock:as=iscan&still=1&targets=nine.csv";
+    let record = ["tracker", "record", mock, "one.csv", "--frames", "3600"];
+    shisen(folder).args(record).assert().success();
+    let table = std::fs::read_to_string(folder.join("one.csv")).unwrap();
+    let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let at = |name: &str| header.iter().position(|found| *found == name).unwrap();
+    let (sensor, x) = (at("sensor"), at("point_x"));
+    let mut both = vec![header.join(",")];
+    for line in table.lines().skip(1) {
+        let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+        both.push(line.to_owned());
+        cells[sensor] = "1".into();
+        // The other looks as far to the left as this one to the right.
+        if let Ok(found) = cells[x].parse::<f32>() {
+            cells[x] = (1_700.0 - found).to_string();
+        }
+        both.push(cells.join(","));
+    }
+    std::fs::write(folder.join("two.csv"), both.join("\n")).unwrap();
+    let calibrate = |spec: &str| {
+        let output = shisen(folder)
+            .args(["tracker", "calibrate", spec, "a.toml", "--json"])
+            .args(["--targets", "nine.csv"])
+            .assert()
+            .success();
+        let said = String::from_utf8(output.get_output().stderr.clone()).unwrap();
+        let report: Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
+        (report["targets"].clone(), said)
+    };
+    let (one, said) = calibrate("replay:one.csv");
+    assert_eq!(said, "");
+    for (spec, taken) in [("replay:two.csv", 0), ("replay:two.csv?head=0", 0)] {
+        let (two, said) = calibrate(spec);
+        assert_eq!(two, one, "{spec}");
+        let expected = format!("several sensors: {taken} is taken for the head, not 1");
+        assert_eq!(said.matches(&expected).count(), 1, "{said}");
+    }
+    let (other, said) = calibrate("replay:two.csv?head=1");
+    assert!(said.contains("1 is taken for the head, not 0"), "{said}");
+    for (other, one) in other
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip(one.as_array().unwrap())
+    {
+        let x = |target: &Value| target["combined"]["measured"][0].as_f64().unwrap();
+        assert!((x(other) + x(one) - 1_700.0).abs() < 0.1, "{other} {one}");
+    }
+}
+
 #[test]
 fn a_device_is_calibrated_while_targets_are_looked_at() {
     let folder = tempfile::tempdir().unwrap();

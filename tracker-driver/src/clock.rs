@@ -249,6 +249,8 @@ impl ClockEstimator {
     }
 
     /// When a sample was measured. Samples go in in the order of arrival.
+    // Not a part of a decoder, into which what takes its events may go.
+    #[inline(never)]
     pub fn stamp(&mut self, sample: &Sample, sink: &mut dyn FnMut(ClockEvent)) -> Stamp {
         let by_arrival = Stamp {
             time: sample.arrival.since(self.config.least_delay),

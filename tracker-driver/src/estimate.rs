@@ -50,7 +50,7 @@ use crate::time::Micros;
 use fallback::Age;
 use gaze::Gaze;
 use glam::Vec3;
-use head::HeadTrack;
+use head::{HeadTrack, forward};
 use movement::{Change, EyeTrack};
 use shisen_core::gaze::{HeadPose, LineOfSight};
 use shisen_core::numeric::sin_cos;
@@ -187,8 +187,16 @@ struct Same {
 }
 
 /// Turns samples into the line of sight. One for each viewer.
+///
+/// It keeps the newest `HEAD` poses of the head and the newest `EYES` gazes.
+/// These should reach back as far as velocities are taken over, which is
+/// [`HeadConfig::window`] and [`PursuitConfig::window`]: the window times the
+/// tracker's rate, and one more. As they come they do at 1,000 Hz, and 24 and 64
+/// do at 500 Hz, in little more than half of the memory. Shorter ones are no error:
+/// what is not kept is not looked at, and what the eyes follow is not predicted
+/// where less than half of the window is kept.
 #[derive(Debug, Clone)]
-pub struct GazeEstimator {
+pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
     config: EstimatorConfig,
     /// The cosine of the largest eccentricity.
     least_ahead: f32,
@@ -196,8 +204,8 @@ pub struct GazeEstimator {
     sensor: Option<u8>,
     /// Of another one it was said that it does not count.
     other_said: bool,
-    head: HeadTrack,
-    eyes: EyeTrack,
+    head: HeadTrack<HEAD>,
+    eyes: EyeTrack<EYES>,
     filter: Option<OneEuro>,
     /// As it was before the newest direction.
     filter_before: Option<OneEuro>,
@@ -215,14 +223,25 @@ impl GazeEstimator {
     ///
     /// # Errors
     /// Values that [`EstimatorConfig::check`] refuses.
-    // In place: a copy on the stack would take 8 KiB.
+    // In place: a copy on the stack would take as much again.
     #[inline(always)]
     pub fn new(config: EstimatorConfig) -> Result<Self, ConfigError> {
+        Self::with_histories(config)
+    }
+}
+
+impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
+    /// As [`GazeEstimator::new`], with histories of these lengths.
+    ///
+    /// # Errors
+    /// Values that [`EstimatorConfig::check`] refuses.
+    #[inline(always)]
+    pub fn with_histories(config: EstimatorConfig) -> Result<Self, ConfigError> {
         config.check()?;
         let (_, least_ahead) = sin_cos(config.most_eccentricity);
         let resting = config.resting_head;
         let field = "the resting head";
-        let sight = sight(&resting, HeadTrack::forward(&resting));
+        let sight = sight(&resting, forward(&resting));
         Ok(Self {
             sight: sight.ok_or(ConfigError::NotFinite { field })?,
             config,
@@ -259,6 +278,8 @@ impl GazeEstimator {
     }
 
     /// Takes a sample that was measured at `time`.
+    // Not a part of a decoder, into which what takes its events may go.
+    #[inline(never)]
     pub fn push(&mut self, sample: &Sample, time: Micros, sink: &mut dyn FnMut(Event)) {
         if !self.counts(sample.sensor, sink) {
             return;
@@ -418,6 +439,7 @@ impl GazeEstimator {
     /// Where the viewer looks at `time`, which is when the frame will be seen.
     /// A time before the newest data counts as theirs, and
     /// [`Estimate::for_time`] says so.
+    #[inline(never)]
     pub fn estimate(&mut self, time: Micros, sink: &mut dyn FnMut(Event)) -> Estimate {
         let gaze_time = self.eyes.newest().map(|(time, _)| time);
         let head_time = self.head.time();
@@ -452,7 +474,7 @@ impl GazeEstimator {
         let group_delay = self.filter.map_or(0.0, |filter| filter.group_delay());
         let (movement, gaze) = self.gaze_at(time, group_delay);
         let forward = if state >= State::HeadDirection {
-            HeadTrack::forward(&head)
+            forward(&head)
         } else {
             gaze
         };

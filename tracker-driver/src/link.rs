@@ -77,7 +77,7 @@ use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event, Message};
 use crate::sample::Sample;
 use crate::time::Micros;
 use fields::{read_sample, write_sample};
-use frame::{Content, Frames, Received};
+use frame::{Checked, Content, Frames, Received};
 pub use frame::{Frame, LONGEST_FRAME};
 use messages::{read_message, write_eye_event};
 
@@ -181,7 +181,7 @@ impl Encoder {
     }
 
     fn begin(&mut self, kind: u8) -> Content {
-        let mut content = Content::default();
+        let mut content = Content::new();
         content.push(&[VERSION, kind, self.count]);
         self.count = self.count.wrapping_add(1);
         content
@@ -209,6 +209,12 @@ pub fn stop() -> Script {
 #[derive(Debug, Clone, Default)]
 pub struct Link {
     frames: Frames,
+    log: Log,
+}
+
+/// What has come so far.
+#[derive(Debug, Clone, Default)]
+struct Log {
     counts: Counts,
     /// The count and the CRC of the last intact frame.
     last: Option<(u8, u16)>,
@@ -219,7 +225,9 @@ impl Link {
     pub fn new() -> Self {
         Self::default()
     }
+}
 
+impl Log {
     /// Counts the frames that are missing; whether this one is the last one
     /// again.
     fn repeats(&mut self, count: u8, crc: u16) -> bool {
@@ -232,18 +240,22 @@ impl Link {
         count == last_count && crc == last_crc
     }
 
-    fn event(&mut self, received: Received, arrival: Micros) -> Event {
+    // Not a part of what feeds it, with which it would share the stack.
+    #[inline(never)]
+    fn event(&mut self, received: Received<'_>, arrival: Micros) -> Event {
         let dropped = |reason| {
             Event::Dropped(Dropped {
                 bytes: received.bytes,
                 reason,
             })
         };
-        let content = match received.content {
+        let Checked {
+            bytes: content,
+            crc,
+        } = match received.content {
             Ok(content) => content,
             Err(reason) => return dropped(reason),
         };
-        let (content, crc) = (content.bytes(), content.crc());
         let [version, kind, count, body @ ..] = content else {
             return dropped(DropReason::Length);
         };
@@ -264,28 +276,29 @@ impl Link {
 impl Decoder for Link {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
         for &byte in bytes {
-            self.counts.bytes = self.counts.bytes.saturating_add(1);
+            let counted = &mut self.log.counts.bytes;
+            *counted = counted.saturating_add(1);
             if let Some(received) = self.frames.push(byte) {
-                let event = self.event(received, arrival);
-                self.counts.note(&event);
+                let event = self.log.event(received, arrival);
+                self.log.counts.note(&event);
                 sink(event);
             }
         }
     }
 
     fn counts(&self) -> &Counts {
-        &self.counts
+        &self.log.counts
     }
 
     fn reset(&mut self) {
         let bytes = self.frames.reset();
         if bytes > 0 {
-            self.counts.note(&Event::Dropped(Dropped {
+            self.log.counts.note(&Event::Dropped(Dropped {
                 bytes,
                 reason: DropReason::Truncated,
             }));
         }
-        self.last = None;
+        self.log.last = None;
     }
 }
 
@@ -312,7 +325,7 @@ impl Commands {
             else {
                 continue;
             };
-            let command = match *content.bytes() {
+            let command = match *content.bytes {
                 [VERSION, COMMAND, _, 0] => Command::Stop,
                 [VERSION, COMMAND, _, 1] => Command::Start,
                 [VERSION, COMMAND, _, 2, low, high] if low != 0 || high != 0 => Command::Rate {

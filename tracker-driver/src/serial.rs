@@ -62,6 +62,15 @@ impl Serial {
         self.port.write_all(bytes)
     }
 
+    /// Raises the line RTS (request to send) or lowers it; opening a port raises it
+    /// on most systems.
+    ///
+    /// # Errors
+    /// Those of the system: a pseudo-terminal, and some adapters, have no such line.
+    pub fn set_rts(&mut self, high: bool) -> io::Result<()> {
+        Ok(self.port.write_request_to_send(high)?)
+    }
+
     /// Changes the speed once everything sent is out.
     ///
     /// # Errors

@@ -5,6 +5,7 @@
 //! of its front. Nothing depends on how the stream was cut into pieces.
 
 use crate::decoder::{Counts, DropReason, Dropped, Event, Message};
+use core::cell::Cell;
 
 /// Bytes thrown away in a row that are told of at once.
 ///
@@ -158,11 +159,14 @@ impl<const N: usize> Stream<N> {
                 }
             }
             if start > 0 {
-                // Neither is ever larger; said so that nothing can panic.
-                let length = self.length.min(N);
-                let start = start.min(length);
-                self.bytes.copy_within(start..length, 0);
-                self.length = length - start;
+                // Byte by byte: what moves ranges panics where they are wrong, and
+                // compilers do not always see that these are not.
+                let bytes = Cell::from_mut(&mut self.bytes[..]).as_slice_of_cells();
+                let left = self.length.saturating_sub(start);
+                for (to, from) in bytes.iter().zip(bytes.iter().skip(start)).take(left) {
+                    to.set(from.get());
+                }
+                self.length = left;
             }
         }
     }

@@ -108,12 +108,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 8920
+#define SHISEN_TRACKER_SIZE 6648
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 9240
+#define SHISEN_TRACKER_SIZE 6936
 #endif
 
 #if defined(SHISEN_POINTERS_32)

@@ -3,7 +3,7 @@
 
 use crate::status::Status;
 use shisen_tracker::command::Script;
-use shisen_tracker::decoder::Decoder;
+use shisen_tracker::decoder::{Counts, Decoder, Event};
 #[cfg(feature = "adhawk")]
 use shisen_tracker::eye::adhawk;
 #[cfg(feature = "asl")]
@@ -22,6 +22,7 @@ use shisen_tracker::head::liberty;
 use shisen_tracker::head::polhemus::{Family, Format, ItemList};
 #[cfg(feature = "link")]
 use shisen_tracker::link;
+use shisen_tracker::time::Micros;
 
 #[cfg(not(any(
     feature = "adhawk",
@@ -180,46 +181,43 @@ impl Device {
             Self::AdHawk(_) => adhawk::start(0b1_0010_1110, hertz.unwrap_or(250).into()),
         })
     }
+}
 
-    pub(crate) fn decoder(&self) -> &dyn Decoder {
-        match self {
+/// What a device's own decoder does. Not by a table of methods: calls through
+/// pointers cannot be bounded as closely.
+macro_rules! by_its_decoder {
+    ($device:expr, $decoder:ident => $act:expr) => {
+        match $device {
             #[cfg(feature = "link")]
-            Self::Link(decoder) => decoder,
+            Device::Link($decoder) => $act,
             #[cfg(feature = "fastrak")]
-            Self::Fastrak(decoder) => decoder,
+            Device::Fastrak($decoder) => $act,
             #[cfg(feature = "liberty")]
-            Self::Liberty(decoder) => decoder,
+            Device::Liberty($decoder) => $act,
             #[cfg(feature = "flock")]
-            Self::Flock(decoder) => decoder,
+            Device::Flock($decoder) => $act,
             #[cfg(feature = "hatire")]
-            Self::Hatire(decoder) => decoder,
+            Device::Hatire($decoder) => $act,
             #[cfg(feature = "iscan")]
-            Self::Iscan(decoder) => decoder,
+            Device::Iscan($decoder) => $act,
             #[cfg(feature = "asl")]
-            Self::Asl(decoder) => decoder,
+            Device::Asl($decoder) => $act,
             #[cfg(feature = "adhawk")]
-            Self::AdHawk(decoder) => decoder,
+            Device::AdHawk($decoder) => $act,
         }
+    };
+}
+
+impl Decoder for Device {
+    fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
+        by_its_decoder!(self, decoder => decoder.feed(bytes, arrival, sink));
     }
 
-    pub(crate) fn decoder_mut(&mut self) -> &mut dyn Decoder {
-        match self {
-            #[cfg(feature = "link")]
-            Self::Link(decoder) => decoder,
-            #[cfg(feature = "fastrak")]
-            Self::Fastrak(decoder) => decoder,
-            #[cfg(feature = "liberty")]
-            Self::Liberty(decoder) => decoder,
-            #[cfg(feature = "flock")]
-            Self::Flock(decoder) => decoder,
-            #[cfg(feature = "hatire")]
-            Self::Hatire(decoder) => decoder,
-            #[cfg(feature = "iscan")]
-            Self::Iscan(decoder) => decoder,
-            #[cfg(feature = "asl")]
-            Self::Asl(decoder) => decoder,
-            #[cfg(feature = "adhawk")]
-            Self::AdHawk(decoder) => decoder,
-        }
+    fn counts(&self) -> &Counts {
+        by_its_decoder!(self, decoder => decoder.counts())
+    }
+
+    fn reset(&mut self) {
+        by_its_decoder!(self, decoder => decoder.reset());
     }
 }

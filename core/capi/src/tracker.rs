@@ -9,16 +9,16 @@ use glam::{Quat, Vec3};
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::command::{Action, MOST_COMMAND_BYTES, Session};
-use shisen_tracker::decoder::{DropReason, Event};
+use shisen_tracker::decoder::{Decoder, DropReason, Event};
 use shisen_tracker::estimate::{EstimatorConfig, Eyes, GazeEstimator, RoomFromTracker, State};
 use shisen_tracker::time::Micros;
 
 /// Bytes of memory for a tracker's handle, whatever its protocol.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_TRACKER_SIZE: usize = 8920;
+pub const SHISEN_TRACKER_SIZE: usize = 6648;
 /// Bytes of memory for a tracker's handle, whatever its protocol.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_TRACKER_SIZE: usize = 9240;
+pub const SHISEN_TRACKER_SIZE: usize = 6936;
 
 /// Bytes of memory for setting a device up.
 #[cfg(target_pointer_width = "32")]
@@ -375,8 +375,7 @@ impl Tracker {
         }
         let is_set_up = setup.as_ref().is_none_or(|session| session.has_said_all())
             || polled.is_some_and(|polled| arrival.since(polled) >= SETTING_UP);
-        let decoder = device.decoder_mut();
-        decoder.feed(bytes, arrival, &mut |event| {
+        device.feed(bytes, arrival, &mut |event| {
             if let Some(session) = setup {
                 session.on_event(&event);
             }
@@ -440,7 +439,7 @@ pub unsafe extern "C" fn shisen_tracker_count(
 ) -> Status {
     settled((|| {
         // SAFETY: as promised above.
-        let found = unsafe { shared(tracker) }?.device.decoder().counts();
+        let found = unsafe { shared(tracker) }?.device.counts();
         let found = TrackerCounts {
             bytes: found.bytes,
             samples: found.samples,
@@ -466,7 +465,7 @@ pub unsafe extern "C" fn shisen_tracker_resync(tracker: *mut Tracker) -> Status 
     settled((|| {
         // SAFETY: as promised above.
         let tracker = unsafe { exclusive(tracker) }?;
-        tracker.device.decoder_mut().reset();
+        tracker.device.reset();
         Ok(Status::Ok)
     })())
 }

@@ -6,7 +6,7 @@ use super::past::{CopyPast, SeePast};
 use super::view::{Kind, Screen, View};
 use crate::gaze::Region;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
-use crate::trace::{Balance, Budget, NOT_TRACED, Pixel, Sample, TileRays, Workspace};
+use crate::trace::{Balance, Budget, NOT_TRACED, Pixel, RayDetail, Sample, TileRays, Workspace};
 use core::num::NonZeroU32;
 use glam::Vec3;
 
@@ -73,20 +73,20 @@ impl Block {
             (Kind::Screen(screen), Some(together)) if first == 0 => {
                 (together.block)(self, renderer, (view, screen), budget, workspace, target)
             }
-            (Kind::Screen(screen), _) => {
-                let of = (view, screen);
-                self.render_singly(renderer, of, first, budget, workspace, target)
-            }
-            (Kind::Dome(dome), _) => {
+            // Eight rays at once, where there is something to take them.
+            (Kind::Dome(dome), _) if Simd::HAS_VECTORS => {
                 self.render_dome(renderer, (view, dome), first, budget, workspace, target)
             }
+            _ => self.render_singly(renderer, view, first, budget, workspace, target),
         }
     }
 
+    // Not a part of its callers, whose stack it would add to.
+    #[inline(never)]
     fn render_singly<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
-        (view, screen): (&View, &Screen),
+        view: &View,
         first: u32,
         budget: &mut Budget,
         workspace: &mut Workspace,
@@ -95,13 +95,14 @@ impl Block {
     where
         Simd: Runs<W>,
     {
-        let detail = self.detail(renderer, view);
+        let detail = renderer.block_detail(self.patch, view, self.x, self.y);
         let mut done = 0;
         for at in self.places_from(first) {
             if budget.is_spent() {
                 break;
             }
-            let pixel = self.pixel(renderer, screen, at, &detail, budget, workspace);
+            let own = detail.at(self.x % BLOCK + at.0, self.y % BLOCK + at.1);
+            let pixel = self.pixel(renderer, view.kind(), at, own, budget, workspace);
             target.write(at.0, at.1, pixel);
             done += 1;
         }
@@ -133,9 +134,9 @@ impl Block {
     fn pixel<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
-        screen: &Screen,
+        kind: &Kind,
         (column, row): (u32, u32),
-        detail: &BlockDetail,
+        detail: Option<RayDetail>,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Pixel
@@ -143,19 +144,25 @@ impl Block {
         Simd: Runs<W>,
     {
         let samples = renderer.settings.samples;
-        let detail = detail.at(column, row);
         let tracer = &renderer.tracer;
         let mut sum = Sum::NONE;
         for sample in 0..samples {
             let (x, y) = self.at(column, row, offset(sample, samples));
-            match (detail, screen.ray(x, y)) {
-                (Some(detail), Some(ray)) => {
+            let ray = match kind {
+                Kind::Screen(screen) => screen.ray(x, y),
+                Kind::Dome(dome) => dome.ray(x, y),
+            };
+            let seen = match (detail, ray, kind) {
+                (Some(detail), Some(ray), _) => {
                     let own = self.sample((column, row), sample, samples);
-                    let seen = tracer.radiance_with(&ray, detail, own, budget, workspace);
-                    sum.add(seen, workspace);
+                    tracer.radiance_with(&ray, detail, own, budget, workspace)
                 }
-                _ => sum.add(tracer.missed(screen.direction(x, y)), workspace),
-            }
+                (_, _, Kind::Screen(screen)) => tracer.missed(screen.direction(x, y)),
+                (None, Some(ray), Kind::Dome(_)) => tracer.missed(ray.direction()),
+                // Outside the rim.
+                (_, None, Kind::Dome(_)) => Pixel::default(),
+            };
+            sum.add(seen, workspace);
         }
         sum.mean(samples)
     }
@@ -247,9 +254,9 @@ impl Block {
                         // No pixel has all its samples yet, and none would by
                         // starting over: one is finished alone, and the block
                         // is no longer whole.
-                        let detail = self.detail(renderer, view);
+                        let own = self.detail(renderer, view).at(0, 0);
                         let pixel =
-                            self.pixel(renderer, screen, (0, 0), &detail, budget, workspace);
+                            self.pixel(renderer, view.kind(), (0, 0), own, budget, workspace);
                         target.write(0, 0, pixel);
                         return 1;
                     }

@@ -272,10 +272,7 @@ impl BlockLevels {
     pub(super) fn new(lod: &LevelOfDetail, simd: Simd, view: &View, (x, y): (u32, u32)) -> Self {
         let (x, y) = (x / BLOCK * BLOCK, y / BLOCK * BLOCK);
         if !Simd::HAS_VECTORS {
-            return match view.kind() {
-                Kind::Screen(view) => Self::one_by_one(lod, view, (x, y)),
-                Kind::Dome(view) => Self::one_by_one(lod, view, (x, y)),
-            };
+            return Self::one_by_one(lod, view, (x, y));
         }
         match view.kind() {
             Kind::Screen(view) => <Simd as Runs<8>>::run(simd, Levels { lod, view, x, y }),
@@ -284,11 +281,15 @@ impl BlockLevels {
     }
 
     /// The same, pixel by pixel.
-    fn one_by_one(lod: &LevelOfDetail, view: &impl Directions, (x, y): (u32, u32)) -> Self {
+    fn one_by_one(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32)) -> Self {
         let mut block = Self::OUTSIDE;
         for (number, level) in block.levels.as_flattened_mut().iter_mut().enumerate() {
             let (column, row) = (number as u32 % BLOCK, number as u32 / BLOCK);
-            let direction = view.direction((x + column, y + row));
+            let place = (x + column, y + row);
+            let direction = match view.kind() {
+                Kind::Screen(screen) => Directions::direction(screen, place),
+                Kind::Dome(dome) => Directions::direction(dome, place),
+            };
             *level = lod.gaze.level(direction).unwrap_or(0.0);
             if *level > 0.0 {
                 block.traced |= 1 << number;

@@ -360,9 +360,10 @@ pub(super) fn contents<const W: usize>(scene: &Scene<'_, W>) -> Result<(), Scene
     let top = Tree {
         nodes: 0..header.top_nodes,
         leaves: 0..scene.instances.len() as u32,
-        one_each: true,
+        mesh: None,
     };
-    let needed = deepest + check_tree(scene, &top, header.root, |_, _| Ok(()))?;
+    let (needed, _) = check_tree(scene, &top, header.root)?;
+    let needed = deepest + needed;
     if needed > STACK_ENTRIES as u32 || header.stack_entries < needed {
         return Err(SceneError::TooDeep {
             needed,
@@ -655,28 +656,9 @@ fn check_mesh<const W: usize>(
     let tree = Tree {
         nodes,
         leaves,
-        one_each: false,
+        mesh: Some((mesh, record)),
     };
-    let mut faces = 0u32;
-    let needed = check_tree(scene, &tree, mesh.root, |leaf, count| {
-        faces = faces.saturating_add(count);
-        let ids = if W == 8 {
-            scene.leaves.get(leaf as usize).map(|block| &block.ids[..])
-        } else {
-            scene.id_leaves.get(leaf as usize).map(|ids| &ids[..])
-        };
-        let Some(ids) = ids else {
-            return Err(outside("leaf", leaf));
-        };
-        let wrong = |(lane, id): (usize, &u32)| {
-            let filled = lane < count as usize;
-            (filled && *id >= mesh.triangle_count) || (!filled && *id != u32::MAX)
-        };
-        match ids.iter().enumerate().find(|&entry| wrong(entry)) {
-            Some((_, &id)) => Err(outside("triangle", id)),
-            None => Ok(()),
-        }
-    })?;
+    let (needed, faces) = check_tree(scene, &tree, mesh.root)?;
     if faces != mesh.faces {
         let what = "a mesh's number of faces";
         return Err(SceneError::Value { what, record });
@@ -751,9 +733,9 @@ fn check_cover<const W: usize>(
     let tree = Tree {
         nodes,
         leaves: 0..COVER_NODES * W as u32,
-        one_each: true,
+        mesh: None,
     };
-    check_tree(scene, &tree, instance.cover, |_, _| Ok(())).map(|_| ())
+    check_tree(scene, &tree, instance.cover).map(|_| ())
 }
 
 /// Whether `order` names each of `W` lanes once. A lane named twice would be
@@ -766,22 +748,63 @@ fn is_permutation<const W: usize>(order: u32) -> bool {
     named == (1 << W) - 1
 }
 
+/// Numbers of stack entries are kept in bytes.
+const _: () = assert!(STACK_ENTRIES <= u8::MAX as usize);
+
 /// What a tree may refer to.
-struct Tree {
+struct Tree<'m> {
     nodes: Range<u32>,
     leaves: Range<u32>,
-    /// Leaves name one primitive each and carry no count.
-    one_each: bool,
+    /// The mesh whose triangles its leaves hold, and its number; leaves of other
+    /// trees name one primitive each and carry no count.
+    mesh: Option<(&'m Mesh, u32)>,
+}
+
+impl Tree<'_> {
+    /// Whether a leaf of so many triangles holds those, and no others.
+    fn check_leaf<const W: usize>(
+        &self,
+        scene: &Scene<'_, W>,
+        leaf: u32,
+        count: u32,
+    ) -> Result<(), SceneError> {
+        let Some((mesh, record)) = self.mesh else {
+            return Ok(());
+        };
+        let outside = |what, index| SceneError::Index {
+            what,
+            record,
+            index,
+        };
+        let ids = if W == 8 {
+            scene.leaves.get(leaf as usize).map(|block| &block.ids[..])
+        } else {
+            scene.id_leaves.get(leaf as usize).map(|ids| &ids[..])
+        };
+        let Some(ids) = ids else {
+            return Err(outside("leaf", leaf));
+        };
+        let wrong = |(lane, id): (usize, &u32)| {
+            let filled = lane < count as usize;
+            (filled && *id >= mesh.triangle_count) || (!filled && *id != u32::MAX)
+        };
+        match ids.iter().enumerate().find(|&entry| wrong(entry)) {
+            Some((_, &id)) => Err(outside("triangle", id)),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Walks a tree once, checks that it is one, and returns the most stack
-/// entries that traversal in any order of children can need.
+/// entries that traversal in any order of children can need, and how many
+/// primitives its leaves hold.
+// Not a part of its callers, whose stack it would add to.
+#[inline(never)]
 fn check_tree<const W: usize>(
     scene: &Scene<'_, W>,
-    tree: &Tree,
+    tree: &Tree<'_>,
     root: u32,
-    mut leaf: impl FnMut(u32, u32) -> Result<(), SceneError>,
-) -> Result<u32, SceneError> {
+) -> Result<(u32, u32), SceneError> {
     if !tree.nodes.contains(&root) {
         return Err(SceneError::Index {
             what: "root node",
@@ -793,13 +816,18 @@ fn check_tree<const W: usize>(
         needed,
         limit: STACK_ENTRIES as u32,
     };
-    // Nodes still to visit, each with the entries that lie below it at worst.
-    let mut pending: Vec<(u32, u32), STACK_ENTRIES> = Vec::new();
-    let _ = pending.push((root, 0));
+    // Nodes still to visit, each with the entries that lie below it at worst: no
+    // more than those that there are.
+    let mut pending: Vec<u32, STACK_ENTRIES> = Vec::new();
+    let mut entries: Vec<u8, STACK_ENTRIES> = Vec::new();
+    let _ = pending.push(root);
+    let _ = entries.push(0);
     let mut visited = 0u32;
     let mut leaves = 0;
     let mut deepest = 0;
-    while let Some((number, below)) = pending.pop() {
+    let mut primitives = 0u32;
+    while let Some((number, below)) = pending.pop().zip(entries.pop()) {
+        let below = u32::from(below);
         visited += 1;
         let node = scene.nodes.get(number as usize);
         let Some(node) = node.filter(|_| visited as usize <= tree.nodes.len()) else {
@@ -816,7 +844,7 @@ fn check_tree<const W: usize>(
             let index = child & INDEX;
             if child & LEAF != 0 {
                 let count = (child >> COUNT_SHIFT & 7) + 1;
-                let fits = count as usize <= if tree.one_each { 1 } else { W };
+                let fits = count as usize <= if tree.mesh.is_none() { 1 } else { W };
                 // As many as there are: no ray looks into one again and again.
                 leaves += 1;
                 let known = tree.leaves.contains(&index) && leaves <= tree.leaves.len();
@@ -827,15 +855,19 @@ fn check_tree<const W: usize>(
                         index,
                     });
                 }
-                leaf(index, count)?;
+                tree.check_leaf(scene, index, count)?;
+                primitives = primitives.saturating_add(count);
             } else if used(lane) {
                 if !tree.nodes.contains(&child) || child <= number {
                     return Err(SceneError::NotATree { node: number });
                 }
                 let needed = below + children.saturating_sub(1);
-                pending
-                    .push((child, needed))
-                    .map_err(|_| too_deep(needed + W as u32))?;
+                if needed > STACK_ENTRIES as u32
+                    || pending.push(child).is_err()
+                    || entries.push(needed as u8).is_err()
+                {
+                    return Err(too_deep(needed + W as u32));
+                }
             } else if child != 0 {
                 return Err(SceneError::NotATree { node: number });
             }
@@ -844,5 +876,5 @@ fn check_tree<const W: usize>(
     if deepest > STACK_ENTRIES as u32 {
         return Err(too_deep(deepest));
     }
-    Ok(deepest)
+    Ok((deepest, primitives))
 }

@@ -46,3 +46,44 @@ impl Hit {
         on: MeshHit::NONE,
     };
 }
+
+/// Which hit a search is for.
+pub(super) trait Sought: Copy {
+    /// Whether any will do, and not only the nearest.
+    fn is_any(self) -> bool;
+}
+
+/// The nearest.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Nearest;
+
+impl Sought for Nearest {
+    #[inline(always)]
+    fn is_any(self) -> bool {
+        false
+    }
+}
+
+/// Any, as for shadows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Any;
+
+impl Sought for Any {
+    #[inline(always)]
+    fn is_any(self) -> bool {
+        true
+    }
+}
+
+/// What is said when the search begins: for both, one walk in the program.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AsTold {
+    pub(super) is_any: bool,
+}
+
+impl Sought for AsTold {
+    #[inline(always)]
+    fn is_any(self) -> bool {
+        self.is_any
+    }
+}

@@ -20,7 +20,7 @@
 //! primary 23.5 against 25.0), and slower where rays go everywhere (incoherent
 //! 3.8 against 6.3).
 
-use super::hit::{Hit, MeshHit};
+use super::hit::{Hit, MeshHit, Nearest, Sought};
 use super::leaves::Leaves;
 use super::stack::{TraversalStack, Work};
 use super::tile::{TileHits, TileInMeshSearch, TileRays};
@@ -53,7 +53,8 @@ impl<'a, const W: usize> MeshView<'a, W> {
 }
 
 /// Looks for the nearest triangle, or for any.
-pub(super) struct InMesh<'r, 'a, const W: usize, const ANY: bool> {
+pub(super) struct InMesh<'r, 'a, const W: usize, S> {
+    sought: S,
     leaves: Leaves<'a, W>,
     ray: &'r Ray,
     slabs: &'r Slabs,
@@ -65,16 +66,17 @@ pub(super) struct InMesh<'r, 'a, const W: usize, const ANY: bool> {
     pub(super) best: MeshHit,
 }
 
-impl<'r, 'a, const W: usize, const ANY: bool> InMesh<'r, 'a, W, ANY> {
+impl<'r, 'a, const W: usize, S: Sought> InMesh<'r, 'a, W, S> {
     #[inline(always)]
     pub(super) fn new(
+        sought: S,
         mesh: &MeshView<'a, W>,
         ray: &'r Ray,
         slabs: &'r Slabs,
-        start: f32,
-        limit: f32,
+        (start, limit): (f32, f32),
     ) -> Self {
         Self {
+            sought,
             leaves: mesh.leaves,
             ray,
             slabs,
@@ -91,7 +93,7 @@ impl<'r, 'a, const W: usize, const ANY: bool> InMesh<'r, 'a, W, ANY> {
     fn accept(&mut self, hit: MeshHit) -> bool {
         self.best.take_nearer(hit);
         self.limit = min(self.limit, self.best.t);
-        ANY
+        self.sought.is_any()
     }
 
     #[inline(always)]
@@ -208,7 +210,7 @@ fn axis_interval<const W: usize, L: Lanes<W>>(
     )
 }
 
-impl<const W: usize, const ANY: bool> Visitor<W> for InMesh<'_, '_, W, ANY> {
+impl<const W: usize, S: Sought> Visitor<W> for InMesh<'_, '_, W, S> {
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.limit
@@ -299,18 +301,18 @@ pub struct MeshTracer<'a, const W: usize = 8> {
     simd: Simd,
 }
 
-struct Nearest<'r, 'a, const W: usize> {
+struct SearchMesh<'r, 'a, const W: usize> {
     mesh: &'r MeshView<'a, W>,
     ray: &'r Ray,
     stack: &'r mut TraversalStack,
 }
 
-impl<const W: usize> Kernel<W> for Nearest<'_, '_, W> {
+impl<const W: usize> Kernel<W> for SearchMesh<'_, '_, W> {
     type Output = (MeshHit, Work);
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L) -> (MeshHit, Work) {
         let slabs = Slabs::new(self.ray, self.mesh.extent);
-        let mut search = InMesh::<W, false>::new(self.mesh, self.ray, &slabs, 0.0, f32::INFINITY);
+        let mut search = InMesh::new(Nearest, self.mesh, self.ray, &slabs, (0.0, f32::INFINITY));
         let mut path = Path::new(self.stack);
         let (nodes, root) = (self.mesh.nodes, self.mesh.root);
         walk(lanes, nodes, root, &slabs, &mut search, &mut path);
@@ -332,7 +334,7 @@ where
     /// a node visited, one a triangle tested.
     #[inline]
     pub fn nearest(&self, ray: &Ray, stack: &mut TraversalStack) -> (Option<MeshHit>, u64) {
-        let kernel = Nearest {
+        let kernel = SearchMesh {
             mesh: &self.mesh,
             ray,
             stack,

@@ -109,7 +109,7 @@ where
         missing: None,
         record,
     };
-    let primary = Pending {
+    let mut next = Pending {
         ray: *ray,
         weight: Vec3::ONE,
         uncovered: 1.0,
@@ -117,25 +117,26 @@ where
         cause: 0,
         is_tinted: false,
     };
+    let mut hit = Some(hit);
     workspace.pending.clear();
-    shading.shade(&primary, Some(hit), &mut gathered, budget, workspace);
     // Every ray has more bounces than its parent, and fans have so many
     // wavelengths: the loop ends.
     loop {
+        shading.shade(&next, hit, &mut gathered, budget, workspace);
         if EFFECTS & effect::DISPERSION != 0 {
             shading.go_on_with_fan(&mut gathered, workspace);
         }
-        let Some(next) = workspace.pending.pop() else {
+        let Some(pending) = workspace.pending.pop() else {
             break;
         };
+        next = pending;
         if EFFECTS & effect::DISPERSION != 0 && gathered.fan.is_none() {
             gathered.look_through(next.is_tinted);
         }
         let before = workspace.statistics.steps;
-        let hit = tracer.nearest_on(detail.rung, &next.ray, budget, workspace);
+        hit = tracer.nearest_on(detail.rung, &next.ray, budget, workspace);
         let steps = workspace.statistics.steps - before;
         gathered.record.ray(next.cause, steps);
-        shading.shade(&next, hit, &mut gathered, budget, workspace);
     }
     if EFFECTS & effect::DISPERSION != 0
         && let Some(missing) = gathered.missing

@@ -3,7 +3,7 @@
 use super::background;
 use super::budget::{Budget, Statistics};
 use super::dispersion::{Balance, Spectrum, SpectrumError};
-use super::hit::Hit;
+use super::hit::{Any, AsTold, Hit, Nearest, Sought};
 use super::ledger::Ledger;
 use super::row::{Between, RowHits, RowRays, RowSearch};
 use super::sample::Sample;
@@ -210,15 +210,49 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Option<Hit> {
-        let (hit, work) = self.simd.run(Search::<W, false> {
+        let limit = f32::INFINITY;
+        let hit = if Simd::HAS_VECTORS {
+            self.search(Nearest, rung, (ray, limit), budget, workspace)
+        } else {
+            self.search_as_told(false, rung, (ray, limit), budget, workspace)
+        };
+        (hit.instance != u32::MAX).then_some(hit)
+    }
+
+    /// The hit that is sought; of any, only whether there is one.
+    #[inline(always)]
+    fn search<S: Sought>(
+        &self,
+        sought: S,
+        rung: u8,
+        (ray, limit): (&Ray, f32),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Hit {
+        let (hit, work) = self.simd.run(Search::<W, S> {
+            sought,
             scene: &self.scene,
             rung,
             ray,
-            limit: f32::INFINITY,
+            limit,
             stack: &mut workspace.stack,
         });
         workspace.account(work, budget);
-        (hit.instance != u32::MAX).then_some(hit)
+        hit
+    }
+
+    /// One walk for nearest and for any hits, where a program's size counts for
+    /// more than the test of which it is.
+    #[inline(never)]
+    fn search_as_told(
+        &self,
+        is_any: bool,
+        rung: u8,
+        within: (&Ray, f32),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Hit {
+        self.search(AsTold { is_any }, rung, within, budget, workspace)
     }
 
     /// Whether any ray may meet anything that starts at `origin` and whose
@@ -367,14 +401,11 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> bool {
-        let (hit, work) = self.simd.run(Search::<W, true> {
-            scene: &self.scene,
-            rung,
-            ray,
-            limit,
-            stack: &mut workspace.stack,
-        });
-        workspace.account(work, budget);
+        let hit = if Simd::HAS_VECTORS {
+            self.search(Any, rung, (ray, limit), budget, workspace)
+        } else {
+            self.search_as_told(true, rung, (ray, limit), budget, workspace)
+        };
         workspace.statistics.shadow += 1;
         hit.instance != u32::MAX
     }

@@ -1,6 +1,6 @@
 //! Rays against all instances of a scene.
 
-use super::hit::{Hit, MeshHit};
+use super::hit::{Hit, MeshHit, Nearest, Sought};
 use super::mesh::{InMesh, MeshView};
 use super::stack::{TraversalStack, Work};
 use super::walk::{Path, Visitor, leaf_index, walk};
@@ -24,7 +24,8 @@ pub(crate) fn map_point(map: &[[f32; 3]; 4], p: Vec3) -> Vec3 {
 }
 
 /// Looks for the nearest hit, or for any that blocks light.
-struct InWorld<'r, 'a, const W: usize, const ANY: bool> {
+struct InWorld<'r, 'a, const W: usize, S> {
+    sought: S,
     scene: &'r Scene<'a, W>,
     rung: u8,
     ray: &'r Ray,
@@ -32,7 +33,7 @@ struct InWorld<'r, 'a, const W: usize, const ANY: bool> {
     best: Hit,
 }
 
-impl<const W: usize, const ANY: bool> InWorld<'_, '_, W, ANY> {
+impl<const W: usize, S> InWorld<'_, '_, W, S> {
     #[inline(always)]
     fn take_nearer(&mut self, instance: u32, on: MeshHit) {
         let best = &self.best;
@@ -62,7 +63,7 @@ fn on_spheroid(instance: &Instance, ray: &Ray, start: f32) -> Option<MeshHit> {
     })
 }
 
-impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
+impl<const W: usize, S: Sought> Visitor<W> for InWorld<'_, '_, W, S> {
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.limit
@@ -74,7 +75,7 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
         let Some(instance) = self.scene.instances.get(number as usize) else {
             return false;
         };
-        if ANY && instance.flags & flag::OCCLUDES == 0 {
+        if self.sought.is_any() && instance.flags & flag::OCCLUDES == 0 {
             return false;
         }
         path.work.steps += 1;
@@ -92,7 +93,8 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
             };
             let mesh = MeshView::new(self.scene, mesh);
             let slabs = Slabs::new(&ray, mesh.extent);
-            let mut search = InMesh::<W, ANY>::new(&mesh, &ray, &slabs, near, self.limit);
+            let within = (near, self.limit);
+            let mut search = InMesh::new(self.sought, &mesh, &ray, &slabs, within);
             let found = walk(lanes, mesh.nodes, mesh.root, &slabs, &mut search, path);
             // No hit is at infinity, where a limit can be too.
             if !found && search.best == MeshHit::NONE {
@@ -105,7 +107,7 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
                 _ => return false,
             }
         };
-        if ANY {
+        if self.sought.is_any() {
             return true;
         }
         self.take_nearer(number, on);
@@ -114,7 +116,8 @@ impl<const W: usize, const ANY: bool> Visitor<W> for InWorld<'_, '_, W, ANY> {
 }
 
 /// One search through a scene.
-pub(super) struct Search<'r, 'a, const W: usize, const ANY: bool> {
+pub(super) struct Search<'r, 'a, const W: usize, S> {
+    pub(super) sought: S,
     pub(super) scene: &'r Scene<'a, W>,
     /// Of the ladders of meshes.
     pub(super) rung: u8,
@@ -124,13 +127,14 @@ pub(super) struct Search<'r, 'a, const W: usize, const ANY: bool> {
     pub(super) stack: &'r mut TraversalStack,
 }
 
-impl<const W: usize, const ANY: bool> Kernel<W> for Search<'_, '_, W, ANY> {
+impl<const W: usize, S: Sought> Kernel<W> for Search<'_, '_, W, S> {
     type Output = (Hit, Work);
 
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L) -> (Hit, Work) {
         let slabs = Slabs::new(self.ray, self.scene.header.extent);
-        let mut visitor = InWorld::<W, ANY> {
+        let mut visitor = InWorld {
+            sought: self.sought,
             scene: self.scene,
             rung: self.rung,
             ray: self.ray,
@@ -140,7 +144,7 @@ impl<const W: usize, const ANY: bool> Kernel<W> for Search<'_, '_, W, ANY> {
         let mut path = Path::new(self.stack);
         let (nodes, root) = (self.scene.nodes, self.scene.header.root);
         let found = walk(lanes, nodes, root, &slabs, &mut visitor, &mut path);
-        if ANY && found {
+        if self.sought.is_any() && found {
             visitor.best.instance = 0;
         }
         (visitor.best, path.work)
@@ -164,7 +168,8 @@ impl<const W: usize> Kernel<W> for SearchInstance<'_, '_, W> {
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L) -> (Hit, Work) {
         let mut path = Path::new(self.stack);
-        let mut visitor = InWorld::<W, false> {
+        let mut visitor = InWorld {
+            sought: Nearest,
             scene: self.scene,
             rung: self.rung,
             ray: self.ray,

@@ -51,11 +51,14 @@ pub(super) enum Firmware {
 /// are), `instructions_per_primary_ray` (of all frames of the screens, shading
 /// included), `instructions_per_record` (of the tracker, decoding and estimating;
 /// null without any), `latency_instructions` (the longest from the last byte of
-/// a new gaze to the first tile; null without any), tracker (records,
+/// a new gaze to the first tile; null without any), `gaze_to_tile_instructions` (the
+/// longest part of one once the frame before was over), tracker (records,
 /// `dropped_bytes`, `overrun_bytes`), frames (number, kind, state and widen of
 /// the gaze, hash, `host_hash`, `tiles_whole`, `tiles_given_up`, steps,
 /// `primary_rays`, rays, instructions, `preparation_instructions`,
-/// `latency_instructions`), slices (of all frames: frame, instructions, steps,
+/// `latency_instructions`, of these `waiting_instructions` while the frame before
+/// was finished, and `sent_instructions` from the byte until the tile was sent),
+/// slices (of all frames: frame, instructions, steps,
 /// `ended_tile`), log (lines) and images (paths).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -134,6 +137,13 @@ impl FromStr for TrackerChoice {
             return Ok(Self(None));
         }
         let spec: Spec = text.parse().map_err(|error| format!("{error}"))?;
+        if spec.head().is_some() {
+            return Err(
+                "the board takes the first sensor for the viewer's head: leave head \
+                        out"
+                .to_owned(),
+            );
+        }
         match &spec {
             Spec::Mock(mock) if mock.protocol.as_ref().is_none_or(|p| p.name() == "link") => {}
             Spec::Replay(_) => {}
@@ -150,8 +160,8 @@ impl FromStr for TrackerChoice {
 impl TrackerChoice {
     fn bytes(&self) -> Result<Option<TrackerBytes>, Failure> {
         Ok(match &self.0 {
-            Some(Spec::Replay(path)) => {
-                let recording = Recording::read(path)?;
+            Some(Spec::Replay(spec)) => {
+                let recording = Recording::read(&spec.path)?;
                 let samples: Vec<Sample> = recording.samples().copied().collect();
                 let samples = Recorded(samples.into_iter().peekable());
                 Some(Box::new(Wire::new(samples, Format::Link)))

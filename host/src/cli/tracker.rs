@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod follow;
+mod happenings;
 mod list;
 mod monitor;
 mod record;
@@ -9,6 +10,9 @@ mod sample;
 #[cfg(unix)]
 mod serve;
 mod show;
+
+pub(super) use follow::with_drops;
+pub(super) use happenings::Happenings;
 
 use super::failure::Failure;
 use clap::Subcommand;
@@ -25,9 +29,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// SPEC is `mock`, `mock:seed=7&rate=200&as=fastrak` (`&still=1` holds the head,
 /// `&targets=CSV` says what is looked at: see calibrate),
 /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200` (`&reset=1` resets the
-/// device first, `&head=N` takes sensor N for the viewer's head in place of the
-/// first that is seen), `hid:1532:0b00`, `hid:/dev/hidraw0` (`?axes=right,up,back` and
+/// device first; `&rts=0` lowers the line's RTS, as it is for a flock, `&rts=1`
+/// raises it), `hid:1532:0b00`, `hid:/dev/hidraw0` (`?axes=right,up,back` and
 /// `&origin=X,Y,Z` say where an eye tracker's coordinates are) or `replay:FILE`.
+/// Where there are several sensors (link, fastrak, liberty, flock, recordings),
+/// `head=N` takes sensor N for the viewer's head in place of the first that is seen:
+/// `replay:FILE?head=1`.
 #[derive(Debug, Subcommand)]
 #[command(after_long_help = settings_help())]
 pub(super) enum TrackerCommand {
@@ -59,8 +66,8 @@ pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
 pub(super) fn warn_of_sensors(event: &Event) {
     if let Event::OtherSensor { taken, ignored } = event {
         super::warn(&format!(
-            "several sensors: {taken} is taken for the head, not {ignored}; choose another of a \
-             serial tracker with head=N"
+            "several sensors: {taken} is taken for the head, not {ignored}; choose another with \
+             head=N in SPEC"
         ));
     }
 }

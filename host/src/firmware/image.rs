@@ -130,7 +130,11 @@ impl Image {
             .arg(&manifest)
             .arg("--target-dir")
             .arg(&target)
-            .env("RUSTFLAGS", "-C target-cpu=cortex-m7 -C link-arg=-Tdefmt.x")
+            // As tests/firmware/run builds it.
+            .env(
+                "RUSTFLAGS",
+                "-C llvm-args=-inline-threshold=20 -C target-cpu=cortex-m7 -C link-arg=-Tdefmt.x",
+            )
             .env("DEFMT_LOG", "info")
             .output()
             .map_err(|reason| ImageError::Cargo { reason })?;

@@ -33,7 +33,7 @@ pub(super) use script::scripted;
 pub use script::{ScriptError, TimedTarget, read_script};
 
 use super::live::hid_id;
-use super::{HidName, Senses, SerialSpec, Spec};
+use super::{HidName, Senses, Spec};
 use crate::description::{Located, Source};
 use glam::{Quat, Vec2, Vec3};
 use miette::Diagnostic;
@@ -541,12 +541,7 @@ pub fn estimation(
             Eyes::HeadOnly
         },
         screen: mock_screen(spec, head),
-        sensors: match spec {
-            Spec::Serial(SerialSpec {
-                head: Some(sensor), ..
-            }) => Sensors::Only(*sensor),
-            _ => Sensors::First,
-        },
+        sensors: spec.head().map_or(Sensors::First, Sensors::Only),
         ..EstimatorConfig::default()
     };
     if let Some(calibrated) = calibrated {

@@ -29,6 +29,12 @@ pub enum Notice {
         /// What the system said.
         reason: String,
     },
+    /// The device is there again but cannot be used; said when that is so for a
+    /// while, and again where the reason is another.
+    Refused {
+        /// Why, and what to do about it.
+        reason: String,
+    },
     /// Nothing comes that can be understood.
     Trouble(Failure),
 }
@@ -64,7 +70,8 @@ enum Kind {
     /// Samples as they are, and how many so far.
     Samples(Box<Tracker<'static>>, Counts),
     Bytes(Box<Wire<Tracker<'static>>>, Box<dyn Decoder + Send>),
-    Replay(VecDeque<Event>, Counts),
+    /// Each with the counts at it, and the last that were reached.
+    Replay(VecDeque<(Event, Counts)>, Counts),
     Live(Box<Live>),
 }
 
@@ -110,9 +117,10 @@ impl Feed {
                     None => Kind::Samples(Box::new(tracker), Counts::new()),
                 }
             }
-            Spec::Replay(path) => {
-                let recording = Recording::read(path)?;
-                Kind::Replay(recording.events.into(), Counts::new())
+            Spec::Replay(spec) => {
+                let recording = Recording::read(&spec.path)?;
+                let events = recording.events.into_iter().zip(recording.counts);
+                Kind::Replay(events.collect(), Counts::new())
             }
             Spec::Serial(spec) => Kind::Live(Box::new(Live::serial(spec.clone())?)),
             Spec::Hid(spec) => Kind::Live(Box::new(Live::hid(spec.clone())?)),
@@ -169,11 +177,10 @@ impl Feed {
                 }
             }
             Kind::Replay(events, counts) => {
-                while let Some(event) = events.pop_front_if(
-                    |event| !matches!(event, Event::Sample(sample) if sample.arrival > until),
+                while let Some((event, now)) = events.pop_front_if(
+                    |(event, _)| !matches!(event, Event::Sample(sample) if sample.arrival > until),
                 ) {
-                    counts.samples += u64::from(matches!(event, Event::Sample(_)));
-                    counts.messages += u64::from(matches!(event, Event::Message(_)));
+                    *counts = now;
                     sink(Notice::Decoded(Box::new(event)));
                 }
             }
@@ -195,7 +202,7 @@ impl Feed {
             (_, Kind::Replay(events, _)) => {
                 let any = |has: fn(&Sample) -> bool| {
                     let mut events = events.iter();
-                    events.any(|event| matches!(event, Event::Sample(sample) if has(sample)))
+                    events.any(|(event, _)| matches!(event, Event::Sample(sample) if has(sample)))
                 };
                 Senses {
                     head: any(|s| s.head.orientation.is_some()),

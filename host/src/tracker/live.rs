@@ -31,6 +31,10 @@ const SETTING_UP: Micros = Micros::from_millis(800);
 /// have been switched on only now.
 const AGAIN: Micros = Micros::from_millis(5_000);
 
+/// How long a device that is there again may refuse to be used before that is
+/// said: the system takes a moment to let others than root use it.
+const REFUSING: Micros = Micros::from_millis(300);
+
 /// Why a device cannot be used.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
@@ -86,6 +90,32 @@ fn advice(reason: &io::Error) -> &'static str {
     }
 }
 
+impl LiveError {
+    /// Whether no such device is there at all.
+    fn is_absence(&self) -> bool {
+        match self {
+            Self::Open { reason, .. } => reason.kind() == io::ErrorKind::NotFound,
+            Self::NotFound { .. } => true,
+            _ => false,
+        }
+    }
+
+    /// What is wrong and what to do, on a line.
+    fn told(&self) -> String {
+        match self.help() {
+            Some(help) => format!("{self}: {help}"),
+            None => self.to_string(),
+        }
+    }
+}
+
+/// A device that is there and cannot be used.
+struct Refusal {
+    reason: String,
+    since: Micros,
+    said: bool,
+}
+
 enum Wanted {
     Serial(Box<SerialSpec>),
     Hid(HidSpec),
@@ -111,6 +141,7 @@ pub(super) struct Live {
     announce: bool,
     retry_at: Micros,
     back_off: Micros,
+    refusal: Option<Refusal>,
     /// From then on samples are handed on whether or not it is set up.
     believed_at: Micros,
     /// When it is told again what to send if nothing comes until then.
@@ -141,6 +172,7 @@ impl Live {
             announce: true,
             retry_at: Micros(0),
             back_off: BACK_OFF[0],
+            refusal: None,
             believed_at: SETTING_UP,
             again_at: AGAIN,
             again: false,
@@ -175,7 +207,7 @@ impl Live {
             sink(Notice::Plugged(self.path.clone()));
         }
         if self.port.is_none() {
-            self.look_for_it(now());
+            self.look_for_it(now(), sink);
             return;
         }
         let heard = self.listen(now, sink);
@@ -277,25 +309,54 @@ impl Live {
         self.believed_at = now.after(SETTING_UP);
     }
 
-    fn look_for_it(&mut self, now: Micros) {
+    fn look_for_it(&mut self, now: Micros, sink: &mut dyn FnMut(Notice)) {
         if now < self.retry_at {
             std::thread::sleep(std::time::Duration::from_millis(2));
             return;
         }
-        if let Ok((port, path, _)) = plug(&self.wanted) {
-            // The decoder stays: its counts go on.
-            (self.port, self.path) = (Some(port), path);
-            self.session = session(&self.wanted);
-            self.watch = Watch::new();
-            self.said = false;
-            self.announce = true;
-            self.believed_at = believed(&self.wanted, now);
-            self.again = false;
-            self.again_at = now.after(AGAIN);
-            self.request_all();
-        } else {
-            self.retry_at = now.after(self.back_off);
-            self.back_off = Micros(2 * self.back_off.0).min(BACK_OFF[1]);
+        match plug(&self.wanted) {
+            Ok((port, path, _)) => {
+                // The decoder stays: its counts go on.
+                (self.port, self.path) = (Some(port), path);
+                self.session = session(&self.wanted);
+                self.watch = Watch::new();
+                self.said = false;
+                self.announce = true;
+                self.refusal = None;
+                self.believed_at = believed(&self.wanted, now);
+                self.again = false;
+                self.again_at = now.after(AGAIN);
+                self.request_all();
+            }
+            Err(error) => {
+                self.retry_at = now.after(self.back_off);
+                self.back_off = Micros(2 * self.back_off.0).min(BACK_OFF[1]);
+                self.refused(&error, now, sink);
+            }
+        }
+    }
+
+    /// Says why the device cannot be used again, once for each reason.
+    fn refused(&mut self, error: &LiveError, now: Micros, sink: &mut dyn FnMut(Notice)) {
+        if error.is_absence() {
+            self.refusal = None;
+            return;
+        }
+        let reason = error.told();
+        match &mut self.refusal {
+            Some(refusal) if refusal.reason == reason => {
+                if !refusal.said && now.since(refusal.since) >= REFUSING {
+                    refusal.said = true;
+                    sink(Notice::Refused { reason });
+                }
+            }
+            _ => {
+                self.refusal = Some(Refusal {
+                    reason,
+                    since: now,
+                    said: false,
+                });
+            }
         }
     }
 
@@ -335,19 +396,35 @@ fn plug(wanted: &Wanted) -> Result<Plugged, LiveError> {
     match wanted {
         Wanted::Serial(spec) => {
             let path = spec.path.clone();
-            let port = Serial::open(&path, spec.baud);
-            let port = port.map_err(|reason| LiveError::Open {
+            let refused = |reason| LiveError::Open {
                 path: path.clone(),
                 reason,
-            })?;
+            };
+            let mut port = Serial::open(&path, spec.baud).map_err(refused)?;
+            set_rts(spec, |high| port.set_rts(high)).map_err(refused)?;
             let decoder = spec.protocol.decoder();
-            let decoder = decoder.ok_or_else(|| LiveError::Open {
-                path: path.clone(),
-                reason: io::ErrorKind::Unsupported.into(),
-            })?;
+            let decoder = decoder.ok_or_else(|| refused(io::ErrorKind::Unsupported.into()))?;
             Ok((Port::Serial(port), path, decoder))
         }
         Wanted::Hid(spec) => plug_hid(spec),
+    }
+}
+
+/// Puts a line's RTS where it has to be. A port that has none is taken as it is,
+/// unless it was asked for.
+fn set_rts(spec: &SerialSpec, mut set: impl FnMut(bool) -> io::Result<()>) -> io::Result<()> {
+    match (spec.rts, spec.protocol.rts()) {
+        (Some(high), _) => set(high).map_err(|reason| {
+            io::Error::new(
+                reason.kind(),
+                format!("its RTS cannot be set ({reason}); leave rts out"),
+            )
+        }),
+        (None, Some(high)) => {
+            let _ = set(high);
+            Ok(())
+        }
+        (None, None) => Ok(()),
     }
 }
 
@@ -469,6 +546,63 @@ mod tests {
         told
     }
 
+    /// What is plugged in where the device was and is none is said once, until it
+    /// is something else that is none.
+    #[cfg(unix)]
+    #[test]
+    fn a_device_that_cannot_be_used_again_is_told_once() {
+        use crate::tracker::Spec;
+        use crate::tracker::pty::Pty;
+        use std::time::Duration;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let pty = Pty::open(&path).unwrap();
+        let spec = format!("serial:{}?protocol=hatire", path.display());
+        let Ok(Spec::Serial(spec)) = spec.parse() else {
+            panic!("{spec}");
+        };
+        let mut live = Live::serial(spec).unwrap();
+        let mut step = 0;
+        // The clock is moved on by 50 ms a call, 5 s in all.
+        let mut poll = || {
+            let mut said = Vec::new();
+            for _ in 0..100 {
+                step += 1;
+                let start = Instant::now()
+                    .checked_sub(Duration::from_millis(50 * step))
+                    .unwrap();
+                live.poll(start, &mut |notice| said.push(notice));
+            }
+            said
+        };
+        poll();
+        drop(pty);
+        let [Notice::Unplugged { .. }] = poll()[..] else {
+            panic!("it is gone");
+        };
+        assert_eq!(poll(), []);
+        let reason = |said: Vec<Notice>| match &said[..] {
+            [Notice::Refused { reason }] => reason.clone(),
+            other => panic!("{other:?}"),
+        };
+        std::fs::write(&path, "no port").unwrap();
+        let of_file = reason(poll());
+        assert!(of_file.contains("line cannot be opened"), "{of_file}");
+        assert!(of_file.contains("check the path"), "{of_file}");
+        assert_eq!(poll(), []);
+        std::fs::remove_file(&path).unwrap();
+        std::fs::create_dir(&path).unwrap();
+        assert_ne!(reason(poll()), of_file);
+        assert_eq!(poll(), []);
+        std::fs::remove_dir(&path).unwrap();
+        assert_eq!(poll(), []);
+        std::fs::write(&path, "no port").unwrap();
+        assert_eq!(reason(poll()), of_file);
+        std::fs::remove_file(&path).unwrap();
+        let _pty = Pty::open(&path).unwrap();
+        assert_eq!(poll()[0], Notice::Plugged(path.display().to_string()));
+    }
+
     #[cfg(unix)]
     #[test]
     fn a_silent_device_is_told_again_and_reset_once_at_most() {
@@ -478,6 +612,31 @@ mod tests {
             // Continuous output is asked for.
             assert!(count(b'C') >= 6, "{told:?}");
             assert_eq!(count(0x19), usize::from(reset), "{told:?}");
+        }
+    }
+
+    #[test]
+    fn a_flocks_line_is_out_of_reset() {
+        use crate::tracker::Spec;
+        for (options, expected) in [
+            ("protocol=flock", Some(false)),
+            ("protocol=flock&rts=1", Some(true)),
+            ("protocol=fastrak", None),
+            ("protocol=fastrak&rts=0", Some(false)),
+        ] {
+            let Ok(Spec::Serial(spec)) = format!("serial:/dev/ttyS0?{options}").parse() else {
+                panic!("{options}");
+            };
+            let mut told = None;
+            set_rts(&spec, |high| {
+                told = Some(high);
+                Ok(())
+            })
+            .unwrap();
+            assert_eq!(told, expected, "{options}");
+            let without = || io::Error::from(io::ErrorKind::Unsupported);
+            let set = set_rts(&spec, |_| Err(without()));
+            assert_eq!(set.is_err(), options.contains("rts"), "{options}");
         }
     }
 

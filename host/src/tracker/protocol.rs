@@ -144,6 +144,24 @@ impl Protocol {
         }
     }
 
+    /// Where the line's RTS has to be, where it means anything to its devices: a
+    /// Flock's is in reset while it is high.
+    pub const fn rts(&self) -> Option<bool> {
+        match self.format {
+            Format::Flock(_) => Some(false),
+            _ => None,
+        }
+    }
+
+    /// Whether its devices can have several sensors, of which one is the viewer's
+    /// head.
+    pub const fn has_sensors(&self) -> bool {
+        matches!(
+            self.format,
+            Format::Link | Format::Fastrak(_) | Format::Liberty(_) | Format::Flock(_)
+        )
+    }
+
     /// Whether its devices measure the head.
     pub const fn has_head(&self) -> bool {
         !matches!(self.format, Format::Iscan(_) | Format::Asl(_))

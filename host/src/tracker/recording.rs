@@ -8,7 +8,7 @@
 
 use glam::{Quat, Vec2, Vec3};
 use miette::Diagnostic;
-use shisen_tracker::decoder::{Decoder, Event, Message, Text};
+use shisen_tracker::decoder::{Counts, Decoder, Event, Message, Text};
 use shisen_tracker::link;
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
@@ -90,8 +90,10 @@ pub enum RecordingError {
 /// What was recorded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// Samples, in the order of their arrival, and messages.
+    /// Samples, in the order of their arrival, messages, and what was damaged.
     pub events: Vec<Event>,
+    /// What had become of the file when each of them came.
+    pub counts: Vec<Counts>,
 }
 
 impl Recording {
@@ -99,17 +101,17 @@ impl Recording {
     ///
     /// # Errors
     /// A file that cannot be read, holds no sample, or a table with a cell
-    /// that cannot be used. Damaged frames are passed over.
+    /// that cannot be used. Damaged frames are [`Event::Dropped`].
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let bytes = std::fs::read(path).map_err(at(path))?;
-        let events = match RecordingFormat::of(path) {
+        let recording = match RecordingFormat::of(path) {
             RecordingFormat::Csv => from_csv(path, &bytes)?,
             RecordingFormat::Link => from_link(&bytes),
         };
-        if !events.iter().any(|event| matches!(event, Event::Sample(_))) {
+        if recording.samples().next().is_none() {
             return Err(RecordingError::Empty { path: path.into() });
         }
-        Ok(Self { events })
+        Ok(recording)
     }
 
     /// The samples.
@@ -195,31 +197,69 @@ impl Recorder {
 
 const ARRIVAL: &str = "arrival ";
 
-fn from_link(bytes: &[u8]) -> Vec<Event> {
-    let mut events = Vec::new();
-    let mut arrival = None;
-    let (mut first, mut last) = (None, None::<Micros>);
-    link::Link::new().feed(bytes, Micros(0), &mut |event| match event {
-        Event::Message(Message::Text(text)) if text.as_str().starts_with(ARRIVAL) => {
-            arrival = text.as_str()[ARRIVAL.len()..].parse().ok().map(Micros);
+fn from_link(bytes: &[u8]) -> Recording {
+    let mut decoder = link::Link::new();
+    let mut times = Times::default();
+    let (mut events, mut counts) = (Vec::new(), Vec::new());
+    // Byte after byte, to know the counts at each event.
+    for byte in bytes {
+        decoder.feed(&[*byte], Micros(0), &mut |event| {
+            events.extend(times.place(&event));
+        });
+        if counts.len() < events.len() {
+            counts.push(times.without_own(*decoder.counts()));
         }
-        Event::Sample(mut sample) => {
-            let device = sample.device_time.map(|time| time.microseconds);
-            let by_device = device.map(|time| {
-                let first = *first.get_or_insert(time);
-                Micros(time.saturating_sub(first))
-            });
-            let untimed = last.map_or(Micros(0), |last| last.after(UNTIMED_STEP));
-            let time = arrival.take().or(by_device).unwrap_or(untimed);
-            // A recording does not go back.
-            sample.arrival = last.map_or(time, |last| time.max(last));
-            last = Some(sample.arrival);
-            events.push(Event::Sample(sample));
+    }
+    // The last frame may have been cut off.
+    decoder.reset();
+    if let Some(last) = counts.last_mut() {
+        *last = times.without_own(*decoder.counts());
+    }
+    Recording { events, counts }
+}
+
+/// When the samples of a file of frames arrived.
+#[derive(Default)]
+struct Times {
+    /// Of the next sample, as the text before it says.
+    next: Option<Micros>,
+    /// By the device's clock.
+    first: Option<u64>,
+    last: Option<Micros>,
+    /// Such texts, which are no device's messages.
+    own: u64,
+}
+
+impl Times {
+    /// The event at its time; `None` of what only says a time.
+    fn place(&mut self, event: &Event) -> Option<Event> {
+        match *event {
+            Event::Message(Message::Text(text)) if text.as_str().starts_with(ARRIVAL) => {
+                self.next = text.as_str()[ARRIVAL.len()..].parse().ok().map(Micros);
+                self.own += 1;
+                None
+            }
+            Event::Sample(mut sample) => {
+                let device = sample.device_time.map(|time| time.microseconds);
+                let by_device = device.map(|time| {
+                    let first = *self.first.get_or_insert(time);
+                    Micros(time.saturating_sub(first))
+                });
+                let untimed = self.last.map_or(Micros(0), |last| last.after(UNTIMED_STEP));
+                let time = self.next.take().or(by_device).unwrap_or(untimed);
+                // A recording does not go back.
+                sample.arrival = self.last.map_or(time, |last| time.max(last));
+                self.last = Some(sample.arrival);
+                Some(Event::Sample(sample))
+            }
+            _ => Some(*event),
         }
-        Event::Message(_) => events.push(event),
-        _ => {}
-    });
-    events
+    }
+
+    fn without_own(&self, mut counts: Counts) -> Counts {
+        counts.messages -= self.own;
+        counts
+    }
 }
 
 const EYES: [&str; 3] = ["left", "right", "combined"];
@@ -332,7 +372,7 @@ impl Cells {
     }
 }
 
-fn from_csv(path: &Path, bytes: &[u8]) -> Result<Vec<Event>, RecordingError> {
+fn from_csv(path: &Path, bytes: &[u8]) -> Result<Recording, RecordingError> {
     let mut table = csv::Reader::from_reader(bytes);
     let names = header();
     let same = table
@@ -341,7 +381,7 @@ fn from_csv(path: &Path, bytes: &[u8]) -> Result<Vec<Event>, RecordingError> {
     if !same {
         return Err(RecordingError::Header { path: path.into() });
     }
-    let mut events = Vec::new();
+    let (mut events, mut counts) = (Vec::new(), Vec::new());
     let mut last = Micros(0);
     for (number, record) in table.records().enumerate() {
         let line = number as u64 + 2;
@@ -361,8 +401,12 @@ fn from_csv(path: &Path, bytes: &[u8]) -> Result<Vec<Event>, RecordingError> {
         }
         last = sample.arrival;
         events.push(Event::Sample(checked(&sample).map_err(&wrong)?));
+        counts.push(Counts {
+            samples: events.len() as u64,
+            ..Counts::new()
+        });
     }
-    Ok(events)
+    Ok(Recording { events, counts })
 }
 
 /// A sample that our link takes.
@@ -511,6 +555,52 @@ mod tests {
                 assert_eq!(written, read, "{spec} {name}");
             }
         }
+    }
+
+    /// Damage is counted as a line's would be that the frames came over.
+    #[test]
+    fn damage_in_a_recording_is_dropped() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.link");
+        let spec = Spec::Replay(crate::tracker::ReplaySpec {
+            path: path.clone(),
+            head: None,
+        });
+        let mut recorder = Recorder::create(&path).unwrap();
+        for i in 0..200 {
+            let sample = Sample::arrived(Micros(1_000 * i));
+            recorder.push(&Event::Sample(sample)).unwrap();
+        }
+        recorder.finish().unwrap();
+        let intact = std::fs::read(&path).unwrap();
+        let counts = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            let mut feed = Feed::open(&spec).unwrap();
+            let mut events = 0;
+            feed.poll(Micros(u64::MAX), &mut |_| events += 1);
+            assert!(feed.is_over());
+            (feed.counts(), events)
+        };
+        let (all, events) = counts(&intact);
+        assert_eq!((all.samples, all.messages, events), (200, 0, 200));
+        assert_eq!((all.lost, all.dropped_bytes), (0, 0));
+        let mut damaged = intact.clone();
+        let length = damaged.len();
+        for at in [length / 4, length / 2, length - 3] {
+            damaged[at] ^= 0x10;
+        }
+        // Before the end, half a frame.
+        damaged.truncate(length - 2);
+        let mut live = link::Link::new();
+        live.feed(&damaged, Micros(0), &mut |_| {});
+        live.reset();
+        let (found, events) = counts(&damaged);
+        assert_eq!(found.dropped, live.counts().dropped);
+        assert_eq!(found.dropped_bytes, live.counts().dropped_bytes);
+        assert_eq!(found.lost, live.counts().lost);
+        assert_eq!(found.bytes, damaged.len() as u64);
+        assert!(found.dropped.iter().sum::<u32>() >= 3, "{found:?}");
+        assert!(found.samples >= 195 && events > found.samples);
     }
 
     #[test]

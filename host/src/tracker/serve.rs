@@ -23,7 +23,7 @@ pub fn serve(
     let mut wire = Wire::new(source, protocol.format().clone());
     let mut device = Device::new(protocol.format());
     let start = Instant::now();
-    let (mut sent, mut next) = (0, Micros(0));
+    let mut sent = 0;
     loop {
         let now = Micros(start.elapsed().as_micros() as u64);
         if !goes_on(now, sent) {
@@ -32,7 +32,7 @@ pub fn serve(
         let mut heard = [0; 256];
         let count = pty.receive(&mut heard)?;
         let mut answers = Vec::new();
-        device.feed(&heard[..count], &mut |answer| {
+        device.feed(&heard[..count], now, &mut |answer| {
             answers.extend_from_slice(answer);
         });
         if device.format() != wire.format() {
@@ -41,16 +41,11 @@ pub fn serve(
         if !answers.is_empty() {
             pty.send(&answers)?;
         }
-        while let Some(chunk) = wire.poll(now) {
-            if !device.streams() || chunk.arrival < next {
-                continue;
+        while let Some(sample) = wire.source().poll(now) {
+            let measured = device.measure(&sample);
+            if let Some(chunk) = measured.and_then(|sample| wire.encode(&sample)) {
+                sent += u64::from(pty.send(chunk.bytes())?);
             }
-            if let Some(rate) = device.rate() {
-                next = chunk
-                    .arrival
-                    .after(Micros(999_000 / u64::from(rate.max(1))));
-            }
-            sent += u64::from(pty.send(chunk.bytes())?);
         }
         std::thread::sleep(Duration::from_micros(500));
     }

@@ -78,7 +78,7 @@ impl<'a> Options<'a> {
         known.map(Some)
     }
 
-    fn flag(&mut self, key: &'static str) -> Result<Option<bool>, SpecError> {
+    pub(super) fn flag(&mut self, key: &'static str) -> Result<Option<bool>, SpecError> {
         Ok(self
             .number(key, (0, 1), "0 or 1")?
             .map(|flag: u8| flag == 1))

@@ -19,8 +19,20 @@ pub enum Spec {
     Serial(SerialSpec),
     /// `hid:1532:0b00`, `hid:/dev/hidraw0?origin=0,0.3,-0.5`.
     Hid(HidSpec),
-    /// `replay:FILE`.
-    Replay(PathBuf),
+    /// `replay:FILE`, `replay:FILE?head=2`.
+    Replay(ReplaySpec),
+}
+
+impl Spec {
+    /// The sensor that is the viewer's head, where somebody says so.
+    pub const fn head(&self) -> Option<u8> {
+        match self {
+            Self::Mock(spec) => spec.head,
+            Self::Serial(spec) => spec.head,
+            Self::Hid(_) => None,
+            Self::Replay(spec) => spec.head,
+        }
+    }
 }
 
 /// A simulated viewer and tracker.
@@ -38,6 +50,8 @@ pub struct MockSpec {
     /// A table of what is looked at, and when: see
     /// [`read_script`](super::calibration::read_script).
     pub targets: Option<PathBuf>,
+    /// The sensor that is the viewer's head, as its samples name it: 0 alone comes.
+    pub head: Option<u8>,
 }
 
 impl Default for MockSpec {
@@ -49,6 +63,7 @@ impl Default for MockSpec {
             protocol: None,
             still: false,
             targets: None,
+            head: None,
         }
     }
 }
@@ -64,6 +79,19 @@ pub struct SerialSpec {
     pub baud: u32,
     /// Whether the device is reset first, which can take 20 s.
     pub reset: bool,
+    /// The sensor that is the viewer's head, as its samples name it; the first
+    /// that is seen where nobody says so.
+    pub head: Option<u8>,
+    /// Whether the line's RTS is to be high; where nobody says so it is as
+    /// [`Protocol::rts`] has it.
+    pub rts: Option<bool>,
+}
+
+/// A recording.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ReplaySpec {
+    /// What `shisen tracker record` wrote.
+    pub path: PathBuf,
     /// The sensor that is the viewer's head, as its samples name it; the first
     /// that is seen where nobody says so.
     pub head: Option<u8>,
@@ -144,6 +172,17 @@ pub enum SpecError {
         /// Those that it can have.
         allowed: &'static str,
     },
+    /// A sensor is chosen where there is one.
+    #[error("{of} has one sensor: head={head} chooses none")]
+    #[diagnostic(help(
+        "leave head out; those with several are link, fastrak, liberty and flock, and recordings"
+    ))]
+    OneSensor {
+        /// The protocol, or the kind of tracker.
+        of: &'static str,
+        /// The sensor.
+        head: u8,
+    },
     /// A protocol that there is not.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -188,7 +227,7 @@ impl FromStr for Spec {
             "mock" => mock(rest).map(Self::Mock),
             "serial" => serial(named("serial")?).map(Self::Serial),
             "hid" => hid(named("hid")?).map(Self::Hid),
-            "replay" => Ok(Self::Replay(named("replay")?.into())),
+            "replay" => replay(named("replay")?).map(Self::Replay),
             _ => Err(SpecError::Kind { found: kind.into() }),
         }
     }
@@ -215,9 +254,11 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
         protocol.set(&mut options)?;
         spec.protocol = Some(protocol);
     }
+    spec.head = head(&mut options)?;
+    one_sensor(spec.head, spec.protocol.as_ref(), "mock")?;
     let protocol = spec.protocol.as_ref();
     let protocol = protocol.map(|protocol| (protocol.name(), protocol.format()));
-    let allowed = "seed=N, rate=HZ, as=PROTOCOL, still=1, targets=FILE";
+    let allowed = "seed=N, rate=HZ, as=PROTOCOL, still=1, targets=FILE, head=N";
     options.end("mock", allowed, protocol)?;
     Ok(spec)
 }
@@ -230,7 +271,8 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     let mut options = Options::read(rest)?;
     let baud = options.number("baud", (50, 4_000_000), "50 to 4000000 baud")?;
     let reset = options.number("reset", (0_u8, 1), "0 or 1")? == Some(1);
-    let head = options.number("head", (0, u8::MAX), "a sensor from 0 to 255")?;
+    let head = head(&mut options)?;
+    let rts = options.flag("rts")?;
     let Some(name) = options.take("protocol") else {
         return Err(SpecError::NoProtocol { path: path.into() });
     };
@@ -240,15 +282,21 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
             name: protocol.name(),
         });
     }
+    one_sensor(head, Some(&protocol), "serial")?;
     protocol.set(&mut options)?;
     let named = Some((protocol.name(), protocol.format()));
-    options.end("serial", "protocol=NAME, baud=N, reset=1, head=N", named)?;
+    options.end(
+        "serial",
+        "protocol=NAME, baud=N, reset=1, head=N, rts=0|1",
+        named,
+    )?;
     Ok(SerialSpec {
         path: path.into(),
         baud: baud.unwrap_or(protocol.baud()),
         protocol,
         reset,
         head,
+        rts,
     })
 }
 
@@ -257,9 +305,43 @@ fn hid(text: &str) -> Result<HidSpec, SpecError> {
     let mut options = Options::read(rest)?;
     let mut axes = Axes::default();
     set_axes(&mut axes, &mut options)?;
+    one_sensor(head(&mut options)?, None, "hid")?;
     options.end("hid", "axes=right,up,back, origin=X,Y,Z", None)?;
     let name = hid_name(name)?;
     Ok(HidSpec { name, axes })
+}
+
+/// A file's name may hold a `?`: options have a `=` behind it.
+fn replay(text: &str) -> Result<ReplaySpec, SpecError> {
+    let split = text.rsplit_once('?');
+    let (path, rest) = split
+        .filter(|(path, rest)| !path.is_empty() && rest.contains('='))
+        .unwrap_or((text, ""));
+    let mut options = Options::read(rest)?;
+    let head = head(&mut options)?;
+    options.end("replay", "head=N", None)?;
+    let path = path.into();
+    Ok(ReplaySpec { path, head })
+}
+
+fn head(options: &mut Options<'_>) -> Result<Option<u8>, SpecError> {
+    options.number("head", (0, u8::MAX), "a sensor from 0 to 255")
+}
+
+/// Refuses the choice of a sensor where there is one.
+fn one_sensor(
+    head: Option<u8>,
+    protocol: Option<&Protocol>,
+    kind: &'static str,
+) -> Result<(), SpecError> {
+    let several = protocol.is_some_and(Protocol::has_sensors);
+    match head.filter(|_| !several) {
+        None => Ok(()),
+        Some(head) => Err(SpecError::OneSensor {
+            of: protocol.map_or(kind, Protocol::name),
+            head,
+        }),
+    }
 }
 
 fn hid_name(text: &str) -> Result<HidName, SpecError> {
@@ -313,6 +395,7 @@ mod tests {
             baud: 57_600,
             reset: false,
             head: None,
+            rts: None,
         };
         let spec = "serial:/dev/ttyUSB0?protocol=asl";
         assert_eq!(spec.parse(), Ok(Spec::Serial(serial.clone())));
@@ -320,9 +403,11 @@ mod tests {
             baud: 9_600,
             reset: true,
             head: Some(2),
+            rts: Some(true),
+            protocol: "flock".parse().unwrap(),
             ..serial
         };
-        let spec = "serial:/dev/ttyUSB0?protocol=asl&baud=9600&reset=1&head=2";
+        let spec = "serial:/dev/ttyUSB0?protocol=flock&baud=9600&reset=1&head=2&rts=1";
         assert_eq!(spec.parse(), Ok(Spec::Serial(other)));
         let hid = |name, axes| Ok(Spec::Hid(HidSpec { name, axes }));
         let id = HidName::Id(0x1532, 0x0B00);
@@ -336,7 +421,38 @@ mod tests {
         };
         let spec = "hid:/dev/hidraw0?axes=left,up,forward&origin=0,0.3,-0.5";
         assert_eq!(spec.parse(), hid(path, axes));
-        assert_eq!("replay:a:b".parse(), Ok(Spec::Replay("a:b".into())));
+        for (text, path, head) in [
+            ("replay:a:b", "a:b", None),
+            ("replay:a?b", "a?b", None),
+            ("replay:a?b?head=7", "a?b", Some(7)),
+        ] {
+            let path = path.into();
+            assert_eq!(text.parse(), Ok(Spec::Replay(ReplaySpec { path, head })));
+        }
+    }
+
+    #[test]
+    fn a_sensor_is_chosen_where_there_are_several() {
+        for spec in [
+            "serial:/dev/tty?protocol=fastrak&head=3",
+            "serial:/dev/tty?protocol=liberty&head=3",
+            "serial:/dev/tty?protocol=link&head=3",
+            "mock:as=flock&head=3",
+            "replay:a.csv?head=3",
+        ] {
+            assert_eq!(spec.parse::<Spec>().unwrap().head(), Some(3), "{spec}");
+        }
+        for (spec, of) in [
+            ("serial:/dev/tty?protocol=asl&head=3", "asl"),
+            ("serial:/dev/tty?protocol=hatire&head=0", "hatire"),
+            ("mock:head=0", "mock"),
+            ("mock:as=adhawk&head=0", "adhawk"),
+            ("hid:1532:0b00?head=1", "hid"),
+        ] {
+            let error = spec.parse::<Spec>().unwrap_err();
+            let expected = format!("{of} has one sensor");
+            assert!(error.to_string().starts_with(&expected), "{error}");
+        }
     }
 
     #[test]
@@ -349,6 +465,7 @@ mod tests {
             ("serial:/dev/tty?protocol=asl&baud=0", "baud", "4000000"),
             ("serial:/dev/tty?protocol=asl&speed=1", "speed", "baud=N"),
             ("serial:/dev/tty?protocol=asl&reset=yes", "reset", "0 or 1"),
+            ("serial:/dev/tty?protocol=asl&rts=2", "rts", "0 or 1"),
             ("serial:/dev/tty?protocol=asd", "asd", "asl"),
             ("mock:rate=59", "59", "60 to 1000"),
             ("mock:rate=", "rate", "60 to 1000"),
@@ -373,6 +490,9 @@ mod tests {
             ("mock:seed=1&seed=1", "twice", "once"),
             ("mock:units=cm", "mock has no", "seed=N"),
             ("replay:", "replay", "replay:FILE"),
+            ("replay:a?sensor=2", "sensor", "head=N"),
+            ("replay:a?head=two", "head", "0 to 255"),
+            ("mock:as=link&head=256", "head", "0 to 255"),
         ] {
             let error = spec.parse::<Spec>().unwrap_err();
             assert!(error.to_string().contains(message), "{error}");

@@ -10,12 +10,16 @@ use shisen_tracker::link::Link;
 use shisen_tracker::link::display::TrackerState;
 use shisen_tracker::time::Micros;
 
+/// Poses of the head and gazes that are kept: for trackers of up to 500 Hz.
+const HEAD: usize = 24;
+const EYES: usize = 64;
+
 /// The tracker's end of it.
 pub struct Viewer {
     line: Line,
     decoder: Link,
     clock: ClockEstimator,
-    gaze: GazeEstimator,
+    gaze: GazeEstimator<HEAD, EYES>,
     records: u32,
     dropped: u32,
     instructions: u64,
@@ -31,7 +35,7 @@ impl Viewer {
             line,
             decoder: Link::new(),
             clock: ClockEstimator::new(ClockConfig::default()).ok()?,
-            gaze: GazeEstimator::new(EstimatorConfig::default()).ok()?,
+            gaze: GazeEstimator::with_histories(EstimatorConfig::default()).ok()?,
             records: 0,
             dropped: 0,
             instructions: 0,

@@ -12,6 +12,7 @@ use shisen_tracker::head::polhemus::{Family, Format as Written, ItemList};
 use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, Mode, documented};
 use shisen_tracker::i2c::{I2cHid, Interrupt};
 use shisen_tracker::mock::{Device, Format};
+use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 
 /// Records of each protocol, to start from.
@@ -150,7 +151,11 @@ pub fn device(bytes: &[u8]) {
     };
     let name = Format::NAMES[usize::from(which) % Format::NAMES.len()];
     let mut device = Device::new(&Format::named(name).expect("a name of the list"));
-    device.feed(bytes, &mut |answer| assert!(!answer.is_empty()));
+    for (piece, millis) in bytes.chunks(16).zip(0..) {
+        let now = Micros::from_millis(1_000 * millis);
+        device.feed(piece, now, &mut |answer| assert!(!answer.is_empty()));
+        let _ = device.measure(&Sample::arrived(now));
+    }
 }
 
 /// A bus on which these bytes come, and then an error.

@@ -34,19 +34,20 @@ impl Default for HeadConfig {
 
 /// The newest poses in the room.
 #[derive(Debug, Clone)]
-pub(super) struct HeadTrack {
+pub(super) struct HeadTrack<const N: usize> {
     config: HeadConfig,
     resting: HeadPose,
-    positions: History<Vec3, 64>,
-    orientations: History<Quat, 64>,
+    positions: History<Vec3, N>,
+    /// As x, y, z and w: glam's own would be aligned to 16 bytes.
+    orientations: History<[f32; 4], N>,
     /// Of the newest position, metres per second in the room.
     velocity: Vec3,
     /// Of the newest orientation, radians per second in the room.
     turn: Vec3,
 }
 
-impl HeadTrack {
-    // In place: a copy on the stack would take 4 KiB.
+impl<const N: usize> HeadTrack<N> {
+    // In place: a copy on the stack would take as much again.
     #[inline(always)]
     pub(super) fn new(config: HeadConfig, resting: HeadPose) -> Self {
         Self {
@@ -66,12 +67,10 @@ impl HeadTrack {
         if newer {
             self.positions.push(time, position);
             let window = self.config.window;
-            let places = self
-                .positions
-                .newest_first()
-                .take_while(|(t, _)| time.since(*t) <= window)
-                .map(|(t, p)| (-time.since(t).seconds(), p - position));
-            self.velocity = steady_velocity(places, self.config.least_speed);
+            let newest_first = self.positions.newest_first();
+            let within = newest_first.take_while(|(t, _)| time.since(*t) <= window);
+            let places = self.positions.places(within.count(), position);
+            self.velocity = steady_velocity(&places, self.config.least_speed);
         }
         newer
     }
@@ -86,7 +85,7 @@ impl HeadTrack {
         let newest = self.orientations.newest();
         let newer = newest.is_none_or(|(last, _)| time >= last);
         if newer {
-            self.orientations.push(time, orientation);
+            self.orientations.push(time, orientation.to_array());
             self.turn = turn.unwrap_or_else(|| self.measured_turn(time, orientation));
         }
         newer
@@ -113,12 +112,13 @@ impl HeadTrack {
     fn measured_turn(&self, newest: Micros, orientation: Quat) -> Vec3 {
         let window = self.config.window;
         let back = inverse(orientation);
-        let places = self
-            .orientations
-            .newest_first()
-            .take_while(|(t, _)| newest.since(*t) <= window)
-            .map(|(t, q)| (-newest.since(t).seconds(), to_vector(compose(q, back))));
-        steady_velocity(places, self.config.least_turn)
+        let newest_first = self.orientations.newest_first();
+        let within = newest_first.take_while(|(t, _)| newest.since(*t) <= window);
+        self.orientations.as_places(
+            within.count(),
+            |q| to_vector(compose(Quat::from_array(q), back)),
+            |places| steady_velocity(&places, self.config.least_turn),
+        )
     }
 
     /// The pose at a time, by constant velocity from the newest one.
@@ -131,16 +131,17 @@ impl HeadTrack {
         }
         if let Some((newest, orientation)) = self.orientations.newest() {
             let ahead = seconds(newest, time).clamp(-most, most);
+            let orientation = Quat::from_array(orientation);
             let turned = compose(from_vector(self.turn * ahead), orientation);
             pose.orientation = unit(turned).unwrap_or(orientation);
         }
         pose
     }
+}
 
-    /// The way that the head faces.
-    pub(super) fn forward(pose: &HeadPose) -> Vec3 {
-        rotate(pose.orientation, Vec3::NEG_Z)
-    }
+/// The way that a head faces.
+pub(super) fn forward(pose: &HeadPose) -> Vec3 {
+    rotate(pose.orientation, Vec3::NEG_Z)
 }
 
 #[cfg(test)]
@@ -149,7 +150,7 @@ mod tests {
 
     #[test]
     fn constant_velocity_up_to_the_horizon() {
-        let mut head = HeadTrack::new(HeadConfig::default(), HeadPose::IDENTITY);
+        let mut head = HeadTrack::<64>::new(HeadConfig::default(), HeadPose::IDENTITY);
         assert_eq!(head.time(), None);
         assert_eq!(head.at(Micros(5)), HeadPose::IDENTITY);
         // 0.5 m/s and 1 rad/s.
@@ -183,7 +184,7 @@ mod tests {
 
     #[test]
     fn a_head_at_rest_stays() {
-        let mut head = HeadTrack::new(HeadConfig::default(), HeadPose::IDENTITY);
+        let mut head = HeadTrack::<64>::new(HeadConfig::default(), HeadPose::IDENTITY);
         for i in 0..50u64 {
             let noise = if i % 2 == 0 { 1e-4 } else { -1e-4 };
             head.push_position(Micros(i * 2_500), Vec3::Y + Vec3::X * noise);

@@ -119,10 +119,10 @@ struct Flight {
 
 /// The newest samples and what they mean.
 #[derive(Debug, Clone)]
-pub(super) struct EyeTrack {
+pub(super) struct EyeTrack<const N: usize> {
     config: SaccadeConfig,
     pursuit: PursuitConfig,
-    samples: History<Vec3, 128>,
+    samples: History<Vec3, N>,
     flight: Option<Flight>,
     /// Since when it rests or follows; older samples belong to a saccade.
     steady_since: Micros,
@@ -162,8 +162,8 @@ impl Default for PursuitConfig {
     }
 }
 
-impl EyeTrack {
-    // In place: a copy on the stack would take 3 KiB.
+impl<const N: usize> EyeTrack<N> {
+    // In place: a copy on the stack would take as much again.
     #[inline(always)]
     pub(super) fn new(config: SaccadeConfig, pursuit: PursuitConfig) -> Self {
         Self {
@@ -232,13 +232,10 @@ impl EyeTrack {
     /// How fast the newest samples are, beside what was followed.
     fn speed(&self, time: Micros, direction: Vec3, followed: Vec3) -> f32 {
         let window = self.config.window;
-        let places = self
-            .samples
-            .newest_first()
-            .enumerate()
-            .take_while(move |(i, (t, _))| *i < 2 || time.since(*t) <= window)
-            .map(move |(_, (t, d))| (-time.since(t).seconds(), d));
-        let velocity = across(slope(places).unwrap_or_default() - followed, direction);
+        let newest_first = self.samples.newest_first().enumerate();
+        let counted = newest_first.take_while(|(i, (t, _))| *i < 2 || time.since(*t) <= window);
+        let places = self.samples.places(counted.count(), Vec3::ZERO);
+        let velocity = across(slope(&places).unwrap_or_default() - followed, direction);
         sqrt(velocity.dot(velocity))
     }
 
@@ -369,20 +366,23 @@ impl EyeTrack {
             return Vec3::ZERO;
         };
         let (since, window) = (self.steady_since, self.pursuit.window);
-        let places = self
-            .samples
-            .newest_first()
-            .enumerate()
-            .take_while(move |(i, (t, _))| {
-                *t >= since && (*i < LEAST_FOLLOWED || newest.since(*t) <= window)
-            })
-            .map(move |(_, (t, d))| (-newest.since(t).seconds(), d));
+        let newest_first = self.samples.newest_first().enumerate();
+        let counted = newest_first.take_while(|(i, (t, _))| {
+            *t >= since && (*i < LEAST_FOLLOWED || newest.since(*t) <= window)
+        });
+        let (mut count, mut oldest) = (0, newest);
+        for (i, (t, _)) in counted {
+            (count, oldest) = (i + 1, t);
+        }
         // Over less than half of the window everything is steady.
-        let span = places.clone().last().map_or(0.0, |(t, _)| -t);
-        if 2.0 * span < window.seconds() || places.clone().count() < LEAST_FOLLOWED {
+        if 2.0 * newest.since(oldest).seconds() < window.seconds() || count < LEAST_FOLLOWED {
             return Vec3::ZERO;
         }
-        let velocity = across(steady_velocity(places, self.pursuit.least_speed), direction);
+        let places = self.samples.places(count, Vec3::ZERO);
+        let velocity = across(
+            steady_velocity(&places, self.pursuit.least_speed),
+            direction,
+        );
         velocity * (1.0 - DOUBT * self.interval()).max(LEAST_RELIANCE)
     }
 

@@ -10,42 +10,124 @@ use heapless::{Deque, Vec};
 /// where it is to stay.
 #[derive(Debug, Clone)]
 pub(super) struct History<T, const N: usize> {
-    entries: Deque<(Micros, T), N>,
+    /// With the low half of their times, the oldest first: what is 71 minutes
+    /// older than the newest is forgotten.
+    entries: Deque<(u32, T), N>,
+    newest: Micros,
 }
 
 impl<T: Copy, const N: usize> History<T, N> {
     pub(super) const fn new() -> Self {
         Self {
             entries: Deque::new(),
+            newest: Micros(0),
         }
     }
 
     /// Times ascend: the caller sees to it. Of several at one time the last is
     /// kept.
     pub(super) fn push(&mut self, time: Micros, value: T) {
-        if let Some(newest) = self.entries.back_mut().filter(|(last, _)| *last == time) {
+        if let Some(newest) = self.entries.back_mut().filter(|_| self.newest == time) {
             newest.1 = value;
             return;
         }
         if self.entries.is_full() {
             self.entries.pop_front();
         }
+        while let Some(&(oldest, _)) = self.entries.front()
+            && time.since(self.whole(oldest)).0 > u32::MAX.into()
+        {
+            self.entries.pop_front();
+        }
         // There is room now.
-        let _ = self.entries.push_back((time, value));
+        let _ = self.entries.push_back((time.0 as u32, value));
+        self.newest = time;
     }
 
     pub(super) fn clear(&mut self) {
         self.entries.clear();
     }
 
+    /// The time of which this is the low half.
+    fn whole(&self, low: u32) -> Micros {
+        let age = (self.newest.0 as u32).wrapping_sub(low);
+        Micros(self.newest.0.wrapping_sub(age.into()))
+    }
+
     /// From the newest to the oldest.
     pub(super) fn newest_first(&self) -> impl Iterator<Item = (Micros, T)> + Clone + '_ {
         let (older, newer) = self.entries.as_slices();
-        newer.iter().rev().chain(older.iter().rev()).copied()
+        let newest_first = newer.iter().rev().chain(older.iter().rev());
+        newest_first.map(|&(low, value)| (self.whole(low), value))
     }
 
     pub(super) fn newest(&self) -> Option<(Micros, T)> {
-        self.entries.back().copied()
+        let value = self.entries.back().map(|&(_, value)| value);
+        value.map(|value| (self.newest, value))
+    }
+
+    /// The newest `count` of them as points that `place` knows, to be given to
+    /// `act`.
+    // Not a part of its callers: what others behind it need would come on top of
+    // its room.
+    #[inline(never)]
+    pub(super) fn as_places<R>(
+        &self,
+        count: usize,
+        place: impl Fn(T) -> Vec3,
+        act: impl FnOnce(Places<'_>) -> R,
+    ) -> R {
+        let mut points: Vec<(u32, Vec3), N> = Vec::new();
+        let skipped = self.entries.len().saturating_sub(count);
+        for &(low, value) in self.entries.iter().skip(skipped) {
+            let _ = points.push((low, place(value)));
+        }
+        act(Places {
+            older: &[],
+            newer: &points,
+            now: self.newest.0 as u32,
+            origin: Vec3::ZERO,
+            count,
+        })
+    }
+}
+
+impl<const N: usize> History<Vec3, N> {
+    /// The newest `count` of them, as seen from `origin`.
+    pub(super) fn places(&self, count: usize, origin: Vec3) -> Places<'_> {
+        let (older, newer) = self.entries.as_slices();
+        Places {
+            older,
+            newer,
+            now: self.newest.0 as u32,
+            origin,
+            count,
+        }
+    }
+}
+
+/// The newest places of a history. However long that is, and whatever it is one
+/// of, what looks at them is there once.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Places<'h> {
+    /// Before all of `newer`.
+    older: &'h [(u32, Vec3)],
+    newer: &'h [(u32, Vec3)],
+    /// The low half of the newest's time.
+    now: u32,
+    origin: Vec3,
+    count: usize,
+}
+
+impl Places<'_> {
+    /// Seconds after the newest, which are not above zero, and where; from the
+    /// newest to the oldest.
+    fn newest_first(&self) -> impl Iterator<Item = (f32, Vec3)> + '_ {
+        let newest_first = self.newer.iter().rev().chain(self.older.iter().rev());
+        newest_first.take(self.count).map(|&(low, place)| {
+            let age = self.now.wrapping_sub(low) as f32 * 1.0e-6;
+            (-age, place - self.origin)
+        })
     }
 }
 
@@ -70,10 +152,15 @@ struct Line {
 }
 
 impl Line {
-    /// `None` of places at one time.
-    fn through(places: impl Iterator<Item = (f32, Vec3)> + Clone) -> Option<Self> {
+    /// Through those whose times are in a range. `None` of places at one time.
+    #[inline(never)]
+    fn through(places: &Places<'_>, from: f32, to: f32) -> Option<Self> {
+        let places = || {
+            let all = places.newest_first();
+            all.filter(|(t, _)| *t >= from && *t <= to)
+        };
         let (mut count, mut time, mut place) = (0.0f32, 0.0f32, Vec3::ZERO);
-        for (t, p) in places.clone() {
+        for (t, p) in places() {
             count += 1.0;
             time += t;
             place += p;
@@ -83,7 +170,7 @@ impl Line {
         }
         let (time, place) = (time / count, place / count);
         let (mut spread, mut common, mut square) = (0.0f32, Vec3::ZERO, 0.0f32);
-        for (t, p) in places {
+        for (t, p) in places() {
             let (t, p) = (t - time, p - place);
             spread += t * t;
             common += p * t;
@@ -101,12 +188,9 @@ impl Line {
 
 /// The slope of the least squares line through places at their times, in
 /// seconds; `None` of places at one time.
-pub(super) fn slope(places: impl Iterator<Item = (f32, Vec3)> + Clone) -> Option<Vec3> {
-    Line::through(places).map(|line| line.slope)
+pub(super) fn slope(places: &Places<'_>) -> Option<Vec3> {
+    Line::through(places, f32::NEG_INFINITY, 0.0).map(|line| line.slope)
 }
-
-/// Places that [`steady_velocity`] looks at: all that a history keeps.
-pub(super) const MOST_PLACES: usize = 128;
 
 /// The velocity of something that moves steadily; zero of what rests,
 /// trembles or has just made a step.
@@ -116,33 +200,19 @@ pub(super) const MOST_PLACES: usize = 128;
 /// for a step, which only one of them sees; the velocity shrinks by it as
 /// James's and Stein's estimator does. It also shrinks as the newest quarter
 /// departs from it by more than the noise explains, since something that
-/// stops shows there first, and where it is itself no more than noise. Below `least` per second it is zero.
-///
-/// Of more than [`MOST_PLACES`] only the newest, which come first, count.
-// Not a part of its callers: it takes 2 KiB of stack, which others behind them
-// would have to add to.
+/// stops shows there first, and where it is itself no more than noise. Below
+/// `least` per second it is zero.
 #[inline(never)]
-pub(super) fn steady_velocity(places: impl Iterator<Item = (f32, Vec3)>, least: f32) -> Vec3 {
-    // Once: they can be costly to make. Not collected, which would take the memory
-    // twice.
-    let mut all: Vec<(f32, Vec3), MOST_PLACES> = Vec::new();
-    for place in places.take(MOST_PLACES) {
-        let _ = all.push(place);
-    }
-    steady_velocity_of(&all, least)
-}
-
-fn steady_velocity_of(places: &[(f32, Vec3)], least: f32) -> Vec3 {
+pub(super) fn steady_velocity(places: &Places<'_>, least: f32) -> Vec3 {
     /// Pure noise gives the mean's square a quarter of the difference's; this
     /// is four times as much.
     const CAUTION: f32 = 1.0;
-    let (Some(newest), Some(oldest)) = (places.first(), places.last()) else {
+    let Some((oldest, _)) = places.newest_first().last() else {
         return Vec3::ZERO;
     };
-    let places = places.iter().copied();
-    let middle = 0.5 * (newest.0 + oldest.0);
-    let newer = Line::through(places.clone().filter(|(t, _)| *t >= middle));
-    let older = Line::through(places.clone().filter(|(t, _)| *t <= middle));
+    let middle = 0.5 * oldest;
+    let newer = Line::through(places, middle, 0.0);
+    let older = Line::through(places, oldest, middle);
     let Some((newer, older)) = newer.zip(older) else {
         return Vec3::ZERO;
     };
@@ -160,8 +230,7 @@ fn steady_velocity_of(places: &[(f32, Vec3)], least: f32) -> Vec3 {
     // noise, 6 in one of twenty cases, 9 in one of a hundred.
     let variance = 0.25 * noise * (1.0 / newer.spread + 1.0 / older.spread);
     let clear = (square / variance / 6.0 - 1.0).clamp(0.0, 1.0);
-    let quarter = 0.5 * (newest.0 + middle);
-    let last = Line::through(places.filter(|(t, _)| *t >= quarter));
+    let last = Line::through(places, 0.5 * middle, 0.0);
     let goes_on = last.map_or(1.0, |last| {
         let departs = last.slope - mean;
         let departure = departs.dot(departs) * last.spread / noise;
@@ -189,21 +258,61 @@ mod tests {
     }
 
     #[test]
+    fn times_are_whole_across_a_wrap_of_their_low_half() {
+        let mut history = History::<u8, 4>::new();
+        let wrap = 5 << 32;
+        let times = [wrap - 7, wrap - 1, wrap, wrap + 3].map(Micros);
+        for (value, time) in (0..).zip(times) {
+            history.push(time, value);
+        }
+        let found: std::vec::Vec<_> = history.newest_first().map(|(t, _)| t).collect();
+        assert_eq!(found, [times[3], times[2], times[1], times[0]]);
+        // What is too old to be told from something newer is forgotten.
+        let later = Micros(times[2].0 + u64::from(u32::MAX));
+        history.push(later, 9);
+        assert!(
+            history
+                .newest_first()
+                .eq([(later, 9), (times[3], 3), (times[2], 2)])
+        );
+        history.push(Micros(u64::MAX), 10);
+        assert!(history.newest_first().eq([(Micros(u64::MAX), 10)]));
+    }
+
+    fn moving(places: impl DoubleEndedIterator<Item = (u32, Vec3)>) -> History<Vec3, 20> {
+        let mut history = History::new();
+        for (age, place) in places.rev() {
+            history.push(Micros(1_000_000 - u64::from(age)), place);
+        }
+        history
+    }
+
+    #[test]
     fn only_what_moves_steadily_has_a_velocity() {
-        let times = || (0..20).map(|i| -0.005 * i as f32);
-        let steady = steady_velocity(times().map(|t| (t, Vec3::X * (3.0 * t + 1.0))), 0.1);
+        let of =
+            |history: &History<Vec3, 20>| steady_velocity(&history.places(20, Vec3::ZERO), 0.1);
+        let ages = || (0..20u32).map(|i| 5_000 * i);
+        let seconds = |age: u32| age as f32 * -1.0e-6;
+        let line = |age| (age, Vec3::X * (3.0 * seconds(age) + 1.0));
+        let history = moving(ages().map(line));
+        let steady = of(&history);
         assert!((steady - 3.0 * Vec3::X).length() < 1e-4, "{steady}");
+        // It is the same of points that are made of others, and from elsewhere.
+        let made = history.as_places(20, |place| place, |places| steady_velocity(&places, 0.1));
+        assert_eq!(made, steady);
+        let elsewhere = steady_velocity(&history.places(20, Vec3::ONE), 0.1);
+        assert!((elsewhere - steady).length() < 1e-5);
         // A step, wherever it is.
         for at in 1..19 {
-            let step = |i: usize| if i < at { 1.0 } else { 0.0 };
-            let places = times().enumerate().map(|(i, t)| (t, Vec3::X * step(i)));
-            let found = steady_velocity(places, 0.1);
+            let step = |age: u32| if age < at * 5_000 { 1.0 } else { 0.0 };
+            let found = of(&moving(ages().map(|age| (age, Vec3::X * step(age)))));
             assert!(found.length() < 1e-4, "{at}: {found}");
         }
-        let slow = steady_velocity(times().map(|t| (t, Vec3::Y * 0.09 * t)), 0.1);
+        let slow = of(&moving(
+            ages().map(|age| (age, Vec3::Y * 0.09 * seconds(age))),
+        ));
         assert_eq!(slow, Vec3::ZERO);
-        assert_eq!(steady_velocity([].into_iter(), 0.1), Vec3::ZERO);
-        let at_once = [(0.0, Vec3::X), (0.0, Vec3::Y)];
-        assert_eq!(steady_velocity(at_once.into_iter(), 0.1), Vec3::ZERO);
+        assert_eq!(of(&History::new()), Vec3::ZERO);
+        assert_eq!(of(&moving([(0, Vec3::X)].into_iter())), Vec3::ZERO);
     }
 }

@@ -81,7 +81,7 @@ pub type Packet = Vec<u8, LONGEST_PACKET>;
 /// How far the inertial sensor's quaternion may be from norm 1.
 pub const NORM_TOLERANCE: f32 = 0.01;
 
-const START_OF_PACKET: u8 = 0xAA;
+pub(crate) const START_OF_PACKET: u8 = 0xAA;
 /// Before the payload.
 const OVERHEAD: usize = 3;
 const LENGTH_BITS: u16 = 0x03FF;
@@ -137,13 +137,13 @@ pub enum Request {
 }
 
 /// The property numbers of [`SET_PROPERTY`].
-const PROPERTY_EVENTS: u8 = 5;
-const PROPERTY_RATE: u8 = 13;
-const PROPERTY_FIELDS: u8 = 14;
-const GET_TRACKER_STATUS: u8 = 0x90;
-const SET_PROPERTY: u8 = 0x9B;
-const SYSTEM_CONTROL: u8 = 0x9C;
-const EYE_TRACKING: u8 = 1;
+pub(crate) const PROPERTY_EVENTS: u8 = 5;
+pub(crate) const PROPERTY_RATE: u8 = 13;
+pub(crate) const PROPERTY_FIELDS: u8 = 14;
+pub(crate) const GET_TRACKER_STATUS: u8 = 0x90;
+pub(crate) const SET_PROPERTY: u8 = 0x9B;
+pub(crate) const SYSTEM_CONTROL: u8 = 0x9C;
+pub(crate) const EYE_TRACKING: u8 = 1;
 
 impl Request {
     /// What the response calls it ([`Reply::to`]).
@@ -672,10 +672,15 @@ pub fn encode_event(event: &EyeEvent) -> Packet {
     packet(&payload, true)
 }
 
-/// The response that a device sends to a request of this kind.
-pub fn encode_response(number: u16, kind: u8, result: u8) -> Packet {
+/// The response that a device sends to a request of this kind; of `data` what a
+/// packet has room for.
+pub fn encode_response(number: u16, kind: u8, result: u8, data: &[u8]) -> Packet {
     let [low, high] = number.to_le_bytes();
-    packet(&[low, high, kind, result], false)
+    let mut payload = Packet::new();
+    push(&mut payload, &[low, high, kind, result]);
+    let room = LONGEST_PACKET - OVERHEAD - payload.len();
+    push(&mut payload, data.get(..room).unwrap_or(data));
+    packet(&payload, false)
 }
 
 fn push_numbers(payload: &mut Packet, field: u8, numbers: &[f32]) {

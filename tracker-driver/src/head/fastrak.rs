@@ -198,7 +198,7 @@ impl Config {
     }
 }
 
-const RESET: u8 = 0x19;
+pub(crate) const RESET: u8 = 0x19;
 
 /// What ends the stream of records.
 pub fn stop() -> Script {

@@ -27,6 +27,12 @@
 //! The birds' answers to `O` (examine) are bare bytes without a start; the
 //! decoder drops them as out of step.
 //!
+//! # The line's RTS
+//!
+//! RTS, where it is wired, holds the birds in reset while it is high. VRPN raises it
+//! for a second, lowers it and waits two. It has to be low, and opening a port raises
+//! it on most systems: lower it then (`serial::Serial::set_rts`).
+//!
 //! # Axes
 //!
 //! The transmitter's +X points forward, +Y to the right, +Z down, as do a
@@ -400,7 +406,7 @@ const AUTO_CONFIGURE: u8 = 50;
 /// The parameter that switches group mode.
 pub(crate) const GROUP_MODE: u8 = 35;
 /// The next command goes to the bird whose address is added.
-const TO_BIRD: u8 = 0xF0;
+pub(crate) const TO_BIRD: u8 = 0xF0;
 
 /// What ends the stream of records and puts the birds to sleep.
 pub fn stop() -> Script {

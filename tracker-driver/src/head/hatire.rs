@@ -72,6 +72,10 @@ pub const BAUD_RATE: u32 = 115_200;
 const HIGHEST_COUNT: u16 = 1_000;
 /// How many samples are counted before the count is back at 0.
 const COUNTS: u16 = 1_000;
+/// Bytes of a frame's text.
+pub const TEXT_BYTES: usize = 24;
+/// How long a device is away after a reset.
+pub const RESET_TIME: Micros = Micros::from_millis(2_000);
 const FIRST_TEXT: u16 = 2_000;
 const FIRST_ERROR: u16 = 9_000;
 
@@ -118,7 +122,7 @@ impl Default for Config {
 pub fn start(reset: bool) -> Script {
     let mut script = Script::new();
     if reset {
-        script = script.send(b"R").pause(Micros::from_millis(2_000));
+        script = script.send(b"R").pause(RESET_TIME);
     }
     script
         .once_only()
@@ -232,6 +236,19 @@ impl Config {
             frame.translation = (self.axes.device_position(metres) * 100.0).to_array();
         }
         self.encode_frame(&frame)
+    }
+
+    /// The frame of a text, which zeros fill up.
+    pub fn encode_text(&self, code: u16, text: &[u8; TEXT_BYTES]) -> [u8; FRAME_BYTES] {
+        let mut bytes = self.encode_frame(&Frame {
+            code,
+            rotation: [0.0; 3],
+            translation: [0.0; 3],
+        });
+        if let Some(place) = bytes.get_mut(4..4 + TEXT_BYTES) {
+            place.copy_from_slice(text);
+        }
+        bytes
     }
 
     /// What a frame says of the head.
@@ -354,7 +371,7 @@ impl Config {
             },
             FIRST_TEXT.. if !is_text(whole) => front.unusable(FRAME_BYTES, DropReason::Field),
             FIRST_TEXT.. => {
-                let text = whole.get(4..28).unwrap_or_default();
+                let text = whole.get(4..4 + TEXT_BYTES).unwrap_or_default();
                 let fault = (frame.code >= FIRST_ERROR).then(|| Message::Fault {
                     code: u32::from(frame.code),
                     meaning: error_meaning(frame.code),

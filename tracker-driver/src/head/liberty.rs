@@ -163,7 +163,7 @@ impl Config {
 
     /// What makes the device send this configuration's records without being
     /// asked, its clock starting at zero. A reset comes first only where
-    /// `reset` says so: the device is away for ten seconds.
+    /// `reset` says so: the device is away for [`RESET_TIME`].
     ///
     /// That `P` ends a stream is VRPN's way; `U1` for centimetres and `U0` for
     /// inches are the manuals'.
@@ -171,9 +171,7 @@ impl Config {
         let settle = Micros::from_millis(100);
         let mut script = Script::new();
         if reset {
-            script = script
-                .send(&[RESET, b'\r'])
-                .pause(Micros::from_millis(10_000));
+            script = script.send(&[RESET, b'\r']).pause(RESET_TIME);
         }
         script = script.once_only().send(b"P").pause(settle).send(b"F1\r");
         // Said either way: what it was set to before is not known.
@@ -192,7 +190,10 @@ impl Config {
     }
 }
 
-const RESET: u8 = 0x19;
+pub(crate) const RESET: u8 = 0x19;
+
+/// How long a device is away after a reset.
+pub const RESET_TIME: Micros = Micros::from_millis(10_000);
 
 /// What ends the stream of records.
 pub fn stop() -> Script {

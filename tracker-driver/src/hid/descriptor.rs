@@ -84,6 +84,10 @@ impl Unit {
     pub const CENTIMETRE: Self = Self(0x11);
     /// Inches.
     pub const INCH: Self = Self(0x13);
+    /// Radians: rotation in the SI system.
+    pub const RADIAN: Self = Self(0x12);
+    /// Degrees: rotation in the English system.
+    pub const DEGREE: Self = Self(0x14);
     /// Seconds, in the SI system.
     pub const SECOND: Self = Self(0x1001);
     /// Seconds, in the English system.

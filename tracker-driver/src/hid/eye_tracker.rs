@@ -36,8 +36,10 @@
 //! Neither the sample nor the usage tables say where the eyes' and the head's
 //! coordinates start or which way they go. [`Axes`] takes them to the
 //! tracker's frame of a [`Sample`], +Y up and +Z towards the user; its default
-//! changes nothing. A turned head has no roll in this format, and none is
-//! made up: the head's +X is level.
+//! changes nothing. A head that is given by the point that it is turned to has
+//! no roll, and none is made up: its +X is level. One that is given by angles
+//! about its axes is first turned about Y, then about its own X, then about its
+//! own Z; the usage tables do not say in which order.
 
 pub mod documented;
 mod field;
@@ -45,6 +47,7 @@ mod field;
 use super::descriptor::{DescriptorError, ReportKind, Reports, Usage, walk};
 use super::usages as u;
 use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event, Message};
+use crate::rotation::{compose, inverse, unit};
 use crate::sample::{Eye, GazeFrame, GazePoint, Head, Reading, Sample};
 use crate::time::Micros;
 use core::fmt;
@@ -56,7 +59,7 @@ use shisen_core::numeric;
 /// Most bytes of the report that asks for a mode, its id included.
 pub const LONGEST_CONTROL: usize = 64;
 
-const TRACKING: [Key; 15] = [
+const TRACKING: [Key; 18] = [
     Key::anywhere(u::SENSOR_TIMESTAMP),
     Key::of(u::GAZE_POINT, u::POSITION_X),
     Key::of(u::GAZE_POINT, u::POSITION_Y),
@@ -72,6 +75,9 @@ const TRACKING: [Key; 15] = [
     Key::of(u::HEAD_DIRECTION_POINT, u::POSITION_X),
     Key::of(u::HEAD_DIRECTION_POINT, u::POSITION_Y),
     Key::of(u::HEAD_DIRECTION_POINT, u::POSITION_Z),
+    Key::anywhere(u::ROTATION_X),
+    Key::anywhere(u::ROTATION_Y),
+    Key::anywhere(u::ROTATION_Z),
 ];
 
 const CAPABILITIES: [Key; 6] = [
@@ -280,7 +286,7 @@ impl core::error::Error for ReportError {}
 #[derive(Debug, Clone)]
 pub struct EyeTracker {
     axes: Axes,
-    tracking: Group<15>,
+    tracking: Group<18>,
     capabilities: Group<6>,
     configuration: Group<6>,
     status: Group<2>,
@@ -445,7 +451,7 @@ impl EyeTracker {
     }
 
     fn sample(&self, body: &[u8], arrival: Micros) -> Sample {
-        let [time, gaze_x, gaze_y, vectors @ ..] = &self.tracking.fields;
+        let [time, gaze_x, gaze_y, vectors @ .., x, y, z] = &self.tracking.fields;
         let mut vectors = vectors.chunks_exact(3).map(|fields| {
             let mut place = [0.0; 3];
             for (part, field) in place.iter_mut().zip(fields) {
@@ -459,8 +465,9 @@ impl EyeTracker {
             origin: place.map(Reading::tracked),
             ..Eye::default()
         };
-        let turn = head.zip(towards);
-        let turn = turn.and_then(|(head, towards)| facing(towards - head));
+        let faces = head.zip(towards);
+        let faces = faces.and_then(|(head, towards)| facing(towards - head));
+        let turn = self.turned([*x, *y, *z], body).or(faces);
         Sample {
             device_time: Field::read_time(*time, body),
             head: Head {
@@ -474,6 +481,27 @@ impl EyeTracker {
             gaze_point: gaze_point(*gaze_x, *gaze_y, body).map(Reading::tracked),
             ..Sample::arrived(arrival)
         }
+    }
+
+    /// How the head is turned, where the device has angles: one that it does not
+    /// have is 0, and without one that is out of range there is no turn.
+    fn turned(&self, fields: [Option<Field>; 3], body: &[u8]) -> Option<Quat> {
+        if fields.iter().all(Option::is_none) {
+            return None;
+        }
+        let mut halves = [0.0; 3];
+        for (half, field) in halves.iter_mut().zip(fields) {
+            if field.is_some() {
+                *half = 0.5 * Field::read_radians(field, body)?;
+            }
+        }
+        let [(sx, cx), (sy, cy), (sz, cz)] = halves.map(numeric::sin_cos);
+        let pitch = Quat::from_xyzw(sx, 0.0, 0.0, cx);
+        let yaw = Quat::from_xyzw(0.0, sy, 0.0, cy);
+        let roll = Quat::from_xyzw(0.0, 0.0, sz, cz);
+        let turn = compose(compose(yaw, pitch), roll);
+        let rotation = self.axes.rotation;
+        unit(compose(compose(rotation, turn), inverse(rotation)))
     }
 
     fn event(&self, report: &[u8], arrival: Micros) -> Event {

@@ -37,6 +37,12 @@ pub const RIGHT_EYE_POSITION: u16 = 0x26;
 pub const HEAD_POSITION: u16 = 0x27;
 /// The collection of the point that the head is turned to.
 pub const HEAD_DIRECTION_POINT: u16 = 0x28;
+/// How far the head is turned about the axis X.
+pub const ROTATION_X: u16 = 0x29;
+/// See [`ROTATION_X`].
+pub const ROTATION_Y: u16 = 0x2A;
+/// See [`ROTATION_X`].
+pub const ROTATION_Z: u16 = 0x2B;
 
 /// How good the gaze is; 1 is good enough for fine work.
 pub const TRACKER_QUALITY: u16 = 0x100;

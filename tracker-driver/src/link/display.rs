@@ -7,7 +7,7 @@
 //! | 33 frame | u32 number, u8 orders obeyed, u8 pictures, u8 state of the gaze (255 none), u16 pixels a side of a dome master (0: screens), u64 budget in steps, f32 x, y, z of the left eye, of the right eye, of the line of sight and of up, f32 radians by which the field is wider |
 //! | 34 pixels | u8 picture, u16 column, u16 row, then up to 8 pixels to the right: f32 red, green, blue, alpha |
 //! | 35 slice | u32 frame, u32 instructions, u32 steps, u8 whether it ended a tile, u64 the controller's clock, microseconds |
-//! | 36 frame done | u32 number, u32 whole tiles, u32 tiles given up, u64 steps, u64 primary rays, u64 all rays, u64 instructions of its slices, u32 instructions before the first slice, u32 instructions from the last byte of a new gaze to the first tile (0 none) |
+//! | 36 frame done | u32 number, u32 whole tiles, u32 tiles given up, u64 steps, u64 primary rays, u64 all rays, u64 instructions of its slices, u32 instructions before the first slice, u32 instructions from the last byte of a new gaze to the first tile (0 none), u32 of these until the frame was begun, u32 until the tile was sent |
 //! | 37 tracker | u32 records, u32 bytes dropped, u32 bytes that found no room, u64 instructions of decoding and estimating, u32 bytes of stack used so far |
 //! | 48 screens, to the controller | u8 how many there are |
 //! | 49 screen, to the controller | u8 which, u16 columns, u16 rows, f32 x, y, z of the first pixel's centre, of the step to the right and of the step down, metres in the room |
@@ -148,6 +148,13 @@ pub struct FrameDone {
     /// Instructions from the arrival of the last byte of a gaze that the frame
     /// before did not have to the end of the first tile; 0 where there was none.
     pub latency: u32,
+    /// Of these, until the frame was begun, which chooses its gaze first: the
+    /// bytes are decoded, and the frame before is finished. 0 where there was no
+    /// latency.
+    pub age: u32,
+    /// From that byte to the end of sending the first tile; 0 where there was no
+    /// latency.
+    pub sent: u32,
 }
 
 /// What came from the tracker so far.
@@ -231,9 +238,16 @@ pub enum Order {
 impl Encoder {
     /// The frame of a report.
     pub fn report(&mut self, report: &Report) -> Frame {
+        let mut content = self.begin(match report {
+            Report::Ready(_) => READY,
+            Report::Frame(_) => FRAME,
+            Report::Pixels(_) => PIXELS,
+            Report::Slice(_) => SLICE,
+            Report::FrameDone(_) => FRAME_DONE,
+            Report::Tracker(_) => TRACKER,
+        });
         match report {
             Report::Ready(it) => {
-                let mut content = self.begin(READY);
                 for number in [
                     it.scene_bytes,
                     it.effects,
@@ -245,10 +259,8 @@ impl Encoder {
                 ] {
                     content.u32(number);
                 }
-                content.finish()
             }
             Report::Frame(it) => {
-                let mut content = self.begin(FRAME);
                 content.u32(it.number);
                 let size = match it.subject {
                     Subject::Screens => 0,
@@ -261,68 +273,55 @@ impl Encoder {
                     content.vector(vector);
                 }
                 content.f32(it.widen);
-                content.finish()
             }
-            Report::Pixels(it) => {
-                self.pixels(it.picture, (it.column, it.row), it.pixels.as_slice())
-            }
+            Report::Pixels(it) => content.pixels(it.picture, (it.column, it.row), &it.pixels),
             Report::Slice(it) => {
-                let mut content = self.begin(SLICE);
                 for number in [it.frame, it.instructions, it.steps] {
                     content.u32(number);
                 }
                 content.push(&[u8::from(it.ended_tile)]);
                 content.u64(it.time.0);
-                content.finish()
             }
             Report::FrameDone(it) => {
-                let mut content = self.begin(FRAME_DONE);
                 for number in [it.number, it.whole, it.given_up] {
                     content.u32(number);
                 }
                 for number in [it.steps, it.primary, it.rays, it.instructions] {
                     content.u64(number);
                 }
-                content.u32(it.preparation);
-                content.u32(it.latency);
-                content.finish()
+                for number in [it.preparation, it.latency, it.age, it.sent] {
+                    content.u32(number);
+                }
             }
             Report::Tracker(it) => {
-                let mut content = self.begin(TRACKER);
                 for number in [it.records, it.dropped, it.overrun] {
                     content.u32(number);
                 }
                 content.u64(it.instructions);
                 content.u32(it.stack_bytes);
-                content.finish()
-            }
-        }
-    }
-
-    /// The frame of [`Report::Pixels`], of the first [`MOST_PIXELS`] pixels.
-    pub fn pixels(&mut self, picture: u8, (column, row): (u16, u16), pixels: &[Pixel]) -> Frame {
-        let mut content = self.begin(PIXELS);
-        content.push(&[picture]);
-        content.push(&column.to_le_bytes());
-        content.push(&row.to_le_bytes());
-        for pixel in pixels.iter().take(MOST_PIXELS) {
-            for channel in [pixel.red, pixel.green, pixel.blue, pixel.alpha] {
-                content.f32(channel);
             }
         }
         content.finish()
     }
 
+    /// The frame of [`Report::Pixels`], of the first [`MOST_PIXELS`] pixels.
+    pub fn pixels(&mut self, picture: u8, place: (u16, u16), pixels: &[Pixel]) -> Frame {
+        let mut content = self.begin(PIXELS);
+        content.pixels(picture, place, pixels);
+        content.finish()
+    }
+
     /// The frame of an order.
     pub fn order(&mut self, order: &Order) -> Frame {
+        let mut content = self.begin(match order {
+            Order::Screens { .. } => SCREENS,
+            Order::Screen { .. } => SCREEN,
+            Order::Rendering(_) => RENDERING,
+            Order::Capture { .. } => CAPTURE,
+        });
         match order {
-            Order::Screens { count } => {
-                let mut content = self.begin(SCREENS);
-                content.push(&[*count]);
-                content.finish()
-            }
+            Order::Screens { count } => content.push(&[*count]),
             Order::Screen { index, screen } => {
-                let mut content = self.begin(SCREEN);
                 content.push(&[*index]);
                 for pixels in screen.size {
                     content.push(&(pixels as u16).to_le_bytes());
@@ -330,28 +329,35 @@ impl Encoder {
                 for vector in [screen.first_pixel, screen.column_step, screen.row_step] {
                     content.vector(vector);
                 }
-                content.finish()
             }
             Order::Rendering(it) => {
-                let mut content = self.begin(RENDERING);
                 content.u64(it.budget);
                 content.u32(it.slice);
                 content.push(&[it.depth, it.wavelengths, u8::from(it.lod)]);
                 content.f32(it.eye_distance);
                 content.u32(it.display_delay);
-                content.finish()
             }
             Order::Capture { size, place } => {
-                let mut content = self.begin(CAPTURE);
                 content.push(&size.to_le_bytes());
                 content.vector(*place);
-                content.finish()
             }
         }
+        content.finish()
     }
 }
 
 impl Content {
+    fn pixels(&mut self, picture: u8, (column, row): (u16, u16), pixels: &[Pixel]) {
+        self.push(&[picture]);
+        self.push(&column.to_le_bytes());
+        self.push(&row.to_le_bytes());
+        for pixel in pixels.iter().take(MOST_PIXELS) {
+            for channel in [pixel.red, pixel.green, pixel.blue, pixel.alpha] {
+                self.f32(channel);
+            }
+        }
+    }
+
     fn u32(&mut self, number: u32) {
         self.push(&number.to_le_bytes());
     }
@@ -440,6 +446,8 @@ fn read_report(kind: u8, body: &[u8]) -> Result<Report, DropReason> {
             instructions: body.u64()?,
             preparation: body.u32()?,
             latency: body.u32()?,
+            age: body.u32()?,
+            sent: body.u32()?,
         }),
         TRACKER => Report::Tracker(TrackerState {
             records: body.u32()?,
@@ -526,7 +534,7 @@ impl Receiver {
             let Some(Received { content, .. }) = self.frames.push(byte) else {
                 continue;
             };
-            let read = content.and_then(|content| match content.bytes() {
+            let read = content.and_then(|content| match content.bytes {
                 [VERSION, kind, _, body @ ..] => read(*kind, body),
                 _ => Err(DropReason::Unknown),
             });
@@ -637,6 +645,8 @@ mod tests {
                 instructions: 6,
                 preparation: 8,
                 latency: 9,
+                age: 10,
+                sent: 11,
             }),
             Report::Tracker(TrackerState {
                 records: 1,

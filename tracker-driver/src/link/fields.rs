@@ -145,6 +145,7 @@ fn unit(vector: Vec3) -> Result<Vec3, DropReason> {
 }
 
 /// The sample in a body.
+#[inline(never)]
 pub(super) fn read_sample(body: &[u8], arrival: Micros) -> Result<Sample, DropReason> {
     let mut body = Body(body);
     let (valid, tracked) = (body.u32()?, body.u32()?);

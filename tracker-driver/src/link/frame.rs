@@ -27,54 +27,63 @@ const DELIMITER: u8 = 0;
 /// The bytes of a frame.
 pub type Frame = Vec<u8, LONGEST_FRAME>;
 
-/// What is in a frame: before the CRC while it is written, after it has been
-/// checked when it is read.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Content {
-    bytes: Vec<u8, LONGEST_CONTENT>,
-    crc: u16,
-}
+/// A frame that is being written: from the first byte on in its own place, so
+/// that there is one copy of it.
+#[derive(Debug, Clone)]
+pub(super) struct Content(Frame);
+
+/// Bytes of a frame before its content.
+const LEAD: usize = 2;
 
 impl Content {
+    /// With nothing in it.
+    pub(super) fn new() -> Self {
+        let mut frame = Frame::new();
+        // The second byte will say where the first zero was.
+        let _ = frame.extend_from_slice(&[DELIMITER; LEAD]);
+        Self(frame)
+    }
+
     /// Bytes more. None is ever lost: all kinds are shorter than a sample,
     /// for which there is room.
     pub(super) fn push(&mut self, bytes: &[u8]) {
-        let _ = self.bytes.extend_from_slice(bytes);
-    }
-
-    /// Without the CRC.
-    pub(super) fn bytes(&self) -> &[u8] {
-        &self.bytes
-    }
-
-    /// The CRC that it came with.
-    pub(super) fn crc(&self) -> u16 {
-        self.crc
+        let _ = self.0.extend_from_slice(bytes);
     }
 
     /// The frame.
     pub(super) fn finish(mut self) -> Frame {
-        let crc = CRC.checksum(&self.bytes);
+        let crc = CRC.checksum(self.0.get(LEAD..).unwrap_or_default());
         self.push(&crc.to_le_bytes());
-        let mut frame = Frame::new();
-        let _ = frame.push(DELIMITER);
-        for block in self.bytes.split(|&byte| byte == 0) {
-            // Where the next zero was, counted from here.
-            let _ = frame.push(block.len() as u8 + 1);
-            let _ = frame.extend_from_slice(block);
+        // Each zero becomes the distance to the next, the end being one too.
+        let mut next = 0u8;
+        for byte in self.0.iter_mut().skip(1).rev() {
+            next = next.wrapping_add(1);
+            if *byte == DELIMITER {
+                *byte = next;
+                next = 0;
+            }
         }
-        let _ = frame.push(DELIMITER);
-        frame
+        let _ = self.0.push(DELIMITER);
+        self.0
     }
 }
 
 /// What came between two delimiters.
-#[derive(Debug, Clone)]
-pub(super) struct Received {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Received<'f> {
     /// How many bytes, without the delimiters.
     pub(super) bytes: u32,
     /// What they held.
-    pub(super) content: Result<Content, DropReason>,
+    pub(super) content: Result<Checked<'f>, DropReason>,
+}
+
+/// What an intact frame held.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Checked<'f> {
+    /// Without the CRC.
+    pub(super) bytes: &'f [u8],
+    /// The CRC that it came with.
+    pub(super) crc: u16,
 }
 
 /// The frame that is coming in.
@@ -87,19 +96,23 @@ pub(super) struct Frames {
     left: u8,
     /// It holds more than a frame can.
     too_long: bool,
+    /// Its delimiter has come: the next byte is another frame's.
+    ended: bool,
 }
 
 impl Frames {
     /// The next byte; something where it ends a frame, or a run of bytes that
     /// is none.
-    pub(super) fn push(&mut self, byte: u8) -> Option<Received> {
-        if byte == DELIMITER {
-            let received = (self.bytes > 0).then(|| Received {
-                bytes: self.bytes,
-                content: self.take(),
-            });
+    pub(super) fn push(&mut self, byte: u8) -> Option<Received<'_>> {
+        if self.ended {
             *self = Self::default();
-            return received;
+        }
+        if byte == DELIMITER {
+            self.ended = true;
+            return (self.bytes > 0).then(|| Received {
+                bytes: self.bytes,
+                content: self.content(),
+            });
         }
         if self.left > 0 {
             self.left -= 1;
@@ -122,8 +135,8 @@ impl Frames {
         })
     }
 
-    /// The content, once its delimiter has come.
-    fn take(&mut self) -> Result<Content, DropReason> {
+    /// Once its delimiter has come.
+    fn content(&self) -> Result<Checked<'_>, DropReason> {
         if self.too_long {
             return Err(DropReason::Length);
         }
@@ -138,17 +151,14 @@ impl Frames {
         if CRC.checksum(bytes) != crc {
             return Err(DropReason::Checksum);
         }
-        let mut content = Content {
-            bytes: Vec::new(),
-            crc,
-        };
-        content.push(bytes);
-        Ok(content)
+        Ok(Checked { bytes, crc })
     }
 
-    /// Forgets what came in; how many bytes that were.
+    /// Forgets what came in; how many bytes of no whole frame that were.
     pub(super) fn reset(&mut self) -> u32 {
-        core::mem::take(self).bytes
+        let bytes = if self.ended { 0 } else { self.bytes };
+        *self = Self::default();
+        bytes
     }
 }
 
@@ -160,8 +170,13 @@ mod tests {
         let mut frames = Frames::default();
         bytes
             .iter()
-            .filter_map(|&byte| frames.push(byte))
-            .map(|r| (r.bytes, r.content.map(|content| content.bytes.to_vec())))
+            .filter_map(|&byte| {
+                let received = frames.push(byte)?;
+                Some((
+                    received.bytes,
+                    received.content.map(|content| content.bytes.to_vec()),
+                ))
+            })
             .collect()
     }
 
@@ -180,7 +195,7 @@ mod tests {
             &[7; LONGEST_CONTENT - CRC_LENGTH],
             &[0; LONGEST_CONTENT - CRC_LENGTH],
         ] {
-            let mut written = Content::default();
+            let mut written = Content::new();
             written.push(content);
             let frame = written.finish();
             assert_eq!((frame[0], frame[frame.len() - 1]), (0, 0));

@@ -246,7 +246,7 @@ fn missing_and_repeated_frames_are_counted() {
 
 /// A frame with any content, and a CRC that matches.
 fn frame_of(content: &[u8]) -> Frame {
-    let mut written = Content::default();
+    let mut written = Content::new();
     written.push(content);
     written.finish()
 }

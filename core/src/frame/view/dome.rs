@@ -378,24 +378,7 @@ impl Dome {
 
     /// The rays through eight points of the picture, likewise.
     pub(crate) fn row(&self, simd: Simd, x: &[f32; 8], y: &[f32; 8]) -> RayRow {
-        if Simd::HAS_VECTORS {
-            <Simd as Runs<8>>::run(simd, Row { dome: self, x, y })
-        } else {
-            self.row_one_by_one(x, y)
-        }
-    }
-
-    fn row_one_by_one(&self, x: &[f32; 8], y: &[f32; 8]) -> RayRow {
-        let mut row = RayRow::EMPTY;
-        for (lane, (x, y)) in x.iter().zip(y).enumerate() {
-            let rays = self.rays_of_one(*x, *y);
-            for axis in 0..3 {
-                row.origins[axis][lane] = rays.origin[axis][0];
-                row.directions[axis][lane] = rays.direction[axis][0];
-            }
-            row.seen |= rays.seen << lane;
-        }
-        row
+        <Simd as Runs<8>>::run(simd, Row { dome: self, x, y })
     }
 
     /// The rays through points of the picture, in every lane: the scalar's

@@ -1,7 +1,10 @@
 //! Frames that follow a tracker.
 
 use super::super::failure::{Failure, Fault};
-use super::super::tracker::{Interrupt, TrackerName, warn_of_sensors, whole};
+use super::super::tracker::{
+    Happenings, Interrupt, TrackerName, warn_of_sensors, whole, with_drops,
+};
+use super::super::warn;
 use clap::Args;
 use miette::Diagnostic;
 use serde::Serialize;
@@ -59,6 +62,7 @@ pub(super) struct Follower {
     feed: Feed,
     clock: ClockEstimator,
     estimator: GazeEstimator,
+    happenings: Happenings,
     hz: u64,
     /// When frame 0 is due.
     start: Micros,
@@ -88,6 +92,7 @@ impl Follower {
             feed,
             clock,
             estimator,
+            happenings: Happenings::default(),
             hz: arguments.hz,
             start: Micros(0),
         };
@@ -115,23 +120,45 @@ impl Follower {
             feed,
             clock,
             estimator,
+            happenings,
             ..
         } = self;
         let mut samples = 0;
+        let mut troubles = Vec::new();
+        let say = |what: Option<String>| {
+            if let Some(what) = what {
+                warn(&what);
+            }
+        };
+        let now = feed.now();
         feed.poll(until, &mut |notice| match notice {
-            Notice::Decoded(event) => {
-                if let Event::Sample(sample) = *event {
-                    let stamp = clock.stamp(&sample, &mut |_| {});
-                    estimator.push(&sample, stamp.time, &mut |event| warn_of_sensors(&event));
+            Notice::Decoded(event) => match *event {
+                Event::Sample(sample) => {
+                    let arrival = sample.arrival;
+                    let stamp = clock.stamp(&sample, &mut |event| {
+                        say(happenings.of_clock(&event, arrival));
+                    });
+                    estimator.push(&sample, stamp.time, &mut |event| {
+                        warn_of_sensors(&event);
+                        say(happenings.of_gaze(&event, arrival));
+                    });
                     samples += 1;
                 }
-            }
+                Event::Message(message) => say(happenings.of_device(&message, now)),
+                _ => {}
+            },
             Notice::Unplugged { path, reason } => {
-                super::super::warn(&format!("{path} is gone ({reason}); waiting for it"));
+                warn(&format!("{path} is gone ({reason}); waiting for it"));
             }
-            Notice::Trouble(failure) => super::super::warn(&failure.to_string()),
+            Notice::Refused { reason } => {
+                warn(&format!("{reason}; trying again"));
+            }
+            Notice::Trouble(failure) => troubles.push(failure),
             Notice::Plugged(_) => {}
         });
+        for failure in troubles {
+            warn(&with_drops(&failure, &feed.counts()));
+        }
         samples
     }
 
@@ -249,5 +276,59 @@ pub(super) fn folder(folder: &std::path::Path, number: u64) -> Result<std::path:
     match std::fs::create_dir_all(&path) {
         Ok(()) => Ok(path),
         Err(reason) => Err(Fault::OutputFolder { path, reason }.into()),
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use shisen::tracker::pty::Pty;
+    use shisen_tracker::head::hatire::{Config, FRAME_BYTES};
+    use shisen_tracker::sample::Sample;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    /// All that has come while the last frame was traced counts for the next, also
+    /// where one read does not take it.
+    #[test]
+    fn a_frame_has_all_that_has_come() {
+        const RECORDS: u64 = 400;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let mut pty = Pty::open(&path).unwrap();
+        let record = Config::default().encode(&Sample::arrived(Micros(0)));
+        let begun = Arc::new(AtomicBool::new(false));
+        let until = Arc::clone(&begun);
+        let device = std::thread::spawn(move || {
+            while !until.load(Ordering::Relaxed) {
+                pty.send(&record).unwrap();
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            pty
+        });
+        let name = format!("serial:{}?protocol=hatire", path.display());
+        let name: TrackerName = name.parse().unwrap();
+        let arguments = TrackerArguments {
+            tracker: None,
+            calibration: None,
+            frames: 1,
+            hz: 60,
+        };
+        let interrupt = Interrupt::new();
+        let follower = Follower::new(&name, &arguments, HeadPose::IDENTITY, &interrupt);
+        let Ok(mut follower) = follower else {
+            panic!("it says something");
+        };
+        begun.store(true, Ordering::Relaxed);
+        let mut pty = device.join().unwrap();
+        follower.frame(0);
+        let before = follower.feed.counts().samples;
+        for _ in 0..RECORDS {
+            assert!(pty.send(&record).unwrap());
+        }
+        // One read takes 4096 bytes.
+        assert!(RECORDS * FRAME_BYTES as u64 > 2 * 4_096);
+        follower.frame(0);
+        assert_eq!(follower.feed.counts().samples, before + RECORDS);
     }
 }

@@ -25,6 +25,8 @@ pub(super) struct FrameReport {
     instructions: u64,
     preparation_instructions: u32,
     latency_instructions: Option<u32>,
+    waiting_instructions: Option<u32>,
+    sent_instructions: Option<u32>,
 }
 
 impl FrameReport {
@@ -32,6 +34,7 @@ impl FrameReport {
     pub(super) fn new(frame: &ShownFrame, host_hash: u64) -> Self {
         let start = &frame.start;
         let done = frame.done;
+        let latency = done.filter(|done| done.latency > 0);
         let state = start
             .state
             .and_then(|place| State::ALL.get(usize::from(place)));
@@ -52,7 +55,9 @@ impl FrameReport {
             rays: done.map_or(0, |done| done.rays),
             instructions: done.map_or(0, |done| done.instructions),
             preparation_instructions: done.map_or(0, |done| done.preparation),
-            latency_instructions: done.map(|done| done.latency).filter(|&latency| latency > 0),
+            latency_instructions: latency.map(|done| done.latency),
+            waiting_instructions: latency.map(|done| done.age),
+            sent_instructions: latency.map(|done| done.sent),
         }
     }
 
@@ -96,6 +101,7 @@ pub(super) struct Report {
     instructions_per_primary_ray: Option<f64>,
     instructions_per_record: Option<f64>,
     latency_instructions: Option<u32>,
+    gaze_to_tile_instructions: Option<u32>,
     tracker: Option<TrackerReport>,
     frames: Vec<FrameReport>,
     slices: Vec<SliceReport>,
@@ -135,6 +141,9 @@ impl Report {
                 .tracker
                 .and_then(|tracker| ratio(tracker.instructions, tracker.records.into())),
             latency_instructions: walls().filter_map(|frame| frame.latency_instructions).max(),
+            gaze_to_tile_instructions: walls()
+                .filter_map(|frame| Some(frame.latency_instructions? - frame.waiting_instructions?))
+                .max(),
             tracker: watched.tracker.map(|tracker| TrackerReport {
                 records: tracker.records,
                 dropped_bytes: tracker.dropped,
@@ -215,12 +224,15 @@ impl fmt::Display for Report {
                     )),
             )?;
         }
-        if let Some(latency) = self.latency_instructions {
+        if let (Some(latency), Some(tile)) =
+            (self.latency_instructions, self.gaze_to_tile_instructions)
+        {
             writeln!(
                 f,
                 "from the last byte of a new gaze to the first tile: {latency} instructions at most, \
-                 {:.2} ms at 400 MHz",
-                f64::from(latency) / 400e3
+                 {:.2} ms at 400 MHz; of these {tile}, {:.2} ms, once the frame before was over",
+                f64::from(latency) / 400e3,
+                f64::from(tile) / 400e3
             )?;
         }
         let slowest = self.slices.iter().max_by_key(|slice| slice.instructions);

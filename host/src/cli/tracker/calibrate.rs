@@ -2,9 +2,9 @@
 
 use super::super::failure::{Failure, Fault};
 use super::super::print;
-use super::TrackerName;
 use super::follow::{EndArguments, follow, say};
 use super::show::Shown;
+use super::{TrackerName, warn_of_sensors};
 use clap::{Args, ValueEnum};
 use miette::Diagnostic;
 use serde::Serialize;
@@ -29,7 +29,8 @@ use thiserror::Error;
 /// monitor` and `shisen cave`. With --targets the targets are somewhere in the
 /// room, and SPEC can also be a recording (replay:FILE); without, nine of them are
 /// shown on this terminal, two seconds each, and it has to fill the [screen] of
-/// --setup.
+/// --setup. Of several sensors the first that is seen is the viewer's head, or the
+/// one that `head=N` in SPEC names.
 ///
 /// With --json, one object: file, device (null of a recording that --device says
 /// nothing of), model, targets (place (metres, in the room), direction (from the
@@ -145,7 +146,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             if let Notice::Decoded(event) = notice
                 && let Event::Sample(sample) = *event
             {
-                gatherer.push(&sample);
+                gatherer.push(&sample, &mut |event| warn_of_sensors(&event));
             }
         });
     }
@@ -186,7 +187,7 @@ fn gather(
         }
         for event in events {
             if let Event::Sample(sample) = event {
-                gatherer.push(sample);
+                gatherer.push(sample, &mut |event| warn_of_sensors(&event));
             }
         }
         Ok(now < end)

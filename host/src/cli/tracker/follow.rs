@@ -2,12 +2,14 @@
 
 use super::super::failure::Failure;
 use super::super::warn;
+use super::sample::{ByReason, by_reason};
 use super::{Interrupt, whole};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::{Feed, Notice};
-use shisen_tracker::decoder::Event;
+use shisen_tracker::decoder::{Counts, Event};
 use shisen_tracker::time::Micros;
+use std::fmt;
 use std::io::Write;
 use std::time::Duration;
 use thiserror::Error;
@@ -49,6 +51,7 @@ pub(super) fn follow(
     let last = end.seconds.map(|s| Micros::from_millis(1_000 * s));
     let mut samples = 0;
     let mut events = Vec::new();
+    let mut troubles = Vec::new();
     loop {
         let now = feed.now();
         events.clear();
@@ -64,8 +67,12 @@ pub(super) fn follow(
             Notice::Unplugged { path, reason } => {
                 warn(&format!("{path} is gone ({reason}); waiting for it"));
             }
-            Notice::Trouble(failure) => warn(&failure.to_string()),
+            Notice::Refused { reason } => warn(&format!("{reason}; trying again")),
+            Notice::Trouble(failure) => troubles.push(failure),
         });
+        for failure in troubles.drain(..) {
+            warn(&with_drops(&failure, &feed.counts()));
+        }
         let more = take(feed, &events)?;
         if !more || full(samples) || feed.is_over() || interrupt.came() {
             return Ok(());
@@ -83,6 +90,16 @@ pub(super) fn follow(
             std::thread::sleep(Duration::from_millis(1));
         }
     }
+}
+
+/// What is wrong, and what became of the bytes so far: of damaged records others are
+/// wrong than of a wrong speed.
+pub(in crate::cli) fn with_drops(failure: &impl fmt::Display, counts: &Counts) -> String {
+    let reasons = by_reason(counts);
+    if reasons.is_empty() {
+        return failure.to_string();
+    }
+    format!("{failure}; thrown away so far:{}", ByReason(&reasons))
 }
 
 /// Says something on standard error.

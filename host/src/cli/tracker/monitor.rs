@@ -16,8 +16,11 @@ use std::path::PathBuf;
 /// Shows what a tracker says
 ///
 /// Prints a line a sample, at once; on a terminal one line that changes. What
-/// happens to the device (plugged in, gone, silent, not understood) goes to
-/// standard error.
+/// happens to the device (plugged in, gone, refused, silent, not understood), what it
+/// says of itself (faults, states, texts, refused commands, eyes lost and found), what
+/// happens to its clock (jumps, single wrong times, a standstill) and, with --calibration, to the
+/// gaze (samples that are not used, and why) goes to standard error, each kind once
+/// a second at most.
 ///
 /// With --json, one object a sample: number (from 0), `arrival_us` (since the
 /// start), `device_us` (by the device's clock, null where it has none),
@@ -73,10 +76,16 @@ pub(super) fn show(
     let shown = follow(feed, end, &mut |feed, events| {
         let counts = feed.counts();
         for event in events {
-            if let Event::Sample(sample) = event
-                && !screen.print(&records.next(sample, &counts), sample.arrival)?
-            {
-                return Ok(false);
+            match event {
+                Event::Sample(sample) => {
+                    let record = records.next(sample, &counts);
+                    let goes_on = screen.print(&record, sample.arrival)?;
+                    if !goes_on {
+                        return Ok(false);
+                    }
+                }
+                Event::Message(message) => records.hear(message, feed.now()),
+                _ => {}
             }
         }
         Ok(true)

@@ -1,9 +1,11 @@
 //! Samples, for reports.
 
+use super::super::warn;
+use super::happenings::Happenings;
 use glam::{Quat, Vec2, Vec3};
 use serde::Serialize;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator, StampSource};
-use shisen_tracker::decoder::{Counts, DropReason};
+use shisen_tracker::decoder::{Counts, DropReason, Message};
 use shisen_tracker::estimate::{Estimate, GazeEstimator};
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
@@ -159,6 +161,7 @@ impl fmt::Display for ByReason<'_> {
 pub(super) struct Records {
     clock: Option<ClockEstimator>,
     sight: Option<GazeEstimator>,
+    happenings: Happenings,
     count: u64,
     /// Arrivals within the last second.
     recent: VecDeque<Micros>,
@@ -172,19 +175,34 @@ impl Records {
         Self {
             clock: ClockEstimator::new(ClockConfig::default()).ok(),
             sight,
+            happenings: Happenings::default(),
             count: 0,
             recent: VecDeque::new(),
             shown: None,
         }
     }
 
+    /// Says what the device said.
+    pub(super) fn hear(&mut self, message: &Message, now: Micros) {
+        if let Some(what) = self.happenings.of_device(message, now) {
+            warn(&what);
+        }
+    }
+
     /// The record of the next sample.
     pub(super) fn next(&mut self, sample: &Sample, counts: &Counts) -> Record {
-        let stamp = self
-            .clock
-            .as_mut()
-            .map(|clock| clock.stamp(sample, &mut |_| {}));
         let arrival = sample.arrival;
+        let happenings = &mut self.happenings;
+        let say = |what: Option<String>| {
+            if let Some(what) = what {
+                warn(&what);
+            }
+        };
+        let stamp = self.clock.as_mut().map(|clock| {
+            clock.stamp(sample, &mut |event| {
+                say(happenings.of_clock(&event, arrival));
+            })
+        });
         let moved = self.shown != sample.device_time;
         self.shown = sample.device_time;
         let frozen = self.clock.as_ref().is_some_and(ClockEstimator::is_frozen);
@@ -192,6 +210,7 @@ impl Records {
         let line_of_sight = self.sight.as_mut().map(|sight| {
             sight.push(sample, measured, &mut |event| {
                 super::warn_of_sensors(&event);
+                say(happenings.of_gaze(&event, arrival));
             });
             Sight::of(&sight.estimate(measured, &mut |_| {}))
         });

@@ -9,7 +9,7 @@ use super::{Interrupt, protocol, whole};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::pty::Pty;
-use shisen::tracker::{Feed, MockSpec, Protocol, Recording, Spec, serve, simulated};
+use shisen::tracker::{Feed, MockSpec, Protocol, Recording, ReplaySpec, Spec, serve, simulated};
 use shisen_tracker::mock::{Format, Source};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
@@ -119,6 +119,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
         protocol: arguments.protocol.clone(),
         still: arguments.still,
         targets: arguments.targets.clone(),
+        head: None,
     };
     let Some(path) = &arguments.pty else {
         let mut feed = Feed::open(&Spec::Mock(spec))?;
@@ -137,7 +138,10 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
 /// Runs `shisen tracker replay`.
 pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let Some(path) = &arguments.to else {
-        let mut feed = Feed::open(&Spec::Replay(arguments.file.clone()))?;
+        let mut feed = Feed::open(&Spec::Replay(ReplaySpec {
+            path: arguments.file.clone(),
+            head: None,
+        }))?;
         return show(
             &mut feed,
             Records::new(None),

@@ -4,7 +4,7 @@ use super::{EYES, SeenTarget, TimedTarget, measured};
 use glam::{Vec2, Vec3};
 use miette::Diagnostic;
 use shisen_core::gaze::HeadPose;
-use shisen_tracker::estimate::EstimatorConfig;
+use shisen_tracker::estimate::{EstimatorConfig, Event, Sensors};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use thiserror::Error;
@@ -48,6 +48,10 @@ pub struct Gatherer {
     config: EstimatorConfig,
     targets: Vec<TimedTarget>,
     looks: Vec<Vec<Look>>,
+    /// The sensor that counts, once one is seen.
+    sensor: Option<u8>,
+    /// Of another one it was said that it does not count.
+    other_said: bool,
 }
 
 impl Gatherer {
@@ -59,6 +63,8 @@ impl Gatherer {
             config,
             targets,
             looks,
+            sensor: None,
+            other_said: false,
         }
     }
 
@@ -67,8 +73,13 @@ impl Gatherer {
         &self.targets
     }
 
-    /// Takes a sample, if a target is looked at.
-    pub fn push(&mut self, sample: &Sample) {
+    /// Takes a sample, if a target is looked at and the sensor is the one that
+    /// `config` takes for the viewer's head. Of the first that is not,
+    /// [`Event::OtherSensor`] is handed to `sink`.
+    pub fn push(&mut self, sample: &Sample, sink: &mut dyn FnMut(Event)) {
+        if !self.counts(sample.sensor, sink) {
+            return;
+        }
         let head = self.head(sample);
         let at = sample.arrival;
         let looked = |target: &TimedTarget| at >= target.start.after(SETTLE) && at < target.end;
@@ -85,6 +96,20 @@ impl Gatherer {
                 measured,
             });
         }
+    }
+
+    /// Whether a sensor is the viewer's, by the estimator's rule.
+    fn counts(&mut self, sensor: u8, sink: &mut dyn FnMut(Event)) -> bool {
+        let taken = match self.config.sensors {
+            Sensors::All => return true,
+            Sensors::First => *self.sensor.get_or_insert(sensor),
+            Sensors::Only(taken) => taken,
+        };
+        if taken != sensor && !std::mem::replace(&mut self.other_said, true) {
+            let ignored = sensor;
+            sink(Event::OtherSensor { taken, ignored });
+        }
+        taken == sensor
     }
 
     /// Where the head is, in the room.
@@ -195,7 +220,7 @@ mod tests {
                 70..75 => Vec2::new(500.0, 0.0),
                 _ => Vec2::new(100.0 + tremble, 50.0),
             };
-            gatherer.push(&sample(i * 10_000, point));
+            gatherer.push(&sample(i * 10_000, point), &mut |event| panic!("{event:?}"));
         }
         let seen = gatherer.finish().unwrap();
         assert_eq!(seen.len(), 1);
@@ -208,12 +233,47 @@ mod tests {
         assert!(seen[0].direction.distance(up) < 1e-6);
     }
 
+    /// Two heads in turn, the second of which looks elsewhere.
+    #[test]
+    fn one_sensor_counts() {
+        for (sensors, expected) in [
+            (Sensors::First, Vec2::new(100.0, 50.0)),
+            (Sensors::Only(3), Vec2::new(-700.0, 0.0)),
+        ] {
+            let config = EstimatorConfig {
+                head_tracked: false,
+                sensors,
+                ..EstimatorConfig::default()
+            };
+            let mut gatherer = Gatherer::new(config, vec![target(Vec3::NEG_Z)]);
+            let mut said = Vec::new();
+            for i in 0..200_u64 {
+                let mut one = sample(i * 5_000, Vec2::new(100.0, 50.0));
+                one.sensor = 1;
+                if i % 2 == 1 {
+                    one = sample(i * 5_000, Vec2::new(-700.0, 0.0));
+                    one.sensor = 3;
+                }
+                gatherer.push(&one, &mut |event| said.push(event));
+            }
+            let seen = gatherer.finish().unwrap();
+            assert_eq!(seen[0].samples, Some(60));
+            assert_eq!(seen[0].measured[2], Some(expected));
+            let (taken, ignored) = if sensors == Sensors::First {
+                (1, 3)
+            } else {
+                (3, 1)
+            };
+            assert_eq!(said, [Event::OtherSensor { taken, ignored }]);
+        }
+    }
+
     #[test]
     fn a_target_that_was_not_seen_is_told() {
         let targets = vec![target(Vec3::NEG_Z)];
         let mut gatherer = Gatherer::new(EstimatorConfig::default(), targets);
         for i in 0..9 {
-            gatherer.push(&sample(500_000 + i, Vec2::ONE));
+            gatherer.push(&sample(500_000 + i, Vec2::ONE), &mut |_| {});
         }
         let error = gatherer.finish().unwrap_err();
         assert_eq!((error.target, error.samples), (1, 9));

@@ -127,6 +127,7 @@ const NO_SAMPLE: SpectralSample = SpectralSample {
 const PHASES: u32 = 8;
 
 /// What the next frame is made of.
+#[inline(never)]
 fn start(
     number: u32,
     display: &mut Display,
@@ -158,6 +159,7 @@ fn start(
 }
 
 /// What renders a frame for each eye.
+#[inline(never)]
 fn renderers<'a>(
     scene: Scene<'a, 4>,
     start: &FrameStart,
@@ -188,6 +190,7 @@ fn spectrum(count: u8, samples: &mut [SpectralSample]) -> Option<Spectrum<'_>> {
 }
 
 /// Renders a frame slice by slice, listening in between.
+#[inline(never)]
 fn frame(
     start: &FrameStart,
     newest: Option<u64>,
@@ -221,6 +224,8 @@ fn frame(
         instructions: 0,
         preparation: board::instructions(began, ordered) as u32,
         latency: 0,
+        age: 0,
+        sent: 0,
     };
     workspace.statistics = Statistics::default();
     let mut first = true;
@@ -249,11 +254,14 @@ fn frame(
             time: board::micros(after),
         }));
         if let Some((part, tile)) = tile {
+            ports.out.tile(part, tile, pixels);
             if first && let Some(newest) = newest {
-                done.latency = board::instructions(newest, after) as u32;
+                let since = |time| board::instructions(newest, time) as u32;
+                done.latency = since(after);
+                done.age = since(began);
+                done.sent = since(board::ticks());
             }
             first = false;
-            ports.out.tile(part, tile, pixels);
         }
         ports.listen();
     }
@@ -270,6 +278,7 @@ fn frame(
 }
 
 /// A dome master of everything around a place, as the best mirror shows it.
+#[inline(never)]
 fn dome(place: Vec3, size: u16) -> Option<View> {
     let mirror = SpheroidMirror::BEST;
     let camera = MirrorCamera {
@@ -288,6 +297,7 @@ fn dome(place: Vec3, size: u16) -> Option<View> {
 }
 
 /// Shows that there is nothing to be shown.
+#[inline(never)]
 fn nothing(start: &FrameStart, display: &Display, pixels: &mut [Pixel], ports: &mut Ports) {
     ports.out.report(&Report::Frame(FrameStart {
         pictures: display.screens().len() as u8,

@@ -107,3 +107,30 @@ fn prediction_pays_and_harms_nowhere() {
         }
     }
 }
+
+/// A controller with little memory and a tracker of 500 Hz loses nothing.
+#[test]
+fn histories_as_long_as_the_windows_are_enough() {
+    let tracker = TrackerConfig {
+        rate: 500,
+        ..TrackerConfig::default()
+    };
+    let viewer = Viewer::new(ViewerConfig::default(), 7);
+    let mut tracker = Tracker::new(tracker, viewer, 7).unwrap();
+    let config = EstimatorConfig::default();
+    let mut long = GazeEstimator::new(config).unwrap();
+    let mut short = GazeEstimator::<24, 64>::with_histories(config).unwrap();
+    let mut seen = std::collections::BTreeSet::new();
+    while tracker.next_time() < Micros::from_millis(60_000) {
+        let (time, sample) = tracker.next_sample();
+        let mut events = [const { Vec::new() }; 2];
+        long.push(&sample, time, &mut |event| events[0].push(event));
+        short.push(&sample, time, &mut |event| events[1].push(event));
+        assert_eq!(events[0], events[1], "{time:?}");
+        let shown = time.after(LATENCY);
+        let estimate = short.estimate(shown, &mut |_| {});
+        assert_eq!(estimate, long.estimate(shown, &mut |_| {}), "{time:?}");
+        seen.insert(std::format!("{:?}", estimate.movement));
+    }
+    assert_eq!(seen.len(), 3, "{seen:?}");
+}

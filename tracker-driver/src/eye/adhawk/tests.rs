@@ -197,7 +197,7 @@ fn play(mut session: Session, refuses: Option<u8>) -> (List<u8>, Option<Failure>
                 asked.push(kind);
                 let result = if refuses == Some(kind) { 15 } else { 0 };
                 let mut answer =
-                    encode_response(u16::from_le_bytes([low, high]), kind, result).to_vec();
+                    encode_response(u16::from_le_bytes([low, high]), kind, result, &[]).to_vec();
                 // It tracks from the first request on.
                 answer.extend(encode(&sample(&mut Random(1), 1)).unwrap());
                 answer
@@ -231,7 +231,7 @@ fn it_is_started_by_requests_that_are_agreed_to() {
 
 #[test]
 fn responses_and_states_become_messages() {
-    let reply = encode_response(7, Request::Status.kind(), 3);
+    let reply = encode_response(7, Request::Status.kind(), 3, &[]);
     let found = events(&mut AdHawk::new(), &reply);
     let expected = Reply {
         to: 0x90,

@@ -13,6 +13,9 @@ const POWERS: [f32; 16] = [
 
 const METRES_PER_CENTIMETRE: f32 = 0.01;
 const METRES_PER_INCH: f32 = 0.0254;
+const RADIANS_PER_DEGREE: f32 = 0.017_453_292;
+/// Two whole turns: what is beyond is no angle of a head.
+const LARGEST_ANGLE: f32 = 12.6;
 
 /// A value of a report.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,6 +111,16 @@ impl Field {
             _ => return None,
         };
         Some(field.value(body)? * unit)
+    }
+
+    pub(super) fn read_radians(field: Option<Self>, body: &[u8]) -> Option<f32> {
+        let field = field?;
+        let unit = match field.unit {
+            Unit::RADIAN => 1.0,
+            Unit::DEGREE => RADIANS_PER_DEGREE,
+            _ => return None,
+        };
+        Some(field.value(body)? * unit).filter(|angle| angle.abs() <= LARGEST_ANGLE)
     }
 
     /// Whatever its unit is.

@@ -293,6 +293,69 @@ fn another_layout_is_read_by_its_descriptor() {
     assert_eq!(time, DeviceTime::millis_u32(3_000));
 }
 
+/// A head tracker that says angles, and one that says nothing else.
+#[test]
+fn angles_turn_the_head() {
+    #[rustfmt::skip]
+    let place = [
+        0x09, 0x27, 0xA1, 0x00,
+        0x65, 0x11, 0x55, 0x0E, 0x16, 0x18, 0xFC, 0x26, 0xE8, 0x03,
+        0x75, 16, 0x95, 3, 0x09, 0x21, 0x09, 0x22, 0x09, 0x23, 0x81, 0x02,
+        0xC0,
+    ];
+    // Tenths of a degree, −1800 to 1800.
+    #[rustfmt::skip]
+    let degrees = [
+        0x65, 0x14, 0x55, 0x0F, 0x16, 0xF8, 0xF8, 0x26, 0x08, 0x07,
+        0x75, 16, 0x95, 3, 0x09, 0x29, 0x09, 0x2A, 0x09, 0x2B, 0x81, 0x02,
+    ];
+    // Milliradians about Y alone.
+    #[rustfmt::skip]
+    let radians = [
+        0x65, 0x12, 0x55, 0x0D, 0x16, 0x00, 0xF0, 0x26, 0x00, 0x10,
+        0x75, 16, 0x95, 1, 0x09, 0x2A, 0x81, 0x02,
+    ];
+    let tracker = |parts: &[&[u8]], axes| {
+        let mut all = List::from([0x05, 0x12, 0x09, 0x02, 0xA1, 0x01, 0x09, 0x10, 0xA1, 0x02]);
+        all.extend(parts.concat());
+        all.extend([0xC0, 0xC0]);
+        EyeTracker::new(&all, axes).unwrap()
+    };
+    let bytes = |values: &[i16]| -> List<u8> {
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes());
+        bytes.collect()
+    };
+    let turn = |tracker: &mut EyeTracker, values: &[i16]| {
+        let sample = samples(tracker, &bytes(values))[0];
+        sample.head.orientation.map(|turn| turn.value)
+    };
+    let mut both = tracker(&[&place, &degrees], Axes::default());
+    let values = [100, 0, 0, 200, 300, -100];
+    let expected = Quat::from_euler(
+        glam::EulerRot::YXZ,
+        30f32.to_radians(),
+        20f32.to_radians(),
+        -10f32.to_radians(),
+    );
+    let found = turn(&mut both, &values).unwrap();
+    assert!(found.dot(expected).abs() > 1.0 - 1e-6, "{found}");
+    // Out of range: no turn, and still a place.
+    let sample = samples(&mut both, &bytes(&[100, 0, 0, 200, 1_801, 0]))[0];
+    assert_eq!(sample.head.orientation, None);
+    near(sample.head.position, Vec3::X * 0.01);
+    // Angles alone, about one axis; a device that is turned about X counts the
+    // other way round.
+    let mut alone = tracker(&[&radians], Axes::default());
+    let found = turn(&mut alone, &[500]).unwrap();
+    assert!(found.dot(Quat::from_rotation_y(0.5)).abs() > 1.0 - 1e-6);
+    let axes = Axes {
+        rotation: Quat::from_xyzw(1.0, 0.0, 0.0, 0.0),
+        origin: Vec3::ZERO,
+    };
+    let found = turn(&mut tracker(&[&radians], axes), &[500]).unwrap();
+    assert!(found.dot(Quat::from_rotation_y(-0.5)).abs() > 1.0 - 1e-6);
+}
+
 #[test]
 fn what_is_no_tracker_is_refused() {
     let of = |descriptor: &[u8]| EyeTracker::new(descriptor, Axes::default()).unwrap_err();

@@ -3,9 +3,21 @@
 //! and what may go wrong around a controller. `tests/firmware/run` builds the
 //! images and starts this.
 //!
-//!     cargo run -p shisen-tests --bin firmware -- IMAGE IMAGE-WITH-DISPERSION
+//! ```text
+//! cargo run -p shisen-tests --bin firmware -- \
+//!     LIMITS MEASURED IMAGE IMAGE-WITH-DISPERSION [WORD...]
+//! ```
+//!
+//! LIMITS are those of `tests/firmware/limits.toml`; what was measured is added to
+//! the file MEASURED, a name and a number a line. With WORDs only the checks run
+//! whose names have one of them.
+
+mod latency;
+mod limits;
+mod time;
 
 use glam::{Quat, Vec3};
+use limits::{Limits, Measured};
 use shisen::bake::{Baked, Layout};
 use shisen::cave::{BuiltInCave, Cave};
 use shisen::firmware::{Image, Run, TrackerBytes, Watched, flat_screen, hash, reference, watch};
@@ -20,8 +32,10 @@ use shisen_tracker::link::display::Rendering;
 use shisen_tracker::mock::{Chunk, Source};
 use shisen_tracker::sample::{Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
+use std::cell::Cell;
 use std::path::Path;
 use std::process::ExitCode;
+use time::Slices;
 
 /// Pixels a side of the walls.
 const SIDE: u32 = 64;
@@ -35,10 +49,17 @@ type Wrong = String;
 type Check = fn(&Bench) -> Result<String, Wrong>;
 
 fn main() -> ExitCode {
-    let images: Vec<_> = std::env::args_os().skip(1).collect();
-    let [plain, dispersive] = images.as_slice() else {
-        eprintln!("give two images: without dispersion, and with");
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    let [limits, measured, plain, dispersive, words @ ..] = arguments.as_slice() else {
+        eprintln!("give: LIMITS MEASURED and two images, without dispersion and with");
         return ExitCode::from(2);
+    };
+    let limits = match Limits::read(Path::new(limits)) {
+        Ok(limits) => limits,
+        Err(wrong) => {
+            eprintln!("{wrong}");
+            return ExitCode::FAILURE;
+        }
     };
     let open = |path: &std::ffi::OsString| Image::open(Path::new(path));
     let (plain, dispersive) = match (open(plain), open(dispersive)) {
@@ -52,8 +73,13 @@ fn main() -> ExitCode {
         plain,
         dispersive,
         screens: three_walls(),
+        limits,
+        measured: Measured::new(Path::new(measured)),
+        slices: Slices::default(),
+        ram: Cell::default(),
+        stack: Cell::default(),
     };
-    let checks: [(&str, Check); 10] = [
+    let checks: [(&str, Check); 14] = [
         ("scenes A to D, both gazes", Bench::paper_scenes),
         ("a dome master", Bench::dome_master),
         ("a prism by wavelengths", Bench::by_wavelengths),
@@ -67,18 +93,27 @@ fn main() -> ExitCode {
             Bench::behind_a_wall,
         ),
         ("gazes that are none", Bench::no_gazes),
+        ("scenes made to take long", Bench::bounded_time),
+        ("latency", Bench::latency),
+        ("time of all slices", |bench| Ok(bench.slices())),
+        ("memory", Bench::note_memory),
     ];
-    let mut failed = 0;
-    for (what, check) in checks {
+    let words: Vec<_> = words.iter().filter_map(|word| word.to_str()).collect();
+    let wanted = |what: &str| words.is_empty() || words.iter().any(|word| what.contains(word));
+    let (mut passed, mut failed) = (0, 0);
+    for (what, check) in checks.into_iter().filter(|(what, _)| wanted(what)) {
         match check(&bench) {
-            Ok(found) => println!("{what}: {found}"),
+            Ok(found) => {
+                passed += 1;
+                println!("{what}: {found}");
+            }
             Err(wrong) => {
                 failed += 1;
                 println!("{what}: FAILED: {wrong}");
             }
         }
     }
-    println!("{} passed, {failed} failed", checks.len() - failed);
+    println!("{passed} passed, {failed} failed");
     if failed == 0 {
         ExitCode::SUCCESS
     } else {
@@ -188,6 +223,13 @@ struct Bench {
     plain: Image,
     dispersive: Image,
     screens: Vec<FlatScreen>,
+    limits: Limits,
+    measured: Measured,
+    slices: Slices,
+    /// Static memory without that for pictures, bytes.
+    ram: Cell<u64>,
+    /// The deepest stack that was painted over, bytes.
+    stack: Cell<u64>,
 }
 
 impl Bench {
@@ -206,13 +248,17 @@ impl Bench {
 
     /// Frames that are the host's, and what was watched.
     fn same(&self, scene: &Baked<4>, run: Run<'_>) -> Result<Watched, Wrong> {
-        let rendering = run.rendering;
+        let (rendering, screens) = (run.rendering, run.screens);
         let plain = run.image == &self.plain;
         let watched = watch(run).map_err(|error| error.to_string())?;
         check(watched.ready.fault == 0, "the scene is refused")?;
+        if plain {
+            self.memory(&watched);
+        }
         check(watched.damaged == 0, "pixels were damaged")?;
         for frame in &watched.frames {
-            let host = reference(scene.scene(), &self.screens, &rendering, frame, plain);
+            self.in_time(frame, rendering.slice)?;
+            let host = reference(scene.scene(), screens, &rendering, frame, plain);
             let host = host.map_err(|error| error.to_string())?;
             check(
                 frame.hash() == hash(&host),
@@ -228,6 +274,25 @@ impl Bench {
             check(whole, "a frame of one colour")?;
         }
         Ok(watched)
+    }
+
+    /// Notes what a run took of the memory.
+    fn memory(&self, watched: &Watched) {
+        let ready = watched.ready;
+        self.ram
+            .set((ready.static_bytes - ready.picture_bytes).into());
+        let stack = watched.tracker.map_or(0, |tracker| tracker.stack_bytes);
+        self.stack.set(self.stack.get().max(stack.into()));
+    }
+
+    fn note_memory(&self) -> Result<String, Wrong> {
+        let (ram, stack) = (self.ram.get(), self.stack.get());
+        check(ram > 0 && stack > 0, "nothing was said of memory")?;
+        self.measured
+            .add(&[("ram", ram), ("stack_painted", stack)])?;
+        Ok(format!(
+            "{ram} static bytes without pictures, {stack} of stack painted over"
+        ))
     }
 
     fn paper_scenes(&self) -> Result<String, Wrong> {
@@ -297,6 +362,7 @@ impl Bench {
             let rendering = run.rendering;
             let watched = watch(run).map_err(|error| error.to_string())?;
             let frame = watched.frames.first().ok_or("no frame")?;
+            self.in_time(frame, slice)?;
             let host = reference(scene.scene(), &self.screens, &rendering, frame, true);
             let host = host.map_err(|error| error.to_string())?;
             check(
@@ -337,10 +403,9 @@ impl Bench {
         check(watched.frames[0].pictures.len() == 6, "two eyes")?;
         let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
         check(tracker.records > 10 && tracker.dropped == 0, "records")?;
-        Ok(format!(
-            "the host's; {} instructions a record",
-            tracker.instructions / u64::from(tracker.records)
-        ))
+        let each = tracker.instructions / u64::from(tracker.records);
+        self.measured.add(&[("record", each)])?;
+        Ok(format!("the host's; {each} instructions a record"))
     }
 
     fn damaged_scenes(&self) -> Result<String, Wrong> {

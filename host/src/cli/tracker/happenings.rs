@@ -1,0 +1,239 @@
+//! What a tracker says of itself, and what happens to its clock and to the gaze, in
+//! words.
+
+use shisen_tracker::clock::ClockEvent;
+use shisen_tracker::decoder::{EyeEventKind, Message, Side};
+use shisen_tracker::estimate::{Event, Rejection};
+use shisen_tracker::time::Micros;
+use std::collections::BTreeMap;
+
+/// How often one kind of them is said.
+const STEP: Micros = Micros::from_millis(1_000);
+
+/// Says each kind at once, and what comes of it within a second after that as a
+/// number with the next.
+#[derive(Debug, Default)]
+pub(in crate::cli) struct Happenings(BTreeMap<Kind, Said>);
+
+/// What it is about, and its number where the device has one.
+type Kind = (&'static str, u32);
+
+#[derive(Debug)]
+struct Said {
+    at: Micros,
+    unsaid: u64,
+}
+
+impl Happenings {
+    /// What a device said at `now`, if it is to be said: its faults, states and
+    /// texts, commands that it refused, and eyes that it lost or found. What the eyes
+    /// do otherwise the records tell.
+    pub(in crate::cli) fn of_device(&mut self, message: &Message, now: Micros) -> Option<String> {
+        let (kind, what) = match message {
+            Message::Fault { code, meaning } => (
+                ("fault", *code),
+                format!("the device reports fault {code}{}", meant(meaning)),
+            ),
+            Message::State { code, meaning } => (
+                ("state", *code),
+                format!("the device is in state {code}{}", meant(meaning)),
+            ),
+            Message::Text(text) => (
+                ("text", 0),
+                format!("the device says \"{}\"", text.as_str()),
+            ),
+            Message::Reply(reply) if reply.result != 0 => (
+                ("reply", reply.to),
+                format!(
+                    "the device refuses command {:#x}, with result {:#x}",
+                    reply.to, reply.result
+                ),
+            ),
+            Message::Eyes(event) => {
+                let eye = match event.eye {
+                    None => "the eyes",
+                    Some(Side::Left) => "the left eye",
+                    Some(Side::Right) => "the right eye",
+                };
+                match event.kind {
+                    EyeEventKind::Lost => (("lost", 0), format!("the device has lost {eye}")),
+                    EyeEventKind::Found => (("found", 0), format!("the device sees {eye} again")),
+                    _ => return None,
+                }
+            }
+            _ => return None,
+        };
+        self.say(kind, now, &what)
+    }
+
+    /// What a clock did at `now`, if it is to be said.
+    pub(in crate::cli) fn of_clock(&mut self, event: &ClockEvent, now: Micros) -> Option<String> {
+        let (kind, what) = match event {
+            ClockEvent::Restarted { jump } => (
+                "restarted",
+                format!(
+                    "the device's clock jumped by {} ms and goes on from there",
+                    milliseconds(*jump)
+                ),
+            ),
+            ClockEvent::Outlier { jump } => (
+                "outlier",
+                format!(
+                    "a time of the device's is off by {} ms: it is not used",
+                    milliseconds(*jump)
+                ),
+            ),
+            ClockEvent::Frozen { since } => (
+                "frozen",
+                format!(
+                    "the device's clock has stood still for {} ms",
+                    since.0 / 1_000
+                ),
+            ),
+            ClockEvent::Thawed { after } => (
+                "thawed",
+                format!(
+                    "the device's clock runs again, after {} ms",
+                    after.0 / 1_000
+                ),
+            ),
+            _ => return None,
+        };
+        self.say((kind, 0), now, &what)
+    }
+
+    /// What became of a gaze at `now`, if it is to be said: that it was not used.
+    /// The states, blinks and saccades are told by the records.
+    pub(in crate::cli) fn of_gaze(&mut self, event: &Event, now: Micros) -> Option<String> {
+        let Event::Rejected { reason, .. } = event else {
+            return None;
+        };
+        let (kind, what) = match reason {
+            Rejection::NotNewer => ("not newer", "it is older than what is known".to_owned()),
+            Rejection::Eccentric { angle } => (
+                "eccentric",
+                format!(
+                    "the gaze is {:.0}° from straight ahead, which is farther than eyes turn",
+                    angle.to_degrees()
+                ),
+            ),
+            Rejection::Uncalibrated => (
+                "uncalibrated",
+                "the gaze is a point, and neither a screen nor a calibration says where".to_owned(),
+            ),
+            Rejection::NotFinite => ("not finite", "a number is not finite".to_owned()),
+            Rejection::Stuck { since } => (
+                "stuck",
+                format!("the gaze has not changed for {} ms", since.0 / 1_000),
+            ),
+            _ => return None,
+        };
+        self.say((kind, 0), now, &format!("a sample is not used: {what}"))
+    }
+
+    fn say(&mut self, kind: Kind, now: Micros, what: &str) -> Option<String> {
+        if let Some(said) = self.0.get_mut(&kind)
+            && now.since(said.at) < STEP
+        {
+            said.unsaid += 1;
+            return None;
+        }
+        let said = Said { at: now, unsaid: 0 };
+        let unsaid = self.0.insert(kind, said).map_or(0, |said| said.unsaid);
+        let at = now.seconds();
+        Some(match unsaid {
+            0 => format!("at {at:.3} s {what}"),
+            count => format!("at {at:.3} s {what} (and {count} times before)"),
+        })
+    }
+}
+
+/// What the manual says, if it says anything.
+fn meant(meaning: &str) -> String {
+    if meaning.is_empty() {
+        String::new()
+    } else {
+        format!(": {meaning}")
+    }
+}
+
+fn milliseconds(micros: i64) -> i64 {
+    micros / 1_000
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_is_said_at_once_and_then_once_a_second() {
+        let mut happenings = Happenings::default();
+        let rejected = |reason| Event::Rejected {
+            at: Micros(0),
+            reason,
+        };
+        let stuck = rejected(Rejection::Stuck {
+            since: Micros(250_000),
+        });
+        let mut said = Vec::new();
+        for step in 0..300 {
+            let now = Micros::from_millis(10 * step);
+            said.extend(happenings.of_gaze(&stuck, now));
+            if step == 50 {
+                let jump = ClockEvent::Restarted { jump: -7_000_000 };
+                said.extend(happenings.of_clock(&jump, now));
+            }
+        }
+        let stuck = "a sample is not used: the gaze has not changed for 250 ms";
+        assert_eq!(
+            said,
+            [
+                format!("at 0.000 s {stuck}"),
+                "at 0.500 s the device's clock jumped by -7000 ms and goes on from there".into(),
+                format!("at 1.000 s {stuck} (and 99 times before)"),
+                format!("at 2.000 s {stuck} (and 99 times before)"),
+            ]
+        );
+        let blink = Event::BlinkStarted { at: Micros(0) };
+        assert_eq!(happenings.of_gaze(&blink, Micros(0)), None);
+    }
+
+    #[test]
+    fn what_a_device_says_is_told_by_kind_and_number() {
+        use shisen_tracker::decoder::{EyeEvent, Reply};
+        let mut happenings = Happenings::default();
+        let fault = |code, meaning| Message::Fault { code, meaning };
+        let eyes = |kind| {
+            Message::Eyes(EyeEvent {
+                kind,
+                eye: Some(Side::Left),
+                device_time: None,
+                duration: None,
+            })
+        };
+        let reply = |result| Message::Reply(Reply { to: 0x9A, result });
+        let mut said = Vec::new();
+        for (ms, message) in [
+            (0, fault(107, "signal low")),
+            (10, fault(107, "signal low")),
+            (20, fault(9_007, "")),
+            (30, reply(0)),
+            (40, reply(3)),
+            (50, eyes(EyeEventKind::Saccade)),
+            (60, eyes(EyeEventKind::Lost)),
+            (1_000, fault(107, "signal low")),
+        ] {
+            said.extend(happenings.of_device(&message, Micros::from_millis(ms)));
+        }
+        assert_eq!(
+            said,
+            [
+                "at 0.000 s the device reports fault 107: signal low",
+                "at 0.020 s the device reports fault 9007",
+                "at 0.040 s the device refuses command 0x9a, with result 0x3",
+                "at 0.060 s the device has lost the left eye",
+                "at 1.000 s the device reports fault 107: signal low (and 1 times before)",
+            ]
+        );
+    }
+}

@@ -1,0 +1,200 @@
+//! What the core costs on a Cortex-M7 before anything is shaded: instructions of
+//! a primary ray through scene A and of a pixel's level of detail, counted by an
+//! emulator that makes each of them take a nanosecond.
+//!
+//! The scene is where the emulator's loader puts it. The wall is the paper's front
+//! wall in 64×64 pixels, seen from the middle of its room. Prints a name and a
+//! number a line; whoever runs it knows the limits.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+use cortex_m::peripheral::{SYST, syst::SystClkSource};
+use cortex_m_rt::entry;
+use cortex_m_semihosting::{debug, hprintln};
+use glam::Vec3;
+use shisen_core::Simd;
+use shisen_core::frame::{Budget, FlatScreen, LevelOfDetail, Renderer, Settings, View, Workspace};
+use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use shisen_core::scene::Scene;
+use shisen_core::shape::Ray;
+
+/// The clock of mps2-an500 counts at 25 MHz.
+const INSTRUCTIONS_PER_TICK: u32 = 40;
+/// Where the scene is, and how much memory there is from there on.
+const SCENE: (usize, usize) = (0x6000_0000, 16 << 20);
+/// Pixels a side of the wall.
+const SIDE: u32 = 64;
+/// Pixels a side of the blocks that the renderer chooses levels for.
+const BLOCK: u32 = 8;
+/// All effects but dispersion, as the controller has them.
+const EFFECTS: u32 =
+    shisen_core::EffectSet::ALL.bits() & !shisen_core::EffectSet::DISPERSION.bits();
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    hprintln!("{info}");
+    debug::exit(debug::EXIT_FAILURE);
+    loop {}
+}
+
+/// Instructions of a run.
+#[inline(never)]
+fn instructions(mut run: impl FnMut()) -> u32 {
+    let start = SYST::get_current();
+    run();
+    let ticks = start.wrapping_sub(SYST::get_current()) & 0x00FF_FFFF;
+    ticks * INSTRUCTIONS_PER_TICK
+}
+
+fn front_wall() -> Option<View> {
+    let corner = |x: f32, y: f32| 1.5 * Vec3::new(x, y, -1.0);
+    let screen = FlatScreen::from_corners(
+        corner(-1.0, -1.0),
+        corner(1.0, -1.0),
+        corner(-1.0, 1.0),
+        [SIDE; 2],
+    );
+    screen.view_from(Vec3::ZERO).ok()
+}
+
+/// What is measured along the rays of a wall.
+struct Wall<'a> {
+    view: View,
+    renderer: Renderer<'a, 4>,
+    workspace: &'a mut Workspace,
+}
+
+impl Wall<'_> {
+    /// Does something with the rays of the pixels that are hit, or of the others,
+    /// or of all.
+    fn each(
+        &mut self,
+        hit: Option<bool>,
+        hits: &[bool],
+        act: impl Fn(&Self, &Ray, &mut Workspace),
+    ) -> (u32, u32) {
+        let mut workspace = self.workspace.clone();
+        let mut count = 0;
+        let sum = instructions(|| {
+            count = 0;
+            for y in 0..SIDE {
+                for x in 0..SIDE {
+                    let known = hits.get((y * SIDE + x) as usize).copied();
+                    if hit.is_some() && known != hit {
+                        continue;
+                    }
+                    if let Some(ray) = self.view.ray(x as f32, y as f32) {
+                        act(self, &ray, &mut workspace);
+                        count += 1;
+                    }
+                }
+            }
+        });
+        (sum, count)
+    }
+
+    /// Instructions of a ray, the loop's own and the making of the ray left out.
+    fn per_ray(
+        &mut self,
+        hit: Option<bool>,
+        hits: &[bool],
+        act: impl Fn(&Self, &Ray, &mut Workspace),
+    ) -> u32 {
+        let (with, count) = self.each(hit, hits, act);
+        let (without, _) = self.each(hit, hits, |_, ray, _| {
+            black_box(ray);
+        });
+        with.saturating_sub(without) / count.max(1)
+    }
+}
+
+fn nearest(wall: &Wall<'_>, ray: &Ray, workspace: &mut Workspace) {
+    let tracer = wall.renderer.tracer();
+    black_box(tracer.nearest(black_box(ray), &mut { Budget::UNLIMITED }, workspace));
+}
+
+fn radiance(wall: &Wall<'_>, ray: &Ray, workspace: &mut Workspace) {
+    let tracer = wall.renderer.tracer();
+    black_box(tracer.radiance(black_box(ray), &mut { Budget::UNLIMITED }, workspace));
+}
+
+fn measure(workspace: &mut Workspace) -> Option<()> {
+    // SAFETY: the board has this memory, and nothing writes to it.
+    let bytes = unsafe { core::slice::from_raw_parts(SCENE.0 as *const u8, SCENE.1) };
+    let scene = Scene::<4>::from_bytes(bytes).ok()?;
+    let view = front_wall()?;
+    let at_depth = |depth| {
+        let settings = Settings {
+            depth,
+            ..Settings::default()
+        };
+        Renderer::single::<EFFECTS>(scene, Simd::PORTABLE, settings)
+    };
+    let mut wall = Wall {
+        view,
+        renderer: at_depth(0),
+        workspace,
+    };
+    let mut hits = [false; (SIDE * SIDE) as usize];
+    for (number, hit) in (0..).zip(&mut hits) {
+        let ray = view.ray((number % SIDE) as f32, (number / SIDE) as f32)?;
+        let budget = &mut { Budget::UNLIMITED };
+        *hit = wall
+            .renderer
+            .tracer()
+            .nearest(&ray, budget, wall.workspace)
+            .is_some();
+    }
+    hprintln!("rays_that_hit {}", hits.iter().filter(|&&hit| hit).count());
+    let found = wall.per_ray(Some(true), &hits, nearest);
+    hprintln!("primary_ray {}", wall.per_ray(None, &hits, nearest));
+    hprintln!("primary_ray_that_hits {found}");
+    hprintln!(
+        "primary_ray_that_misses {}",
+        wall.per_ray(Some(false), &hits, nearest)
+    );
+    let shaded = wall.per_ray(Some(true), &hits, radiance);
+    hprintln!("shaded_hit {}", shaded.saturating_sub(found));
+
+    let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).ok()?;
+    let gaze = Gaze::new(sight, VisualField::PAPER);
+    let level = wall.per_ray(None, &hits, |_, ray, _| {
+        black_box(gaze.level(black_box(ray.direction())));
+    });
+    hprintln!("level_of_a_ray {level}");
+    wall.renderer = wall.renderer.with_level_of_detail(LevelOfDetail::new(gaze));
+    // A question about one pixel decides its whole block.
+    let blocks = instructions(|| {
+        for y in (0..SIDE).step_by(BLOCK as usize) {
+            for x in (0..SIDE).step_by(BLOCK as usize) {
+                black_box(wall.renderer.detail(black_box(&wall.view), x, y));
+            }
+        }
+    });
+    hprintln!("level_of_a_pixel {}", blocks / (SIDE * SIDE));
+    Some(())
+}
+
+#[entry]
+fn main() -> ! {
+    static mut WORKSPACE: Workspace = Workspace::new();
+    if let Some(mut peripherals) = cortex_m::Peripherals::take() {
+        let clock = &mut peripherals.SYST;
+        clock.set_clock_source(SystClkSource::Core);
+        clock.set_reload(0x00FF_FFFF);
+        clock.clear_current();
+        clock.enable_counter();
+    }
+    let done = measure(WORKSPACE);
+    if done.is_none() {
+        hprintln!("there is no scene to be measured");
+    }
+    debug::exit(if done.is_some() {
+        debug::EXIT_SUCCESS
+    } else {
+        debug::EXIT_FAILURE
+    });
+    loop {}
+}

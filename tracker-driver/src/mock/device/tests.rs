@@ -1,0 +1,522 @@
+use super::*;
+use crate::command::{Action, Script, Session};
+use crate::decoder::{Decoder, Event, Message};
+use crate::eye::adhawk;
+use crate::head::flock::Mode;
+use crate::head::polhemus::Units;
+use crate::head::{fastrak, flock, hatire, liberty};
+use crate::mock::Source;
+use crate::mock::{Reader, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+
+/// Plays a script against the device, to its end.
+fn play(device: &mut Device, script: Script) {
+    let mut session = Session::new(script);
+    let mut adhawk = adhawk::AdHawk::new();
+    let mut now = Micros(0);
+    for _ in 0..100 {
+        let mut heard = std::vec::Vec::new();
+        match session.poll(now) {
+            Action::Send(bytes) => device.feed(bytes, now, &mut |bytes| heard.extend(bytes)),
+            Action::Wait(until) if device.streams() && until > now => {
+                session.on_event(&Event::Sample(Sample::arrived(now)));
+                now = until;
+            }
+            Action::Wait(until) => now = until,
+            Action::Done => return,
+            other => panic!("{other:?}"),
+        }
+        adhawk.feed(&heard, now, &mut |event| session.on_event(&event));
+    }
+    panic!("the script does not end");
+}
+
+#[test]
+fn every_device_starts_and_stops_by_its_own_script() {
+    for name in Format::NAMES {
+        let format = Format::named(name).unwrap();
+        let (start, stop) = match &format {
+            Format::Link => (link::start(Some(240)), link::stop()),
+            Format::Fastrak(config) => (config.start(true), fastrak::stop()),
+            Format::Liberty(config) => (config.start(true), liberty::stop()),
+            Format::Flock(config) => (config.start(1, 1, true), flock::stop()),
+            Format::Hatire(_) => (hatire::start(true), hatire::stop()),
+            Format::Iscan(_) => (iscan::start(), iscan::stop()),
+            Format::AdHawk => (adhawk::start(2, 250.0), adhawk::stop()),
+            _ => continue,
+        };
+        let mut device = Device::new(&format);
+        assert!(device.streams(), "{name}");
+        play(&mut device, stop);
+        assert!(!device.streams(), "{name}");
+        play(&mut device, start);
+        assert!(device.streams(), "{name}");
+        let rate = match name {
+            "link" => Some(240),
+            "adhawk" => Some(250),
+            _ => None,
+        };
+        assert_eq!(device.rate(), rate, "{name}");
+    }
+}
+
+/// Whatever it was set to before, it sends what its script asks for.
+#[test]
+fn a_device_streams_as_it_is_told() {
+    let of = |format, items| ItemList::new(Family::Fastrak, format, items).unwrap();
+    let mut fastrak = fastrak::Config::new(of(Written::Ascii, &[2, 4, 1]));
+    fastrak.units = Units::Centimetres;
+    let items = ItemList::new(Family::Liberty, Written::Binary, &[2, 7, 0]);
+    let mut liberty = liberty::Config::new(items.unwrap());
+    liberty.units = Units::Centimetres;
+    for (name, script) in [
+        ("fastrak", fastrak.start(false)),
+        ("liberty", liberty.start(false)),
+    ] {
+        let mut device = Device::new(&Format::named(name).unwrap());
+        play(&mut device, script);
+        match device.format() {
+            Format::Fastrak(config) => assert_eq!(config, &fastrak),
+            Format::Liberty(config) => assert_eq!(config, &liberty),
+            other => panic!("{other:?}"),
+        }
+        let Some(Format::Fastrak(usual)) = Format::named("fastrak") else {
+            panic!("it is one");
+        };
+        if name == "fastrak" {
+            play(&mut device, usual.start(false));
+            assert_eq!(device.format(), &Format::Fastrak(usual));
+        }
+    }
+    for mode in Mode::ALL {
+        let config = flock::Config {
+            mode,
+            group: true,
+            ..flock::Config::default()
+        };
+        let mut device = Device::new(&Format::named("flock").unwrap());
+        play(&mut device, config.start(2, 1, false));
+        assert_eq!(device.format(), &Format::Flock(config));
+    }
+    // A list that is none changes nothing.
+    let mut device = Device::new(&Format::named("fastrak").unwrap());
+    device.feed(b"O1,2,11\rO1,999,0\rO1\r", Micros(0), &mut |_| {});
+    assert_eq!(Some(device.format().clone()), Format::named("fastrak"));
+}
+
+#[test]
+fn a_fastrak_says_how_it_is() {
+    let format = Format::named("fastrak").unwrap();
+    let Format::Fastrak(config) = &format else {
+        panic!("another device");
+    };
+    let mut decoder = fastrak::Fastrak::new(config.clone());
+    let mut texts = 0;
+    Device::new(&format).feed(b"S", Micros(0), &mut |answer| {
+        decoder.feed(answer, Micros(0), &mut |event| {
+            if let Event::Message(Message::Text(text)) = event {
+                let status = fastrak::Status::from_text(text.as_str()).unwrap();
+                assert!(status.continuous);
+                assert_eq!(status.format, Written::Binary);
+                assert_eq!(status.units, Units::Inches);
+                texts += 1;
+            }
+        });
+    });
+    assert_eq!(texts, 1);
+}
+
+#[test]
+fn noise_is_passed_over() {
+    for name in Format::NAMES {
+        let mut device = Device::new(&Format::named(name).unwrap());
+        for byte in 0..=u8::MAX {
+            device.feed(&[byte; 3], Micros(0), &mut |_| {});
+        }
+        assert!(device.heard.len() <= MOST_HEARD);
+    }
+}
+
+/// A device, the samples that it measures and the bytes that it sends.
+struct Bench {
+    device: Device,
+    wire: Wire<Tracker<'static>>,
+    now: Micros,
+    line: std::vec::Vec<u8>,
+}
+
+/// 10 ms at 100 Hz: a sample a step.
+const STEP: Micros = Micros::from_millis(10);
+
+impl Bench {
+    fn new(name: &str, settings: impl Fn(&mut Format)) -> Self {
+        let mut format = Format::named(name).unwrap();
+        settings(&mut format);
+        let viewer = Viewer::new(ViewerConfig::default(), 5);
+        let config = TrackerConfig {
+            rate: 100,
+            losses: 0.0,
+            latency: Micros(0),
+            ..TrackerConfig::default()
+        };
+        let tracker = Tracker::new(config, viewer, 5).unwrap();
+        Self {
+            device: Device::new(&format),
+            wire: Wire::new(tracker, format),
+            now: Micros(0),
+            line: std::vec::Vec::new(),
+        }
+    }
+
+    fn tell(&mut self, bytes: &[u8]) {
+        let line = &mut self.line;
+        self.device
+            .feed(bytes, self.now, &mut |bytes| line.extend_from_slice(bytes));
+        self.wire.set_format(self.device.format().clone());
+    }
+
+    fn run(&mut self, steps: u64) {
+        for _ in 0..steps {
+            while let Some(sample) = self.wire.source().poll(self.now) {
+                if let Some(sent) = self.device.measure(&sample)
+                    && let Some(chunk) = self.wire.encode(&sent)
+                {
+                    self.line.extend_from_slice(chunk.bytes());
+                }
+            }
+            self.now = self.now.after(STEP);
+        }
+    }
+
+    /// What a decoder for the present format makes of what was sent since.
+    fn heard(&mut self) -> std::vec::Vec<Event> {
+        let mut reader = Reader::new(self.device.format()).unwrap();
+        let mut events = std::vec::Vec::new();
+        let line = core::mem::take(&mut self.line);
+        reader.feed(&line, self.now, &mut |event| events.push(event));
+        events
+    }
+
+    fn samples(&mut self) -> usize {
+        let events = self.heard();
+        let dropped = events
+            .iter()
+            .any(|event| matches!(event, Event::Dropped(_)));
+        assert!(!dropped, "{events:?}");
+        let is_sample = |event: &&Event| matches!(event, Event::Sample(_));
+        events.iter().filter(is_sample).count()
+    }
+
+    fn replies(&mut self) -> std::vec::Vec<(u32, u32)> {
+        let of = |event: Event| match event {
+            Event::Message(Message::Reply(reply)) => Some((reply.to, reply.result)),
+            _ => None,
+        };
+        self.heard().into_iter().filter_map(of).collect()
+    }
+}
+
+/// One record a command, also of a device that was stopped; a Liberty and a
+/// Flock are stopped by it.
+#[test]
+fn a_record_is_sent_on_demand() {
+    for (name, stop, demand, still_streams) in [
+        ("fastrak", &b"c"[..], &b"P"[..], true),
+        ("liberty", b"P", b"P", false),
+        ("liberty", b"P", b"P\r", false),
+        ("flock", b"B", b"B", false),
+    ] {
+        let mut bench = Bench::new(name, |_| {});
+        bench.run(5);
+        assert_eq!(bench.samples(), 5, "{name}");
+        bench.tell(demand);
+        bench.run(5);
+        assert_eq!(bench.samples(), if still_streams { 5 } else { 1 }, "{name}");
+        bench.tell(stop);
+        bench.run(2);
+        bench.line.clear();
+        bench.run(5);
+        assert_eq!(bench.samples(), 0, "{name}");
+        for _ in 0..3 {
+            bench.tell(demand);
+            bench.run(5);
+            assert_eq!(bench.samples(), 1, "{name}");
+        }
+        bench.tell(demand);
+        bench.tell(demand);
+        bench.run(5);
+        assert_eq!(bench.samples(), 2, "{name}");
+    }
+}
+
+#[test]
+fn a_fastrak_refuses_what_it_does_not_know() {
+    let mut bench = Bench::new("fastrak", |_| {});
+    bench.tell(b"c");
+    for (command, code, place) in [
+        (&b"O1\r"[..], 1, "*PS2*FL1*ST0"),
+        (b"O\r", 1, "*PS1*FL0*ST0"),
+        (b"O1,2,x,0\r", 2, "*PS5*FL2*ST0"),
+        (b"O1,2,,0\r", 1, "*PS5*FL2*ST0"),
+        (b"O9,2,11,0\r", 3, "*PS1*FL0*ST8"),
+        (b"O1,2,11,999,0\r", 3, "*PS8*FL3*ST0"),
+        (b"O2,2,11,17,0\r", 3, "*PS8*FL3*ST1"),
+        (b"O1,2,11\r", 3, "*PS5*FL2*ST0"),
+        (b"O1,0,0,0,0,0,0,0,0,0,0,0,0,2,0\r", 5, "*PS27*FL13*ST0"),
+        (b"o37,N,8,0\r", 3, "*PS1*FL0*ST2"),
+        (b"o96,X,8,0\r", 3, "*PS4*FL1*ST8"),
+        (b"x0.2,0.2\r", 1, "*PS8*FL2*ST0"),
+        (b"v0.2,a,0.8,0.8\r", 2, "*PS5*FL1*ST0"),
+        (b"H7,0,0,1\r", 3, "*PS1*FL0*ST6"),
+        (b"z", 99, "*PS1*FL0*ST0"),
+        (b"\x01", 99, "*PS1*FL0*ST0"),
+        (&[b'O'; 70], 5, "*PS1*FL0*ST0"),
+    ] {
+        bench.tell(command);
+        let said = std::string::String::from_utf8(bench.line.clone()).unwrap();
+        assert!(said.ends_with(&std::format!("{place}\r\n")), "{said}");
+        let letter = command.first().filter(|letter| letter.is_ascii_graphic());
+        let letter = u32::from(*letter.unwrap_or(&b'?'));
+        assert_eq!(bench.replies(), [(letter, code)], "{said}");
+        // What is left of a command that was too long is another.
+        bench.tell(b"\r");
+        bench.line.clear();
+    }
+    assert_eq!(
+        Some(bench.device.format().clone()),
+        Format::named("fastrak")
+    );
+    // What is right gets no answer.
+    for command in [
+        &b"x0.2,0.2,0.8,0.8\r"[..],
+        b"v0.2,0.2,0.8,0.8\r",
+        b"H1,0,0,1\r",
+        b"e1,0\r",
+        b"o1152,N,8,0\r",
+        b"O4,2,11,0\r",
+        b"T",
+        b"C\r\n",
+    ] {
+        bench.tell(command);
+        assert_eq!(bench.line, b"", "{command:?}");
+    }
+}
+
+#[test]
+fn a_reset_is_silence_and_then_as_before() {
+    for (name, stop, reset, seconds) in [
+        ("fastrak", &b"c"[..], &b"\x19"[..], 10),
+        ("liberty", b"P", b"\x19\r", 10),
+        ("hatire", b"s", b"R", 2),
+    ] {
+        let mut bench = Bench::new(name, |_| {});
+        match name {
+            "fastrak" => bench.tell(b"FuO1,2,4,1\r"),
+            "liberty" => bench.tell(b"U1\rO1,2,7,0\r"),
+            _ => {}
+        }
+        assert_eq!(
+            bench.device.format() == &Format::named(name).unwrap(),
+            name == "hatire"
+        );
+        bench.tell(stop);
+        bench.run(2);
+        bench.line.clear();
+        bench.tell(reset);
+        let said = bench.heard();
+        assert_eq!(said.len(), usize::from(name == "hatire"), "{said:?}");
+        // It hears nothing, either.
+        bench.run(20);
+        bench.tell(b"SPS\rzF\r");
+        bench.run(20);
+        assert_eq!(bench.line, b"", "{name}");
+        bench.run(100 * seconds);
+        assert_eq!(Some(bench.device.format().clone()), Format::named(name));
+        let sent = bench.samples() as u64;
+        assert!(
+            sent > 0 && sent <= 100 * seconds / 10 + 40,
+            "{name}: {sent}"
+        );
+    }
+}
+
+/// `^K` keeps the set-up over a reset; `W` is the factory's: inches, ASCII,
+/// position and angles.
+#[test]
+fn a_fastrak_is_saved_and_forgets() {
+    let mut bench = Bench::new("fastrak", |format| {
+        let Format::Fastrak(config) = format else {
+            panic!("it is one");
+        };
+        config.reset_time = Micros::from_millis(100);
+    });
+    bench.tell(b"cuO1,2,4,0\r\x0B");
+    let saved = bench.device.format().clone();
+    bench.tell(b"UO1,2,11,0\r\x19");
+    bench.run(20);
+    assert_eq!(
+        (bench.line.as_slice(), bench.device.streams()),
+        (&b""[..], false)
+    );
+    assert_eq!(bench.device.format(), &saved);
+    bench.tell(b"WP");
+    bench.run(2);
+    assert_eq!(bench.line.len(), 47);
+    assert_eq!(bench.samples(), 1);
+    bench.tell(b"S");
+    // As the manual has it: 55 bytes, six flags that are always set, and `F3`.
+    assert_eq!(bench.line.len(), 55);
+    assert!(bench.line.starts_with(b"21S3F0    F3"));
+    let events = bench.heard();
+    let [Event::Message(Message::Text(text))] = events[..] else {
+        panic!("{events:?}");
+    };
+    let status = fastrak::Status::from_text(text.as_str()).unwrap();
+    assert_eq!(
+        (status.format, status.units),
+        (Written::Ascii, Units::Inches)
+    );
+    assert!(!status.continuous);
+}
+
+#[test]
+fn a_liberty_says_who_it_is_and_zeroes_its_clock() {
+    let mut bench = Bench::new("liberty", |_| {});
+    bench.run(50);
+    bench.tell(b"\x16\r");
+    assert!(bench.line.ends_with(b"0 SHISEN MOCK\r\n"));
+    bench.line.clear();
+    bench.tell(b"Q0\r");
+    bench.run(3);
+    let times: std::vec::Vec<u64> = bench
+        .heard()
+        .iter()
+        .map(|event| match event {
+            Event::Sample(sample) => sample.device_time.unwrap().microseconds,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(times, [0, 10_000, 20_000]);
+}
+
+/// Bare bytes, which are no records: the decoder passes over them.
+#[test]
+fn a_flock_is_examined() {
+    let mut bench = Bench::new("flock", |_| {});
+    let ask = |bench: &mut Bench, command: &[u8]| {
+        bench.tell(command);
+        core::mem::take(&mut bench.line)
+    };
+    // Master, initialised, running; position and quaternion; it streams.
+    assert_eq!(ask(&mut bench, b"O\x00"), 0xD011_u16.to_le_bytes());
+    assert_eq!(ask(&mut bench, b"Y"), b"");
+    assert_eq!(ask(&mut bench, b"O\x00"), 0xD009_u16.to_le_bytes());
+    assert_eq!(ask(&mut bench, b"O\x02"), 40_u16.to_le_bytes());
+    let mut units = [0; 14];
+    units[0] = 0xE0;
+    assert_eq!(ask(&mut bench, b"O\x24"), units);
+    assert_eq!(ask(&mut bench, b"O\x0A"), [0]);
+    assert_eq!(ask(&mut bench, b"?"), b"");
+    assert_eq!(ask(&mut bench, b"O\x00"), 0xF009_u16.to_le_bytes());
+    assert_eq!(ask(&mut bench, b"O\x0A"), [6]);
+    assert_eq!(flock::error_meaning(6), "a command that does not exist");
+    assert_eq!(ask(&mut bench, b"?O\x10"), [6, 0]);
+    assert_eq!(ask(&mut bench, b"O\x0A"), [0]);
+    // A hemisphere, a parameter, and whom the next is for.
+    assert_eq!(ask(&mut bench, b"L\x06\x01P\x32\x01\xF1]O\x0A"), [0]);
+    assert_eq!(ask(&mut bench, b"G"), b"");
+    assert_eq!(ask(&mut bench, b"O\x00"), 0xC030_u16.to_le_bytes());
+    units[0] = 0xA0;
+    assert_eq!(ask(&mut bench, b"O\x24"), units);
+    // Asleep it measures nothing.
+    bench.tell(b"B");
+    bench.run(3);
+    assert_eq!(bench.samples(), 0);
+    bench.tell(b"FB");
+    bench.run(3);
+    assert_eq!(bench.samples(), 1);
+}
+
+#[test]
+fn a_hatire_says_what_it_is_and_where_its_front_is() {
+    let mut bench = Bench::new("hatire", |_| {});
+    bench.run(3);
+    bench.line.clear();
+    for (command, text) in [(b"V", "SHISEN MOCK 0"), (b"I", "SENDS")] {
+        bench.tell(command);
+        let events = bench.heard();
+        let [Event::Message(Message::Text(found))] = events[..] else {
+            panic!("{events:?}");
+        };
+        assert_eq!(found.as_str(), text);
+    }
+    let turn = |bench: &mut Bench| {
+        bench.run(1);
+        match bench.heard()[..] {
+            [Event::Sample(sample)] => sample.head.orientation.unwrap().value,
+            ref other => panic!("{other:?}"),
+        }
+    };
+    bench.run(300);
+    bench.line.clear();
+    let off = |turn: Quat| crate::rotation::to_vector(turn).length();
+    assert!(off(turn(&mut bench)) > 0.01);
+    bench.tell(b"C");
+    assert!(off(turn(&mut bench)) < 1e-6);
+    bench.run(300);
+    bench.line.clear();
+    assert!(off(turn(&mut bench)) > 0.001);
+}
+
+#[test]
+fn an_adhawk_answers_each_request() {
+    let mut bench = Bench::new("adhawk", |_| {});
+    let ask = |bench: &mut Bench, kind: u8, arguments: &[u8]| {
+        let payload = [&[7, 0, kind], arguments].concat();
+        let packet = [&[0xAA, payload.len() as u8, 0], &payload[..]].concat();
+        // Out of step the decoder believes no answer with data.
+        bench.line = adhawk::encode_response(6, 0x90, 0, &[]).to_vec();
+        let before = bench.line.len();
+        bench.tell(&packet);
+        let line = bench.line.split_off(before);
+        bench.line.extend_from_slice(&line);
+        let result = (u32::from(kind), u32::from(line[6]));
+        assert_eq!(&line[3..6], [7, 0, kind]);
+        assert_eq!(bench.replies(), [(0x90, 0), result]);
+        line[6..].to_vec()
+    };
+    assert_eq!(ask(&mut bench, 0x90, &[]), [0]);
+    assert_eq!(ask(&mut bench, 0x9A, &[14]), [0, 255, 255, 255, 255]);
+    let hertz = 50_f32.to_le_bytes();
+    let set = [&[13], &hertz[..]].concat();
+    assert_eq!(ask(&mut bench, 0x9B, &set), [0]);
+    assert_eq!(ask(&mut bench, 0x9A, &[13]), [&[0], &hertz[..]].concat());
+    assert_eq!(bench.device.rate(), Some(50));
+    let set = [&[2, 2, 0, 0, 0], &25_f32.to_le_bytes()[..]].concat();
+    assert_eq!(ask(&mut bench, 0x9B, &set), [0]);
+    assert_eq!(bench.device.rate(), Some(25));
+    // Blinks.
+    assert_eq!(ask(&mut bench, 0x9B, &[5, 1, 0, 0, 0, 1]), [0]);
+    assert_eq!(ask(&mut bench, 0x9A, &[5]), [0, 1, 0, 0, 0]);
+    // Not the pupils.
+    assert_eq!(ask(&mut bench, 0x9B, &[14, 32, 0, 0, 0, 0]), [0]);
+    bench.run(100);
+    let samples: std::vec::Vec<_> = bench.heard();
+    assert!((25..=26).contains(&samples.len()), "{}", samples.len());
+    for event in samples {
+        let Event::Sample(sample) = event else {
+            panic!("{event:?}");
+        };
+        assert!(sample.left.pupil.is_none() && sample.left.origin.is_some());
+    }
+    for (kind, arguments, result) in [
+        (0x9C, &[1, 2][..], 2),
+        (0x9A, &[], 2),
+        (0x9B, &[13, 0, 0, 0xC0, 0x7F], 2),
+        (0x9B, &[14, 0], 2),
+        (0x9B, &[77, 0], 8),
+        (0x9A, &[77], 8),
+        (0x80, &[], 8),
+    ] {
+        assert_eq!(ask(&mut bench, kind, arguments), [result], "{kind:x}");
+    }
+}
