@@ -144,8 +144,8 @@ mod tests {
         assert_eq!(fs::read_link(&path).unwrap(), next.name());
         drop(next);
         assert!(fs::symlink_metadata(&path).is_err());
-        // One that was left over gives way.
-        symlink(&name, &path).unwrap();
+        // One that leads nowhere, as one that was left over does, gives way.
+        symlink("/dev/pts/gone", &path).unwrap();
         let line = Pty::open(&path).unwrap();
         assert_eq!(fs::read_link(&path).unwrap(), line.name());
         drop(line);
