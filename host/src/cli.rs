@@ -25,6 +25,7 @@ mod progress;
 mod quantiles;
 mod ray_counts;
 mod room;
+mod selftest;
 mod source;
 mod spectrum;
 mod tracing;
@@ -57,6 +58,7 @@ enum Shisen {
     Firmware(firmware::Firmware),
     #[command(subcommand)]
     Bench(bench::Bench),
+    Selftest(selftest::Arguments),
 }
 
 /// Runs the command that the process was started with.
@@ -84,6 +86,7 @@ pub(crate) fn main() -> ExitCode {
                 #[cfg(unix)]
                 Shisen::Firmware(firmware) => firmware::run(&firmware),
                 Shisen::Bench(bench) => bench::run(&bench),
+                Shisen::Selftest(arguments) => selftest::run(&arguments),
             });
     match result {
         Ok(()) => ExitCode::SUCCESS,

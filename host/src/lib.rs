@@ -21,6 +21,7 @@ pub mod picture;
 pub mod quadruped;
 pub mod render;
 pub mod scene;
+pub mod selftest;
 pub mod simplify;
 pub mod spectrum;
 pub mod texture;
