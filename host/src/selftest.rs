@@ -144,6 +144,12 @@ fn worse(so_far: f64, error: f64) -> f64 {
     }
 }
 
+/// Of a case whose inputs could not be made.
+const BROKEN: Errors = Errors {
+    ours: f64::INFINITY,
+    naive: f64::INFINITY,
+};
+
 /// 2⁻²⁴: half the distance from 1 to the next f32, what one rounding costs.
 const UNIT: f64 = 1.0 / 16_777_216.0;
 

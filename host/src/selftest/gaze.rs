@@ -1,7 +1,7 @@
 //! Levels of the gaze: equations 4 to 8 of Mochizuki and Makino.
 
 use super::input::{Inputs, single};
-use super::{Case, Effort, Errors, Worst, worse};
+use super::{BROKEN, Case, Effort, Errors, Worst, worse};
 use crate::gaze_reference::{self, Limits};
 use glam::{DVec3, Vec3};
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
@@ -135,10 +135,7 @@ fn compare(
 ) -> Errors {
     let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
     let Some(both) = Both::front() else {
-        return Errors {
-            ours: f64::INFINITY,
-            naive: f64::INFINITY,
-        };
+        return BROKEN;
     };
     for _ in 0..effort.of(500_000) {
         let direction = draw(&mut inputs);
@@ -240,10 +237,7 @@ fn any_length(effort: Effort) -> Errors {
 fn continuity(effort: Effort) -> Errors {
     let (mut inputs, mut worst) = (Inputs::new(506), Worst::NONE);
     let Some(both) = Both::front() else {
-        return Errors {
-            ours: f64::INFINITY,
-            naive: f64::INFINITY,
-        };
+        return BROKEN;
     };
     let borders = |inputs: &mut Inputs| {
         let turn = match inputs.below(3) {

@@ -1,7 +1,7 @@
 //! Clocks of devices, and budgets.
 
 use super::input::Inputs;
-use super::{Case, Effort, Errors, Worst};
+use super::{BROKEN, Case, Effort, Errors, Worst};
 use crate::bake::Baked;
 use crate::scene::builtin::prism;
 use glam::Vec3;
@@ -106,11 +106,6 @@ impl Device {
         [stamp.time.0 as i64, shown + offset, arrival as i64]
     }
 }
-
-const BROKEN: Errors = Errors {
-    ours: f64::INFINITY,
-    naive: f64::INFINITY,
-};
 
 fn milliseconds(found: i64, time: u64) -> f64 {
     (found - time as i64) as f64 / 1_000.0
