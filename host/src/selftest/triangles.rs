@@ -52,6 +52,16 @@ pub(super) const CASES: &[Case] = &[
         measure: slivers,
     },
     Case {
+        name: "triangle-slivers-distance",
+        hard: "the distance of triangles 10 to 10⁵ times as long as wide, seen at 0.3 rad or more",
+        error: "of the hit point from the plane, 2⁻²⁴ of the farthest coordinate, over how many times \
+                it is as long as wide",
+        reference: "the plane in f64",
+        naive: MOLLER,
+        bound: 16.0,
+        measure: slivers_distance,
+    },
+    Case {
         name: "triangle-distance",
         hard: "the distance where a triangle is seen at 10⁻⁵ to 1 rad to its plane",
         error: "of the hit point from the plane, 2⁻²⁴ of the farthest coordinate",
@@ -72,8 +82,8 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "triangle-without-area",
         hard: "triangles that are a point or a line, rays through them",
-        error: "hits without a distance or point, 1 each; and how far beside it was hit, 2⁻²⁴ of the \
-                farthest coordinate",
+        error: "how far beside it was hit, 2⁻²⁴ of the farthest coordinate; a distance that is no \
+                number is infinite",
         reference: "the line in f64",
         naive: "Möller and Trumbore's test in f32, without a least determinant",
         bound: 10.0,
@@ -355,6 +365,39 @@ fn slivers(effort: Effort) -> Errors {
     worst.0
 }
 
+fn slivers_distance(effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(203);
+    let mut worst = Worst::NONE;
+    for _ in 0..effort.of(500_000) {
+        let along = inputs.direction();
+        let across = inputs.across(along);
+        let slimness = inputs.magnitude(1.0, 5.0);
+        let at = inputs.in_ball();
+        let tip = at + along * inputs.range(0.2, 0.8) + across / slimness;
+        let corners = shuffled(&mut inputs, [at, at + along, tip]);
+        let [a, b, c] = corners.map(|c| c.as_dvec3());
+        let normal = (b - a).cross(c - a).normalize();
+        let (u, v) = (inputs.unit(), inputs.unit());
+        let target = a + (b - a) * u * (1.0 - v) + (c - a) * u * v;
+        let from = target + (normal + inputs.in_ball() * 0.7).normalize() * 3.0;
+        let Some(ray) = aimed(from, target) else {
+            continue;
+        };
+        let unit = UNIT * extent(corners, &ray) * slimness;
+        let off = |t: f32| {
+            let point = ray.origin().as_dvec3() + ray.direction().as_dvec3() * f64::from(t);
+            (point - a).dot(normal) / unit
+        };
+        if let Some(t) = ours(corners, &ray) {
+            worst.ours(off(t));
+        }
+        if let Some(t) = moller_trumbore(corners, &ray, None) {
+            worst.naive(off(t));
+        }
+    }
+    worst.0
+}
+
 fn distance(effort: Effort) -> Errors {
     let mut inputs = Inputs::new(204);
     let mut worst = Worst::NONE;
@@ -447,26 +490,11 @@ fn without_area(effort: Effort) -> Errors {
             continue;
         };
         let unit = UNIT * extent(corners, &ray);
-        // From the ray to what there is of the triangle.
-        let beside = |t: f32| {
-            let point = ray.origin().as_dvec3() + ray.direction().as_dvec3() * f64::from(t);
-            let corners = corners.map(|c| c.as_dvec3());
-            let to_side = |i: usize| {
-                let (a, b) = (corners[i], corners[(i + 1) % 3]);
-                let side = b - a;
-                let length = side.length_squared();
-                let part = if length > 0.0 {
-                    ((point - a).dot(side) / length).clamp(0.0, 1.0)
-                } else {
-                    0.0
-                };
-                (a + side * part - point).length()
-            };
-            (0..3).map(to_side).fold(f64::INFINITY, f64::min)
-        };
+        // From the ray's line to what there is of the triangle.
+        let beside = between_lines(&ray, corners);
         let error = |t: f32| {
             if t.is_finite() {
-                beside(t) / unit
+                beside / unit
             } else {
                 f64::INFINITY
             }
@@ -479,6 +507,30 @@ fn without_area(effort: Effort) -> Errors {
         }
     }
     worst.0
+}
+
+/// The least distance of the ray's line from the sides of a triangle.
+fn between_lines(ray: &Ray, corners: [Vec3; 3]) -> f64 {
+    let (o, d) = (
+        ray.origin().as_dvec3(),
+        ray.direction().as_dvec3().normalize(),
+    );
+    // Seen along the ray, where its line is the origin.
+    let flat = corners.map(|c| {
+        let from = c.as_dvec3() - o;
+        from - d * from.dot(d)
+    });
+    let to_side = |i: usize| {
+        let (a, side) = (flat[i], flat[(i + 1) % 3] - flat[i]);
+        let length = side.length_squared();
+        let part = if length > 0.0 {
+            (-a.dot(side) / length).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        (a + side * part).length()
+    };
+    (0..3).map(to_side).fold(f64::INFINITY, f64::min)
 }
 
 fn t_junctions(effort: Effort) -> Errors {
