@@ -71,7 +71,7 @@ pub(super) const CASES: &[Case] = &[
         error: "how far beside a box is still entered, 2⁻²⁴ of the farthest coordinate",
         reference: "slabs in f64",
         naive: SMITS,
-        bound: 64.0,
+        bound: 40.0,
         measure: beside,
     },
 ];

@@ -1,4 +1,5 @@
-//! Inputs of hard cases: drawn at random, the same on every machine.
+//! Inputs of hard cases: drawn at random, the same on every machine, whatever
+//! its own sines and powers.
 
 use glam::{DVec3, Vec3};
 use shisen_core::shape::Ray;
@@ -26,7 +27,7 @@ impl Inputs {
 
     /// Between two powers of ten, evenly over the exponents.
     pub(super) fn magnitude(&mut self, low: f64, high: f64) -> f64 {
-        10f64.powf(self.range(low, high))
+        libm::exp10(self.range(low, high))
     }
 
     /// −1 or 1.
@@ -42,20 +43,20 @@ impl Inputs {
     /// Evenly over the unit sphere.
     pub(super) fn direction(&mut self) -> DVec3 {
         let z = self.range(-1.0, 1.0);
-        let (sin, cos) = self.range(0.0, std::f64::consts::TAU).sin_cos();
+        let (sin, cos) = libm::sincos(self.range(0.0, std::f64::consts::TAU));
         let r = (1.0 - z * z).sqrt();
         DVec3::new(r * cos, r * sin, z)
     }
 
     /// Evenly in the unit ball.
     pub(super) fn in_ball(&mut self) -> DVec3 {
-        self.direction() * self.unit().cbrt()
+        self.direction() * libm::cbrt(self.unit())
     }
 
     /// Perpendicular to a unit vector, of unit length.
     pub(super) fn across(&mut self, direction: DVec3) -> DVec3 {
         let (x, y) = direction.any_orthonormal_pair();
-        let (sin, cos) = self.range(0.0, std::f64::consts::TAU).sin_cos();
+        let (sin, cos) = libm::sincos(self.range(0.0, std::f64::consts::TAU));
         x * cos + y * sin
     }
 }

@@ -16,7 +16,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance",
         reference: F64,
         naive: MATRIX,
-        bound: 4.0,
+        bound: 3.0,
         measure: next_to_it,
     },
     Case {
@@ -25,7 +25,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance",
         reference: F64,
         naive: MATRIX,
-        bound: 4.0,
+        bound: 3.0,
         measure: very_wide,
     },
     Case {
@@ -43,7 +43,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the ray, pixels",
         reference: F64,
         naive: "the first pixel's place and a step added for each column, in f32",
-        bound: 0.01,
+        bound: 0.005,
         measure: many_pixels,
     },
 ];

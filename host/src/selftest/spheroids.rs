@@ -18,7 +18,7 @@ macro_rules! far {
             error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
             reference: EXACT,
             naive: TEXTBOOK,
-            bound: 16.0,
+            bound: 8.0,
             measure: from_far::<$exponent>,
         }
     };
@@ -51,7 +51,7 @@ pub(super) const CASES: &[Case] = &[
         error: "how far past or inside the surface a wrong verdict was, parts of (1 + distance)·2⁻²⁴ radii",
         reference: EXACT,
         naive: TEXTBOOK,
-        bound: 8.0,
+        bound: 2.0,
         measure: tangent,
     },
     Case {
@@ -60,7 +60,7 @@ pub(super) const CASES: &[Case] = &[
         error: "how far past or inside the surface a wrong verdict was, 2⁻²⁴ radii",
         reference: EXACT,
         naive: TEXTBOOK,
-        bound: 16.0,
+        bound: 4.0,
         measure: tangent_from_far,
     },
     Case {
@@ -69,7 +69,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of both distances, 2⁻²⁴ radii over the cosine of incidence",
         reference: EXACT,
         naive: TEXTBOOK,
-        bound: 16.0,
+        bound: 8.0,
         measure: from_surface,
     },
     Case {
@@ -78,7 +78,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of both distances, 2⁻²⁴ radii over the chord's half",
         reference: EXACT,
         naive: TEXTBOOK,
-        bound: 16.0,
+        bound: 8.0,
         measure: from_inside,
     },
     Case {
@@ -87,7 +87,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
         reference: EXACT,
         naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
-        bound: 24.0,
+        bound: 8.0,
         measure: coin,
     },
     Case {
@@ -96,7 +96,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
         reference: EXACT,
         naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
-        bound: 24.0,
+        bound: 8.0,
         measure: needle,
     },
     Case {
@@ -105,7 +105,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
         reference: EXACT,
         naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
-        bound: 24.0,
+        bound: 8.0,
         measure: any_size,
     },
     Case {
@@ -114,7 +114,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
         reference: EXACT,
         naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
-        bound: 24.0,
+        bound: 8.0,
         measure: any_direction,
     },
 ];

@@ -23,7 +23,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the time of a sample, milliseconds",
         reference: TRUTH,
         naive: OFFSET,
-        bound: 1.0,
+        bound: 1.5,
         measure: wraps,
     },
     Case {
@@ -32,7 +32,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the time of a sample, two or more after the restart, milliseconds",
         reference: TRUTH,
         naive: OFFSET,
-        bound: 4.0,
+        bound: 1.5,
         measure: backwards,
     },
     Case {
@@ -41,7 +41,7 @@ pub(super) const CASES: &[Case] = &[
         error: "how much newer than it is a sample was said to be, milliseconds",
         reference: TRUTH,
         naive: "the time of arrival",
-        bound: 4.0,
+        bound: 1.5,
         measure: freezes,
     },
     Case {

@@ -48,7 +48,7 @@ pub(super) const CASES: &[Case] = &[
         error: WRONG,
         reference: LINES,
         naive: MOLLER,
-        bound: 10.0,
+        bound: 4.0,
         measure: slivers,
     },
     Case {
@@ -58,7 +58,7 @@ pub(super) const CASES: &[Case] = &[
                 it is as long as wide",
         reference: "the plane in f64",
         naive: MOLLER,
-        bound: 16.0,
+        bound: 2.0,
         measure: slivers_distance,
     },
     Case {
@@ -67,7 +67,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the hit point from the plane, 2⁻²⁴ of the farthest coordinate",
         reference: "the plane in f64",
         naive: MOLLER,
-        bound: 16.0,
+        bound: 8.0,
         measure: distance,
     },
     Case {
@@ -86,7 +86,7 @@ pub(super) const CASES: &[Case] = &[
                 number is infinite",
         reference: "the line in f64",
         naive: "Möller and Trumbore's test in f32, without a least determinant",
-        bound: 10.0,
+        bound: 1.0,
         measure: without_area,
     },
     Case {
@@ -104,7 +104,7 @@ pub(super) const CASES: &[Case] = &[
         error: MOVED,
         reference: MOVED_REFERENCE,
         naive: MOVED_NAIVE,
-        bound: 2.0,
+        bound: 0.01,
         measure: far_millimetres,
     },
     Case {
@@ -113,7 +113,7 @@ pub(super) const CASES: &[Case] = &[
         error: MOVED,
         reference: MOVED_REFERENCE,
         naive: MOVED_NAIVE,
-        bound: 2.0,
+        bound: 0.01,
         measure: moved_mesh,
     },
 ];
