@@ -22,13 +22,13 @@ mod lod;
 mod medium;
 mod picture_files;
 mod progress;
-mod quantiles;
 mod ray_counts;
 mod room;
 mod source;
 mod spectrum;
 mod tracing;
 mod tracker;
+mod tradeoff;
 
 use clap::Parser;
 use failure::{Failure, Fault};
@@ -57,6 +57,7 @@ enum Shisen {
     Firmware(firmware::Firmware),
     #[command(subcommand)]
     Bench(bench::Bench),
+    Tradeoff(tradeoff::Arguments),
 }
 
 /// Runs the command that the process was started with.
@@ -84,6 +85,7 @@ pub(crate) fn main() -> ExitCode {
                 #[cfg(unix)]
                 Shisen::Firmware(firmware) => firmware::run(&firmware),
                 Shisen::Bench(bench) => bench::run(&bench),
+                Shisen::Tradeoff(arguments) => tradeoff::run(&arguments),
             });
     match result {
         Ok(()) => ExitCode::SUCCESS,
