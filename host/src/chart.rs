@@ -14,7 +14,7 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
-/// Columns and rows of the picture.
+/// Columns and rows of a picture of its own.
 const SIZE: (u32, u32) = (800, 500);
 
 /// Parts of a column or row that it is drawn in: `plotters` has whole numbers
@@ -113,7 +113,7 @@ impl Chart {
     /// # Errors
     /// What the system reports.
     pub fn write_svg(&self, path: &Path) -> io::Result<()> {
-        let picture = self.svg()?;
+        let picture = self.svg(SIZE)?;
         write_atomically(path, |file| file.write_all(picture.as_bytes()))
     }
 
@@ -141,35 +141,41 @@ impl Chart {
         text
     }
 
-    /// The picture, SVG, as text.
+    /// The picture, SVG, as text, with so many columns and rows. Letters have one
+    /// size in all.
     ///
     /// # Errors
     /// A range that no axis can have.
-    pub fn svg(&self) -> io::Result<String> {
+    pub fn svg(&self, size: (u32, u32)) -> io::Result<String> {
         let mut picture = String::new();
         let (x, y) = (self.x.range.clone(), self.y.range.clone());
         match (self.x.logarithmic, self.y.logarithmic) {
-            (false, false) => self.draw(&mut picture, x, y),
-            (false, true) => self.draw(&mut picture, x, y.log_scale()),
-            (true, false) => self.draw(&mut picture, x.log_scale(), y),
-            (true, true) => self.draw(&mut picture, x.log_scale(), y.log_scale()),
+            (false, false) => self.draw((&mut picture, size), x, y),
+            (false, true) => self.draw((&mut picture, size), x, y.log_scale()),
+            (true, false) => self.draw((&mut picture, size), x.log_scale(), y),
+            (true, true) => self.draw((&mut picture, size), x.log_scale(), y.log_scale()),
         }
         .map_err(|error| io::Error::other(error.to_string()))?;
-        let size = |parts: u32| {
-            let (width, height) = (SIZE.0 * parts, SIZE.1 * parts);
+        let written = |parts: u32| {
+            let (width, height) = (size.0 * parts, size.1 * parts);
             format!("width=\"{width}\" height=\"{height}\" ")
         };
-        Ok(picture.replacen(&size(PARTS), &size(1), 1))
+        Ok(picture.replacen(&written(PARTS), &written(1), 1))
     }
 
-    fn draw<X, Y>(&self, picture: &mut String, x: X, y: Y) -> Result<(), DrawingError>
+    fn draw<X, Y>(
+        &self,
+        (picture, size): (&mut String, (u32, u32)),
+        x: X,
+        y: Y,
+    ) -> Result<(), DrawingError>
     where
         X: AsRangedCoord<Value = f64>,
         Y: AsRangedCoord<Value = f64>,
         X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
         Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     {
-        let (width, height) = (SIZE.0 * PARTS, SIZE.1 * PARTS);
+        let (width, height) = (size.0 * PARTS, size.1 * PARTS);
         let area = SVGBackend::with_string(picture, (width, height)).into_drawing_area();
         area.fill(&WHITE)?;
         let below = area
@@ -459,11 +465,11 @@ mod tests {
         for logarithmic in [false, true] {
             let points = vec![(0.0, Some(1.0)), (4.0, Some(2.0))];
             let mut chart = chart(1.0..2.0, logarithmic, points);
-            let picture = chart.svg().unwrap();
+            let picture = chart.svg(SIZE).unwrap();
             assert!(!picture.contains("<circle"));
             for (y, dots) in [(1.5, 1), (2.5, 0)] {
                 chart.lines[0].points = vec![(1.0, Some(y))];
-                let dot = chart.svg().unwrap();
+                let dot = chart.svg(SIZE).unwrap();
                 assert_eq!(dot.matches("<circle").count(), dots);
             }
             assert!(

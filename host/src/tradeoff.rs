@@ -31,6 +31,7 @@ use crate::render::Options;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::error::Error;
+use std::time::Instant;
 use thiserror::Error;
 
 /// What an error or a time is a price of.
@@ -108,9 +109,9 @@ type Cause = Box<dyn Error + Send + Sync>;
 /// How much to measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
-    /// Small pictures, few settings, three times each.
+    /// Small pictures, few settings, three times each or more.
     Quick,
-    /// Pictures and settings as they are used, five times each.
+    /// Pictures and settings as they are used, five times each or more.
     Full,
 }
 
@@ -154,10 +155,13 @@ impl Bench<'_> {
         (from, to): (f64, f64),
         mut run: impl FnMut(&W) -> Result<(f64, T), Cause>,
     ) -> Result<Vec<(f64, T)>, Cause> {
-        let rounds = self.effort.pick(3, 5);
+        let (least, patience) = self.effort.pick((3, 1.5), (5, 15.0));
+        let start = Instant::now();
         let mut seconds = vec![Vec::new(); ways.len()];
         let mut first = Vec::new();
-        for round in 0..rounds {
+        let mut round = 0;
+        // What is over soon is measured more often: short times are less sure.
+        while round < least || (round < MOST_ROUNDS && start.elapsed().as_secs_f64() < patience) {
             for (number, way) in ways.iter().enumerate() {
                 let (time, found) = run(way)?;
                 seconds[number].push(time);
@@ -165,13 +169,18 @@ impl Bench<'_> {
                     first.push(found);
                 }
                 let done = (round * ways.len() + number + 1) as f64;
-                let all = (rounds * ways.len()) as f64;
-                (self.progress)(from + (to - from) * done / all);
+                let by_rounds = done / (least * ways.len()) as f64;
+                let share = by_rounds.min(1.0);
+                (self.progress)(from + (to - from) * share);
             }
+            round += 1;
         }
         Ok(seconds.into_iter().map(median).zip(first).collect())
     }
 }
+
+/// How often anything is measured at most.
+const MOST_ROUNDS: usize = 25;
 
 /// Everything that was measured in one run.
 #[derive(Debug, Serialize)]
@@ -336,7 +345,7 @@ impl Point {
 
 /// How long something takes, with what it gives.
 fn timed<T>(run: impl FnOnce() -> T) -> (f64, T) {
-    let start = std::time::Instant::now();
+    let start = Instant::now();
     let found = run();
     (start.elapsed().as_secs_f64(), found)
 }

@@ -1,5 +1,5 @@
 //! Frames of the paper's scene A before its three walls, for two eyes that look
-//! at the front wall.
+//! at one of its animals.
 
 use super::{Bench, Cause, PictureError, Sight};
 use crate::bake::Baked;
@@ -14,6 +14,9 @@ use glam::Vec3;
 use serde_json::Value;
 use shisen_core::frame::{LevelOfDetail, View};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+
+/// The animal above the middle of the front wall: metres.
+const LOOKED_AT: Vec3 = Vec3::new(0.0, 1.05, -3.0);
 
 /// The room, and how its walls are seen.
 pub(super) struct Room {
@@ -94,7 +97,7 @@ impl Room {
     /// With walls of so many pixels a side.
     pub(super) fn new(bench: &Bench<'_>, size: u32) -> Result<Self, Cause> {
         let cave = Cave::built_in(BuiltInCave::ThreeWall, [size; 2])?;
-        let line_of_sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y)?;
+        let line_of_sight = LineOfSight::new(Vec3::ZERO, LOOKED_AT, Vec3::Y)?;
         let mut room = Self {
             cave,
             options: bench.options(),

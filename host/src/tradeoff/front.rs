@@ -1,7 +1,7 @@
 //! Which points are worth choosing.
 
+use super::page::{brief, time};
 use super::{Comparison, Limit, Measure, Point};
-use crate::tradeoff::page::{short, time};
 
 /// Of points of an error and a cost each, those that no other is better than:
 /// as good in one and better in the other. Of equal points all are on the
@@ -26,18 +26,35 @@ impl Comparison {
         limit: Limit,
         mut points: Vec<Point>,
     ) -> Self {
-        let by_time: Vec<_> = points
-            .iter()
-            .map(|one| (one.error(), one.seconds))
-            .collect();
-        for (point, best) in points.iter_mut().zip(pareto_front(&by_time)) {
-            point.best_by_time = best;
+        let has_steps = points.iter().all(|point| point.steps.is_some());
+        let fronts = {
+            let front = |cost: &dyn Fn(&Point) -> f64| {
+                let costs = points.iter().map(|one| (one.error(), cost(one)));
+                pareto_front(&costs.collect::<Vec<_>>())
+            };
+            let by_steps = |one: &Point| one.steps.unwrap_or(0) as f64;
+            (front(&|one| one.seconds), front(&by_steps))
+        };
+        for number in 0..points.len() {
+            // The same work with the same result: the times differ by chance, and
+            // the first stands for all.
+            let same = |other: &Point| {
+                let point = &points[number];
+                has_steps && other.steps == point.steps && other.error() == point.error()
+            };
+            let first = !points[..number].iter().any(same);
+            points[number].best_by_steps = first && has_steps && fronts.1[number];
+            points[number].best_by_time = first && fronts.0[number];
         }
-        if points.iter().all(|point| point.steps.is_some()) {
-            let steps = |one: &Point| one.steps.unwrap_or(0) as f64;
-            let by_steps: Vec<_> = points.iter().map(|one| (one.error(), steps(one))).collect();
-            for (point, best) in points.iter_mut().zip(pareto_front(&by_steps)) {
-                point.best_by_steps = best;
+        // Where chance was against the first, it takes its place.
+        for number in 0..points.len() {
+            let best = fronts.0[number] && !points[number].best_by_time;
+            let (steps, error) = (points[number].steps, points[number].error());
+            let first = points
+                .iter_mut()
+                .find(|other| other.steps == steps && other.error() == error);
+            if let (true, Some(first)) = (best, first) {
+                first.best_by_time = true;
             }
         }
         let choice = choice(&points, measures[0].label, &limit);
@@ -63,23 +80,24 @@ fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
     let Some(truest) = front.last() else {
         return "Nothing was measured.".to_owned();
     };
+    let within = format!(
+        "at most {} ({}) of {measure}",
+        brief(limit.error),
+        limit.because
+    );
     let Some(at) = front.iter().position(|point| point.error() <= limit.error) else {
         return format!(
-            "No setting keeps to a {measure} of {} ({}): choose {}, the nearest with {} in {}.",
-            short(limit.error),
-            limit.because,
+            "No setting has {within}: choose {}, the nearest, with {} in {}.",
             truest.name,
-            short(truest.error()),
+            brief(truest.error()),
             time(truest.seconds),
         );
     };
     let chosen = front[at];
     let mut text = format!(
-        "Choose {}: of all that keep to a {measure} of {} ({}) it is the fastest, with {} in {}",
+        "Choose {}, the fastest of all with {within}: {} in {}",
         chosen.name,
-        short(limit.error),
-        limit.because,
-        short(chosen.error()),
+        brief(chosen.error()),
         time(chosen.seconds),
     );
     if chosen.name != truest.name {
@@ -87,7 +105,7 @@ fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
             ", {} of the time of {} ({})",
             percent(chosen.seconds / truest.seconds),
             truest.name,
-            short(truest.error()),
+            brief(truest.error()),
         );
     }
     match at.checked_sub(1).map(|faster| front[faster]) {
@@ -96,7 +114,7 @@ fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
                 "; {} would take {} of its time, with {}.",
                 faster.name,
                 percent(faster.seconds / chosen.seconds),
-                short(faster.error()),
+                brief(faster.error()),
             );
         }
         None => text += "; nothing is faster.",
@@ -159,6 +177,18 @@ mod tests {
     }
 
     #[test]
+    fn the_first_of_equal_work_stands_for_all() {
+        let mut points = vec![point("one", 0.0, 0.5), point("two", 0.0, 0.4)];
+        points[0].steps = Some(7);
+        points[1].steps = Some(7);
+        let found = comparison(1.0, points);
+        let best = |of: fn(&Point) -> bool| found.points.iter().map(of).collect::<Vec<_>>();
+        assert_eq!(best(|one| one.best_by_time), [true, false]);
+        assert_eq!(best(|one| one.best_by_steps), [true, false]);
+        assert!(found.choice.starts_with("Choose one"), "{}", found.choice);
+    }
+
+    #[test]
     fn the_choice_follows_from_the_numbers() {
         let points = |third: f64| {
             vec![
@@ -170,7 +200,7 @@ mod tests {
         };
         let says = |limit: f64, third: f64| comparison(limit, points(third)).choice;
         let found = says(0.3, 0.25);
-        assert!(found.starts_with("Choose half: "), "{found}");
+        assert!(found.starts_with("Choose half, "), "{found}");
         assert!(found.contains("50 % of the time of full"), "{found}");
         assert!(
             found.contains("; rough would take 50 % of its time"),
@@ -182,6 +212,9 @@ mod tests {
         // Slower than what is truer: never chosen, whatever the limit.
         assert!(says(9.0, 0.6).starts_with("Choose half"));
         let none = comparison(-1.0, points(0.1)).choice;
-        assert!(none.contains("choose full, the nearest"), "{none}");
+        assert!(
+            none.contains("choose full, the nearest, with 0 in 1 s"),
+            "{none}"
+        );
     }
 }

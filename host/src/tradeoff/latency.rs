@@ -119,7 +119,7 @@ fn horizons(
 }
 
 const MEASURES: [Measure; 8] = [
-    measure("widening_degrees", "95 % of all, °: to be wider by"),
+    measure("widening_degrees", "error that 95 % keep to, °"),
     measure("median_degrees", "median, °"),
     measure("99_degrees", "99 %, °"),
     measure("fixation_95_degrees", "fixation, 95 %, °"),

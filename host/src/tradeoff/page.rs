@@ -10,6 +10,9 @@ use std::fmt::Write as _;
 use std::io;
 use std::ops::Range;
 
+/// Columns and rows of a chart: two are beside each other.
+const CHART: (u32, u32) = (580, 400);
+
 const STYLE: &str = include_str!("page.css");
 
 /// The page.
@@ -35,7 +38,8 @@ pub fn html(report: &Report) -> io::Result<String> {
          of at least three, taken in turns on this machine; steps (tree nodes visited and \
          primitives tested) are the same on any. <strong class=\"best\">●</strong> marks the \
          Pareto front of error and time, <strong class=\"best\">○</strong> that of error and \
-         steps: nothing else measured is as good in one and better in the other.</p>\n",
+         steps: nothing else measured is as good in one and better in the other. Where an axis \
+         of errors is logarithmic, points without one stand on its lower edge.</p>\n",
         escaped(report.version),
         report.threads,
         escaped(&report.simd),
@@ -91,7 +95,7 @@ fn write_comparison(page: &mut String, comparison: &Comparison) -> io::Result<()
     );
     page.push_str("<div class=\"charts\">\n");
     for chart in charts(comparison).iter().chain(&comparison.charts) {
-        let picture = chart.svg()?;
+        let picture = chart.svg(CHART)?;
         let _ = writeln!(page, "<figure>{}</figure>", picture.trim());
     }
     page.push_str("</div>\n");
@@ -203,9 +207,12 @@ fn chart(
             Some((point, x.filter(|x| *x > 0.0)?, error, best)).filter(|_| error.is_finite())
         })
         .collect();
-    let x = axis(placed.iter().map(|one| one.1), true);
-    let y = axis(placed.iter().map(|one| one.2), comparison.logarithmic);
-    let (x, y) = (x?, y?);
+    let costs = || placed.iter().map(|one| one.1);
+    let least = costs().fold(f64::INFINITY, f64::min);
+    // Ticks are at powers of ten: of less there would be none or one.
+    let decades = costs().fold(0.0, f64::max) > 20.0 * least;
+    let x = axis(costs(), decades)?;
+    let y = axis(placed.iter().map(|one| one.2), comparison.logarithmic)?;
     // Where there is no error at all there is no logarithm either.
     let height = |error: f64| error.max(y.start);
     let mut front: Vec<(f64, f64)> = placed
@@ -220,13 +227,16 @@ fn chart(
         .flat_map(|pair| [pair[0], (pair[1].0, pair[0].1)])
         .chain(front.last().copied())
         .map(|(x, y)| (x, Some(y)));
-    let mut lines = vec![Line {
-        name: "Pareto front".to_owned(),
-        points: stairs.collect(),
-        colour: 6,
-        faint: true,
-        dots: false,
-    }];
+    let mut lines = Vec::new();
+    if front.len() > 1 {
+        lines.push(Line {
+            name: "Pareto front".to_owned(),
+            points: stairs.collect(),
+            colour: 6,
+            faint: true,
+            dots: false,
+        });
+    }
     let mut series: Vec<&str> = placed.iter().map(|one| one.0.series).collect();
     let mut seen = Vec::new();
     series.retain(|one| {
@@ -246,7 +256,20 @@ fn chart(
             dots: true,
         });
     }
-    let notes = notes(&placed, (&x, &y), comparison.logarithmic);
+    let place = |cost: f64, error: f64| {
+        let along = part(&x, cost, decades);
+        (along, part(&y, height(error), comparison.logarithmic))
+    };
+    let places: Vec<(f64, f64)> = placed.iter().map(|one| place(one.1, one.2)).collect();
+    let best: Vec<_> = placed
+        .iter()
+        .zip(&places)
+        .filter(|(one, _)| one.3)
+        .collect();
+    let notes = notes(
+        best.iter()
+            .map(|((point, cost, error, _), place)| (*point, (*cost, height(*error)), **place)),
+    );
     Some(Chart {
         title: format!(
             "{}: error and {}",
@@ -257,7 +280,7 @@ fn chart(
             name,
             label,
             range: x,
-            logarithmic: true,
+            logarithmic: decades,
         },
         y: Axis {
             name: measure.id,
@@ -266,31 +289,52 @@ fn chart(
             logarithmic: comparison.logarithmic,
         },
         lines,
-        names: Corner::UpperRight,
+        names: emptiest_corner(&places),
         notes,
     })
 }
 
-/// The names of the points on the front, as far as they do not lie on each other.
-fn notes(
-    placed: &[(&Point, f64, f64, bool)],
-    (x, y): (&Range<f64>, &Range<f64>),
-    logarithmic: bool,
-) -> Vec<Note> {
-    let part = |range: &Range<f64>, value: f64, logarithmic: bool| {
-        if logarithmic {
-            libm::log(value / range.start) / libm::log(range.end / range.start)
-        } else {
-            (value - range.start) / (range.end - range.start)
-        }
+/// How far along an axis a number is, 0 to 1.
+fn part(range: &Range<f64>, value: f64, logarithmic: bool) -> f64 {
+    if logarithmic {
+        libm::log(value / range.start) / libm::log(range.end / range.start)
+    } else {
+        (value - range.start) / (range.end - range.start)
+    }
+}
+
+/// Where the fewest points are, by their places from the lower left, 0 to 1.
+fn emptiest_corner(places: &[(f64, f64)]) -> Corner {
+    let corners = [
+        (Corner::UpperRight, true, true),
+        (Corner::UpperLeft, false, true),
+        (Corner::LowerLeft, false, false),
+        (Corner::LowerRight, true, false),
+    ];
+    let inside = |right: bool, upper: bool| {
+        let taken = |&&(x, y): &&(f64, f64)| {
+            let (x, y) = (
+                if right { x } else { 1.0 - x },
+                if upper { y } else { 1.0 - y },
+            );
+            x > 0.55 && y > 0.5
+        };
+        places.iter().filter(taken).count()
     };
+    let least = corners
+        .into_iter()
+        .min_by_key(|&(_, right, upper)| inside(right, upper));
+    least.map_or(Corner::UpperRight, |corner| corner.0)
+}
+
+/// The names of points, each with what it has and its place, as far as they do
+/// not lie on each other.
+fn notes<'p>(points: impl Iterator<Item = (&'p Point, (f64, f64), (f64, f64))>) -> Vec<Note> {
     let mut taken: Vec<(f64, f64)> = Vec::new();
     let mut notes = Vec::new();
-    for &(point, cost, error, _) in placed.iter().filter(|one| one.3) {
-        let at = (cost, error.max(y.start));
-        let place = (part(x, at.0, true), part(y, at.1, logarithmic));
+    for (point, at, place) in points {
         let near = |other: &(f64, f64)| {
-            (other.0 - place.0).abs() < 0.2 && (other.1 - place.1).abs() < 0.045
+            (other.0 - place.0).abs() < 0.25 && (other.1 - place.1).abs() < 0.05
         };
         if !taken.iter().any(near) {
             taken.push(place);
@@ -333,6 +377,16 @@ pub(super) fn short(number: f64) -> String {
     }
     let digits = (2 - libm::floor(libm::log10(size)) as i32).clamp(0, 6) as usize;
     format!("{number:.digits$}")
+}
+
+/// The same without zeros at its end.
+pub(super) fn brief(number: f64) -> String {
+    let text = short(number);
+    if text.contains('.') && !text.contains('e') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
 }
 
 /// A time for people.

@@ -17,8 +17,13 @@ use shisen_core::spectrum::Wavelengths;
 /// in all.
 const TRUE_WAVELENGTHS: u32 = 13;
 
+/// What is seen of the balls: the rim of the smallest, before the largest one's.
+/// Metres, right of and above straight ahead, and the window's side.
+const LOWER_LEFT: [f64; 2] = [-0.088, -0.588];
+const SIDE: f64 = 0.128;
+
 /// Of the paper's experiment, a ray each of so many wavelengths.
-const SAMPLES: u16 = 40;
+const SAMPLES: u16 = 56;
 
 /// Rays a pixel of which each takes all wavelengths.
 const SPLIT_SAMPLES: u16 = 8;
@@ -53,10 +58,10 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         }
     }
     let about = format!(
-        "Three balls of quartz, {}² pixels, of which {:.0} % meet glass; errors are of these: \
+        "A detail of three balls of quartz on a checkered floor, {}² pixels, of which {:.0} % meet glass; errors are of these: \
          CIEDE2000 of what a display shows. The paper's method and fixed wavelengths are a \
          picture for each wavelength, of a part of {SAMPLES} rays a pixel; of a comb each of \
-         {SAMPLES} rays takes one wavelength; split, each of {SPLIT_SAMPLES} rays takes all. The \
+         {SAMPLES} rays takes one wavelength, or of fewer rays each several; split, each of {SPLIT_SAMPLES} rays takes all. The \
          truth are {} rays a pixel, each split into {TRUE_WAVELENGTHS} wavelengths, in turns \
          416, in the colours of the CIE's table.",
         balls.size,
@@ -64,9 +69,9 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         true_samples(bench),
     );
     let measures = vec![
-        measure("de2000_mean", "ΔE2000, mean"),
-        measure("de2000_95", "ΔE2000, 95 %"),
-        measure("de2000_max", "ΔE2000, largest"),
+        measure("de2000_mean", "mean ΔE2000"),
+        measure("de2000_95", "95 % ΔE2000"),
+        measure("de2000_max", "largest ΔE2000"),
     ];
     let limit = Limit {
         error: 1.0,
@@ -116,8 +121,11 @@ struct Balls {
 impl Balls {
     fn new(bench: &Bench<'_>) -> Result<Self, Cause> {
         let size = bench.effort.pick(64, 256);
-        // A square window 1 m before the eye, which they fill.
-        let corner = |right: f64, up: f64| DVec3::new(0.8 * right - 0.44, 0.8 * up - 0.66, -1.0);
+        // A square window 1 m before the eye.
+        let corner = |right: f64, up: f64| {
+            let [x, y] = LOWER_LEFT;
+            DVec3::new(SIDE * right + x, SIDE * up + y, -1.0)
+        };
         let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)];
         let [left, right, above] = corners;
         let wall = Wall::new("front", left, right, above, [size; 2])?;
@@ -168,29 +176,45 @@ impl Balls {
 struct Asked {
     method: Method,
     count: u32,
+    /// Of a comb, wavelengths of a ray, if not one.
+    each: Option<u8>,
     dispersion: Dispersion,
 }
 
 fn asked(bench: &Bench<'_>) -> Result<Vec<Asked>, Cause> {
-    let counts: &[u32] = bench.effort.pick(
-        &[1, 4, 7, 14, 40],
-        &[
-            1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 36, 40,
-        ],
-    );
-    let few: &[u32] = bench
-        .effort
-        .pick(&[4, 7, 14], &[2, 3, 4, 5, 7, 10, 14, 20, 28, 40]);
+    let all = &[
+        1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 36, 40,
+    ];
+    let of = |method: Method| -> &[u32] {
+        match method {
+            Method::Paper => bench.effort.pick(&[1, 7, 14, 40], all),
+            Method::Fixed => bench.effort.pick(&[7, 14], all),
+            Method::Comb => bench.effort.pick(&[1, 4, 7, 14, 40], all),
+            Method::Split => bench
+                .effort
+                .pick(&[4, 7, 14], &[2, 3, 4, 5, 7, 10, 14, 20, 28, 40]),
+        }
+    };
     let mut asked = Vec::new();
     for method in [Method::Paper, Method::Fixed, Method::Comb, Method::Split] {
-        let counts = if method == Method::Split { few } else { counts };
-        for &count in counts {
+        for &count in of(method) {
             asked.push(Asked {
                 method,
                 count,
+                each: None,
                 dispersion: clamped(Dispersion::of(method, count, None)?)?,
             });
         }
+    }
+    for each in [2, 4, 7] {
+        let count = Dispersion::WAVELENGTHS;
+        let wavelengths = Wavelengths::new(count, Wavelengths::RANGE)?;
+        asked.push(Asked {
+            method: Method::Comb,
+            count,
+            each: Some(each),
+            dispersion: Dispersion::Comb(wavelengths, each),
+        });
     }
     Ok(asked)
 }
@@ -208,8 +232,9 @@ fn clamped(dispersion: Dispersion) -> Result<Dispersion, Cause> {
 
 impl Asked {
     fn samples(&self) -> u16 {
-        match self.method {
-            Method::Split => SPLIT_SAMPLES,
+        match (self.method, self.each) {
+            (Method::Split, _) => SPLIT_SAMPLES,
+            (_, Some(each)) => SAMPLES / u16::from(each),
             _ => SAMPLES,
         }
     }
@@ -222,13 +247,21 @@ impl Asked {
     }
 
     fn point(&self) -> Point {
-        let name = format!("{} {}", self.method.name(), self.count);
+        let mut name = format!("{} {}", self.method.name(), self.count);
+        if let Some(each) = self.each {
+            name += &format!(", {each} each");
+        }
+        let series = match self.each {
+            Some(_) => "comb, several each",
+            None => self.method.name(),
+        };
         Point::new(
-            self.method.name(),
+            series,
             name,
             [
                 ("method", self.method.name().into()),
                 ("wavelengths", self.count.into()),
+                ("each", self.each.into()),
                 ("samples", self.samples().into()),
             ],
         )

@@ -61,10 +61,10 @@ fn elements(page: &str) -> Vec<String> {
         match reader.read_event().unwrap() {
             Event::Start(element) => {
                 depth += 1;
-                names.push(String::from_utf8(element.name().as_ref().to_vec()).unwrap());
+                names.push(element.name().as_ref().to_owned());
             }
             Event::Empty(element) => {
-                names.push(String::from_utf8(element.name().as_ref().to_vec()).unwrap());
+                names.push(element.name().as_ref().to_owned());
             }
             Event::End(_) => depth -= 1,
             Event::Eof => break,
@@ -124,7 +124,7 @@ fn points_without_an_error_stand_on_the_lower_edge() {
         let lowest = chart.y.range.start;
         assert!(lowest > 0.0 && lowest < 0.25);
         assert_eq!(dots.points[1].1, Some(lowest));
-        assert!(chart.svg().unwrap().matches("<circle").count() >= 3);
+        assert!(chart.svg(CHART).unwrap().matches("<circle").count() >= 3);
     }
 }
 
@@ -140,6 +140,9 @@ fn numbers_are_short() {
         (-2.5, "-2.50"),
     ] {
         assert_eq!(short(number), text);
+    }
+    for (number, text) in [(0.01, "0.01"), (1.0, "1"), (100.0, "100"), (1e-6, "1.0e-6")] {
+        assert_eq!(brief(number), text);
     }
     for (seconds, text) in [
         (61.0, "1 min 01 s"),
