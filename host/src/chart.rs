@@ -2,18 +2,19 @@
 
 use crate::output::write_atomically;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
-use plotters::element::{Circle, PathElement};
+use plotters::element::{Circle, EmptyElement, PathElement, Text};
 use plotters::prelude::{
     ChartBuilder, DrawingAreaErrorKind, IntoDrawingArea, IntoLogRange, LineSeries, RGBColor,
     SVGBackend, SeriesLabelPosition,
 };
-use plotters::style::{BLACK, Color, ShapeStyle, WHITE};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{BLACK, Color, IntoTextStyle, ShapeStyle, WHITE};
 use std::fmt::Write as _;
 use std::io;
 use std::ops::Range;
 use std::path::Path;
 
-/// Columns and rows of the picture.
+/// Columns and rows of a picture of its own.
 const SIZE: (u32, u32) = (800, 500);
 
 /// Parts of a column or row that it is drawn in: `plotters` has whole numbers
@@ -51,6 +52,17 @@ pub struct Chart {
     pub lines: Vec<Line>,
     /// Where there is room for the names of the lines.
     pub names: Corner,
+    /// What is written beside places of it.
+    pub notes: Vec<Note>,
+}
+
+/// A word beside a place of a chart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Note {
+    /// The place.
+    pub at: (f64, f64),
+    /// The word.
+    pub text: String,
 }
 
 /// A corner of a chart.
@@ -84,13 +96,15 @@ pub struct Axis {
 pub struct Line {
     /// What it is called.
     pub name: String,
-    /// From left to right; no line goes where there is no number. A single
-    /// point is a dot.
+    /// From left to right, but for dots; no line goes where there is no number.
+    /// A single point is a dot.
     pub points: Vec<(f64, Option<f64>)>,
     /// Which colour it has, counted round.
     pub colour: usize,
     /// Whether it is there for comparison only.
     pub faint: bool,
+    /// Whether its points are dots that no line joins.
+    pub dots: bool,
 }
 
 impl Chart {
@@ -99,7 +113,7 @@ impl Chart {
     /// # Errors
     /// What the system reports.
     pub fn write_svg(&self, path: &Path) -> io::Result<()> {
-        let picture = self.svg()?;
+        let picture = self.svg(SIZE)?;
         write_atomically(path, |file| file.write_all(picture.as_bytes()))
     }
 
@@ -127,31 +141,41 @@ impl Chart {
         text
     }
 
-    fn svg(&self) -> io::Result<String> {
+    /// The picture, SVG, as text, with so many columns and rows. Letters have one
+    /// size in all.
+    ///
+    /// # Errors
+    /// A range that no axis can have.
+    pub fn svg(&self, size: (u32, u32)) -> io::Result<String> {
         let mut picture = String::new();
         let (x, y) = (self.x.range.clone(), self.y.range.clone());
         match (self.x.logarithmic, self.y.logarithmic) {
-            (false, false) => self.draw(&mut picture, x, y),
-            (false, true) => self.draw(&mut picture, x, y.log_scale()),
-            (true, false) => self.draw(&mut picture, x.log_scale(), y),
-            (true, true) => self.draw(&mut picture, x.log_scale(), y.log_scale()),
+            (false, false) => self.draw((&mut picture, size), x, y),
+            (false, true) => self.draw((&mut picture, size), x, y.log_scale()),
+            (true, false) => self.draw((&mut picture, size), x.log_scale(), y),
+            (true, true) => self.draw((&mut picture, size), x.log_scale(), y.log_scale()),
         }
         .map_err(|error| io::Error::other(error.to_string()))?;
-        let size = |parts: u32| {
-            let (width, height) = (SIZE.0 * parts, SIZE.1 * parts);
+        let written = |parts: u32| {
+            let (width, height) = (size.0 * parts, size.1 * parts);
             format!("width=\"{width}\" height=\"{height}\" ")
         };
-        Ok(picture.replacen(&size(PARTS), &size(1), 1))
+        Ok(picture.replacen(&written(PARTS), &written(1), 1))
     }
 
-    fn draw<X, Y>(&self, picture: &mut String, x: X, y: Y) -> Result<(), DrawingError>
+    fn draw<X, Y>(
+        &self,
+        (picture, size): (&mut String, (u32, u32)),
+        x: X,
+        y: Y,
+    ) -> Result<(), DrawingError>
     where
         X: AsRangedCoord<Value = f64>,
         Y: AsRangedCoord<Value = f64>,
         X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
         Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     {
-        let (width, height) = (SIZE.0 * PARTS, SIZE.1 * PARTS);
+        let (width, height) = (size.0 * PARTS, size.1 * PARTS);
         let area = SVGBackend::with_string(picture, (width, height)).into_drawing_area();
         area.fill(&WHITE)?;
         let below = area
@@ -184,16 +208,18 @@ impl Chart {
                 filled: false,
                 stroke_width: if line.faint { PARTS } else { 2 * PARTS },
             };
-            if let [(x, Some(y))] = line.points[..]
-                && self.x.range.contains(&x)
-                && self.y.range.contains(&y)
-            {
-                let dot = move |at| Circle::new(at, DOT, style.filled());
-                let (key, middle) = (&line.name, KEY / 2);
+            let dots = self.dots(line);
+            if !dots.is_empty() {
+                let dots = dots
+                    .into_iter()
+                    .map(|at| Circle::new(at, DOT, style.filled()));
                 chart
-                    .draw_series([dot((x, y))])?
-                    .label(key)
-                    .legend(move |(x, y)| Circle::new((x + middle, y), DOT, style.filled()));
+                    .draw_series(dots)?
+                    .label(&line.name)
+                    .legend(move |(x, y)| Circle::new((x + KEY / 2, y), DOT, style.filled()));
+            }
+            if line.dots {
+                continue;
             }
             let mut named = false;
             for part in self.parts(line) {
@@ -206,6 +232,19 @@ impl Chart {
                 }
             }
         }
+        let notes = self.notes.iter().filter(|note| self.shows(note.at));
+        chart.draw_series(notes.map(|note| {
+            // Up and to the right of a dot, or to the left where there is no
+            // room on the right.
+            let far = self.x.inside_part(note.at.0) > 0.7;
+            let side = if far { HPos::Right } else { HPos::Left };
+            let aside = 8 * PARTS as i32 * if far { -1 } else { 1 };
+            let style = ("sans-serif", 13 * PARTS)
+                .into_text_style(&below)
+                .pos(Pos::new(side, VPos::Bottom));
+            EmptyElement::at(note.at)
+                + Text::new(note.text.clone(), (aside, -4 * PARTS as i32), style)
+        }))?;
         if self.lines.len() > 1 {
             chart
                 .configure_series_labels()
@@ -223,6 +262,21 @@ impl Chart {
                 .draw()?;
         }
         area.present()
+    }
+
+    /// Whether a place is inside the chart.
+    fn shows(&self, (x, y): (f64, f64)) -> bool {
+        let within = |axis: &Axis, at: f64| (axis.range.start..=axis.range.end).contains(&at);
+        within(&self.x, x) && within(&self.y, y)
+    }
+
+    /// The places of a line's dots inside the chart.
+    fn dots(&self, line: &Line) -> Vec<(f64, f64)> {
+        if !line.dots && line.points.len() != 1 {
+            return Vec::new();
+        }
+        let places = line.points.iter().filter_map(|&(x, y)| Some((x, y?)));
+        places.filter(|&at| self.shows(at)).collect()
     }
 
     /// What of a line is inside the chart: its unbroken parts, each at least
@@ -306,6 +360,12 @@ impl Axis {
         (a.min(b).max(0.0), a.max(b).min(1.0))
     }
 
+    /// How far along the axis a value is, 0 to 1 inside the range.
+    fn inside_part(&self, value: f64) -> f64 {
+        let (low, high) = (self.place(self.range.start), self.place(self.range.end));
+        (self.place(value) - low) / (high - low)
+    }
+
     /// What is written at a tick.
     fn tick(&self, value: f64) -> String {
         if self.logarithmic && !(1.0e-3..1.0e5).contains(&value) {
@@ -342,8 +402,10 @@ mod tests {
                 points,
                 colour: 0,
                 faint: false,
+                dots: false,
             }],
             names: Corner::UpperLeft,
+            notes: Vec::new(),
         }
     }
 
@@ -403,11 +465,11 @@ mod tests {
         for logarithmic in [false, true] {
             let points = vec![(0.0, Some(1.0)), (4.0, Some(2.0))];
             let mut chart = chart(1.0..2.0, logarithmic, points);
-            let picture = chart.svg().unwrap();
+            let picture = chart.svg(SIZE).unwrap();
             assert!(!picture.contains("<circle"));
             for (y, dots) in [(1.5, 1), (2.5, 0)] {
                 chart.lines[0].points = vec![(1.0, Some(y))];
-                let dot = chart.svg().unwrap();
+                let dot = chart.svg(SIZE).unwrap();
                 assert_eq!(dot.matches("<circle").count(), dots);
             }
             assert!(

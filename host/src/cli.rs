@@ -22,7 +22,6 @@ mod lod;
 mod medium;
 mod picture_files;
 mod progress;
-mod quantiles;
 mod ray_counts;
 mod room;
 mod selftest;
@@ -30,6 +29,7 @@ mod source;
 mod spectrum;
 mod tracing;
 mod tracker;
+mod tradeoff;
 
 use clap::Parser;
 use failure::{Failure, Fault};
@@ -59,6 +59,7 @@ enum Shisen {
     #[command(subcommand)]
     Bench(bench::Bench),
     Selftest(selftest::Arguments),
+    Tradeoff(tradeoff::Arguments),
 }
 
 /// Runs the command that the process was started with.
@@ -87,6 +88,7 @@ pub(crate) fn main() -> ExitCode {
                 Shisen::Firmware(firmware) => firmware::run(&firmware),
                 Shisen::Bench(bench) => bench::run(&bench),
                 Shisen::Selftest(arguments) => selftest::run(&arguments),
+                Shisen::Tradeoff(arguments) => tradeoff::run(&arguments),
             });
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -261,6 +261,19 @@ impl Picture {
         self.write_8_bit(path, metadata, ColorType::Rgb, bytes)
     }
 
+    /// The file that [`write_png`](Self::write_png) writes, without metadata.
+    ///
+    /// # Errors
+    ///
+    /// When the picture is empty or has the wrong number of pixels.
+    pub fn png_bytes(&self) -> io::Result<Vec<u8>> {
+        let code = |&[red, green, blue, _]: &[f32; 4]| [red, green, blue].map(srgb_from_linear);
+        let coded: Vec<[u8; 3]> = self.pixels.iter().map(code).collect();
+        let mut file = Vec::new();
+        self.encode_png(&mut file, ColorType::Rgb, coded.as_flattened(), &[])?;
+        Ok(file)
+    }
+
     /// As [`write_png`](Self::write_png), with 8-bit alpha. PNG's colours are
     /// not premultiplied: they are divided by alpha, and black where nothing is.
     ///

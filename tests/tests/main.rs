@@ -31,4 +31,5 @@ mod textures;
 mod tracker_calibration;
 mod tracker_command;
 mod tracker_fuzz;
+mod tradeoff_command;
 mod watertight;

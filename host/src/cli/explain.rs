@@ -6,7 +6,6 @@ use super::arguments::{Model, SceneName};
 use super::failure::Failure;
 use super::lod::LodArguments;
 use super::print;
-use super::quantiles::{median, quartiles};
 use super::room::RoomArguments;
 use super::source::Source;
 use super::tracing::TracingArguments;
@@ -15,6 +14,7 @@ use report::{Asked, LeftOut, Met, NOT_BUILT, NotSimulated, Primary, Report, Seco
 use shisen::bake::BakedScene;
 use shisen::cave::Cave;
 use shisen::effects::{Effects, compiled_for};
+use shisen::quantiles::{median, quartiles};
 use shisen::render::{self, Account, Observer, Options};
 use shisen::scene::builtin::PaperScene;
 use shisen::scene::file::material_names;

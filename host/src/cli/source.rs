@@ -17,7 +17,7 @@ use shisen_core::scene::format::MAGIC;
 use std::path::Path;
 
 /// What the built-in mesh is called in reports.
-const BUILT_IN_MESH: &str = "quadruped";
+pub(super) const BUILT_IN_MESH: &str = "quadruped";
 
 /// The radius of the built-in grid: metres.
 const GRID_RADIUS: f32 = 100.0;

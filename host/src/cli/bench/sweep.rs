@@ -3,11 +3,11 @@
 use super::super::failure::Failure;
 use super::super::print;
 use super::frames::{FrameArguments, Frames, Way};
-use crate::cli::quantiles::median;
 use clap::Args;
 use glam::DVec3;
 use serde::Serialize;
 use shisen::look::ViewDirection;
+use shisen::quantiles::median;
 use shisen::scene::builtin::PaperScene;
 use std::fmt;
 

@@ -4,10 +4,10 @@ use super::super::failure::Failure;
 use super::super::print;
 use super::super::ray_counts::RayCounts;
 use super::frames::{FrameArguments, Way};
-use crate::cli::quantiles::median;
 use clap::Args;
 use glam::Vec3;
 use serde::Serialize;
+use shisen::quantiles::median;
 use shisen::scene::builtin::PaperScene;
 use std::fmt;
 

@@ -164,6 +164,7 @@ fn mark(chart: &mut Chart, number: u32, name: &str, design: &Design) {
         points: vec![(design.a, Some(place))],
         colour: 2,
         faint: false,
+        dots: false,
     });
 }
 
@@ -218,6 +219,7 @@ fn both(shapes: &[Shape], of: impl Fn(&Design) -> Option<f64>) -> Vec<Line> {
         points: shapes.iter().map(|shape| (shape.a, of(shape))).collect(),
         colour,
         faint,
+        dots: false,
     };
     vec![
         line("the other local minimum", 1, true, &|shape| {
@@ -234,6 +236,7 @@ fn errors(title: &str, shapes: &[Shape], ratios: &Range<f64>, range: Range<f64>)
         y: of_error(range),
         lines: both(shapes, |design| Some(design.error_percent)),
         names: Corner::UpperRight,
+        notes: Vec::new(),
     }
 }
 
@@ -254,6 +257,7 @@ fn viewpoints(
         },
         lines: both(shapes, |design| design.p),
         names: Corner::UpperRight,
+        notes: Vec::new(),
     }
 }
 
@@ -275,6 +279,7 @@ fn places(shapes: &[Shape]) -> Chart {
             .collect(),
         colour,
         faint: false,
+        dots: false,
     };
     Chart {
         title: "Place of the largest error by perspective".to_owned(),
@@ -290,6 +295,7 @@ fn places(shapes: &[Shape]) -> Chart {
             line("towards the rim", 1, &|degrees| degrees >= 50.0),
         ],
         names: Corner::LowerRight,
+        notes: Vec::new(),
     }
 }
 
@@ -313,8 +319,10 @@ fn parallel_errors(
             points: points.map_err(Failure::from_error)?,
             colour: 0,
             faint: false,
+            dots: false,
         }],
         names: Corner::LowerLeft,
+        notes: Vec::new(),
     })
 }
 

@@ -302,6 +302,7 @@ fn rings_chart(title: &str, viewpoint: ViewpointChoice, seen: &[(f64, NearField)
             .collect(),
         colour,
         faint: false,
+        dots: false,
     };
     let lines: Vec<Line> = seen.iter().enumerate().map(line).collect();
     let (mut low, mut high) = (0f64, 0f64);
@@ -333,6 +334,7 @@ fn rings_chart(title: &str, viewpoint: ViewpointChoice, seen: &[(f64, NearField)
         },
         lines,
         names: Corner::LowerLeft,
+        notes: Vec::new(),
     }
 }
 
@@ -355,6 +357,7 @@ fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
             .collect(),
         colour,
         faint: false,
+        dots: false,
     };
     let lines = vec![
         line("from the screen's centre", 0, &|found| found.from_screen),
@@ -380,6 +383,7 @@ fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
         },
         lines,
         names: Corner::UpperRight,
+        notes: Vec::new(),
     }
 }
 
@@ -391,6 +395,7 @@ fn size_chart(title: &str, sizes: &[SizeErrors]) -> Chart {
             points: of_offset.iter().map(|one| (one.size, of(one))).collect(),
             colour,
             faint: false,
+            dots: false,
         };
         let at = of_offset.first().map_or(0.0, |one| one.offset);
         if number == 0 {
@@ -421,6 +426,7 @@ fn size_chart(title: &str, sizes: &[SizeErrors]) -> Chart {
         },
         lines,
         names: Corner::UpperRight,
+        notes: Vec::new(),
     }
 }
 

@@ -1,14 +1,19 @@
 //! What several times of the same thing come to.
 
 /// The middle of some times, or the mean of the middle two.
-pub(super) fn median(of: Vec<f64>) -> f64 {
+pub fn median(of: Vec<f64>) -> f64 {
     quantile(&sorted(of), 0.5)
 }
 
 /// The times that a quarter of all are below, and above.
-pub(super) fn quartiles(of: Vec<f64>) -> [f64; 2] {
+pub fn quartiles(of: Vec<f64>) -> [f64; 2] {
     let of = sorted(of);
     [0.25, 0.75].map(|part| quantile(&of, part))
+}
+
+/// What a part of all, 0 to 1, is below.
+pub fn quantile_of(of: Vec<f64>, part: f64) -> f64 {
+    quantile(&sorted(of), part)
 }
 
 fn sorted(mut of: Vec<f64>) -> Vec<f64> {
@@ -36,6 +41,7 @@ mod tests {
         assert_eq!(quartiles(vec![5.0, 1.0, 4.0, 2.0, 3.0]), [2.0, 4.0]);
         assert_eq!(quartiles(vec![1.0, 2.0]), [1.25, 1.75]);
         assert_eq!(quartiles(vec![7.0]), [7.0, 7.0]);
+        assert_eq!(quantile_of(vec![2.0, 0.0, 1.0], 0.75), 1.5);
         assert_eq!(median(Vec::new()), 0.0);
     }
 }

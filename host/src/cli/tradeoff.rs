@@ -1,0 +1,179 @@
+//! `shisen tradeoff`: what every setting that trades error for time costs.
+
+use super::arguments::threads;
+use super::failure::{Failure, Fault};
+use super::picture_files::make_writable;
+use super::print;
+use super::progress::Progress;
+use super::source::{BUILT_IN_MESH, load_mesh};
+use clap::builder::PossibleValue;
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use shisen::output::write_atomically;
+use shisen::quadruped::quadruped;
+use shisen::tradeoff::{self, Bench, Effort, Report, Topic};
+use shisen_core::Simd;
+use std::fmt;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Measures what accuracy costs in time: a page of charts
+///
+/// Renders the same work with many settings, in turns, and compares each with the
+/// truth: how detail follows the gaze, dome masters by mirrors, wavelengths, the
+/// steps of a frame, effects, and how far ahead the gaze is predicted. Writes
+/// tradeoff.html, which needs no other file, and its numbers as tradeoff.csv and
+/// tradeoff.json. Times are medians of at least three; run it on a machine that
+/// does nothing else.
+///
+/// With --json, what is in tradeoff.json, and the paths of the files. One object:
+/// version, quick, threads, simd, mesh, seconds (of the whole run), html, csv and
+/// json (paths), sections: id, title, about, choice (a sentence) and comparisons:
+/// id, title, about, choice, limit (error, of the first measure, that counts as
+/// none, and because), measures (id and label each) and points: series, name,
+/// settings, errors (by measures; null where there is no such number), seconds,
+/// steps (null where none are counted), `best_by_time` and `best_by_steps` (whether
+/// the point is on the Pareto front of the first measure and time, or steps).
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Small pictures and few settings, for less than a minute
+    #[arg(long)]
+    quick: bool,
+    /// Measure these sections alone
+    #[arg(long, value_name = "SECTION", value_enum, num_args = 1.., value_delimiter = ',')]
+    only: Vec<TopicChoice>,
+    /// Mesh of the paper's scene: an OBJ, PLY or glTF file [default: a quadruped
+    /// that is built in]
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// Threads to trace on [default: as many as the machine runs at once]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    threads: Option<NonZeroUsize>,
+    /// Folder of the files; made where it does not exist
+    #[arg(long, value_name = "DIR", default_value = "shisen-out")]
+    out: PathBuf,
+    /// Show no progress
+    #[arg(long)]
+    quiet: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// `--only`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct TopicChoice(Topic);
+
+impl ValueEnum for TopicChoice {
+    fn value_variants<'a>() -> &'a [Self] {
+        const ALL: [TopicChoice; Topic::ALL.len()] = {
+            let mut all = [TopicChoice(Topic::Gaze); Topic::ALL.len()];
+            let mut number = 0;
+            while number < all.len() {
+                all[number] = TopicChoice(Topic::ALL[number]);
+                number += 1;
+            }
+            all
+        };
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.0.id()))
+    }
+}
+
+/// What was measured, and where it is.
+#[derive(Debug, Serialize)]
+struct Written {
+    #[serde(flatten)]
+    report: Report,
+    html: String,
+    csv: String,
+    json: String,
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    make_writable(&arguments.out)?;
+    let (mesh, mesh_name) = match &arguments.mesh {
+        Some(path) => (load_mesh(path)?, path.display().to_string()),
+        None => (quadruped(), BUILT_IN_MESH.to_owned()),
+    };
+    let available = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let threads = arguments.threads.map_or_else(available, NonZeroUsize::get);
+    let topics: Vec<Topic> = Topic::ALL
+        .into_iter()
+        .filter(|&topic| arguments.only.is_empty() || arguments.only.contains(&TopicChoice(topic)))
+        .collect();
+    let start = Instant::now();
+    let progress = Progress::new(arguments.quiet || arguments.json);
+    let mut sections = Vec::new();
+    for (number, topic) in topics.iter().enumerate() {
+        let show = |share: f64| {
+            let done = number as f64 + share;
+            progress.show((PARTS * done) as usize, PARTS as usize * topics.len());
+        };
+        let bench = Bench {
+            effort: if arguments.quick {
+                Effort::Quick
+            } else {
+                Effort::Full
+            },
+            threads,
+            mesh: &mesh,
+            progress: &show,
+        };
+        sections.push(topic.measure(&bench).map_err(Failure::from_error)?);
+    }
+    progress.finish();
+    let report = Report {
+        version: env!("CARGO_PKG_VERSION"),
+        quick: arguments.quick,
+        threads,
+        simd: Simd::detect().name().to_owned(),
+        mesh: mesh_name,
+        seconds: start.elapsed().as_secs_f64(),
+        sections,
+    };
+    print(&write(report, &arguments.out)?, arguments.json)
+}
+
+/// Of a section, for the bar.
+const PARTS: f64 = 1e3;
+
+/// Writes all three files.
+fn write(report: Report, folder: &Path) -> Result<Written, Failure> {
+    let path = |ending: &str| folder.join(format!("tradeoff.{ending}"));
+    let write = |ending: &str, text: &str| {
+        let path = path(ending);
+        write_atomically(&path, |file| file.write_all(text.as_bytes())).map_err(Fault::write(&path))
+    };
+    write(
+        "html",
+        &tradeoff::html(&report).map_err(Failure::from_error)?,
+    )?;
+    write("csv", &tradeoff::csv(&report).map_err(Failure::from_error)?)?;
+    let name = |ending: &str| path(ending).display().to_string();
+    let written = Written {
+        html: name("html"),
+        csv: name("csv"),
+        json: name("json"),
+        report,
+    };
+    write(
+        "json",
+        &serde_json::to_string_pretty(&written).map_err(Failure::from_error)?,
+    )?;
+    Ok(written)
+}
+
+impl fmt::Display for Written {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for section in &self.report.sections {
+            writeln!(f, "{}: {}", section.title, section.choice)?;
+        }
+        write!(f, "{}", self.html)
+    }
+}

@@ -1,0 +1,185 @@
+//! What a frame lacks whose steps are counted out.
+
+use super::frames::{Room, Way, baked, pictures};
+use super::gaze::UNSEEN;
+use super::metrics::MEASURES;
+use super::{Bench, Cause, Comparison, Figure, Point, Section, Topic, measure, timed};
+use crate::picture::Picture;
+use crate::render::{self, Frame};
+use colorous::VIRIDIS;
+use shisen_core::frame::{
+    Budget, FrameJob, Part, Pixel, Place, Progress, Renderer, Spectrum, View, Workspace,
+};
+use std::collections::BTreeMap;
+
+/// Pixels a side of the tiles that steps are given to one after the other.
+const TILE: u32 = 16;
+
+pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
+    let size = bench.effort.pick(128, 256);
+    let room = Room::new(bench, size)?;
+    let baked = baked(bench)?;
+    let truth = room.frame(&baked, &Way::PAPER)?;
+    let mut views = Vec::new();
+    for (view, observer) in room.views(Way::PAPER.lod)? {
+        let scene = baked.scene();
+        views.push((
+            view,
+            render::renderer(&scene, &observer, &room.options, Spectrum::Rgb)?,
+        ));
+    }
+    let need = render(&views, Budget::UNLIMITED)?.steps;
+    let shares: &[u32] = bench.effort.pick(
+        &[1, 5, 10, 20, 35, 50, 70, 90, 100, 200],
+        &[
+            1, 2, 5, 10, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90, 95, 100, 110, 150, 200,
+        ],
+    );
+    let steps = |share: u32| need * u64::from(share) / 100;
+    let measured = bench.in_turns(shares, (0.0, 1.0), |&share| {
+        let (seconds, done) = timed(|| render(&views, Budget::steps(steps(share))));
+        Ok((seconds, done?))
+    })?;
+    let mut points = Vec::new();
+    // Of each tile, the least share with which it was whole.
+    let mut whole: BTreeMap<TileOf, u32> = BTreeMap::new();
+    for (&share, (seconds, done)) in shares.iter().zip(measured) {
+        let mut lacking = 0.0;
+        for &tile in &done.tiles {
+            if is_equal(&done, &truth, tile) {
+                whole.entry(tile).or_insert(share);
+            } else {
+                lacking += 1.0 / done.tiles.len() as f64;
+            }
+        }
+        let mut errors = room.error(done.pictures.iter(), &truth).errors();
+        errors.push(Some(100.0 * lacking));
+        points.push(Point {
+            errors,
+            seconds,
+            steps: Some(done.steps),
+            ..Point::new(
+                "share of what is needed",
+                format!("{share} %"),
+                [
+                    ("budget_percent", share.into()),
+                    ("budget_steps", steps(share).into()),
+                ],
+            )
+        });
+    }
+    let about = format!(
+        "The frame of the section before by the paper's levels, {size}² pixels a wall, on one \
+         thread. It needs {need} steps; it gets a share of them, tiles of {TILE}² pixels from the \
+         line of sight outwards, and those that nothing is left for show the background. The \
+         truth is the same frame with all steps."
+    );
+    let mut measures = MEASURES.to_vec();
+    measures.push(measure("lacking_percent", "tiles that lack something, %"));
+    let comparison = Comparison::new(
+        ("budgets", "How many steps a frame may take"),
+        "A budget ends at the first pixel that it does not reach; the rest of the frame costs \
+         next to nothing. Above 100 % nothing changes.",
+        measures,
+        UNSEEN,
+        points,
+    );
+    let mut section = Section::new(Topic::Budget, "Steps of a frame", about, vec![comparison]);
+    let mut map = Vec::new();
+    for (number, (view, _)) in views.iter().enumerate() {
+        let mut picture = Picture::new(view.columns(), view.rows())?;
+        for (&(part, x, y), &share) in whole.range((number, 0, 0)..(number + 1, 0, 0)) {
+            debug_assert_eq!(part, number);
+            let colour = viridis(f64::from(share.min(100)) / 100.0);
+            for (x, y) in (y..y + TILE).flat_map(|y| (x..x + TILE).map(move |x| (x, y))) {
+                picture.set_pixel(x, y, colour);
+            }
+        }
+        map.push(picture);
+    }
+    section.pictures.push(Figure {
+        caption: "Which tiles pay, the left eye's walls unfolded: the share of the steps with \
+                  which a tile shows all that it should, from dark violet, 1 %, to yellow, \
+                  100 %. Where there is nothing but background it never lacks anything"
+            .to_owned(),
+        picture: room.unfold(&map)?,
+    });
+    let cut = render(&views, Budget::steps(steps(35)))?;
+    section.pictures.push(Figure {
+        caption: "With 35 % of the steps".to_owned(),
+        picture: room.unfold(&cut.pictures)?,
+    });
+    section.pictures.push(Figure {
+        caption: "With all of them".to_owned(),
+        picture: room.unfold(&pictures(&truth).cloned().collect::<Vec<_>>())?,
+    });
+    Ok(section)
+}
+
+/// A tile by its picture and its first column and row.
+type TileOf = (usize, u32, u32);
+
+/// Whether a tile shows what it should.
+fn is_equal(done: &Done, truth: &Frame, (part, x, y): TileOf) -> bool {
+    let (found, truth) = (&done.pictures[part], &truth.pictures[part].picture);
+    let mut pixels = (y..y + TILE).flat_map(|y| (x..x + TILE).map(move |x| (x, y)));
+    pixels.all(|(x, y)| found.pixel(x, y) == truth.pixel(x, y))
+}
+
+/// A frame that was given a budget.
+struct Done {
+    pictures: Vec<Picture>,
+    /// In their order.
+    tiles: Vec<TileOf>,
+    steps: u64,
+}
+
+/// Renders a frame on this thread as firmware does, tile by tile.
+fn render(views: &[(View, Renderer<'_>)], budget: Budget) -> Result<Done, Cause> {
+    let parts: Vec<Part<'_, '_>> = views
+        .iter()
+        .map(|(view, renderer)| Part {
+            view: *view,
+            renderer,
+        })
+        .collect();
+    let sizes = views.iter().map(|(view, _)| [view.columns(), view.rows()]);
+    let mut pictures = Vec::new();
+    for [columns, rows] in sizes.clone() {
+        pictures.push(Picture::new(columns, rows)?);
+    }
+    let mut places = vec![Place::NONE; FrameJob::tiles_of(sizes, TILE)];
+    let mut pixels = vec![Pixel::default(); (TILE * TILE) as usize];
+    let mut workspace = Workspace::new();
+    let mut job = FrameJob::new(&parts[..], TILE, budget, &mut places)?;
+    let mut tiles = Vec::new();
+    loop {
+        let mut slice = Budget::UNLIMITED;
+        match job.render(&parts[..], &mut pixels, &mut slice, &mut workspace)? {
+            Progress::Tile { part, tile, .. } => {
+                tiles.push((part, tile.x, tile.y));
+                let rows = pixels.chunks_exact(tile.width as usize);
+                for (y, row) in (tile.y..tile.y + tile.height).zip(rows) {
+                    for (x, pixel) in (tile.x..).zip(row) {
+                        let colour = [pixel.red, pixel.green, pixel.blue, pixel.alpha];
+                        pictures[part].set_pixel(x, y, colour);
+                    }
+                }
+            }
+            Progress::BudgetSpent => {}
+            Progress::Finished => break,
+        }
+    }
+    Ok(Done {
+        pictures,
+        tiles,
+        steps: workspace.statistics.steps,
+    })
+}
+
+/// A colour of the scale, 0 to 1: linear.
+fn viridis(value: f64) -> [f32; 4] {
+    let colour = VIRIDIS.eval_continuous(value);
+    let linear = |channel: u8| (f32::from(channel) / 255.0).powf(2.2);
+    [linear(colour.r), linear(colour.g), linear(colour.b), 1.0]
+}

@@ -1,0 +1,220 @@
+//! Which points are worth choosing.
+
+use super::page::{brief, time};
+use super::{Comparison, Limit, Measure, Point};
+
+/// Of points of an error and a cost each, those that no other is better than:
+/// as good in one and better in the other. Of equal points all are on the
+/// front; a number that is none is on none.
+pub fn pareto_front(points: &[(f64, f64)]) -> Vec<bool> {
+    let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
+    points
+        .iter()
+        .map(|&point| {
+            let is_number = point.0.is_finite() && point.1.is_finite();
+            is_number && !points.iter().any(|&other| beats(other, point))
+        })
+        .collect()
+}
+
+impl Comparison {
+    /// Of points that were measured: finds the fronts, and what to choose.
+    pub(super) fn new(
+        (id, title): (&'static str, &'static str),
+        about: impl Into<String>,
+        measures: Vec<Measure>,
+        limit: Limit,
+        mut points: Vec<Point>,
+    ) -> Self {
+        let has_steps = points.iter().all(|point| point.steps.is_some());
+        let fronts = {
+            let front = |cost: &dyn Fn(&Point) -> f64| {
+                let costs = points.iter().map(|one| (one.error(), cost(one)));
+                pareto_front(&costs.collect::<Vec<_>>())
+            };
+            let by_steps = |one: &Point| one.steps.unwrap_or(0) as f64;
+            (front(&|one| one.seconds), front(&by_steps))
+        };
+        for number in 0..points.len() {
+            // The same work with the same result: the times differ by chance, and
+            // the first stands for all.
+            let same = |other: &Point| {
+                let point = &points[number];
+                has_steps && other.steps == point.steps && other.error() == point.error()
+            };
+            let first = !points[..number].iter().any(same);
+            points[number].best_by_steps = first && has_steps && fronts.1[number];
+            points[number].best_by_time = first && fronts.0[number];
+        }
+        // Where chance was against the first, it takes its place.
+        for number in 0..points.len() {
+            let best = fronts.0[number] && !points[number].best_by_time;
+            let (steps, error) = (points[number].steps, points[number].error());
+            let first = points
+                .iter_mut()
+                .find(|other| other.steps == steps && other.error() == error);
+            if let (true, Some(first)) = (best, first) {
+                first.best_by_time = true;
+            }
+        }
+        let choice = choice(&points, measures[0].label, &limit);
+        Self {
+            id,
+            title,
+            about: about.into(),
+            measures,
+            limit,
+            choice,
+            points,
+            charts: Vec::new(),
+            logarithmic: false,
+        }
+    }
+}
+
+/// The fastest point within the limit, beside the one that is nearest to the
+/// truth and the next faster one.
+fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
+    let mut front: Vec<&Point> = points.iter().filter(|point| point.best_by_time).collect();
+    front.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    let Some(truest) = front.last() else {
+        return "Nothing was measured.".to_owned();
+    };
+    let within = format!(
+        "at most {} ({}) of {measure}",
+        brief(limit.error),
+        limit.because
+    );
+    let Some(at) = front.iter().position(|point| point.error() <= limit.error) else {
+        return format!(
+            "No setting has {within}: choose {}, the nearest, with {} in {}.",
+            truest.name,
+            brief(truest.error()),
+            time(truest.seconds),
+        );
+    };
+    let chosen = front[at];
+    let mut text = format!(
+        "Choose {}, the fastest of all with {within}: {} in {}",
+        chosen.name,
+        brief(chosen.error()),
+        time(chosen.seconds),
+    );
+    if chosen.name != truest.name {
+        text += &format!(
+            ", {} of the time of {} ({})",
+            percent(chosen.seconds / truest.seconds),
+            truest.name,
+            brief(truest.error()),
+        );
+    }
+    match at.checked_sub(1).map(|faster| front[faster]) {
+        Some(faster) => {
+            text += &format!(
+                "; {} would take {} of its time, with {}.",
+                faster.name,
+                percent(faster.seconds / chosen.seconds),
+                brief(faster.error()),
+            );
+        }
+        None => text += "; nothing is faster.",
+    }
+    text
+}
+
+fn percent(ratio: f64) -> String {
+    format!("{:.0} %", 100.0 * ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(name: &str, error: f64, seconds: f64) -> Point {
+        let mut point = Point::new("all", name, []);
+        point.errors = vec![Some(error)];
+        point.seconds = seconds;
+        point.steps = Some((1.0 / seconds) as u64);
+        point
+    }
+
+    fn comparison(limit: f64, points: Vec<Point>) -> Comparison {
+        let measures = vec![super::super::measure("off", "error")];
+        let limit = Limit {
+            error: limit,
+            because: "a bound",
+        };
+        Comparison::new(("one", "One"), "", measures, limit, points)
+    }
+
+    #[test]
+    fn the_front_is_what_nothing_beats() {
+        let nan = f64::NAN;
+        let found = pareto_front(&[
+            (0.0, 9.0),
+            (1.0, 5.0),
+            (1.0, 6.0),
+            (2.0, 5.0),
+            (3.0, 1.0),
+            (3.0, 1.0),
+            (4.0, 1.0),
+            (nan, 0.0),
+            (0.0, f64::INFINITY),
+        ]);
+        let best = [true, true, false, false, true, true, false, false, false];
+        assert_eq!(found, best);
+        assert_eq!(pareto_front(&[]), Vec::<bool>::new());
+    }
+
+    #[test]
+    fn time_and_steps_have_a_front_each() {
+        let points = vec![point("slow", 0.0, 0.5), point("fast", 1.0, 0.1)];
+        let found = comparison(0.5, points);
+        let best = |of: fn(&Point) -> bool| found.points.iter().map(of).collect::<Vec<_>>();
+        assert_eq!(best(|one| one.best_by_time), [true, true]);
+        // It has the fewer steps, too.
+        assert_eq!(best(|one| one.best_by_steps), [true, false]);
+    }
+
+    #[test]
+    fn the_first_of_equal_work_stands_for_all() {
+        let mut points = vec![point("one", 0.0, 0.5), point("two", 0.0, 0.4)];
+        points[0].steps = Some(7);
+        points[1].steps = Some(7);
+        let found = comparison(1.0, points);
+        let best = |of: fn(&Point) -> bool| found.points.iter().map(of).collect::<Vec<_>>();
+        assert_eq!(best(|one| one.best_by_time), [true, false]);
+        assert_eq!(best(|one| one.best_by_steps), [true, false]);
+        assert!(found.choice.starts_with("Choose one"), "{}", found.choice);
+    }
+
+    #[test]
+    fn the_choice_follows_from_the_numbers() {
+        let points = |third: f64| {
+            vec![
+                point("full", 0.0, 1.0),
+                point("half", 0.2, 0.5),
+                point("rough", 1.0, third),
+                point("bad", 2.0, 0.9),
+            ]
+        };
+        let says = |limit: f64, third: f64| comparison(limit, points(third)).choice;
+        let found = says(0.3, 0.25);
+        assert!(found.starts_with("Choose half, "), "{found}");
+        assert!(found.contains("50 % of the time of full"), "{found}");
+        assert!(
+            found.contains("; rough would take 50 % of its time"),
+            "{found}"
+        );
+        let found = says(1.0, 0.1);
+        assert!(found.starts_with("Choose rough") && found.ends_with("nothing is faster."));
+        assert!(says(0.0, 0.1).starts_with("Choose full"));
+        // Slower than what is truer: never chosen, whatever the limit.
+        assert!(says(9.0, 0.6).starts_with("Choose half"));
+        let none = comparison(-1.0, points(0.1)).choice;
+        assert!(
+            none.contains("choose full, the nearest, with 0 in 1 s"),
+            "{none}"
+        );
+    }
+}

@@ -1,0 +1,377 @@
+//! Detail that follows the gaze, against full tracing.
+
+use super::frames::{Lod, RUNGS, Room, Way, pictures, scene, with_faces};
+use super::metrics::MEASURES;
+use super::{Bench, Cause, Comparison, Effort, Figure, Limit, Point, Section, Topic};
+use crate::bake::Baked;
+use crate::lod;
+use crate::picture::Picture;
+use crate::render::{CaptureOptions, Filling, Frame};
+use serde_json::Value;
+use shisen_core::gaze::{Boundary, VisualField, VisualFieldLimits};
+
+/// What is as good as nothing, of FLIP by acuity.
+pub(super) const UNSEEN: Limit = Limit {
+    error: 0.001,
+    because: "a thousandth of FLIP's range",
+};
+
+pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
+    let size = bench.effort.pick(128, 256);
+    let room = Room::new(bench, size)?;
+    let scenes = Scenes::new(bench)?;
+    let about = format!(
+        "The paper's scene A (mirrors all round) on three walls of {size}² pixels, {:.1} pixels \
+         a degree at the least, for two eyes that look at the animal above the middle of the \
+         front wall. Errors are against full \
+         tracing of the same view: FLIP from 0 (equal) to 1, at the wall's pixels a degree; the \
+         peak signal-to-noise ratio; structural similarity up to 1 (equal). They are taken over \
+         all pixels, in rings round the line of sight (the fovea to 1°, the parafovea to 5°, \
+         the periphery beyond: Rayner 1998), and, by acuity, weighted by the part of the visual \
+         cortex that sees a pixel: its solid angle times the square of 17.3 mm / (E + 0.75°), E \
+         being its eccentricity (Horton & Hoyt 1991). All rays that are traced in the periphery \
+         are as many a pixel as in the middle; what follows the gaze is whether they are traced \
+         at all, how often they bounce, and what faces they see.",
+        room.pixels_per_degree(),
+    );
+    let (methods, [full, paper]) = methods(bench, &room, &scenes)?;
+    let depths = depths(bench, &room, &scenes)?;
+    let samples = samples(bench, &room, &scenes)?;
+    let comparisons = vec![methods, depths, samples];
+    let mut section = Section::new(
+        Topic::Gaze,
+        "Detail that follows the gaze",
+        about,
+        comparisons,
+    );
+    section.pictures = figures(&room, &full, &paper)?;
+    Ok(section)
+}
+
+/// Scene A with different polygon levels.
+struct Scenes {
+    /// The fewest and the most faces of a mesh and the levels between them, the
+    /// usual ones first.
+    all: Vec<(u32, u32, u32, Baked)>,
+}
+
+impl Scenes {
+    fn new(bench: &Bench<'_>) -> Result<Self, Cause> {
+        let scene = scene(bench)?;
+        let all = u32::MAX;
+        let mut wanted = vec![(500, all, RUNGS), (2_000, all, RUNGS), (500, all, 4)];
+        wanted.extend([(500, 2_000, 2)]);
+        if bench.effort == Effort::Full {
+            wanted.extend([(100, all, RUNGS), (250, all, RUNGS), (1_000, all, RUNGS)]);
+            wanted.extend([(500, all, 2), (500, all, 8), (500, all, 40)]);
+            wanted.extend([(500, 1_000, 2), (500, 4_000, 2)]);
+        }
+        let bake = |(min, max, rungs)| {
+            let baked = with_faces(&scene, min, max, rungs)?;
+            Ok((min, max, rungs, baked))
+        };
+        let all: Result<_, Cause> = wanted.into_iter().map(bake).collect();
+        Ok(Self { all: all? })
+    }
+
+    /// As `shisen cave` bakes it.
+    fn usual(&self) -> &Baked {
+        &self.all[0].3
+    }
+}
+
+/// A point and what it is measured by.
+struct Asked<'a> {
+    series: &'static str,
+    name: String,
+    scene: &'a Baked,
+    faces: Option<(u32, u32, u32)>,
+    way: Way<'a>,
+}
+
+impl<'a> Asked<'a> {
+    fn new(series: &'static str, name: impl Into<String>, scene: &'a Baked, way: Way<'a>) -> Self {
+        Self {
+            series,
+            name: name.into(),
+            scene,
+            faces: None,
+            way,
+        }
+    }
+
+    fn point(&self) -> Point {
+        let mut settings = self.way.settings();
+        if let Some((min, max, rungs)) = self.faces {
+            settings.push(("fewest_faces", min.into()));
+            let max = if max == u32::MAX {
+                Value::Null
+            } else {
+                max.into()
+            };
+            settings.push(("most_faces", max));
+            settings.push(("polygon_levels", rungs.into()));
+        }
+        Point::new(self.series, self.name.clone(), settings)
+    }
+}
+
+/// Frames of several ways as points, against one of them or another frame; and
+/// the frames.
+fn points(
+    bench: &Bench<'_>,
+    room: &Room,
+    asked: &[Asked<'_>],
+    truth: Option<&Frame>,
+    share: (f64, f64),
+) -> Result<(Vec<Point>, Vec<Frame>), Cause> {
+    let measured = bench.in_turns(asked, share, |one| {
+        let frame = room.frame(one.scene, &one.way)?;
+        Ok((frame.seconds, frame))
+    })?;
+    let truth = match truth {
+        Some(truth) => truth.clone(),
+        None => measured[0].1.clone(),
+    };
+    let mut points = Vec::new();
+    let mut frames = Vec::new();
+    for (one, (seconds, frame)) in asked.iter().zip(measured) {
+        points.push(Point {
+            errors: room.error(pictures(&frame), &truth).errors(),
+            seconds,
+            steps: Some(frame.statistics.steps),
+            ..one.point()
+        });
+        frames.push(frame);
+    }
+    Ok((points, frames))
+}
+
+/// All ways to follow the gaze; and the frames in full and by the paper.
+fn methods(
+    bench: &Bench<'_>,
+    room: &Room,
+    scenes: &Scenes,
+) -> Result<(Comparison, [Frame; 2]), Cause> {
+    let usual = scenes.usual();
+    let with = |lod: Lod| Way {
+        lod: Some(lod),
+        ..Way::FULL
+    };
+    let field = |field: VisualField| {
+        with(Lod {
+            field,
+            ..Lod::PAPER
+        })
+    };
+    let mut asked = vec![
+        Asked::new("all in full", "full", usual, Way::FULL),
+        Asked::new("method", "paper", usual, Way::PAPER),
+        Asked::new(
+            "method",
+            "paper-ellipse",
+            usual,
+            field(VisualField::PAPER.with_boundary(Boundary::Ellipse)),
+        ),
+    ];
+    for (name, bounces, faces) in [
+        ("rays only", false, false),
+        ("rays and bounces", true, false),
+        ("rays and faces", false, true),
+    ] {
+        let lod = Lod {
+            bounces,
+            faces,
+            ..Lod::PAPER
+        };
+        asked.push(Asked::new("method", name, usual, with(lod)));
+    }
+    for degrees in bench
+        .effort
+        .pick(&[5u16, 15, 45][..], &[2, 5, 10, 15, 20, 25, 40, 50])
+    {
+        let name = format!("full to {degrees}°");
+        asked.push(Asked::new(
+            "cut-offs",
+            name,
+            usual,
+            field(central(*degrees)?),
+        ));
+    }
+    for degrees in bench.effort.pick(&[-20i8, 20][..], &[-20, -10, 10, 20, 30]) {
+        let sign = if *degrees < 0 { "−" } else { "+" };
+        let name = format!("border {sign}{}°", degrees.unsigned_abs());
+        asked.push(Asked::new(
+            "cut-offs",
+            name,
+            usual,
+            field(border(*degrees)?),
+        ));
+    }
+    for &(min, max, rungs, ref scene) in &scenes.all[1..] {
+        let (series, name, way) = match max {
+            u32::MAX if rungs == RUNGS => ("faces", format!("from {min} faces"), Way::PAPER),
+            u32::MAX => ("faces", format!("{rungs} levels"), Way::PAPER),
+            _ => ("fewer faces everywhere", format!("{max} faces"), Way::FULL),
+        };
+        asked.push(Asked {
+            faces: Some((min, max, rungs)),
+            ..Asked::new(series, name, scene, way)
+        });
+    }
+    for &size in bench
+        .effort
+        .pick(&[64u32, 128][..], &[32, 64, 128, 256, 512])
+    {
+        let capture = CaptureOptions {
+            size,
+            ..CaptureOptions::default()
+        };
+        let way = Way {
+            filling: Filling::Capture(capture),
+            ..Way::PAPER
+        };
+        asked.push(Asked::new(
+            "filled by a capture",
+            format!("capture {size}²"),
+            usual,
+            way,
+        ));
+    }
+    let (points, mut frames) = points(bench, room, &asked, None, (0.0, 0.6))?;
+    let about = "What follows the gaze (rays, bounces, faces), where full detail ends and \
+                 tracing ends, how many faces meshes have at the border and everywhere, and what \
+                 fills what is not traced. The truth is everything in full, three bounces, one \
+                 ray a pixel.";
+    let title = ("methods", "What follows the gaze");
+    let limit = Limit {
+        error: points[1].error(),
+        because: "that of the paper's method",
+    };
+    let mut comparison = Comparison::new(title, about, MEASURES.to_vec(), limit, points);
+    comparison.logarithmic = true;
+    let paper = frames.swap_remove(1);
+    let full = frames.swap_remove(0);
+    Ok((comparison, [full, paper]))
+}
+
+/// The paper's field with another central one.
+fn central(degrees: u16) -> Result<VisualField, Cause> {
+    let paper = VisualField::PAPER;
+    let limits = VisualFieldLimits {
+        central: f32::from(degrees).to_radians(),
+        ..paper.limits()
+    };
+    Ok(VisualField::new(limits, paper.boundary())?)
+}
+
+/// The paper's field with its border so much farther out, as far as fields go.
+fn border(degrees: i8) -> Result<VisualField, Cause> {
+    let paper = VisualField::PAPER;
+    let by = f32::from(degrees).to_radians();
+    let limits = paper.limits();
+    let upright = |limit: f32| (limit + by).min(std::f32::consts::FRAC_PI_2);
+    let limits = VisualFieldLimits {
+        central: limits.central,
+        up: upright(limits.up),
+        down: upright(limits.down),
+        left: limits.left + by,
+        right: limits.right + by,
+    };
+    Ok(VisualField::new(limits, paper.boundary())?)
+}
+
+/// How often rays bounce, with and without the gaze.
+fn depths(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison, Cause> {
+    let deepest = 8;
+    let way = |depth: u8, way: Way<'static>| Way { depth, ..way };
+    let mut asked = Vec::new();
+    for depth in 0..=5 {
+        let name = format!("depth {depth}");
+        asked.push(Asked::new(
+            "everywhere",
+            name,
+            scenes.usual(),
+            way(depth, Way::FULL),
+        ));
+    }
+    for depth in bench.effort.pick(&[1u8, 3, 5][..], &[0, 1, 2, 3, 4, 5]) {
+        let name = format!("paper, depth {depth}");
+        asked.push(Asked::new(
+            "paper",
+            name,
+            scenes.usual(),
+            way(*depth, Way::PAPER),
+        ));
+    }
+    let truth = room.frame(scenes.usual(), &way(deepest, Way::FULL))?;
+    let (points, _) = points(bench, room, &asked, Some(&truth), (0.6, 0.8))?;
+    let about = format!(
+        "Reflections after one another, in all pixels, and with the paper's levels, which leave \
+         fewer of them farther out. The truth is full tracing with {deepest}."
+    );
+    let title = ("depths", "How often rays bounce");
+    Ok(Comparison::new(
+        title,
+        about,
+        MEASURES.to_vec(),
+        UNSEEN,
+        points,
+    ))
+}
+
+/// How many rays a pixel has, with and without the gaze.
+fn samples(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison, Cause> {
+    let finest = bench.effort.pick(32, 64);
+    let way = |samples: u16, way: Way<'static>| Way { samples, ..way };
+    let mut asked = Vec::new();
+    for &samples in bench.effort.pick(&[1u16, 2, 4, 8][..], &[1, 2, 4, 8, 16]) {
+        for (series, of) in [("everywhere", Way::FULL), ("paper", Way::PAPER)] {
+            let plural = if samples == 1 { "" } else { "s" };
+            let lod = if series == "paper" { "paper, " } else { "" };
+            let name = format!("{lod}{samples} ray{plural}");
+            asked.push(Asked::new(series, name, scenes.usual(), way(samples, of)));
+        }
+    }
+    let truth = room.frame(scenes.usual(), &way(finest, Way::FULL))?;
+    let (points, _) = points(bench, room, &asked, Some(&truth), (0.8, 1.0))?;
+    let about = format!(
+        "Rays a pixel, in all pixels, and where the paper's levels leave any. The truth is full \
+         tracing with {finest}."
+    );
+    let title = ("samples", "How many rays a pixel has");
+    Ok(Comparison::new(
+        title,
+        about,
+        MEASURES.to_vec(),
+        UNSEEN,
+        points,
+    ))
+}
+
+/// What the paper's method does, for the left eye.
+fn figures(room: &Room, full: &Frame, paper: &Frame) -> Result<Vec<Figure>, Cause> {
+    let copies = |frame: &Frame| pictures(frame).cloned().collect::<Vec<Picture>>();
+    let (full, paper) = (copies(full), copies(paper));
+    let pairs = paper.iter().zip(&full);
+    let differences: Result<Vec<Picture>, _> = pairs.map(|(a, b)| lod::difference(a, b)).collect();
+    [
+        ("Everything in full, the left eye's walls unfolded", &full),
+        (
+            "By the paper's levels: the viewer looks at the upper animal of the front wall",
+            &paper,
+        ),
+        (
+            "What differs: black nothing, white a quarter of the range and more",
+            &differences?,
+        ),
+    ]
+    .into_iter()
+    .map(|(caption, pictures)| {
+        Ok(Figure {
+            caption: caption.to_owned(),
+            picture: room.unfold(pictures)?,
+        })
+    })
+    .collect()
+}

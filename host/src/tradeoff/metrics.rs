@@ -1,0 +1,269 @@
+//! How far a picture is from the one that it should be, and who would see it.
+//!
+//! Three measures, each of what a display shows: the peak signal-to-noise ratio
+//! of its 8-bit codes; FLIP (Andersson et al., 2020), 0 for equal to 1, at the
+//! display's own pixels per degree; and structural similarity (Wang et al.,
+//! "Image Quality Assessment: From Error Visibility to Structural Similarity",
+//! 2004) of its luma, 1 for equal.
+//!
+//! Each is taken over all pixels, over those of each [`Ring`] round the line of
+//! sight, and weighted by how much of the primary visual cortex looks at a pixel:
+//! its solid angle times the square of Horton & Hoyt's magnification, 17.3 mm by
+//! E + 0.75°, of its eccentricity E ("The Representation of the Visual Field in
+//! Human Striate Cortex", 1991).
+
+mod similarity;
+
+use super::{Measure, measure};
+use crate::picture::{Picture, srgb_from_linear};
+use glam::Vec3;
+use nv_flip::FlipImageRgb8;
+use rayon::prelude::*;
+use shisen_core::frame::View;
+use similarity::similarities;
+
+/// A part of the field of view, by degrees from the line of sight: Rayner's, "Eye
+/// Movements in Reading and Information Processing", 1998.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ring {
+    /// To 1°: what is looked at.
+    Fovea,
+    /// To 5°.
+    Parafovea,
+    /// Beyond.
+    Periphery,
+}
+
+impl Ring {
+    /// All of them, from the middle outwards.
+    pub const ALL: [Self; 3] = [Self::Fovea, Self::Parafovea, Self::Periphery];
+
+    /// Of so many degrees from the line of sight.
+    pub fn of(degrees: f32) -> Self {
+        match degrees {
+            ..=1.0 => Self::Fovea,
+            ..=5.0 => Self::Parafovea,
+            _ => Self::Periphery,
+        }
+    }
+}
+
+/// How a viewer sees the pixels of a view.
+#[derive(Debug, Clone)]
+pub struct Sight {
+    rings: Vec<Ring>,
+    /// In proportion to the cortex that sees the pixel; 0 where it shows nothing.
+    weights: Vec<f64>,
+    /// Where there are fewest.
+    pixels_per_degree: f32,
+}
+
+impl Sight {
+    /// Of a viewer who looks along `forward`, of any length but zero.
+    pub fn new(view: &View, forward: Vec3) -> Self {
+        let forward = forward.as_dvec3().normalize_or_zero();
+        let towards = |x: f32, y: f32| {
+            let direction = view.direction(x, y)?;
+            Some(direction.as_dvec3().normalize_or_zero())
+        };
+        let (mut rings, mut weights) = (Vec::new(), Vec::new());
+        let mut widest: f64 = 0.0;
+        for y in 0..view.rows() {
+            for x in 0..view.columns() {
+                let (x, y) = (x as f32, y as f32);
+                let edges = [(-0.5, 0.0), (0.5, 0.0), (0.0, -0.5), (0.0, 0.5)];
+                let edges = edges.map(|(right, down)| towards(x + right, y + down));
+                let (Some(middle), [Some(left), Some(right), Some(above), Some(below)]) =
+                    (towards(x, y), edges)
+                else {
+                    rings.push(Ring::Periphery);
+                    weights.push(0.0);
+                    continue;
+                };
+                let across = right - left;
+                widest = widest.max(across.length());
+                let apart = middle.cross(forward).length();
+                let degrees = libm::atan2(apart, middle.dot(forward)).to_degrees();
+                let magnification = 17.3 / (degrees + 0.75);
+                rings.push(Ring::of(degrees as f32));
+                weights.push(across.cross(below - above).length() * magnification * magnification);
+            }
+        }
+        Self {
+            rings,
+            weights,
+            pixels_per_degree: (1.0 / widest.to_degrees()) as f32,
+        }
+    }
+
+    /// Where the viewer has fewest: of a wall, at the foot of the perpendicular.
+    pub const fn pixels_per_degree(&self) -> f32 {
+        self.pixels_per_degree
+    }
+}
+
+/// The measures over some pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// Decibels; `None` where nothing differs.
+    pub psnr: Option<f64>,
+    /// 0 to 1, less is better.
+    pub flip: f64,
+    /// −1 to 1, more is better.
+    pub ssim: f64,
+}
+
+/// How far pictures are from what they should be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PictureError {
+    /// All pixels alike.
+    pub all: Quality,
+    /// Weighted by the cortex that sees them.
+    pub weighted: Quality,
+    /// Of each [`Ring`]; `None` where it has no pixels.
+    pub rings: [Option<Quality>; 3],
+}
+
+impl PictureError {
+    /// Of the pictures of a frame, each with how it is seen: as it was found, and
+    /// as it should be. Pictures have the pixels of their view.
+    pub fn new(pictures: &[(&Sight, &Picture, &Picture)]) -> Self {
+        let sums: Vec<[Sum; 5]> = pictures
+            .par_iter()
+            .map(|&(sight, found, truth)| sums(sight, found, truth))
+            .collect();
+        let total = |number: usize| {
+            let mut total = Sum::default();
+            for sums in &sums {
+                total.add(&sums[number]);
+            }
+            total.quality()
+        };
+        let none = Quality {
+            psnr: None,
+            flip: 0.0,
+            ssim: 1.0,
+        };
+        Self {
+            all: total(0).unwrap_or(none),
+            weighted: total(1).unwrap_or(none),
+            rings: [total(2), total(3), total(4)],
+        }
+    }
+}
+
+/// What [`PictureError::errors`] are.
+pub(super) const MEASURES: [Measure; 9] = [
+    measure("flip_weighted", "FLIP by acuity"),
+    measure("flip_fovea", "FLIP to 1°"),
+    measure("flip_parafovea", "FLIP to 5°"),
+    measure("flip_periphery", "FLIP beyond"),
+    measure("flip", "FLIP"),
+    measure("psnr_weighted_db", "PSNR by acuity, dB"),
+    measure("psnr_db", "PSNR, dB"),
+    measure("ssim_weighted", "SSIM by acuity"),
+    measure("ssim", "SSIM"),
+];
+
+impl PictureError {
+    /// By [`MEASURES`].
+    pub(super) fn errors(&self) -> Vec<Option<f64>> {
+        let [fovea, parafovea, periphery] = self.rings.map(|ring| ring.map(|one| one.flip));
+        vec![
+            Some(self.weighted.flip),
+            fovea,
+            parafovea,
+            periphery,
+            Some(self.all.flip),
+            self.weighted.psnr,
+            self.all.psnr,
+            Some(self.weighted.ssim),
+            Some(self.all.ssim),
+        ]
+    }
+}
+
+/// Of all, weighted, and of the rings.
+fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> [Sum; 5] {
+    let codes = [found, truth].map(|picture| {
+        let pixels = picture.pixels.iter();
+        let codes = pixels.map(|&[r, g, b, _]| [r, g, b].map(srgb_from_linear));
+        codes.collect::<Vec<[u8; 3]>>()
+    });
+    let [found_codes, true_codes] = &codes;
+    let (width, height) = (truth.width, truth.height);
+    // Equal pictures are not worth the time.
+    let maps = (found_codes != true_codes).then(|| {
+        let image =
+            |codes: &[[u8; 3]]| FlipImageRgb8::with_data(width, height, codes.as_flattened());
+        let flip = nv_flip::flip(
+            image(true_codes),
+            image(found_codes),
+            sight.pixels_per_degree,
+        );
+        let luma = |codes: &[[u8; 3]]| codes.iter().copied().map(luma).collect::<Vec<f64>>();
+        let ssim = similarities(&luma(found_codes), &luma(true_codes), width as usize);
+        (flip.to_vec(), ssim)
+    });
+    let mut sums = [Sum::default(); 5];
+    for (index, (ring, &weight)) in sight.rings.iter().zip(&sight.weights).enumerate() {
+        if weight == 0.0 {
+            continue;
+        }
+        let (mut squares, mut flip, mut ssim) = (0.0, 0.0, 1.0);
+        if let Some((flips, similarities)) = &maps {
+            for (&a, &b) in found_codes[index].iter().zip(&true_codes[index]) {
+                let off = f64::from(a) - f64::from(b);
+                squares += off * off / 3.0;
+            }
+            flip = f64::from(flips[index]);
+            ssim = similarities[index];
+        }
+        let of_pixel = |weight: f64| Sum {
+            weight,
+            squares: weight * squares,
+            flip: weight * flip,
+            ssim: weight * ssim,
+        };
+        sums[0].add(&of_pixel(1.0));
+        sums[1].add(&of_pixel(weight));
+        sums[2 + *ring as usize].add(&of_pixel(1.0));
+    }
+    sums
+}
+
+/// Rec. 709's, of codes as they are.
+fn luma([red, green, blue]: [u8; 3]) -> f64 {
+    0.2126 * f64::from(red) + 0.7152 * f64::from(green) + 0.0722 * f64::from(blue)
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Sum {
+    weight: f64,
+    squares: f64,
+    flip: f64,
+    ssim: f64,
+}
+
+impl Sum {
+    fn add(&mut self, other: &Self) {
+        self.weight += other.weight;
+        self.squares += other.squares;
+        self.flip += other.flip;
+        self.ssim += other.ssim;
+    }
+
+    fn quality(&self) -> Option<Quality> {
+        (self.weight > 0.0).then(|| {
+            let mean_square = self.squares / self.weight;
+            Quality {
+                psnr: (mean_square > 0.0).then(|| 10.0 * libm::log10(255.0 * 255.0 / mean_square)),
+                flip: self.flip / self.weight,
+                ssim: self.ssim / self.weight,
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

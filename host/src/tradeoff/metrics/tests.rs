@@ -1,0 +1,117 @@
+use super::*;
+
+/// A wall of 16² pixels, 2 m a side, 1 m ahead.
+fn view() -> View {
+    let pixel = 2.0 / 16.0;
+    let first = Vec3::new(-1.0 + 0.5 * pixel, 1.0 - 0.5 * pixel, -1.0);
+    View::new(
+        Vec3::ZERO,
+        first,
+        Vec3::X * pixel,
+        Vec3::NEG_Y * pixel,
+        [16, 16],
+    )
+    .unwrap()
+}
+
+/// A grey of an 8-bit code.
+fn grey(code: u8) -> Picture {
+    let encoded = f32::from(code) / 255.0;
+    let linear = ((encoded + 0.055) / 1.055).powf(2.4);
+    Picture::from_pixels(16, 16, vec![[linear, linear, linear, 1.0]; 256]).unwrap()
+}
+
+#[test]
+fn equal_pictures_are_no_way_off() {
+    let sight = Sight::new(&view(), Vec3::NEG_Z);
+    let error = PictureError::new(&[(&sight, &grey(90), &grey(90))]);
+    let none = Quality {
+        psnr: None,
+        flip: 0.0,
+        ssim: 1.0,
+    };
+    assert_eq!((error.all, error.weighted), (none, none));
+    assert_eq!(error.rings, [None, Some(none), Some(none)]);
+}
+
+#[test]
+fn even_differences_are_the_same_however_they_are_weighted() {
+    let sight = Sight::new(&view(), Vec3::NEG_Z);
+    let error = PictureError::new(&[(&sight, &grey(120), &grey(100))]);
+    for found in [
+        error.all,
+        error.weighted,
+        error.rings[1].unwrap(),
+        error.rings[2].unwrap(),
+    ] {
+        // 20 codes everywhere.
+        assert!((found.psnr.unwrap() - 20.0 * (255.0f64 / 20.0).log10()).abs() < 1e-9);
+        assert!((found.flip - error.all.flip).abs() < 1e-6, "{found:?}");
+        let c1 = (0.01f64 * 255.0).powi(2);
+        let ssim = (2.0 * 120.0 * 100.0 + c1) / (120.0f64.powi(2) + 100.0f64.powi(2) + c1);
+        assert!((found.ssim - ssim).abs() < 1e-9, "{found:?}");
+    }
+}
+
+#[test]
+fn black_for_white_is_all_of_flip() {
+    let sight = Sight::new(&view(), Vec3::NEG_Z);
+    let error = PictureError::new(&[(&sight, &grey(0), &grey(255))]);
+    // 0.974 by its authors' program: the largest difference of two greys.
+    assert!((error.all.flip - 0.974).abs() < 0.01, "{}", error.all.flip);
+    assert!(error.all.psnr.unwrap().abs() < 1e-9, "{error:?}");
+}
+
+#[test]
+fn weights_are_of_the_solid_angle_and_the_cortex() {
+    let view = view();
+    let sight = Sight::new(&view, Vec3::NEG_Z);
+    // Of the wall, a sixth of the sphere: weights over magnification add up to it.
+    let mut solid = 0.0;
+    for (index, weight) in sight.weights.iter().enumerate() {
+        let (x, y) = ((index % 16) as f32, (index / 16) as f32);
+        let degrees = f64::from(
+            view.direction(x, y)
+                .unwrap()
+                .angle_between(Vec3::NEG_Z)
+                .to_degrees(),
+        );
+        solid += weight * ((degrees + 0.75) / 17.3).powi(2);
+    }
+    assert!(
+        (solid - 4.0 * std::f64::consts::PI / 6.0).abs() < 0.01,
+        "{solid}"
+    );
+    // Between two pixels in the middle: atan(1/16) from edge to edge.
+    let least = 1.0 / (2.0 * (1.0f64 / 16.0).atan()).to_degrees();
+    assert!((f64::from(sight.pixels_per_degree) / least - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn rings_are_where_the_viewer_looks() {
+    assert_eq!(
+        [0.0, 1.0, 1.1, 5.0, 5.1, 180.0].map(Ring::of),
+        [
+            Ring::Fovea,
+            Ring::Fovea,
+            Ring::Parafovea,
+            Ring::Parafovea,
+            Ring::Periphery,
+            Ring::Periphery,
+        ]
+    );
+    // A difference in one corner counts the more the nearer the gaze is.
+    let mut found = grey(100);
+    found.pixels[0] = [1.0; 4];
+    let corner = view().direction(0.0, 0.0).unwrap();
+    let weighted = [Vec3::NEG_Z, corner].map(|forward| {
+        let sight = Sight::new(&view(), forward);
+        PictureError::new(&[(&sight, &found, &grey(100))])
+    });
+    assert!(
+        weighted[1].weighted.flip > 10.0 * weighted[0].weighted.flip,
+        "{weighted:?}"
+    );
+    assert_eq!(weighted[0].all, weighted[1].all);
+    assert!(weighted[1].rings[0].is_some() && weighted[0].rings[0].is_none());
+}

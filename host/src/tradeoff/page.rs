@@ -1,0 +1,428 @@
+//! The report as one page that needs nothing else: HTML, with charts as SVG and
+//! pictures as PNG in it, and no script.
+
+use super::table::plain;
+use super::{Comparison, Point, Report, Section};
+use crate::chart::{Axis, Chart, Corner, Line, Note};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use std::fmt::Write as _;
+use std::io;
+use std::ops::Range;
+
+/// Columns and rows of a chart: two are beside each other.
+const CHART: (u32, u32) = (580, 400);
+
+const STYLE: &str = include_str!("page.css");
+
+/// The page.
+///
+/// # Errors
+/// A chart that cannot be drawn, a picture that is none.
+pub fn html(report: &Report) -> io::Result<String> {
+    let mut page = String::new();
+    let kind = if report.quick {
+        "The short run"
+    } else {
+        "The full run"
+    };
+    let plural = if report.threads == 1 { "" } else { "s" };
+    let head = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <title>What accuracy costs</title>\n<link rel=\"icon\" href=\"data:,\"/>\n\
+         <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>What accuracy costs</h1>\n\
+         <p class=\"run\">{kind} of <code>shisen tradeoff</code> {}: {} thread{plural}, {}, \
+         mesh {}, {}.</p>\n\
+         <p>Every point is a setting: how far it is off, and what it takes. Times are medians \
+         of at least three, taken in turns on this machine; steps (tree nodes visited and \
+         primitives tested) are the same on any. <strong class=\"best\">●</strong> marks the \
+         Pareto front of error and time, <strong class=\"best\">○</strong> that of error and \
+         steps: nothing else measured is as good in one and better in the other. Where an axis \
+         of errors is logarithmic, points without one stand on its lower edge.</p>\n",
+        escaped(report.version),
+        report.threads,
+        escaped(&report.simd),
+        escaped(&report.mesh),
+        time(report.seconds),
+    );
+    page.push_str(&head);
+    page.push_str("<table class=\"choices\">\n<caption>What to choose</caption>\n<tbody>\n");
+    for section in &report.sections {
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            page,
+            "<tr><th scope=\"row\"><a href=\"#{}\">{}</a></th><td>{}</td></tr>",
+            section.id,
+            escaped(section.title),
+            escaped(&section.choice),
+        );
+    }
+    page.push_str("</tbody>\n</table>\n");
+    for section in &report.sections {
+        write_section(&mut page, section)?;
+    }
+    page.push_str("</main>\n</body>\n</html>\n");
+    Ok(page)
+}
+
+fn write_section(page: &mut String, section: &Section) -> io::Result<()> {
+    let _ = writeln!(
+        page,
+        "<section id=\"{}\">\n<h2>{}</h2>\n<p>{}</p>",
+        section.id,
+        escaped(section.title),
+        escaped(&section.about),
+    );
+    for (number, comparison) in section.comparisons.iter().enumerate() {
+        write_comparison(page, comparison)?;
+        // Beside the first, whose pictures they are.
+        if number == 0 {
+            write_pictures(page, section)?;
+        }
+    }
+    page.push_str("</section>\n");
+    Ok(())
+}
+
+fn write_comparison(page: &mut String, comparison: &Comparison) -> io::Result<()> {
+    let _ = writeln!(
+        page,
+        "<h3>{}</h3>\n<p>{}</p>\n<p class=\"choice\">{}</p>",
+        escaped(comparison.title),
+        escaped(&comparison.about),
+        escaped(&comparison.choice),
+    );
+    page.push_str("<div class=\"charts\">\n");
+    for chart in charts(comparison).iter().chain(&comparison.charts) {
+        let picture = chart.svg(CHART)?;
+        let _ = writeln!(page, "<figure>{}</figure>", picture.trim());
+    }
+    page.push_str("</div>\n");
+    write_points(page, comparison);
+    Ok(())
+}
+
+fn write_points(page: &mut String, comparison: &Comparison) {
+    let has_steps = comparison.points.iter().any(|point| point.steps.is_some());
+    page.push_str("<details open=\"\"><summary>Numbers</summary>\n<div class=\"wide\"><table>\n");
+    page.push_str("<thead><tr><th></th><th>Series</th><th>Setting</th>");
+    for measure in &comparison.measures {
+        let _ = write!(page, "<th class=\"number\">{}</th>", escaped(measure.label));
+    }
+    page.push_str("<th class=\"number\">Time, ms</th>");
+    if has_steps {
+        page.push_str("<th class=\"number\">Steps</th>");
+    }
+    page.push_str("</tr></thead>\n<tbody>\n");
+    for point in &comparison.points {
+        let settings: Vec<String> = point
+            .settings
+            .iter()
+            .map(|(key, value)| format!("{key} {}", plain(value)))
+            .collect();
+        let _ = write!(
+            page,
+            "<tr{}><td class=\"best\">{}{}</td><td>{}</td><td title=\"{}\">{}</td>",
+            if point.best_by_time {
+                " class=\"front\""
+            } else {
+                ""
+            },
+            if point.best_by_time { "●" } else { "" },
+            if point.best_by_steps { "○" } else { "" },
+            escaped(point.series),
+            escaped(&settings.join(", ")),
+            escaped(&point.name),
+        );
+        for error in &point.errors {
+            let text = error.map_or("–".to_owned(), short);
+            let _ = write!(page, "<td class=\"number\">{text}</td>");
+        }
+        let _ = write!(
+            page,
+            "<td class=\"number\">{}</td>",
+            short(1e3 * point.seconds)
+        );
+        if has_steps {
+            let steps = point.steps.map_or("–".to_owned(), grouped);
+            let _ = write!(page, "<td class=\"number\">{steps}</td>");
+        }
+        page.push_str("</tr>\n");
+    }
+    page.push_str("</tbody>\n</table></div></details>\n");
+}
+
+fn write_pictures(page: &mut String, section: &Section) -> io::Result<()> {
+    if section.pictures.is_empty() {
+        return Ok(());
+    }
+    page.push_str("<div class=\"pictures\">\n");
+    for figure in &section.pictures {
+        let bytes = figure.picture.png_bytes()?;
+        let _ = writeln!(
+            page,
+            "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{2}\" \
+             src=\"data:image/png;base64,{3}\"/><figcaption>{0}</figcaption></figure>",
+            escaped(&figure.caption),
+            figure.picture.width,
+            figure.picture.height,
+            STANDARD.encode(bytes),
+        );
+    }
+    page.push_str("</div>\n");
+    Ok(())
+}
+
+/// Error against time, and against steps where these are counted.
+fn charts(comparison: &Comparison) -> Vec<Chart> {
+    let by_time = chart(comparison, ("seconds", "time, ms"), &|point: &Point| {
+        (Some(1e3 * point.seconds), point.best_by_time)
+    });
+    let by_steps = chart(
+        comparison,
+        ("steps", "steps, millions"),
+        &|point: &Point| {
+            let steps = point.steps.map(|steps| 1e-6 * steps as f64);
+            (steps, point.best_by_steps)
+        },
+    );
+    [by_time, by_steps].into_iter().flatten().collect()
+}
+
+/// The points in the colours of their series, with the front through those that
+/// are on it; `None` where no point has a cost.
+fn chart(
+    comparison: &Comparison,
+    (name, label): (&'static str, &'static str),
+    cost: &dyn Fn(&Point) -> (Option<f64>, bool),
+) -> Option<Chart> {
+    let measure = comparison.measures.first()?;
+    let placed: Vec<(&Point, f64, f64, bool)> = comparison
+        .points
+        .iter()
+        .filter_map(|point| {
+            let (x, best) = cost(point);
+            let error = point.error();
+            Some((point, x.filter(|x| *x > 0.0)?, error, best)).filter(|_| error.is_finite())
+        })
+        .collect();
+    let costs = || placed.iter().map(|one| one.1);
+    let least = costs().fold(f64::INFINITY, f64::min);
+    // Ticks are at powers of ten: of less there would be none or one.
+    let decades = costs().fold(0.0, f64::max) > 20.0 * least;
+    let x = axis(costs(), decades)?;
+    let y = axis(placed.iter().map(|one| one.2), comparison.logarithmic)?;
+    // Where there is no error at all there is no logarithm either.
+    let height = |error: f64| error.max(y.start);
+    let mut front: Vec<(f64, f64)> = placed
+        .iter()
+        .filter(|one| one.3)
+        .map(|one| (one.1, height(one.2)))
+        .collect();
+    front.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // As much error as the next faster one has, until one has less.
+    let stairs = front
+        .windows(2)
+        .flat_map(|pair| [pair[0], (pair[1].0, pair[0].1)])
+        .chain(front.last().copied())
+        .map(|(x, y)| (x, Some(y)));
+    let mut lines = Vec::new();
+    if front.len() > 1 {
+        lines.push(Line {
+            name: "Pareto front".to_owned(),
+            points: stairs.collect(),
+            colour: 6,
+            faint: true,
+            dots: false,
+        });
+    }
+    let mut series: Vec<&str> = placed.iter().map(|one| one.0.series).collect();
+    let mut seen = Vec::new();
+    series.retain(|one| {
+        let new = !seen.contains(one);
+        if new {
+            seen.push(*one);
+        }
+        new
+    });
+    for (colour, series) in series.into_iter().enumerate() {
+        let own = placed.iter().filter(|one| one.0.series == series);
+        lines.push(Line {
+            name: series.to_owned(),
+            points: own.map(|one| (one.1, Some(height(one.2)))).collect(),
+            colour,
+            faint: false,
+            dots: true,
+        });
+    }
+    let place = |cost: f64, error: f64| {
+        let along = part(&x, cost, decades);
+        (along, part(&y, height(error), comparison.logarithmic))
+    };
+    let places: Vec<(f64, f64)> = placed.iter().map(|one| place(one.1, one.2)).collect();
+    let best: Vec<_> = placed
+        .iter()
+        .zip(&places)
+        .filter(|(one, _)| one.3)
+        .collect();
+    let notes = notes(
+        best.iter()
+            .map(|((point, cost, error, _), place)| (*point, (*cost, height(*error)), **place)),
+    );
+    Some(Chart {
+        title: format!(
+            "{}: error and {}",
+            comparison.title,
+            name.replace("seconds", "time")
+        ),
+        x: Axis {
+            name,
+            label,
+            range: x,
+            logarithmic: decades,
+        },
+        y: Axis {
+            name: measure.id,
+            label: measure.label,
+            range: y,
+            logarithmic: comparison.logarithmic,
+        },
+        lines,
+        names: emptiest_corner(&places),
+        notes,
+    })
+}
+
+/// How far along an axis a number is, 0 to 1.
+fn part(range: &Range<f64>, value: f64, logarithmic: bool) -> f64 {
+    if logarithmic {
+        libm::log(value / range.start) / libm::log(range.end / range.start)
+    } else {
+        (value - range.start) / (range.end - range.start)
+    }
+}
+
+/// Where the fewest points are, by their places from the lower left, 0 to 1.
+fn emptiest_corner(places: &[(f64, f64)]) -> Corner {
+    let corners = [
+        (Corner::UpperRight, true, true),
+        (Corner::UpperLeft, false, true),
+        (Corner::LowerLeft, false, false),
+        (Corner::LowerRight, true, false),
+    ];
+    let inside = |right: bool, upper: bool| {
+        let taken = |&&(x, y): &&(f64, f64)| {
+            let (x, y) = (
+                if right { x } else { 1.0 - x },
+                if upper { y } else { 1.0 - y },
+            );
+            x > 0.55 && y > 0.5
+        };
+        places.iter().filter(taken).count()
+    };
+    let least = corners
+        .into_iter()
+        .min_by_key(|&(_, right, upper)| inside(right, upper));
+    least.map_or(Corner::UpperRight, |corner| corner.0)
+}
+
+/// The names of points, each with what it has and its place, as far as they do
+/// not lie on each other.
+fn notes<'p>(points: impl Iterator<Item = (&'p Point, (f64, f64), (f64, f64))>) -> Vec<Note> {
+    let mut taken: Vec<(f64, f64)> = Vec::new();
+    let mut notes = Vec::new();
+    for (point, at, place) in points {
+        let near = |other: &(f64, f64)| {
+            (other.0 - place.0).abs() < 0.25 && (other.1 - place.1).abs() < 0.05
+        };
+        if !taken.iter().any(near) {
+            taken.push(place);
+            notes.push(Note {
+                at,
+                text: point.name.clone(),
+            });
+        }
+    }
+    notes
+}
+
+/// What shows some numbers with room around them; `None` where there are none.
+fn axis(numbers: impl Iterator<Item = f64>, logarithmic: bool) -> Option<Range<f64>> {
+    let numbers = numbers.filter(|number| !logarithmic || *number > 0.0);
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    for number in numbers {
+        (least, most) = (least.min(number), most.max(number));
+    }
+    if !(least <= most) {
+        return None;
+    }
+    Some(if logarithmic {
+        let room = libm::pow((most / least).max(1.5), 0.12);
+        least / room..most * room
+    } else {
+        let room = (most - least.min(0.0)).max(1e-9);
+        least.min(0.0) - 0.04 * room..most + 0.12 * room
+    })
+}
+
+/// Three digits, more where they are whole.
+pub(super) fn short(number: f64) -> String {
+    let size = number.abs();
+    if size == 0.0 {
+        return "0".to_owned();
+    }
+    if size < 1e-4 || size >= 1e7 {
+        return format!("{number:.1e}");
+    }
+    let digits = (2 - libm::floor(libm::log10(size)) as i32).clamp(0, 6) as usize;
+    format!("{number:.digits$}")
+}
+
+/// The same without zeros at its end.
+pub(super) fn brief(number: f64) -> String {
+    let text = short(number);
+    if text.contains('.') && !text.contains('e') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// A time for people.
+pub(super) fn time(seconds: f64) -> String {
+    match seconds {
+        60.0.. => format!(
+            "{:.0} min {:02.0} s",
+            libm::floor(seconds / 60.0),
+            seconds % 60.0
+        ),
+        1.0.. => format!("{} s", short(seconds)),
+        1e-3.. => format!("{} ms", short(1e3 * seconds)),
+        _ => format!("{} µs", short(1e6 * seconds)),
+    }
+}
+
+/// A whole number in groups of three digits, which thin spaces part.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push('\u{2009}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// As text and as an attribute's value.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+pub(super) mod tests;
