@@ -18,7 +18,19 @@ mod spheroids;
 mod time;
 mod triangles;
 
+pub(crate) use input::Inputs;
+pub(crate) use refraction::exact as exact_refraction;
+
+/// The textbook's ways, for who compares them on usual inputs.
+pub(crate) mod naive {
+    pub(crate) use super::capture::traced_mirror;
+    pub(crate) use super::gaze::printed_level;
+    pub(crate) use super::refraction::textbook as textbook_refraction;
+    pub(crate) use super::triangles::moller_trumbore;
+}
+
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use serde::Serialize;
 
 /// How many inputs each case is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,6 +94,49 @@ impl Outcome {
     pub fn passed(&self) -> bool {
         self.errors.ours <= self.case.bound
     }
+
+    /// As reports have it.
+    pub fn row(&self) -> Row {
+        let Self { case, errors } = self;
+        let has = |(_, cases): &&(&str, &[Case])| cases.iter().any(|one| one.name == case.name);
+        Row {
+            group: GROUPS.iter().find(has).map_or("", |(group, _)| group),
+            name: case.name,
+            hard: case.hard,
+            unit: case.error,
+            reference: case.reference,
+            naive: case.naive,
+            passed: self.passed(),
+            error: errors.ours,
+            bound: case.bound,
+            naive_error: errors.naive,
+        }
+    }
+}
+
+/// An outcome for people and programs.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    /// Of [`GROUPS`].
+    pub group: &'static str,
+    /// As [`Case::name`].
+    pub name: &'static str,
+    /// As [`Case::hard`].
+    pub hard: &'static str,
+    /// What the errors are, with their unit: [`Case::error`].
+    pub unit: &'static str,
+    /// As [`Case::reference`].
+    pub reference: &'static str,
+    /// As [`Case::naive`].
+    pub naive: &'static str,
+    /// Whether the error is within its bound.
+    pub passed: bool,
+    /// As [`Errors::ours`]; null in JSON where infinite.
+    pub error: f64,
+    /// As [`Case::bound`].
+    pub bound: f64,
+    /// As [`Errors::naive`]; null in JSON where infinite.
+    pub naive_error: f64,
 }
 
 /// All groups of cases and their names, in the order of a ray's life.

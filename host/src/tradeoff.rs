@@ -15,6 +15,7 @@ mod gaze;
 mod latency;
 mod metrics;
 mod page;
+mod precision;
 mod spectrum;
 mod table;
 
@@ -28,6 +29,7 @@ use crate::mesh::TriangleMesh;
 use crate::picture::Picture;
 use crate::quantiles::median;
 use crate::render::Options;
+use crate::selftest::Row;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::error::Error;
@@ -45,6 +47,8 @@ pub enum Topic {
     Spectrum,
     /// Steps that a frame may take.
     Budget,
+    /// Single precision.
+    Precision,
     /// What scenes ask for.
     Effects,
     /// Where the viewer will look.
@@ -53,11 +57,12 @@ pub enum Topic {
 
 impl Topic {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Gaze,
         Self::Capture,
         Self::Spectrum,
         Self::Budget,
+        Self::Precision,
         Self::Effects,
         Self::Latency,
     ];
@@ -69,6 +74,7 @@ impl Topic {
             Self::Capture => "capture",
             Self::Spectrum => "spectrum",
             Self::Budget => "budget",
+            Self::Precision => "precision",
             Self::Effects => "effects",
             Self::Latency => "latency",
         }
@@ -85,6 +91,7 @@ impl Topic {
             Self::Capture => capture::section(bench),
             Self::Spectrum => spectrum::section(bench),
             Self::Budget => budget::section(bench),
+            Self::Precision => precision::section(bench),
             Self::Effects => effects::section(bench),
             Self::Latency => latency::section(bench),
         };
@@ -199,6 +206,8 @@ pub struct Report {
     pub seconds: f64,
     /// In the order of [`Topic::ALL`].
     pub sections: Vec<Section>,
+    /// Beside [`Topic::Precision`]: inputs that are not usual.
+    pub hard_cases: Vec<Row>,
 }
 
 /// The price of one kind of accuracy.

@@ -97,7 +97,7 @@ impl Spheroid {
     /// many digits; everything after it is a product.
     #[cold]
     #[inline(never)]
-    pub(crate) fn clearance_from_far(&self, origin: Vec3, direction: Vec3) -> f32 {
+    pub(crate) fn clearance_from_far(self, origin: Vec3, direction: Vec3) -> f32 {
         let (e, p) = (self.equatorial, self.polar);
         // Of a length whose products with coordinates stay in range.
         let Some(direction) = scale_to_one(direction) else {

@@ -5,7 +5,7 @@ use super::print;
 use super::progress::Progress;
 use clap::Args;
 use serde::Serialize;
-use shisen::selftest::{self, Effort, GROUPS, Outcome};
+use shisen::selftest::{self, Effort, Outcome, Row};
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -52,41 +52,6 @@ struct Report {
     cases: Vec<Row>,
 }
 
-#[derive(Debug, Serialize)]
-struct Row {
-    group: &'static str,
-    name: &'static str,
-    hard: &'static str,
-    unit: &'static str,
-    reference: &'static str,
-    naive: &'static str,
-    passed: bool,
-    error: f64,
-    bound: f64,
-    naive_error: f64,
-}
-
-impl Row {
-    fn of(outcome: &Outcome) -> Self {
-        let case = outcome.case;
-        let has = |(_, cases): &&(&str, &[selftest::Case])| {
-            cases.iter().any(|other| other.name == case.name)
-        };
-        Self {
-            group: GROUPS.iter().find(has).map_or("", |(group, _)| group),
-            name: case.name,
-            hard: case.hard,
-            unit: case.error,
-            reference: case.reference,
-            naive: case.naive,
-            passed: outcome.passed(),
-            error: outcome.errors.ours,
-            bound: case.bound,
-            naive_error: outcome.errors.naive,
-        }
-    }
-}
-
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let part = arguments.part.as_deref().unwrap_or_default();
@@ -111,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         quick: arguments.quick,
         passed: total - failed,
         failed,
-        cases: outcomes.iter().map(Row::of).collect(),
+        cases: outcomes.iter().map(Outcome::row).collect(),
     };
     print(&report, arguments.json)?;
     if failed > 0 {

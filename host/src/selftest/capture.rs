@@ -110,6 +110,13 @@ fn traced(a: f32, p: Option<f32>, c1: f32, screen: [f32; 2], at: Vec3) -> Vec3 {
     direction - normal * (2.0 * direction.dot(normal))
 }
 
+/// [`traced`] at a place of the disc of a mirror about the origin.
+pub(crate) fn traced_mirror(mirror: &SpheroidMirror, place: [f32; 2]) -> Vec3 {
+    let screen = place.map(|x| x * mirror.screen_radius());
+    let (a, p) = (mirror.axis_ratio(), mirror.viewpoint());
+    traced(a, p, mirror.screen_distance(), screen, Vec3::ZERO)
+}
+
 /// A place of the unit disc at a radius.
 fn place(inputs: &mut Inputs, radius: f64) -> [f32; 2] {
     let (sin, cos) = (TAU * inputs.unit()).sin_cos();
@@ -128,15 +135,7 @@ fn compare(worst: &mut Worst, single: &SpheroidMirror, double: &Mirror, [u, v]: 
     let error = |found: Vec3| pixels(angle(found.as_dvec3(), exact));
     let ours = single.pixel(u, v, Mapping::Screen);
     worst.ours(ours.map_or(f64::NAN, |found| error(found.direction)));
-    let screen = [u, v].map(|x| x * single.screen_radius());
-    let (a, p) = (single.axis_ratio(), single.viewpoint());
-    worst.naive(error(traced(
-        a,
-        p,
-        single.screen_distance(),
-        screen,
-        Vec3::ZERO,
-    )));
+    worst.naive(error(traced_mirror(single, [u, v])));
 }
 
 /// A mirror by its viewpoint, in both precisions.
@@ -331,7 +330,7 @@ fn there_and_back(effort: Effort) -> Errors {
     worst.0
 }
 
-/// r_d of θ by the paper's formulas of β, as printed, in f32, by halving β.
+/// `r_d` of θ by the paper's formulas of β, as printed, in f32, by halving β.
 fn halved(mirror: &SpheroidMirror, theta: f32) -> f32 {
     let a = mirror.axis_ratio();
     let Some(p) = mirror.viewpoint() else {
@@ -344,7 +343,7 @@ fn halved(mirror: &SpheroidMirror, theta: f32) -> f32 {
     };
     let (mut low, mut high) = (0.0, mirror.edge());
     for _ in 0..40 {
-        let middle = (low + high) / 2.0;
+        let middle = f32::midpoint(low, high);
         if of(middle).1 < theta {
             low = middle;
         } else {

@@ -126,6 +126,11 @@ fn printed(v: Vec3) -> (f32, f32) {
     (l, level)
 }
 
+/// The level as printed, of a viewer who looks along −Z.
+pub(crate) fn printed_level(v: Vec3) -> f32 {
+    printed(v).1
+}
+
 /// Draws directions and compares l, or the level.
 fn compare(
     seed: u64,

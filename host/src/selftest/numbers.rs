@@ -89,7 +89,7 @@ fn bases(effort: Effort) -> Errors {
         let away = inputs.magnitude(-8.0, 0.0);
         let z = single((DVec3::NEG_Z + inputs.direction() * away).normalize());
         let error = |(x, y): (Vec3, Vec3)| {
-            let [x, y, z] = [x, y, z].map(|v| v.as_dvec3());
+            let [x, y, z] = [x, y, z].map(Vec3::as_dvec3);
             let dots = [x.dot(x) - 1.0, y.dot(y) - 1.0, x.dot(y), y.dot(z), z.dot(x)];
             dots.iter().fold(0.0, |most, &d| super::worse(most, d)) / UNIT
         };

@@ -79,10 +79,11 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-/// Both shares of what light of this cosine does.
+/// The reflected and the transmitted share; `None` where all is reflected.
 type Shares = Option<(f64, f64)>;
 
-fn exact(cos: f64, m: f64, n: f64) -> Shares {
+/// Of light of this cosine of incidence, from index m into n.
+pub(crate) fn exact(cos: f64, m: f64, n: f64) -> Shares {
     let difference = (n - m) * (n + m);
     let g2 = difference + (m * cos) * (m * cos);
     if g2 <= 0.0 {
@@ -97,7 +98,7 @@ fn exact(cos: f64, m: f64, n: f64) -> Shares {
 }
 
 /// The textbook's: reflected and transmitted share and the direction.
-fn textbook(d: Vec3, normal: Vec3, m: f32, n: f32) -> Option<(f32, f32, Vec3)> {
+pub(crate) fn textbook(d: Vec3, normal: Vec3, m: f32, n: f32) -> Option<(f32, f32, Vec3)> {
     let eta = m / n;
     let cos_in = -d.dot(normal);
     let sin2 = eta * eta * (1.0 - cos_in * cos_in);
@@ -107,7 +108,7 @@ fn textbook(d: Vec3, normal: Vec3, m: f32, n: f32) -> Option<(f32, f32, Vec3)> {
     let cos_out = (1.0 - sin2).sqrt();
     let s = (m * cos_in - n * cos_out) / (m * cos_in + n * cos_out);
     let p = (n * cos_in - m * cos_out) / (n * cos_in + m * cos_out);
-    let reflected = (s * s + p * p) / 2.0;
+    let reflected = f32::midpoint(s * s, p * p);
     let direction = d * eta + normal * (eta * cos_in - cos_out);
     Some((reflected, 1.0 - reflected, direction))
 }

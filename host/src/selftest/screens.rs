@@ -77,8 +77,7 @@ impl Wall {
     /// From the eye to a place of the wall, in pixels; (0, 0) is the middle of
     /// the first.
     fn exact(&self, eye: Vec3, x: f64, y: f64) -> DVec3 {
-        let [ll, lr, ul] =
-            [self.lower_left, self.lower_right, self.upper_left].map(|c| c.as_dvec3());
+        let [ll, lr, ul] = [self.lower_left, self.lower_right, self.upper_left].map(Vec3::as_dvec3);
         let [u, v] = [
             (x + 0.5) / f64::from(self.size[0]),
             (y + 0.5) / f64::from(self.size[1]),

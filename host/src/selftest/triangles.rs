@@ -11,6 +11,7 @@ use shisen_core::Simd;
 use shisen_core::numeric::largest_magnitude;
 use shisen_core::shape::{Ray, Triangle};
 use shisen_core::trace::{Budget, MeshTracer, Tracer, TraversalStack, Workspace};
+use std::collections::{BTreeMap, HashMap};
 
 const LOST: &str = "rays lost";
 const CLOSED: &str = "from inside a closed mesh every ray meets it";
@@ -120,7 +121,7 @@ pub(super) const CASES: &[Case] = &[
 
 /// Möller and Trumbore's test of 1997, in f32; with `least`, as published, a
 /// determinant below which a triangle is taken for edge-on.
-fn moller_trumbore(corners: [Vec3; 3], ray: &Ray, least: Option<f32>) -> Option<f32> {
+pub(crate) fn moller_trumbore(corners: [Vec3; 3], ray: &Ray, least: Option<f32>) -> Option<f32> {
     let [a, b, c] = corners;
     let (d, e1, e2) = (ray.direction(), b - a, c - a);
     let p = d.cross(e2);
@@ -131,7 +132,9 @@ fn moller_trumbore(corners: [Vec3; 3], ray: &Ray, least: Option<f32>) -> Option<
     let inverse = 1.0 / determinant;
     let s = ray.origin() - a;
     let u = s.dot(p) * inverse;
-    if u < 0.0 || u > 1.0 {
+    // NaN passes, as where it is written without a range.
+    let beyond = u > 1.0;
+    if u < 0.0 || beyond {
         return None;
     }
     let q = s.cross(e1);
@@ -166,7 +169,7 @@ fn extent(corners: [Vec3; 3], ray: &Ray) -> f64 {
 /// outside, by the distance to the line of the edge that it is farthest out of.
 /// All inputs are f32; in f64 it is off by 10⁻¹⁵ of their size.
 fn margin(corners: [Vec3; 3], ray: &Ray) -> f64 {
-    let corners = corners.map(|c| c.as_dvec3());
+    let corners = corners.map(Vec3::as_dvec3);
     let (o, d) = (ray.origin().as_dvec3(), ray.direction().as_dvec3());
     let side = (corners[1] - corners[0])
         .cross(corners[2] - corners[0])
@@ -226,7 +229,7 @@ fn vertices(mesh: &TriangleMesh) -> Vec<Target> {
 }
 
 fn edges(mesh: &TriangleMesh) -> Vec<Target> {
-    let mut of: std::collections::BTreeMap<[u32; 2], Vec<[Vec3; 3]>> = Default::default();
+    let mut of: BTreeMap<[u32; 2], Vec<[Vec3; 3]>> = BTreeMap::new();
     for &triangle in &mesh.triangles {
         let [a, b, c] = triangle;
         for [p, q] in [[a, b], [b, c], [c, a]] {
@@ -273,9 +276,11 @@ pub(super) fn ellipsoid() -> TriangleMesh {
             }
         }
     }
-    points.iter_mut().for_each(|p| *p = p.normalize());
+    for p in &mut points {
+        *p = p.normalize();
+    }
     for _ in 0..4 {
-        let mut middles = std::collections::HashMap::new();
+        let mut middles = HashMap::new();
         let mut middle = |i: usize, j: usize, points: &mut Vec<DVec3>| {
             *middles.entry([i.min(j), i.max(j)]).or_insert_with(|| {
                 points.push((points[i] + points[j]).normalize());
@@ -375,7 +380,7 @@ fn slivers_distance(effort: Effort) -> Errors {
         let at = inputs.in_ball();
         let tip = at + along * inputs.range(0.2, 0.8) + across / slimness;
         let corners = shuffled(&mut inputs, [at, at + along, tip]);
-        let [a, b, c] = corners.map(|c| c.as_dvec3());
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
         let normal = (b - a).cross(c - a).normalize();
         let (u, v) = (inputs.unit(), inputs.unit());
         let target = a + (b - a) * u * (1.0 - v) + (c - a) * u * v;
@@ -403,7 +408,7 @@ fn distance(effort: Effort) -> Errors {
     let mut worst = Worst::NONE;
     for _ in 0..effort.of(500_000) {
         let corners = [0; 3].map(|_| single(inputs.in_ball()));
-        let [a, b, c] = corners.map(|c| c.as_dvec3());
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
         let normal = (b - a).cross(c - a);
         // Triangles of a decent shape: the ray is what is hard here.
         if normal.length() < 0.1 {
@@ -585,7 +590,7 @@ fn t_junctions(effort: Effort) -> Errors {
 
 fn moved_mesh(effort: Effort) -> Errors {
     let away = DVec3::new(1.0e6, -0.5e6, 0.75e6);
-    moved(207, effort, quadruped(), away)
+    moved(207, effort, &quadruped(), away)
 }
 
 fn far_millimetres(effort: Effort) -> Errors {
@@ -593,11 +598,11 @@ fn far_millimetres(effort: Effort) -> Errors {
     for p in &mut mesh.positions {
         *p = p.map(|x| x * 0.02);
     }
-    moved(209, effort, mesh, DVec3::new(-1.0e5, 1.0e5, 0.5e5))
+    moved(209, effort, &mesh, DVec3::new(-1.0e5, 1.0e5, 0.5e5))
 }
 
 /// A mesh moved by whole metres.
-fn moved(seed: u64, effort: Effort, mesh: TriangleMesh, away: DVec3) -> Errors {
+fn moved(seed: u64, effort: Effort, mesh: &TriangleMesh, away: DVec3) -> Errors {
     let moved = Scene {
         objects: vec![Object {
             world_from_object: DAffine3::from_translation(away),
@@ -613,12 +618,12 @@ fn moved(seed: u64, effort: Effort, mesh: TriangleMesh, away: DVec3) -> Errors {
     let in_world: Vec<[Vec3; 3]> = mesh
         .triangles
         .iter()
-        .map(|&t| positions(&mesh, t).map(|p| single(p.as_dvec3() + away)))
+        .map(|&t| positions(mesh, t).map(|p| single(p.as_dvec3() + away)))
         .collect();
     let exact: Vec<[DVec3; 3]> = mesh
         .triangles
         .iter()
-        .map(|&t| positions(&mesh, t).map(|p| p.as_dvec3() + away))
+        .map(|&t| positions(mesh, t).map(|p| p.as_dvec3() + away))
         .collect();
     let (low, high) = mesh.bounds();
     let middle = (Vec3::from(low) + Vec3::from(high)).as_dvec3() / 2.0 + away;

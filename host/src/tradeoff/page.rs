@@ -4,6 +4,7 @@
 use super::table::plain;
 use super::{Comparison, Point, Report, Section};
 use crate::chart::{Axis, Chart, Corner, Line, Note};
+use crate::selftest::Row;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use std::fmt::Write as _;
@@ -62,6 +63,7 @@ pub fn html(report: &Report) -> io::Result<String> {
     for section in &report.sections {
         write_section(&mut page, section)?;
     }
+    write_hard_cases(&mut page, &report.hard_cases);
     page.push_str("</main>\n</body>\n</html>\n");
     Ok(page)
 }
@@ -151,6 +153,53 @@ fn write_points(page: &mut String, comparison: &Comparison) {
         page.push_str("</tr>\n");
     }
     page.push_str("</tbody>\n</table></div></details>\n");
+}
+
+/// What the textbook's formulas do where they go wrong, and what is built in.
+fn write_hard_cases(page: &mut String, cases: &[Row]) {
+    if cases.is_empty() {
+        return;
+    }
+    let failed = cases.iter().filter(|case| !case.passed).count();
+    let worse = cases.iter().filter(|case| case.naive_error > case.bound);
+    let _ = write!(
+        page,
+        "<section id=\"hard-cases\">\n<h2>Hard cases</h2>\n<p>Inputs on which a formula in single \
+         precision goes wrong, against exact numbers, double precision or a closed form: the \
+         largest error of what is built in, the bound that it is held to, and the textbook's on \
+         the same inputs. “Wrong” is no number, or the wrong verdict beyond doubt.</p>\n\
+         <p class=\"choice\">{} of {} are within their bounds; the textbook's way is beyond them in \
+         {}.</p>\n<div class=\"wide\"><table class=\"cases\">\n<thead><tr><th>Case</th><th>What is hard</th>\
+         <th class=\"number\">Built in</th><th class=\"number\">Bound</th>\
+         <th class=\"number\">Textbook</th><th>Error</th><th>Against</th></tr></thead>\n<tbody>\n",
+        cases.len() - failed,
+        cases.len(),
+        worse.count(),
+    );
+    let number = |error: f64| {
+        if error.is_finite() {
+            short(error)
+        } else {
+            "wrong".to_owned()
+        }
+    };
+    for case in cases {
+        let _ = writeln!(
+            page,
+            "<tr{}><td>{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
+             <td class=\"number\">{}</td><td>{}</td><td title=\"{}\">{}</td></tr>",
+            if case.passed { "" } else { " class=\"failed\"" },
+            escaped(case.name),
+            escaped(case.hard),
+            number(case.error),
+            number(case.bound),
+            number(case.naive_error),
+            escaped(case.unit),
+            escaped(case.naive),
+            escaped(case.reference),
+        );
+    }
+    page.push_str("</tbody>\n</table></div>\n</section>\n");
 }
 
 fn write_pictures(page: &mut String, section: &Section) -> io::Result<()> {

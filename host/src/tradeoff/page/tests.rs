@@ -49,6 +49,18 @@ pub(in crate::tradeoff) fn report() -> Report {
         mesh: "a&b.obj".to_owned(),
         seconds: 90.0,
         sections: vec![section],
+        hard_cases: vec![Row {
+            group: "spheres",
+            name: "sphere-far",
+            hard: "far & away",
+            unit: "radii",
+            reference: "exact",
+            naive: "b² − 4ac < 0",
+            passed: true,
+            error: 0.5,
+            bound: 1.0,
+            naive_error: f64::INFINITY,
+        }],
     }
 }
 
