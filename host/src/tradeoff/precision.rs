@@ -357,11 +357,14 @@ fn colour(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Comparis
     compare(bench, stage, ways, share)
 }
 
-/// Linear sRGB of XYZ, from the chromaticities of IEC 61966-2-1.
+/// Of D65, as ASTM E308 has it.
+const WHITE: DVec3 = DVec3::new(0.950_47, 1.0, 1.088_83);
+
+/// Linear sRGB of XYZ, from the primaries of IEC 61966-2-1 and the white.
 fn linear_srgb() -> DMat3 {
     let xyz = |x: f64, y: f64| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
     let primaries = DMat3::from_cols(xyz(0.64, 0.33), xyz(0.30, 0.60), xyz(0.15, 0.06));
-    let shares = primaries.inverse() * xyz(0.3127, 0.3290);
+    let shares = primaries.inverse() * WHITE;
     (primaries * DMat3::from_diagonal(shares)).inverse()
 }
 
@@ -402,7 +405,14 @@ mod tests {
 
     #[test]
     fn white_is_white() {
-        let white = linear_srgb() * DVec3::new(0.950_455_927, 1.0, 1.089_057_751);
-        assert!((white - DVec3::ONE).abs().max_element() < 1.0e-8, "{white}");
+        let white = linear_srgb() * WHITE;
+        assert!(
+            (white - DVec3::ONE).abs().max_element() < 1.0e-14,
+            "{white}"
+        );
+        // All of it is of the primaries: red alone has their red's colour.
+        let red = linear_srgb().inverse() * DVec3::X;
+        let sum = red.element_sum();
+        assert!((red.x / sum - 0.64).abs() < 1.0e-14 && (red.y / sum - 0.33).abs() < 1.0e-14);
     }
 }
