@@ -102,11 +102,21 @@ impl Happenings {
         self.say((kind, 0), now, &what)
     }
 
-    /// What became of a gaze at `now`, if it is to be said: that it was not used.
+    /// What became of a gaze or a head at `now`, if it is to be said: that it was
+    /// not used, or never changes.
     /// The states, blinks and saccades are told by the records.
     pub(in crate::cli) fn of_gaze(&mut self, event: &Event, now: Micros) -> Option<String> {
-        let Event::Rejected { reason, .. } = event else {
-            return None;
+        let reason = match event {
+            Event::Rejected { reason, .. } => reason,
+            Event::HeadStill { since, .. } => {
+                let what = format!(
+                    "the head has not changed by a bit for {} ms, nor before: is it on a stand, \
+                     or the tracker stuck?",
+                    since.0 / 1_000
+                );
+                return self.say(("head still", 0), now, &what);
+            }
+            _ => return None,
         };
         let (kind, what) = match reason {
             Rejection::NotNewer => ("not newer", "it is older than what is known".to_owned()),
@@ -125,6 +135,10 @@ impl Happenings {
             Rejection::Stuck { since } => (
                 "stuck",
                 format!("the gaze has not changed for {} ms", since.0 / 1_000),
+            ),
+            Rejection::HeadStuck { since } => (
+                "head stuck",
+                format!("the head has not changed for {} ms", since.0 / 1_000),
             ),
             _ => return None,
         };
