@@ -104,6 +104,47 @@ fn forms_of_a_rotation_agree() {
     );
 }
 
+/// A device whose angles are scaled otherwise, and whose mode has another letter.
+#[test]
+fn letters_and_the_scale_of_angles_can_be_others() {
+    let usual = config(Mode::PositionAngles, false);
+    let whole = Config {
+        half_turn: 360.0,
+        letter: Some(b'y'),
+        ..usual
+    };
+    for sent in moving_head(20) {
+        let turn = |config: Config, record: &[u8]| {
+            let found = samples(&mut Flock::new(config), record);
+            found[0].head.orientation.unwrap().value
+        };
+        let truth = sent.head.orientation.unwrap().value;
+        let record = whole.encode(&sent);
+        assert!(angle(turn(whole, &record), truth) < 2e-3);
+        assert!(angle(turn(usual, &usual.encode(&sent)), truth) < 1e-3);
+        // Half as large to a device of the usual scale.
+        let words = |config: Config| config.words(&config.encode(&sent)).unwrap().words;
+        let (small, large) = (words(whole), words(usual));
+        for (small, large) in small[3..6].iter().zip(&large[3..6]) {
+            assert!((2 * i32::from(*small) - i32::from(*large)).abs() <= 8);
+        }
+    }
+    let said = |config: Config| {
+        let mut session = Session::new(config.start(1, 1, false));
+        let (mut said, mut now) = (StdVec::new(), Micros(0));
+        while said.last() != Some(&b'@') {
+            match session.poll(now) {
+                Action::Send(bytes) => said.extend_from_slice(bytes),
+                Action::Wait(until) => now = until,
+                other => panic!("{other:?}"),
+            }
+        }
+        said
+    };
+    assert_eq!(said(usual), b"BFY@");
+    assert_eq!(said(whole), b"BFy@");
+}
+
 #[test]
 fn birds_of_a_group_are_sensors() {
     let config = config(Mode::PositionQuaternion, true);

@@ -49,6 +49,47 @@ fn record_decodes_to_its_values() {
     }
 }
 
+/// What of the header is not known from a device can be set otherwise.
+#[test]
+fn headers_that_are_otherwise() {
+    let usual = config(&[2, 7, 8, 0]);
+    let found = samples(&mut Liberty::new(usual.clone()), &vector());
+    let read = |config: &Config, bytes: &[u8]| samples(&mut Liberty::new(config.clone()), bytes);
+    let other = [
+        (Some(*b"RQ"), Size::LittleEndian, *b"R \0\x21\0"),
+        (Some(*b"CP"), Size::BigEndian, *b"C \0\0\x21"),
+        (Some(*b"CP"), Size::Unused, *b"C \0\0\0"),
+        (None, Size::Unused, *b"C \0\0\0"),
+    ];
+    for (records, size, header) in other {
+        let config = Config {
+            records,
+            size,
+            ..usual.clone()
+        };
+        let mut record = vector();
+        record[3..8].copy_from_slice(&header);
+        assert_eq!(config.encode(&found[0]).as_slice(), record);
+        assert_eq!(read(&config, &record), found);
+        assert_eq!(read(&usual, &record), []);
+        // Twice, with something between that is none.
+        let stream = [&record[..], b"LY\x01", &record].concat();
+        assert_eq!(read(&config, &stream).len(), 2);
+        // Of what is not looked at, anything does.
+        record[3] = 0xC7;
+        record[6..8].copy_from_slice(&[0x99, 0x77]);
+        let passes = records.is_none() && size == Size::Unused;
+        assert_eq!(read(&config, &record).len(), usize::from(passes));
+    }
+    // The answer to another command is told by the command alone.
+    let config = Config {
+        size: Size::Unused,
+        ..usual
+    };
+    let stream = [b"LY\x01O \0\0\0", &vector()[..]].concat();
+    assert_eq!(read(&config, &stream), found);
+}
+
 #[test]
 fn stylus_is_up_or_down() {
     let config = config(&[2, 7, 8, 10, 0]);
