@@ -17,7 +17,7 @@ use std::path::PathBuf;
 ///
 /// Prints a line a sample, at once; on a terminal one line that changes. What
 /// happens to the device (plugged in, gone, refused, silent, not understood), what it
-/// says of itself (faults, states, texts, refused commands, eyes lost and found), what
+/// says of itself (an eye tracker's capabilities, configuration and status, faults, states, texts, refused commands, eyes lost and found), what
 /// happens to its clock (jumps, single wrong times, a standstill) and, with --calibration, to the
 /// gaze (samples that are not used, and why) goes to standard error, each kind once
 /// a second at most.
@@ -32,8 +32,10 @@ use std::path::PathBuf;
 /// `pupil_m`, `pupil_raw` and openness), `gaze_point` (kind (plane, normalized
 /// or raw), value, tracked), `line_of_sight` (null without --calibration:
 /// position (metres) and direction in the room, and state, as `shisen cave` has
-/// it), `rate_hz`, lost, dropped, `dropped_by` (how often, by reason) and
-/// `dropped_bytes`.
+/// it), `rate_hz`, lost, dropped, `dropped_by` (how often, by reason),
+/// `dropped_bytes`, and device: null but in the first record after an eye tracker of
+/// usage page 0x12 was plugged in, which has what `shisen tracker list` has as its
+/// features.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Which tracker: see `shisen tracker --help`
@@ -73,9 +75,12 @@ pub(super) fn show(
     json: bool,
 ) -> Result<(), Failure> {
     let mut screen = Screen::new(json);
-    let shown = follow(feed, end, &mut |feed, events| {
+    let shown = follow(feed, end, &mut |feed, heard| {
         let counts = feed.counts();
-        for event in events {
+        if let Some(features) = &heard.features {
+            records.describe(features);
+        }
+        for event in &heard.events {
             match event {
                 Event::Sample(sample) => {
                     let record = records.next(sample, &counts);
