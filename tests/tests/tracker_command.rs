@@ -669,7 +669,7 @@ fn what_happens_to_clock_and_gaze_is_told() {
     });
     std::fs::write(folder.join("clock.csv"), clock).unwrap();
     let (said, states) = monitor("clock.csv");
-    assert_eq!(states[799], "full quality");
+    assert_eq!(states[790], "full quality");
     for (expected, count) in [
         ("the device's clock has stood still for 25", 1),
         ("the device's clock runs again, after 60", 1),

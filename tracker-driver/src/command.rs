@@ -53,6 +53,7 @@ pub type Bytes = Vec<u8, MOST_COMMAND_BYTES>;
 
 /// What a script waits for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Awaited {
     /// A sample.
     Sample,

@@ -101,6 +101,8 @@ pub enum Event {
     OtherSensor {
         /// The sensor that counts.
         taken: u8,
+        /// Whether that has said anything so far.
+        heard: bool,
         /// The one that does not.
         ignored: u8,
     },
@@ -229,7 +231,7 @@ pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
     config: EstimatorConfig,
     /// The cosine of the largest eccentricity.
     least_ahead: f32,
-    /// The sensor that counts, once that is known.
+    /// The sensor that counts, once it has said something.
     sensor: Option<u8>,
     /// Of another one it was said that it does not count.
     other_said: bool,
@@ -347,10 +349,13 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             Sensors::First => *self.sensor.get_or_insert(sensor),
             Sensors::Only(taken) => taken,
         };
-        if taken != sensor && !self.other_said {
+        if taken == sensor {
+            self.sensor = Some(sensor);
+        } else if !self.other_said {
             self.other_said = true;
             sink(Event::OtherSensor {
                 taken,
+                heard: self.sensor.is_some(),
                 ignored: sensor,
             });
         }

@@ -67,12 +67,25 @@ pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
 
 /// Says that a sensor of the tracker is not taken for the viewer's head.
 pub(super) fn warn_of_sensors(event: &Event) {
-    if let Event::OtherSensor { taken, ignored } = event {
-        super::warn(&format!(
+    let Event::OtherSensor {
+        taken,
+        heard,
+        ignored,
+    } = event
+    else {
+        return;
+    };
+    super::warn(&if *heard {
+        format!(
             "several sensors: {taken} is taken for the head, not {ignored}; choose another with \
              head=N in SPEC"
-        ));
-    }
+        )
+    } else {
+        format!(
+            "sensor {ignored} is not the head: SPEC says head={taken}, which has not been heard \
+             of so far; choose one that is there"
+        )
+    });
 }
 
 /// What a protocol's devices can be set up to.

@@ -31,6 +31,10 @@ const SETTING_UP: Micros = Micros::from_millis(800);
 /// have been switched on only now.
 const AGAIN: Micros = Micros::from_millis(5_000);
 
+/// A device that sends a sample so long after it was told to restart, or later, is
+/// back, or never went: it is not waited for any longer.
+const RESTARTING: Micros = Micros::from_millis(1_000);
+
 /// How long a device that is there again may refuse to be used before that is
 /// said: the system takes a moment to let others than root use it.
 const REFUSING: Micros = Micros::from_millis(300);
@@ -151,6 +155,8 @@ pub(super) struct Live {
     believed_at: Micros,
     /// When it is told again what to send if nothing comes until then.
     again_at: Micros,
+    /// Since when it is waited for, after it was told to restart.
+    resets_since: Option<Micros>,
     /// It was told again: that this is in vain was said before.
     again: bool,
 }
@@ -182,9 +188,11 @@ impl Live {
             refusal: None,
             believed_at: SETTING_UP,
             again_at: AGAIN,
+            resets_since: None,
             again: false,
         };
         live.believed_at = believed(&live.wanted, Micros(0));
+        live.resets_since = resets_since(&live.wanted, Micros(0));
         Ok(live)
     }
 
@@ -201,8 +209,7 @@ impl Live {
 
     /// Whether it is being reset, which it is silent for.
     pub(super) fn is_resetting(&self) -> bool {
-        let resets = matches!(&self.wanted, Wanted::Serial(spec) if spec.reset);
-        resets && self.session.is_some() && !self.again
+        self.resets_since.is_some() && self.session.is_some()
     }
 
     /// Says what came within 2 ms.
@@ -258,11 +265,15 @@ impl Live {
         if let Some(session) = &mut self.session {
             session.on_bytes(read);
         }
+        let resets_since = self.resets_since.filter(|_| self.is_resetting());
+        let back = resets_since.is_some_and(|since| now.since(since) >= RESTARTING);
         let (watch, session) = (&mut self.watch, &mut self.session);
+        let mut goes_on = false;
         let again_at = &mut self.again_at;
         let set_up = session.as_ref().is_none_or(Session::has_said_all) || now >= self.believed_at;
         self.decoder.feed(&buffer[..read], now, &mut |event| {
             watch.on_event(&event, now);
+            goes_on |= back && matches!(event, Event::Sample(_));
             if matches!(event, Event::Sample(_) | Event::Message(_)) {
                 *again_at = now.after(AGAIN);
             }
@@ -273,6 +284,11 @@ impl Live {
                 sink(Notice::Decoded(Box::new(event)));
             }
         });
+        if goes_on && let Wanted::Serial(spec) = &self.wanted {
+            self.session = Some(Session::new(spec.protocol.start(false)));
+            self.resets_since = None;
+            self.believed_at = now.after(SETTING_UP);
+        }
         Ok(())
     }
 
@@ -317,6 +333,7 @@ impl Live {
             return;
         }
         self.session = Some(Session::new(spec.protocol.start(false)));
+        self.resets_since = None;
         self.again = true;
         self.believed_at = now.after(SETTING_UP);
     }
@@ -339,6 +356,7 @@ impl Live {
                 self.refusal = None;
                 self.believed_at = believed(&self.wanted, now);
                 self.again = false;
+                self.resets_since = resets_since(&self.wanted, now);
                 self.again_at = now.after(AGAIN);
             }
             Err(error) => {
@@ -379,6 +397,11 @@ fn session(wanted: &Wanted) -> Option<Session> {
         Wanted::Serial(spec) => Some(Session::new(spec.protocol.start(spec.reset))),
         Wanted::Hid(_) => None,
     }
+}
+
+/// Since when one is waited for that is told to restart when it is plugged in.
+fn resets_since(wanted: &Wanted, now: Micros) -> Option<Micros> {
+    matches!(wanted, Wanted::Serial(spec) if spec.reset).then_some(now)
 }
 
 fn watch(wanted: &Wanted) -> Watch {

@@ -207,6 +207,13 @@ pub enum SpecError {
         /// The sensor.
         head: u8,
     },
+    /// A reset is asked for where there is none.
+    #[error("{of} has no command for a reset: reset=1 does nothing")]
+    #[diagnostic(help("leave reset out; those with one are {}", resetting_names()))]
+    NoReset {
+        /// The protocol.
+        of: &'static str,
+    },
     /// A protocol that there is not.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -231,10 +238,17 @@ pub enum SpecError {
 }
 
 fn serial_names() -> String {
-    let named = Format::NAMES.into_iter().filter(|name| {
-        let protocol = Protocol::named(name);
-        protocol.is_ok_and(|protocol| protocol.is_serial())
-    });
+    names(Protocol::is_serial)
+}
+
+fn resetting_names() -> String {
+    names(Protocol::has_reset)
+}
+
+fn names(of: fn(&Protocol) -> bool) -> String {
+    let named = Format::NAMES
+        .into_iter()
+        .filter(|name| Protocol::named(name).is_ok_and(|protocol| of(&protocol)));
     named.collect::<Vec<_>>().join(", ")
 }
 
@@ -280,6 +294,10 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
     }
     spec.head = head(&mut options)?;
     one_sensor(spec.head, spec.protocol.as_ref(), "mock")?;
+    // Whatever it speaks, it has sensor 0.
+    if let Some(head @ 1..) = spec.head {
+        return Err(SpecError::OneSensor { of: "mock", head });
+    }
     let protocol = spec.protocol.as_ref();
     let protocol = protocol.map(|protocol| (protocol.name(), protocol.format()));
     let allowed = "seed=N, rate=HZ, as=PROTOCOL, still=1, targets=FILE, head=N";
@@ -307,6 +325,11 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
         });
     }
     one_sensor(head, Some(&protocol), "serial")?;
+    if reset && !protocol.has_reset() {
+        return Err(SpecError::NoReset {
+            of: protocol.name(),
+        });
+    }
     protocol.set(&mut options)?;
     let named = Some((protocol.name(), protocol.format()));
     options.end(
@@ -481,7 +504,6 @@ mod tests {
             "serial:/dev/tty?protocol=fastrak&head=3",
             "serial:/dev/tty?protocol=liberty&head=3",
             "serial:/dev/tty?protocol=link&head=3",
-            "mock:as=flock&head=3",
             "replay:a.csv?head=3",
         ] {
             assert_eq!(spec.parse::<Spec>().unwrap().head(), Some(3), "{spec}");
@@ -490,6 +512,8 @@ mod tests {
             ("serial:/dev/tty?protocol=asl&head=3", "asl"),
             ("serial:/dev/tty?protocol=hatire&head=0", "hatire"),
             ("mock:head=0", "mock"),
+            // It has sensor 0 alone.
+            ("mock:as=flock&head=3", "mock"),
             ("mock:as=adhawk&head=0", "adhawk"),
             ("hid:1532:0b00?head=1", "hid"),
         ] {
@@ -509,6 +533,22 @@ mod tests {
             ("serial:/dev/tty?protocol=asl&baud=0", "baud", "4000000"),
             ("serial:/dev/tty?protocol=asl&speed=1", "speed", "baud=N"),
             ("serial:/dev/tty?protocol=asl&reset=yes", "reset", "0 or 1"),
+            (
+                "serial:/dev/tty?protocol=asl&reset=1",
+                "asl has no command for a reset",
+                "fastrak, liberty, flock, hatire",
+            ),
+            (
+                "serial:/dev/tty?protocol=iscan&reset=1",
+                "iscan",
+                "leave reset",
+            ),
+            (
+                "serial:/dev/tty?protocol=link&reset=1",
+                "link",
+                "leave reset",
+            ),
+            ("serial:/dev/tty?protocol=adhawk&reset=1", "adhawk", "leave"),
             ("serial:/dev/tty?protocol=asl&rts=2", "rts", "0 or 1"),
             ("serial:/dev/tty?protocol=asd", "asd", "asl"),
             ("mock:rate=59", "59", "60 to 1000"),

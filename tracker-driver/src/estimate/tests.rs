@@ -710,7 +710,7 @@ fn of_two_stations_one_is_the_viewers_head() {
             }
         }
         let said = run.events.iter().filter_map(|event| match event {
-            Event::OtherSensor { taken, ignored } => Some((*taken, *ignored)),
+            Event::OtherSensor { taken, ignored, .. } => Some((*taken, *ignored)),
             _ => None,
         });
         assert_eq!(said.collect::<Vec<_>>(), [(taken, 3 - taken)]);

@@ -7,6 +7,9 @@ use shisen_tracker::estimate::{Event, Rejection};
 use shisen_tracker::time::Micros;
 use std::collections::BTreeMap;
 
+/// Kinds that are kept; a device that makes up numbers has no end of them.
+const MOST_KINDS: usize = 64;
+
 /// How often one kind of them is said.
 const STEP: Micros = Micros::from_millis(1_000);
 
@@ -152,6 +155,12 @@ impl Happenings {
             said.unsaid += 1;
             return None;
         }
+        if self.0.len() >= MOST_KINDS && !self.0.contains_key(&kind) {
+            let oldest = self.0.iter().min_by_key(|(_, said)| said.at);
+            if let Some(oldest) = oldest.map(|(&kind, _)| kind) {
+                self.0.remove(&oldest);
+            }
+        }
         let said = Said { at: now, unsaid: 0 };
         let unsaid = self.0.insert(kind, said).map_or(0, |said| said.unsaid);
         let at = now.seconds();
@@ -210,6 +219,23 @@ mod tests {
         );
         let blink = Event::BlinkStarted { at: Micros(0) };
         assert_eq!(happenings.of_gaze(&blink, Micros(0)), None);
+    }
+
+    #[test]
+    fn a_device_that_makes_up_numbers_takes_no_more_memory() {
+        let mut happenings = Happenings::default();
+        for code in 0..10_000 {
+            let fault = Message::Fault { code, meaning: "" };
+            let now = Micros(u64::from(code));
+            assert!(happenings.of_device(&fault, now).is_some());
+            assert!(happenings.0.len() <= MOST_KINDS);
+        }
+        // What was said last is still known.
+        let fault = Message::Fault {
+            code: 9_999,
+            meaning: "",
+        };
+        assert_eq!(happenings.of_device(&fault, Micros(10_000)), None);
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! `shisen tracker monitor`: what a tracker says, as it says it.
 
-use super::super::failure::{Failure, Fault};
+use super::super::failure::Failure;
 use super::TrackerName;
 use super::follow::{EndArguments, follow};
 use super::sample::{Record, Records};
 use clap::Args;
+use miette::Diagnostic;
 use shisen::tracker::Feed;
 use shisen::tracker::calibration::{Calibrated, estimation};
 use shisen_tracker::decoder::Event;
@@ -12,6 +13,7 @@ use shisen_tracker::estimate::GazeEstimator;
 use shisen_tracker::time::Micros;
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
+use thiserror::Error;
 
 /// Shows what a tracker says
 ///
@@ -99,6 +101,14 @@ pub(super) fn show(
     shown
 }
 
+/// Nobody can read on.
+#[derive(Debug, Error, Diagnostic)]
+#[error("cannot write to standard output: {reason}")]
+#[diagnostic(help("make room where it leads to, or let it lead elsewhere"))]
+struct Unwritten {
+    reason: io::Error,
+}
+
 /// Standard output: one line that changes, or a line a record.
 struct Screen {
     json: bool,
@@ -136,7 +146,7 @@ impl Screen {
             Ok(()) => Ok(true),
             // Whoever closed the pipe has read all that was wanted.
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
-            Err(reason) => Err(Fault::Print { reason }.into()),
+            Err(reason) => Err(Unwritten { reason }.into()),
         }
     }
 

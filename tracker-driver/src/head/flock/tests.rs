@@ -2,7 +2,7 @@ use super::*;
 use crate::command::{Action, Session};
 use crate::decoder::Dropped;
 use crate::testing::{
-    angle, any_split, events, every_fault, moving_head, random_bytes, random_count, samples,
+    HEADS, angle, any_split, events, every_fault, moving_head, random_bytes, random_count, samples,
 };
 use std::vec::Vec as StdVec;
 
@@ -250,8 +250,13 @@ fn encoded_samples_come_back() {
 
 #[test]
 fn every_fault_costs_its_record_only() {
-    for config in forms() {
-        let records = records(&config, if cfg!(miri) { 10 } else { 24 });
+    for (config, heads) in HEADS
+        .into_iter()
+        .flat_map(|h| forms().into_iter().map(move |f| (f, h)))
+    {
+        let record = |sample: &Sample| config.encode(sample).to_vec();
+        let sent = heads(if cfg!(miri) { 10 } else { 24 });
+        let records: StdVec<_> = sent.iter().map(record).collect();
         let found = every_fault(|| Flock::new(config), &records);
         let group = if config.group { ", group" } else { "" };
         found.print(&std::format!("{:?}{group}", config.mode));

@@ -4,7 +4,7 @@ use crate::command::{Action, Session};
 use crate::decoder::Dropped;
 use crate::sample::Reading;
 use crate::testing::{
-    angle, any_split, events, every_fault, moving_head, random_bytes, random_count, samples,
+    HEADS, angle, any_split, events, every_fault, moving_head, random_bytes, random_count, samples,
 };
 use crate::time::DeviceTime;
 use glam::{Quat, Vec3};
@@ -209,8 +209,10 @@ fn encoded_samples_come_back() {
 
 #[test]
 fn every_fault_costs_little() {
-    for config in lists() {
-        let records = records(&config, if cfg!(miri) { 10 } else { 24 });
+    for (config, heads) in HEADS.into_iter().flat_map(|h| lists().map(|l| (l, h))) {
+        let record = |sample: &Sample| config.encode(sample).to_vec();
+        let sent = heads(if cfg!(miri) { 10 } else { 24 });
+        let records: StdVec<_> = sent.iter().map(record).collect();
         let found = every_fault(|| Liberty::new(config.clone()), &records);
         let command = config.items.command(1);
         found.print(std::str::from_utf8(&command[3..]).unwrap().trim());
