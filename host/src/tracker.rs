@@ -7,6 +7,7 @@
 
 pub mod calibration;
 mod feed;
+mod hid;
 mod live;
 mod protocol;
 #[cfg(unix)]
@@ -18,6 +19,7 @@ mod settings;
 mod spec;
 
 pub use feed::{Feed, FeedError, Notice, Senses, simulated};
+pub use hid::{Features, features};
 pub use live::LiveError;
 pub use protocol::{Protocol, UnknownProtocol};
 pub use recording::{Recorder, Recording, RecordingError, RecordingFormat};

@@ -213,6 +213,14 @@ fn settings_go_over_the_line() {
         ("liberty?units=cm&model=patriot", "liberty&items=2,7,0"),
         ("flock", "flock&format=position-matrix&group=1"),
         ("flock?range=144", "flock&range=144&format=position-angles"),
+        (
+            "liberty?size=big&records=any",
+            "liberty&size=big&records=any",
+        ),
+        (
+            "flock?letter=q&half_turn=360&format=position-angles",
+            "flock&letter=q&half_turn=360&format=position-angles",
+        ),
     ] {
         let records = read(protocol, &format!("serial:tracker?protocol={settings}"));
         assert_eq!(records.len(), 50, "{protocol} {settings}");
@@ -246,9 +254,34 @@ fn the_help_has_every_setting() {
     let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
     let readme = std::fs::read_to_string(readme).unwrap();
     for key in [
-        "items", "format", "units", "stations", "reset_s", "model", "range", "group", "birds",
-        "first", "inverse", "confirm", "bytes", "order", "position", "frame", "sensor", "outputs",
-        "largest", "zero", "layout", "rate", "axes", "origin",
+        "items",
+        "format",
+        "units",
+        "stations",
+        "reset_s",
+        "model",
+        "range",
+        "group",
+        "birds",
+        "first",
+        "inverse",
+        "confirm",
+        "letter",
+        "half_turn",
+        "records",
+        "size",
+        "bytes",
+        "order",
+        "position",
+        "frame",
+        "sensor",
+        "outputs",
+        "largest",
+        "zero",
+        "layout",
+        "rate",
+        "axes",
+        "origin",
     ] {
         assert!(help.contains(&format!("{key}=")), "{key} in the help");
         let named = [format!("`{key}="), format!("`{key}`")];
@@ -595,7 +628,7 @@ fn change(table: &str, column: &str, mut cell: impl FnMut(usize, &str) -> String
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// A clock that stands still, runs and jumps, and eyes that are frozen.
+/// A clock that stands still, runs and jumps, and eyes or a head that are frozen.
 #[test]
 fn what_happens_to_clock_and_gaze_is_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -614,10 +647,15 @@ fn what_happens_to_clock_and_gaze_is_told() {
             .assert()
             .success();
         let output = output.get_output();
-        assert_eq!(lines(&output.stdout).len(), 2_000);
-        String::from_utf8(output.stderr.clone()).unwrap()
+        let states = lines(&output.stdout).into_iter().map(|record| {
+            let state = record["line_of_sight"]["state"].as_str().unwrap();
+            state.to_owned()
+        });
+        let states: Vec<String> = states.collect();
+        assert_eq!(states.len(), 2_000);
+        (String::from_utf8(output.stderr.clone()).unwrap(), states)
     };
-    assert_eq!(monitor("a.csv"), "");
+    assert_eq!(monitor("a.csv").0, "");
     let table = std::fs::read_to_string(folder.join("a.csv")).unwrap();
     // 500 Hz: from 1 s to 1.6 s, and from 3 s on.
     let mut still = String::new();
@@ -630,7 +668,8 @@ fn what_happens_to_clock_and_gaze_is_told() {
         }
     });
     std::fs::write(folder.join("clock.csv"), clock).unwrap();
-    let said = monitor("clock.csv");
+    let (said, states) = monitor("clock.csv");
+    assert_eq!(states[790], "full quality");
     for (expected, count) in [
         ("the device's clock has stood still for 25", 1),
         ("the device's clock runs again, after 60", 1),
@@ -656,11 +695,40 @@ fn what_happens_to_clock_and_gaze_is_told() {
         }
     }
     std::fs::write(folder.join("eyes.csv"), frozen).unwrap();
-    let said = monitor("eyes.csv");
+    let (said, _) = monitor("eyes.csv");
     let stuck = "a sample is not used: the gaze has not changed for";
     let count = said.matches(stuck).count();
     assert!((2..=4).contains(&count), "{said}");
     assert!(said.contains("times before)"), "{said}");
+    // Frozen from 1 s on, and all the time.
+    for first in [500, 0] {
+        let mut frozen = table.clone();
+        for name in [
+            "head_x", "head_y", "head_z", "head_qx", "head_qy", "head_qz", "head_qw",
+        ] {
+            let mut same = String::new();
+            frozen = change(&frozen, name, |line, cell| {
+                if same.is_empty() || line < first {
+                    cell.clone_into(&mut same);
+                }
+                same.clone()
+            });
+        }
+        std::fs::write(folder.join("head.csv"), frozen).unwrap();
+        let (said, states) = monitor("head.csv");
+        let stuck = said.matches("a sample is not used: the head has not changed for");
+        let stuck = stuck.count();
+        let still = said
+            .matches("the head has not changed by a bit for 100")
+            .count();
+        if first == 0 {
+            assert_eq!((stuck, still), (0, 1), "{said}");
+            assert_ne!(states[1_999], "full quality");
+        } else {
+            assert!((1..=3).contains(&stuck) && still == 0, "{said}");
+            assert_eq!(states[1_999], "full quality");
+        }
+    }
 }
 
 #[test]

@@ -23,10 +23,16 @@
 //! What only listens and has nothing to say finds out the same by a
 //! [`Watch`].
 
-use crate::decoder::{DropReason, Dropped, Event, Message};
+mod failure;
+mod watch;
+
+pub use failure::Failure;
+pub use watch::Watch;
+
+use crate::decoder::{Event, Message};
 use crate::time::Micros;
-use core::fmt;
 use heapless::Vec;
+use watch::Useless;
 
 /// Most bytes of one command.
 pub const MOST_COMMAND_BYTES: usize = 48;
@@ -47,6 +53,7 @@ pub type Bytes = Vec<u8, MOST_COMMAND_BYTES>;
 
 /// What a script waits for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Awaited {
     /// A sample.
     Sample,
@@ -171,204 +178,6 @@ pub enum Action<'a> {
     Failed(Failure),
 }
 
-/// What is wrong with a device or its line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Failure {
-    /// Nothing comes in.
-    Silent,
-    /// Bytes come in, and none is part of a record: the line's speed, or the
-    /// protocol, is not the device's.
-    NoRecord {
-        /// How many bytes.
-        bytes: u64,
-    },
-    /// Records come in, but much else as well: the protocol, its settings or
-    /// the line's speed is not the device's, or the line is disturbed.
-    Unlike {
-        /// Bytes of a second that belong to no record.
-        dropped: u64,
-        /// Bytes of that second.
-        bytes: u64,
-    },
-    /// Records come in, but not the one that was awaited.
-    NoAnswer {
-        /// How many records.
-        records: u64,
-    },
-    /// The device refused a command.
-    Refused {
-        /// The command, as the protocol numbers it.
-        command: u32,
-        /// The device's reason.
-        result: u32,
-    },
-    /// The script has more steps or bytes than a session plays.
-    TooLong,
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Silent => write!(
-                f,
-                "nothing comes in: check that the device is on and the cable is the right one, \
-                 with its lines crossed or not"
-            ),
-            Self::NoRecord { bytes } => write!(
-                f,
-                "{bytes} bytes came in, and no record among them: the line's speed or the \
-                 protocol is not the device's; try another baud rate"
-            ),
-            Self::Unlike { dropped, bytes } => write!(
-                f,
-                "{dropped} of {bytes} bytes in a second belong to no record: the protocol, its \
-                 settings (list, format, units) or the line's speed is not the device's, or the \
-                 line is disturbed"
-            ),
-            Self::NoAnswer { records } => write!(
-                f,
-                "{records} records came in, but not the one that was asked for: check the list \
-                 of items and which sensors are plugged in"
-            ),
-            Self::Refused { command, result } => {
-                write!(f, "the device refused command ")?;
-                match u8::try_from(command) {
-                    Ok(letter) if letter.is_ascii_graphic() => write!(f, "'{}'", letter as char)?,
-                    _ => write!(f, "{command:#x}")?,
-                }
-                write!(f, " with code {result}")
-            }
-            Self::TooLong => write!(
-                f,
-                "more commands than fit: at most {MOST_STEPS} steps and {MOST_SCRIPT_BYTES} bytes"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for Failure {}
-
-/// Notices that nothing comes in, or nothing that can be understood, or much
-/// that cannot.
-///
-/// The last is looked for each second: where most of its bytes belong to no
-/// record, or some do behind most of its records, what the decoder takes for
-/// records are chance, or records of another form.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Watch {
-    /// When the last record came, or the watch began.
-    since: Option<Micros>,
-    /// What came after that.
-    bytes: u64,
-    second: Second,
-    /// What the last whole second was like, if it was like another protocol's.
-    unlike: Option<Failure>,
-}
-
-/// What has come in a second that is not over yet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Second {
-    start: Micros,
-    bytes: u64,
-    dropped: u64,
-    /// Times that bytes were dropped.
-    drops: u32,
-    records: u32,
-}
-
-/// One drop says nothing: a line may be joined in mid-record.
-const LEAST_DROPS: u32 = 2;
-
-impl Watch {
-    /// A watch that begins with its first call.
-    pub const fn new() -> Self {
-        Self {
-            since: None,
-            bytes: 0,
-            second: Second {
-                start: Micros(0),
-                bytes: 0,
-                dropped: 0,
-                drops: 0,
-                records: 0,
-            },
-            unlike: None,
-        }
-    }
-
-    /// So many bytes came in.
-    pub fn on_bytes(&mut self, count: usize, now: Micros) {
-        self.at(now);
-        self.bytes = self.bytes.saturating_add(count as u64);
-        self.second.bytes = self.second.bytes.saturating_add(count as u64);
-    }
-
-    /// A decoder handed this over.
-    pub fn on_event(&mut self, event: &Event, now: Micros) {
-        let second = &mut self.second;
-        match event {
-            Event::Sample(_) | Event::Message(_) => {
-                second.records = second.records.saturating_add(1);
-                self.since = Some(now);
-                self.bytes = 0;
-            }
-            // These are records, if of no use.
-            Event::Dropped(Dropped {
-                reason: DropReason::Duplicate | DropReason::Unknown,
-                ..
-            }) => {}
-            Event::Dropped(dropped) => {
-                second.drops = second.drops.saturating_add(1);
-                second.dropped = second.dropped.saturating_add(dropped.bytes.into());
-            }
-        }
-    }
-
-    /// What is wrong, if no record came for as long as [`PATIENCE`], or if the
-    /// last whole second was not like this protocol's.
-    pub fn trouble(&mut self, now: Micros) -> Option<Failure> {
-        let since = self.at(now);
-        if now.since(since) < PATIENCE {
-            return self.unlike;
-        }
-        Some(match self.bytes {
-            0 => Failure::Silent,
-            bytes => Failure::NoRecord { bytes },
-        })
-    }
-
-    /// Since when there was no record; a second that is over is judged.
-    fn at(&mut self, now: Micros) -> Micros {
-        let since = *self.since.get_or_insert_with(|| {
-            self.second.start = now;
-            now
-        });
-        if now.since(self.second.start) >= SECOND {
-            self.unlike = self.second.unlike();
-            self.second = Second {
-                start: now,
-                ..Second::default()
-            };
-        }
-        since
-    }
-}
-
-const SECOND: Micros = Micros::from_millis(1_000);
-
-impl Second {
-    fn unlike(&self) -> Option<Failure> {
-        let most_bytes = self.dropped.saturating_mul(2) > self.bytes;
-        let most_records = self.drops > self.records / 2;
-        let unlike = self.drops >= LEAST_DROPS && (most_bytes || most_records);
-        unlike.then_some(Failure::Unlike {
-            dropped: self.dropped,
-            bytes: self.bytes,
-        })
-    }
-}
-
 /// Plays a [`Script`].
 #[derive(Debug, Clone)]
 pub struct Session {
@@ -379,6 +188,7 @@ pub struct Session {
     tries: u8,
     /// Since the last bytes were sent:
     bytes: u64,
+    useless: Useless,
     records: u64,
     samples: u64,
     /// The last reply, and its result.
@@ -398,6 +208,7 @@ impl Session {
             since: None,
             tries: 0,
             bytes: 0,
+            useless: Useless::NONE,
             records: 0,
             samples: 0,
             reply: None,
@@ -438,7 +249,7 @@ impl Session {
                 }
             }
             Event::Message(_) => {}
-            Event::Dropped(_) => return,
+            Event::Dropped(dropped) => return self.useless.note(*dropped, false),
         }
         self.records = self.records.saturating_add(1);
     }
@@ -459,6 +270,7 @@ impl Session {
                     let sending = self.step;
                     self.next();
                     (self.bytes, self.records, self.samples, self.reply) = (0, 0, 0, None);
+                    self.useless = Useless::NONE;
                     return Action::Send(self.script.sent_by(sending));
                 }
                 Step::Speed(baud) => {
@@ -479,7 +291,7 @@ impl Session {
                     } else if now < until {
                         return Action::Wait(until);
                     } else {
-                        self.again();
+                        self.again(what);
                     }
                 }
             }
@@ -502,7 +314,7 @@ impl Session {
     }
 
     /// Begins again after an answer that did not come, or gives up.
-    fn again(&mut self) {
+    fn again(&mut self, awaited: Awaited) {
         self.tries = self.tries.saturating_add(1);
         if self.tries < TRIES {
             self.step = self.script.again_from;
@@ -513,8 +325,11 @@ impl Session {
         self.failed = Some(match (self.refused, self.records, self.bytes) {
             (Some(refused), ..) => refused,
             (None, 0, 0) => Failure::Silent,
-            (None, 0, bytes) => Failure::NoRecord { bytes },
-            (None, records, _) => Failure::NoAnswer { records },
+            (None, 0, bytes) => {
+                let unusable = self.useless.most_of(bytes);
+                unusable.unwrap_or(Failure::NoRecord { bytes })
+            }
+            (None, records, _) => Failure::NoAnswer { records, awaited },
         });
     }
 }

@@ -242,6 +242,23 @@ impl Counts {
         }
     }
 
+    /// These and others, of the same device read by another decoder.
+    #[must_use]
+    pub fn plus(&self, others: &Self) -> Self {
+        let mut dropped = self.dropped;
+        for (count, more) in dropped.iter_mut().zip(others.dropped) {
+            *count = count.saturating_add(more);
+        }
+        Self {
+            bytes: self.bytes.saturating_add(others.bytes),
+            samples: self.samples.saturating_add(others.samples),
+            messages: self.messages.saturating_add(others.messages),
+            lost: self.lost.saturating_add(others.lost),
+            dropped,
+            dropped_bytes: self.dropped_bytes.saturating_add(others.dropped_bytes),
+        }
+    }
+
     /// How often bytes were thrown away for this reason.
     pub fn dropped_for(&self, reason: DropReason) -> u32 {
         self.dropped[reason as usize]
@@ -289,6 +306,10 @@ mod tests {
         }
         assert_eq!(counts.dropped_bytes, 28);
         assert_eq!(counts.samples, 1);
+        let both = counts.plus(&counts);
+        assert_eq!((both.dropped_bytes, both.samples), (56, 2));
+        assert_eq!(both.dropped_for(DropReason::Checksum), 4);
+        assert_eq!(counts.plus(&Counts::new()), counts);
         counts.dropped_bytes = u64::MAX;
         counts.note(&Event::Dropped(Dropped {
             bytes: 1,

@@ -14,7 +14,10 @@
 //!   ends ([`Estimate::landing`]).
 //! - **Stale data are not passed off as fresh**: [`Estimate::state`] says
 //!   which rung of the ladder is taken, and every change is an
-//!   [`Event::State`].
+//!   [`Event::State`]. A gaze or a head that stops changing by a bit is stale,
+//!   too ([`EstimatorConfig::stuck_after`],
+//!   [`EstimatorConfig::head_stuck_after`]), and one whose device's clock
+//!   stands still ages by its time.
 //!
 //! # What prediction is worth
 //!
@@ -98,8 +101,19 @@ pub enum Event {
     OtherSensor {
         /// The sensor that counts.
         taken: u8,
+        /// Whether that has said anything so far.
+        heard: bool,
         /// The one that does not.
         ignored: u8,
+    },
+    /// The head has not changed by a bit since it was first seen: it is on a
+    /// stand, it follows a script without noise, or its tracker always says the
+    /// same. It is believed; this is said once.
+    HeadStill {
+        /// The sample's time.
+        at: Micros,
+        /// For how long.
+        since: Micros,
     },
     /// A part of a sample was not used.
     Rejected {
@@ -130,6 +144,11 @@ pub enum Rejection {
     NotFinite,
     /// The gaze has not changed by a bit for too long.
     Stuck {
+        /// For how long.
+        since: Micros,
+    },
+    /// The head, which had changed before, has not by a bit for too long.
+    HeadStuck {
         /// For how long.
         since: Micros,
     },
@@ -186,6 +205,18 @@ struct Same {
     since: Micros,
 }
 
+/// The head as it last came.
+#[derive(Debug, Clone, Copy)]
+struct SameHead {
+    /// Of all of its numbers.
+    bits: u64,
+    since: Micros,
+    /// It was another one before.
+    has_changed: bool,
+    /// That it never was is said.
+    still_said: bool,
+}
+
 /// Turns samples into the line of sight. One for each viewer.
 ///
 /// It keeps the newest `HEAD` poses of the head and the newest `EYES` gazes.
@@ -200,7 +231,7 @@ pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
     config: EstimatorConfig,
     /// The cosine of the largest eccentricity.
     least_ahead: f32,
-    /// The sensor that counts, once that is known.
+    /// The sensor that counts, once it has said something.
     sensor: Option<u8>,
     /// Of another one it was said that it does not count.
     other_said: bool,
@@ -213,6 +244,7 @@ pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
     smooth: Vec3,
     lost: Option<Lost>,
     same: Option<Same>,
+    same_head: Option<SameHead>,
     state: State,
     /// The newest one; what is shown if ever none can be made.
     sight: LineOfSight,
@@ -263,6 +295,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             smooth: Vec3::NEG_Z,
             lost: None,
             same: None,
+            same_head: None,
             state: State::FullQuality,
         })
     }
@@ -284,10 +317,11 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         if !self.counts(sample.sensor, sink) {
             return;
         }
-        let mut reject = |reason| sink(Event::Rejected { at: time, reason });
-        if self.config.head_tracked {
+        if self.config.head_tracked && !self.head_stuck(&sample.head, time, sink) {
+            let mut reject = |reason| sink(Event::Rejected { at: time, reason });
             self.push_head(&sample.head, time, &mut reject);
         }
+        let mut reject = |reason| sink(Event::Rejected { at: time, reason });
         let head = self.head.at(time);
         match gaze::of_sample(&self.config, sample, &head) {
             Gaze::None => {}
@@ -315,10 +349,13 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             Sensors::First => *self.sensor.get_or_insert(sensor),
             Sensors::Only(taken) => taken,
         };
-        if taken != sensor && !self.other_said {
+        if taken == sensor {
+            self.sensor = Some(sensor);
+        } else if !self.other_said {
             self.other_said = true;
             sink(Event::OtherSensor {
                 taken,
+                heard: self.sensor.is_some(),
                 ignored: sensor,
             });
         }
@@ -345,6 +382,41 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
                 reject(Rejection::NotNewer);
             }
         }
+    }
+
+    /// Whether the head has been the same for too long after it was seen to
+    /// change. Without that its source may have no noise, and it may be still.
+    fn head_stuck(&mut self, head: &Head, time: Micros, sink: &mut dyn FnMut(Event)) -> bool {
+        let Some(most) = self.config.head_stuck_after else {
+            return false;
+        };
+        let said =
+            head.position.is_some_and(|p| p.tracked) || head.orientation.is_some_and(|o| o.tracked);
+        if !said {
+            return false;
+        }
+        let bits = fingerprint(head);
+        let Some(same) = self.same_head.as_mut().filter(|same| same.bits == bits) else {
+            self.same_head = Some(SameHead {
+                bits,
+                since: time,
+                has_changed: self.same_head.is_some(),
+                still_said: false,
+            });
+            return false;
+        };
+        let since = time.since(same.since);
+        if since <= most {
+            return false;
+        }
+        if same.has_changed {
+            let reason = Rejection::HeadStuck { since };
+            sink(Event::Rejected { at: time, reason });
+        } else if !same.still_said {
+            same.still_said = true;
+            sink(Event::HeadStill { at: time, since });
+        }
+        same.has_changed
     }
 
     /// For how long the gaze has been the same, if that is too long.
@@ -431,6 +503,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         self.eyes.clear();
         self.lost = None;
         self.same = None;
+        self.same_head = None;
         if let Some(filter) = &mut self.filter {
             filter.reset();
         }
@@ -521,6 +594,25 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         let ahead = ahead.clamp(0.0, prediction.horizon.seconds());
         (Movement::Pursuit, along(self.smooth, velocity * ahead))
     }
+}
+
+/// A number of all bits of a head: of two heads that differ in one number it
+/// always differs, and of others but for one in 2⁶⁴.
+fn fingerprint(head: &Head) -> u64 {
+    let mut sum: u64 = 0xCBF2_9CE4_8422_2325;
+    // FNV-1a's step, by words.
+    let mut add = |word: u32| sum = (sum ^ u64::from(word)).wrapping_mul(0x0100_0000_01B3);
+    let mut add_all = |numbers: Option<&[f32]>| {
+        add(numbers.is_some().into());
+        numbers.into_iter().flatten().for_each(|n| add(n.to_bits()));
+    };
+    let position = head.position.map(|p| p.value.to_array());
+    let orientation = head.orientation.map(|o| o.value.to_array());
+    let turn = head.angular_velocity.map(|turn| turn.to_array());
+    add_all(position.as_ref().map(<[f32; 3]>::as_slice));
+    add_all(orientation.as_ref().map(<[f32; 4]>::as_slice));
+    add_all(turn.as_ref().map(<[f32; 3]>::as_slice));
+    sum
 }
 
 /// The line of sight from a head along a direction, both in the room.

@@ -80,6 +80,27 @@ pub(crate) fn moving_head(count: usize) -> Vec<Sample> {
         .collect()
 }
 
+/// A head as the mock's tracker sees it, with its noise: ten times a second, so that
+/// no two of them are alike in a coarse form.
+pub(crate) fn mock_head(count: usize) -> Vec<Sample> {
+    use crate::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig};
+    let config = TrackerConfig {
+        rate: 60,
+        ..TrackerConfig::default()
+    };
+    let viewer = Viewer::new(ViewerConfig::default(), 9);
+    let mut tracker = Tracker::new(config, viewer, 9).unwrap();
+    let mut samples = core::iter::repeat_with(|| tracker.next_sample().1).step_by(6);
+    let heads = samples.by_ref().skip(1).take(count).map(|mut sample| {
+        sample.arrival = ARRIVAL;
+        sample
+    });
+    heads.collect()
+}
+
+/// What faults are done to.
+pub(crate) const HEADS: [fn(usize) -> Vec<Sample>; 2] = [moving_head, mock_head];
+
 /// The angle between two rotations, radians, while it is small.
 pub(crate) fn angle(a: Quat, b: Quat) -> f32 {
     2.0 * (a - b).length().min((a + b).length())
@@ -104,7 +125,7 @@ impl Fault {
         [Self::Dropped, Self::Duplicated]
             .into_iter()
             .chain(flips.map(Self::Flipped))
-            .chain(inserts.map(Self::Inserted))
+            .chain(inserts.into_iter().map(Self::Inserted))
             .collect()
     }
 
@@ -246,11 +267,15 @@ pub(crate) fn any_split<D: Decoder>(new: impl Fn() -> D, stream: &[u8]) {
     }
 }
 
+/// Whether tests are to be of their full sizes.
+fn is_heavy() -> bool {
+    std::env::var("SHISEN_HEAVY").is_ok_and(|value| !value.is_empty() && value != "0")
+}
+
 /// How many random bytes a test feeds: a million, or the whole number where
 /// `SHISEN_HEAVY` asks for it.
 pub(crate) fn random_count(heavy: u64) -> u64 {
-    let asked = std::env::var("SHISEN_HEAVY").is_ok_and(|value| !value.is_empty() && value != "0");
-    match (cfg!(miri), asked) {
+    match (cfg!(miri), is_heavy()) {
         (true, _) => 2_000,
         (false, true) => heavy,
         (false, false) => 1_000_000,

@@ -28,12 +28,17 @@ fn is_taken(name: &str, descriptor: &[u8]) -> bool {
     let output = String::from_utf8(output.unwrap().stdout).unwrap();
     // udev takes the line ends off the end and nothing off the front.
     let output = output.trim_end_matches('\n');
-    let result = value(rule, "RESULT");
-    match result.strip_prefix('*') {
-        Some(end) => output.ends_with(end),
-        None => output == result,
-    }
+    // A shell's patterns are udev's.
+    let pattern = value(rule, "RESULT").replace(' ', "\\ ");
+    let matching = format!("case $1 in {pattern}) exit 0;; esac; exit 1");
+    let matched = Command::new("/bin/sh")
+        .args(["-c", &matching, "sh", output])
+        .status();
+    matched.unwrap().success()
 }
+
+/// A mouse or a keyboard.
+const POINTER: [u8; 8] = [0x05, 0x01, 0x09, 0x02, 0xA1, 0x01, 0x26, 0x05];
 
 #[test]
 fn a_hid_tracker_is_taken_and_a_keyboard_is_not() {
@@ -41,4 +46,16 @@ fn a_hid_tracker_is_taken_and_a_keyboard_is_not() {
     assert!(!is_taken("keyboard", &[0x05, 0x01, 0x09, 0x06]));
     assert!(!is_taken("vendor", &[0x06, 0x05, 0x12, 0x09]));
     assert!(!is_taken("empty", &[]));
+    // Behind the collection of something else, in the short form and the long one.
+    let end = [0xC0];
+    let eyes = [0x05, 0x12, 0x09, 0x01, 0xA1, 0x01, 0xC0];
+    let heads = [0x06, 0x12, 0x00, 0x09, 0x02, 0xA1, 0x01, 0xC0];
+    let mouse = [&POINTER[..], &[0x12], &end].concat();
+    assert!(is_taken("second", &[&mouse[..], &eyes].concat()));
+    assert!(is_taken("long", &[&mouse[..], &heads].concat()));
+    // 0x1205 is a number there.
+    assert!(!is_taken("number", &mouse));
+    // A descriptor may be as long as 4,096 bytes.
+    let padded = [&vec![0xC0; 4_089][..], &eyes].concat();
+    assert!(is_taken("longest", &padded[..4_096]));
 }

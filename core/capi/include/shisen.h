@@ -108,22 +108,22 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 6648
+#define SHISEN_TRACKER_SIZE 6704
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 6936
+#define SHISEN_TRACKER_SIZE 6992
 #endif
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for setting a device up.
-#define SHISEN_SETUP_SIZE 1544
+#define SHISEN_SETUP_SIZE 1560
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for setting a device up.
-#define SHISEN_SETUP_SIZE 1552
+#define SHISEN_SETUP_SIZE 1568
 #endif
 
 // Most bytes that shisen_tracker_poll writes at once.
@@ -234,8 +234,8 @@ enum shisen_status
     SHISEN_STATUS_UNKNOWN_CHOICE = 64,
     // A tracker's pose is not finite or no rotation, or its delay out of range.
     SHISEN_STATUS_TRACKER_SETTINGS = 65,
-    // Nothing comes from the device: check that it is on and the cable is the
-    // right one, with its lines crossed or not.
+    // Nothing comes from the device, or nothing more: check that it is on and the
+    // cable is the right one, with its lines crossed or not.
     SHISEN_STATUS_DEVICE_SILENT = 66,
     // Bytes come from the device, and no record among them: the line's speed or
     // the protocol is not the device's.
@@ -247,7 +247,8 @@ enum shisen_status
     // The commands do not fit the memory for them.
     SHISEN_STATUS_DEVICE_COMMANDS = 70,
     // Most of what comes from the device is dropped: it speaks another protocol,
-    // has other settings, or the line has another speed.
+    // has other settings, the line has another speed, or a sensor is not plugged
+    // in.
     SHISEN_STATUS_DEVICE_UNLIKE = 71,
     // The depth or the samples are out of range.
     SHISEN_STATUS_FRAME_SETTINGS = 96,

@@ -71,8 +71,8 @@ pub enum Status {
     UnknownChoice = 64,
     /// A tracker's pose is not finite or no rotation, or its delay out of range.
     TrackerSettings = 65,
-    /// Nothing comes from the device: check that it is on and the cable is the
-    /// right one, with its lines crossed or not.
+    /// Nothing comes from the device, or nothing more: check that it is on and the
+    /// cable is the right one, with its lines crossed or not.
     DeviceSilent = 66,
     /// Bytes come from the device, and no record among them: the line's speed or
     /// the protocol is not the device's.
@@ -84,7 +84,8 @@ pub enum Status {
     /// The commands do not fit the memory for them.
     DeviceCommands = 70,
     /// Most of what comes from the device is dropped: it speaks another protocol,
-    /// has other settings, or the line has another speed.
+    /// has other settings, the line has another speed, or a sensor is not plugged
+    /// in.
     DeviceUnlike = 71,
 
     /// The depth or the samples are out of range.
@@ -249,7 +250,8 @@ impl From<Failure> for Status {
     fn from(failure: Failure) -> Self {
         match failure {
             Failure::Silent => Self::DeviceSilent,
-            Failure::Unlike { .. } => Self::DeviceUnlike,
+            Failure::Unlike { .. } | Failure::Unusable { .. } => Self::DeviceUnlike,
+            Failure::BrokenOff { .. } => Self::DeviceSilent,
             Failure::NoRecord { .. } => Self::DeviceNoRecord,
             Failure::NoAnswer { .. } => Self::DeviceNoAnswer,
             Failure::Refused { .. } => Self::DeviceRefused,

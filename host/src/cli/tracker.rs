@@ -1,6 +1,7 @@
 //! `shisen tracker`: what trackers say, and trackers for others to read.
 
 mod calibrate;
+mod features;
 mod follow;
 mod happenings;
 mod list;
@@ -30,8 +31,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// `&targets=CSV` says what is looked at: see calibrate),
 /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200` (`&reset=1` resets the
 /// device first; `&rts=0` lowers the line's RTS, as it is for a flock, `&rts=1`
-/// raises it), `hid:1532:0b00`, `hid:/dev/hidraw0` (`?axes=right,up,back` and
-/// `&origin=X,Y,Z` say where an eye tracker's coordinates are) or `replay:FILE`.
+/// raises it), `hid:1532:0b00` (vendor and product), `hid:usage=0012` (usage page 0x12,
+/// that of eye and head trackers; `hid:usage=0012:0001` its usage 1), `hid:/dev/hidraw0`
+/// (`?axes=right,up,back` and `&origin=X,Y,Z` say where an eye tracker's coordinates
+/// are) or `replay:FILE`.
 /// Where there are several sensors (link, fastrak, liberty, flock, recordings),
 /// `head=N` takes sensor N for the viewer's head in place of the first that is seen:
 /// `replay:FILE?head=1`.
@@ -64,12 +67,25 @@ pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
 
 /// Says that a sensor of the tracker is not taken for the viewer's head.
 pub(super) fn warn_of_sensors(event: &Event) {
-    if let Event::OtherSensor { taken, ignored } = event {
-        super::warn(&format!(
+    let Event::OtherSensor {
+        taken,
+        heard,
+        ignored,
+    } = event
+    else {
+        return;
+    };
+    super::warn(&if *heard {
+        format!(
             "several sensors: {taken} is taken for the head, not {ignored}; choose another with \
              head=N in SPEC"
-        ));
-    }
+        )
+    } else {
+        format!(
+            "sensor {ignored} is not the head: SPEC says head={taken}, which has not been heard \
+             of so far; choose one that is there"
+        )
+    });
 }
 
 /// What a protocol's devices can be set up to.

@@ -32,7 +32,7 @@ pub use gather::{GatherError, Gatherer, SETTLE};
 pub(super) use script::scripted;
 pub use script::{ScriptError, TimedTarget, read_script};
 
-use super::live::hid_id;
+use super::hid::usb_id;
 use super::{HidName, Senses, Spec};
 use crate::description::{Located, Source};
 use glam::{Quat, Vec2, Vec3};
@@ -459,20 +459,16 @@ impl CalibrationFile {
 /// A device by the name that calibrations know it by: its protocol's, or what
 /// it is on USB. `None` of a recording, which does not say.
 pub fn device_name(spec: &Spec) -> Option<String> {
-    let of_usb = |(vendor, product)| format!("hid:{vendor:04x}:{product:04x}");
     match spec {
         Spec::Mock(mock) => {
             let protocol = mock.protocol.as_ref();
             Some(protocol.map_or("mock", |protocol| protocol.name()).into())
         }
         Spec::Serial(serial) => Some(serial.protocol.name().into()),
-        Spec::Hid(hid) => Some(match &hid.name {
-            HidName::Id(vendor, product) => of_usb((*vendor, *product)),
-            HidName::Path(path) => {
-                let named = || format!("hid:{path}");
-                hid_id(path).map_or_else(named, of_usb)
-            }
-        }),
+        Spec::Hid(hid) => {
+            let on_usb = usb_id(&hid.name).map(|(vendor, product)| HidName::Id(vendor, product));
+            Some(format!("hid:{}", on_usb.as_ref().unwrap_or(&hid.name)))
+        }
         Spec::Replay(_) => None,
     }
 }

@@ -1,6 +1,7 @@
 //! What a tracker says, whichever it is.
 
 use super::calibration::{ScriptError, read_script, scripted};
+use super::hid::Features;
 use super::live::{Live, LiveError};
 use super::protocol::Protocol;
 use super::recording::{Recording, RecordingError};
@@ -22,6 +23,8 @@ pub enum Notice {
     Decoded(Box<Event>),
     /// The device is there, at this path.
     Plugged(String),
+    /// An eye tracker says what it is, right after it was plugged in.
+    Described(Box<Features>),
     /// The device is gone; the feed looks for it.
     Unplugged {
         /// Where it was.

@@ -1,14 +1,14 @@
 //! A device that is plugged in, unplugged, and plugged in again.
 
 use super::feed::Notice;
+use super::hid::{self, Features};
 use super::protocol::Protocol;
 use super::spec::{HidName, HidSpec, SerialSpec};
 use miette::Diagnostic;
 use shisen_tracker::command::{Action, Failure, Session, Watch};
 use shisen_tracker::decoder::{Counts, Decoder, Event};
-use shisen_tracker::head::osvr_hdk;
-use shisen_tracker::hid::device::{Device, Found, devices};
-use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, LayoutError, Mode};
+use shisen_tracker::hid::device::Device;
+use shisen_tracker::hid::eye_tracker::LayoutError;
 use shisen_tracker::serial::Serial;
 use shisen_tracker::time::Micros;
 use std::io;
@@ -31,6 +31,10 @@ const SETTING_UP: Micros = Micros::from_millis(800);
 /// have been switched on only now.
 const AGAIN: Micros = Micros::from_millis(5_000);
 
+/// A device that sends a sample so long after it was told to restart, or later, is
+/// back, or never went: it is not waited for any longer.
+const RESTARTING: Micros = Micros::from_millis(1_000);
+
 /// How long a device that is there again may refuse to be used before that is
 /// said: the system takes a moment to let others than root use it.
 const REFUSING: Micros = Micros::from_millis(300);
@@ -49,18 +53,18 @@ pub enum LiveError {
         reason: io::Error,
     },
     /// No such device is plugged in.
-    #[error("no HID device {:04x}:{:04x} is plugged in", id.0, id.1)]
+    #[error("no HID device {name} is plugged in")]
     #[diagnostic(help("plug it in; `shisen tracker list` shows what there is"))]
     NotFound {
-        /// Vendor and product.
-        id: (u16, u16),
+        /// Which was meant.
+        name: HidName,
     },
     /// More than one device is meant.
-    #[error("{} devices are {:04x}:{:04x}: {}", paths.len(), id.0, id.1, paths.join(", "))]
+    #[error("{} devices are {name}: {}", paths.len(), paths.join(", "))]
     #[diagnostic(help("give one by its path, such as hid:{}", paths.first().map_or("", |p| p)))]
     Several {
-        /// Vendor and product.
-        id: (u16, u16),
+        /// Which was meant.
+        name: HidName,
         /// Where they are.
         paths: Vec<String>,
     },
@@ -133,6 +137,11 @@ pub(super) struct Live {
     /// Where it is, or was last.
     path: String,
     decoder: Box<dyn Decoder + Send>,
+    /// Of the decoders before: each time that it is plugged in it has one of its
+    /// own, since it may describe its reports otherwise.
+    before: Counts,
+    /// What an eye tracker said of itself, until that is announced.
+    features: Option<Features>,
     session: Option<Session>,
     watch: Watch,
     /// There is trouble, and it was said.
@@ -146,6 +155,8 @@ pub(super) struct Live {
     believed_at: Micros,
     /// When it is told again what to send if nothing comes until then.
     again_at: Micros,
+    /// Since when it is waited for, after it was told to restart.
+    resets_since: Option<Micros>,
     /// It was told again: that this is in vain was said before.
     again: bool,
 }
@@ -160,14 +171,16 @@ impl Live {
     }
 
     fn open(wanted: Wanted) -> Result<Self, LiveError> {
-        let (port, path, decoder) = plug(&wanted)?;
+        let plugged = plug(&wanted)?;
         let mut live = Self {
             session: session(&wanted),
+            watch: watch(&wanted),
             wanted,
-            port: Some(port),
-            path,
-            decoder,
-            watch: Watch::new(),
+            port: Some(plugged.port),
+            path: plugged.path,
+            decoder: plugged.decoder,
+            before: Counts::new(),
+            features: plugged.features,
             said: false,
             announce: true,
             retry_at: Micros(0),
@@ -175,15 +188,16 @@ impl Live {
             refusal: None,
             believed_at: SETTING_UP,
             again_at: AGAIN,
+            resets_since: None,
             again: false,
         };
         live.believed_at = believed(&live.wanted, Micros(0));
-        live.request_all();
+        live.resets_since = resets_since(&live.wanted, Micros(0));
         Ok(live)
     }
 
     pub(super) fn counts(&self) -> Counts {
-        *self.decoder.counts()
+        self.before.plus(self.decoder.counts())
     }
 
     pub(super) fn protocol(&self) -> Option<&Protocol> {
@@ -195,8 +209,7 @@ impl Live {
 
     /// Whether it is being reset, which it is silent for.
     pub(super) fn is_resetting(&self) -> bool {
-        let resets = matches!(&self.wanted, Wanted::Serial(spec) if spec.reset);
-        resets && self.session.is_some() && !self.again
+        self.resets_since.is_some() && self.session.is_some()
     }
 
     /// Says what came within 2 ms.
@@ -205,6 +218,9 @@ impl Live {
         if self.announce {
             self.announce = false;
             sink(Notice::Plugged(self.path.clone()));
+            if let Some(features) = self.features.take() {
+                sink(Notice::Described(Box::new(features)));
+            }
         }
         if self.port.is_none() {
             self.look_for_it(now(), sink);
@@ -249,11 +265,15 @@ impl Live {
         if let Some(session) = &mut self.session {
             session.on_bytes(read);
         }
+        let resets_since = self.resets_since.filter(|_| self.is_resetting());
+        let back = resets_since.is_some_and(|since| now.since(since) >= RESTARTING);
         let (watch, session) = (&mut self.watch, &mut self.session);
+        let mut goes_on = false;
         let again_at = &mut self.again_at;
         let set_up = session.as_ref().is_none_or(Session::has_said_all) || now >= self.believed_at;
         self.decoder.feed(&buffer[..read], now, &mut |event| {
             watch.on_event(&event, now);
+            goes_on |= back && matches!(event, Event::Sample(_));
             if matches!(event, Event::Sample(_) | Event::Message(_)) {
                 *again_at = now.after(AGAIN);
             }
@@ -264,6 +284,11 @@ impl Live {
                 sink(Notice::Decoded(Box::new(event)));
             }
         });
+        if goes_on && let Wanted::Serial(spec) = &self.wanted {
+            self.session = Some(Session::new(spec.protocol.start(false)));
+            self.resets_since = None;
+            self.believed_at = now.after(SETTING_UP);
+        }
         Ok(())
     }
 
@@ -285,7 +310,10 @@ impl Live {
                     self.session = None;
                     self.again_at = now.after(AGAIN);
                     // These two the watch says, and earlier.
-                    let by_watch = matches!(failure, Failure::Silent | Failure::NoRecord { .. });
+                    let by_watch = matches!(
+                        failure,
+                        Failure::Silent | Failure::NoRecord { .. } | Failure::Unusable { .. }
+                    );
                     if !by_watch && !self.again {
                         sink(Notice::Trouble(failure));
                     }
@@ -305,6 +333,7 @@ impl Live {
             return;
         }
         self.session = Some(Session::new(spec.protocol.start(false)));
+        self.resets_since = None;
         self.again = true;
         self.believed_at = now.after(SETTING_UP);
     }
@@ -315,18 +344,20 @@ impl Live {
             return;
         }
         match plug(&self.wanted) {
-            Ok((port, path, _)) => {
-                // The decoder stays: its counts go on.
-                (self.port, self.path) = (Some(port), path);
+            Ok(plugged) => {
+                self.before = self.counts();
+                self.decoder = plugged.decoder;
+                self.features = plugged.features;
+                (self.port, self.path) = (Some(plugged.port), plugged.path);
                 self.session = session(&self.wanted);
-                self.watch = Watch::new();
+                self.watch = watch(&self.wanted);
                 self.said = false;
                 self.announce = true;
                 self.refusal = None;
                 self.believed_at = believed(&self.wanted, now);
                 self.again = false;
+                self.resets_since = resets_since(&self.wanted, now);
                 self.again_at = now.after(AGAIN);
-                self.request_all();
             }
             Err(error) => {
                 self.retry_at = now.after(self.back_off);
@@ -359,25 +390,24 @@ impl Live {
             }
         }
     }
-
-    /// Asks a HID eye tracker for all it has; one that takes no requests
-    /// sends of itself.
-    fn request_all(&mut self) {
-        let Some(Port::Hid(device)) = &mut self.port else {
-            return;
-        };
-        let descriptor = device.descriptor().ok();
-        let tracker = descriptor.and_then(|bytes| EyeTracker::new(&bytes, Axes::default()).ok());
-        if let Some(request) = tracker.and_then(|tracker| tracker.mode_request(Mode::ALL)) {
-            let _ = device.set_feature(&request);
-        }
-    }
 }
 
 fn session(wanted: &Wanted) -> Option<Session> {
     match wanted {
         Wanted::Serial(spec) => Some(Session::new(spec.protocol.start(spec.reset))),
         Wanted::Hid(_) => None,
+    }
+}
+
+/// Since when one is waited for that is told to restart when it is plugged in.
+fn resets_since(wanted: &Wanted, now: Micros) -> Option<Micros> {
+    matches!(wanted, Wanted::Serial(spec) if spec.reset).then_some(now)
+}
+
+fn watch(wanted: &Wanted) -> Watch {
+    match wanted {
+        Wanted::Serial(_) => Watch::new(),
+        Wanted::Hid(_) => Watch::of_reports(),
     }
 }
 
@@ -390,7 +420,12 @@ fn believed(wanted: &Wanted, now: Micros) -> Micros {
     now.after(reset).after(SETTING_UP)
 }
 
-type Plugged = (Port, String, Box<dyn Decoder + Send>);
+struct Plugged {
+    port: Port,
+    path: String,
+    decoder: Box<dyn Decoder + Send>,
+    features: Option<Features>,
+}
 
 fn plug(wanted: &Wanted) -> Result<Plugged, LiveError> {
     match wanted {
@@ -404,9 +439,22 @@ fn plug(wanted: &Wanted) -> Result<Plugged, LiveError> {
             set_rts(spec, |high| port.set_rts(high)).map_err(refused)?;
             let decoder = spec.protocol.decoder();
             let decoder = decoder.ok_or_else(|| refused(io::ErrorKind::Unsupported.into()))?;
-            Ok((Port::Serial(port), path, decoder))
+            Ok(Plugged {
+                port: Port::Serial(port),
+                path,
+                decoder,
+                features: None,
+            })
         }
-        Wanted::Hid(spec) => plug_hid(spec),
+        Wanted::Hid(spec) => {
+            let plugged = hid::plug(spec)?;
+            Ok(Plugged {
+                port: Port::Hid(plugged.device),
+                path: plugged.path,
+                decoder: plugged.decoder,
+                features: plugged.features,
+            })
+        }
     }
 }
 
@@ -428,230 +476,5 @@ fn set_rts(spec: &SerialSpec, mut set: impl FnMut(bool) -> io::Result<()>) -> io
     }
 }
 
-fn plug_hid(spec: &HidSpec) -> Result<Plugged, LiveError> {
-    let at = |path: &str| {
-        let path = path.to_owned();
-        move |reason| LiveError::Open { path, reason }
-    };
-    let all = devices().map_err(at("the list of HID devices"))?;
-    let path = match &spec.name {
-        HidName::Path(path) => path.clone(),
-        HidName::Id(vendor, product) => one_of(&all, (*vendor, *product))?,
-    };
-    let id = all.iter().find(|found| found.path == path);
-    let id = id.map(|found| found.id);
-    let device = Device::open(&path).map_err(at(&path))?;
-    let decoder: Box<dyn Decoder + Send> = if id.is_some_and(|id| osvr_hdk::USB_IDS.contains(&id)) {
-        Box::new(osvr_hdk::Decoder::new())
-    } else {
-        let descriptor = device.descriptor().map_err(at(&path))?;
-        let tracker = EyeTracker::new(&descriptor, spec.axes);
-        Box::new(tracker.map_err(|reason| LiveError::Layout {
-            path: path.clone(),
-            reason,
-        })?)
-    };
-    Ok((Port::Hid(device), path, decoder))
-}
-
-/// Vendor and product of the device at a path.
-pub(super) fn hid_id(path: &str) -> Option<(u16, u16)> {
-    let all = devices().ok()?;
-    let found = all.iter().find(|found| found.path == path)?;
-    Some(found.id)
-}
-
-/// The path of the one device that is meant: of several with the same id, the
-/// one that says it is a tracker.
-fn one_of(all: &[Found], id: (u16, u16)) -> Result<String, LiveError> {
-    let same: Vec<&Found> = all.iter().filter(|found| found.id == id).collect();
-    let trackers: Vec<&Found> = same.iter().copied().filter(|f| f.is_tracker()).collect();
-    match (same.as_slice(), trackers.as_slice()) {
-        ([], _) => Err(LiveError::NotFound { id }),
-        ([one], _) | (_, [one]) => Ok(one.path.clone()),
-        (several, _) => Err(LiveError::Several {
-            id,
-            paths: several.iter().map(|found| found.path.clone()).collect(),
-        }),
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn found(path: &str, id: (u16, u16), page: u16) -> Found {
-        Found {
-            path: path.into(),
-            id,
-            product: String::new(),
-            serial_number: String::new(),
-            usages: vec![(page, 1)],
-        }
-    }
-
-    #[test]
-    fn several_devices_are_listed_and_a_tracker_among_them_is_taken() {
-        let id = (0x1532, 0x0B00);
-        let mut all = vec![found("/dev/a", id, 1), found("/dev/c", (1, 2), 0x12)];
-        assert_eq!(one_of(&all, id).unwrap(), "/dev/a");
-        all.push(found("/dev/b", id, 1));
-        let error = one_of(&all, id).unwrap_err();
-        assert_eq!(error.to_string(), "2 devices are 1532:0b00: /dev/a, /dev/b");
-        all.push(found("/dev/d", id, 0x12));
-        assert_eq!(one_of(&all, id).unwrap(), "/dev/d");
-        let error = one_of(&all, (9, 9)).unwrap_err();
-        assert!(error.to_string().contains("0009:0009"), "{error}");
-    }
-
-    #[test]
-    fn a_refusal_names_the_rules() {
-        let error = LiveError::Open {
-            path: "/dev/hidraw0".into(),
-            reason: io::ErrorKind::PermissionDenied.into(),
-        };
-        let help = error.help().unwrap().to_string();
-        assert!(help.contains("70-shisen-trackers.rules"), "{help}");
-    }
-
-    /// All that a FASTRAK is told within 60 s in which it says nothing.
-    #[cfg(unix)]
-    fn told_while_silent(reset: bool) -> Vec<u8> {
-        use crate::tracker::Spec;
-        use crate::tracker::pty::Pty;
-        use std::time::Duration;
-        let name = format!("shisen-live-{}-{reset}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let mut pty = Pty::open(&path).unwrap();
-        let spec = format!(
-            "serial:{}?protocol=fastrak&reset={}",
-            path.display(),
-            u8::from(reset)
-        );
-        let Spec::Serial(spec) = spec.parse().unwrap() else {
-            panic!("{spec}");
-        };
-        let mut live = Live::serial(spec).unwrap();
-        let mut told = Vec::new();
-        let mut buffer = [0; 256];
-        // The clock is moved on by 50 ms a call.
-        for step in 0..1_200 {
-            let start = Instant::now()
-                .checked_sub(Duration::from_millis(50 * step))
-                .unwrap();
-            live.poll(start, &mut |_| {});
-            let read = pty.receive(&mut buffer).unwrap();
-            told.extend_from_slice(&buffer[..read]);
-        }
-        told
-    }
-
-    /// What is plugged in where the device was and is none is said once, until it
-    /// is something else that is none.
-    #[cfg(unix)]
-    #[test]
-    fn a_device_that_cannot_be_used_again_is_told_once() {
-        use crate::tracker::Spec;
-        use crate::tracker::pty::Pty;
-        use std::time::Duration;
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("line");
-        let pty = Pty::open(&path).unwrap();
-        let spec = format!("serial:{}?protocol=hatire", path.display());
-        let Ok(Spec::Serial(spec)) = spec.parse() else {
-            panic!("{spec}");
-        };
-        let mut live = Live::serial(spec).unwrap();
-        let mut step = 0;
-        // The clock is moved on by 50 ms a call, 5 s in all.
-        let mut poll = || {
-            let mut said = Vec::new();
-            for _ in 0..100 {
-                step += 1;
-                let start = Instant::now()
-                    .checked_sub(Duration::from_millis(50 * step))
-                    .unwrap();
-                live.poll(start, &mut |notice| said.push(notice));
-            }
-            said
-        };
-        poll();
-        drop(pty);
-        let [Notice::Unplugged { .. }] = poll()[..] else {
-            panic!("it is gone");
-        };
-        assert_eq!(poll(), []);
-        let reason = |said: Vec<Notice>| match &said[..] {
-            [Notice::Refused { reason }] => reason.clone(),
-            other => panic!("{other:?}"),
-        };
-        std::fs::write(&path, "no port").unwrap();
-        let of_file = reason(poll());
-        assert!(of_file.contains("line cannot be opened"), "{of_file}");
-        assert!(of_file.contains("check the path"), "{of_file}");
-        assert_eq!(poll(), []);
-        std::fs::remove_file(&path).unwrap();
-        std::fs::create_dir(&path).unwrap();
-        assert_ne!(reason(poll()), of_file);
-        assert_eq!(poll(), []);
-        std::fs::remove_dir(&path).unwrap();
-        assert_eq!(poll(), []);
-        std::fs::write(&path, "no port").unwrap();
-        assert_eq!(reason(poll()), of_file);
-        std::fs::remove_file(&path).unwrap();
-        let _pty = Pty::open(&path).unwrap();
-        assert_eq!(poll()[0], Notice::Plugged(path.display().to_string()));
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn a_silent_device_is_told_again_and_reset_once_at_most() {
-        for reset in [false, true] {
-            let told = told_while_silent(reset);
-            let count = |byte| told.split(|&found| found == byte).count() - 1;
-            // Continuous output is asked for.
-            assert!(count(b'C') >= 6, "{told:?}");
-            assert_eq!(count(0x19), usize::from(reset), "{told:?}");
-        }
-    }
-
-    #[test]
-    fn a_flocks_line_is_out_of_reset() {
-        use crate::tracker::Spec;
-        for (options, expected) in [
-            ("protocol=flock", Some(false)),
-            ("protocol=flock&rts=1", Some(true)),
-            ("protocol=fastrak", None),
-            ("protocol=fastrak&rts=0", Some(false)),
-        ] {
-            let Ok(Spec::Serial(spec)) = format!("serial:/dev/ttyS0?{options}").parse() else {
-                panic!("{options}");
-            };
-            let mut told = None;
-            set_rts(&spec, |high| {
-                told = Some(high);
-                Ok(())
-            })
-            .unwrap();
-            assert_eq!(told, expected, "{options}");
-            let without = || io::Error::from(io::ErrorKind::Unsupported);
-            let set = set_rts(&spec, |_| Err(without()));
-            assert_eq!(set.is_err(), options.contains("rts"), "{options}");
-        }
-    }
-
-    #[test]
-    fn a_device_is_believed_after_its_reset() {
-        use crate::tracker::Spec;
-        let wanted = |spec: &str| match spec.parse() {
-            Ok(Spec::Serial(spec)) => Wanted::Serial(Box::new(spec)),
-            other => panic!("{other:?}"),
-        };
-        let now = Micros(7);
-        let usual = wanted("serial:/dev/ttyS0?protocol=fastrak");
-        assert_eq!(believed(&usual, now), now.after(SETTING_UP));
-        let reset = wanted("serial:/dev/ttyS0?protocol=fastrak&reset=1");
-        let least = now.after(Micros::from_millis(10_000)).after(SETTING_UP);
-        assert_eq!(believed(&reset, now), least);
-    }
-}
+mod tests;

@@ -153,6 +153,11 @@ impl Protocol {
         }
     }
 
+    /// Whether its devices can be told to restart.
+    pub fn has_reset(&self) -> bool {
+        self.start(true) != self.start(false)
+    }
+
     /// Whether its devices can have several sensors, of which one is the viewer's
     /// head.
     pub const fn has_sensors(&self) -> bool {

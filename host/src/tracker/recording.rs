@@ -3,7 +3,8 @@
 //! A table (`.csv`) has a line a sample; a cell is empty where the device said
 //! nothing. Any other file holds [`link`] frames, messages among them, each
 //! sample behind a text `arrival N`, N being its time of arrival in
-//! microseconds: a recording is what a bridge board could have sent, and what
+//! microseconds (`arrival N lost M` where M records of the device were missing until
+//! then): a recording is what a bridge board could have sent, and what
 //! one did send can be replayed, by the device's own times.
 
 use glam::{Quat, Vec2, Vec3};
@@ -13,6 +14,7 @@ use shisen_tracker::link;
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
 use std::fmt::Display;
+use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -159,17 +161,21 @@ impl Recorder {
         Ok(Self { path, to })
     }
 
-    /// Writes an event; a table takes samples alone.
+    /// Writes an event; a table takes samples alone. `lost` is how many of the
+    /// device's records are missing so far, which a table does not say.
     ///
     /// # Errors
     /// Those of the system.
-    pub fn push(&mut self, event: &Event) -> Result<(), RecordingError> {
+    pub fn push(&mut self, event: &Event, lost: u64) -> Result<(), RecordingError> {
         let written = match (&mut self.to, event) {
             (To::Csv(table), Event::Sample(sample)) => {
                 table.write_record(Cells::of(sample).0).map_err(Into::into)
             }
             (To::Link(file, encoder), Event::Sample(sample)) => {
-                let text = format!("{ARRIVAL}{}", sample.arrival.0);
+                let mut text = format!("{ARRIVAL}{}", sample.arrival.0);
+                if lost > 0 {
+                    let _ = write!(text, "{LOST}{lost}");
+                }
                 let text = Message::Text(Text::new(text.as_bytes()));
                 let frames = [encoder.message(&text), encoder.sample(sample)];
                 frames.iter().try_for_each(|frame| file.write_all(frame))
@@ -196,6 +202,7 @@ impl Recorder {
 }
 
 const ARRIVAL: &str = "arrival ";
+const LOST: &str = " lost ";
 
 fn from_link(bytes: &[u8]) -> Recording {
     let mut decoder = link::Link::new();
@@ -228,6 +235,8 @@ struct Times {
     last: Option<Micros>,
     /// Such texts, which are no device's messages.
     own: u64,
+    /// Records of the device that were missing when it was recorded.
+    lost: u64,
 }
 
 impl Times {
@@ -235,7 +244,10 @@ impl Times {
     fn place(&mut self, event: &Event) -> Option<Event> {
         match *event {
             Event::Message(Message::Text(text)) if text.as_str().starts_with(ARRIVAL) => {
-                self.next = text.as_str()[ARRIVAL.len()..].parse().ok().map(Micros);
+                let said = &text.as_str()[ARRIVAL.len()..];
+                let (time, lost) = said.split_once(LOST).unwrap_or((said, "0"));
+                self.next = time.parse().ok().map(Micros);
+                self.lost = lost.parse().map_or(self.lost, |lost| self.lost.max(lost));
                 self.own += 1;
                 None
             }
@@ -258,6 +270,7 @@ impl Times {
 
     fn without_own(&self, mut counts: Counts) -> Counts {
         counts.messages -= self.own;
+        counts.lost = counts.lost.saturating_add(self.lost);
         counts
     }
 }
@@ -532,7 +545,7 @@ mod tests {
         let mut events = Vec::new();
         feed.poll(Micros::from_millis(2_000), &mut |notice| {
             if let Notice::Decoded(event) = notice {
-                recorder.push(&event).unwrap();
+                recorder.push(&event, 0).unwrap();
                 events.push(*event);
             }
         });
@@ -569,7 +582,7 @@ mod tests {
         let mut recorder = Recorder::create(&path).unwrap();
         for i in 0..200 {
             let sample = Sample::arrived(Micros(1_000 * i));
-            recorder.push(&Event::Sample(sample)).unwrap();
+            recorder.push(&Event::Sample(sample), 0).unwrap();
         }
         recorder.finish().unwrap();
         let intact = std::fs::read(&path).unwrap();

@@ -140,11 +140,13 @@ pub(super) const fn allowed_for(format: &Format) -> &'static str {
         }
         Format::Liberty(_) => {
             "items=2,7,8,0, units=inches|cm, stations=N, model=liberty|patriot|latus, \
+             records=CP|any, size=little|big|any, \
              frame=forward,right,down, sensor=forward,right,down"
         }
         Format::Flock(_) => {
             "format=position-quaternion|position-angles|position-matrix|quaternion|angles|matrix|\
              position, range=36|72|144, group=0|1, birds=N, first=N, inverse=0|1, confirm=0|1, \
+             letter=C, half_turn=180, \
              frame=forward,right,down, sensor=forward,right,down"
         }
         Format::Hatire(_) => {
@@ -252,6 +254,22 @@ fn set_liberty(config: &mut liberty::Config, options: &mut Options<'_>) -> Resul
         _ => None,
     })?;
     config.model = model.unwrap_or(config.model);
+    let letters = "any, or the one or two printable characters that byte 3 of a record's header \
+                   can be, such as CP";
+    let records = options.one_of("records", letters, |value| match value.as_bytes() {
+        b"any" => Some(None),
+        &[one] if one.is_ascii_graphic() => Some(Some([one; 2])),
+        &[one, two] if one.is_ascii_graphic() && two.is_ascii_graphic() => Some(Some([one, two])),
+        _ => None,
+    })?;
+    config.records = records.unwrap_or(config.records);
+    let size = options.one_of("size", "little, big or any", |value| match value {
+        "little" => Some(liberty::Size::LittleEndian),
+        "big" => Some(liberty::Size::BigEndian),
+        "any" => Some(liberty::Size::Unused),
+        _ => None,
+    })?;
+    config.size = size.unwrap_or(config.size);
     config.axes = frames(config.axes, options)?;
     Ok(())
 }
@@ -294,6 +312,18 @@ fn set_flock(
     let first = options.number("first", (1, most), allowed)?;
     asked.first_bird = first.unwrap_or(asked.first_bird);
     config.reversed = options.flag("inverse")?.unwrap_or(config.reversed);
+    let letter = options.one_of(
+        "letter",
+        "the one character that chooses the format",
+        |value| {
+            let one = <[u8; 1]>::try_from(value.as_bytes()).ok();
+            one.filter(|[letter]| letter.is_ascii_graphic())
+        },
+    )?;
+    config.letter = letter.map(|[letter]| letter).or(config.letter);
+    let degrees = "the degrees that an angle's 32768 stands for, 1 to 360";
+    let half_turn = options.number("half_turn", (1.0, 360.0), degrees)?;
+    config.half_turn = half_turn.unwrap_or(config.half_turn);
     config.confirm = options.flag("confirm")?.unwrap_or(config.confirm);
     config.axes = frames(config.axes, options)?;
     Ok(())

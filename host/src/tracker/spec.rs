@@ -6,6 +6,7 @@ use miette::Diagnostic;
 use shisen_tracker::head::polhemus::ItemListError;
 use shisen_tracker::hid::eye_tracker::Axes;
 use shisen_tracker::mock::Format;
+use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 use thiserror::Error;
@@ -17,7 +18,7 @@ pub enum Spec {
     Mock(MockSpec),
     /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200&reset=1&units=cm`.
     Serial(SerialSpec),
-    /// `hid:1532:0b00`, `hid:/dev/hidraw0?origin=0,0.3,-0.5`.
+    /// `hid:1532:0b00`, `hid:usage=0012`, `hid:/dev/hidraw0?origin=0,0.3,-0.5`.
     Hid(HidSpec),
     /// `replay:FILE`, `replay:FILE?head=2`.
     Replay(ReplaySpec),
@@ -113,6 +114,29 @@ pub enum HidName {
     Id(u16, u16),
     /// By its path.
     Path(String),
+    /// By what it says that it is: a usage page and, where one is given, a usage of
+    /// one of its collections. 0x12 is that of eye and head trackers.
+    Usage {
+        /// The page.
+        page: u16,
+        /// The usage; any of the page where there is none.
+        usage: Option<u16>,
+    },
+}
+
+impl fmt::Display for HidName {
+    /// As in a specification.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Id(vendor, product) => write!(f, "{vendor:04x}:{product:04x}"),
+            Self::Path(path) => f.write_str(path),
+            Self::Usage { page, usage: None } => write!(f, "usage={page:04x}"),
+            Self::Usage {
+                page,
+                usage: Some(usage),
+            } => write!(f, "usage={page:04x}:{usage:04x}"),
+        }
+    }
 }
 
 /// A `SPEC` that names no tracker.
@@ -122,7 +146,7 @@ pub enum SpecError {
     /// Another word in front.
     #[error("{found:?} is no kind of tracker")]
     #[diagnostic(help(
-        "give mock, mock:seed=7&rate=200&as=fastrak, serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00 or replay:FILE"
+        "give mock, mock:seed=7&rate=200&as=fastrak, serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:usage=0012 or replay:FILE"
     ))]
     Kind {
         /// What stands there.
@@ -183,6 +207,13 @@ pub enum SpecError {
         /// The sensor.
         head: u8,
     },
+    /// A reset is asked for where there is none.
+    #[error("{of} has no command for a reset: reset=1 does nothing")]
+    #[diagnostic(help("leave reset out; those with one are {}", resetting_names()))]
+    NoReset {
+        /// The protocol.
+        of: &'static str,
+    },
     /// A protocol that there is not.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -207,10 +238,17 @@ pub enum SpecError {
 }
 
 fn serial_names() -> String {
-    let named = Format::NAMES.into_iter().filter(|name| {
-        let protocol = Protocol::named(name);
-        protocol.is_ok_and(|protocol| protocol.is_serial())
-    });
+    names(Protocol::is_serial)
+}
+
+fn resetting_names() -> String {
+    names(Protocol::has_reset)
+}
+
+fn names(of: fn(&Protocol) -> bool) -> String {
+    let named = Format::NAMES
+        .into_iter()
+        .filter(|name| Protocol::named(name).is_ok_and(|protocol| of(&protocol)));
     named.collect::<Vec<_>>().join(", ")
 }
 
@@ -256,6 +294,10 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
     }
     spec.head = head(&mut options)?;
     one_sensor(spec.head, spec.protocol.as_ref(), "mock")?;
+    // Whatever it speaks, it has sensor 0.
+    if let Some(head @ 1..) = spec.head {
+        return Err(SpecError::OneSensor { of: "mock", head });
+    }
     let protocol = spec.protocol.as_ref();
     let protocol = protocol.map(|protocol| (protocol.name(), protocol.format()));
     let allowed = "seed=N, rate=HZ, as=PROTOCOL, still=1, targets=FILE, head=N";
@@ -283,6 +325,11 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
         });
     }
     one_sensor(head, Some(&protocol), "serial")?;
+    if reset && !protocol.has_reset() {
+        return Err(SpecError::NoReset {
+            of: protocol.name(),
+        });
+    }
     protocol.set(&mut options)?;
     let named = Some((protocol.name(), protocol.format()));
     options.end(
@@ -354,13 +401,28 @@ fn hid_name(text: &str) -> Result<HidName, SpecError> {
             .then(|| u16::from_str_radix(digits, 16).ok())
             .flatten()
     };
+    if let Some(usage) = text.strip_prefix("usage=") {
+        let (page, usage) = match usage.split_once(':') {
+            Some((page, usage)) => (id(page), id(usage).map(Some)),
+            None => (id(usage), Some(None)),
+        };
+        let both = page.zip(usage);
+        return both
+            .map(|(page, usage)| HidName::Usage { page, usage })
+            .ok_or_else(|| SpecError::Value {
+                key: "hid",
+                found: text.into(),
+                allowed: "four hexadecimal digits of a usage page, and of a usage if one is meant, \
+                          such as hid:usage=0012 or hid:usage=0012:0001",
+            });
+    }
     let both = text.split_once(':');
     let both = both.and_then(|(vendor, product)| Some((id(vendor)?, id(product)?)));
     let (vendor, product) = both.ok_or_else(|| SpecError::Value {
         key: "hid",
         found: text.into(),
-        allowed: "four hexadecimal digits each of vendor and product, such as hid:1532:0b00, or \
-                  a path, such as hid:/dev/hidraw0",
+        allowed: "four hexadecimal digits each of vendor and product, such as hid:1532:0b00, a \
+                  usage page, such as hid:usage=0012, or a path, such as hid:/dev/hidraw0",
     })?;
     Ok(HidName::Id(vendor, product))
 }
@@ -415,6 +477,11 @@ mod tests {
         let path = HidName::Path("/dev/hidraw0".into());
         let spec = "hid:/dev/hidraw0".parse();
         assert_eq!(spec, hid(path.clone(), Axes::default()));
+        for (spec, usage) in [("hid:usage=0012", None), ("hid:usage=0012:0001", Some(1))] {
+            let name = HidName::Usage { page: 0x12, usage };
+            assert_eq!(name.to_string(), spec[4..]);
+            assert_eq!(spec.parse(), hid(name, Axes::default()));
+        }
         let axes = Axes {
             rotation: Quat::from_xyzw(0.0, 1.0, 0.0, 0.0),
             origin: Vec3::new(0.0, 0.3, -0.5),
@@ -437,7 +504,6 @@ mod tests {
             "serial:/dev/tty?protocol=fastrak&head=3",
             "serial:/dev/tty?protocol=liberty&head=3",
             "serial:/dev/tty?protocol=link&head=3",
-            "mock:as=flock&head=3",
             "replay:a.csv?head=3",
         ] {
             assert_eq!(spec.parse::<Spec>().unwrap().head(), Some(3), "{spec}");
@@ -446,6 +512,8 @@ mod tests {
             ("serial:/dev/tty?protocol=asl&head=3", "asl"),
             ("serial:/dev/tty?protocol=hatire&head=0", "hatire"),
             ("mock:head=0", "mock"),
+            // It has sensor 0 alone.
+            ("mock:as=flock&head=3", "mock"),
             ("mock:as=adhawk&head=0", "adhawk"),
             ("hid:1532:0b00?head=1", "hid"),
         ] {
@@ -465,6 +533,22 @@ mod tests {
             ("serial:/dev/tty?protocol=asl&baud=0", "baud", "4000000"),
             ("serial:/dev/tty?protocol=asl&speed=1", "speed", "baud=N"),
             ("serial:/dev/tty?protocol=asl&reset=yes", "reset", "0 or 1"),
+            (
+                "serial:/dev/tty?protocol=asl&reset=1",
+                "asl has no command for a reset",
+                "fastrak, liberty, flock, hatire",
+            ),
+            (
+                "serial:/dev/tty?protocol=iscan&reset=1",
+                "iscan",
+                "leave reset",
+            ),
+            (
+                "serial:/dev/tty?protocol=link&reset=1",
+                "link",
+                "leave reset",
+            ),
+            ("serial:/dev/tty?protocol=adhawk&reset=1", "adhawk", "leave"),
             ("serial:/dev/tty?protocol=asl&rts=2", "rts", "0 or 1"),
             ("serial:/dev/tty?protocol=asd", "asd", "asl"),
             ("mock:rate=59", "59", "60 to 1000"),
@@ -474,6 +558,9 @@ mod tests {
             ("mock:targets=", "targets", "table"),
             ("mock:as=mouse", "mouse", "osvr-hdk"),
             ("hid:1:2", "1:2", "hexadecimal"),
+            ("hid:0012", "0012", "hid:usage=0012"),
+            ("hid:usage=12", "usage=12", "hid:usage=0012:0001"),
+            ("hid:usage=0012:1", "usage=0012:1", "usage page"),
             ("hid:1532:0b00?units=cm", "units", "origin=X,Y,Z"),
             (
                 "hid:1532:0b00?axes=right,up,forward",

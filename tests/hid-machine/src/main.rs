@@ -43,6 +43,17 @@ const HDK_DESCRIPTOR: [u8; 20] = [
     0x01, 0x81, 0x02, 0xC0,
 ];
 
+/// A head tracker of usage page 0x12 that sends its place, in millimetres, as report 3.
+const PLACE_ALONE: [u8; 41] = [
+    0x05, 0x12, 0x09, 0x02, 0xA1, 0x01, // head tracker
+    0x85, 0x03, 0x09, 0x10, 0xA1, 0x00, // tracking data
+    0x09, 0x27, 0xA1, 0x00, // head position
+    0x16, 0x00, 0x80, 0x26, 0xFF, 0x7F, // ±32,767
+    0x65, 0x11, 0x55, 0x0F, // 10⁻¹ cm
+    0x75, 0x10, 0x95, 0x03, 0x09, 0x21, 0x09, 0x22, 0x09, 0x23, 0x81, 0x02, // x, y, z
+    0xC0, 0xC0, 0xC0, // ends
+];
+
 const ABILITIES: Capabilities = Capabilities {
     quality: Some(1),
     nearest: Some(0.5),
@@ -398,6 +409,11 @@ fn lines(from: impl Read + Send + 'static) -> Receiver<String> {
 /// The machine is emulated: a process takes a while to start.
 const SLOW: Duration = Duration::from_secs(20);
 
+/// [`ABILITIES`], [`SET_UP`] and [`READY`], as the command tells them.
+const FEATURES: &str = "tracks from 0.500 to 0.900 m (best 0.650), screens up to 0.700 by 0.400 m, \
+    quality 1; set up for 0.527 by 0.296 m of display 0x10ac:0xa0b1, serial number 123456; \
+    status 1 (ready), 100 Hz";
+
 fn the_command_lists_it(api: &mut HidApi) -> Outcome {
     let _device = eye_tracker("ET-1")?;
     let devices = wait_for(api, documented::USB_ID, 1)?;
@@ -408,19 +424,87 @@ fn the_command_lists_it(api: &mut HidApi) -> Outcome {
         format!("\"path\":\"{}\"", devices[0][0]),
         format!("\"id\":\"{vendor:04x}:{product:04x}\""),
         "\"tracker\":true".into(),
+        "\"features\":{\"capabilities\":{\"quality\":1,\"nearest_m\":0.5,".into(),
+        // In metres the last bit is rounded.
+        "\"screen_width_m\":0.52".into(),
+        "\"status\":{\"code\":1,\"meaning\":\"ready\",\"rate_hz\":100.0},\"unread\":[]}".into(),
     ] {
         ensure!(found.contains(&expected), "no {expected} in {found}");
     }
+    let told = shisen(&["list"]).output()?;
+    let told = String::from_utf8(told.stdout)?;
+    let features = format!("  {FEATURES}");
+    ensure!(told.lines().any(|line| line == features), "{told}");
     Ok(())
 }
 
 fn the_command_follows_it(api: &mut HidApi) -> Outcome {
-    let records = mock("hid", 40)?;
     let (vendor, product) = documented::USB_ID;
-    let spec = format!("hid:{vendor:04x}:{product:04x}");
+    follows(api, &format!("hid:{vendor:04x}:{product:04x}"))
+}
+
+fn the_command_finds_it_by_its_usage(api: &mut HidApi) -> Outcome {
+    follows(api, "hid:usage=0012")?;
+    wait_for(api, documented::USB_ID, 0)?;
+    follows(api, "hid:usage=0012:0001")
+}
+
+/// At the same path it may be another device: its descriptor is read again.
+fn the_command_reads_another_descriptor(api: &mut HidApi) -> Outcome {
+    let first = eye_tracker("ET-1")?;
+    let devices = wait_for(api, documented::USB_ID, 1)?;
+    let spec = format!("hid:{}", devices[0][0]);
+    let mut monitor = shisen(&["monitor", &spec, "--json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    let said = lines(monitor.stdout.take().ok_or("no output")?);
+    let told = lines(monitor.stderr.take().ok_or("no errors")?);
+    let read = (|| {
+        told.recv_timeout(SLOW)?;
+        told.recv_timeout(SLOW)?;
+        let at = device_file(&devices[0][0])?;
+        drop(first);
+        let gone = told.recv_timeout(SLOW)?;
+        ensure!(gone.contains("is gone"), "{gone}");
+        wait_for(api, documented::USB_ID, 0)?;
+        let mut second = Device::new(&Description {
+            name: "Head Tracker",
+            serial: "HT-1",
+            id: documented::USB_ID,
+            descriptor: &PLACE_ALONE,
+            features: Vec::new(),
+        })?;
+        let devices = wait_for(api, documented::USB_ID, 1)?;
+        ensure!(device_file(&devices[0][0])? == at, "{devices:?}");
+        let plugged = told.recv_timeout(SLOW)?;
+        ensure!(plugged.contains("is plugged in"), "{plugged}");
+        let silent = told.recv_timeout(SLOW)?;
+        ensure!(silent.contains("nothing of itself"), "{silent}");
+        // 0.1, −0.2 and 0.3 m in millimetres.
+        let mut report = vec![3];
+        report.extend([100_i16, -200, 300].into_iter().flat_map(i16::to_le_bytes));
+        second.send(&report)?;
+        let line = said.recv_timeout(SLOW)?;
+        // In metres the last bit is rounded.
+        let place = "\"head\":{\"position\":{\"value\":[0.0999999";
+        ensure!(line.contains(place), "{line}");
+        Ok(())
+    })();
+    monitor.kill()?;
+    monitor.wait()?;
+    read
+}
+
+fn device_file(path: &str) -> Result<String, Box<dyn Error>> {
+    Ok(path.rsplit('/').next().ok_or("no name")?.to_owned())
+}
+
+fn follows(api: &mut HidApi, spec: &str) -> Outcome {
+    let records = mock("hid", 40)?;
     let mut device = eye_tracker("ET-1")?;
     wait_for(api, documented::USB_ID, 1)?;
-    let mut monitor = shisen(&["monitor", &spec, "--json"])
+    let mut monitor = shisen(&["monitor", spec, "--json"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()?;
@@ -436,6 +520,8 @@ fn the_command_follows_it(api: &mut HidApi) -> Outcome {
             }
             let plugged = told.recv_timeout(SLOW)?;
             ensure!(plugged.contains("is plugged in"), "{plugged}");
+            let features = told.recv_timeout(SLOW)?;
+            ensure!(features.ends_with(FEATURES), "{features}");
             // It asks for all that there is, then reads.
             let start = Instant::now();
             while device.seen().set.is_empty() {
@@ -451,6 +537,8 @@ fn the_command_follows_it(api: &mut HidApi) -> Outcome {
                 let number = format!("{{\"number\":{},", 20 * round + i);
                 ensure!(line.starts_with(&number), "{line}");
                 ensure!(line.contains("\"head\":{\"position\":{"), "{line}");
+                let first = line.contains("\"device\":{\"capabilities\":{\"quality\":1,");
+                ensure!(first == (i == 0), "{line}");
             }
         }
         Ok(())
@@ -463,7 +551,7 @@ fn the_command_follows_it(api: &mut HidApi) -> Outcome {
 /// A name, and what it does.
 type Check = (&'static str, fn(&mut HidApi) -> Outcome);
 
-const CHECKS: [Check; 9] = [
+const CHECKS: [Check; 11] = [
     (
         "an eye tracker is listed, opened and described",
         lists_and_opens,
@@ -478,6 +566,14 @@ const CHECKS: [Check; 9] = [
     (
         "the command follows it, unplugged and plugged in again",
         the_command_follows_it,
+    ),
+    (
+        "the command finds it by its usage page",
+        the_command_finds_it_by_its_usage,
+    ),
+    (
+        "the command reads the descriptor of another at the same path",
+        the_command_reads_another_descriptor,
     ),
 ];
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::decoder::{Decoder, Reply, Text};
+use crate::decoder::{Decoder, DropReason, Dropped, Reply, Text};
 use crate::head::flock::{self, Mode};
 use crate::mock::{
     Faults, FaultsConfig, Format, Reader, Source, Tracker, TrackerConfig, Viewer, ViewerConfig,
@@ -10,6 +10,10 @@ use std::format;
 
 fn sample() -> Event {
     Event::Sample(Sample::arrived(Micros(0)))
+}
+
+fn useless(reason: DropReason) -> Event {
+    Event::Dropped(Dropped { bytes: 32, reason })
 }
 
 fn reply(to: u32, result: u32) -> Event {
@@ -23,7 +27,7 @@ fn script() -> Script {
         .once_only()
         .send(b"c")
         .send(b"C")
-        .expect(Awaited::Sample, SECOND)
+        .expect(Awaited::Sample, PATIENCE)
 }
 
 #[test]
@@ -90,7 +94,34 @@ fn failures_say_what_is_wrong() {
         session.on_bytes(30);
         session.on_event(&text);
     });
-    assert_eq!(failure, Failure::NoAnswer { records: 1 });
+    let awaited = Awaited::Sample;
+    assert_eq!(
+        failure,
+        Failure::NoAnswer {
+            records: 1,
+            awaited
+        }
+    );
+    assert!(
+        format!("{failure}").contains("none of a sensor"),
+        "{failure}"
+    );
+
+    // It sends samples and answers nothing.
+    let asking = Script::new()
+        .send(b"a")
+        .expect(Awaited::Reply(0x9C), PATIENCE);
+    let (failure, ..) = fail(asking, |session| session.on_event(&sample()));
+    let said = format!("{failure}");
+    assert!(said.contains("no answer to command 0x9c"), "{said}");
+    assert!(!said.contains("items"), "{said}");
+
+    let (failure, ..) = fail(script(), |session| {
+        session.on_bytes(40);
+        session.on_event(&useless(DropReason::NotUnit));
+    });
+    let reason = DropReason::NotUnit;
+    assert_eq!(failure, Failure::Unusable { records: 1, reason });
 
     let (failure, ..) = fail(script(), |session| {
         session.on_event(&reply(u32::from(b'O'), 3));
@@ -137,10 +168,10 @@ fn a_device_that_answers_late_is_asked_again() {
 fn replies_and_speeds_are_steps() {
     let script = Script::new()
         .send(b"a")
-        .expect(Awaited::Reply(7), SECOND)
+        .expect(Awaited::Reply(7), PATIENCE)
         .speed(9_600)
         .send(b"b")
-        .expect(Awaited::Record, SECOND);
+        .expect(Awaited::Record, PATIENCE);
     let mut session = Session::new(script);
     assert_eq!(session.poll(Micros(0)), Action::Send(b"a"));
     session.on_event(&reply(6, 0));
@@ -197,6 +228,97 @@ fn a_watch_notices_silence_and_the_wrong_speed() {
     watch.on_event(&sample(), Micros(2_000_000));
     assert_eq!(watch.trouble(Micros(2_999_999)), None);
     assert_eq!(watch.trouble(Micros(3_000_000)), Some(Failure::Silent));
+}
+
+/// Records that are whole and of no use are another trouble than a wrong speed, and
+/// so is a good line that is cut.
+#[test]
+fn a_watch_tells_useless_records_and_a_cut_line_from_a_wrong_speed() {
+    let at = |ms| Micros::from_millis(ms);
+    let listen = |watch: &mut Watch, event: &Event| {
+        let mut said = None;
+        for step in 0..150 {
+            watch.on_bytes(32, at(10 * step));
+            watch.on_event(event, at(10 * step));
+            said = watch.trouble(at(10 * step + 5));
+        }
+        said
+    };
+    for (reason, words) in [
+        (DropReason::NotUnit, "sensor and transmitter"),
+        (DropReason::OutOfRange, "list of items"),
+        (DropReason::Field, "settings"),
+        (DropReason::Unknown, "another version"),
+        (DropReason::Duplicate, "repeats itself"),
+    ] {
+        let said = listen(&mut Watch::new(), &useless(reason)).unwrap();
+        assert_eq!(
+            said,
+            Failure::Unusable {
+                records: 150,
+                reason
+            }
+        );
+        let said = format!("{said}");
+        assert!(
+            said.contains(words) && said.contains(reason.name()),
+            "{said}"
+        );
+        assert!(!said.contains("speed"), "{said}");
+    }
+    // Of a wrong speed these are the signs, unless the transport delimits reports.
+    for reason in [
+        DropReason::Checksum,
+        DropReason::Length,
+        DropReason::Truncated,
+    ] {
+        let said = listen(&mut Watch::new(), &useless(reason));
+        assert_eq!(said, Some(Failure::NoRecord { bytes: 150 * 32 }));
+        let said = listen(&mut Watch::of_reports(), &useless(reason));
+        assert_eq!(
+            said,
+            Some(Failure::Unusable {
+                records: 150,
+                reason
+            })
+        );
+    }
+    // Every second record is of no use.
+    let mut watch = Watch::new();
+    for step in 0..300 {
+        watch.on_bytes(32, at(10 * step));
+        let event = if step % 2 == 0 {
+            sample()
+        } else {
+            useless(DropReason::NotUnit)
+        };
+        watch.on_event(&event, at(10 * step));
+    }
+    let reason = DropReason::NotUnit;
+    assert_eq!(
+        watch.trouble(at(2_995)),
+        Some(Failure::Unusable {
+            records: 50,
+            reason
+        })
+    );
+    // 200 records, then 9 bytes of one, then nothing.
+    let mut watch = Watch::new();
+    for step in 0..200 {
+        watch.on_bytes(32, at(10 * step));
+        watch.on_event(&sample(), at(10 * step));
+    }
+    watch.on_bytes(9, at(1_995));
+    assert_eq!(watch.trouble(at(2_980)), None);
+    let cut = watch.trouble(at(2_990)).unwrap();
+    assert_eq!(cut, Failure::BrokenOff { bytes: 9 });
+    assert!(format!("{cut}").contains("within a record"), "{cut}");
+    // More that is no record, and it is no cut.
+    watch.on_bytes(7, at(3_000));
+    assert_eq!(
+        watch.trouble(at(3_001)),
+        Some(Failure::NoRecord { bytes: 16 })
+    );
 }
 
 /// What a script sends to a device that answers at once.

@@ -165,6 +165,13 @@ pub struct EstimatorConfig {
     /// A gaze that is the same to the last bit for longer is stuck: from
     /// 50 ms on. `None` believes it.
     pub stuck_after: Option<Micros>,
+    /// A head that is the same to the last bit (place, rotation and turn) for
+    /// longer, though it has changed before, is stuck: from 50 ms on. One that
+    /// never changed is believed, since a stand or a script has no noise; an
+    /// [`Event::HeadStill`](super::Event::HeadStill) says so. A head that somebody
+    /// wears never rests so well; a script that moves it, and then not, and
+    /// adds no noise wants `None`, which believes everything.
+    pub head_stuck_after: Option<Micros>,
     /// What smooths the directions.
     pub filter: Filter,
     /// How saccades are told.
@@ -192,6 +199,7 @@ impl Default for EstimatorConfig {
             most_eccentricity: 1.308_997,
             least_openness: 0.2,
             stuck_after: Some(Micros(1_000_000)),
+            head_stuck_after: Some(Micros(1_000_000)),
             filter: Filter::OneEuro(OneEuroConfig::default()),
             saccades: SaccadeConfig::default(),
             prediction: Some(GazePrediction::default()),
@@ -448,8 +456,13 @@ impl EstimatorConfig {
         ] {
             time(field, found, least, most)?;
         }
-        if let Some(stuck_after) = self.stuck_after {
-            time("the time until the gaze is stuck", stuck_after, 50, 60_000)?;
+        for (field, stuck_after) in [
+            ("the time until the gaze is stuck", self.stuck_after),
+            ("the time until the head is stuck", self.head_stuck_after),
+        ] {
+            if let Some(stuck_after) = stuck_after {
+                time(field, stuck_after, 50, 60_000)?;
+            }
         }
         if let Some(prediction) = self.prediction {
             time("the gaze's horizon", prediction.horizon, 0, 200)?;

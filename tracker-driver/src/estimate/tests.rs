@@ -257,6 +257,116 @@ fn a_gaze_that_is_stuck_is_not_fresh() {
     assert_eq!(trusting.run(5_000, &stuck).state, State::Fresh);
 }
 
+/// One that has moved and stops by the bit is stuck; noise is none of that.
+#[test]
+fn a_head_that_is_stuck_is_not_fresh() {
+    let config = EstimatorConfig {
+        eyes: Eyes::HeadOnly,
+        ..EstimatorConfig::default()
+    };
+    let mut run = Run::new(&config);
+    // On a stand: the last bits tremble.
+    let on_a_stand = run.run(5_000, &|i| Some(head_only(i)));
+    assert_eq!(on_a_stand.state, State::HeadDirection);
+    let stuck = |_| Some(head_only(3));
+    assert_eq!(run.run(900, &stuck).state, State::HeadDirection);
+    run.events.clear();
+    assert_eq!(run.run(800, &stuck).state, State::FullQuality);
+    let rejected = run.events.iter().filter_map(|event| match event {
+        Event::Rejected { reason, .. } => Some(*reason),
+        _ => None,
+    });
+    let rejected: Vec<_> = rejected.collect();
+    assert!(rejected.len() > 100, "{rejected:?}");
+    for reason in rejected {
+        let Rejection::HeadStuck { since } = reason else {
+            panic!("{reason:?}");
+        };
+        assert!(since > Micros(1_000_000));
+    }
+    // The last bit of one number brings it back.
+    assert_eq!(
+        run.run(5, &|_| Some(head_only(4))).state,
+        State::HeadDirection
+    );
+    let mut trusting = Run::new(&EstimatorConfig {
+        head_stuck_after: None,
+        ..config
+    });
+    trusting.run(500, &|i| Some(head_only(i)));
+    assert_eq!(trusting.run(5_000, &stuck).state, State::HeadDirection);
+}
+
+/// What never moved says nothing of noise: a stand, a script, or stuck. A device
+/// that says the turn moves as long as that does.
+#[test]
+fn a_head_that_never_changes_is_believed_and_said_once() {
+    let mut run = Run::new(&EstimatorConfig::default());
+    let still = |i| Some(with_head(steady(i), Quat::IDENTITY));
+    assert_eq!(run.run(5_000, &still).state, State::Fresh);
+    let said = run.events.iter().filter_map(|event| match event {
+        Event::HeadStill { since, .. } => Some(*since),
+        Event::Rejected { reason, .. } => panic!("{reason:?}"),
+        _ => None,
+    });
+    assert_eq!(said.collect::<Vec<_>>(), [Micros(1_005_000)]);
+    let turning = |i: u64| {
+        let mut sample = with_head(steady(i), Quat::IDENTITY);
+        sample.head.angular_velocity = Some(Vec3::X * 1.0e-6 * (i % 3) as f32);
+        Some(sample)
+    };
+    let mut run = Run::new(&EstimatorConfig::default());
+    assert_eq!(run.run(5_000, &turning).state, State::Fresh);
+    assert!(matches!(run.events[..], [Event::State { .. }]));
+    // Eyes alone say nothing of a head.
+    let mut run = Run::new(&EstimatorConfig::default());
+    run.run(500, &|i| Some(head_only(i)));
+    run.events.clear();
+    let eyes = |i| {
+        let mut sample = steady(i);
+        sample.head = crate::sample::Head::default();
+        Some(sample)
+    };
+    run.run(3_000, &eyes);
+    let rejected = |event: &Event| matches!(event, Event::Rejected { .. });
+    assert!(!run.events.iter().any(rejected));
+}
+
+/// A head tracker whose clock stands still says old things, whatever they are.
+#[test]
+fn a_head_whose_clock_stands_still_ages() {
+    use crate::clock::{ClockConfig, ClockEstimator, ClockEvent};
+    use crate::time::DeviceTime;
+    let mut clock = ClockEstimator::new(ClockConfig::default()).unwrap();
+    let mut estimator = GazeEstimator::new(EstimatorConfig {
+        eyes: Eyes::HeadOnly,
+        ..EstimatorConfig::default()
+    })
+    .unwrap();
+    let mut frozen = Vec::new();
+    let mut states = Vec::new();
+    for i in 0..400 {
+        let mut sample = head_only(i);
+        sample.arrival = Micros(1_000_000 + 5_000 * i);
+        sample.device_time = Some(DeviceTime {
+            microseconds: 5_000 * i.min(200),
+            wraps_at: 0,
+        });
+        let stamp = clock.stamp(&sample, &mut |event| {
+            if let ClockEvent::Frozen { .. } = event {
+                frozen.push(i);
+            }
+        });
+        estimator.push(&sample, stamp.time, &mut |_| {});
+        states.push(estimator.estimate(sample.arrival, &mut |_| {}).state);
+    }
+    assert_eq!(frozen, [251]);
+    assert_eq!(states[200], State::HeadDirection);
+    // 500 ms after it stopped.
+    assert_eq!(states[299], State::HeadDirection);
+    assert_eq!(states[300..], [State::FullQuality; 100]);
+}
+
 fn forward(config: &EstimatorConfig, sample: &Sample) -> Vec3 {
     let mut run = Run::new(config);
     run.push(sample);
@@ -600,7 +710,7 @@ fn of_two_stations_one_is_the_viewers_head() {
             }
         }
         let said = run.events.iter().filter_map(|event| match event {
-            Event::OtherSensor { taken, ignored } => Some((*taken, *ignored)),
+            Event::OtherSensor { taken, ignored, .. } => Some((*taken, *ignored)),
             _ => None,
         });
         assert_eq!(said.collect::<Vec<_>>(), [(taken, 3 - taken)]);

@@ -19,10 +19,11 @@
 //! | [`Mode::PositionQuaternion`] | `]` | x, y, z; real part, 1, 2, 3 |
 //!
 //! A word is a two's complement number of 16 bits whose lowest two are not
-//! sent. 32768 stands for [`Config::range`], 180° or 1.
+//! sent. 32768 stands for [`Config::range`], [`Config::half_turn`] (180°) or 1.
 //!
 //! The first four commands and the scale of the angles are as generally
-//! known, not from those two sources.
+//! known, not from those two sources: [`Config::letter`] and
+//! [`Config::half_turn`] are for a device that has others.
 //!
 //! The birds' answers to `O` (examine) are bare bytes without a start; the
 //! decoder drops them as out of step.
@@ -229,6 +230,11 @@ pub struct Config {
     pub range: Range,
     /// Whether quaternion and matrix are the reverse of `device_from_sensor`.
     pub reversed: bool,
+    /// The command that chooses the mode, where it is not
+    /// [`Mode::command`]'s.
+    pub letter: Option<u8>,
+    /// What 32768 stands for in an angle: degrees, above 0 and up to 360.
+    pub half_turn: f32,
     /// What the device's axes are.
     pub axes: Axes,
     /// Whether a record is handed over only when the next one has begun
@@ -244,6 +250,8 @@ impl Default for Config {
             group: false,
             range: Range::default(),
             reversed: true,
+            letter: None,
+            half_turn: 180.0,
             axes: Axes::FORWARD_RIGHT_DOWN,
             confirm: false,
         }
@@ -300,7 +308,7 @@ impl Config {
         let straight = |q: Quat| if self.reversed { inverse(q) } else { q };
         let device = match (self.mode, turn) {
             (Mode::Angles | Mode::PositionAngles, &[z, y, x, ..]) => {
-                let [z, y, x] = [z, y, x].map(|part| part * 180.0);
+                let [z, y, x] = [z, y, x].map(|part| part * self.half_turn);
                 Some(axes::from_euler_degrees(z, y, x)?)
             }
             (Mode::Quaternion | Mode::PositionQuaternion, &[w, x, y, z, ..]) => {
@@ -343,7 +351,7 @@ impl Config {
         let _ = match self.mode {
             Mode::Position => Ok(()),
             Mode::Angles | Mode::PositionAngles => {
-                parts.extend_from_slice(&axes::euler_degrees(rotation).map(|a| a / 180.0))
+                parts.extend_from_slice(&axes::euler_degrees(rotation).map(|a| a / self.half_turn))
             }
             Mode::Quaternion | Mode::PositionQuaternion => {
                 parts.extend_from_slice(&[reverse.w, reverse.x, reverse.y, reverse.z])
@@ -385,7 +393,7 @@ impl Config {
                 .pause(Micros::from_millis(1_000));
         }
         script = script.once_only().send(b"B").pause(settle).send(b"F");
-        let mode = self.mode.command();
+        let mode = self.letter.unwrap_or(self.mode.command());
         if self.group {
             script = script.send(&[b'P', GROUP_MODE, 1]);
             for bird in 0..birds {

@@ -12,10 +12,10 @@
 //! |---|---|
 //! | 0 | `LY`, `PA` or `LU` |
 //! | 2 | station, from 1 |
-//! | 3 | the command that is answered: `C` or `P` for records |
+//! | 3 | the command that is answered: `C` or `P` for records ([`Config::records`]) |
 //! | 4 | error; a space where there is none |
 //! | 5 | reserved |
-//! | 6 | u16: bytes that follow the header |
+//! | 6 | u16: bytes that follow the header ([`Config::size`]) |
 //! | 8… | the items of the list that the station was told |
 //!
 //! | Item | Content |
@@ -42,7 +42,9 @@
 //! No checksum, but a tag, a station, a length, and numbers that must be a
 //! pose: random bytes pass as a record with a probability of about 5 · 10⁻²¹
 //! at each byte (tag 3/65536, station 16/256, command 2/256, error 95/256,
-//! length 1/65536, space 1/256, pose 10⁻⁵ as in [`fastrak`](super::fastrak)). Of
+//! length 1/65536, space 1/256, pose 10⁻⁵ as in [`fastrak`](super::fastrak)). A
+//! [`Size::Unused`] makes that 65536 times more, a command that is not looked at
+//! 128 times. Of
 //! 6 · 10⁷ for each of the tests' lists none did (`SHISEN_HEAVY=1 cargo test
 //! -p shisen-tracker liberty::tests::random`).
 //!
@@ -101,6 +103,18 @@ impl Model {
     }
 }
 
+/// What bytes 6 and 7 of the header say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Size {
+    /// How many bytes follow, the low byte first: as the manuals have it.
+    #[default]
+    LittleEndian,
+    /// How many follow, the high byte first.
+    BigEndian,
+    /// Nothing that is looked at, as in VRPN: a record is as long as its list.
+    Unused,
+}
+
 /// How a device is set up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
@@ -115,6 +129,12 @@ pub struct Config {
     pub axes: Axes,
     /// What [`Config::encode`] writes; the decoder takes all of them.
     pub model: Model,
+    /// What byte 3 of the header is in a record; anything else is another
+    /// answer. `None` does not look at it, as VRPN does not: whatever begins as
+    /// an answer is a record.
+    pub records: Option<[u8; 2]>,
+    /// What bytes 6 and 7 of the header say.
+    pub size: Size,
 }
 
 impl Config {
@@ -126,6 +146,8 @@ impl Config {
             stations: MOST_STATIONS,
             axes: Axes::FORWARD_RIGHT_DOWN,
             model: Model::Liberty,
+            records: Some(*b"CP"),
+            size: Size::LittleEndian,
         }
     }
 
@@ -149,9 +171,15 @@ impl Config {
         let error = if tracked { b' ' } else { b'*' };
         let [first, second] = self.model.tag();
         let station = sample.sensor.min(MOST_STATIONS - 1) + 1;
-        let [low, high] = (self.items.bytes() as u16).to_le_bytes();
+        let size = self.items.bytes() as u16;
+        let [sixth, seventh] = match self.size {
+            Size::LittleEndian => size.to_le_bytes(),
+            Size::BigEndian => size.to_be_bytes(),
+            Size::Unused => [0; 2],
+        };
+        let [command, _] = self.records.unwrap_or(*b"CP");
         let mut record = Vec::new();
-        let header = [first, second, station, b'C', error, 0, low, high];
+        let header = [first, second, station, command, error, 0, sixth, seventh];
         let _ = record.extend_from_slice(&header);
         let pose = Pose {
             head: sample.head,
@@ -257,20 +285,29 @@ impl Records {
         let stations = self.config.stations;
         if !Model::ALL.into_iter().any(starts)
             || lacks(bytes, 2, |station| (1..=stations).contains(&station))
-            || lacks(bytes, 3, |command| printable(command) || command < b' ')
+            || lacks(bytes, 3, |command| {
+                self.config.records.is_none() || printable(command) || command < b' '
+            })
             || lacks(bytes, 4, printable)
         {
             return nowhere;
         }
-        let Some(&[_, _, station, command, error, _, low, high]) =
+        let Some(&[_, _, station, command, error, _, sixth, seventh]) =
             bytes.first_chunk::<HEADER_BYTES>()
         else {
             return Step::More;
         };
-        let size = usize::from(u16::from_le_bytes([low, high]));
+        let config = &self.config;
+        let is_record = config.records.is_none_or(|all| all.contains(&command));
+        let size = match config.size {
+            Size::LittleEndian => u16::from_le_bytes([sixth, seventh]).into(),
+            Size::BigEndian => u16::from_be_bytes([sixth, seventh]).into(),
+            Size::Unused if is_record => config.items.bytes(),
+            // How long another answer is nobody says.
+            Size::Unused => return nowhere,
+        };
         let length = HEADER_BYTES + size;
-        let streams = matches!(command, b'C' | b'P');
-        if !streams {
+        if !is_record {
             return match bytes.len() < length {
                 _ if length > MOST_REPLY_BYTES => nowhere,
                 true => Step::More,

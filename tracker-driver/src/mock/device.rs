@@ -21,8 +21,6 @@ use heapless::Vec;
 const MOST_HEARD: usize = 64;
 /// Most bytes of an answer.
 const MOST_ANSWER: usize = 64;
-/// The highest rate that a sample's time tells from the next.
-const HIGHEST_RATE: u32 = 999_000;
 
 /// The device at the other end of the line, as far as it takes commands.
 ///
@@ -49,6 +47,8 @@ pub struct Device {
     /// What a reset leaves.
     saved: Saved,
     heard: Vec<u8, MOST_HEARD>,
+    /// What comes up to the end of the line was refused.
+    overlong: bool,
     link: link::Commands,
     streams: bool,
     /// Records that were asked for one by one.
@@ -112,6 +112,7 @@ impl Device {
                 streams: true,
             },
             heard: Vec::new(),
+            overlong: false,
             link: link::Commands::new(),
             streams: true,
             asked: 0,
@@ -152,7 +153,11 @@ impl Device {
         } else if !self.streams || now < self.next {
             return None;
         } else if let Some(rate) = self.rate {
-            self.next = now.after(Micros(u64::from(HIGHEST_RATE / rate.max(1))));
+            // In step with the rate, not with the samples before: where that is no
+            // part of theirs, some follow each other sooner than others.
+            let period = Micros(1_000_000 / u64::from(rate.max(1)));
+            let next = self.next.after(period);
+            self.next = if next > now { next } else { now.after(period) };
         }
         let mut sent = *sample;
         if let Some(time) = &mut sent.device_time
@@ -186,10 +191,16 @@ impl Device {
             if self.is_away(now) {
                 return;
             }
+            if self.overlong {
+                // The rest of a line that was refused.
+                self.overlong = byte != b'\r';
+                continue;
+            }
             if self.heard.push(byte).is_err() {
                 // No command is as long.
                 if matches!(self.format, Format::Fastrak(_)) {
                     self.refuse_long(answer);
+                    self.overlong = byte != b'\r';
                 }
                 self.heard.clear();
                 continue;

@@ -154,7 +154,7 @@ impl Follower {
                 warn(&format!("{reason}; trying again"));
             }
             Notice::Trouble(failure) => troubles.push(failure),
-            Notice::Plugged(_) => {}
+            Notice::Plugged(_) | Notice::Described(_) => {}
         });
         for failure in troubles {
             warn(&with_drops(&failure, &feed.counts()));

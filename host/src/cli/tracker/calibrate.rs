@@ -168,7 +168,7 @@ fn gather(
     let end = targets.last().map_or(Micros(0), |last| last.end);
     let mut told = 0;
     let forever = EndArguments::default();
-    follow(feed, &forever, &mut |feed, events| {
+    follow(feed, &forever, &mut |feed, heard| {
         let now = feed.now();
         match (&mut shown, targets.get(told)) {
             (Some(shown), _) => shown.show(now),
@@ -185,7 +185,7 @@ fn gather(
             }
             _ => {}
         }
-        for event in events {
+        for event in &heard.events {
             if let Event::Sample(sample) = event {
                 gatherer.push(sample, &mut |event| warn_of_sensors(&event));
             }

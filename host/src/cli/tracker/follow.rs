@@ -2,6 +2,7 @@
 
 use super::super::failure::Failure;
 use super::super::warn;
+use super::features::FeatureReport;
 use super::sample::{ByReason, by_reason};
 use super::{Interrupt, whole};
 use clap::Args;
@@ -37,7 +38,15 @@ struct NoSample {
 }
 
 /// What events are handed to.
-pub(super) type Take<'a> = dyn FnMut(&Feed, &[Event]) -> Result<bool, Failure> + 'a;
+pub(super) type Take<'a> = dyn FnMut(&Feed, &Heard) -> Result<bool, Failure> + 'a;
+
+/// What came at one time.
+#[derive(Default)]
+pub(super) struct Heard {
+    pub(super) events: Vec<Event>,
+    /// What an eye tracker says of itself, once it was plugged in.
+    pub(super) features: Option<FeatureReport>,
+}
 
 /// Hands all events to `take`, none at times, until the end that was asked for, Ctrl-C, or the
 /// end of a recording. What happens to the device goes to standard error. `take`
@@ -50,20 +59,26 @@ pub(super) fn follow(
     let interrupt = Interrupt::new();
     let last = end.seconds.map(|s| Micros::from_millis(1_000 * s));
     let mut samples = 0;
-    let mut events = Vec::new();
+    let mut heard = Heard::default();
     let mut troubles = Vec::new();
     loop {
         let now = feed.now();
-        events.clear();
+        heard.events.clear();
+        heard.features = None;
         let full = |samples| end.frames.is_some_and(|most| samples >= most);
         feed.poll(now, &mut |notice| match notice {
             Notice::Decoded(event) => {
                 if !full(samples) {
                     samples += u64::from(matches!(*event, Event::Sample(_)));
-                    events.push(*event);
+                    heard.events.push(*event);
                 }
             }
             Notice::Plugged(path) => say(&format!("{path} is plugged in")),
+            Notice::Described(features) => {
+                let features = FeatureReport::from(&*features);
+                say(&format!("it says of itself: {features}"));
+                heard.features = Some(features);
+            }
             Notice::Unplugged { path, reason } => {
                 warn(&format!("{path} is gone ({reason}); waiting for it"));
             }
@@ -73,7 +88,7 @@ pub(super) fn follow(
         for failure in troubles.drain(..) {
             warn(&with_drops(&failure, &feed.counts()));
         }
-        let more = take(feed, &events)?;
+        let more = take(feed, &heard)?;
         if !more || full(samples) || feed.is_over() || interrupt.came() {
             return Ok(());
         }

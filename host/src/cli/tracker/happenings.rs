@@ -7,6 +7,9 @@ use shisen_tracker::estimate::{Event, Rejection};
 use shisen_tracker::time::Micros;
 use std::collections::BTreeMap;
 
+/// Kinds that are kept; a device that makes up numbers has no end of them.
+const MOST_KINDS: usize = 64;
+
 /// How often one kind of them is said.
 const STEP: Micros = Micros::from_millis(1_000);
 
@@ -102,11 +105,21 @@ impl Happenings {
         self.say((kind, 0), now, &what)
     }
 
-    /// What became of a gaze at `now`, if it is to be said: that it was not used.
+    /// What became of a gaze or a head at `now`, if it is to be said: that it was
+    /// not used, or never changes.
     /// The states, blinks and saccades are told by the records.
     pub(in crate::cli) fn of_gaze(&mut self, event: &Event, now: Micros) -> Option<String> {
-        let Event::Rejected { reason, .. } = event else {
-            return None;
+        let reason = match event {
+            Event::Rejected { reason, .. } => reason,
+            Event::HeadStill { since, .. } => {
+                let what = format!(
+                    "the head has not changed by a bit for {} ms, nor before: is it on a stand, \
+                     or the tracker stuck?",
+                    since.0 / 1_000
+                );
+                return self.say(("head still", 0), now, &what);
+            }
+            _ => return None,
         };
         let (kind, what) = match reason {
             Rejection::NotNewer => ("not newer", "it is older than what is known".to_owned()),
@@ -126,6 +139,10 @@ impl Happenings {
                 "stuck",
                 format!("the gaze has not changed for {} ms", since.0 / 1_000),
             ),
+            Rejection::HeadStuck { since } => (
+                "head stuck",
+                format!("the head has not changed for {} ms", since.0 / 1_000),
+            ),
             _ => return None,
         };
         self.say((kind, 0), now, &format!("a sample is not used: {what}"))
@@ -137,6 +154,12 @@ impl Happenings {
         {
             said.unsaid += 1;
             return None;
+        }
+        if self.0.len() >= MOST_KINDS && !self.0.contains_key(&kind) {
+            let oldest = self.0.iter().min_by_key(|(_, said)| said.at);
+            if let Some(oldest) = oldest.map(|(&kind, _)| kind) {
+                self.0.remove(&oldest);
+            }
         }
         let said = Said { at: now, unsaid: 0 };
         let unsaid = self.0.insert(kind, said).map_or(0, |said| said.unsaid);
@@ -196,6 +219,23 @@ mod tests {
         );
         let blink = Event::BlinkStarted { at: Micros(0) };
         assert_eq!(happenings.of_gaze(&blink, Micros(0)), None);
+    }
+
+    #[test]
+    fn a_device_that_makes_up_numbers_takes_no_more_memory() {
+        let mut happenings = Happenings::default();
+        for code in 0..10_000 {
+            let fault = Message::Fault { code, meaning: "" };
+            let now = Micros(u64::from(code));
+            assert!(happenings.of_device(&fault, now).is_some());
+            assert!(happenings.0.len() <= MOST_KINDS);
+        }
+        // What was said last is still known.
+        let fault = Message::Fault {
+            code: 9_999,
+            meaning: "",
+        };
+        assert_eq!(happenings.of_device(&fault, Micros(10_000)), None);
     }
 
     #[test]

@@ -2,9 +2,11 @@
 
 use super::super::failure::Failure;
 use super::super::{print, warn};
+use super::features::FeatureReport;
 use clap::Args;
 use serde::Serialize;
-use shisen_tracker::hid::device::devices;
+use shisen::tracker::features;
+use shisen_tracker::hid::device::{Found, devices};
 use shisen_tracker::serial::ports;
 use std::fmt;
 
@@ -12,8 +14,14 @@ use std::fmt;
 ///
 /// With --json, one object: serial (path, id (vendor:product, null where it is
 /// not on USB) and product each) and hid (path, id, product, serial, usages
-/// (page and usage) and tracker (whether it says that it tracks eyes or heads,
-/// usage page 0x12) each).
+/// (page and usage), tracker (whether it says that it tracks eyes or heads,
+/// usage page 0x12) and features each). Features is what such a tracker says of itself,
+/// null where it is none or cannot be asked: capabilities (quality, `nearest_m`,
+/// `best_m`, `furthest_m`, `widest_screen_m`, `highest_screen_m`), configuration
+/// (manufacturer, product, `serial_number` and `manufacturer_date` of the display,
+/// `screen_width_m`, `screen_height_m`), status (code, meaning, `rate_hz`), each null
+/// where the device does not say it, and unread (which reports could not be read, and
+/// why).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Print one JSON object
@@ -42,6 +50,7 @@ struct Device {
     serial: String,
     usages: Vec<(u16, u16)>,
     tracker: bool,
+    features: Option<FeatureReport>,
 }
 
 fn hexadecimal((vendor, product): (u16, u16)) -> String {
@@ -72,6 +81,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             .into_iter()
             .map(|found| Device {
                 tracker: found.is_tracker(),
+                features: asked(&found),
                 path: found.path,
                 id: hexadecimal(found.id),
                 product: found.product,
@@ -81,6 +91,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             .collect(),
     };
     print(&report, arguments.json)
+}
+
+/// What a tracker says of itself.
+fn asked(found: &Found) -> Option<FeatureReport> {
+    if !found.is_tracker() {
+        return None;
+    }
+    let said = features(&found.path).unwrap_or_else(|reason| {
+        let path = &found.path;
+        warn(&format!("{path} cannot be asked what it can do: {reason}"));
+        None
+    });
+    said.as_ref().map(FeatureReport::from)
 }
 
 impl fmt::Display for Report {
@@ -100,6 +123,9 @@ impl fmt::Display for Report {
                 path, id, product, ..
             } = device;
             lines.push(format!("hid:{path}  {id}  {product}{mark}"));
+            if let Some(features) = &device.features {
+                lines.push(format!("  {features}"));
+            }
         }
         f.write_str(&lines.join("\n"))
     }

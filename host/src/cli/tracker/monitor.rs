@@ -1,10 +1,11 @@
 //! `shisen tracker monitor`: what a tracker says, as it says it.
 
-use super::super::failure::{Failure, Fault};
+use super::super::failure::Failure;
 use super::TrackerName;
 use super::follow::{EndArguments, follow};
 use super::sample::{Record, Records};
 use clap::Args;
+use miette::Diagnostic;
 use shisen::tracker::Feed;
 use shisen::tracker::calibration::{Calibrated, estimation};
 use shisen_tracker::decoder::Event;
@@ -12,12 +13,13 @@ use shisen_tracker::estimate::GazeEstimator;
 use shisen_tracker::time::Micros;
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
+use thiserror::Error;
 
 /// Shows what a tracker says
 ///
 /// Prints a line a sample, at once; on a terminal one line that changes. What
 /// happens to the device (plugged in, gone, refused, silent, not understood), what it
-/// says of itself (faults, states, texts, refused commands, eyes lost and found), what
+/// says of itself (an eye tracker's capabilities, configuration and status, faults, states, texts, refused commands, eyes lost and found), what
 /// happens to its clock (jumps, single wrong times, a standstill) and, with --calibration, to the
 /// gaze (samples that are not used, and why) goes to standard error, each kind once
 /// a second at most.
@@ -32,8 +34,10 @@ use std::path::PathBuf;
 /// `pupil_m`, `pupil_raw` and openness), `gaze_point` (kind (plane, normalized
 /// or raw), value, tracked), `line_of_sight` (null without --calibration:
 /// position (metres) and direction in the room, and state, as `shisen cave` has
-/// it), `rate_hz`, lost, dropped, `dropped_by` (how often, by reason) and
-/// `dropped_bytes`.
+/// it), `rate_hz`, lost, dropped, `dropped_by` (how often, by reason),
+/// `dropped_bytes`, and device: null but in the first record after an eye tracker of
+/// usage page 0x12 was plugged in, which has what `shisen tracker list` has as its
+/// features.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Which tracker: see `shisen tracker --help`
@@ -73,9 +77,12 @@ pub(super) fn show(
     json: bool,
 ) -> Result<(), Failure> {
     let mut screen = Screen::new(json);
-    let shown = follow(feed, end, &mut |feed, events| {
+    let shown = follow(feed, end, &mut |feed, heard| {
         let counts = feed.counts();
-        for event in events {
+        if let Some(features) = &heard.features {
+            records.describe(features);
+        }
+        for event in &heard.events {
             match event {
                 Event::Sample(sample) => {
                     let record = records.next(sample, &counts);
@@ -92,6 +99,14 @@ pub(super) fn show(
     });
     screen.end();
     shown
+}
+
+/// Nobody can read on.
+#[derive(Debug, Error, Diagnostic)]
+#[error("cannot write to standard output: {reason}")]
+#[diagnostic(help("make room where it leads to, or let it lead elsewhere"))]
+struct Unwritten {
+    reason: io::Error,
 }
 
 /// Standard output: one line that changes, or a line a record.
@@ -131,7 +146,7 @@ impl Screen {
             Ok(()) => Ok(true),
             // Whoever closed the pipe has read all that was wanted.
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
-            Err(reason) => Err(Fault::Print { reason }.into()),
+            Err(reason) => Err(Unwritten { reason }.into()),
         }
     }
 

@@ -50,11 +50,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut feed = Feed::open(&arguments.spec.spec)?;
     let mut recorder = Recorder::create(&arguments.file)?;
     let (mut samples, mut messages) = (0, 0);
-    let followed = follow(&mut feed, &arguments.end, &mut |_, events| {
-        for event in events {
+    let followed = follow(&mut feed, &arguments.end, &mut |feed, heard| {
+        let lost = feed.counts().lost;
+        for event in &heard.events {
             samples += u64::from(matches!(event, Event::Sample(_)));
             messages += u64::from(matches!(event, Event::Message(_)));
-            recorder.push(event)?;
+            recorder.push(event, lost)?;
         }
         Ok(true)
     });

@@ -1,6 +1,7 @@
 //! Samples, for reports.
 
 use super::super::warn;
+use super::features::FeatureReport;
 use super::happenings::Happenings;
 use glam::{Quat, Vec2, Vec3};
 use serde::Serialize;
@@ -39,6 +40,8 @@ pub(super) struct Record {
     /// How often, by why, where it is at all.
     dropped_by: BTreeMap<&'static str, u32>,
     dropped_bytes: u64,
+    /// What the device says of itself, in the first record after it was plugged in.
+    device: Option<FeatureReport>,
 }
 
 /// What the clock of a device does, as a record says it.
@@ -167,6 +170,8 @@ pub(super) struct Records {
     recent: VecDeque<Micros>,
     /// What the device's clock showed last.
     shown: Option<DeviceTime>,
+    /// Of the next record.
+    described: Option<FeatureReport>,
 }
 
 impl Records {
@@ -179,7 +184,13 @@ impl Records {
             count: 0,
             recent: VecDeque::new(),
             shown: None,
+            described: None,
         }
+    }
+
+    /// Takes note of what the device says of itself, for the next record.
+    pub(super) fn describe(&mut self, features: &FeatureReport) {
+        self.described = Some(features.clone());
     }
 
     /// Says what the device said.
@@ -212,7 +223,7 @@ impl Records {
                 super::warn_of_sensors(&event);
                 say(happenings.of_gaze(&event, arrival));
             });
-            Sight::of(&sight.estimate(measured, &mut |_| {}))
+            Sight::of(&sight.estimate(arrival, &mut |_| {}))
         });
         self.recent.push_back(arrival);
         let second = Micros::from_millis(1_000);
@@ -234,6 +245,7 @@ impl Records {
         let number = self.count;
         self.count += 1;
         Record {
+            device: self.described.take(),
             number,
             arrival_us: arrival.0,
             device_us: sample.device_time.map(|time| time.microseconds),

@@ -105,9 +105,14 @@ impl Gatherer {
             Sensors::First => *self.sensor.get_or_insert(sensor),
             Sensors::Only(taken) => taken,
         };
-        if taken != sensor && !std::mem::replace(&mut self.other_said, true) {
-            let ignored = sensor;
-            sink(Event::OtherSensor { taken, ignored });
+        if taken == sensor {
+            self.sensor = Some(sensor);
+        } else if !std::mem::replace(&mut self.other_said, true) {
+            sink(Event::OtherSensor {
+                taken,
+                heard: self.sensor.is_some(),
+                ignored: sensor,
+            });
         }
         taken == sensor
     }
@@ -259,12 +264,17 @@ mod tests {
             let seen = gatherer.finish().unwrap();
             assert_eq!(seen[0].samples, Some(60));
             assert_eq!(seen[0].measured[2], Some(expected));
-            let (taken, ignored) = if sensors == Sensors::First {
-                (1, 3)
+            let (taken, heard, ignored) = if sensors == Sensors::First {
+                (1, true, 3)
             } else {
-                (3, 1)
+                (3, false, 1)
             };
-            assert_eq!(said, [Event::OtherSensor { taken, ignored }]);
+            let other = Event::OtherSensor {
+                taken,
+                heard,
+                ignored,
+            };
+            assert_eq!(said, [other]);
         }
     }
 

@@ -51,7 +51,7 @@ fn point(sample: &Sample) -> Option<glam::Vec2> {
 
 /// Each setting, and whether the bytes themselves show that it is another than
 /// the usual one.
-const SETTINGS: [(&str, bool); 44] = [
+const SETTINGS: [(&str, bool); 50] = [
     ("fastrak?items=2,4,1", true),
     ("fastrak?items=11,1", true),
     ("fastrak?items=18,19", true),
@@ -70,6 +70,10 @@ const SETTINGS: [(&str, bool); 44] = [
     ("liberty?stations=2", false),
     ("liberty?model=patriot", false),
     ("liberty?model=latus", false),
+    // Another answer's letter: no record, and no damage.
+    ("liberty?records=RQ", false),
+    ("liberty?size=big", true),
+    ("liberty?records=any&size=any", true),
     ("liberty?frame=right,up,back&sensor=right,up,back", false),
     ("flock?format=position-angles", true),
     ("flock?format=position-matrix", true),
@@ -83,6 +87,9 @@ const SETTINGS: [(&str, bool); 44] = [
     ("flock?group=1&birds=2&first=2", true),
     ("flock?inverse=0", false),
     ("flock?confirm=1", false),
+    ("flock?letter=q", false),
+    ("flock?format=position-angles&half_turn=360", true),
+    ("flock?format=angles&half_turn=90.5", true),
     ("flock?frame=back,left,down", false),
     ("hatire?bytes=big", true),
     ("hatire?order=-pitch,yaw,-roll", false),
@@ -174,6 +181,10 @@ fn what_cannot_be_set_says_what_can() {
         ("fastrak&frame=up,left", "frame", "forward,right,down"),
         ("flock&birds=3", "birds", "group=1"),
         ("flock&range=100", "range", "144"),
+        ("flock&letter=", "letter", "one character"),
+        ("flock&half_turn=NaN", "half_turn", "1 to 360"),
+        ("liberty&records=CPR", "records", "byte 3"),
+        ("liberty&size=none", "size", "big or any"),
         ("hatire&order=yaw,yaw,roll", "order", "pitch,-yaw,roll"),
         ("iscan&outputs=nose", "outputs", "gaze-x"),
         ("iscan&largest=2000", "largest", "1 to 1740"),

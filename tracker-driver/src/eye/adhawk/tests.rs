@@ -1,5 +1,6 @@
 use super::*;
 use crate::command::{Action, Failure, Session};
+use crate::sample::Eye;
 use crate::testing::{self, ARRIVAL, Random, any_split, dropped, events, every_fault, samples};
 use proptest::prelude::*;
 use std::vec::Vec as List;

@@ -4,7 +4,7 @@ use crate::command::{Action, Session};
 use crate::decoder::Dropped;
 use crate::sample::Reading;
 use crate::testing::{
-    ARRIVAL, angle, any_split, events, every_fault, moving_head, random_bytes, random_count,
+    ARRIVAL, HEADS, angle, any_split, events, every_fault, moving_head, random_bytes, random_count,
     samples,
 };
 use glam::{Quat, Vec3};
@@ -343,8 +343,11 @@ fn records(config: &Config, count: usize) -> StdVec<StdVec<u8>> {
 
 #[test]
 fn every_fault_costs_little() {
-    for (config, ..) in lists().into_iter().step_by(FEWER) {
-        let records = records(&config, if cfg!(miri) { 10 } else { 24 });
+    let lists = || lists().into_iter().step_by(FEWER);
+    for ((config, ..), heads) in HEADS.into_iter().flat_map(|h| lists().map(move |l| (l, h))) {
+        let record = |sample: &Sample| config.encode(sample).to_vec();
+        let sent = heads(if cfg!(miri) { 10 } else { 24 });
+        let records: StdVec<_> = sent.iter().map(record).collect();
         let found = every_fault(|| Fastrak::new(config.clone()), &records);
         let format = match config.items.format() {
             Format::Ascii => "ASCII",

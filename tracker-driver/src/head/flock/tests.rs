@@ -2,7 +2,7 @@ use super::*;
 use crate::command::{Action, Session};
 use crate::decoder::Dropped;
 use crate::testing::{
-    angle, any_split, events, every_fault, moving_head, random_bytes, random_count, samples,
+    HEADS, angle, any_split, events, every_fault, moving_head, random_bytes, random_count, samples,
 };
 use std::vec::Vec as StdVec;
 
@@ -102,6 +102,47 @@ fn forms_of_a_rotation_agree() {
         false,
         &[0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
     );
+}
+
+/// A device whose angles are scaled otherwise, and whose mode has another letter.
+#[test]
+fn letters_and_the_scale_of_angles_can_be_others() {
+    let usual = config(Mode::PositionAngles, false);
+    let whole = Config {
+        half_turn: 360.0,
+        letter: Some(b'y'),
+        ..usual
+    };
+    for sent in moving_head(20) {
+        let turn = |config: Config, record: &[u8]| {
+            let found = samples(&mut Flock::new(config), record);
+            found[0].head.orientation.unwrap().value
+        };
+        let truth = sent.head.orientation.unwrap().value;
+        let record = whole.encode(&sent);
+        assert!(angle(turn(whole, &record), truth) < 2e-3);
+        assert!(angle(turn(usual, &usual.encode(&sent)), truth) < 1e-3);
+        // Half as large to a device of the usual scale.
+        let words = |config: Config| config.words(&config.encode(&sent)).unwrap().words;
+        let (small, large) = (words(whole), words(usual));
+        for (small, large) in small[3..6].iter().zip(&large[3..6]) {
+            assert!((2 * i32::from(*small) - i32::from(*large)).abs() <= 8);
+        }
+    }
+    let said = |config: Config| {
+        let mut session = Session::new(config.start(1, 1, false));
+        let (mut said, mut now) = (StdVec::new(), Micros(0));
+        while said.last() != Some(&b'@') {
+            match session.poll(now) {
+                Action::Send(bytes) => said.extend_from_slice(bytes),
+                Action::Wait(until) => now = until,
+                other => panic!("{other:?}"),
+            }
+        }
+        said
+    };
+    assert_eq!(said(usual), b"BFY@");
+    assert_eq!(said(whole), b"BFy@");
 }
 
 #[test]
@@ -209,8 +250,13 @@ fn encoded_samples_come_back() {
 
 #[test]
 fn every_fault_costs_its_record_only() {
-    for config in forms() {
-        let records = records(&config, if cfg!(miri) { 10 } else { 24 });
+    for (config, heads) in HEADS
+        .into_iter()
+        .flat_map(|h| forms().into_iter().map(move |f| (f, h)))
+    {
+        let record = |sample: &Sample| config.encode(sample).to_vec();
+        let sent = heads(if cfg!(miri) { 10 } else { 24 });
+        let records: StdVec<_> = sent.iter().map(record).collect();
         let found = every_fault(|| Flock::new(config), &records);
         let group = if config.group { ", group" } else { "" };
         found.print(&std::format!("{:?}{group}", config.mode));

@@ -4,7 +4,7 @@ use crate::command::{Action, Session};
 use crate::decoder::Dropped;
 use crate::sample::Reading;
 use crate::testing::{
-    angle, any_split, events, every_fault, moving_head, random_bytes, random_count, samples,
+    HEADS, angle, any_split, events, every_fault, moving_head, random_bytes, random_count, samples,
 };
 use crate::time::DeviceTime;
 use glam::{Quat, Vec3};
@@ -47,6 +47,47 @@ fn record_decodes_to_its_values() {
         assert_eq!(record[..2], model.tag());
         assert_eq!(samples(&mut Liberty::new(config.clone()), &record), found);
     }
+}
+
+/// What of the header is not known from a device can be set otherwise.
+#[test]
+fn headers_that_are_otherwise() {
+    let usual = config(&[2, 7, 8, 0]);
+    let found = samples(&mut Liberty::new(usual.clone()), &vector());
+    let read = |config: &Config, bytes: &[u8]| samples(&mut Liberty::new(config.clone()), bytes);
+    let other = [
+        (Some(*b"RQ"), Size::LittleEndian, *b"R \0\x21\0"),
+        (Some(*b"CP"), Size::BigEndian, *b"C \0\0\x21"),
+        (Some(*b"CP"), Size::Unused, *b"C \0\0\0"),
+        (None, Size::Unused, *b"C \0\0\0"),
+    ];
+    for (records, size, header) in other {
+        let config = Config {
+            records,
+            size,
+            ..usual.clone()
+        };
+        let mut record = vector();
+        record[3..8].copy_from_slice(&header);
+        assert_eq!(config.encode(&found[0]).as_slice(), record);
+        assert_eq!(read(&config, &record), found);
+        assert_eq!(read(&usual, &record), []);
+        // Twice, with something between that is none.
+        let stream = [&record[..], b"LY\x01", &record].concat();
+        assert_eq!(read(&config, &stream).len(), 2);
+        // Of what is not looked at, anything does.
+        record[3] = 0xC7;
+        record[6..8].copy_from_slice(&[0x99, 0x77]);
+        let passes = records.is_none() && size == Size::Unused;
+        assert_eq!(read(&config, &record).len(), usize::from(passes));
+    }
+    // The answer to another command is told by the command alone.
+    let config = Config {
+        size: Size::Unused,
+        ..usual
+    };
+    let stream = [b"LY\x01O \0\0\0", &vector()[..]].concat();
+    assert_eq!(read(&config, &stream), found);
 }
 
 #[test]
@@ -168,8 +209,10 @@ fn encoded_samples_come_back() {
 
 #[test]
 fn every_fault_costs_little() {
-    for config in lists() {
-        let records = records(&config, if cfg!(miri) { 10 } else { 24 });
+    for (config, heads) in HEADS.into_iter().flat_map(|h| lists().map(|l| (l, h))) {
+        let record = |sample: &Sample| config.encode(sample).to_vec();
+        let sent = heads(if cfg!(miri) { 10 } else { 24 });
+        let records: StdVec<_> = sent.iter().map(record).collect();
         let found = every_fault(|| Liberty::new(config.clone()), &records);
         let command = config.items.command(1);
         found.print(std::str::from_utf8(&command[3..]).unwrap().trim());

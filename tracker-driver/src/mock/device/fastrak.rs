@@ -212,6 +212,9 @@ fn status(config: &Config, streams: bool) -> Vec<u8, MOST_ANSWER> {
     status
 }
 
+/// Commands whose first field is a station.
+const OF_STATIONS: &[u8] = b"OHelAGNVQr";
+
 /// `2 E*ERROR*O*ERROR* EC-3*PS4*FL2*ST0`: the letter of the command, the code,
 /// where the field begins (the letter is at 0) and its number, and the station
 /// from 0.
@@ -231,9 +234,10 @@ fn error(command: &[u8], refusal: Refusal) -> Vec<u8, MOST_ANSWER> {
         (_, Some((_, at))) => at.saturating_add(1),
         (_, None) => command.len().min(MOST_ANSWER) as u8,
     };
+    let of_station = letter.is_some_and(|letter| OF_STATIONS.contains(letter));
     let station = command
         .get(1)
-        .filter(|station| (b'1'..=b'9').contains(station));
+        .filter(|station| of_station && (b'1'..=b'9').contains(station));
     let mut record = Vec::new();
     let _ = record.extend_from_slice(b"2 E*ERROR*");
     let _ = record.push(letter.copied().unwrap_or(b'?'));

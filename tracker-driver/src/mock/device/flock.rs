@@ -47,7 +47,11 @@ impl Device {
         let Some(command) = self.heard.get(..length) else {
             return Heard::More;
         };
-        let mode = Mode::ALL.into_iter().find(|mode| mode.command() == first);
+        let mode = if config.letter == Some(first) {
+            Some(config.mode)
+        } else {
+            Mode::ALL.into_iter().find(|mode| mode.command() == first)
+        };
         let state = &mut self.flock;
         match *command {
             [b'P', GROUP_MODE, on] => config.group = on != 0,

@@ -262,8 +262,8 @@ fn a_fastrak_refuses_what_it_does_not_know() {
         (b"O2,2,11,17,0\r", 3, "*PS8*FL3*ST1"),
         (b"O1,2,11\r", 3, "*PS5*FL2*ST0"),
         (b"O1,0,0,0,0,0,0,0,0,0,0,0,0,2,0\r", 5, "*PS27*FL13*ST0"),
-        (b"o37,N,8,0\r", 3, "*PS1*FL0*ST2"),
-        (b"o96,X,8,0\r", 3, "*PS4*FL1*ST8"),
+        (b"o37,N,8,0\r", 3, "*PS1*FL0*ST0"),
+        (b"o96,X,8,0\r", 3, "*PS4*FL1*ST0"),
         (b"x0.2,0.2\r", 1, "*PS8*FL2*ST0"),
         (b"v0.2,a,0.8,0.8\r", 2, "*PS5*FL1*ST0"),
         (b"H7,0,0,1\r", 3, "*PS1*FL0*ST6"),
@@ -277,7 +277,7 @@ fn a_fastrak_refuses_what_it_does_not_know() {
         let letter = command.first().filter(|letter| letter.is_ascii_graphic());
         let letter = u32::from(*letter.unwrap_or(&b'?'));
         assert_eq!(bench.replies(), [(letter, code)], "{said}");
-        // What is left of a command that was too long is another.
+        // The end of the line that was too long.
         bench.tell(b"\r");
         bench.line.clear();
     }
@@ -298,6 +298,54 @@ fn a_fastrak_refuses_what_it_does_not_know() {
     ] {
         bench.tell(command);
         assert_eq!(bench.line, b"", "{command:?}");
+    }
+}
+
+/// What is said of a line that is too long is said once; a station is named where
+/// the command has one.
+#[test]
+fn a_fastrak_refuses_a_line_once() {
+    let mut device = Device::new(&Format::named("fastrak").unwrap());
+    let mut said = |line: &[u8]| {
+        let mut answers = std::vec::Vec::new();
+        device.feed(line, Micros(0), &mut |answer| {
+            answers.push(std::string::String::from_utf8_lossy(answer).into_owned());
+        });
+        answers
+    };
+    let long = [&b"O1,"[..], &[b'2'; 300], b"\r"].concat();
+    let refused = said(&long);
+    assert_eq!(refused.len(), 1, "{refused:?}");
+    assert!(refused[0].contains("EC-5"), "{refused:?}");
+    // The next line is heard.
+    let speed = said(b"o97\r");
+    assert_eq!(speed, ["2 E*ERROR*o*ERROR* EC-3*PS1*FL0*ST0\r\n"]);
+    let station = said(b"O4,99\r");
+    assert!(station[0].ends_with("*ST3\r\n"), "{station:?}");
+}
+
+/// A rate that is no part of the tracker's is kept on average.
+#[test]
+fn a_device_sends_at_the_rate_that_it_was_told() {
+    for (of, asked) in [
+        (1_000_u32, 120),
+        (1_000, 999),
+        (500, 500),
+        (300, 60),
+        (240, 100),
+    ] {
+        let mut device = Device::new(&Format::Link);
+        device.rate = Some(asked);
+        let sent = (0..10 * of).filter(|&i| {
+            let time = Micros(u64::from(i) * 1_000_000 / u64::from(of));
+            device.measure(&Sample::arrived(time)).is_some()
+        });
+        let sent = sent.count() as u32;
+        assert!(sent.abs_diff(10 * asked) <= 1, "{asked} of {of}: {sent}");
+        // After a pause it does not make up for it.
+        let late = |i: u64| Sample::arrived(Micros(20_000_000 + 100 * i));
+        let burst = (0..100).filter(|&i| device.measure(&late(i)).is_some());
+        assert!(burst.count() <= 12);
     }
 }
 

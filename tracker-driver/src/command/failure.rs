@@ -1,0 +1,142 @@
+//! What is wrong with a device or its line, in words.
+
+use super::{Awaited, MOST_SCRIPT_BYTES, MOST_STEPS};
+use crate::decoder::DropReason;
+use core::fmt;
+
+/// What is wrong with a device or its line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Failure {
+    /// Nothing comes in.
+    Silent,
+    /// Bytes come in, and none is part of a record: the line's speed, or the
+    /// protocol, is not the device's.
+    NoRecord {
+        /// How many bytes.
+        bytes: u64,
+    },
+    /// Records come in whole, and none, or few, can be used.
+    Unusable {
+        /// How many could not.
+        records: u32,
+        /// Why the last of them could not.
+        reason: DropReason,
+    },
+    /// Records came in, and then the line fell silent within one.
+    BrokenOff {
+        /// Bytes behind the last whole record.
+        bytes: u64,
+    },
+    /// Records come in, but much else as well: the protocol, its settings or
+    /// the line's speed is not the device's, or the line is disturbed.
+    Unlike {
+        /// Bytes of a second that belong to no record.
+        dropped: u64,
+        /// Bytes of that second.
+        bytes: u64,
+    },
+    /// Records come in, but not the one that was awaited.
+    NoAnswer {
+        /// How many records.
+        records: u64,
+        /// What was.
+        awaited: Awaited,
+    },
+    /// The device refused a command.
+    Refused {
+        /// The command, as the protocol numbers it.
+        command: u32,
+        /// The device's reason.
+        result: u32,
+    },
+    /// The script has more steps or bytes than a session plays.
+    TooLong,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Silent => write!(
+                f,
+                "nothing comes in: check that the device is on and the cable is the right one, \
+                 with its lines crossed or not"
+            ),
+            Self::NoRecord { bytes } => write!(
+                f,
+                "{bytes} bytes came in, and no record among them: the line's speed or the \
+                 protocol is not the device's; try another baud rate"
+            ),
+            Self::Unlike { dropped, bytes } => write!(
+                f,
+                "{dropped} of {bytes} bytes in a second belong to no record: the protocol, its \
+                 settings (list, format, units) or the line's speed is not the device's, or the \
+                 line is disturbed"
+            ),
+            Self::Unusable { records, reason } => write!(
+                f,
+                "{records} records came in whole and cannot be used ({}): {}",
+                reason.name(),
+                advice(reason)
+            ),
+            Self::BrokenOff { bytes } => write!(
+                f,
+                "the line fell silent within a record, {bytes} bytes behind the last whole one: \
+                 check that the device is still on and its cable holds"
+            ),
+            Self::NoAnswer { records, awaited } => match awaited {
+                Awaited::Sample | Awaited::Record => write!(
+                    f,
+                    "{records} records came in, but none of a sensor: check the list of items \
+                     and which sensors are plugged in"
+                ),
+                Awaited::Reply(command) => {
+                    write!(
+                        f,
+                        "{records} records came in, but no answer to command {}: commands do not \
+                         reach the device, or it takes none; check the cable's line to the device",
+                        Named(command)
+                    )
+                }
+            },
+            Self::Refused { command, result } => {
+                let command = Named(command);
+                write!(f, "the device refused command {command} with code {result}")
+            }
+            Self::TooLong => write!(
+                f,
+                "more commands than fit: at most {MOST_STEPS} steps and {MOST_SCRIPT_BYTES} bytes"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for Failure {}
+
+/// A command: its letter, or its number.
+struct Named(u32);
+
+impl fmt::Display for Named {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match u8::try_from(self.0) {
+            Ok(letter) if letter.is_ascii_graphic() => write!(f, "'{}'", letter as char),
+            _ => write!(f, "{:#x}", self.0),
+        }
+    }
+}
+
+/// What to do about records that cannot be used.
+const fn advice(reason: DropReason) -> &'static str {
+    match reason {
+        DropReason::NotUnit => {
+            "check that sensor and transmitter are plugged in, and that the list or format is the \
+             device's"
+        }
+        DropReason::OutOfRange => {
+            "check the list of items, the order of bytes and which sensors are plugged in"
+        }
+        DropReason::Duplicate => "the device repeats itself: switch it off and on",
+        DropReason::Unknown => "the device is of another version, or says something else",
+        _ => "check that its settings, or its description, are the device's",
+    }
+}

@@ -1,0 +1,202 @@
+//! Noticing what is wrong with a line by listening to it.
+
+use super::{Failure, PATIENCE};
+use crate::decoder::{DropReason, Dropped, Event};
+use crate::time::Micros;
+
+/// Notices that nothing comes in, or nothing that can be understood, or much
+/// that cannot.
+///
+/// The last is looked for each second: where most of its bytes belong to no
+/// record, or some do behind most of its records, what the decoder takes for
+/// records are chance, or records of another form.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Watch {
+    /// Whether the transport delimits records.
+    delimited: bool,
+    /// When the last record came, or the watch began.
+    since: Option<Micros>,
+    /// There was one.
+    any: bool,
+    /// What came after that.
+    bytes: u64,
+    /// When the last of it came.
+    heard: Micros,
+    useless: Useless,
+    second: Second,
+    /// What the last whole second was like, if it was like another protocol's.
+    unlike: Option<Failure>,
+}
+
+/// What has come in a second that is not over yet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Second {
+    start: Micros,
+    bytes: u64,
+    dropped: u64,
+    /// Times that bytes were dropped.
+    drops: u32,
+    useless: Useless,
+    records: u32,
+}
+
+/// One drop says nothing: a line may be joined in mid-record.
+const LEAST_DROPS: u32 = 2;
+
+impl Watch {
+    /// A watch that begins with its first call.
+    pub const fn new() -> Self {
+        Self {
+            delimited: false,
+            since: None,
+            any: false,
+            bytes: 0,
+            heard: Micros(0),
+            useless: Useless::NONE,
+            second: Second {
+                start: Micros(0),
+                bytes: 0,
+                dropped: 0,
+                drops: 0,
+                useless: Useless::NONE,
+                records: 0,
+            },
+            unlike: None,
+        }
+    }
+
+    /// One of a transport that delimits records, as HID does: there is no line
+    /// whose speed could be wrong.
+    pub const fn of_reports() -> Self {
+        let mut watch = Self::new();
+        watch.delimited = true;
+        watch
+    }
+
+    /// So many bytes came in.
+    pub fn on_bytes(&mut self, count: usize, now: Micros) {
+        self.at(now);
+        self.heard = now;
+        self.bytes = self.bytes.saturating_add(count as u64);
+        self.second.bytes = self.second.bytes.saturating_add(count as u64);
+    }
+
+    /// A decoder handed this over.
+    pub fn on_event(&mut self, event: &Event, now: Micros) {
+        let second = &mut self.second;
+        match event {
+            Event::Sample(_) | Event::Message(_) => {
+                second.records = second.records.saturating_add(1);
+                self.since = Some(now);
+                self.any = true;
+                self.bytes = 0;
+                self.useless = Useless::NONE;
+            }
+            Event::Dropped(dropped) => {
+                self.useless.note(*dropped, self.delimited);
+                // These are records, if of no use.
+                if !matches!(dropped.reason, DropReason::Duplicate | DropReason::Unknown) {
+                    second.useless.note(*dropped, self.delimited);
+                    second.drops = second.drops.saturating_add(1);
+                    second.dropped = second.dropped.saturating_add(dropped.bytes.into());
+                }
+            }
+        }
+    }
+
+    /// What is wrong, if no record came for as long as [`PATIENCE`], or if the
+    /// last whole second was not like this protocol's.
+    pub fn trouble(&mut self, now: Micros) -> Option<Failure> {
+        let since = self.at(now);
+        if now.since(since) < PATIENCE {
+            return self.unlike;
+        }
+        Some(match (self.bytes, self.useless.most_of(self.bytes)) {
+            (0, _) => Failure::Silent,
+            (_, Some(unusable)) => unusable,
+            (bytes, None) if self.any && now.since(self.heard) >= SILENCE => {
+                Failure::BrokenOff { bytes }
+            }
+            (bytes, None) => Failure::NoRecord { bytes },
+        })
+    }
+
+    /// Since when there was no record; a second that is over is judged.
+    fn at(&mut self, now: Micros) -> Micros {
+        let since = *self.since.get_or_insert_with(|| {
+            self.second.start = now;
+            now
+        });
+        if now.since(self.second.start) >= SECOND {
+            self.unlike = self.second.unlike();
+            self.second = Second {
+                start: now,
+                ..Second::default()
+            };
+        }
+        since
+    }
+}
+
+const SECOND: Micros = Micros::from_millis(1_000);
+
+/// A line on which nothing came for so long, of a device that sent records, is
+/// silent: no device pauses for as long within one.
+const SILENCE: Micros = Micros::from_millis(500);
+
+impl Second {
+    fn unlike(&self) -> Option<Failure> {
+        let most_bytes = self.dropped.saturating_mul(2) > self.bytes;
+        let most_records = self.drops > self.records / 2;
+        let unlike = self.drops >= LEAST_DROPS && (most_bytes || most_records);
+        let failure = self.useless.most_of(self.dropped);
+        unlike.then_some(failure.unwrap_or(Failure::Unlike {
+            dropped: self.dropped,
+            bytes: self.bytes,
+        }))
+    }
+}
+
+/// Records that came whole and could not be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Useless {
+    records: u32,
+    bytes: u64,
+    reason: Option<DropReason>,
+}
+
+impl Useless {
+    pub(super) const NONE: Self = Self {
+        records: 0,
+        bytes: 0,
+        reason: None,
+    };
+
+    /// On a transport that delimits records, all are whole.
+    pub(super) fn note(&mut self, dropped: Dropped, delimited: bool) {
+        // What chance makes of bytes at another speed rarely fails for these.
+        let whole = matches!(
+            dropped.reason,
+            DropReason::Field
+                | DropReason::OutOfRange
+                | DropReason::NotUnit
+                | DropReason::Unknown
+                | DropReason::Duplicate
+        );
+        if whole || delimited {
+            self.records = self.records.saturating_add(1);
+            self.bytes = self.bytes.saturating_add(dropped.bytes.into());
+            self.reason = Some(dropped.reason);
+        }
+    }
+
+    /// Where they are the most of so many bytes.
+    pub(super) fn most_of(&self, bytes: u64) -> Option<Failure> {
+        let reason = self.reason?;
+        let most = self.bytes.saturating_mul(2) > bytes;
+        most.then_some(Failure::Unusable {
+            records: self.records,
+            reason,
+        })
+    }
+}
