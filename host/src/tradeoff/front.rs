@@ -213,7 +213,7 @@ mod tests {
         assert!(says(9.0, 0.6).starts_with("Choose half"));
         let none = comparison(-1.0, points(0.1)).choice;
         assert!(
-            none.contains("choose full, the nearest, with 0 in 1 s"),
+            none.contains("choose full, the nearest, with 0 in 1.00 s"),
             "{none}"
         );
     }

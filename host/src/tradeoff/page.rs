@@ -207,12 +207,11 @@ fn chart(
             Some((point, x.filter(|x| *x > 0.0)?, error, best)).filter(|_| error.is_finite())
         })
         .collect();
-    let costs = || placed.iter().map(|one| one.1);
-    let least = costs().fold(f64::INFINITY, f64::min);
-    // Ticks are at powers of ten: of less there would be none or one.
-    let decades = costs().fold(0.0, f64::max) > 20.0 * least;
-    let x = axis(costs(), decades)?;
-    let y = axis(placed.iter().map(|one| one.2), comparison.logarithmic)?;
+    let costs: Vec<f64> = placed.iter().map(|one| one.1).collect();
+    let errors: Vec<f64> = placed.iter().map(|one| one.2).collect();
+    let decades = spans_decades(&costs);
+    let logarithmic = comparison.logarithmic && spans_decades(&errors);
+    let (x, y) = (axis(&costs, decades)?, axis(&errors, logarithmic)?);
     // Where there is no error at all there is no logarithm either.
     let height = |error: f64| error.max(y.start);
     let mut front: Vec<(f64, f64)> = placed
@@ -258,7 +257,7 @@ fn chart(
     }
     let place = |cost: f64, error: f64| {
         let along = part(&x, cost, decades);
-        (along, part(&y, height(error), comparison.logarithmic))
+        (along, part(&y, height(error), logarithmic))
     };
     let places: Vec<(f64, f64)> = placed.iter().map(|one| place(one.1, one.2)).collect();
     let best: Vec<_> = placed
@@ -286,7 +285,7 @@ fn chart(
             name: measure.id,
             label: measure.label,
             range: y,
-            logarithmic: comparison.logarithmic,
+            logarithmic,
         },
         lines,
         names: emptiest_corner(&places),
@@ -347,13 +346,25 @@ fn notes<'p>(points: impl Iterator<Item = (&'p Point, (f64, f64), (f64, f64))>) 
     notes
 }
 
+/// Whether numbers above 0 are far enough apart for an axis whose ticks are at
+/// powers of ten.
+fn spans_decades(numbers: &[f64]) -> bool {
+    let [least, most] = ends(numbers.iter().copied().filter(|number| *number > 0.0));
+    most > 20.0 * least
+}
+
+/// The least and the most.
+fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    numbers.fold(
+        [f64::INFINITY, f64::NEG_INFINITY],
+        |[least, most], number| [least.min(number), most.max(number)],
+    )
+}
+
 /// What shows some numbers with room around them; `None` where there are none.
-fn axis(numbers: impl Iterator<Item = f64>, logarithmic: bool) -> Option<Range<f64>> {
-    let numbers = numbers.filter(|number| !logarithmic || *number > 0.0);
-    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-    for number in numbers {
-        (least, most) = (least.min(number), most.max(number));
-    }
+fn axis(numbers: &[f64], logarithmic: bool) -> Option<Range<f64>> {
+    let shown = numbers.iter().copied();
+    let [least, most] = ends(shown.filter(|number| !logarithmic || *number > 0.0));
     if !(least <= most) {
         return None;
     }

@@ -17,8 +17,8 @@ use shisen_core::spectrum::Wavelengths;
 /// in all.
 const TRUE_WAVELENGTHS: u32 = 13;
 
-/// What is seen of the balls: the rim of the smallest, before the largest one's.
-/// Metres, right of and above straight ahead, and the window's side.
+/// What is seen of the balls: the lower half of the smallest. Metres, right of and
+/// above straight ahead, and the window's side.
 const LOWER_LEFT: [f64; 2] = [-0.088, -0.588];
 const SIDE: f64 = 0.128;
 

@@ -117,6 +117,7 @@ fn the_front_is_marked() {
 fn points_without_an_error_stand_on_the_lower_edge() {
     let mut comparison = report().sections.remove(0).comparisons.remove(0);
     comparison.logarithmic = true;
+    comparison.points[2].errors[0] = Some(50.0);
     let charts = charts(&comparison);
     assert_eq!(charts.len(), 2);
     for chart in charts {
