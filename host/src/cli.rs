@@ -24,6 +24,7 @@ mod picture_files;
 mod progress;
 mod ray_counts;
 mod room;
+mod selftest;
 mod source;
 mod spectrum;
 mod tracing;
@@ -57,6 +58,7 @@ enum Shisen {
     Firmware(firmware::Firmware),
     #[command(subcommand)]
     Bench(bench::Bench),
+    Selftest(selftest::Arguments),
     Tradeoff(tradeoff::Arguments),
 }
 
@@ -85,6 +87,7 @@ pub(crate) fn main() -> ExitCode {
                 #[cfg(unix)]
                 Shisen::Firmware(firmware) => firmware::run(&firmware),
                 Shisen::Bench(bench) => bench::run(&bench),
+                Shisen::Selftest(arguments) => selftest::run(&arguments),
                 Shisen::Tradeoff(arguments) => tradeoff::run(&arguments),
             });
     match result {

@@ -22,6 +22,7 @@ pub mod quadruped;
 pub mod quantiles;
 pub mod render;
 pub mod scene;
+pub mod selftest;
 pub mod simplify;
 pub mod spectrum;
 pub mod texture;

@@ -18,6 +18,7 @@ mod fill;
 mod frame_job;
 mod gaze;
 mod gaze_command;
+mod hard_cases;
 mod levels;
 mod lod;
 mod optics;

@@ -61,6 +61,38 @@ impl DoubleFloat {
         estimate.add(estimate.multiply(residue).multiply(Self::from(0.5)))
     }
 
+    /// The nearest f32 to the number, which is all but for the last digits.
+    pub(crate) const fn high(self) -> f32 {
+        self.high
+    }
+
+    /// What [`high`](Self::high) lacks.
+    pub(crate) const fn low(self) -> f32 {
+        self.low
+    }
+
+    /// The sum of some numbers as if added exactly, within an ulp, however many
+    /// digits cancel: each pass over them moves what is left of every addition
+    /// down, unrounded (Ogita, Rump & Oishi, "Accurate Sum and Dot Product",
+    /// 2005; as many passes as four f32 have digits).
+    pub(crate) fn exact_sum<const N: usize>(numbers: [Self; N]) -> f32 {
+        let mut carried = Self::from(0.0);
+        let mut left = numbers;
+        for _ in 0..4 {
+            let mut above = 0.0;
+            for number in &mut left {
+                // All that is above goes up, and the rest stays.
+                let high = Self::sum(above, number.high);
+                let low = Self::sum(high.high, number.low);
+                above = low.high;
+                *number = Self::sum(high.low, low.low);
+            }
+            carried = carried.add(Self::from(above));
+        }
+        let rest = left.iter().fold(0.0, |sum, number| sum + number.rounded());
+        carried.add(Self::from(rest)).rounded()
+    }
+
     /// The nearest f32.
     pub(crate) fn rounded(self) -> f32 {
         self.high + self.low
@@ -104,6 +136,10 @@ mod tests {
                 prop_assert!(near(x.reciprocal_sqrt(), 1.0 / a.sqrt(), 1.0 / a.sqrt()));
             }
             prop_assert_eq!(x.rounded(), a as f32);
+            // What is left of numbers that cancel but for their last digits.
+            let tiny = double(b * 2f64.powi(-80));
+            let sum = DoubleFloat::exact_sum([x, y, tiny, x.negate(), y.negate()]);
+            prop_assert!((f64::from(sum) - exact(tiny)).abs() <= exact(tiny).abs() * 1.2e-7);
         }
     }
 }

@@ -68,8 +68,10 @@ impl Triangle {
     /// accepts triangles that a far ray misses: 5 % of rays at needles 1,000
     /// units away.)
     ///
-    /// A triangle that the ray sees exactly edge-on, or of zero area, is not
-    /// hit. `t` is not less than where the ray enters the triangle's own box,
+    /// A triangle that the ray sees exactly edge-on is not hit, and so one of
+    /// zero area where its moved corners have none either: where they have some
+    /// it closes the seam that it stands for in its mesh, between an edge and
+    /// the halves of it. `t` is not less than where the ray enters the triangle's own box,
     /// so that the least `t` does not depend on which boxes were visited
     /// first.
     pub fn intersect(&self, ray: &Ray, extent: f32) -> Option<TriangleHit> {

@@ -79,13 +79,19 @@ pub fn refract(direction: Vec3, normal: Vec3, from: f32, to: f32) -> Refraction 
 /// many digits.
 const NEARLY_CRITICAL: f32 = 0.125;
 
-/// n² − m² + m²·cos², every digit of it.
+/// n² − m² + m²·cos², every digit of it: all products are sums of two f32, and
+/// the ten of them are added without a rounding.
 #[cold]
 fn critical(m: f32, n: f32, cos: f32) -> f32 {
-    let m2 = DoubleFloat::product(m, m);
-    let n2 = DoubleFloat::product(n, n);
-    let square = m2.multiply(DoubleFloat::product(cos, cos));
-    square.add(n2.add(m2.negate())).rounded()
+    let a = DoubleFloat::product(m, cos);
+    let squares = [
+        DoubleFloat::product(n, n),
+        DoubleFloat::product(m, m).negate(),
+        DoubleFloat::product(a.high(), a.high()),
+        DoubleFloat::product(2.0 * a.high(), a.low()),
+        DoubleFloat::product(a.low(), a.low()),
+    ];
+    DoubleFloat::exact_sum(squares)
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use crate::scene::Scene;
 use crate::scene::format::{Instance, LEAF, Material, NO_MATERIAL, Node, effect, kind};
 use crate::shape::{Ray, Slabs, Spheroid};
 use crate::simd::{Kernel, Lanes};
+use glam::Vec3;
 
 /// Rays of a row.
 const EIGHT: usize = 8;
@@ -380,6 +381,26 @@ fn radii<L: Lanes<EIGHT>>(l: L, instance: &Instance) -> [L::F; 3] {
     [l.splat(equatorial), l.splat(polar), l.splat(equatorial)]
 }
 
+/// [`Spheroid::clearance_from_far`] in the lanes of `unsure`, and `all` in the
+/// others.
+#[inline(always)]
+fn from_far<L: Lanes<EIGHT>>(
+    l: L,
+    spheroid: &Spheroid,
+    (origin, direction): ([L::F; 3], [L::F; 3]),
+    unsure: u32,
+    mut all: [f32; EIGHT],
+) -> [f32; EIGHT] {
+    let [o, d] = [origin, direction].map(|v| v.map(|part| l.store(part)));
+    for (lane, clearance) in all.iter_mut().enumerate() {
+        if unsure >> lane & 1 != 0 {
+            let of = |v: &[[f32; EIGHT]; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
+            *clearance = spheroid.clearance_from_far(of(&o), of(&d));
+        }
+    }
+    all
+}
+
 /// [`Spheroid::intersect`] of eight rays: where each meets a spheroid first
 /// after `start`, whether on the way in, and whether it does.
 #[inline(always)]
@@ -390,7 +411,7 @@ fn on_spheroid<L: Lanes<EIGHT>>(
     direction: [L::F; 3],
     start: L::F,
 ) -> Option<(L::F, L::M, L::M)> {
-    Spheroid::new(instance.radii[0], instance.radii[1])?;
+    let spheroid = Spheroid::new(instance.radii[0], instance.radii[1])?;
     let (zero, one) = (l.splat(0.0), l.splat(1.0));
     let map = &instance.object_from_world;
     let (o, d) = (point(l, map, origin), vector(l, map, direction));
@@ -405,6 +426,7 @@ fn on_spheroid<L: Lanes<EIGHT>>(
         ),
     );
     let scale = radii(l, instance);
+    let in_metres = (o, d);
     let (o, d) = (quotient(l, o, scale), quotient(l, d, scale));
     let length = l.sqrt(dot(l, d, d));
     let unit = quotient(l, d, [length, length, length]);
@@ -415,8 +437,20 @@ fn on_spheroid<L: Lanes<EIGHT>>(
         l.sub(o[1], l.mul(unit[1], half)),
         l.sub(o[2], l.mul(unit[2], half)),
     ];
-    let discriminant = l.sub(one, dot(l, closest, closest));
+    let squared = dot(l, closest, closest);
     let distance = l.sqrt(dot(l, o, o));
+    let is_far = l.bits(l.le(l.splat(Spheroid::FAR), distance));
+    let (clear, clear_until) = Spheroid::CLEAR;
+    let is_clear = l.bits(l.and(
+        l.le(l.splat(clear), squared),
+        l.le(distance, l.splat(clear_until)),
+    ));
+    let mut discriminant = l.sub(one, squared);
+    let unsure = is_far & !is_clear;
+    if unsure != 0 {
+        let all = l.store(discriminant);
+        discriminant = l.load(&from_far(l, &spheroid, in_metres, unsure, all));
+    }
     let c = l.mul(l.sub(distance, one), l.add(distance, one));
     // quadratic_roots.
     let root = l.sqrt(discriminant);

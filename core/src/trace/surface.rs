@@ -125,7 +125,11 @@ impl<'a> Surface<'a> {
                 largest_magnitude(to_world(point)),
             )
         };
-        let geometric_normal = world_normal(instance, normal)?;
+        // A triangle without area is met where rounding gives it some, as what
+        // closes a seam of its mesh; whichever way it faces, light is seen on it
+        // and not the background through it.
+        let geometric_normal =
+            world_normal(instance, normal).or_else(|| normalize(-ray.direction()))?;
         let point = to_world(point);
         let shading_normal = world_normal(instance, smooth)
             .filter(|n| n.dot(geometric_normal) > 0.0)

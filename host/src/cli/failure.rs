@@ -139,6 +139,17 @@ pub(super) enum Fault {
         /// What the system said.
         reason: rayon::ThreadPoolBuildError,
     },
+    /// Errors above what is promised.
+    #[error("{failed} of {total} hard cases are beyond their bounds")]
+    #[diagnostic(help(
+        "this build computes something else than was tested: build it again with the compiler's own settings, and report it with the table above where that does not help"
+    ))]
+    HardCases {
+        /// How many.
+        failed: usize,
+        /// Of how many.
+        total: usize,
+    },
     /// A report that cannot be printed.
     #[error("cannot write the report to standard output: {reason}")]
     #[diagnostic(help("the files themselves are complete"))]

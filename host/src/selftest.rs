@@ -1,0 +1,194 @@
+//! Hard cases: where a formula in single precision goes wrong when it is
+//! written down as in the textbook, and what this tracer makes of it.
+//!
+//! Every case names its reference, measures the error of what is built in and
+//! that of the naive way on the same inputs, and has a bound that fails it.
+//! Inputs are drawn from stated seeds, so that a case is the same everywhere.
+
+mod boxes;
+mod capture;
+mod exact;
+mod gaze;
+mod input;
+mod numbers;
+mod refraction;
+mod screens;
+mod secondary;
+mod spheroids;
+mod time;
+mod triangles;
+
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+
+/// How many inputs each case is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// Enough to see a formula break: seconds, without optimisation too.
+    Quick,
+    /// All of them, such as ten million rays at closed meshes.
+    Full,
+}
+
+impl Effort {
+    /// How many of what a whole run has.
+    fn of(self, full: usize) -> usize {
+        match self {
+            Self::Quick => full.div_ceil(25),
+            Self::Full => full,
+        }
+    }
+}
+
+/// A hard case.
+#[derive(Debug)]
+pub struct Case {
+    /// For people and programs to name it by.
+    pub name: &'static str,
+    /// What is hard about it.
+    pub hard: &'static str,
+    /// What the error is, with its unit.
+    pub error: &'static str,
+    /// What the error is measured against.
+    pub reference: &'static str,
+    /// The naive way.
+    pub naive: &'static str,
+    /// The error that is let pass, itself included.
+    pub bound: f64,
+    measure: fn(Effort) -> Errors,
+}
+
+/// The largest errors that a case met; infinite where something was not a
+/// number, or where the verdict (hit or miss, one side or the other) was wrong
+/// beyond doubt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// Of what is built in.
+    pub ours: f64,
+    /// Of the naive way.
+    pub naive: f64,
+}
+
+/// What came of a case.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Which.
+    pub case: &'static Case,
+    /// What it measured.
+    pub errors: Errors,
+}
+
+impl Outcome {
+    /// Whether the error is within its bound.
+    pub fn passed(&self) -> bool {
+        self.errors.ours <= self.case.bound
+    }
+}
+
+/// All groups of cases and their names, in the order of a ray's life.
+pub const GROUPS: [(&str, &[Case]); 10] = [
+    ("spheroids", spheroids::CASES),
+    ("triangles", triangles::CASES),
+    ("boxes", boxes::CASES),
+    ("secondary rays", secondary::CASES),
+    ("visual field", gaze::CASES),
+    ("capture", capture::CASES),
+    ("refraction", refraction::CASES),
+    ("screens", screens::CASES),
+    ("time and budget", time::CASES),
+    ("numbers", numbers::CASES),
+];
+
+/// Runs the cases whose name holds `part`, on all threads, and gives their
+/// outcomes in order; `done` hears of each as it ends.
+pub fn run(effort: Effort, part: &str, done: impl Fn() + Sync) -> Vec<Outcome> {
+    let cases: Vec<&'static Case> = selected(part).collect();
+    let run = |&case: &&'static Case| {
+        let errors = (case.measure)(effort);
+        done();
+        Outcome { case, errors }
+    };
+    cases.par_iter().map(run).collect()
+}
+
+/// The cases whose name holds `part`.
+pub fn selected(part: &str) -> impl Iterator<Item = &'static Case> {
+    let all = GROUPS.into_iter().flat_map(|(_, cases)| cases);
+    all.filter(move |case| case.name.contains(part))
+}
+
+/// Takes in errors as they come: the largest of each, and what is no number
+/// as infinite.
+#[derive(Debug, Clone, Copy)]
+struct Worst(Errors);
+
+impl Worst {
+    const NONE: Self = Self(Errors {
+        ours: 0.0,
+        naive: 0.0,
+    });
+
+    fn ours(&mut self, error: f64) {
+        self.0.ours = worse(self.0.ours, error);
+    }
+
+    fn naive(&mut self, error: f64) {
+        self.0.naive = worse(self.0.naive, error);
+    }
+}
+
+fn worse(so_far: f64, error: f64) -> f64 {
+    if error.is_nan() {
+        f64::INFINITY
+    } else {
+        so_far.max(error.abs())
+    }
+}
+
+/// Of a case whose inputs could not be made.
+const BROKEN: Errors = Errors {
+    ours: f64::INFINITY,
+    naive: f64::INFINITY,
+};
+
+/// 2⁻²⁴: half the distance from 1 to the next f32, what one rounding costs.
+const UNIT: f64 = 1.0 / 16_777_216.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn names_are_words_and_each_is_there_once() {
+        let all: Vec<_> = selected("").map(|case| case.name).collect();
+        assert!(all.len() >= 40, "{}", all.len());
+        assert_eq!(all.iter().collect::<HashSet<_>>().len(), all.len());
+        for name in all {
+            let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+            assert!(name.chars().all(plain), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_is_an_infinite_error() {
+        let mut worst = Worst::NONE;
+        worst.ours(-2.0);
+        worst.ours(1.0);
+        worst.naive(f64::NAN);
+        worst.naive(3.0);
+        let Errors { ours, naive } = worst.0;
+        assert_eq!((ours, naive), (2.0, f64::INFINITY));
+    }
+
+    #[test]
+    fn a_case_fails_beyond_its_bound_and_without_a_number() {
+        let outcome = |ours| Outcome {
+            case: &spheroids::CASES[0],
+            errors: Errors { ours, naive: 0.0 },
+        };
+        let bound = spheroids::CASES[0].bound;
+        assert!(outcome(bound).passed());
+        assert!(!outcome(bound * 1.01).passed());
+        assert!(!outcome(f64::INFINITY).passed() && !outcome(f64::NAN).passed());
+    }
+}

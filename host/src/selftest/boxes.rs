@@ -1,0 +1,319 @@
+//! Rays and boxes: a box whose contents a ray meets must never be missed.
+
+use super::input::{Inputs, single};
+use super::{Case, Effort, Errors, UNIT};
+use glam::{DVec3, Vec3};
+use shisen_core::numeric::largest_magnitude;
+use shisen_core::shape::{Ray, Slabs};
+
+const LOST: &str = "boxes missed that the ray meets";
+const SMITS: &str = "Smits' test of 1998: (low − o)/d and (high − o)/d, by the sign of d";
+const GRID: &str = "points of the box that the ray goes through, on a grid where f32 is exact";
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "box-along-its-axes",
+        hard: "directions with components that are 0, or −0",
+        error: LOST,
+        reference: GRID,
+        naive: SMITS,
+        bound: 0.0,
+        measure: along_axes,
+    },
+    Case {
+        name: "box-from-its-planes",
+        hard: "origin on the plane of a face, or on the face, and along it: 0·∞",
+        error: LOST,
+        reference: GRID,
+        naive: SMITS,
+        bound: 0.0,
+        measure: from_planes,
+    },
+    Case {
+        name: "box-without-thickness",
+        hard: "boxes around level triangles, edges and points",
+        error: LOST,
+        reference: GRID,
+        naive: SMITS,
+        bound: 0.0,
+        measure: flat,
+    },
+    Case {
+        name: "box-without-end",
+        hard: "boxes from −∞ to ∞ on some axes; and one of ∞ to −∞, which is nothing",
+        error: "boxes missed that the ray meets, and nothings that it meets",
+        reference: GRID,
+        naive: SMITS,
+        bound: 0.0,
+        measure: infinite,
+    },
+    Case {
+        name: "box-by-subnormal-directions",
+        hard: "components of 10⁻⁴⁵ to 10⁻³⁰ beside others of 1: reciprocals that are no number",
+        error: LOST,
+        reference: GRID,
+        naive: SMITS,
+        bound: 0.0,
+        measure: subnormal,
+    },
+    Case {
+        name: "box-at-its-corners-from-far",
+        hard: "rays through corners and edges from a million box sizes away",
+        error: LOST,
+        reference: "slabs in f64",
+        naive: SMITS,
+        bound: 0.0,
+        measure: corners_from_far,
+    },
+    Case {
+        name: "box-beside-the-ray",
+        hard: "rays that pass a box by: what caution lets in",
+        error: "how far beside a box is still entered, 2⁻²⁴ of the farthest coordinate",
+        reference: "slabs in f64",
+        naive: SMITS,
+        bound: 40.0,
+        measure: beside,
+    },
+];
+
+fn ours(ray: &Ray, low: Vec3, high: Vec3) -> bool {
+    let finite = |v: Vec3| Vec3::select(v.is_finite_mask(), v, Vec3::ZERO);
+    let extent = largest_magnitude(finite(low)).max(largest_magnitude(finite(high)));
+    let (near, far) = Slabs::new(ray, extent).interval(low, high);
+    near <= far && far >= 0.0
+}
+
+fn smits(ray: &Ray, low: Vec3, high: Vec3) -> bool {
+    let (o, d) = (ray.origin(), ray.direction());
+    let slab = |axis: usize| {
+        let t = [low, high].map(|plane| (plane[axis] - o[axis]) / d[axis]);
+        if d[axis] >= 0.0 { t } else { [t[1], t[0]] }
+    };
+    let [mut near, mut far] = slab(0);
+    for axis in [1, 2] {
+        let [first, last] = slab(axis);
+        if near > last || first > far {
+            return false;
+        }
+        if first > near {
+            near = first;
+        }
+        if last < far {
+            far = last;
+        }
+    }
+    far >= 0.0 && near <= far
+}
+
+/// Whether the half-line meets the box with `more` metres added around, in f64.
+fn truth(ray: &Ray, low: Vec3, high: Vec3, more: f64) -> bool {
+    let (o, d) = (ray.origin().as_dvec3(), ray.direction().as_dvec3());
+    let (low, high) = (low.as_dvec3() - more, high.as_dvec3() + more);
+    let (mut near, mut far) = (0.0, f64::INFINITY);
+    for axis in 0..3 {
+        if d[axis] == 0.0 {
+            if o[axis] < low[axis] || o[axis] > high[axis] {
+                return false;
+            }
+            continue;
+        }
+        let t = [low[axis], high[axis]].map(|plane| (plane - o[axis]) / d[axis]);
+        near = t[0].min(t[1]).max(near);
+        far = t[0].max(t[1]).min(far);
+    }
+    near <= far
+}
+
+/// Counts whoever misses a box that is met.
+fn count(errors: &mut Errors, ray: &Ray, low: Vec3, high: Vec3) {
+    errors.ours += f64::from(u8::from(!ours(ray, low, high)));
+    errors.naive += f64::from(u8::from(!smits(ray, low, high)));
+}
+
+const NONE: Errors = Errors {
+    ours: 0.0,
+    naive: 0.0,
+};
+
+/// Eighths from −8 to 8.
+fn on_grid(inputs: &mut Inputs) -> DVec3 {
+    DVec3::from_array([0; 3].map(|_| inputs.range(-64.0, 64.0).round() / 8.0))
+}
+
+/// A box, and one of its points: inside, on a face, on an edge or a corner.
+fn a_box(inputs: &mut Inputs) -> ([DVec3; 2], DVec3) {
+    let (a, b) = (on_grid(inputs), on_grid(inputs));
+    let (low, high) = (a.min(b), a.max(b));
+    let place = DVec3::from_array([0; 3].map(|_| [0.0, 0.25, 0.5, 1.0][inputs.below(4)]));
+    ([low, high], low + (high - low) * place)
+}
+
+/// 0 or −0.
+fn a_zero(inputs: &mut Inputs) -> f32 {
+    if inputs.sign() < 0.0 { -0.0 } else { 0.0 }
+}
+
+/// Through the point, with `zeros` components of the direction exactly nothing.
+fn through(inputs: &mut Inputs, point: DVec3, zeros: usize) -> Option<Ray> {
+    let mut direction = single(on_grid(inputs));
+    let first = inputs.below(3);
+    for axis in 0..zeros {
+        direction[(first + axis) % 3] = a_zero(inputs);
+    }
+    let back = inputs.below(4) as f32;
+    Ray::new(single(point) - direction * back, direction)
+}
+
+fn along_axes(effort: Effort) -> Errors {
+    let (mut inputs, mut errors) = (Inputs::new(300), NONE);
+    for _ in 0..effort.of(500_000) {
+        let ([low, high], _) = a_box(&mut inputs);
+        // Inside: its faces are the next case.
+        let point = (low + high) / 2.0;
+        let zeros = 1 + inputs.below(2);
+        if low.cmplt(high).all()
+            && let Some(ray) = through(&mut inputs, point, zeros)
+        {
+            count(&mut errors, &ray, single(low), single(high));
+        }
+    }
+    errors
+}
+
+fn from_planes(effort: Effort) -> Errors {
+    let (mut inputs, mut errors) = (Inputs::new(301), NONE);
+    for _ in 0..effort.of(500_000) {
+        let ([low, high], mut point) = a_box(&mut inputs);
+        let axis = inputs.below(3);
+        point[axis] = if inputs.sign() < 0.0 {
+            low[axis]
+        } else {
+            high[axis]
+        };
+        let zeros = inputs.below(3);
+        let mut direction = single(on_grid(&mut inputs));
+        for i in 0..zeros {
+            direction[(axis + i) % 3] = a_zero(&mut inputs);
+        }
+        let back = inputs.below(4) as f32;
+        if low.cmplt(high).all()
+            && let Some(ray) = Ray::new(single(point) - direction * back, direction)
+        {
+            count(&mut errors, &ray, single(low), single(high));
+        }
+    }
+    errors
+}
+
+fn flat(effort: Effort) -> Errors {
+    let (mut inputs, mut errors) = (Inputs::new(302), NONE);
+    for _ in 0..effort.of(500_000) {
+        let ([low, mut high], point) = a_box(&mut inputs);
+        let first = inputs.below(3);
+        for axis in 0..=inputs.below(3) {
+            high[(first + axis) % 3] = low[(first + axis) % 3];
+        }
+        let zeros = inputs.below(3);
+        if let Some(ray) = through(&mut inputs, point.min(high), zeros) {
+            count(&mut errors, &ray, single(low), single(high));
+        }
+    }
+    errors
+}
+
+fn infinite(effort: Effort) -> Errors {
+    let (mut inputs, mut errors) = (Inputs::new(303), NONE);
+    for _ in 0..effort.of(500_000) {
+        let ([low, high], point) = a_box(&mut inputs);
+        let (mut low, mut high) = (single(low), single(high));
+        let first = inputs.below(3);
+        for axis in 0..=inputs.below(3) {
+            low[(first + axis) % 3] = f32::NEG_INFINITY;
+            high[(first + axis) % 3] = f32::INFINITY;
+        }
+        let zeros = inputs.below(3);
+        if let Some(ray) = through(&mut inputs, point, zeros) {
+            count(&mut errors, &ray, low, high);
+            let (nothing, at_all) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            errors.ours += f64::from(u8::from(ours(&ray, nothing, at_all)));
+            errors.naive += f64::from(u8::from(smits(&ray, nothing, at_all)));
+        }
+    }
+    errors
+}
+
+fn subnormal(effort: Effort) -> Errors {
+    let (mut inputs, mut errors) = (Inputs::new(304), NONE);
+    for _ in 0..effort.of(500_000) {
+        let ([low, high], point) = a_box(&mut inputs);
+        let main = inputs.below(3);
+        // On a face, the least step leads out of the box: within.
+        let point = point
+            .max(low + (high - low) * 0.25)
+            .min(low + (high - low) * 0.75);
+        let mut direction = Vec3::ZERO;
+        direction[main] = inputs.sign() as f32;
+        for i in 1..3 {
+            let size = inputs.magnitude(-45.0, -30.0) * inputs.sign();
+            direction[(main + i) % 3] = size as f32;
+        }
+        let mut from = single(point);
+        from[main] -= direction[main] * 4.0;
+        if let Some(ray) = Ray::new(from, direction).filter(|_| low.cmplt(high).all()) {
+            count(&mut errors, &ray, single(low), single(high));
+        }
+    }
+    errors
+}
+
+fn corners_from_far(effort: Effort) -> Errors {
+    let (mut inputs, mut errors) = (Inputs::new(305), NONE);
+    for _ in 0..effort.of(500_000) {
+        let ([low, high], point) = a_box(&mut inputs);
+        let from = single(inputs.direction() * inputs.magnitude(1.0, 6.0));
+        let Some(ray) = Ray::new(from, single(point - from.as_dvec3())) else {
+            continue;
+        };
+        let (low, high) = (single(low), single(high));
+        if truth(&ray, low, high, 0.0) {
+            count(&mut errors, &ray, low, high);
+        }
+    }
+    errors
+}
+
+fn beside(effort: Effort) -> Errors {
+    let (mut inputs, mut errors) = (Inputs::new(306), NONE);
+    for _ in 0..effort.of(200_000) {
+        let ([low, high], point) = a_box(&mut inputs);
+        let from = single(inputs.direction() * inputs.magnitude(1.0, 4.0));
+        let farthest = f64::from(largest_magnitude(from)).max(8.0);
+        let past = point + inputs.direction() * farthest * UNIT * inputs.magnitude(0.0, 3.0);
+        let Some(ray) = Ray::new(from, single(past - from.as_dvec3())) else {
+            continue;
+        };
+        let (low, high) = (single(low), single(high));
+        // By how much the box would have to grow to be met: by halving.
+        let needed = || {
+            let (mut least, mut most) = (0.0, 4096.0);
+            for _ in 0..24 {
+                let middle = f64::midpoint(least, most);
+                if truth(&ray, low, high, middle * farthest * UNIT) {
+                    most = middle;
+                } else {
+                    least = middle;
+                }
+            }
+            most
+        };
+        if !truth(&ray, low, high, 0.0) {
+            if ours(&ray, low, high) {
+                errors.ours = errors.ours.max(needed());
+            }
+            if smits(&ray, low, high) {
+                errors.naive = errors.naive.max(needed());
+            }
+        }
+    }
+    errors
+}

@@ -1,0 +1,73 @@
+//! Inputs of hard cases: drawn at random, the same on every machine, whatever
+//! its own sines and powers.
+
+use glam::{DVec3, Vec3};
+use shisen_core::shape::Ray;
+use shisen_tracker::mock::Random;
+
+/// A sequence of inputs.
+pub(super) struct Inputs(Random);
+
+impl Inputs {
+    /// Each case has a seed of its own.
+    pub(super) fn new(seed: u64) -> Self {
+        Self(Random::new(seed, 8))
+    }
+
+    /// From 0 up to, but not including, 1.
+    pub(super) fn unit(&mut self) -> f64 {
+        let high = u64::from(self.0.bits()) << 32 | u64::from(self.0.bits());
+        (high >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Between two numbers.
+    pub(super) fn range(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Between two powers of ten, evenly over the exponents.
+    pub(super) fn magnitude(&mut self, low: f64, high: f64) -> f64 {
+        libm::exp10(self.range(low, high))
+    }
+
+    /// −1 or 1.
+    pub(super) fn sign(&mut self) -> f64 {
+        if self.unit() < 0.5 { -1.0 } else { 1.0 }
+    }
+
+    /// 0 to `count` − 1.
+    pub(super) fn below(&mut self, count: usize) -> usize {
+        (self.unit() * count as f64) as usize
+    }
+
+    /// Evenly over the unit sphere.
+    pub(super) fn direction(&mut self) -> DVec3 {
+        let z = self.range(-1.0, 1.0);
+        let (sin, cos) = libm::sincos(self.range(0.0, std::f64::consts::TAU));
+        let r = (1.0 - z * z).sqrt();
+        DVec3::new(r * cos, r * sin, z)
+    }
+
+    /// Evenly in the unit ball.
+    pub(super) fn in_ball(&mut self) -> DVec3 {
+        self.direction() * libm::cbrt(self.unit())
+    }
+
+    /// Perpendicular to a unit vector, of unit length.
+    pub(super) fn across(&mut self, direction: DVec3) -> DVec3 {
+        let (x, y) = direction.any_orthonormal_pair();
+        let (sin, cos) = libm::sincos(self.range(0.0, std::f64::consts::TAU));
+        x * cos + y * sin
+    }
+}
+
+/// From `origin` towards `target`, rounded to f32: what the tracer and the
+/// reference are both given.
+pub(super) fn aimed(origin: DVec3, target: DVec3) -> Option<Ray> {
+    Ray::new(origin.as_vec3(), (target - origin).as_vec3())
+}
+
+/// A vector as programs of three floats have it.
+pub(super) fn single(v: DVec3) -> Vec3 {
+    v.as_vec3()
+}

@@ -1,0 +1,178 @@
+//! The few functions that everything else is made of.
+
+use super::input::{Inputs, single};
+use super::{Case, Effort, Errors, UNIT, Worst};
+use glam::{DVec3, Vec3};
+use shisen_core::numeric::{
+    LARGEST_ANGLE, basis_around, difference_of_products, normalize, quadratic_roots, sin_cos,
+};
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "normalise-any-length",
+        hard: "vectors from 10⁻⁴⁵ to 10³⁸ long",
+        error: "of the unit vector, 2⁻²⁴",
+        reference: "f64",
+        naive: "v / √(v·v)",
+        bound: 4.0,
+        measure: unit_vectors,
+    },
+    Case {
+        name: "basis-around-any-axis",
+        hard: "unit vectors next to −Z, where the usual basis has its pole",
+        error: "of lengths and right angles, 2⁻²⁴",
+        reference: "1 and 0",
+        naive: "Frisvad's basis of 2012 in f32",
+        bound: 8.0,
+        measure: bases,
+    },
+    Case {
+        name: "sine-and-cosine",
+        hard: "angles up to the largest that is defined, and next to the zeros",
+        error: "2⁻²⁴",
+        reference: "f64",
+        naive: "the angle less whole turns of 2π in f32, Taylor's series to x⁷",
+        bound: 2.0,
+        measure: sines,
+    },
+    Case {
+        name: "quadratic-with-one-root-next-to-0",
+        hard: "roots 10⁷ apart",
+        error: "of the root next to 0, relative, 2⁻²⁴",
+        reference: "f64",
+        naive: "(−h + √(h² − a·c)) / a",
+        bound: 4.0,
+        measure: roots,
+    },
+    Case {
+        name: "difference-of-products",
+        hard: "a·b − c·d of products that agree in all digits of f32",
+        error: "wrong signs",
+        reference: "f64, where products of f32 are exact",
+        naive: "a·b − c·d in f32",
+        bound: 0.0,
+        measure: signs,
+    },
+];
+
+fn unit_vectors(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(900), Worst::NONE);
+    for _ in 0..effort.of(500_000) {
+        let length = inputs.magnitude(-44.0, 38.0);
+        let v = single(inputs.direction() * length);
+        if v == Vec3::ZERO {
+            continue;
+        }
+        let exact = v.as_dvec3().normalize();
+        let error = |found: Vec3| (found.as_dvec3() - exact).length() / UNIT;
+        worst.ours(error(normalize(v).unwrap_or(Vec3::NAN)));
+        worst.naive(error(v / v.dot(v).sqrt()));
+    }
+    worst.0
+}
+
+fn frisvad(n: Vec3) -> (Vec3, Vec3) {
+    if n.z < -0.999_999_9 {
+        return (Vec3::NEG_Y, Vec3::NEG_X);
+    }
+    let a = 1.0 / (1.0 + n.z);
+    let b = -n.x * n.y * a;
+    (
+        Vec3::new(1.0 - n.x * n.x * a, b, -n.x),
+        Vec3::new(b, 1.0 - n.y * n.y * a, -n.y),
+    )
+}
+
+fn bases(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(901), Worst::NONE);
+    for _ in 0..effort.of(500_000) {
+        let away = inputs.magnitude(-8.0, 0.0);
+        let z = single((DVec3::NEG_Z + inputs.direction() * away).normalize());
+        let error = |(x, y): (Vec3, Vec3)| {
+            let [x, y, z] = [x, y, z].map(|v| v.as_dvec3());
+            let dots = [x.dot(x) - 1.0, y.dot(y) - 1.0, x.dot(y), y.dot(z), z.dot(x)];
+            dots.iter().fold(0.0, |most, &d| super::worse(most, d)) / UNIT
+        };
+        worst.ours(error(basis_around(z)));
+        worst.naive(error(frisvad(z)));
+    }
+    worst.0
+}
+
+fn taylor(angle: f32) -> (f32, f32) {
+    use std::f32::consts::{FRAC_PI_2, TAU};
+    let series = |x: f32| {
+        let mut x = x - TAU * (x / TAU).round();
+        // sin(π − x) = sin x.
+        if x.abs() > FRAC_PI_2 {
+            x = std::f32::consts::PI.copysign(x) - x;
+        }
+        let xx = x * x;
+        x * (1.0 - xx / 6.0 * (1.0 - xx / 20.0 * (1.0 - xx / 42.0)))
+    };
+    (series(angle), series(angle + FRAC_PI_2))
+}
+
+fn sines(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(902), Worst::NONE);
+    let largest = f64::from(LARGEST_ANGLE);
+    for _ in 0..effort.of(500_000) {
+        let angle = if inputs.sign() < 0.0 {
+            inputs.range(-largest, largest)
+        } else {
+            let quarter = std::f64::consts::FRAC_PI_2;
+            let near = (inputs.range(-largest, largest) / quarter).round() * quarter;
+            (near + inputs.sign() * inputs.magnitude(-8.0, -1.0)).clamp(-largest, largest)
+        };
+        let angle = angle as f32;
+        let (sin, cos) = f64::from(angle).sin_cos();
+        let error = |(s, c): (f32, f32)| {
+            super::worse((f64::from(s) - sin).abs(), f64::from(c) - cos) / UNIT
+        };
+        worst.ours(error(sin_cos(angle)));
+        worst.naive(error(taylor(angle)));
+    }
+    worst.0
+}
+
+fn roots(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(903), Worst::NONE);
+    for _ in 0..effort.of(500_000) {
+        let h = (inputs.magnitude(0.0, 3.5) * inputs.sign()) as f32;
+        let c = inputs.range(0.1, 1.0) as f32;
+        let discriminant = h * h - c;
+        let wide = f64::from(h) * f64::from(h) - f64::from(c);
+        if wide < 0.5 {
+            continue;
+        }
+        let far = -f64::from(h) - f64::from(h).signum() * wide.sqrt();
+        let exact = f64::from(c) / far;
+        let error = |found: f32| (f64::from(found) / exact - 1.0) / UNIT;
+        let least = |a: f32, b: f32| if a.abs() < b.abs() { a } else { b };
+        let ours = quadratic_roots(1.0, h, c, discriminant);
+        worst.ours(error(ours.map_or(f32::NAN, |(near, far)| least(near, far))));
+        let root = discriminant.sqrt();
+        worst.naive(error(least(-h - root, -h + root)));
+    }
+    worst.0
+}
+
+fn signs(effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(904);
+    let mut errors = Errors {
+        ours: 0.0,
+        naive: 0.0,
+    };
+    for _ in 0..effort.of(500_000) {
+        let [a, b] = [0; 2].map(|_| inputs.range(1.0, 2.0) as f32);
+        // c·d is a·b but for some of the last digits.
+        let c = inputs.range(1.0, 2.0) as f32;
+        let d = (f64::from(a) * f64::from(b) / f64::from(c)) as f32;
+        let exact = f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d);
+        let sign = |x: f64| (x > 0.0) as i8 - (x < 0.0) as i8;
+        let wrong = |found: f32| f64::from(u8::from(sign(f64::from(found)) != sign(exact)));
+        errors.ours += wrong(difference_of_products(a, b, c, d));
+        errors.naive += wrong(a * b - c * d);
+    }
+    errors
+}

@@ -1,0 +1,265 @@
+//! Light at the border of clear bodies.
+
+use super::input::Inputs;
+use super::{Case, Effort, Errors, UNIT, Worst};
+use glam::Vec3;
+use shisen_core::trace::{Refraction, refract};
+
+const F64: &str = "Fresnel's equations in f64, by forms that do not cancel";
+const TEXTBOOK: &str = "η·d + (η·cos θᵢ − cos θₜ)·n and 1 − R in f32";
+const OF_LIGHT: &str = "of the reflected and the transmitted share, relative; a wrong verdict \
+                        on total reflection is infinite";
+
+/// What the documentation of `refract` promises.
+const BOUND: f64 = 2.0e-6;
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "refraction-at-the-critical-angle",
+        hard: "cosines that are the critical one or up to three f32 beside it",
+        error: OF_LIGHT,
+        reference: F64,
+        naive: TEXTBOOK,
+        bound: BOUND,
+        measure: at_critical,
+    },
+    Case {
+        name: "refraction-just-under-the-critical-angle",
+        hard: "10⁻⁷ to 10⁻² under it: little gets through, nearly level",
+        error: OF_LIGHT,
+        reference: F64,
+        naive: TEXTBOOK,
+        bound: BOUND,
+        measure: under_critical,
+    },
+    Case {
+        name: "refraction-just-over-the-critical-angle",
+        hard: "10⁻⁷ to 10⁻² over it: nothing gets through",
+        error: OF_LIGHT,
+        reference: F64,
+        naive: TEXTBOOK,
+        bound: BOUND,
+        measure: over_critical,
+    },
+    Case {
+        name: "refraction-grazing",
+        hard: "cosines of incidence from 10⁻⁷ to 10⁻²: 1 − R has no digits left",
+        error: OF_LIGHT,
+        reference: F64,
+        naive: TEXTBOOK,
+        bound: BOUND,
+        measure: grazing,
+    },
+    Case {
+        name: "refraction-of-matched-media",
+        hard: "indices that differ by 10⁻⁷ to 10⁻³: R is the square of next to nothing",
+        error: OF_LIGHT,
+        reference: F64,
+        naive: TEXTBOOK,
+        bound: BOUND,
+        measure: matched,
+    },
+    Case {
+        name: "refraction-next-to-the-normal",
+        hard: "rays within 10⁻⁷ to 10⁻² of the normal: the sine from a cosine of 1",
+        error: "of the refracted ray's slope, relative, 2⁻²⁴",
+        reference: "Snell's law in f64",
+        naive: "angles: sin⁻¹(η·sin(cos⁻¹(−d·n))) in f32",
+        bound: 8.0,
+        measure: next_to_normal,
+    },
+    Case {
+        name: "refraction-with-inside-out-normals",
+        hard: "a normal that faces away from the ray, as an interpolated one may",
+        error: "of R + T from 1, and of the direction's length",
+        reference: "light is neither made nor lost",
+        naive: TEXTBOOK,
+        bound: 4.0 * UNIT,
+        measure: inside_out,
+    },
+];
+
+/// Both shares of what light of this cosine does.
+type Shares = Option<(f64, f64)>;
+
+fn exact(cos: f64, m: f64, n: f64) -> Shares {
+    let difference = (n - m) * (n + m);
+    let g2 = difference + (m * cos) * (m * cos);
+    if g2 <= 0.0 {
+        return None;
+    }
+    let g = g2.sqrt();
+    let (s, p) = (m * cos + g, n * n * cos + m * g);
+    let rs = difference / (s * s);
+    let rp = difference * ((n * n + m * m) * cos * cos - m * m) / (p * p);
+    let through = 2.0 * m * cos * g * (1.0 / (s * s) + n * n / (p * p));
+    Some((f64::midpoint(rs * rs, rp * rp), through))
+}
+
+/// The textbook's: reflected and transmitted share and the direction.
+fn textbook(d: Vec3, normal: Vec3, m: f32, n: f32) -> Option<(f32, f32, Vec3)> {
+    let eta = m / n;
+    let cos_in = -d.dot(normal);
+    let sin2 = eta * eta * (1.0 - cos_in * cos_in);
+    if sin2 > 1.0 {
+        return None;
+    }
+    let cos_out = (1.0 - sin2).sqrt();
+    let s = (m * cos_in - n * cos_out) / (m * cos_in + n * cos_out);
+    let p = (n * cos_in - m * cos_out) / (n * cos_in + m * cos_out);
+    let reflected = (s * s + p * p) / 2.0;
+    let direction = d * eta + normal * (eta * cos_in - cos_out);
+    Some((reflected, 1.0 - reflected, direction))
+}
+
+/// Down on a level border at an angle of this cosine.
+fn falling(cos: f32) -> Vec3 {
+    let sin = (1.0 - f64::from(cos) * f64::from(cos)).max(0.0).sqrt();
+    Vec3::new(sin as f32, -cos, 0.0)
+}
+
+fn shares(worst: &mut Worst, cos: f32, m: f32, n: f32) {
+    let expected = exact(cos.into(), m.into(), n.into());
+    let error = |found: Shares| match (found, expected) {
+        (None, None) => 0.0,
+        (Some(found), Some(expected)) => {
+            let relative = |found: f64, exact: f64| {
+                if exact == 0.0 {
+                    found.abs()
+                } else {
+                    (found / exact - 1.0).abs()
+                }
+            };
+            super::worse(relative(found.0, expected.0), relative(found.1, expected.1))
+        }
+        _ => f64::INFINITY,
+    };
+    let d = falling(cos);
+    let Refraction {
+        reflectance,
+        transmittance,
+        direction,
+    } = refract(d, Vec3::Y, m, n);
+    let found = direction.map(|_| (f64::from(reflectance), f64::from(transmittance)));
+    worst.ours(error(found));
+    let naive = textbook(d, Vec3::Y, m, n);
+    worst.naive(error(naive.map(|(r, t, _)| (f64::from(r), f64::from(t)))));
+}
+
+/// Water, glasses and diamond in air.
+fn index(inputs: &mut Inputs) -> f32 {
+    [1.333_403, 1.458_464, 1.5168, 1.784_72, 2.417_486][inputs.below(5)]
+}
+
+/// The cosine at which light of an index stays inside.
+fn critical(index: f32) -> f64 {
+    let sine = 1.0 / f64::from(index);
+    (1.0 - sine * sine).sqrt()
+}
+
+fn at_critical(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(700), Worst::NONE);
+    for _ in 0..effort.of(200_000) {
+        let index = inputs.range(1.0003, 3.0) as f32;
+        let mut cos = critical(index) as f32;
+        for _ in 0..inputs.below(4) {
+            cos = cos.next_down();
+        }
+        for _ in 0..inputs.below(7) {
+            cos = cos.next_up();
+        }
+        shares(&mut worst, cos, index, 1.0);
+    }
+    worst.0
+}
+
+fn under_critical(effort: Effort) -> Errors {
+    beside_critical(701, effort, 1.0)
+}
+
+fn over_critical(effort: Effort) -> Errors {
+    beside_critical(702, effort, -1.0)
+}
+
+/// A greater cosine is a steeper ray, of which some gets through.
+fn beside_critical(seed: u64, effort: Effort, side: f64) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
+    for _ in 0..effort.of(200_000) {
+        let index = index(&mut inputs);
+        let off = side * inputs.magnitude(-7.0, -2.0);
+        shares(
+            &mut worst,
+            (critical(index) * (1.0 + off)) as f32,
+            index,
+            1.0,
+        );
+    }
+    worst.0
+}
+
+fn grazing(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(703), Worst::NONE);
+    for _ in 0..effort.of(200_000) {
+        let cos = inputs.magnitude(-7.0, -2.0) as f32;
+        shares(&mut worst, cos, 1.0, index(&mut inputs));
+    }
+    worst.0
+}
+
+fn matched(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(704), Worst::NONE);
+    for _ in 0..effort.of(200_000) {
+        let m = index(&mut inputs);
+        let n = m * (1.0 + inputs.magnitude(-7.0, -3.0) as f32);
+        // Far from Brewster's angle, where one of two squares is 0.
+        let cos = inputs.range(0.8, 1.0) as f32;
+        if inputs.sign() < 0.0 {
+            shares(&mut worst, cos, m, n);
+        } else {
+            shares(&mut worst, cos, n, m);
+        }
+    }
+    worst.0
+}
+
+fn next_to_normal(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(705), Worst::NONE);
+    for _ in 0..effort.of(200_000) {
+        let slope = inputs.magnitude(-7.0, -2.0) as f32;
+        let d = Vec3::new(slope, -1.0, 0.0).normalize();
+        let (m, n) = (1.0, index(&mut inputs));
+        let sine = f64::from(d.x) / f64::from(d.x).hypot(f64::from(d.y)) / f64::from(n);
+        let expected = sine / (1.0 - sine * sine).sqrt();
+        let relative = |found: f64| (found / expected - 1.0) / UNIT;
+        let ours = refract(d, Vec3::Y, m, n).direction.unwrap_or(Vec3::NAN);
+        worst.ours(relative(-f64::from(ours.x) / f64::from(ours.y)));
+        let angle = (m / n * (-d.dot(Vec3::Y)).acos().sin()).asin();
+        worst.naive(relative(f64::from(angle.tan())));
+    }
+    worst.0
+}
+
+fn inside_out(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(706), Worst::NONE);
+    for _ in 0..effort.of(200_000) {
+        let cos = -inputs.magnitude(-7.0, 0.0) as f32;
+        let (m, n) = if inputs.sign() < 0.0 {
+            (1.0, index(&mut inputs))
+        } else {
+            (index(&mut inputs), 1.0)
+        };
+        let d = falling(cos);
+        let found = refract(d, Vec3::Y, m, n);
+        let sum = f64::from(found.reflectance) + f64::from(found.transmittance);
+        worst.ours(sum - 1.0);
+        if let Some(direction) = found.direction {
+            worst.ours(direction.as_dvec3().length() - 1.0);
+        }
+        if let Some((r, t, direction)) = textbook(d, Vec3::Y, m, n) {
+            // More light than there was is reflected.
+            worst.naive((f64::from(r) + f64::from(t) - 1.0).abs() + f64::from(r - 1.0).max(0.0));
+            worst.naive(direction.as_dvec3().length() - 1.0);
+        }
+    }
+    worst.0
+}

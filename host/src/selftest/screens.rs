@@ -1,0 +1,275 @@
+//! Rays from an eye through the pixels of a wall.
+
+use super::input::{Inputs, single};
+use super::{Case, Effort, Errors, UNIT, Worst};
+use glam::{DVec3, Mat4, Vec3};
+use shisen_core::frame::{FlatScreen, View};
+
+const F64: &str = "the pixel's place less the eye, in f64";
+const MATRIX: &str = "an off-axis frustum (left, right, bottom, top at the near plane) and its \
+                      inverse in f32";
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "screen-an-eye-next-to-it",
+        hard: "an eye 1.1 to 100 µm before the plane of a wall",
+        error: "of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance",
+        reference: F64,
+        naive: MATRIX,
+        bound: 3.0,
+        measure: next_to_it,
+    },
+    Case {
+        name: "screen-very-wide",
+        hard: "a wall a hundred to ten thousand times as wide as the eye is far",
+        error: "of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance",
+        reference: F64,
+        naive: MATRIX,
+        bound: 3.0,
+        measure: very_wide,
+    },
+    Case {
+        name: "screen-seams",
+        hard: "the same point of an edge where two walls meet, on both",
+        error: "between both rays, 2⁻²⁴ rad",
+        reference: "a point has one direction",
+        naive: MATRIX,
+        bound: 8.0,
+        measure: seams,
+    },
+    Case {
+        name: "screen-of-many-pixels",
+        hard: "walls of 16,384 columns: steps of a pixel added up",
+        error: "of the ray, pixels",
+        reference: F64,
+        naive: "the first pixel's place and a step added for each column, in f32",
+        bound: 0.005,
+        measure: many_pixels,
+    },
+];
+
+fn angle(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b))
+}
+
+/// A wall by three corners, as f32 has them.
+#[derive(Clone, Copy)]
+struct Wall {
+    lower_left: Vec3,
+    lower_right: Vec3,
+    upper_left: Vec3,
+    size: [u32; 2],
+}
+
+impl Wall {
+    fn view(&self, eye: Vec3) -> Option<View> {
+        let Self {
+            lower_left,
+            lower_right,
+            upper_left,
+            size,
+        } = *self;
+        FlatScreen::from_corners(lower_left, lower_right, upper_left, size)
+            .view_from(eye)
+            .ok()
+    }
+
+    /// From the eye to a place of the wall, in pixels; (0, 0) is the middle of
+    /// the first.
+    fn exact(&self, eye: Vec3, x: f64, y: f64) -> DVec3 {
+        let [ll, lr, ul] =
+            [self.lower_left, self.lower_right, self.upper_left].map(|c| c.as_dvec3());
+        let [u, v] = [
+            (x + 0.5) / f64::from(self.size[0]),
+            (y + 0.5) / f64::from(self.size[1]),
+        ];
+        ul + (lr - ll) * u + (ll - ul) * v - eye.as_dvec3()
+    }
+
+    /// By the inverse of a projection (Kooima, "Generalized Perspective
+    /// Projection", 2009), near 0.1 m and far 100 m.
+    fn by_matrix(&self, eye: Vec3, x: f32, y: f32) -> Vec3 {
+        let Self {
+            lower_left,
+            lower_right,
+            upper_left,
+            size,
+        } = *self;
+        let right = (lower_right - lower_left).normalize();
+        let up = (upper_left - lower_left).normalize();
+        let normal = right.cross(up);
+        let [va, vb, vc] = [lower_left, lower_right, upper_left].map(|c| c - eye);
+        let distance = -va.dot(normal);
+        let (near, far) = (0.1, 100.0);
+        let scale = near / distance;
+        let (l, r) = (right.dot(va) * scale, right.dot(vb) * scale);
+        let (b, t) = (up.dot(va) * scale, up.dot(vc) * scale);
+        let projection = Mat4::from_cols_array(&[
+            2.0 * near / (r - l),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            2.0 * near / (t - b),
+            0.0,
+            0.0,
+            (r + l) / (r - l),
+            (t + b) / (t - b),
+            -(far + near) / (far - near),
+            -1.0,
+            0.0,
+            0.0,
+            -2.0 * far * near / (far - near),
+            0.0,
+        ]);
+        let room_from_wall = Mat4::from_cols(
+            right.extend(0.0),
+            up.extend(0.0),
+            normal.extend(0.0),
+            eye.extend(1.0),
+        );
+        let room_from_clip = room_from_wall * projection.inverse();
+        let ndc = Vec3::new(
+            (x + 0.5) / size[0] as f32 * 2.0 - 1.0,
+            1.0 - (y + 0.5) / size[1] as f32 * 2.0,
+            -1.0,
+        );
+        room_from_clip.project_point3(ndc) - eye
+    }
+
+    /// The longest side.
+    fn length(&self) -> f64 {
+        let sides = [self.lower_right, self.upper_left].map(|c| (c - self.lower_left).length());
+        f64::from(sides[0].max(sides[1]))
+    }
+}
+
+/// Compares rays of pixels drawn by `column`, in parts of what rounding the
+/// wall's own corners moves them.
+fn compare(worst: &mut Worst, wall: &Wall, eye: Vec3, x: u32, y: u32) {
+    let Some(view) = wall.view(eye) else {
+        worst.ours(f64::NAN);
+        return;
+    };
+    let exact = wall.exact(eye, x.into(), y.into());
+    let unit = UNIT * wall.length() / exact.length();
+    let error = |found: Vec3| angle(found.as_dvec3(), exact) / unit;
+    let (x, y) = (x as f32, y as f32);
+    worst.ours(view.direction(x, y).map_or(f64::NAN, error));
+    worst.naive(error(wall.by_matrix(eye, x, y)));
+}
+
+/// A wall of 3 m × 2 m or so, turned any way, its lower left corner at the
+/// origin; and its normal.
+fn drawn(inputs: &mut Inputs, width: f64, height: f64, size: [u32; 2]) -> (Wall, [DVec3; 3]) {
+    let normal = inputs.direction();
+    let right = inputs.across(normal);
+    let up = normal.cross(right);
+    let wall = Wall {
+        lower_left: Vec3::ZERO,
+        lower_right: single(right * width),
+        upper_left: single(up * height),
+        size,
+    };
+    (wall, [right, up, normal])
+}
+
+fn next_to_it(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(800), Worst::NONE);
+    for _ in 0..effort.of(50_000) {
+        // Level with an axis, so that the wall's plane is known to a micrometre.
+        let (width, height) = (inputs.range(1.0, 4.0), inputs.range(1.0, 4.0));
+        let wall = Wall {
+            lower_left: Vec3::ZERO,
+            lower_right: Vec3::X * width as f32,
+            upper_left: Vec3::Y * height as f32,
+            size: [1024; 2],
+        };
+        let off = inputs.range(1.1e-6, 1.0e-4);
+        let eye = single(DVec3::new(
+            width * inputs.unit(),
+            height * inputs.unit(),
+            off,
+        ));
+        let (x, y) = (inputs.below(1024) as u32, inputs.below(1024) as u32);
+        compare(&mut worst, &wall, eye, x, y);
+    }
+    worst.0
+}
+
+fn very_wide(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(801), Worst::NONE);
+    for _ in 0..effort.of(50_000) {
+        let width = inputs.magnitude(2.0, 4.0);
+        let (wall, [right, up, normal]) = drawn(&mut inputs, width, 2.0, [4096, 64]);
+        let eye = single(right * width * inputs.unit() + up * inputs.unit() + normal);
+        let (x, y) = (inputs.below(4096) as u32, inputs.below(64) as u32);
+        compare(&mut worst, &wall, eye, x, y);
+    }
+    worst.0
+}
+
+fn seams(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(802), Worst::NONE);
+    for _ in 0..effort.of(50_000) {
+        // Front and right wall share an edge of a room of any size, anywhere.
+        let size = inputs.magnitude(0.0, 1.0);
+        let middle = inputs.in_ball() * 2.0;
+        let corner = |x: f64, y: f64, z: f64| single(middle + DVec3::new(x, y, z) * size);
+        let pixels = [1 << (6 + inputs.below(6)); 2];
+        let front = Wall {
+            lower_left: corner(-1.0, -1.0, -1.0),
+            lower_right: corner(1.0, -1.0, -1.0),
+            upper_left: corner(-1.0, 1.0, -1.0),
+            size: pixels,
+        };
+        let right = Wall {
+            lower_left: corner(1.0, -1.0, -1.0),
+            lower_right: corner(1.0, -1.0, 1.0),
+            upper_left: corner(1.0, 1.0, -1.0),
+            size: pixels,
+        };
+        let eye = single(middle + inputs.in_ball() * 0.6 * size);
+        let row = inputs.below(pixels[1] as usize) as f32;
+        // Half a pixel beyond the last, and before the first.
+        let (last, first) = (pixels[0] as f32 - 0.5, -0.5);
+        let between = |a: Vec3, b: Vec3| angle(a.as_dvec3(), b.as_dvec3()) / UNIT;
+        let rays =
+            [(front, last), (right, first)].map(|(wall, x)| wall.view(eye)?.direction(x, row));
+        let [Some(a), Some(b)] = rays else {
+            worst.ours(f64::NAN);
+            continue;
+        };
+        worst.ours(between(a, b));
+        worst.naive(between(
+            front.by_matrix(eye, last, row),
+            right.by_matrix(eye, first, row),
+        ));
+    }
+    worst.0
+}
+
+fn many_pixels(effort: Effort) -> Errors {
+    const COLUMNS: u32 = 16_384;
+    let (mut inputs, mut worst) = (Inputs::new(803), Worst::NONE);
+    for _ in 0..effort.of(500) {
+        let (wall, [right, up, normal]) = drawn(&mut inputs, 3.0, 3.0, [COLUMNS, 4]);
+        let eye = single((right + up) * inputs.range(0.5, 2.5) + normal * inputs.range(0.5, 2.0));
+        let Some(view) = wall.view(eye) else {
+            worst.ours(f64::NAN);
+            continue;
+        };
+        let step = (wall.lower_right - wall.lower_left) / COLUMNS as f32;
+        let mut place = wall.exact(eye, 0.0, 1.0).as_vec3();
+        for x in 0..COLUMNS {
+            let exact = wall.exact(eye, x.into(), 1.0);
+            // A pixel's angle from here, where it is looked at squarely.
+            let pixel = 3.0 / f64::from(COLUMNS) / exact.length();
+            let error = |found: Vec3| angle(found.as_dvec3(), exact) / pixel;
+            worst.ours(view.direction(x as f32, 1.0).map_or(f64::NAN, error));
+            worst.naive(error(place));
+            place += step;
+        }
+    }
+    worst.0
+}

@@ -1,0 +1,438 @@
+//! Rays that start where another one ended.
+
+use super::input::{Inputs, aimed, single};
+use super::triangles::ellipsoid;
+use super::{BROKEN, Case, Effort, Errors, Worst};
+use crate::bake::Baked;
+use crate::mesh::{Material, TriangleMesh};
+use crate::scene::camera::CameraPath;
+use crate::scene::{Background, Light, Object, Scene, Shape};
+use glam::{DAffine3, DVec3, Vec3};
+use shisen_core::Simd;
+use shisen_core::shape::Ray;
+use shisen_core::trace::{Budget, Pixel, Tracer, Workspace};
+
+const EPSILON: &str = "the same rays, started a fixed 10⁻⁴ m off the surface";
+
+/// Bodies of so many metres.
+macro_rules! at_scale {
+    ($name:literal, $hard:literal, $exponent:literal) => {
+        Case {
+            name: $name,
+            hard: $hard,
+            error: "lit places that are dark (acne), and places behind a wall of a thousandth of the \
+                    size that are lit (leaks)",
+            reference: "a convex body lights itself nowhere it faces the light; a closed box is dark",
+            naive: EPSILON,
+            bound: 0.0,
+            measure: shadows::<$exponent>,
+        }
+    };
+}
+
+pub(super) const CASES: &[Case] = &[
+    at_scale!("shadow-rays-at-1e-3", "bodies of a millimetre", -3),
+    at_scale!("shadow-rays-at-1", "bodies of a metre", 0),
+    at_scale!("shadow-rays-at-1e3", "bodies of a kilometre", 3),
+    at_scale!("shadow-rays-at-1e6", "bodies of a thousand kilometres", 6),
+    Case {
+        name: "hall-of-mirrors",
+        hard: "two mirrors 50 µm apart, eight reflections",
+        error: "of the light, relative",
+        reference: "the geometric series of the reflectance",
+        naive: EPSILON,
+        bound: 1.0e-6,
+        measure: hall,
+    },
+    Case {
+        name: "glass-slab-of-10-micrometres",
+        hard: "both borders of a slab of glass that is 10 µm thick and a metre wide",
+        error: "of the light through it, of 1",
+        reference: "Fresnel's series of the borders, ended as documented",
+        naive: EPSILON,
+        bound: 1.0e-6,
+        measure: slab,
+    },
+    Case {
+        name: "mirror-ball-of-any-size",
+        hard: "light off a ball of 10⁻³ to 10⁶ m that must not meet the ball again",
+        error: "rays that do",
+        reference: "a convex body is met once",
+        naive: EPSILON,
+        bound: 0.0,
+        measure: balls,
+    },
+];
+
+/// As far as most people move it.
+const OFF: f32 = 1.0e-4;
+
+fn empty() -> Scene {
+    Scene {
+        name: "selftest".into(),
+        meshes: Vec::new(),
+        materials: Vec::new(),
+        objects: Vec::new(),
+        lights: Vec::new(),
+        background: Background::uniform([0.0; 3]),
+        ambient: [0.0; 3],
+        camera: CameraPath::default(),
+    }
+}
+
+fn matt(colour: f32) -> Material {
+    Material {
+        diffuse: [colour; 3],
+        specular: [0.0; 3],
+        ..Material::default()
+    }
+}
+
+fn add(scene: &mut Scene, shape: Shape, material: Material) {
+    scene.materials.push(material);
+    scene.objects.push(Object {
+        shape,
+        material: Some(scene.materials.len() - 1),
+        world_from_object: DAffine3::IDENTITY,
+        casts_shadow: true,
+        smooth: false,
+    });
+}
+
+fn add_mesh(scene: &mut Scene, mesh: TriangleMesh, material: Material) {
+    scene.meshes.push(mesh);
+    add(scene, Shape::Mesh(scene.meshes.len() - 1), material);
+}
+
+/// A box from corner to corner, faces outwards.
+fn cuboid(low: DVec3, high: DVec3) -> TriangleMesh {
+    let (low, high) = (single(low).to_array(), single(high).to_array());
+    let corner = |i: usize| [0, 1, 2].map(|axis| [low, high][i >> axis & 1][axis]);
+    let faces = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    TriangleMesh {
+        positions: (0..8).map(corner).collect(),
+        triangles: faces
+            .iter()
+            .flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]])
+            .collect(),
+        ..TriangleMesh::default()
+    }
+}
+
+struct Eye<'a> {
+    tracer: Tracer<'a>,
+    workspace: Workspace,
+}
+
+impl<'a> Eye<'a> {
+    fn new(baked: &'a Baked<8>, depth: u8) -> Self {
+        Self {
+            tracer: Tracer::new(baked.scene(), Simd::detect(), depth),
+            workspace: Workspace::new(),
+        }
+    }
+
+    fn sees(&mut self, ray: &Ray) -> Pixel {
+        self.tracer
+            .radiance(ray, &mut Budget::UNLIMITED.clone(), &mut self.workspace)
+    }
+
+    /// Distance and number of the triangle.
+    fn nearest(&mut self, ray: &Ray) -> Option<(f32, usize)> {
+        let hit = self
+            .tracer
+            .nearest(ray, &mut Budget::UNLIMITED.clone(), &mut self.workspace)?;
+        Some((hit.on.t, hit.on.triangle as usize))
+    }
+
+    fn is_dark(&mut self, from: Vec3, light: DVec3) -> bool {
+        let Some(ray) = aimed(from.as_dvec3(), light) else {
+            return true;
+        };
+        self.tracer.is_occluded(
+            &ray,
+            1.0,
+            &mut Budget::UNLIMITED.clone(),
+            &mut self.workspace,
+        )
+    }
+}
+
+fn normal(mesh: &TriangleMesh, triangle: usize) -> Option<DVec3> {
+    let corners = mesh.triangles.get(triangle)?;
+    let [a, b, c] = corners.map(|v| Vec3::from(mesh.positions[v as usize]).as_dvec3());
+    (b - a).cross(c - a).try_normalize()
+}
+
+fn shadows<const EXPONENT: i32>(effort: Effort) -> Errors {
+    let size = 10f64.powi(EXPONENT);
+    let [acne, leaks] = [acne(size, effort), leaks(size, effort)];
+    Errors {
+        ours: acne.ours + leaks.ours,
+        naive: acne.naive + leaks.naive,
+    }
+}
+
+fn lit_from(light: DVec3) -> Light {
+    Light::Point {
+        position: light,
+        colour: [1.0; 3],
+        inverse_square: false,
+    }
+}
+
+/// Places of a convex body that face the light and are dark.
+fn acne(size: f64, effort: Effort) -> Errors {
+    let mut mesh = ellipsoid();
+    for p in &mut mesh.positions {
+        *p = p.map(|x| (f64::from(x) * size) as f32);
+    }
+    let light = DVec3::new(5.0, 7.0, 6.0) * size;
+    let mut scene = empty();
+    scene.lights.push(lit_from(light));
+    add_mesh(&mut scene, mesh.clone(), matt(1.0));
+    let Ok(baked) = Baked::<8>::new(&scene) else {
+        return BROKEN;
+    };
+    let mut eye = Eye::new(&baked, 0);
+    let mut inputs = Inputs::new(400);
+    let mut errors = Errors {
+        ours: 0.0,
+        naive: 0.0,
+    };
+    for _ in 0..effort.of(200_000) {
+        let from = inputs.direction() * 4.0 * size;
+        let target = inputs.in_ball() * 0.5 * size;
+        let Some(ray) = aimed(from, target) else {
+            continue;
+        };
+        let Some((t, triangle)) = eye.nearest(&ray) else {
+            continue;
+        };
+        let Some(normal) = normal(&mesh, triangle) else {
+            continue;
+        };
+        let at = ray.at(t);
+        let towards = (light - at.as_dvec3()).normalize();
+        if normal.dot(towards) < 0.02 {
+            continue;
+        }
+        errors.ours += f64::from(u8::from(eye.sees(&ray).red == 0.0));
+        let off = at + single(normal) * OFF;
+        errors.naive += f64::from(u8::from(eye.is_dark(off, light)));
+    }
+    errors
+}
+
+/// Places inside a closed box with thin walls that light from outside reaches.
+fn leaks(size: f64, effort: Effort) -> Errors {
+    let thick = 1.0e-3 * size;
+    let light = DVec3::new(3.0, 4.0, 5.0) * size;
+    let mut scene = empty();
+    scene.lights.push(lit_from(light));
+    // Each wall is a box of its own, and reaches past its neighbours.
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let (mut low, mut high) = (DVec3::splat(-size - thick), DVec3::splat(size + thick));
+            let [inner, outer] = [side * size, side * (size + thick)];
+            low[axis] = f64::min(inner, outer);
+            high[axis] = f64::max(inner, outer);
+            add_mesh(&mut scene, cuboid(low, high), matt(1.0));
+        }
+    }
+    let Ok(baked) = Baked::<8>::new(&scene) else {
+        return BROKEN;
+    };
+    let mut eye = Eye::new(&baked, 0);
+    let mut inputs = Inputs::new(401);
+    let mut errors = Errors {
+        ours: 0.0,
+        naive: 0.0,
+    };
+    for _ in 0..effort.of(200_000) {
+        let from = inputs.in_ball() * 0.9 * size;
+        let Some(ray) = Ray::new(single(from), single(inputs.direction())) else {
+            continue;
+        };
+        let Some((t, _)) = eye.nearest(&ray) else {
+            return BROKEN;
+        };
+        errors.ours += f64::from(u8::from(eye.sees(&ray).red != 0.0));
+        // Off the surface towards the light, as a shadow ray starts.
+        let at = ray.at(t);
+        let towards = single((light - at.as_dvec3()).normalize());
+        errors.naive += f64::from(u8::from(!eye.is_dark(at + towards * OFF, light)));
+    }
+    errors
+}
+
+fn hall(_: Effort) -> Errors {
+    const GAP: f64 = 5.0e-5;
+    const MIRROR: f32 = 0.9;
+    let mut scene = empty();
+    scene.ambient = [1.0; 3];
+    let chrome = Material {
+        mirror: [MIRROR; 3],
+        ..matt(0.25)
+    };
+    for side in [-1.0, 1.0] {
+        let (near, far) = (side * GAP / 2.0, side * (GAP / 2.0 + 0.01));
+        let low = DVec3::new(-0.5, -0.5, f64::min(near, far));
+        let high = DVec3::new(0.5, 0.5, f64::max(near, far));
+        add_mesh(&mut scene, cuboid(low, high), chrome.clone());
+    }
+    let Ok(baked) = Baked::<8>::new(&scene) else {
+        return BROKEN;
+    };
+    let mut worst = Worst::NONE;
+    let mut inputs = Inputs::new(402);
+    for depth in 0..=8 {
+        let mut eye = Eye::new(&baked, depth);
+        let expected: f64 = (0..=i32::from(depth))
+            .map(|k| 0.25 * f64::from(MIRROR).powi(k))
+            .sum();
+        for _ in 0..100 {
+            let at = DVec3::new(
+                inputs.range(-0.4, 0.4),
+                inputs.range(-0.4, 0.4),
+                inputs.range(-0.4, 0.4) * GAP,
+            );
+            let way = DVec3::new(
+                inputs.range(-0.1, 0.1),
+                inputs.range(-0.1, 0.1),
+                inputs.sign(),
+            );
+            let Some(ray) = Ray::new(single(at), single(way)) else {
+                continue;
+            };
+            worst.ours(f64::from(eye.sees(&ray).red) / expected - 1.0);
+            // Started beyond the other mirror, a ray meets nothing.
+            let mut light = 0.0;
+            let mut z = ray.origin().z;
+            let mut way = ray.direction().z;
+            for k in 0..=i32::from(depth) {
+                let mirror = (GAP / 2.0) as f32 * way.signum();
+                if (mirror - z) * way < 0.0 {
+                    break;
+                }
+                light += 0.25 * f64::from(MIRROR).powi(k);
+                way = -way;
+                z = mirror + OFF * way.signum();
+            }
+            worst.naive(light / expected - 1.0);
+        }
+    }
+    worst.0
+}
+
+fn slab(_: Effort) -> Errors {
+    const THICK: f64 = 1.0e-5;
+    let mut worst = Worst::NONE;
+    for index in [1.33f32, 1.5, 2.4] {
+        let glass = Material {
+            transmission: [1.0; 3],
+            index_of_refraction: index,
+            ..matt(0.0)
+        };
+        let mut scene = empty();
+        scene.ambient = [1.0; 3];
+        let half = DVec3::new(0.5, 0.5, THICK / 2.0);
+        add_mesh(&mut scene, cuboid(-half, half), glass);
+        let panel = [DVec3::new(-0.5, -0.5, -0.5), DVec3::new(0.5, 0.5, -0.4)];
+        add_mesh(&mut scene, cuboid(panel[0], panel[1]), matt(1.0));
+        let Ok(baked) = Baked::<8>::new(&scene) else {
+            return BROKEN;
+        };
+        let n = f64::from(index);
+        let r = ((n - 1.0) / (n + 1.0)).powi(2);
+        let mut inputs = Inputs::new(403);
+        for depth in 2..=8u8 {
+            let mut eye = Eye::new(&baked, depth);
+            // Through after 2, 4, 6 … borders; what is not followed further
+            // inside leaves at once.
+            let (mut through, mut inside) = (0.0, 1.0 - r);
+            for borders in 2..=depth {
+                let stays = inside * r;
+                let least = f64::from(shisen_core::frame::LEAST_WEIGHT);
+                let followed = borders < depth && stays >= least;
+                let leaves = if followed { inside - stays } else { inside };
+                if borders % 2 == 0 {
+                    through += leaves;
+                }
+                inside -= leaves;
+            }
+            for _ in 0..100 {
+                let at = DVec3::new(inputs.range(-0.4, 0.4), inputs.range(-0.4, 0.4), 0.5);
+                let Some(ray) = Ray::new(single(at), Vec3::NEG_Z) else {
+                    continue;
+                };
+                worst.ours(f64::from(eye.sees(&ray).green) - through);
+                // Started beyond the second border, it is never met.
+                let second = if f64::from(OFF) > THICK {
+                    1.0 - r
+                } else {
+                    through
+                };
+                worst.naive(second - through);
+            }
+        }
+    }
+    worst.0
+}
+
+fn balls(effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(404);
+    let mut errors = Errors {
+        ours: 0.0,
+        naive: 0.0,
+    };
+    for exponent in -3..=6 {
+        let size = 10f64.powi(exponent);
+        let mut scene = empty();
+        // What the mirror shows: all white, itself black.
+        scene.background = Background::uniform([1.0; 3]);
+        let mirror = Material {
+            mirror: [1.0; 3],
+            ..matt(0.0)
+        };
+        add(
+            &mut scene,
+            Shape::Sphere {
+                radius: size as f32,
+            },
+            mirror,
+        );
+        let Ok(baked) = Baked::<8>::new(&scene) else {
+            return BROKEN;
+        };
+        let mut eye = Eye::new(&baked, 8);
+        for _ in 0..effort.of(20_000) {
+            // Grazing too: a hundredth of them within a thousandth of the rim.
+            let side = inputs.direction();
+            let along = inputs.across(side);
+            let inwards = inputs.magnitude(-5.0, 0.0);
+            let foot = side * (1.0 - inwards) * size;
+            let Some(ray) = aimed(foot - along * 3.0 * size, foot) else {
+                continue;
+            };
+            let Some((t, _)) = eye.nearest(&ray) else {
+                continue;
+            };
+            errors.ours += f64::from(u8::from(eye.sees(&ray).red < 0.999));
+            let at = ray.at(t);
+            let normal = at.normalize();
+            let d = ray.direction().normalize();
+            let reflected = d - normal * (2.0 * d.dot(normal));
+            let again = Ray::new(at + reflected * OFF, reflected).and_then(|ray| eye.nearest(&ray));
+            errors.naive += f64::from(u8::from(again.is_some()));
+        }
+    }
+    errors
+}

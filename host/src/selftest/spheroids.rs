@@ -1,0 +1,302 @@
+//! Lines and spheroids.
+
+use super::exact::Meeting;
+use super::input::{Inputs, aimed, single};
+use super::{Case, Effort, Errors, UNIT, Worst};
+use glam::{DVec3, Vec3};
+use shisen_core::shape::{Ray, Spheroid};
+
+const EXACT: &str = "the quadratic in whole numbers, square root in f64";
+const TEXTBOOK: &str = "(−b ± √(b² − 4·a·c)) / 2·a in f32";
+
+/// Origins so many powers of ten away.
+macro_rules! far {
+    ($name:literal, $hard:literal, $exponent:literal) => {
+        Case {
+            name: $name,
+            hard: $hard,
+            error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
+            reference: EXACT,
+            naive: TEXTBOOK,
+            bound: 8.0,
+            measure: from_far::<$exponent>,
+        }
+    };
+}
+
+pub(super) const CASES: &[Case] = &[
+    far!("sphere-from-1-radius", "origin a radius away", 0),
+    far!("sphere-from-1e1-radii", "origin 10 radii away", 1),
+    far!("sphere-from-1e2-radii", "origin 100 radii away", 2),
+    far!(
+        "sphere-from-1e3-radii",
+        "origin 1,000 radii away: 1 in 10⁶ is left of b² − 4·a·c",
+        3
+    ),
+    far!(
+        "sphere-from-1e4-radii",
+        "origin 10,000 radii away: nothing is left of b² − 4·a·c",
+        4
+    ),
+    far!("sphere-from-1e5-radii", "origin 100,000 radii away", 5),
+    far!("sphere-from-1e6-radii", "origin a million radii away", 6),
+    far!(
+        "sphere-from-1e7-radii",
+        "origin ten million radii away: neighbouring f32 are a radius apart",
+        7
+    ),
+    Case {
+        name: "sphere-tangent",
+        hard: "lines within a millionth of a radius of touching, from 1 to 1,000 radii away",
+        error: "how far past or inside the surface a wrong verdict was, parts of (1 + distance)·2⁻²⁴ radii",
+        reference: EXACT,
+        naive: TEXTBOOK,
+        bound: 2.0,
+        measure: tangent,
+    },
+    Case {
+        name: "sphere-tangent-from-far",
+        hard: "the same from 10⁴ to 10⁷ radii away",
+        error: "how far past or inside the surface a wrong verdict was, 2⁻²⁴ radii",
+        reference: EXACT,
+        naive: TEXTBOOK,
+        bound: 4.0,
+        measure: tangent_from_far,
+    },
+    Case {
+        name: "sphere-from-its-surface",
+        hard: "origin on the surface: one distance is 0, or next to it",
+        error: "of both distances, 2⁻²⁴ radii over the cosine of incidence",
+        reference: EXACT,
+        naive: TEXTBOOK,
+        bound: 8.0,
+        measure: from_surface,
+    },
+    Case {
+        name: "sphere-from-inside",
+        hard: "origin inside, next to the surface or at the centre",
+        error: "of both distances, 2⁻²⁴ radii over the chord's half",
+        reference: EXACT,
+        naive: TEXTBOOK,
+        bound: 8.0,
+        measure: from_inside,
+    },
+    Case {
+        name: "spheroid-as-a-coin",
+        hard: "a = 0.01, from up to 1,000 radii away",
+        error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
+        reference: EXACT,
+        naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
+        bound: 8.0,
+        measure: coin,
+    },
+    Case {
+        name: "spheroid-as-a-needle",
+        hard: "a = 100, from up to 1,000 radii away",
+        error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
+        reference: EXACT,
+        naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
+        bound: 8.0,
+        measure: needle,
+    },
+    Case {
+        name: "spheroid-of-any-size",
+        hard: "radii from a micrometre to a thousand kilometres",
+        error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
+        reference: EXACT,
+        naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
+        bound: 8.0,
+        measure: any_size,
+    },
+    Case {
+        name: "spheroid-by-any-direction",
+        hard: "directions 10⁻¹⁸ to 10¹⁸ long",
+        error: "of the distance, parts of (1 + distance)·2⁻²⁴ radii",
+        reference: EXACT,
+        naive: "the quadratic of x²/e² + y²/p² + z²/e² = 1 in f32",
+        bound: 8.0,
+        measure: any_direction,
+    },
+];
+
+/// The textbook's quadratic.
+fn textbook(radii: [f32; 2], ray: &Ray) -> Option<[f32; 2]> {
+    let [e, p] = radii;
+    let weights = Vec3::new(1.0 / (e * e), 1.0 / (p * p), 1.0 / (e * e));
+    let (o, d) = (ray.origin(), ray.direction());
+    let a = (d * d).dot(weights);
+    let b = 2.0 * (o * d).dot(weights);
+    let c = (o * o).dot(weights) - 1.0;
+    let discriminant = b * b - 4.0 * a * c;
+    if discriminant < 0.0 {
+        return None;
+    }
+    let root = discriminant.sqrt();
+    Some([(-b - root) / (2.0 * a), (-b + root) / (2.0 * a)])
+}
+
+/// Compares both with the truth: distances in `unit`s of radii where the
+/// verdict is right, and by how much the line passes the other side where it is
+/// wrong.
+fn check(worst: &mut Worst, radii: [f32; 2], ray: &Ray, unit: f64, verdict_unit: f64) {
+    let exact = Meeting::new(radii, ray);
+    let error = |found: Option<[f32; 2]>| match (found, exact.t) {
+        (None, None) => 0.0,
+        (Some(found), Some(exact_t)) => {
+            let error = |i: usize| (f64::from(found[i]) - exact_t[i]).abs();
+            // A NaN is not lost on the way.
+            (error(0) + error(1)) * exact.speed / 2.0 / unit
+        }
+        _ => exact.clearance.abs() / 2.0 / verdict_unit,
+    };
+    let spheroid = Spheroid::new(radii[0], radii[1]);
+    let ours = spheroid.and_then(|spheroid| spheroid.intersect(ray));
+    worst.ours(error(ours.map(|hits| hits.t)));
+    worst.naive(error(textbook(radii, ray)));
+}
+
+/// Rays from `distance` radii at the middle nine tenths of a spheroid.
+fn at_middle(worst: &mut Worst, inputs: &mut Inputs, radii: [f32; 2], distance: f64, length: f64) {
+    let [e, p] = radii.map(f64::from);
+    let scale = DVec3::new(e, p, e);
+    let from = inputs.direction() * distance;
+    let target = inputs.in_ball() * 0.9;
+    let direction = (target - from).normalize() * length;
+    let Some(ray) = Ray::new(single(from * scale), single(direction * scale)) else {
+        return;
+    };
+    // Rounded, the line may have gone elsewhere.
+    if Meeting::new(radii, &ray).clearance >= 0.19 {
+        let unit = UNIT * (1.0 + distance);
+        check(worst, radii, &ray, unit, UNIT);
+    }
+}
+
+fn from_far<const EXPONENT: i32>(effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(100 + EXPONENT as u64);
+    let mut worst = Worst::NONE;
+    for _ in 0..effort.of(20_000) {
+        let distance = 1.0 + 10f64.powi(EXPONENT);
+        at_middle(&mut worst, &mut inputs, [1.0, 1.0], distance, distance);
+    }
+    worst.0
+}
+
+/// A line that passes the unit sphere at 1 ± 10⁻⁶ radii.
+fn touching(inputs: &mut Inputs, distance: f64) -> Option<Ray> {
+    let side = inputs.direction();
+    let along = inputs.across(side);
+    let foot = side * (1.0 + inputs.sign() * inputs.magnitude(-9.0, -6.0));
+    aimed(foot - along * distance, foot)
+}
+
+fn tangent(effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(110);
+    let mut worst = Worst::NONE;
+    for _ in 0..effort.of(20_000) {
+        let distance = inputs.magnitude(0.0, 3.0);
+        if let Some(ray) = touching(&mut inputs, distance) {
+            let unit = UNIT * (1.0 + distance);
+            verdict(&mut worst, &ray, unit);
+        }
+    }
+    worst.0
+}
+
+fn tangent_from_far(effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(111);
+    let mut worst = Worst::NONE;
+    for _ in 0..effort.of(20_000) {
+        let distance = inputs.magnitude(4.0, 7.0);
+        if let Some(ray) = touching(&mut inputs, distance) {
+            verdict(&mut worst, &ray, UNIT);
+        }
+    }
+    worst.0
+}
+
+/// The verdict alone: next to a tangent the distance has half the digits.
+fn verdict(worst: &mut Worst, ray: &Ray, unit: f64) {
+    let exact = Meeting::new([1.0, 1.0], ray);
+    let error = |hit: bool| {
+        if hit == exact.t.is_some() {
+            0.0
+        } else {
+            exact.clearance.abs() / 2.0 / unit
+        }
+    };
+    let ours = Spheroid::new(1.0, 1.0).and_then(|sphere| sphere.intersect(ray));
+    worst.ours(error(ours.is_some()));
+    worst.naive(error(textbook([1.0, 1.0], ray).is_some()));
+}
+
+fn from_surface(effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(112);
+    let mut worst = Worst::NONE;
+    for _ in 0..effort.of(20_000) {
+        let from = single(inputs.direction());
+        let direction = single(inputs.direction());
+        let cosine = f64::from(from.dot(direction)).abs();
+        if let Some(ray) = Ray::new(from, direction).filter(|_| cosine > 1.0e-3) {
+            check(&mut worst, [1.0, 1.0], &ray, UNIT / cosine, UNIT);
+        }
+    }
+    worst.0
+}
+
+fn from_inside(effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(113);
+    let mut worst = Worst::NONE;
+    for _ in 0..effort.of(20_000) {
+        let depth = inputs.magnitude(-7.0, 0.0);
+        let from = single(inputs.direction() * (1.0 - depth));
+        let Some(ray) = Ray::new(from, single(inputs.direction())) else {
+            continue;
+        };
+        let half = Meeting::new([1.0, 1.0], &ray).clearance.sqrt();
+        check(&mut worst, [1.0, 1.0], &ray, UNIT / half, UNIT);
+    }
+    worst.0
+}
+
+fn coin(effort: Effort) -> Errors {
+    of_ratio(114, 0.01, effort)
+}
+
+fn needle(effort: Effort) -> Errors {
+    of_ratio(115, 100.0, effort)
+}
+
+fn of_ratio(seed: u64, a: f32, effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(seed);
+    let mut worst = Worst::NONE;
+    for _ in 0..effort.of(20_000) {
+        let distance = inputs.magnitude(0.1, 3.0);
+        at_middle(&mut worst, &mut inputs, [1.0, a], distance, distance);
+    }
+    worst.0
+}
+
+fn any_size(effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(116);
+    let mut worst = Worst::NONE;
+    for _ in 0..effort.of(20_000) {
+        let size = inputs.magnitude(-5.9, 5.9);
+        let ratio = inputs.magnitude(-0.1, 0.1);
+        let radii = [size as f32, (size * ratio) as f32];
+        let distance = inputs.magnitude(0.1, 3.0);
+        at_middle(&mut worst, &mut inputs, radii, distance, distance);
+    }
+    worst.0
+}
+
+fn any_direction(effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(117);
+    let mut worst = Worst::NONE;
+    for _ in 0..effort.of(20_000) {
+        let length = inputs.magnitude(-17.9, 17.9);
+        let distance = inputs.magnitude(0.1, 3.0);
+        at_middle(&mut worst, &mut inputs, [1.0, 1.5], distance, length);
+    }
+    worst.0
+}

@@ -1,0 +1,147 @@
+//! The corpus of hard cases, its command, and its table in the README.
+
+use serde_json::Value;
+use shisen::selftest::{Effort, GROUPS, Outcome, run, selected};
+use shisen_tests::command::shisen;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// As much as `SHISEN_HEAVY=1` asks for.
+fn effort() -> Effort {
+    let full = std::env::var_os("SHISEN_HEAVY").is_some_and(|value| value == "1");
+    println!("hard cases: {}", if full { "full" } else { "quick" });
+    if full { Effort::Full } else { Effort::Quick }
+}
+
+#[test]
+fn every_case_is_within_its_bound() {
+    let outcomes = run(effort(), "", || ());
+    assert!(outcomes.len() >= 40, "{}", outcomes.len());
+    let mut broken = 0;
+    for Outcome { case, errors } in &outcomes {
+        let (ours, naive) = (errors.ours, errors.naive);
+        println!("{}: {ours:.3e}, naive {naive:.3e}", case.name);
+        broken += usize::from(naive > case.bound);
+        assert!(ours <= case.bound, "{}: {ours:e}", case.name);
+    }
+    // They are hard: on most of them the naive way is beyond the bound.
+    assert!(
+        broken * 4 >= outcomes.len() * 3,
+        "{broken} of {}",
+        outcomes.len()
+    );
+}
+
+#[test]
+fn a_report_has_what_its_help_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = shisen(folder.path())
+        .args(["selftest", "--quick", "--json", "refraction"])
+        .assert()
+        .success();
+    let text = std::str::from_utf8(&output.get_output().stdout).unwrap();
+    let report: Value = serde_json::from_str(text).unwrap();
+    assert_eq!(
+        (&report["quick"], &report["failed"]),
+        (&true.into(), &0.into())
+    );
+    let cases = report["cases"].as_array().unwrap();
+    assert_eq!(report["passed"], cases.len());
+    assert_eq!(cases.len(), selected("refraction").count());
+    for (case, row) in selected("refraction").zip(cases) {
+        assert_eq!(
+            (&row["group"], &row["passed"]),
+            (&"refraction".into(), &true.into())
+        );
+        assert_eq!(
+            (&row["name"], &row["bound"]),
+            (&case.name.into(), &case.bound.into())
+        );
+        assert!(row["error"].as_f64().unwrap() <= case.bound, "{row}");
+        for text in ["hard", "unit", "reference", "naive"] {
+            assert!(
+                row[text].as_str().is_some_and(|text| text.len() > 3),
+                "{row}"
+            );
+        }
+    }
+    // A wrong verdict on total reflection has no size.
+    assert!(cases[0]["naive_error"].is_null(), "{}", cases[0]);
+    let people = shisen(folder.path())
+        .args(["selftest", "--quick", "budget-of-1"])
+        .assert()
+        .success();
+    let people = std::str::from_utf8(&people.get_output().stdout).unwrap();
+    assert!(people.contains("budget-of-1-at-a-time"), "{people}");
+    assert!(people.ends_with("1 passed, 0 failed\n"), "{people}");
+}
+
+#[test]
+fn a_part_of_no_name_is_a_slip() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = shisen(folder.path())
+        .args(["selftest", "refracton"])
+        .assert()
+        .code(2);
+    let said = std::str::from_utf8(&output.get_output().stderr).unwrap();
+    assert!(said.contains("no case has refracton in its name"), "{said}");
+}
+
+const BEGIN: &str = "<!-- hard cases: SHISEN_REWRITE=1 cargo test -p shisen-tests --test all -- \
+                     hard_cases -->\n";
+const END: &str = "<!-- end of the hard cases -->\n";
+
+fn readme() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")
+}
+
+/// To two digits; what is no number or beyond doubt is a word.
+fn number(x: f64) -> String {
+    match x {
+        0.0 => "0".into(),
+        x if !x.is_finite() => "wrong".into(),
+        x if (0.1..1000.0).contains(&x) => format!("{x:.1}"),
+        x => format!("{x:.1e}"),
+    }
+}
+
+/// Where the name, the bound and the rest of each row are.
+fn rows(table: &str) -> Vec<Vec<&str>> {
+    let cells = |line: &str| -> usize { line.matches('|').count() };
+    let lines = table.lines().filter(|line| cells(line) == 6);
+    lines
+        .skip(2)
+        .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
+        .collect()
+}
+
+#[test]
+fn the_readmes_table_is_of_these_cases() {
+    let text = std::fs::read_to_string(readme()).unwrap();
+    let (before, rest) = text.split_once(BEGIN).expect("the table's beginning");
+    let (table, after) = rest.split_once(END).expect("the table's end");
+    if std::env::var_os("SHISEN_REWRITE").is_some_and(|value| value == "1") {
+        let mut table =
+            "| Case | What is hard | Ours | Bound | Naive |\n|---|---|---|---|---|\n".to_owned();
+        for Outcome { case, errors } in run(Effort::Full, "", || ()) {
+            let [ours, bound, naive] = [errors.ours, case.bound, errors.naive].map(number);
+            let (name, hard) = (case.name, case.hard);
+            writeln!(table, "| {name} | {hard} | {ours} | {bound} | {naive} |").unwrap();
+        }
+        std::fs::write(readme(), [before, BEGIN, &table, END, after].concat()).unwrap();
+        return;
+    }
+    let all = GROUPS.iter().flat_map(|(_, cases)| *cases);
+    let expected: Vec<[String; 3]> = all
+        .map(|case| [case.name.into(), case.hard.into(), number(case.bound)])
+        .collect();
+    let found: Vec<[String; 3]> = rows(table)
+        .iter()
+        .map(|cells| [cells[0].into(), cells[1].into(), cells[3].into()])
+        .collect();
+    assert_eq!(found, expected, "write it anew: {BEGIN}");
+    for cells in rows(table) {
+        let [ours, bound]: [f64; 2] = [cells[2], cells[3]].map(|n| n.parse().unwrap());
+        assert!(ours <= bound, "{cells:?}");
+    }
+}
