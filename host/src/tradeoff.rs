@@ -8,6 +8,7 @@
 
 mod budget;
 mod capture;
+mod cases;
 mod effects;
 mod frames;
 mod front;
@@ -49,17 +50,20 @@ pub enum Topic {
     Effects,
     /// Where the viewer will look.
     Latency,
+    /// Where single precision is not enough for the textbook's formulas.
+    Cases,
 }
 
 impl Topic {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Gaze,
         Self::Capture,
         Self::Spectrum,
         Self::Budget,
         Self::Effects,
         Self::Latency,
+        Self::Cases,
     ];
 
     /// As the command line and files have it.
@@ -71,6 +75,7 @@ impl Topic {
             Self::Budget => "budget",
             Self::Effects => "effects",
             Self::Latency => "latency",
+            Self::Cases => "cases",
         }
     }
 
@@ -87,6 +92,7 @@ impl Topic {
             Self::Budget => budget::section(bench),
             Self::Effects => effects::section(bench),
             Self::Latency => latency::section(bench),
+            Self::Cases => Ok(cases::section(bench)),
         };
         section.map_err(|source| TradeoffError {
             section: self.id(),
@@ -214,6 +220,8 @@ pub struct Section {
     pub choice: String,
     /// The most important one first.
     pub comparisons: Vec<Comparison>,
+    /// What has an error but no price.
+    pub table: Option<Table>,
     /// What numbers do not show.
     #[serde(skip)]
     pub pictures: Vec<Figure>,
@@ -228,9 +236,19 @@ impl Section {
             about,
             choice: choice.unwrap_or_default(),
             comparisons: of,
+            table: None,
             pictures: Vec::new(),
         }
     }
+}
+
+/// Rows of text.
+#[derive(Debug, Serialize)]
+pub struct Table {
+    /// Over the columns.
+    pub columns: [&'static str; 8],
+    /// As many cells each.
+    pub rows: Vec<Vec<String>>,
 }
 
 /// A picture and what it shows.

@@ -22,7 +22,8 @@ use std::time::Instant;
 ///
 /// Renders the same work with many settings, in turns, and compares each with the
 /// truth: how detail follows the gaze, dome masters by mirrors, wavelengths, the
-/// steps of a frame, effects, and how far ahead the gaze is predicted. Writes
+/// steps of a frame, effects, how far ahead the gaze is predicted, and the hard cases of
+/// `shisen selftest`. Writes
 /// tradeoff.html, which needs no other file, and its numbers as tradeoff.csv and
 /// tradeoff.json. Times are medians of at least three; run it on a machine that
 /// does nothing else.
@@ -34,7 +35,8 @@ use std::time::Instant;
 /// none, and because), measures (id and label each) and points: series, name,
 /// settings, errors (by measures; null where there is no such number), seconds,
 /// steps (null where none are counted), `best_by_time` and `best_by_steps` (whether
-/// the point is on the Pareto front of the first measure and time, or steps).
+/// the point is on the Pareto front of the first measure and time, or steps); and
+/// table (null where there is none): columns and rows, of text.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Small pictures and few settings, for less than a minute

@@ -2,7 +2,7 @@
 //! pictures as PNG in it, and no script.
 
 use super::table::plain;
-use super::{Comparison, Point, Report, Section};
+use super::{Comparison, Point, Report, Section, Table};
 use crate::chart::{Axis, Chart, Corner, Line, Note};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -81,8 +81,28 @@ fn write_section(page: &mut String, section: &Section) -> io::Result<()> {
             write_pictures(page, section)?;
         }
     }
+    if let Some(table) = &section.table {
+        write_table(page, &section.choice, table);
+    }
     page.push_str("</section>\n");
     Ok(())
+}
+
+fn write_table(page: &mut String, choice: &str, table: &Table) {
+    let _ = writeln!(page, "<p class=\"choice\">{}</p>", escaped(choice));
+    page.push_str("<div class=\"wide case\"><table>\n<thead><tr>");
+    for column in table.columns {
+        let _ = write!(page, "<th>{}</th>", escaped(column));
+    }
+    page.push_str("</tr></thead>\n<tbody>\n");
+    for row in &table.rows {
+        page.push_str("<tr>");
+        for cell in row {
+            let _ = write!(page, "<td>{}</td>", escaped(cell));
+        }
+        page.push_str("</tr>\n");
+    }
+    page.push_str("</tbody>\n</table></div>\n");
 }
 
 fn write_comparison(page: &mut String, comparison: &Comparison) -> io::Result<()> {
@@ -383,7 +403,7 @@ pub(super) fn short(number: f64) -> String {
     if size == 0.0 {
         return "0".to_owned();
     }
-    if size < 1e-4 || size >= 1e7 {
+    if !(1e-4..1e7).contains(&size) {
         return format!("{number:.1e}");
     }
     let digits = (2 - libm::floor(libm::log10(size)) as i32).clamp(0, 6) as usize;

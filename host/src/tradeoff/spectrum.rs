@@ -12,6 +12,7 @@ use crate::spectrum::{Dispersion, Method};
 use glam::DVec3;
 use shisen_core::scene::EffectSet;
 use shisen_core::spectrum::Wavelengths;
+use std::fmt::Write as _;
 
 /// Wavelengths that each ray of the truth takes; times the phases of a comb, 416
 /// in all.
@@ -249,7 +250,8 @@ impl Asked {
     fn point(&self) -> Point {
         let mut name = format!("{} {}", self.method.name(), self.count);
         if let Some(each) = self.each {
-            name += &format!(", {each} each");
+            // Writing to a string does not fail.
+            let _ = write!(name, ", {each} each");
         }
         let series = match self.each {
             Some(_) => "comb, several each",
