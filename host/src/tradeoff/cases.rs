@@ -37,7 +37,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Section {
     let about = "Where a formula in single precision goes wrong when it is written down as in the \
                  textbook (naive), and what this tracer makes of it (ours), each against a \
                  reference in double precision or better, or a closed form: the largest error of \
-                 all inputs, and the bound that fails the case. As `shisen selftest` has them.";
+                 all inputs, and the bound that fails the case. As shisen selftest has them.";
     let group = |name: &str| {
         let has =
             |(_, cases): &&(&str, &[selftest::Case])| cases.iter().any(|case| case.name == name);
