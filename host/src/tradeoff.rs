@@ -8,6 +8,7 @@
 
 mod budget;
 mod capture;
+mod cases;
 mod effects;
 mod frames;
 mod front;
@@ -53,11 +54,13 @@ pub enum Topic {
     Effects,
     /// Where the viewer will look.
     Latency,
+    /// Where single precision is not enough for the textbook's formulas.
+    Cases,
 }
 
 impl Topic {
     /// All of them, in the order of the report.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Gaze,
         Self::Capture,
         Self::Spectrum,
@@ -65,6 +68,7 @@ impl Topic {
         Self::Precision,
         Self::Effects,
         Self::Latency,
+        Self::Cases,
     ];
 
     /// As the command line and files have it.
@@ -77,6 +81,7 @@ impl Topic {
             Self::Precision => "precision",
             Self::Effects => "effects",
             Self::Latency => "latency",
+            Self::Cases => "cases",
         }
     }
 
@@ -94,6 +99,7 @@ impl Topic {
             Self::Precision => precision::section(bench),
             Self::Effects => effects::section(bench),
             Self::Latency => latency::section(bench),
+            Self::Cases => Ok(cases::section(bench)),
         };
         section.map_err(|source| TradeoffError {
             section: self.id(),
@@ -162,7 +168,7 @@ impl Bench<'_> {
         (from, to): (f64, f64),
         mut run: impl FnMut(&W) -> Result<(f64, T), Cause>,
     ) -> Result<Vec<(f64, T)>, Cause> {
-        let (least, patience) = self.effort.pick((3, 1.5), (5, 15.0));
+        let (least, patience) = self.effort.pick((3, 1.0), (5, 15.0));
         let start = Instant::now();
         let mut seconds = vec![Vec::new(); ways.len()];
         let mut first = Vec::new();
@@ -206,8 +212,6 @@ pub struct Report {
     pub seconds: f64,
     /// In the order of [`Topic::ALL`].
     pub sections: Vec<Section>,
-    /// Beside [`Topic::Precision`]: inputs that are not usual.
-    pub hard_cases: Vec<Row>,
 }
 
 /// The price of one kind of accuracy.
@@ -223,6 +227,8 @@ pub struct Section {
     pub choice: String,
     /// The most important one first.
     pub comparisons: Vec<Comparison>,
+    /// What has an error but no price: of [`Topic::Cases`] alone.
+    pub hard_cases: Vec<Row>,
     /// What numbers do not show.
     #[serde(skip)]
     pub pictures: Vec<Figure>,
@@ -237,6 +243,7 @@ impl Section {
             about,
             choice: choice.unwrap_or_default(),
             comparisons: of,
+            hard_cases: Vec::new(),
             pictures: Vec::new(),
         }
     }

@@ -249,9 +249,8 @@ impl From<LineOfSightError> for Status {
 impl From<Failure> for Status {
     fn from(failure: Failure) -> Self {
         match failure {
-            Failure::Silent => Self::DeviceSilent,
+            Failure::Silent | Failure::BrokenOff { .. } => Self::DeviceSilent,
             Failure::Unlike { .. } | Failure::Unusable { .. } => Self::DeviceUnlike,
-            Failure::BrokenOff { .. } => Self::DeviceSilent,
             Failure::NoRecord { .. } => Self::DeviceNoRecord,
             Failure::NoAnswer { .. } => Self::DeviceNoAnswer,
             Failure::Refused { .. } => Self::DeviceRefused,

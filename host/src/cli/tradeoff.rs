@@ -11,7 +11,6 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 use shisen::output::write_atomically;
 use shisen::quadruped::quadruped;
-use shisen::selftest::{self, Outcome};
 use shisen::tradeoff::{self, Bench, Effort, Report, Topic};
 use shisen_core::Simd;
 use std::fmt;
@@ -23,8 +22,9 @@ use std::time::Instant;
 ///
 /// Renders the same work with many settings, in turns, and compares each with the
 /// truth: how detail follows the gaze, dome masters by mirrors, wavelengths, the
-/// steps of a frame, single precision with the hard cases of `shisen selftest`,
-/// effects, and how far ahead the gaze is predicted. Writes tradeoff.html, which needs no other file, and its numbers as tradeoff.csv and
+/// steps of a frame, single precision, effects, how far ahead the gaze is predicted,
+/// and the hard cases of `shisen selftest`. Writes tradeoff.html, which needs no
+/// other file, and its numbers as tradeoff.csv and
 /// tradeoff.json. Times are medians of at least three; run it on a machine that
 /// does nothing else.
 ///
@@ -36,8 +36,7 @@ use std::time::Instant;
 /// settings, errors (by measures; null where there is no such number), seconds,
 /// steps (null where none are counted), `best_by_time` and `best_by_steps` (whether
 /// the point is on the Pareto front of the first measure and time, or steps); and
-/// `hard_cases`, as the cases of `shisen selftest --json`, beside the section
-/// precision.
+/// `hard_cases`, in the section cases alone, as `shisen selftest --json` has them.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Small pictures and few settings, for less than a minute
@@ -130,17 +129,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         };
         sections.push(topic.measure(&bench).map_err(Failure::from_error)?);
     }
-    let hard_cases = if topics.contains(&Topic::Precision) {
-        let effort = if arguments.quick {
-            selftest::Effort::Quick
-        } else {
-            selftest::Effort::Full
-        };
-        let outcomes = selftest::run(effort, "", || ());
-        outcomes.iter().map(Outcome::row).collect()
-    } else {
-        Vec::new()
-    };
     progress.finish();
     let report = Report {
         version: env!("CARGO_PKG_VERSION"),
@@ -150,7 +138,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         mesh: mesh_name,
         seconds: start.elapsed().as_secs_f64(),
         sections,
-        hard_cases,
     };
     print(&write(report, &arguments.out)?, arguments.json)
 }

@@ -69,14 +69,14 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         });
     }
     let about = format!(
-        "The frame of the section before by the paper's levels, {size}² pixels a wall, on one \
+        "The frame of the first section by the paper's levels, {size}² pixels a wall, on one \
          thread. It needs {need} steps; it gets a share of them, tiles of {TILE}² pixels from the \
          line of sight outwards, and those that nothing is left for show the background. The \
          truth is the same frame with all steps."
     );
     let mut measures = MEASURES.to_vec();
     measures.push(measure("lacking_percent", "tiles that lack something, %"));
-    let comparison = Comparison::new(
+    let mut comparison = Comparison::new(
         ("budgets", "How many steps a frame may take"),
         "A budget ends at the first pixel that it does not reach; the rest of the frame costs \
          next to nothing. Above 100 % nothing changes.",
@@ -84,6 +84,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         UNSEEN,
         points,
     );
+    comparison.logarithmic = true;
     let mut section = Section::new(Topic::Budget, "Steps of a frame", about, vec![comparison]);
     let mut map = Vec::new();
     for (number, (view, _)) in views.iter().enumerate() {

@@ -108,7 +108,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let mut measures = MEASURES.to_vec();
     measures.push(measure("ledger_pixels_percent", "its pixels, %"));
     measures.push(measure("ledger_rays", "its rays"));
-    let comparison = Comparison::new(
+    let mut comparison = Comparison::new(
         ("effects", "What can be left out"),
         "An effect that is left out changes what is seen where it was asked for, and saves its \
          rays and its shading.",
@@ -116,6 +116,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         UNSEEN,
         points,
     );
+    comparison.logarithmic = true;
     let mut section = Section::new(Topic::Effects, "Effects", about, vec![comparison]);
     section.pictures = pictures;
     Ok(section)

@@ -2,6 +2,7 @@
 
 use super::page::{brief, time};
 use super::{Comparison, Limit, Measure, Point};
+use std::fmt::Write as _;
 
 /// Of points of an error and a cost each, those that no other is better than:
 /// as good in one and better in the other. Of equal points all are on the
@@ -94,6 +95,7 @@ fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
         );
     };
     let chosen = front[at];
+    // Writing to a string does not fail.
     let mut text = format!(
         "Choose {}, the fastest of all with {within}: {} in {}",
         chosen.name,
@@ -101,7 +103,8 @@ fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
         time(chosen.seconds),
     );
     if chosen.name != truest.name {
-        text += &format!(
+        let _ = write!(
+            text,
             ", {} of the time of {} ({})",
             percent(chosen.seconds / truest.seconds),
             truest.name,
@@ -110,7 +113,8 @@ fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
     }
     match at.checked_sub(1).map(|faster| front[faster]) {
         Some(faster) => {
-            text += &format!(
+            let _ = write!(
+                text,
                 "; {} would take {} of its time, with {}.",
                 faster.name,
                 percent(faster.seconds / chosen.seconds),
@@ -213,7 +217,7 @@ mod tests {
         assert!(says(9.0, 0.6).starts_with("Choose half"));
         let none = comparison(-1.0, points(0.1)).choice;
         assert!(
-            none.contains("choose full, the nearest, with 0 in 1 s"),
+            none.contains("choose full, the nearest, with 0 in 1.00 s"),
             "{none}"
         );
     }

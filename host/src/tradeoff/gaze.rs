@@ -23,15 +23,15 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let about = format!(
         "The paper's scene A (mirrors all round) on three walls of {size}² pixels, {:.1} pixels \
          a degree at the least, for two eyes that look at the animal above the middle of the \
-         front wall. Errors are against full \
-         tracing of the same view: FLIP from 0 (equal) to 1, at the wall's pixels a degree; the \
-         peak signal-to-noise ratio; structural similarity up to 1 (equal). They are taken over \
-         all pixels, in rings round the line of sight (the fovea to 1°, the parafovea to 5°, \
-         the periphery beyond: Rayner 1998), and, by acuity, weighted by the part of the visual \
-         cortex that sees a pixel: its solid angle times the square of 17.3 mm / (E + 0.75°), E \
-         being its eccentricity (Horton & Hoyt 1991). All rays that are traced in the periphery \
-         are as many a pixel as in the middle; what follows the gaze is whether they are traced \
-         at all, how often they bounce, and what faces they see.",
+         front wall. Errors are against full tracing of the same view: FLIP from 0 (equal) to 1, \
+         at the wall's pixels a degree, or 2 where these are fewer; the peak signal-to-noise \
+         ratio; structural similarity up to 1 (equal). They are taken over all pixels, in rings \
+         round the line of sight (the fovea to 1°, the parafovea to 5°, the periphery beyond: \
+         Rayner 1998), and, by acuity, weighted by the part of the visual cortex that sees a \
+         pixel: its solid angle times the square of 17.3 mm / (E + 0.75°), E being its \
+         eccentricity (Horton & Hoyt 1991). All rays that are traced in the periphery are as \
+         many a pixel as in the middle; what follows the gaze is whether they are traced at all, \
+         how often they bounce, and what faces they see.",
         room.pixels_per_degree(),
     );
     let (methods, [full, paper]) = methods(bench, &room, &scenes)?;

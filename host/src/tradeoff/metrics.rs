@@ -2,9 +2,9 @@
 //!
 //! Three measures, each of what a display shows: the peak signal-to-noise ratio
 //! of its 8-bit codes; FLIP (Andersson et al., 2020), 0 for equal to 1, at the
-//! display's own pixels per degree; and structural similarity (Wang et al.,
-//! "Image Quality Assessment: From Error Visibility to Structural Similarity",
-//! 2004) of its luma, 1 for equal.
+//! display's own pixels per degree, or 2, which it needs; and structural
+//! similarity (Wang et al., "Image Quality Assessment: From Error Visibility to
+//! Structural Similarity", 2004) of its luma, 1 for equal.
 //!
 //! Each is taken over all pixels, over those of each [`Ring`] round the line of
 //! sight, and weighted by how much of the primary visual cortex looks at a pixel:
@@ -21,6 +21,10 @@ use nv_flip::FlipImageRgb8;
 use rayon::prelude::*;
 use shisen_core::frame::View;
 use similarity::similarities;
+
+/// With fewer FLIP's filters of edges and points have no weights: a Gaussian's, of
+/// 0.041° in the middle of a pixel, are 0 in its neighbours.
+const LEAST_PIXELS_PER_DEGREE: f32 = 2.0;
 
 /// A part of the field of view, by degrees from the line of sight: Rayner's, "Eye
 /// Movements in Reading and Information Processing", 1998.
@@ -196,11 +200,8 @@ fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> [Sum; 5] {
     let maps = (found_codes != true_codes).then(|| {
         let image =
             |codes: &[[u8; 3]]| FlipImageRgb8::with_data(width, height, codes.as_flattened());
-        let flip = nv_flip::flip(
-            image(true_codes),
-            image(found_codes),
-            sight.pixels_per_degree,
-        );
+        let pixels_per_degree = sight.pixels_per_degree.max(LEAST_PIXELS_PER_DEGREE);
+        let flip = nv_flip::flip(image(true_codes), image(found_codes), pixels_per_degree);
         let luma = |codes: &[[u8; 3]]| codes.iter().copied().map(luma).collect::<Vec<f64>>();
         let ssim = similarities(&luma(found_codes), &luma(true_codes), width as usize);
         (flip.to_vec(), ssim)

@@ -63,7 +63,6 @@ pub fn html(report: &Report) -> io::Result<String> {
     for section in &report.sections {
         write_section(&mut page, section)?;
     }
-    write_hard_cases(&mut page, &report.hard_cases);
     page.push_str("</main>\n</body>\n</html>\n");
     Ok(page)
 }
@@ -82,6 +81,9 @@ fn write_section(page: &mut String, section: &Section) -> io::Result<()> {
         if number == 0 {
             write_pictures(page, section)?;
         }
+    }
+    if !section.hard_cases.is_empty() {
+        write_hard_cases(page, &section.choice, &section.hard_cases);
     }
     page.push_str("</section>\n");
     Ok(())
@@ -156,25 +158,14 @@ fn write_points(page: &mut String, comparison: &Comparison) {
 }
 
 /// What the textbook's formulas do where they go wrong, and what is built in.
-fn write_hard_cases(page: &mut String, cases: &[Row]) {
-    if cases.is_empty() {
-        return;
-    }
-    let failed = cases.iter().filter(|case| !case.passed).count();
-    let worse = cases.iter().filter(|case| case.naive_error > case.bound);
+fn write_hard_cases(page: &mut String, choice: &str, cases: &[Row]) {
     let _ = write!(
         page,
-        "<section id=\"hard-cases\">\n<h2>Hard cases</h2>\n<p>Inputs on which a formula in single \
-         precision goes wrong, against exact numbers, double precision or a closed form: the \
-         largest error of what is built in, the bound that it is held to, and the textbook's on \
-         the same inputs. “Wrong” is no number, or the wrong verdict beyond doubt.</p>\n\
-         <p class=\"choice\">{} of {} are within their bounds; the textbook's way is beyond them in \
-         {}.</p>\n<div class=\"wide\"><table class=\"cases\">\n<thead><tr><th>Case</th><th>What is hard</th>\
-         <th class=\"number\">Built in</th><th class=\"number\">Bound</th>\
-         <th class=\"number\">Textbook</th><th>Error</th><th>Against</th></tr></thead>\n<tbody>\n",
-        cases.len() - failed,
-        cases.len(),
-        worse.count(),
+        "<p class=\"choice\">{}</p>\n<div class=\"wide\"><table class=\"cases\">\n<thead><tr>\
+         <th>Case</th><th>What is hard</th><th class=\"number\">Built in</th>\
+         <th class=\"number\">Bound</th><th class=\"number\">Textbook</th><th>Error</th>\
+         <th>Against</th></tr></thead>\n<tbody>\n",
+        escaped(choice),
     );
     let number = |error: f64| {
         if error.is_finite() {
@@ -199,7 +190,7 @@ fn write_hard_cases(page: &mut String, cases: &[Row]) {
             escaped(case.reference),
         );
     }
-    page.push_str("</tbody>\n</table></div>\n</section>\n");
+    page.push_str("</tbody>\n</table></div>\n");
 }
 
 fn write_pictures(page: &mut String, section: &Section) -> io::Result<()> {
@@ -256,12 +247,11 @@ fn chart(
             Some((point, x.filter(|x| *x > 0.0)?, error, best)).filter(|_| error.is_finite())
         })
         .collect();
-    let costs = || placed.iter().map(|one| one.1);
-    let least = costs().fold(f64::INFINITY, f64::min);
-    // Ticks are at powers of ten: of less there would be none or one.
-    let decades = costs().fold(0.0, f64::max) > 20.0 * least;
-    let x = axis(costs(), decades)?;
-    let y = axis(placed.iter().map(|one| one.2), comparison.logarithmic)?;
+    let costs: Vec<f64> = placed.iter().map(|one| one.1).collect();
+    let errors: Vec<f64> = placed.iter().map(|one| one.2).collect();
+    let decades = spans_decades(&costs);
+    let logarithmic = comparison.logarithmic && spans_decades(&errors);
+    let (x, y) = (axis(&costs, decades)?, axis(&errors, logarithmic)?);
     // Where there is no error at all there is no logarithm either.
     let height = |error: f64| error.max(y.start);
     let mut front: Vec<(f64, f64)> = placed
@@ -307,7 +297,7 @@ fn chart(
     }
     let place = |cost: f64, error: f64| {
         let along = part(&x, cost, decades);
-        (along, part(&y, height(error), comparison.logarithmic))
+        (along, part(&y, height(error), logarithmic))
     };
     let places: Vec<(f64, f64)> = placed.iter().map(|one| place(one.1, one.2)).collect();
     let best: Vec<_> = placed
@@ -335,7 +325,7 @@ fn chart(
             name: measure.id,
             label: measure.label,
             range: y,
-            logarithmic: comparison.logarithmic,
+            logarithmic,
         },
         lines,
         names: emptiest_corner(&places),
@@ -396,13 +386,25 @@ fn notes<'p>(points: impl Iterator<Item = (&'p Point, (f64, f64), (f64, f64))>) 
     notes
 }
 
+/// Whether numbers above 0 are far enough apart for an axis whose ticks are at
+/// powers of ten.
+fn spans_decades(numbers: &[f64]) -> bool {
+    let [least, most] = ends(numbers.iter().copied().filter(|number| *number > 0.0));
+    most > 20.0 * least
+}
+
+/// The least and the most.
+fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    numbers.fold(
+        [f64::INFINITY, f64::NEG_INFINITY],
+        |[least, most], number| [least.min(number), most.max(number)],
+    )
+}
+
 /// What shows some numbers with room around them; `None` where there are none.
-fn axis(numbers: impl Iterator<Item = f64>, logarithmic: bool) -> Option<Range<f64>> {
-    let numbers = numbers.filter(|number| !logarithmic || *number > 0.0);
-    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-    for number in numbers {
-        (least, most) = (least.min(number), most.max(number));
-    }
+fn axis(numbers: &[f64], logarithmic: bool) -> Option<Range<f64>> {
+    let shown = numbers.iter().copied();
+    let [least, most] = ends(shown.filter(|number| !logarithmic || *number > 0.0));
     if !(least <= most) {
         return None;
     }
@@ -421,7 +423,7 @@ pub(super) fn short(number: f64) -> String {
     if size == 0.0 {
         return "0".to_owned();
     }
-    if size < 1e-4 || size >= 1e7 {
+    if !(1e-4..1e7).contains(&size) {
         return format!("{number:.1e}");
     }
     let digits = (2 - libm::floor(libm::log10(size)) as i32).clamp(0, 6) as usize;

@@ -12,13 +12,14 @@ use crate::spectrum::{Dispersion, Method};
 use glam::DVec3;
 use shisen_core::scene::EffectSet;
 use shisen_core::spectrum::Wavelengths;
+use std::fmt::Write as _;
 
 /// Wavelengths that each ray of the truth takes; times the phases of a comb, 416
 /// in all.
 const TRUE_WAVELENGTHS: u32 = 13;
 
-/// What is seen of the balls: the rim of the smallest, before the largest one's.
-/// Metres, right of and above straight ahead, and the window's side.
+/// What is seen of the balls: the lower half of the smallest. Metres, right of and
+/// above straight ahead, and the window's side.
 const LOWER_LEFT: [f64; 2] = [-0.088, -0.588];
 const SIDE: f64 = 0.128;
 
@@ -249,7 +250,8 @@ impl Asked {
     fn point(&self) -> Point {
         let mut name = format!("{} {}", self.method.name(), self.count);
         if let Some(each) = self.each {
-            name += &format!(", {each} each");
+            // Writing to a string does not fail.
+            let _ = write!(name, ", {each} each");
         }
         let series = match self.each {
             Some(_) => "comb, several each",

@@ -51,7 +51,7 @@ pub fn csv(report: &Report) -> Result<String, csv::Error> {
             }
         }
     }
-    let bytes = rows.into_inner().map_err(|error| error.into_error())?;
+    let bytes = rows.into_inner().map_err(csv::IntoInnerError::into_error)?;
     // All of it was written as text.
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

@@ -250,10 +250,7 @@ fn encoded_samples_come_back() {
 
 #[test]
 fn every_fault_costs_its_record_only() {
-    for (config, heads) in HEADS
-        .into_iter()
-        .flat_map(|h| forms().into_iter().map(move |f| (f, h)))
-    {
+    for (config, heads) in HEADS.into_iter().flat_map(|h| forms().map(move |f| (f, h))) {
         let record = |sample: &Sample| config.encode(sample).to_vec();
         let sent = heads(if cfg!(miri) { 10 } else { 24 });
         let records: StdVec<_> = sent.iter().map(record).collect();

@@ -1,0 +1,44 @@
+//! What single precision loses where formulas are hard: the cases of
+//! [`crate::selftest`].
+
+use super::{Bench, Section, Topic};
+use crate::selftest::{self, Effort, Outcome};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+pub(super) fn section(bench: &Bench<'_>) -> Section {
+    let effort = bench.effort.pick(Effort::Quick, Effort::Full);
+    let total = selftest::selected("").count();
+    // Cases end on all threads; the bench is told on this one.
+    let done = AtomicUsize::new(0);
+    let outcomes = selftest::run(effort, "", || {
+        done.fetch_add(1, Ordering::Relaxed);
+    });
+    (bench.progress)(1.0);
+    let better = |one: &&Outcome| one.errors.ours < one.errors.naive;
+    let failed: Vec<&str> = outcomes
+        .iter()
+        .filter(|one| !one.passed())
+        .map(|one| one.case.name)
+        .collect();
+    let choice = if failed.is_empty() {
+        format!(
+            "Single precision is enough: all {total} cases keep to their bounds, and {} of them \
+             are nearer to their references than the textbook's way.",
+            outcomes.iter().filter(better).count()
+        )
+    } else {
+        format!(
+            "Of {total} cases {} do not keep to their bounds: {}.",
+            failed.len(),
+            failed.join(", ")
+        )
+    };
+    let about = "Where a formula in single precision goes wrong when it is written down as in the \
+                 textbook (naive), and what this tracer makes of it (ours), each against a \
+                 reference in double precision or better, or a closed form: the largest error of \
+                 all inputs, and the bound that fails the case. As shisen selftest has them.";
+    let mut section = Section::new(Topic::Cases, "Hard cases", about.to_owned(), Vec::new());
+    section.choice = choice;
+    section.hard_cases = outcomes.iter().map(Outcome::row).collect();
+    section
+}
