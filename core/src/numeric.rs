@@ -174,7 +174,8 @@ pub(crate) fn tangent(angle: f32) -> f32 {
 /// cancel. `None` where there is none or a is zero.
 ///
 /// The larger root in magnitude comes from q = h ± √discriminant with equal
-/// signs, the other from c / q: neither subtracts nearly equal numbers.
+/// signs, the other from c / q: neither subtracts nearly equal numbers. A root
+/// that is too large for f32 is infinite.
 #[inline]
 pub fn quadratic_roots(a: f32, h: f32, c: f32, discriminant: f32) -> Option<(f32, f32)> {
     if !(discriminant >= 0.0) || a == 0.0 {
@@ -190,7 +191,8 @@ pub fn quadratic_roots(a: f32, h: f32, c: f32, discriminant: f32) -> Option<(f32
 }
 
 /// a·b − c·d with the sign exact and the value rounded once where the two
-/// products agree so far that their f32 difference would vanish.
+/// products agree so far that their f32 difference would vanish. Both products
+/// have to be finite.
 ///
 /// Integer arithmetic only: the same bits on every target, and no f64, which
 /// a Cortex-M4 or a single-precision M7 would have to emulate. Values that
@@ -286,7 +288,8 @@ fn scale_by_power_of_two(magnitude: u64, exponent: i32) -> f32 {
 }
 
 /// A right-handed orthonormal basis (x, y, `z`) around the unit vector `z`
-/// (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
+/// (Duff et al., "Building an Orthonormal Basis, Revisited", 2017). Vectors of
+/// other lengths give none.
 pub fn basis_around(z: Vec3) -> (Vec3, Vec3) {
     let sign = if z.z.is_sign_negative() { -1.0 } else { 1.0 };
     let a = -1.0 / (sign + z.z);

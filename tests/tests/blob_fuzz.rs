@@ -26,7 +26,7 @@ use xxhash_rust::xxh32::xxh32;
 use zerocopy::FromBytes as _;
 
 /// Everything that a scene can have, little of each.
-fn small_scene() -> Scene {
+pub(crate) fn small_scene() -> Scene {
     let tetrahedron = TriangleMesh {
         positions: vec![
             [1.0, 1.0, 1.0],
@@ -152,7 +152,7 @@ impl Aligned {
 }
 
 /// As the header says: of all that follows the field, to the scene's length.
-fn mend_checksum(bytes: &mut [u8]) {
+pub(crate) fn mend_checksum(bytes: &mut [u8]) {
     let length = u32::from_le_bytes([20, 21, 22, 23].map(|i| bytes[i])) as usize;
     let checked = bytes.get(12..length).unwrap_or(&bytes[12..]);
     let checksum = xxh32(checked, 0);

@@ -23,6 +23,7 @@ mod levels;
 mod lod;
 mod optics;
 mod paper_rays;
+mod public_functions;
 mod readme;
 mod reprojection;
 mod soft_light;

@@ -56,7 +56,8 @@ use glam::Vec3;
 use head::{HeadTrack, forward};
 use movement::{Change, EyeTrack};
 use shisen_core::gaze::{HeadPose, LineOfSight};
-use shisen_core::numeric::sin_cos;
+use shisen_core::numeric::{largest_magnitude, sin_cos};
+use shisen_core::shape::Ray;
 use trend::seconds;
 
 /// Something that happened to the gaze or to its data.
@@ -140,7 +141,9 @@ pub enum Rejection {
     },
     /// A gaze point without a screen or a calibration.
     Uncalibrated,
-    /// A number is not finite, or a rotation has no length.
+    /// A number is not finite, a place farther out than
+    /// [`Ray::FARTHEST`](shisen_core::shape::Ray::FARTHEST), or a rotation has no
+    /// length.
     NotFinite,
     /// The gaze has not changed by a bit for too long.
     Stuck {
@@ -366,7 +369,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         let room = self.config.room_from_tracker;
         if let Some(position) = head.position.filter(|p| p.tracked) {
             let place = room.place(position.value);
-            if !place.is_finite() {
+            if !(largest_magnitude(place) <= Ray::FARTHEST && place.is_finite()) {
                 reject(Rejection::NotFinite);
             } else if !self.head.push_position(time, place) {
                 reject(Rejection::NotNewer);

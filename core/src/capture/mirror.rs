@@ -1,4 +1,4 @@
-use crate::numeric::{UNIT_ROUNDOFF, sin_cos, sqrt};
+use crate::numeric::{UNIT_ROUNDOFF, min, sin_cos, sqrt};
 use core::fmt;
 use libm::{atan2f, atanf};
 
@@ -273,7 +273,8 @@ impl SpheroidMirror {
     /// d₁: the viewpoint's distance from the screen, in equatorial radii;
     /// `None` in parallel projection. Equation 22.
     pub fn viewpoint_to_screen(&self) -> Option<f32> {
-        self.p.map(|_| 1.0 / self.k)
+        // The reciprocal's own rounding can be too much for the farthest.
+        self.p.map(|_| min(1.0 / self.k, f32::MAX))
     }
 
     /// The full angle of view that just holds the screen, radians, above 0

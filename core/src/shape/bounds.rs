@@ -41,7 +41,7 @@ impl Slabs {
     pub const SLACK: f32 = 32.0;
 
     /// Prepares `ray` for boxes whose coordinates are at most `extent` in
-    /// magnitude (metres).
+    /// magnitude (metres), up to [`LARGEST_EXTENT`](Self::LARGEST_EXTENT).
     #[inline(always)]
     pub fn new(ray: &Ray, extent: f32) -> Self {
         let (o, d) = (ray.origin(), ray.direction());
@@ -107,7 +107,8 @@ impl Slabs {
     }
 
     /// Where the ray enters and leaves the box, widened as described; empty
-    /// where the first is greater. Not clipped to the ray's start.
+    /// where the first is greater. Not clipped to the ray's start. Infinite
+    /// where planes are, never NaN for planes that are not.
     #[inline(always)]
     pub fn interval(&self, low: Vec3, high: Vec3) -> (f32, f32) {
         let planes = [low.x, high.x, low.y, high.y, low.z, high.z];

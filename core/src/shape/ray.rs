@@ -50,7 +50,7 @@ impl Ray {
         self.direction
     }
 
-    /// The point at `t`.
+    /// The point at `t`: finite for distances up to 10¹⁸ either way.
     #[inline(always)]
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + self.direction * t

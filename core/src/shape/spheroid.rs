@@ -128,7 +128,7 @@ impl Spheroid {
     }
 
     /// The point moved along its radius onto the surface, within 4 ulp of
-    /// the radii; unchanged at the centre.
+    /// the radii; unchanged at the centre and where it is not finite.
     pub fn project(&self, point: Vec3) -> Vec3 {
         let scale = Vec3::new(self.equatorial, self.polar, self.equatorial);
         crate::numeric::normalize(point / scale).map_or(point, |unit| unit * scale)

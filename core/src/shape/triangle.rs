@@ -56,7 +56,8 @@ struct Sheared {
 }
 
 impl Triangle {
-    /// Watertight closest-hit test.
+    /// Watertight closest-hit test, for corners no farther out than
+    /// [`Ray::FARTHEST`] and an `extent` that they are within (metres).
     ///
     /// Edges and corners belong to every triangle that shares them: of a
     /// closed mesh no ray goes between two triangles. The corners are moved

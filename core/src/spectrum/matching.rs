@@ -20,12 +20,12 @@ fn times(rows: [[f32; 3]; 3], v: Vec3) -> Vec3 {
     Vec3::from_array(map3(rows, |row| Vec3::from_array(row).dot(v)))
 }
 
-/// Linear sRGB of XYZ, negative where the display cannot show it.
+/// Linear sRGB of XYZ, up to 10³⁰; negative where the display cannot show it.
 pub fn rgb_from_xyz(xyz: Vec3) -> Vec3 {
     times(RGB_FROM_XYZ, xyz)
 }
 
-/// XYZ of linear sRGB: white has Y = 1.
+/// XYZ of linear sRGB, up to 10³⁰: white has Y = 1.
 pub fn xyz_from_rgb(rgb: Vec3) -> Vec3 {
     times(XYZ_FROM_RGB, rgb)
 }
@@ -45,7 +45,8 @@ pub enum Matching<'a> {
 }
 
 impl Matching<'_> {
-    /// The three values at a wavelength in nanometres: XYZ, or Endo's RGB.
+    /// The three values at a wavelength in nanometres: XYZ, or Endo's RGB; 0
+    /// for NaN.
     pub fn values(&self, nm: f32) -> Vec3 {
         match self {
             Self::Wyman => wyman(nm),
@@ -79,7 +80,7 @@ pub struct MatchingTable<'a> {
     pub first_nm: f32,
     /// From one to the next: nanometres, above 0.
     pub step_nm: f32,
-    /// XYZ of each.
+    /// XYZ of each; what is larger than 10⁶, or NaN, counts as 0.
     pub xyz: &'a [[f32; 3]],
 }
 
@@ -96,7 +97,7 @@ impl MatchingTable<'_> {
         let at = |offset: isize| {
             let index = usize::try_from(before as isize + offset).ok();
             let found = index.and_then(|index| self.xyz.get(index));
-            found.map_or(Vec3::ZERO, |&xyz| Vec3::from_array(xyz))
+            found.map_or(Vec3::ZERO, |&xyz| Vec3::from_array(map3(xyz, usable)))
         };
         // Lagrange's polynomials of the places −1, 0, 1 and 2.
         let (a, b, c) = (t + 1.0, t - 1.0, t - 2.0);
@@ -126,7 +127,14 @@ const WYMAN: [&[[f32; 4]]; 3] = [
     ],
 ];
 
+fn usable(value: f32) -> f32 {
+    if value.abs() <= 1.0e6 { value } else { 0.0 }
+}
+
 fn wyman(nm: f32) -> Vec3 {
+    if nm.is_nan() {
+        return Vec3::ZERO;
+    }
     let sum = map3(WYMAN, |lobes| {
         let lobes = lobes.iter().map(|&[peak, centre, rise, fall]| {
             let t = (nm - centre) * if nm < centre { rise } else { fall };

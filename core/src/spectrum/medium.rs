@@ -325,7 +325,8 @@ impl Medium {
     }
 
     /// Abbe's number `(n_d − 1)/(n_F − n_C)`; `None` where one of the [lines](mod@line)
-    /// is out of range or the medium has no dispersion.
+    /// is out of range or the medium has no dispersion, or less than the quotient
+    /// can tell.
     ///
     /// `n_F − n_C` from the difference of each term, which does not cancel.
     pub fn abbe(&self) -> Option<f32> {
@@ -339,7 +340,7 @@ impl Medium {
             sum + b * pole * apart / ((f - pole) * (c - pole))
         });
         let above_one = (self.squared_index(d) - 1.0) / (n_d + 1.0);
-        (between != 0.0).then(|| above_one * (n_f + n_c) / between)
+        Some(above_one * (n_f + n_c) / between).filter(|abbe| abbe.is_finite())
     }
 }
 

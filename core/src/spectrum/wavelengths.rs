@@ -122,12 +122,13 @@ impl Wavelengths {
     }
 
     /// The wavelength in part `k`, 0 to [`count`](Self::count) − 1: nanometres.
-    /// `offset` is where in it, 0 to 1; ½ is its centre.
+    /// `offset` is where in it, 0 to 1; ½ is its centre. Others are moved into
+    /// the range.
     pub fn at(&self, k: usize, offset: f32) -> f32 {
         let [low, high] = self.range;
         let part = (k as f32 + offset) / f32::from(self.count);
         // Rounding must not lead out of the range.
-        min(low + (high - low) * part, high)
+        max(min(low + (high - low) * part, high), low)
     }
 }
 

@@ -4,7 +4,7 @@
 
 use core::f32::consts::TAU;
 use glam::Vec3;
-use shisen_core::numeric::{normalize, sqrt};
+use shisen_core::numeric::{max, min, normalize, sqrt};
 
 /// How the filter behaves.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,17 +48,30 @@ struct State {
 }
 
 impl OneEuro {
-    /// A filter that has seen nothing.
+    /// The least and the longest step, seconds.
+    const STEPS: (f32, f32) = (1.0e-9, 1.0e6);
+
+    /// A filter that has seen nothing. Numbers outside the ranges at
+    /// [`OneEuroConfig`] are moved to the nearest that is in it, NaN to the least.
     pub const fn new(config: OneEuroConfig) -> Self {
         Self {
-            config,
+            config: OneEuroConfig {
+                least_cutoff: within(config.least_cutoff, 0.01, 1000.0),
+                beta: within(config.beta, 0.0, 10_000.0),
+                speed_cutoff: within(config.speed_cutoff, 0.01, 1000.0),
+            },
             state: None,
         }
     }
 
     /// The next unit vector, `step` seconds after the one before; the first
-    /// passes as it is. A `step` that is not above 0 changes nothing.
+    /// passes as it is. What is not finite or far from unit length, and a `step`
+    /// that is not above 10⁻⁹ s, changes nothing; a step is 10⁶ s at most.
     pub fn filter(&mut self, measured: Vec3, step: f32) -> Vec3 {
+        // Of the square of its length.
+        if !(measured.dot(measured) <= 4.0) {
+            return self.state.map_or(measured, |state| state.filtered);
+        }
         let Some(state) = &mut self.state else {
             self.state = Some(State {
                 measured,
@@ -68,9 +81,11 @@ impl OneEuro {
             });
             return measured;
         };
-        if !(step > 0.0) {
+        let (least, longest) = Self::STEPS;
+        if !(step > least) {
             return state.filtered;
         }
+        let step = step.min(longest);
         let velocity = (measured - state.measured) / step;
         let share = share(self.config.speed_cutoff, step);
         state.velocity += (velocity - state.velocity) * share;
@@ -94,6 +109,11 @@ impl OneEuro {
     pub fn reset(&mut self) {
         self.state = None;
     }
+}
+
+/// The nearest number of a range; the least for NaN.
+const fn within(number: f32, least: f32, most: f32) -> f32 {
+    min(max(number, least), most)
 }
 
 /// What a new value counts for, at a corner frequency: 1/(1 + τ/step), with

@@ -50,6 +50,7 @@ use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event, Message};
 use crate::rotation::{compose, inverse, unit};
 use crate::sample::{Eye, GazeFrame, GazePoint, Head, Reading, Sample};
 use crate::time::Micros;
+use crate::valid;
 use core::fmt;
 use field::{Field, Group, Key};
 use glam::{Mat3, Quat, Vec2, Vec3};
@@ -225,6 +226,9 @@ pub enum LayoutError {
     Descriptor(DescriptorError),
     /// It has no input report of tracking data.
     NoTrackingData,
+    /// The [`Axes`] are no rotation, or their origin is not finite or farther
+    /// out than 10⁹ m.
+    Axes,
 }
 
 impl fmt::Display for LayoutError {
@@ -235,6 +239,10 @@ impl fmt::Display for LayoutError {
                 f,
                 "the HID report descriptor has no input report with tracking data (usage page \
                  0x12): this is no eye or head tracker, or one that needs its maker's driver"
+            ),
+            Self::Axes => f.write_str(
+                "the eye tracker's axes are not a unit quaternion and a finite origin: give a \
+                 rotation of length 1 and metres",
             ),
         }
     }
@@ -295,13 +303,21 @@ pub struct EyeTracker {
     counts: Counts,
 }
 
+/// Farther out an origin leaves nothing of what is measured: metres.
+const FARTHEST_ORIGIN: f32 = 1.0e9;
+
 impl EyeTracker {
     /// A decoder for the device with this report descriptor.
     ///
     /// # Errors
     ///
-    /// Where it is not the descriptor of an eye or head tracker.
+    /// Where it is not the descriptor of an eye or head tracker, and for axes
+    /// that are none.
     pub fn new(descriptor: &[u8], axes: Axes) -> Result<Self, LayoutError> {
+        let origin = valid::place(axes.origin, FARTHEST_ORIGIN);
+        if origin.is_err() || valid::rotation(axes.rotation, 1.0e-3).is_err() {
+            return Err(LayoutError::Axes);
+        }
         let mut tracker = Self {
             axes,
             tracking: Group::new(ReportKind::Input),

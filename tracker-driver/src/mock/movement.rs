@@ -5,41 +5,78 @@ use super::random::{Random, hash};
 use crate::estimate::minimum_jerk;
 use crate::rotation::{along, angle, arc, compose, from_vector, rotate};
 use crate::time::Micros;
+use crate::valid;
 use core::f32::consts::TAU;
 use glam::{Quat, Vec3};
 use shisen_core::gaze::HeadPose;
-use shisen_core::numeric::{basis_around, normalize, sin_cos, sqrt};
+use shisen_core::numeric::{basis_around, max, min, normalize, sin_cos, sqrt};
 
-/// How a viewer moves. Angles are radians, in the room.
+/// How a viewer moves. Angles are radians, in the room. Numbers out of range
+/// are moved to the nearest that is in it, NaN to the least.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewerConfig {
-    /// Where the head is on average, and where it faces.
+    /// Where the head is on average, and where it faces; one that is no pose, or
+    /// farther out than 10⁶ m, is taken for
+    /// [`HeadPose::IDENTITY`](shisen_core::gaze::HeadPose::IDENTITY).
     pub resting_head: HeadPose,
-    /// How far the head strays, metres.
+    /// How far the head strays, metres; 0 to 10.
     pub head_sway: f32,
-    /// How far the head turns.
+    /// How far the head turns; 0 to 1.
     pub head_turn: f32,
-    /// How far from the resting head's direction the eyes look.
+    /// How far from the resting head's direction the eyes look; 0.01 to 1.5.
     pub field: f32,
-    /// The median of a fixation, seconds.
+    /// The median of a fixation, seconds; 0.06 to 3.
     pub fixation: f32,
-    /// The standard deviation of its logarithm.
+    /// The standard deviation of its logarithm; 0 to 2.
     pub fixation_deviation: f32,
-    /// The mean amplitude of saccades.
+    /// The mean amplitude of saccades; 0.001 to 1.5.
     pub amplitude: f32,
     /// The standard deviation of the logarithm of a saccade's duration against
-    /// the main sequence's.
+    /// the main sequence's; 0 to 2.
     pub duration_deviation: f32,
-    /// The share of fixations after which something is followed.
+    /// The share of fixations after which something is followed; 0 to 1.
     pub pursuit: f32,
-    /// How fast things that are followed move at most, radians per second.
+    /// How fast things that are followed move at most, radians per second; 0 to
+    /// 10.
     pub pursuit_speed: f32,
-    /// Microsaccades per second of fixation.
+    /// Microsaccades per second of fixation; 0 to 20.
     pub microsaccades: f32,
-    /// Blinks per minute.
+    /// Blinks per minute; 0 to 600.
     pub blinks: f32,
-    /// The jitter of a fixation, root mean square of each of two directions.
+    /// The jitter of a fixation, root mean square of each of two directions; 0
+    /// to 0.1.
     pub jitter: f32,
+}
+
+impl ViewerConfig {
+    fn in_range(self) -> Self {
+        let within = |number: f32, least: f32, most: f32| min(max(number, least), most);
+        let HeadPose {
+            position,
+            orientation,
+        } = self.resting_head;
+        let is_pose =
+            valid::place(position, 1.0e6).is_ok() && valid::rotation(orientation, 1.0e-3).is_ok();
+        Self {
+            resting_head: if is_pose {
+                self.resting_head
+            } else {
+                HeadPose::IDENTITY
+            },
+            head_sway: within(self.head_sway, 0.0, 10.0),
+            head_turn: within(self.head_turn, 0.0, 1.0),
+            field: within(self.field, 0.01, 1.5),
+            fixation: within(self.fixation, 0.06, 3.0),
+            fixation_deviation: within(self.fixation_deviation, 0.0, 2.0),
+            amplitude: within(self.amplitude, 0.001, 1.5),
+            duration_deviation: within(self.duration_deviation, 0.0, 2.0),
+            pursuit: within(self.pursuit, 0.0, 1.0),
+            pursuit_speed: within(self.pursuit_speed, 0.0, 10.0),
+            microsaccades: within(self.microsaccades, 0.0, 20.0),
+            blinks: within(self.blinks, 0.0, 600.0),
+            jitter: within(self.jitter, 0.0, 0.1),
+        }
+    }
 }
 
 impl Default for ViewerConfig {
@@ -220,6 +257,7 @@ impl<'a> Viewer<'a> {
     /// A viewer who looks at one target after another, and, where there are
     /// none, around.
     pub fn with_script(config: ViewerConfig, seed: u64, script: &'a [ScriptedTarget]) -> Self {
+        let config = config.in_range();
         let forward = rotate(config.resting_head.orientation, Vec3::NEG_Z);
         let start = Segment {
             kind: Kind::Fixation,

@@ -34,7 +34,7 @@ enum Kind {
 
 impl Reader {
     /// A decoder of a device that is set up this way; a HID eye tracker's is
-    /// of the [`documented`] descriptor, and `None` only where that were none.
+    /// of the [`documented`] descriptor, and `None` where its axes are none.
     pub fn new(format: &Format) -> Option<Self> {
         Some(Self(match format.clone() {
             Format::Link => Kind::Link(Link::new()),

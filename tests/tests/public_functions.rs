@@ -1,0 +1,203 @@
+//! Every public function of the core and of the tracker driver under hostile
+//! numbers: a typed error, or a result whose every number is finite; or what its
+//! documentation says instead, which its case then checks.
+//!
+//! The functions are read from the sources. Those that take nothing but
+//! integers, truth values, text, bytes and types made of these have no number
+//! that could be NaN; every other one must have a case.
+
+mod colour;
+mod geometry;
+mod numbers;
+mod records;
+mod seeing;
+mod sources;
+mod tracker;
+
+use numbers::{Case, torment};
+use shisen_tests::sizes::cases;
+use sources::{Function, functions, functions_of};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+fn all_cases() -> Vec<(&'static str, Case)> {
+    [
+        geometry::CASES,
+        colour::CASES,
+        seeing::CASES,
+        tracker::CASES,
+        records::CASES,
+    ]
+    .concat()
+}
+
+fn workspace() -> Vec<Function> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent();
+    let root = root.expect("the workspace");
+    functions(&[
+        ("core", &root.join("core")),
+        ("tracker", &root.join("tracker-driver")),
+    ])
+}
+
+/// What is wrong with a table of cases for these functions.
+fn gaps(functions: &[Function], cases: &[&str]) -> Vec<String> {
+    let needed: BTreeSet<&str> = functions
+        .iter()
+        .filter(|function| function.takes_floats)
+        .map(|function| function.name.as_str())
+        .collect();
+    let mut given = BTreeSet::new();
+    let twice = cases.iter().filter(|name| !given.insert(**name));
+    let mut gaps: Vec<String> = twice
+        .map(|name| format!("`{name}` has two cases: remove one"))
+        .collect();
+    gaps.extend(needed.difference(&given).map(|name| {
+        format!(
+            "`{name}` has no case: add one to the CASES of a file in tests/tests/public_functions, \
+             which gives it numbers and checks what its documentation promises"
+        )
+    }));
+    gaps.extend(given.difference(&needed).map(|name| {
+        format!(
+            "the case `{name}` is of no public function that takes numbers: rename or remove it"
+        )
+    }));
+    gaps
+}
+
+#[test]
+fn every_function_that_takes_numbers_has_a_case() {
+    let functions = workspace();
+    // The walk through the modules reached both crates.
+    assert!(functions.len() > 400, "{} functions", functions.len());
+    let cases: Vec<&str> = all_cases().iter().map(|(name, _)| *name).collect();
+    let gaps = gaps(&functions, &cases);
+    assert!(gaps.is_empty(), "{}", gaps.join("\n"));
+}
+
+fn tormented(cases_of: &[(&str, Case)], mixtures: usize) {
+    let wrong: Vec<String> = cases_of
+        .iter()
+        .filter_map(|&(name, case)| {
+            let wrong = torment(case, mixtures).err()?;
+            Some(format!("{name}: {wrong}"))
+        })
+        .collect();
+    let count = wrong.len();
+    assert!(wrong.is_empty(), "{count} functions:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn numbers_shapes_and_capture() {
+    tormented(
+        geometry::CASES,
+        cases("mixtures a function", 4_000, 100_000),
+    );
+}
+
+#[test]
+fn spectra() {
+    tormented(colour::CASES, cases("mixtures a function", 4_000, 100_000));
+}
+
+#[test]
+fn gazes_views_and_tracers() {
+    tormented(seeing::CASES, cases("mixtures a function", 400, 10_000));
+}
+
+#[test]
+fn estimates() {
+    tormented(tracker::CASES, cases("mixtures a function", 2_000, 50_000));
+}
+
+#[test]
+fn records_and_simulated_trackers() {
+    tormented(records::CASES, cases("mixtures a function", 1_000, 20_000));
+}
+
+#[test]
+fn a_function_without_a_case_and_a_case_without_a_function_are_told() {
+    let functions = functions_of("pub fn half(x: f32) -> f32 { x / 2.0 }");
+    assert!(gaps(&functions, &["here half"]).is_empty());
+    let [missing] = &gaps(&functions, &[])[..] else {
+        panic!("one gap");
+    };
+    assert!(missing.starts_with("`here half` has no case"), "{missing}");
+    let stale = gaps(&functions, &["here half", "here third"]);
+    assert!(stale[0].contains("`here third` is of no"), "{stale:?}");
+    let twice = gaps(&functions, &["here half", "here half"]);
+    assert!(twice[0].contains("two cases"), "{twice:?}");
+}
+
+/// The rule by which functions need no case.
+#[test]
+fn only_what_holds_no_float_is_exempt() {
+    let text = "
+        pub enum Kind { A, B }
+        pub struct Count(pub u64);
+        pub struct Place { pub at: [f32; 2], kind: Kind }
+        pub enum Either { Kind(Kind), Place { place: Place } }
+        pub struct Loop<'a> { next: Option<&'a Loop<'a>>, count: Count }
+        struct Inside;
+        mod hidden { pub fn unseen(x: f32) {} pub fn seen(x: f32) {} pub trait Sealed {} }
+        pub use hidden::seen;
+        #[cfg(test)] mod tests { pub fn test_only(x: f32) {} }
+        pub fn integers(a: u8, b: &[u8], c: &str, d: Kind, e: &Count, f: Option<bool>) {}
+        pub fn looped(a: &Loop<'_>) {}
+        pub fn float(a: f32) {}
+        pub fn slice(a: &[f64]) {}
+        pub fn record(a: Place) {}
+        pub fn variant(a: &Either) {}
+        pub fn foreign(a: Vec3) {}
+        pub fn generic<T>(a: T) {}
+        pub fn sealed<T: Sealed>(a: T) {}
+        pub fn taker(a: impl FnMut(f32) -> u8, b: &mut dyn FnMut(Place)) {}
+        pub fn giver(a: impl FnMut(u8) -> f32) {}
+        pub(crate) fn inner(a: f32) {}
+        impl Count {
+            pub fn same(self, other: Self) {}
+            pub fn scaled(self, by: f32) {}
+            pub(super) fn inner(self, by: f32) {}
+            fn own(self, by: f32) {}
+        }
+        impl Inside { pub fn inside(a: f32) {} }
+        impl Place { pub fn only_itself(&self) {} pub fn with(self, other: Self) {} }
+        pub trait Open { fn open(&self, a: f32); fn shut(&self, a: u8); }
+    ";
+    let functions = functions_of(text);
+    let of = |floats: bool| {
+        let names = functions.iter().filter(|f| f.takes_floats == floats);
+        names
+            .map(|f| f.name.trim_start_matches("here "))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        of(false),
+        [
+            "integers",
+            "looped",
+            "sealed",
+            "taker",
+            "Count::same",
+            "Place::only_itself",
+            "Open::shut"
+        ]
+    );
+    assert_eq!(
+        of(true),
+        [
+            "hidden::seen",
+            "float",
+            "slice",
+            "record",
+            "variant",
+            "foreign",
+            "generic",
+            "giver",
+            "Count::scaled",
+            "Place::with",
+            "Open::open"
+        ]
+    );
+}
