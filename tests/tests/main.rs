@@ -26,6 +26,7 @@ mod paper_rays;
 mod public_functions;
 mod readme;
 mod reprojection;
+mod scene_fuzz;
 mod soft_light;
 mod spectrum;
 mod textures;

@@ -2,9 +2,13 @@
 //! out has to be usable.
 
 mod line;
+mod scenes;
 
 use embedded_hal::i2c::{self, I2c, Operation};
 use line::{Line, assert_usable, decoder, records};
+use shisen::bake::Baked;
+use shisen::mesh::TriangleMesh;
+use shisen::scene::Scene;
 use shisen_tracker::decoder::{Decoder, Event};
 use shisen_tracker::head::fastrak::{self, Fastrak};
 use shisen_tracker::head::liberty::{self, Liberty};
@@ -14,6 +18,7 @@ use shisen_tracker::i2c::{I2cHid, Interrupt};
 use shisen_tracker::mock::{Device, Format};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
+use std::path::Path;
 
 /// Records of each protocol, to start from.
 pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
@@ -27,7 +32,19 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     }
     seeds.push(("descriptor", documented::DESCRIPTOR.to_vec()));
     seeds.push(("i2c", on_a_bus()));
+    seeds.push(("scene_file", SCENE.into()));
+    seeds.push(("scene_blob", baked_scene()));
     seeds
+}
+
+/// A little of everything that a scene file can say.
+const SCENE: &str = include_str!("scene.toml");
+
+fn baked_scene() -> Vec<u8> {
+    let square = |_: &_| Ok::<_, std::io::Error>(TriangleMesh::square());
+    let scene = Scene::from_toml(SCENE, "scene.toml", Path::new(""), square);
+    let baked = Baked::<8>::new(&scene.expect("a scene")).expect("a scene that can be baked");
+    baked.as_bytes().to_vec()
 }
 
 /// A device's HID descriptor, its report descriptor, that it has reset itself, and
@@ -182,6 +199,18 @@ impl I2c for Bus<'_> {
             }
         }
         Ok(())
+    }
+}
+
+/// A baked scene.
+pub fn scene_blob(bytes: &[u8]) {
+    scenes::blob(bytes);
+}
+
+/// A scene file.
+pub fn scene_file(bytes: &[u8]) {
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        scenes::file(text);
     }
 }
 
