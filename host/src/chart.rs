@@ -371,6 +371,16 @@ impl Axis {
         if self.logarithmic && !(1.0e-3..1.0e5).contains(&value) {
             return format!("{value:.0e}");
         }
+        let extent = self.range.end - self.range.start;
+        if extent < 1.0e-4 {
+            let zero = value.abs() < 1.0e-6 * extent;
+            let digits = format!("{:.1e}", if zero { 0.0 } else { value });
+            return if zero {
+                "0".to_owned()
+            } else {
+                digits.replace(".0e", "e")
+            };
+        }
         // Ticks are round numbers; their sums are not.
         let digits = format!("{value:.6}");
         let short = digits.trim_end_matches('0').trim_end_matches('.');
@@ -493,5 +503,10 @@ mod tests {
             assert_eq!(chart.x.tick(value), linear);
             assert_eq!(chart.y.tick(value), logarithmic);
         }
+        // All of an axis next to nothing.
+        let mut chart = chart;
+        chart.x.range = 0.0..5.0e-7;
+        let found = [0.0, 1.0e-22, 1.0e-7, 1.5e-7].map(|value| chart.x.tick(value));
+        assert_eq!(found, ["0", "0", "1e-7", "1.5e-7"]);
     }
 }

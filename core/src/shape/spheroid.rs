@@ -53,7 +53,7 @@ impl Spheroid {
     /// centre (Haines, Günther & Akenine-Möller, "Precision Improvements for
     /// Ray/Sphere Intersection", Ray Tracing Gems 2019, chapter 7), and no
     /// root is a difference of nearly equal numbers. From farther than
-    /// [`FAR`](Self::FAR) |l| comes from the moment of the line, o × d, in
+    /// 64 radii |l| comes from the moment of the line, o × d, in
     /// twice as many digits. Error of a hit point, relative to the radii, for
     /// origins R radii away: at most 8·2⁻²⁴·(1 + min(R, 64)) across the line of
     /// sight, and 8·2⁻²⁴·(1 + R) along it, which is the rounding of `t` itself.

@@ -196,7 +196,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     }),
     ("core frame::Renderer::new", |n| {
         of_a_scene(n, |scene| {
-            shows(&Renderer::new(scene, Simd::detect(), Settings::default()))
+            shows(&Renderer::new(scene, Simd::detect(), Settings::default()));
         });
     }),
     ("core frame::Renderer::for_effects", |n| {

@@ -62,8 +62,9 @@ struct Found {
 
 impl Sources {
     fn read_file(&mut self, path: &Path, folder: &Path, module: &str, open: bool) {
-        let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{path:?}: {e}"));
-        let file = syn::parse_file(&text).unwrap_or_else(|e| panic!("{path:?}: {e}"));
+        let text =
+            std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let file = syn::parse_file(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         self.read_items(file.items, folder, module, open);
     }
 
