@@ -195,7 +195,7 @@ pub(crate) struct Tally {
 
 impl Tally {
     /// Both together.
-    pub(crate) fn and(mut self, other: Self) -> Self {
+    pub(crate) fn and(mut self, other: &Self) -> Self {
         for kind in 0..4 {
             self.faults[kind] += other.faults[kind];
             self.wrong[kind] += other.wrong[kind];
@@ -317,7 +317,7 @@ pub(crate) fn every_fault_of_heads<D: Decoder>(
         .iter()
         .map(|heads| heads.iter().map(&encode).collect::<Vec<_>>())
         .map(|records| every_fault(&new, &records))
-        .fold(Tally::default(), Tally::and)
+        .fold(Tally::default(), |all, found| all.and(&found))
 }
 
 /// Any cut of the stream gives the same events.

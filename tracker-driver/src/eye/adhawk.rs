@@ -33,8 +33,9 @@
 //! | 8 inertial sensor | f32 x, y, z, w | `head.orientation` |
 //!
 //! Of two eyes the right one comes first; of one eye there is one value. +X
-//! is to the right, +Y up and +Z behind, as in a [`Head`]. The headers are
-//! silent about three things, for which there are defaults: that the screen's
+//! is to the right, +Y up and +Z behind, as in a
+//! [`Head`](crate::sample::Head). The headers are silent about three things,
+//! for which there are defaults: that the screen's
 //! gaze counts from 0 to 1, that an event's eye 0 is the right one, and that
 //! the inertial sensor's axes are the head's.
 //!
