@@ -4,7 +4,9 @@ use super::*;
 use crate::command::{Action, Session};
 use crate::decoder::{EyeEvent, MOST_MESSAGE_BYTES, Reply, Text};
 use crate::sample::{Eye, GazeFrame, GazePoint, Head, Pupil, Reading};
-use crate::testing::{self, ARRIVAL, Random, any_split, dropped, events, every_fault, samples};
+use crate::testing::{
+    self, ARRIVAL, Random, any_split, dropped, events, every_fault, mock_records, samples,
+};
 use crate::time::DeviceTime;
 use glam::{Quat, Vec2, Vec3};
 use proptest::prelude::*;
@@ -326,9 +328,12 @@ fn what_the_format_does_not_allow_is_refused() {
 
 #[test]
 fn every_fault_costs_the_frames_it_touches() {
-    let tally = every_fault(Link::new, &stream());
-    assert_eq!(tally.most_intact_lost, 0);
-    assert_eq!(tally.wrong, [0; 4]);
+    let count = if cfg!(miri) { 10 } else { 24 };
+    for records in [stream(), mock_records("link", count)] {
+        let tally = every_fault(Link::new, &records);
+        assert_eq!(tally.most_intact_lost, 0);
+        assert_eq!(tally.wrong, [0; 4]);
+    }
 }
 
 #[test]

@@ -1,5 +1,7 @@
 use super::*;
-use crate::testing::{self, ARRIVAL, Random, any_split, dropped, every_fault, samples};
+use crate::testing::{
+    self, ARRIVAL, Random, any_split, dropped, every_fault, mock_records, samples,
+};
 use proptest::prelude::*;
 use std::vec::Vec as List;
 
@@ -118,17 +120,15 @@ fn missing_frames_are_counted() {
 
 #[test]
 fn every_fault_costs_the_frames_it_touches() {
-    let tally = every_fault(Asl::default, &stream());
-    assert_eq!(tally.most_intact_lost, 0);
-    std::println!("{:?}", tally.rates());
-    if !cfg!(miri) {
-        // The module's table.
-        for (found, stated) in tally.rates().iter().zip([0.0, 0.60, 0.01, 0.0]) {
-            assert!(
-                (found - stated).abs() < 0.005,
-                "{found} is stated as {stated}"
-            );
-        }
+    let count = if cfg!(miri) { 10 } else { 24 };
+    for (name, records, some) in [
+        ("any values", stream(), [0.0, 0.60, 0.012, 0.0]),
+        ("mock", mock_records("asl", count), [0.0, 0.60, 0.03, 0.026]),
+    ] {
+        let tally = every_fault(Asl::default, &records);
+        tally.assert_stated(name, include_str!("../asl.rs"));
+        assert_eq!(tally.most_intact_lost, 0, "{name}");
+        tally.assert_usual(name, some);
     }
 }
 

@@ -1,6 +1,8 @@
 use super::*;
 use crate::command::{Action, Session};
-use crate::testing::{self, ARRIVAL, Random, any_split, dropped, every_fault, samples};
+use crate::testing::{
+    self, ARRIVAL, Random, any_split, dropped, every_fault, mock_records, samples,
+};
 use proptest::prelude::*;
 use std::vec::Vec as List;
 
@@ -178,25 +180,33 @@ fn damage_is_named() {
 
 #[test]
 fn every_fault_is_over_within_three_records() {
-    let at_once = every_fault(Iscan::default, &stream());
-    let waiting = every_fault(|| Iscan::new(confirmed()), &stream());
-    assert!(at_once.most_intact_lost <= 3, "{at_once:?}");
-    assert!(waiting.most_intact_lost <= 3, "{waiting:?}");
-    std::println!("at once {:?}", at_once.rates());
-    std::println!("confirmed {:?}", waiting.rates());
-    if !cfg!(miri) {
-        // The module's table.
-        near(at_once.rates(), [0.0, 0.40, 0.07, 0.07]);
-        near(waiting.rates(), [0.0, 0.40, 0.0, 0.0]);
-    }
-}
-
-fn near(found: [f32; 4], stated: [f32; 4]) {
-    for (found, stated) in found.iter().zip(stated) {
-        assert!(
-            (found - stated).abs() < 0.005,
-            "{found} is stated as {stated}"
-        );
+    let count = if cfg!(miri) { 10 } else { 24 };
+    let mock = mock_records("iscan", count);
+    for (name, config, records, some) in [
+        (
+            "any values, at once",
+            Config::default(),
+            &stream(),
+            [0.0, 0.403, 0.073, 0.069],
+        ),
+        (
+            "any values, confirmed",
+            confirmed(),
+            &stream(),
+            [0.0, 0.40, 0.0, 0.0],
+        ),
+        (
+            "mock, at once",
+            Config::default(),
+            &mock,
+            [0.0, 0.40, 0.09, 0.094],
+        ),
+        ("mock, confirmed", confirmed(), &mock, [0.0, 0.40, 0.0, 0.0]),
+    ] {
+        let tally = every_fault(|| Iscan::new(config), records);
+        tally.assert_stated(name, include_str!("../iscan.rs"));
+        assert!(tally.most_intact_lost <= 3, "{name}: {tally:?}");
+        tally.assert_usual(name, some);
     }
 }
 

@@ -2,7 +2,8 @@ use super::*;
 use crate::command::{Action, Session};
 use crate::decoder::Dropped;
 use crate::testing::{
-    HEADS, angle, any_split, events, every_fault, moving_head, random_bytes, random_count, samples,
+    angle, any_split, events, every_fault_of_heads, moving_head, random_bytes, random_count,
+    samples,
 };
 use proptest::prelude::*;
 use std::vec::Vec as StdVec;
@@ -178,15 +179,13 @@ fn every_fault_costs_little() {
         ("little-endian", Config::default()),
         ("big-endian, position", big_endian()),
     ] {
-        for heads in HEADS {
-            let record = |sample: &Sample| config.encode(sample).to_vec();
-            let sent = heads(if cfg!(miri) { 10 } else { 24 });
-            let records: StdVec<_> = sent.iter().map(record).collect();
-            let found = every_fault(|| Hatire::new(config), &records);
-            found.print(name);
-            assert_eq!(found.most_intact_lost, 0);
-            assert_eq!([found.wrong[0], found.wrong[2], found.wrong[3]], [0; 3]);
-        }
+        let found = every_fault_of_heads(
+            || Hatire::new(config),
+            |sample| config.encode(sample).to_vec(),
+        );
+        found.assert_stated(name, include_str!("../hatire.rs"));
+        assert_eq!(found.most_intact_lost, 0);
+        assert_eq!([found.wrong[0], found.wrong[2], found.wrong[3]], [0; 3]);
     }
 }
 
