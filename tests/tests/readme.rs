@@ -62,7 +62,7 @@ fn every_command_runs_on_the_files_shown() {
         .flat_map(|(_, block)| block.lines())
         .filter_map(|line| line.strip_prefix("shisen "))
         .collect();
-    assert_eq!(commands.len(), 28);
+    assert_eq!(commands.len(), 29);
     for command in commands {
         let (command, input) = match command.split_once(" < ") {
             Some((command, file)) => (command, fs::read(folder.path().join(file)).unwrap()),
@@ -76,6 +76,7 @@ fn every_command_runs_on_the_files_shown() {
             }
             Some("sweep") => &["--size", "16", "--repeat", "1", "--directions", "3"],
             Some("fill") => &["--size", "16", "--repeat", "1", "--fill-size", "16"],
+            _ if command.starts_with("selftest") => &["--quick"],
             _ if command.starts_with("explain") => &["--size", "16", "--repeat", "1"],
             _ => &[],
         };

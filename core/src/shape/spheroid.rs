@@ -188,14 +188,15 @@ mod tests {
             let [o, d] = [ray.origin(), ray.direction()].map(|v| v.to_array().map(f64::from));
             let exact = reference(1.5, 2.5, o, d);
             let found = spheroid.intersect(&ray);
-            // The reference's own digits end there.
-            if exact.is_some_and(|t| (t[1] - t[0]).abs() * 1.5e7 > 0.05) {
+            // The reference's own digits end at half a metre, those of `t` in f32 at
+            // one.
+            if exact.is_some_and(|t| (t[1] - t[0]).abs() * 1.5e7 > 2.0) {
                 assert!(found.is_some(), "{i}");
                 met += 1;
             }
             assert!(
                 exact.is_some()
-                    || found.is_none_or(|hits| { (hits.t[1] - hits.t[0]) * 1.5e7 < 1.0 })
+                    || found.is_none_or(|hits| { (hits.t[1] - hits.t[0]) * 1.5e7 < 4.0 })
             );
         }
         assert!(met > 300, "{met}");

@@ -30,7 +30,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     ("tracker eye::adhawk::start", |n| {
         finite(&adhawk::start(0xff, n.next(120.0)));
     }),
-    ("tracker eye::adhawk::encode", |n| {
+    ("tracker eye::adhawk::encode::encode", |n| {
         let sample = a_sample(n);
         if let Some(packet) = adhawk::encode(&sample) {
             reads(&Format::AdHawk, &packet);

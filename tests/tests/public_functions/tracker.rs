@@ -22,7 +22,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let sample = a_sample(n);
         assert!(clock.stamp(&sample, &mut |_| {}).time <= sample.arrival);
     }),
-    ("tracker command::Watch::on_event", |n| {
+    ("tracker command::watch::Watch::on_event", |n| {
         let mut watch = Watch::new();
         watch.on_event(&Event::Sample(a_sample(n)), Micros(5));
         assert_eq!(watch.trouble(Micros(6)), None);
