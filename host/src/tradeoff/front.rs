@@ -126,7 +126,7 @@ fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
     text
 }
 
-fn percent(ratio: f64) -> String {
+pub(super) fn percent(ratio: f64) -> String {
     format!("{:.0} %", 100.0 * ratio)
 }
 

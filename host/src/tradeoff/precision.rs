@@ -1,6 +1,8 @@
 //! What single precision loses, stage by stage: what is built in, the same in
 //! double precision, and the textbook's way in single.
 
+use super::front::percent;
+use super::page::brief;
 use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, Topic, measure, timed};
 use crate::dome::Mirror;
 use crate::gaze_reference::{self, Limits};
@@ -86,7 +88,34 @@ fn compare(
         points.collect(),
     );
     comparison.logarithmic = true;
+    comparison.choice = choice(&comparison);
     Ok(comparison)
+}
+
+/// What the points say of the way that is built in: the others are no settings.
+fn choice(comparison: &Comparison) -> String {
+    let [ours, naive, double] = &comparison.points[..] else {
+        return "Nothing was measured.".to_owned();
+    };
+    let largest = |point: &Point| match point.errors.first().copied().flatten() {
+        Some(error) => brief(error),
+        None => "no number".to_owned(),
+    };
+    let enough = if ours.error() <= comparison.limit.error {
+        "Single precision is enough"
+    } else {
+        "Single precision is not enough"
+    };
+    format!(
+        "{enough}: what is built in is off by {} at most, of {} ({}); the textbook's formula by \
+         {}, in {} of its time, and double precision takes {} of it.",
+        largest(ours),
+        brief(comparison.limit.error),
+        comparison.limit.because,
+        largest(naive),
+        percent(naive.seconds / ours.seconds),
+        percent(double.seconds / ours.seconds),
+    )
 }
 
 /// What is built in, the textbook's and the truth's way at all of `inputs`.
@@ -402,6 +431,11 @@ mod tests {
             );
             assert!(largest(naive) > largest(ours), "{naive:?} {ours:?}");
             assert_eq!(largest(double), 0.0);
+            let choice = &comparison.choice;
+            assert!(
+                choice.starts_with("Single precision is enough: "),
+                "{choice}"
+            );
             assert!(comparison.points.iter().all(|point| point.seconds > 0.0));
             for point in &comparison.points {
                 let [largest, most, mean] = [0, 1, 2].map(|i| point.errors[i].unwrap_or(f64::MAX));
