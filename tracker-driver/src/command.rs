@@ -68,15 +68,46 @@ pub enum Awaited {
 enum Step {
     /// The script's next bytes, so many.
     Send(u16),
-    Pause(Micros),
+    Pause(Span),
     Speed(u32),
     Await {
         what: Awaited,
-        within: Micros,
+        within: Span,
     },
 }
 
+/// Microseconds, in half of the room of [`Micros`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Span(u32);
+
+impl Span {
+    const fn of(span: Micros) -> Self {
+        let most = u32::MAX as u64;
+        Self(if span.0 < most {
+            span.0 as u32
+        } else {
+            u32::MAX
+        })
+    }
+
+    const fn micros(self) -> Micros {
+        Micros(self.0 as u64)
+    }
+}
+
 /// What to say to a device, and what it has to answer.
+///
+/// It is more than a kilobyte, and is filled where it stands.
+///
+/// ```
+/// use shisen_tracker::command::{Awaited, PATIENCE, Script};
+/// use shisen_tracker::time::Micros;
+///
+/// let mut script = Script::new();
+/// script.send(b"R").pause(Micros::from_millis(500)).once_only();
+/// script.send(b"S").expect(Awaited::Sample, PATIENCE);
+/// assert!(script.is_complete());
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Script {
     bytes: Vec<u8, MOST_SCRIPT_BYTES>,
@@ -98,35 +129,38 @@ impl Script {
         }
     }
 
+    /// These bytes to send, and no answer.
+    pub fn sending(bytes: &[u8]) -> Self {
+        let mut script = Self::new();
+        script.send(bytes);
+        script
+    }
+
     /// Then send these bytes.
-    #[must_use]
-    pub fn send(mut self, bytes: &[u8]) -> Self {
+    pub fn send(&mut self, bytes: &[u8]) -> &mut Self {
         self.cut |= self.bytes.extend_from_slice(bytes).is_err();
         self.step(Step::Send(bytes.len() as u16))
     }
 
-    /// Then send nothing for a while.
-    #[must_use]
-    pub fn pause(self, span: Micros) -> Self {
-        self.step(Step::Pause(span))
+    /// Then send nothing for a while: up to an hour.
+    pub fn pause(&mut self, span: Micros) -> &mut Self {
+        self.step(Step::Pause(Span::of(span)))
     }
 
     /// Then change this end's line to so many baud.
-    #[must_use]
-    pub fn speed(self, baud: u32) -> Self {
+    pub fn speed(&mut self, baud: u32) -> &mut Self {
         self.step(Step::Speed(baud))
     }
 
-    /// Then wait until this comes, for as long as `within`.
-    #[must_use]
-    pub fn expect(self, what: Awaited, within: Micros) -> Self {
+    /// Then wait until this comes, for as long as `within`: up to an hour.
+    pub fn expect(&mut self, what: Awaited, within: Micros) -> &mut Self {
+        let within = Span::of(within);
         self.step(Step::Await { what, within })
     }
 
     /// What was said so far (a reset, which takes long) is not said again
     /// where an answer fails to come.
-    #[must_use]
-    pub fn once_only(mut self) -> Self {
+    pub fn once_only(&mut self) -> &mut Self {
         self.again_from = self.steps.len();
         self
     }
@@ -135,7 +169,7 @@ impl Script {
     pub fn once_only_time(&self) -> Micros {
         let steps = self.steps.iter().take(self.again_from);
         steps.fold(Micros(0), |sum, step| match step {
-            Step::Pause(span) => sum.after(*span),
+            Step::Pause(span) => sum.after(span.micros()),
             _ => sum,
         })
     }
@@ -145,7 +179,7 @@ impl Script {
         !self.cut
     }
 
-    fn step(mut self, step: Step) -> Self {
+    fn step(&mut self, step: Step) -> &mut Self {
         self.cut |= self.steps.push(step).is_err();
         self
     }
@@ -278,14 +312,14 @@ impl Session {
                     return Action::Speed(baud);
                 }
                 Step::Pause(span) => {
-                    let until = self.since.get_or_insert(now).after(span);
+                    let until = self.since.get_or_insert(now).after(span.micros());
                     if now < until {
                         return Action::Wait(until);
                     }
                     self.next();
                 }
                 Step::Await { what, within } => {
-                    let until = self.since.get_or_insert(now).after(within);
+                    let until = self.since.get_or_insert(now).after(within.micros());
                     if self.came(what) {
                         self.next();
                     } else if now < until {

@@ -194,16 +194,17 @@ pub fn start(hertz: Option<u16>) -> Script {
     let mut encoder = Encoder::new();
     let mut script = Script::new();
     if let Some(hertz) = hertz {
-        script = script.send(&encoder.command(Command::Rate { hertz }));
+        script.send(&encoder.command(Command::Rate { hertz }));
     }
     script
         .send(&encoder.command(Command::Start))
-        .expect(Awaited::Sample, PATIENCE)
+        .expect(Awaited::Sample, PATIENCE);
+    script
 }
 
 /// What makes it stop.
 pub fn stop() -> Script {
-    Script::new().send(&Encoder::new().command(Command::Stop))
+    Script::sending(&Encoder::new().command(Command::Stop))
 }
 
 /// The decoder of what a device sends.

@@ -208,9 +208,15 @@ macro_rules! by_its_decoder {
     };
 }
 
+// Not a part of its caller, who would keep the room of each decoder.
+#[inline(never)]
+fn feed(decoder: &mut impl Decoder, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
+    decoder.feed(bytes, arrival, sink);
+}
+
 impl Decoder for Device {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        by_its_decoder!(self, decoder => decoder.feed(bytes, arrival, sink));
+        by_its_decoder!(self, decoder => feed(decoder, bytes, arrival, sink));
     }
 
     fn counts(&self) -> &Counts {

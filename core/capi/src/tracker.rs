@@ -274,15 +274,14 @@ pub unsafe extern "C" fn shisen_tracker_init(
         let handle = room::<Tracker>(memory, memory_size, 0)?;
         // SAFETY: as promised above.
         let settings = unsafe { shared(settings) }?;
-        let (clock, hertz) = (clock(settings)?, hertz(settings)?);
-        let device = Device::new(Protocol::of_number(settings.protocol)?)?;
+        let protocol = Protocol::of_number(settings.protocol)?;
         // One after another, in place: the stack would have to hold them all.
         // SAFETY: there is room.
         unsafe {
-            (&raw mut (*handle).gaze).write(estimator(settings)?);
-            (&raw mut (*handle).clock).write(clock);
-            (&raw mut (*handle).device).write(device);
-            (&raw mut (*handle).hertz).write(hertz);
+            place(&raw mut (*handle).hertz, || hertz(settings))?;
+            place(&raw mut (*handle).clock, || clock(settings))?;
+            place(&raw mut (*handle).gaze, || estimator(settings))?;
+            place(&raw mut (*handle).device, || Device::new(protocol))?;
             (&raw mut (*handle).setup).write(None);
             (&raw mut (*handle).polled).write(None);
         }
@@ -290,6 +289,19 @@ pub unsafe extern "C" fn shisen_tracker_init(
         unsafe { write(tracker, handle) }?;
         Ok(Status::Ok)
     })())
+}
+
+/// Makes something where it is to be.
+///
+/// # Safety
+/// There is room for it.
+// Not a part of its caller, who would keep the room of each of them.
+#[inline(never)]
+unsafe fn place<T>(room: *mut T, make: impl FnOnce() -> Result<T, Status>) -> Result<(), Status> {
+    let made = make()?;
+    // SAFETY: as promised above.
+    unsafe { room.write(made) };
+    Ok(())
 }
 
 fn clock(settings: &TrackerSettings) -> Result<ClockEstimator, Status> {

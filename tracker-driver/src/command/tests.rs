@@ -21,13 +21,11 @@ fn reply(to: u32, result: u32) -> Event {
 }
 
 fn script() -> Script {
-    Script::new()
-        .send(b"R")
-        .pause(Micros(500))
-        .once_only()
-        .send(b"c")
-        .send(b"C")
-        .expect(Awaited::Sample, PATIENCE)
+    let mut script = Script::sending(b"R");
+    script.pause(Micros(500)).once_only();
+    script.send(b"c").send(b"C");
+    script.expect(Awaited::Sample, PATIENCE);
+    script
 }
 
 #[test]
@@ -108,9 +106,8 @@ fn failures_say_what_is_wrong() {
     );
 
     // It sends samples and answers nothing.
-    let asking = Script::new()
-        .send(b"a")
-        .expect(Awaited::Reply(0x9C), PATIENCE);
+    let mut asking = Script::sending(b"a");
+    asking.expect(Awaited::Reply(0x9C), PATIENCE);
     let (failure, ..) = fail(asking, |session| session.on_event(&sample()));
     let said = format!("{failure}");
     assert!(said.contains("no answer to command 0x9c"), "{said}");
@@ -166,8 +163,8 @@ fn a_device_that_answers_late_is_asked_again() {
 
 #[test]
 fn replies_and_speeds_are_steps() {
-    let script = Script::new()
-        .send(b"a")
+    let mut script = Script::sending(b"a");
+    script
         .expect(Awaited::Reply(7), PATIENCE)
         .speed(9_600)
         .send(b"b")
@@ -189,12 +186,12 @@ fn replies_and_speeds_are_steps() {
 fn a_script_that_has_no_room_is_refused() {
     let mut script = Script::new();
     for _ in 0..=MOST_STEPS {
-        script = script.pause(Micros(1));
+        script.pause(Micros(1));
     }
     assert!(!script.is_complete());
     let mut session = Session::new(script);
     assert_eq!(session.poll(Micros(0)), Action::Failed(Failure::TooLong));
-    let script = Script::new().send(&[0; MOST_SCRIPT_BYTES + 1]);
+    let script = Script::sending(&[0; MOST_SCRIPT_BYTES + 1]);
     assert_eq!(
         Session::new(script).poll(Micros(0)),
         Action::Failed(Failure::TooLong)
@@ -203,7 +200,7 @@ fn a_script_that_has_no_room_is_refused() {
     assert_eq!(Session::new(Script::new()).poll(Micros(0)), Action::Done);
     let mut script = Script::new();
     for _ in 0..MOST_STEPS {
-        script = script.expect(Awaited::Sample, Micros(0));
+        script.expect(Awaited::Sample, Micros(0));
     }
     let failed = Action::Failed(Failure::Silent);
     assert_eq!(Session::new(script).poll(Micros(0)), failed);

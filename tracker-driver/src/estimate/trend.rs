@@ -2,7 +2,7 @@
 
 use crate::time::Micros;
 use glam::Vec3;
-use heapless::{Deque, Vec};
+use heapless::Deque;
 
 /// The newest `N` places and their times; a new one takes the oldest's place.
 ///
@@ -65,34 +65,16 @@ impl<T: Copy, const N: usize> History<T, N> {
         let value = self.entries.back().map(|&(_, value)| value);
         value.map(|value| (self.newest, value))
     }
-
-    /// The newest `count` of them as points that `place` knows, to be given to
-    /// `act`.
-    // Not a part of its callers: what others behind it need would come on top of
-    // its room.
-    #[inline(never)]
-    pub(super) fn as_places<R>(
-        &self,
-        count: usize,
-        place: impl Fn(T) -> Vec3,
-        act: impl FnOnce(Places<'_>) -> R,
-    ) -> R {
-        let mut points: Vec<(u32, Vec3), N> = Vec::new();
-        let skipped = self.entries.len().saturating_sub(count);
-        for &(low, value) in self.entries.iter().skip(skipped) {
-            let _ = points.push((low, place(value)));
-        }
-        act(Places {
-            older: &[],
-            newer: &points,
-            now: self.newest.0 as u32,
-            origin: Vec3::ZERO,
-            count,
-        })
-    }
 }
 
 impl<const N: usize> History<Vec3, N> {
+    /// Moves all of them by so much.
+    pub(super) fn shift(&mut self, by: Vec3) {
+        for (_, place) in self.entries.iter_mut() {
+            *place += by;
+        }
+    }
+
     /// The newest `count` of them, as seen from `origin`.
     pub(super) fn places(&self, count: usize, origin: Vec3) -> Places<'_> {
         let (older, newer) = self.entries.as_slices();
@@ -297,9 +279,10 @@ mod tests {
         let history = moving(ages().map(line));
         let steady = of(&history);
         assert!((steady - 3.0 * Vec3::X).length() < 1e-4, "{steady}");
-        // It is the same of points that are made of others, and from elsewhere.
-        let made = history.as_places(20, |place| place, |places| steady_velocity(&places, 0.1));
-        assert_eq!(made, steady);
+        // It is the same from elsewhere, and elsewhere.
+        let mut shifted = history.clone();
+        shifted.shift(Vec3::ONE);
+        assert!((of(&shifted) - steady).length() < 1e-5);
         let elsewhere = steady_velocity(&history.places(20, Vec3::ONE), 0.1);
         assert!((elsewhere - steady).length() < 1e-5);
         // A step, wherever it is.

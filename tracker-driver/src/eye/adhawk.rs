@@ -209,20 +209,21 @@ pub fn start(fields: u32, hertz: f32) -> Script {
     let mut script = Script::new();
     for (request, number) in requests.iter().zip(1..) {
         let reply = Awaited::Reply(u32::from(request.kind()));
-        script = script
+        script
             .send(&request.encode(number))
             .expect(reply, RESPONSE_TIMEOUT);
     }
-    script.expect(Awaited::Sample, PATIENCE)
+    script.expect(Awaited::Sample, PATIENCE);
+    script
 }
 
 /// What makes it stop.
 pub fn stop() -> Script {
     let request = Request::Tracking(false);
     let reply = Awaited::Reply(u32::from(request.kind()));
-    Script::new()
-        .send(&request.encode(1))
-        .expect(reply, RESPONSE_TIMEOUT)
+    let mut script = Script::sending(&request.encode(1));
+    script.expect(reply, RESPONSE_TIMEOUT);
+    script
 }
 
 /// The events that [`Request::Events`] numbers.

@@ -56,7 +56,9 @@ use heapless::Vec;
 /// What waits for the device's stream: it sends without being asked, and has
 /// no command to stop it.
 pub fn start() -> Script {
-    Script::new().expect(Awaited::Sample, PATIENCE)
+    let mut script = Script::new();
+    script.expect(Awaited::Sample, PATIENCE);
+    script
 }
 
 /// The speed of the line.

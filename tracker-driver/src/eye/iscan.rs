@@ -65,12 +65,14 @@ pub const STOP: [u8; 1] = [0x81];
 
 /// What makes the device stream, and has it answer.
 pub fn start() -> Script {
-    Script::new().send(&START).expect(Awaited::Sample, PATIENCE)
+    let mut script = Script::sending(&START);
+    script.expect(Awaited::Sample, PATIENCE);
+    script
 }
 
 /// What makes it stop.
 pub fn stop() -> Script {
-    Script::new().send(&STOP)
+    Script::sending(&STOP)
 }
 
 /// The speed of the line.

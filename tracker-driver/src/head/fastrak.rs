@@ -174,7 +174,7 @@ impl Config {
         let settle = Micros::from_millis(100);
         let mut script = Script::new();
         if reset {
-            script = script.send(&[RESET]).pause(self.reset_time);
+            script.send(&[RESET]).pause(self.reset_time);
         }
         let units = match self.units {
             Units::Inches => b"U",
@@ -184,7 +184,7 @@ impl Config {
             Format::Ascii => b"F",
             Format::Binary => b"f",
         };
-        script = script
+        script
             .once_only()
             // Not while it sends: what is under way has to pass.
             .send(b"c")
@@ -192,11 +192,12 @@ impl Config {
             .send(format)
             .send(units);
         for station in 1..=self.stations.clamp(1, MOST_STATIONS) {
-            script = script
+            script
                 .send(&self.items.command(station))
                 .pause(Micros::from_millis(50));
         }
-        script.send(b"C").expect(Awaited::Sample, PATIENCE)
+        script.send(b"C").expect(Awaited::Sample, PATIENCE);
+        script
     }
 }
 
@@ -204,7 +205,7 @@ pub(crate) const RESET: u8 = 0x19;
 
 /// What ends the stream of records.
 pub fn stop() -> Script {
-    Script::new().send(b"c")
+    Script::sending(b"c")
 }
 
 /// What changes the line's speed at both ends, to one of [`BAUD_RATES`], and
@@ -226,17 +227,16 @@ pub fn change_speed(baud: u32) -> Option<Script> {
     let _ = command.extend_from_slice(digits.get(first..).unwrap_or_default());
     let _ = command.extend_from_slice(b",N,8,0\r");
     let settle = Micros::from_millis(200);
-    Some(
-        Script::new()
-            .send(b"c")
-            .pause(settle)
-            .send(&command)
-            .pause(settle)
-            .speed(baud)
-            .once_only()
-            .send(b"S")
-            .expect(Awaited::Record, PATIENCE),
-    )
+    let mut script = Script::sending(b"c");
+    script
+        .pause(settle)
+        .send(&command)
+        .pause(settle)
+        .speed(baud)
+        .once_only()
+        .send(b"S")
+        .expect(Awaited::Record, PATIENCE);
+    Some(script)
 }
 
 /// What a status record says.

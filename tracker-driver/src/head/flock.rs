@@ -388,24 +388,25 @@ impl Config {
         let mut script = Script::new();
         if reset {
             let units = first_address.saturating_sub(1).saturating_add(birds);
-            script = script
+            script
                 .send(b"B")
                 .pause(settle)
                 .send(&[b'P', AUTO_CONFIGURE, units])
                 .pause(Micros::from_millis(1_000));
         }
-        script = script.once_only().send(b"B").pause(settle).send(b"F");
+        script.once_only().send(b"B").pause(settle).send(b"F");
         let mode = self.letter.unwrap_or(self.mode.command());
         if self.group {
-            script = script.send(&[b'P', GROUP_MODE, 1]);
+            script.send(&[b'P', GROUP_MODE, 1]);
             for bird in 0..birds {
                 let address = first_address.saturating_add(bird).min(0x0F);
-                script = script.send(&[TO_BIRD + address, mode]);
+                script.send(&[TO_BIRD + address, mode]);
             }
         } else {
-            script = script.send(&[mode]);
+            script.send(&[mode]);
         }
-        script.send(b"@").expect(Awaited::Sample, PATIENCE)
+        script.send(b"@").expect(Awaited::Sample, PATIENCE);
+        script
     }
 }
 
@@ -420,7 +421,9 @@ pub(crate) const TO_BIRD: u8 = 0xF0;
 
 /// What ends the stream of records and puts the birds to sleep.
 pub fn stop() -> Script {
-    Script::new().send(b"B").send(b"G")
+    let mut script = Script::sending(b"B");
+    script.send(b"G");
+    script
 }
 
 /// What VRPN's list says about the number that the command `O` 10 is answered

@@ -124,22 +124,23 @@ impl Default for Config {
 pub fn start(reset: bool) -> Script {
     let mut script = Script::new();
     if reset {
-        script = script.send(b"R").pause(RESET_TIME);
+        script.send(b"R").pause(RESET_TIME);
     }
     script
         .once_only()
         .send(b"S")
-        .expect(Awaited::Sample, PATIENCE)
+        .expect(Awaited::Sample, PATIENCE);
+    script
 }
 
 /// What ends the stream.
 pub fn stop() -> Script {
-    Script::new().send(b"s")
+    Script::sending(b"s")
 }
 
 /// What makes the head's direction at that moment the device's front.
 pub fn centre() -> Script {
-    Script::new().send(b"C")
+    Script::sending(b"C")
 }
 
 /// What the sketch says about the code of an error.

@@ -201,22 +201,23 @@ impl Config {
         let settle = Micros::from_millis(100);
         let mut script = Script::new();
         if reset {
-            script = script.send(&[RESET, b'\r']).pause(RESET_TIME);
+            script.send(&[RESET, b'\r']).pause(RESET_TIME);
         }
-        script = script.once_only().send(b"P").pause(settle).send(b"F1\r");
+        script.once_only().send(b"P").pause(settle).send(b"F1\r");
         // Said either way: what it was set to before is not known.
-        script = script.send(match self.units {
+        script.send(match self.units {
             Units::Inches => b"U0\r",
             Units::Centimetres => b"U1\r",
         });
         for station in 1..=self.stations.clamp(1, MOST_STATIONS) {
-            script = script.send(&self.items.command(station));
+            script.send(&self.items.command(station));
         }
         script
             .pause(settle)
             .send(b"Q0\r")
             .send(b"C\r")
-            .expect(Awaited::Sample, PATIENCE)
+            .expect(Awaited::Sample, PATIENCE);
+        script
     }
 }
 
@@ -227,7 +228,7 @@ pub const RESET_TIME: Micros = Micros::from_millis(10_000);
 
 /// What ends the stream of records.
 pub fn stop() -> Script {
-    Script::new().send(b"P")
+    Script::sending(b"P")
 }
 
 /// Decodes the records of one device.
