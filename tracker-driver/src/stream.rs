@@ -122,41 +122,28 @@ impl<const N: usize> Stream<N> {
                     bytes: front,
                     in_step,
                 };
-                let (taken, event) = match step(front) {
+                let taken = match step(front) {
+                    Step::More if !full => break,
                     // A protocol that asks for more than the window holds
                     // would stand still.
-                    Step::More if full => (0, Err(DropReason::Length)),
-                    Step::More => break,
-                    Step::Take(taken, event) => (taken, Ok(event)),
-                    Step::TakeBoth(taken, first, event) => {
-                        self.tell(sink);
-                        let first = Event::Message(first);
-                        self.counts.note(&first);
-                        sink(first);
-                        (taken, Ok(event))
+                    Step::More => self.skip(DropReason::Length, sink),
+                    Step::Skip(reason) => self.skip(reason, sink),
+                    Step::Take(taken, event) => {
+                        self.hand_over(event, sink);
+                        taken
                     }
-                    Step::Discard(taken, reason) => (
-                        taken,
-                        Ok(Event::Dropped(Dropped {
-                            bytes: taken as u32,
-                            reason,
-                        })),
-                    ),
-                    Step::Skip(reason) => (0, Err(reason)),
+                    Step::TakeBoth(taken, first, event) => {
+                        self.hand_over(Event::Message(first), sink);
+                        self.hand_over(event, sink);
+                        taken
+                    }
+                    Step::Discard(taken, reason) => {
+                        let bytes = taken as u32;
+                        self.hand_over(Event::Dropped(Dropped { bytes, reason }), sink);
+                        taken
+                    }
                 };
                 start += taken.max(1);
-                match event {
-                    Ok(event) => {
-                        self.tell(sink);
-                        self.counts.note(&event);
-                        self.in_step = true;
-                        sink(event);
-                    }
-                    Err(reason) => {
-                        self.in_step = false;
-                        self.throw_away(reason, sink);
-                    }
-                }
             }
             if start > 0 {
                 // Byte by byte: what moves ranges panics where they are wrong, and
@@ -169,6 +156,21 @@ impl<const N: usize> Stream<N> {
                 self.length = left;
             }
         }
+    }
+
+    #[allow(clippy::large_types_passed_by_value, reason = "it is handed on")]
+    fn hand_over(&mut self, event: Event, sink: &mut dyn FnMut(Event)) {
+        self.tell(sink);
+        self.counts.note(&event);
+        self.in_step = true;
+        sink(event);
+    }
+
+    /// The first byte is none of a record.
+    fn skip(&mut self, reason: DropReason, sink: &mut dyn FnMut(Event)) -> usize {
+        self.in_step = false;
+        self.throw_away(reason, sink);
+        1
     }
 
     /// One byte more of the run. A cause of its own begins another run; bytes
