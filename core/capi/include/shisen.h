@@ -108,22 +108,22 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 6704
+#define SHISEN_TRACKER_SIZE 6512
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 6992
+#define SHISEN_TRACKER_SIZE 6800
 #endif
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for setting a device up.
-#define SHISEN_SETUP_SIZE 1560
+#define SHISEN_SETUP_SIZE 1376
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for setting a device up.
-#define SHISEN_SETUP_SIZE 1568
+#define SHISEN_SETUP_SIZE 1384
 #endif
 
 // Most bytes that shisen_tracker_poll writes at once.

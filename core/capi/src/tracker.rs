@@ -15,17 +15,17 @@ use shisen_tracker::time::Micros;
 
 /// Bytes of memory for a tracker's handle, whatever its protocol.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_TRACKER_SIZE: usize = 6704;
+pub const SHISEN_TRACKER_SIZE: usize = 6512;
 /// Bytes of memory for a tracker's handle, whatever its protocol.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_TRACKER_SIZE: usize = 6992;
+pub const SHISEN_TRACKER_SIZE: usize = 6800;
 
 /// Bytes of memory for setting a device up.
 #[cfg(target_pointer_width = "32")]
-pub const SHISEN_SETUP_SIZE: usize = 1560;
+pub const SHISEN_SETUP_SIZE: usize = 1376;
 /// Bytes of memory for setting a device up.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_SETUP_SIZE: usize = 1568;
+pub const SHISEN_SETUP_SIZE: usize = 1384;
 
 /// Most bytes that shisen_tracker_poll writes at once.
 pub const SHISEN_MOST_COMMAND_BYTES: usize = 48;
