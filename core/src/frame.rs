@@ -312,6 +312,19 @@ where
         self
     }
 
+    /// The same renderer with no more faces of a mesh than a level has: the most
+    /// of equation 10, N_max, is that level's. Levels out of range are moved to the
+    /// nearest that is in it. Before any level of detail.
+    #[must_use]
+    pub fn with_faces_of_level(mut self, level: f32) -> Self {
+        let level = Detail::of_level(level).map_or_else(
+            || if level > 1.0 { 1.0 } else { 0.0 },
+            |detail| detail.level(),
+        );
+        self.most.rung = Ladder::new(self.tracer.scene().rungs()).nearest(level);
+        self
+    }
+
     /// The same renderer with a detail that follows the gaze. Where a pixel is
     /// outside the visual field it shows what a ray sees that meets nothing;
     /// in the central field it is what it would be without.

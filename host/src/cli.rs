@@ -24,6 +24,7 @@ mod picture_files;
 mod progress;
 mod ray_counts;
 mod room;
+mod run;
 mod selftest;
 mod source;
 mod spectrum;
@@ -43,6 +44,7 @@ use std::process::ExitCode;
 #[command(name = "shisen", version, arg_required_else_help = true)]
 enum Shisen {
     Cave(Box<cave::Arguments>),
+    Run(Box<run::Arguments>),
     Bake(bake::Arguments),
     Inspect(inspect::Arguments),
     Explain(Box<explain::Arguments>),
@@ -76,6 +78,7 @@ pub(crate) fn main() -> ExitCode {
             .map_err(Failure::from_clap)
             .and_then(|command| match command {
                 Shisen::Cave(arguments) => cave::run(&arguments),
+                Shisen::Run(arguments) => run::run(&arguments),
                 Shisen::Bake(arguments) => bake::run(&arguments),
                 Shisen::Inspect(arguments) => inspect::run(&arguments),
                 Shisen::Explain(arguments) => explain::run(&arguments),

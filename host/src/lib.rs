@@ -12,6 +12,7 @@ pub mod firmware;
 pub mod gaze_reference;
 pub mod import;
 pub mod input;
+pub mod live;
 pub mod lod;
 pub mod look;
 pub mod mesh;

@@ -278,15 +278,19 @@ fn jobs<'p>(places: &[(usize, Tile)], pixels: &'p mut [Pixel]) -> Vec<Job<'p>> {
 fn write_back<'p>(jobs: &[Job<'_>], pictures: impl Iterator<Item = &'p mut Picture>) {
     let mut pictures: Vec<_> = pictures.collect();
     for (picture, tile, pixels) in jobs {
-        let picture = &mut *pictures[*picture];
-        for (row, from) in (tile.y..).zip(pixels.chunks_exact(tile.width as usize)) {
-            for (column, pixel) in (tile.x..).zip(from) {
-                picture.set_pixel(
-                    column,
-                    row,
-                    [pixel.red, pixel.green, pixel.blue, pixel.alpha],
-                );
-            }
+        put(pictures[*picture], *tile, pixels);
+    }
+}
+
+/// Puts a tile into its picture.
+pub(crate) fn put(picture: &mut Picture, tile: Tile, pixels: &[Pixel]) {
+    for (row, from) in (tile.y..).zip(pixels.chunks_exact(tile.width as usize)) {
+        for (column, pixel) in (tile.x..).zip(from) {
+            picture.set_pixel(
+                column,
+                row,
+                [pixel.red, pixel.green, pixel.blue, pixel.alpha],
+            );
         }
     }
 }
@@ -476,7 +480,7 @@ pub fn view<'a>(screen: impl Into<Screen<'a>>, observer: &Observer) -> Result<Vi
 }
 
 /// The tiles of a view, in rows.
-fn tiles(view: &View, side: u32) -> impl Iterator<Item = Tile> + use<> {
+pub(crate) fn tiles(view: &View, side: u32) -> impl Iterator<Item = Tile> + use<> {
     let (columns, rows) = (view.columns(), view.rows());
     let step = side.max(1) as usize;
     (0..rows).step_by(step).flat_map(move |y| {

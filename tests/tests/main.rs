@@ -20,6 +20,7 @@ mod gaze;
 mod gaze_command;
 mod hard_cases;
 mod levels;
+mod live;
 mod lod;
 mod optics;
 mod paper_rays;

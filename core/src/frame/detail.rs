@@ -74,13 +74,16 @@ impl BlockDetail {
         let ladder = Ladder::new(if lod.faces { rungs } else { 1 });
         // More level never means fewer bounces: where the least and the most
         // are the same, all are.
-        let detail = |rung: u8, level: f32| match Detail::of_level(level) {
-            Some(detail) if lod.bounces => RayDetail {
-                depth: detail.bounces(most.depth),
-                rung,
-                wavelengths: detail.wavelengths(most.wavelengths),
-            },
-            _ => RayDetail { rung, ..most },
+        let detail = |rung: u8, level: f32| {
+            let rung = rung.max(most.rung);
+            match Detail::of_level(level) {
+                Some(detail) if lod.bounces => RayDetail {
+                    depth: detail.bounces(most.depth),
+                    rung,
+                    wavelengths: detail.wavelengths(most.wavelengths),
+                },
+                _ => RayDetail { rung, ..most },
+            }
         };
         let equal = |least: f32, most: f32| {
             let rung = ladder.shared(least, most)?;

@@ -132,6 +132,11 @@ impl Feed {
         Ok(Self { start, kind })
     }
 
+    /// When it was opened, which is time 0 on its clock.
+    pub const fn opened(&self) -> Instant {
+        self.start
+    }
+
     /// Since it was opened.
     pub fn now(&self) -> Micros {
         Micros(self.start.elapsed().as_micros() as u64)

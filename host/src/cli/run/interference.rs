@@ -1,0 +1,58 @@
+//! What the system did meanwhile, that a late frame may be due to.
+
+use serde::Serialize;
+use std::fs;
+
+/// What was taken from this process; `None` where the system does not say.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Interference {
+    /// How often the processor was taken away from one of its threads.
+    pub(super) involuntary_switches: Option<u64>,
+    /// Of all processors, by what this machine itself runs on: seconds.
+    pub(super) stolen_seconds: Option<f64>,
+}
+
+impl Interference {
+    /// Nothing is known.
+    pub(super) const NONE: Self = Self {
+        involuntary_switches: None,
+        stolen_seconds: None,
+    };
+
+    /// Of the threads that are there, since they began; of the machine, since it
+    /// was started.
+    pub(super) fn so_far() -> Self {
+        Self {
+            involuntary_switches: involuntary_switches(),
+            stolen_seconds: stolen_seconds(),
+        }
+    }
+
+    /// What came after another.
+    pub(super) fn since(&self, before: &Self) -> Self {
+        let switches = self.involuntary_switches.zip(before.involuntary_switches);
+        let stolen = self.stolen_seconds.zip(before.stolen_seconds);
+        Self {
+            involuntary_switches: switches.map(|(now, then)| now.saturating_sub(then)),
+            stolen_seconds: stolen.map(|(now, then)| now - then),
+        }
+    }
+}
+
+fn involuntary_switches() -> Option<u64> {
+    let mut all = 0;
+    for task in fs::read_dir("/proc/self/task").ok()? {
+        let status = fs::read_to_string(task.ok()?.path().join("status")).ok()?;
+        let mut lines = status.lines();
+        let count = lines.find_map(|line| line.strip_prefix("nonvoluntary_ctxt_switches:"));
+        all += count?.trim().parse::<u64>().ok()?;
+    }
+    Some(all)
+}
+
+fn stolen_seconds() -> Option<f64> {
+    let all = fs::read_to_string("/proc/stat").ok()?;
+    let stolen = all.lines().next()?.split_whitespace().nth(8)?;
+    // Linux counts in hundredths of a second here, whatever its own clock is.
+    Some(stolen.parse::<f64>().ok()? * 1.0e-2)
+}

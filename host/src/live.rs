@@ -1,0 +1,21 @@
+//! The live loop: frames that follow a tracker, each in its time.
+//!
+//! A frame begins with the newest gaze ([`LiveTracker`]), is made as good as fits
+//! ([`Governor`]), rendered within a budget of steps on threads that stay
+//! ([`with_engine`]), and what it took is kept ([`Latencies`]).
+
+mod budget;
+mod engine;
+mod governor;
+mod latency;
+mod quality;
+mod session;
+mod tracking;
+
+pub use budget::{BudgetError, FrameBudget, Table2};
+pub use engine::{Engine, FOVEA, Rendered, eyes_of, with_engine};
+pub use governor::{Allowance, Decision, Governor};
+pub use latency::{Latencies, Leg, Stamps, Summary};
+pub use quality::Quality;
+pub use session::{FrameRecord, Latch, SessionError, SessionReport, SessionSettings, Stage, run};
+pub use tracking::{Happening, Latched, LiveTracker};

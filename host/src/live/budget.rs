@@ -1,0 +1,205 @@
+//! What a frame may take: time, steps, or the paper's seconds.
+
+use crate::scene::builtin::PaperScene;
+use glam::Vec3;
+use std::fmt;
+use std::str::FromStr;
+use std::time::Duration;
+use thiserror::Error;
+
+/// What a frame may take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FrameBudget {
+    /// Whatever it needs: nothing is left out.
+    Off,
+    /// So many steps, whatever the time: the same frames on every machine.
+    Steps(u64),
+    /// So much time.
+    Time(Duration),
+    /// The paper's seconds a frame (Table 2), for its scene and the state that the
+    /// viewer's gaze is nearest to.
+    Paper,
+    /// The paper's time with level of detail as a part of its time without, of what
+    /// a frame without takes here; between the states by the angle of the gaze.
+    PaperScaled,
+}
+
+/// A budget that is none.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum BudgetError {
+    /// A number without a unit.
+    #[error("{0} of what: give {0}ms or {0}steps")]
+    NoUnit(String),
+    /// None at all, or too much.
+    #[error("{0} is out of range: give 0.1ms to 60000ms, or 1steps to 1000000000000steps")]
+    OutOfRange(String),
+    /// Something else.
+    #[error("\"{0}\" is no budget: give off, paper, paper-scaled, 33ms or 2000000steps")]
+    Unknown(String),
+}
+
+/// Most steps.
+const MOST_STEPS: u64 = 1_000_000_000_000;
+
+impl FromStr for FrameBudget {
+    type Err = BudgetError;
+
+    fn from_str(text: &str) -> Result<Self, BudgetError> {
+        match text {
+            "off" => return Ok(Self::Off),
+            "paper" => return Ok(Self::Paper),
+            "paper-scaled" => return Ok(Self::PaperScaled),
+            _ => {}
+        }
+        let unknown = || BudgetError::Unknown(text.to_owned());
+        let out_of_range = || BudgetError::OutOfRange(text.to_owned());
+        if let Some(number) = text.strip_suffix("steps") {
+            let steps: u64 = number.trim().parse().map_err(|_| unknown())?;
+            let known = (1..=MOST_STEPS).contains(&steps);
+            return known.then_some(Self::Steps(steps)).ok_or_else(out_of_range);
+        }
+        if let Some(number) = text.strip_suffix("ms") {
+            let milliseconds: f64 = number.trim().parse().map_err(|_| unknown())?;
+            if !(0.1..=60_000.0).contains(&milliseconds) {
+                return Err(out_of_range());
+            }
+            return Ok(Self::Time(Duration::from_secs_f64(milliseconds * 1.0e-3)));
+        }
+        Err(match text.parse::<f64>() {
+            Ok(_) => BudgetError::NoUnit(text.to_owned()),
+            Err(_) => unknown(),
+        })
+    }
+}
+
+impl fmt::Display for FrameBudget {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Off => f.write_str("off"),
+            Self::Steps(steps) => write!(f, "{steps}steps"),
+            Self::Time(time) => write!(f, "{}ms", time.as_secs_f64() * 1.0e3),
+            Self::Paper => f.write_str("paper"),
+            Self::PaperScaled => f.write_str("paper-scaled"),
+        }
+    }
+}
+
+/// A row of the paper's Table 2: seconds a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Table2 {
+    /// Which.
+    pub scene: PaperScene,
+    /// With level of detail: the viewer looks at the front wall (state 1), and at
+    /// the floor (state 2).
+    pub lod: [f64; 2],
+    /// Without.
+    pub plain: f64,
+}
+
+impl Table2 {
+    /// All of it.
+    pub const ROWS: [Self; 4] = [
+        Self::row(PaperScene::A, [2.078, 0.751], 1.641),
+        Self::row(PaperScene::B, [1.109, 0.547], 0.969),
+        Self::row(PaperScene::C, [0.859, 0.243], 0.875),
+        Self::row(PaperScene::D, [0.484, 0.203], 0.532),
+    ];
+
+    const fn row(scene: PaperScene, lod: [f64; 2], plain: f64) -> Self {
+        Self { scene, lod, plain }
+    }
+
+    /// Of a scene.
+    pub fn of(scene: PaperScene) -> Option<Self> {
+        Self::ROWS.into_iter().find(|row| row.scene == scene)
+    }
+
+    /// How far a line of sight is from state 1 towards state 2, 0 to 1: by its
+    /// angles to both.
+    fn between(forward: Vec3) -> f64 {
+        let angle = |state: Vec3| f64::from(forward.angle_between(state));
+        let (front, floor) = (angle(Vec3::NEG_Z), angle(Vec3::NEG_Y));
+        if front + floor > 0.0 {
+            front / (front + floor)
+        } else {
+            0.0
+        }
+    }
+
+    /// The paper's seconds for a line of sight: the nearest state's.
+    pub fn seconds(&self, forward: Vec3) -> f64 {
+        let [front, floor] = self.lod;
+        if Self::between(forward) <= 0.5 {
+            front
+        } else {
+            floor
+        }
+    }
+
+    /// Time with level of detail as a part of that without, for a line of sight.
+    pub fn part(&self, forward: Vec3) -> f64 {
+        let [front, floor] = self.lod;
+        let to = Self::between(forward);
+        ((1.0 - to) * front + to * floor) / self.plain
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn budgets_are_read_as_they_are_written() {
+        for (text, budget) in [
+            ("off", FrameBudget::Off),
+            ("paper", FrameBudget::Paper),
+            ("paper-scaled", FrameBudget::PaperScaled),
+            ("33ms", FrameBudget::Time(Duration::from_millis(33))),
+            ("0.5ms", FrameBudget::Time(Duration::from_micros(500))),
+            ("2000000steps", FrameBudget::Steps(2_000_000)),
+        ] {
+            assert_eq!(text.parse(), Ok(budget), "{text}");
+            assert_eq!(budget.to_string(), text);
+        }
+        for text in ["33", "2000000", "1e6"] {
+            let no_unit = Err(BudgetError::NoUnit(text.to_owned()));
+            assert_eq!(text.parse::<FrameBudget>(), no_unit);
+        }
+        for text in [
+            "0steps",
+            "0ms",
+            "-1ms",
+            "NaNms",
+            "infms",
+            "1e9ms",
+            "9000000000000steps",
+        ] {
+            let found = text.parse::<FrameBudget>();
+            assert!(
+                matches!(found, Err(BudgetError::OutOfRange(_))),
+                "{text}: {found:?}"
+            );
+        }
+        for text in ["", "ms", "steps", "fast", "-1steps", "1.5steps"] {
+            let found = text.parse::<FrameBudget>();
+            assert!(
+                matches!(found, Err(BudgetError::Unknown(_))),
+                "{text}: {found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_papers_states_are_met() {
+        for row in Table2::ROWS {
+            assert_eq!(row.seconds(Vec3::NEG_Z), row.lod[0]);
+            assert_eq!(row.seconds(Vec3::NEG_Y), row.lod[1]);
+            assert!((row.part(Vec3::NEG_Z) - row.lod[0] / row.plain).abs() < 1e-12);
+            assert!((row.part(Vec3::NEG_Y) - row.lod[1] / row.plain).abs() < 1e-12);
+            let between = row.part((Vec3::NEG_Z + Vec3::NEG_Y).normalize());
+            assert!((between - 0.5 * (row.lod[0] + row.lod[1]) / row.plain).abs() < 1e-6);
+            // Away from both the same is left of either.
+            assert_eq!(row.seconds(Vec3::X), row.lod[0]);
+        }
+    }
+}

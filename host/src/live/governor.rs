@@ -1,0 +1,311 @@
+//! Which quality will fit, before a frame begins.
+//!
+//! What a frame will need is what the frames before it needed: the most of the
+//! last few, at the quality they had, times what the qualities are known to cost
+//! beside each other. Time becomes steps by the rate of late, the slowest of it.
+//! Quality falls at once, as far as it has to, and rises by one rung after a
+//! while in which there was room for more; so it does not flicker.
+
+use super::quality::Quality;
+use std::time::Duration;
+
+/// How many frames are remembered.
+const REMEMBERED: usize = 32;
+
+/// How many of these say what the next one will need.
+const RECENT: usize = 6;
+
+/// The part of a budget that frames are planned to take at most, so that one that
+/// turns out dearer is still finished.
+const PLANNED: f64 = 0.88;
+
+/// The part that a better quality must fit into before it is taken.
+const ROOM_TO_RISE: f64 = 0.75;
+
+/// How many frames have to have had room before quality rises by a rung.
+const CALM: u32 = 20;
+
+/// The part of a time that is kept for what is not tracing, and for threads that
+/// are held up.
+const KEPT: f64 = 0.12;
+
+/// What the qualities of the ladder cost beside the best, before anything is known:
+/// the steps of scene A, looked at from the front.
+const COSTS: [f64; Quality::LADDER.len()] = [1.0, 0.98, 0.95, 0.85, 0.75, 0.5, 0.4, 0.25];
+
+/// Chooses qualities.
+#[derive(Debug, Clone)]
+pub struct Governor {
+    /// Whether quality may be lowered at all.
+    governs: bool,
+    rung: usize,
+    /// What each rung costs beside the best.
+    costs: [f64; Quality::LADDER.len()],
+    /// Needs of the newest frames as of the best rung; the newest is at `newest`.
+    needs: [f64; RECENT],
+    newest: usize,
+    /// The rung and the need of the newest frame.
+    last: Option<(usize, f64)>,
+    /// Steps per second of the newest frames, a ring.
+    rates: [f64; REMEMBERED],
+    rated: usize,
+    calm: u32,
+}
+
+/// What a frame may take and how good it is to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decision {
+    /// At most so many steps; `None` where there is no end.
+    pub steps: Option<u64>,
+    /// Which rung of [`Quality::LADDER`].
+    pub rung: usize,
+    /// That rung.
+    pub quality: Quality,
+}
+
+/// What a frame may take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Allowance {
+    /// Whatever it needs.
+    Unlimited,
+    /// So many steps.
+    Steps(u64),
+    /// So much time.
+    Time(Duration),
+}
+
+impl Governor {
+    /// One that knows nothing yet. Where nothing is limited it leaves quality as it
+    /// is.
+    pub const fn new() -> Self {
+        Self {
+            governs: true,
+            rung: 0,
+            costs: COSTS,
+            needs: [0.0; RECENT],
+            newest: 0,
+            last: None,
+            rates: [0.0; REMEMBERED],
+            rated: 0,
+            calm: 0,
+        }
+    }
+
+    /// One that never lowers quality.
+    pub const fn idle() -> Self {
+        Self {
+            governs: false,
+            ..Self::new()
+        }
+    }
+
+    /// Steps per second, as far as they can be relied on: all but the slowest tenth
+    /// of the newest frames were faster. `None` before the first.
+    pub fn rate(&self) -> Option<f64> {
+        let count = self.rated.min(REMEMBERED);
+        let mut rates = self.rates;
+        let known = rates.get_mut(..count)?;
+        known.sort_unstable_by(f64::total_cmp);
+        known.get(count / 10).copied()
+    }
+
+    /// For the next frame.
+    pub fn decide(&mut self, allowance: Allowance) -> Decision {
+        let steps = match allowance {
+            Allowance::Unlimited => None,
+            Allowance::Steps(steps) => Some(steps),
+            // Before anything is known about speed, a frame of a thousandth of a
+            // second of a slow machine finds out.
+            Allowance::Time(time) => {
+                let rate = self.rate().unwrap_or(1.0e7);
+                Some((time.as_secs_f64() * (1.0 - KEPT) * rate) as u64)
+            }
+        };
+        if let (Some(steps), true) = (steps, self.governs) {
+            self.choose(steps as f64);
+        }
+        Decision {
+            steps,
+            rung: self.rung,
+            quality: Quality::LADDER[self.rung],
+        }
+    }
+
+    fn choose(&mut self, steps: f64) {
+        let need = self.needs.iter().copied().fold(0.0, f64::max);
+        if need <= 0.0 {
+            return;
+        }
+        let fits = |rung: usize, part: f64| need * self.costs[rung] <= steps * part;
+        let last = Quality::LADDER.len() - 1;
+        let affordable = (0..=last).find(|&rung| fits(rung, PLANNED)).unwrap_or(last);
+        if affordable > self.rung {
+            self.rung = affordable;
+            self.calm = 0;
+            return;
+        }
+        let better = self.rung.checked_sub(1);
+        let Some(better) = better.filter(|&better| fits(better, ROOM_TO_RISE)) else {
+            self.calm = 0;
+            return;
+        };
+        self.calm += 1;
+        if self.calm >= CALM {
+            self.rung = better;
+            self.calm = 0;
+        }
+    }
+
+    /// What came of a decision: the steps that all of the frame would have taken,
+    /// the steps that it took, and how long these took.
+    pub fn learn(&mut self, decision: &Decision, need: u64, steps: u64, seconds: f64) {
+        let need = need as f64;
+        // What rungs cost beside each other is seen where the rung has changed; the
+        // rungs around move along.
+        if let Some((before, of_before)) = self.last
+            && before != decision.rung
+            && of_before > 0.0
+            && need > 0.0
+        {
+            let seen = self.costs[before] * need / of_before;
+            self.costs[decision.rung] = 0.5 * (self.costs[decision.rung] + seen);
+            self.keep_in_order(decision.rung);
+        }
+        self.last = Some((decision.rung, need));
+        self.newest = (self.newest + 1) % RECENT;
+        self.needs[self.newest] = need / self.costs[decision.rung];
+        if seconds > 0.0 && steps > 0 {
+            self.rates[self.rated % REMEMBERED] = steps as f64 / seconds;
+            self.rated += 1;
+        }
+    }
+
+    /// A worse rung costs no more than a better one.
+    fn keep_in_order(&mut self, rung: usize) {
+        let cost = self.costs[rung].clamp(1.0e-3, 1.0);
+        self.costs[rung] = cost;
+        for (number, one) in self.costs.iter_mut().enumerate() {
+            *one = if number < rung {
+                one.max(cost)
+            } else {
+                one.min(cost)
+            };
+        }
+        self.costs[0] = 1.0;
+    }
+}
+
+impl Default for Governor {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the rungs really cost.
+    const TRUE: [f64; 8] = [1.0, 0.9, 0.8, 0.6, 0.5, 0.3, 0.2, 0.1];
+
+    /// Plays frames of such needs; rungs, and how many took more than there was.
+    fn play(
+        governor: &mut Governor,
+        steps: u64,
+        needs: impl Iterator<Item = f64>,
+    ) -> (Vec<usize>, usize) {
+        let (mut rungs, mut short) = (Vec::new(), 0);
+        for need in needs {
+            let decision = governor.decide(Allowance::Steps(steps));
+            assert_eq!(decision.steps, Some(steps));
+            let need = (need * TRUE[decision.rung]) as u64;
+            short += usize::from(need > steps);
+            governor.learn(&decision, need, need.min(steps), 1.0e-3);
+            rungs.push(decision.rung);
+        }
+        (rungs, short)
+    }
+
+    fn changes(rungs: &[usize]) -> usize {
+        rungs.windows(2).filter(|pair| pair[0] != pair[1]).count()
+    }
+
+    #[test]
+    fn half_of_the_need_is_met_and_quality_settles() {
+        let mut governor = Governor::new();
+        let (rungs, short) = play(&mut governor, 500_000, (0..1_000).map(|_| 1.0e6));
+        // The first frame was not known.
+        assert!(short <= 2, "{short}");
+        let settled = &rungs[100..];
+        assert!(changes(settled) <= 1, "{settled:?}");
+        assert!(
+            settled.iter().all(|&rung| (4..=5).contains(&rung)),
+            "{settled:?}"
+        );
+    }
+
+    #[test]
+    fn all_of_the_need_leaves_quality_alone() {
+        let mut governor = Governor::new();
+        let (rungs, short) = play(&mut governor, 1_200_000, (0..300).map(|_| 1.0e6));
+        assert_eq!((short, changes(&rungs), rungs[0]), (0, 0, 0));
+    }
+
+    #[test]
+    fn needs_that_tremble_make_nothing_flicker() {
+        let mut governor = Governor::new();
+        let noise = |frame: u32| (f64::from(frame) * 1.7).sin() * 0.08;
+        let needs = (0..2_000).map(|frame| 1.0e6 * (1.0 + noise(frame)));
+        let (rungs, short) = play(&mut governor, 900_000, needs);
+        assert!(short <= 2, "{short}");
+        assert!(changes(&rungs[100..]) <= 4, "{}", changes(&rungs[100..]));
+    }
+
+    #[test]
+    fn quality_comes_back_rung_by_rung() {
+        let mut governor = Governor::new();
+        let needs = (0..600).map(|frame| if frame < 100 { 4.0e6 } else { 0.5e6 });
+        let (rungs, _) = play(&mut governor, 1_000_000, needs);
+        assert!(rungs[99] >= 5, "{}", rungs[99]);
+        assert_eq!(rungs[599], 0);
+        for (frame, pair) in rungs.windows(2).enumerate() {
+            assert!(
+                pair[1] + 1 >= pair[0],
+                "frame {frame} rises by more than one"
+            );
+        }
+        let rises: Vec<usize> = (1..600).filter(|&at| rungs[at] < rungs[at - 1]).collect();
+        assert!(
+            rises
+                .windows(2)
+                .all(|pair| pair[1] - pair[0] >= CALM as usize),
+            "{rises:?}"
+        );
+    }
+
+    #[test]
+    fn what_never_fits_gets_the_least() {
+        let mut governor = Governor::new();
+        let (rungs, _) = play(&mut governor, 10, (0..50).map(|_| 1.0e6));
+        assert_eq!(rungs[49], Quality::LADDER.len() - 1);
+        let mut idle = Governor::idle();
+        let (rungs, _) = play(&mut idle, 10, (0..50).map(|_| 1.0e6));
+        assert!(rungs.iter().all(|&rung| rung == 0));
+    }
+
+    #[test]
+    fn time_becomes_steps_by_the_slow_frames() {
+        let mut governor = Governor::new();
+        let decision = governor.decide(Allowance::Unlimited);
+        assert_eq!(decision.steps, None);
+        for frame in 0..40 {
+            // One in eight takes twice the time.
+            let seconds = if frame % 8 == 0 { 2.0e-2 } else { 1.0e-2 };
+            governor.learn(&decision, 1_000_000, 1_000_000, seconds);
+        }
+        let rate = governor.rate().unwrap();
+        assert!((rate - 0.5e8).abs() < 1.0, "{rate}");
+        let decision = governor.decide(Allowance::Time(Duration::from_millis(100)));
+        assert_eq!(decision.steps, Some((0.1 * (1.0 - KEPT) * 0.5e8) as u64));
+    }
+}

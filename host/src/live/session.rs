@@ -1,0 +1,446 @@
+//! Frame after frame, each for a refresh of the display.
+
+use super::budget::{FrameBudget, Table2};
+use super::engine::{Engine, Rendered};
+use super::governor::{Allowance, Decision, Governor};
+use super::latency::{Latencies, Stamps};
+use super::quality::Quality;
+use super::tracking::{Latched, LiveTracker};
+use crate::quantiles::median;
+use crate::render::{Observer, RenderError};
+use hdrhistogram::Histogram;
+use serde::Serialize;
+use shisen_core::{Runs, Simd};
+use shisen_tracker::estimate::Estimate;
+use shisen_tracker::time::Micros;
+use std::time::{Duration, Instant};
+use thiserror::Error;
+
+/// Frames without level of detail that a scaled budget is measured by.
+const PLAIN_FRAMES: usize = 5;
+
+/// Frames whose tracing says how late the gaze may be taken.
+const REMEMBERED: usize = 32;
+
+/// Steps that are told apart.
+const MOST_STEPS: u64 = 1_000_000_000_000;
+
+/// What is kept between the expected end of tracing and the refresh.
+const MARGIN: Duration = Duration::from_micros(700);
+
+/// How a session goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SessionSettings {
+    /// Refreshes per second, 1 or more.
+    pub hz: u32,
+    /// What a frame may take.
+    pub budget: FrameBudget,
+    /// The scene's row, where it is one of the paper's.
+    pub table: Option<Table2>,
+    /// When the gaze is taken.
+    pub latch: Latch,
+    /// How many frames, if not until somebody asks for an end.
+    pub frames: Option<u64>,
+}
+
+/// When a frame takes the gaze.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Latch {
+    /// As soon as the frame before is on the walls.
+    Early,
+    /// As late as the slowest of the last frames allows.
+    Late,
+}
+
+/// Why a session does not begin.
+#[derive(Debug, Error)]
+pub enum SessionError {
+    /// A budget of the paper's for a scene that is not the paper's.
+    #[error("the paper's Table 2 has no such scene, so there is no budget {0} for it")]
+    NotInTable(FrameBudget),
+    /// A frame that cannot be rendered.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+}
+
+/// A frame, as it was. Times are microseconds since the tracker was opened.
+#[derive(Debug, Clone, Serialize)]
+pub struct FrameRecord {
+    /// From 0.
+    pub frame: u64,
+    /// When it was to be on the walls.
+    pub due_us: u64,
+    /// When its newest sample was measured.
+    pub sample_us: Option<u64>,
+    /// When that came.
+    pub arrive_us: Option<u64>,
+    /// When the gaze was taken.
+    pub latch_us: u64,
+    /// When the first ray started.
+    pub first_ray_us: u64,
+    /// When the last pixel was there.
+    pub done_us: u64,
+    /// When it was on the walls.
+    pub present_us: u64,
+    /// Whether that was after it was due.
+    pub late: bool,
+    /// Between the eyes: metres, in the room.
+    pub position: [f32; 3],
+    /// The line of sight.
+    pub forward: [f32; 3],
+    /// How much of the gaze could be relied on.
+    pub state: &'static str,
+    /// Steps that it might take; null where there was no end.
+    pub budget_steps: Option<u64>,
+    /// Steps that it took.
+    pub steps: u64,
+    /// Steps that all of it would have taken, as far as is known.
+    pub need_steps: u64,
+    /// The rung of quality, from 0.
+    pub rung: usize,
+    /// Tiles.
+    pub tiles: usize,
+    /// Tiles that the budget did not finish.
+    pub unfinished_tiles: usize,
+    /// Whether one of these is within 5° of the line of sight.
+    pub unfinished_fovea: bool,
+}
+
+/// What a session came to.
+#[derive(Debug, Clone)]
+pub struct SessionReport {
+    /// Frames shown.
+    pub frames: u64,
+    /// Frames that were not there at their refresh.
+    pub late_frames: u64,
+    /// Frames that took more steps than they might.
+    pub over_budget_frames: u64,
+    /// Frames with a tile within 5° of the line of sight that was not finished.
+    pub frames_with_unfinished_fovea: u64,
+    /// Frames with any tile that was not finished.
+    pub frames_with_unfinished_tiles: u64,
+    /// Frames in which quality was lowered.
+    pub lowered_frames: u64,
+    /// How often quality changed from a frame to the next.
+    pub quality_changes: u64,
+    /// Frames by rung.
+    pub rungs: [u64; Quality::LADDER.len()],
+    /// Frames in which the viewer could not see a screen, and the eyes stayed where
+    /// they were.
+    pub blind_frames: u64,
+    /// Samples of the tracker.
+    pub samples: u64,
+    /// A frame without level of detail, where a budget was scaled by it: seconds.
+    pub plain_seconds: Option<f64>,
+    /// Steps of a frame, the median.
+    pub median_steps: u64,
+    /// The last allowance that was made.
+    pub allowance: Allowance,
+    /// What each stage took.
+    pub latencies: Latencies,
+    /// From the first frame to the last: seconds.
+    pub seconds: f64,
+}
+
+/// Whatever is done with frames.
+pub trait Stage<const W: usize> {
+    /// Where the eyes are and what follows their gaze, into `eyes`, which holds
+    /// those of the frame before. False where they cannot see a screen.
+    fn observe(&mut self, estimate: &Estimate, eyes: &mut Vec<Observer>) -> bool;
+
+    /// Puts a frame on the walls.
+    fn present(&mut self, engine: &Engine<'_, '_, W>, estimate: &Estimate, eyes: &[Observer]);
+
+    /// Hears of a frame after it was shown; whether the session goes on.
+    fn after(&mut self, record: &FrameRecord) -> bool;
+}
+
+/// Renders frames until their number is reached or the stage asks for an end.
+///
+/// # Errors
+/// A budget that the scene has not; a frame that cannot be rendered.
+pub fn run<const W: usize>(
+    engine: &mut Engine<'_, '_, W>,
+    tracker: &LiveTracker,
+    settings: &SessionSettings,
+    stage: &mut dyn Stage<W>,
+) -> Result<SessionReport, SessionError>
+where
+    Simd: Runs<W>,
+{
+    let mut eyes = Vec::new();
+    let first = tracker.latch(tracker.now());
+    stage.observe(&first.estimate, &mut eyes);
+    let plain_seconds = match (settings.budget, settings.table) {
+        (FrameBudget::Paper | FrameBudget::PaperScaled, None) => {
+            return Err(SessionError::NotInTable(settings.budget));
+        }
+        (FrameBudget::PaperScaled, Some(_)) => Some(plain(engine, &eyes)?),
+        _ => None,
+    };
+    let mut session = Session {
+        settings,
+        governor: match settings.budget {
+            FrameBudget::Off => Governor::idle(),
+            _ => Governor::new(),
+        },
+        plain_seconds,
+        traced: [Duration::ZERO; REMEMBERED],
+        steps: Histogram::new_with_bounds(1, MOST_STEPS, 3).ok(),
+        report: SessionReport::new(plain_seconds),
+        rung: 0,
+    };
+    // What is not known yet is found out before anything is shown.
+    session.warm_up(engine, &first, &eyes)?;
+    session.play(engine, tracker, stage, &mut eyes)?;
+    session.report.median_steps = session
+        .steps
+        .map_or(0, |steps| steps.value_at_quantile(0.5));
+    Ok(session.report)
+}
+
+/// Seconds of a frame with everything in full: the median of some.
+fn plain<const W: usize>(
+    engine: &mut Engine<'_, '_, W>,
+    eyes: &[Observer],
+) -> Result<f64, RenderError>
+where
+    Simd: Runs<W>,
+{
+    let full: Vec<_> = eyes
+        .iter()
+        .map(|one| Observer::new(one.eye, one.place))
+        .collect();
+    let mut seconds = Vec::new();
+    for _ in 0..PLAIN_FRAMES {
+        let frame = engine.render(&full, &Quality::FULL, None)?;
+        seconds.push((frame.done - frame.first_ray).as_secs_f64());
+    }
+    Ok(median(seconds))
+}
+
+impl SessionReport {
+    fn new(plain_seconds: Option<f64>) -> Self {
+        Self {
+            frames: 0,
+            late_frames: 0,
+            over_budget_frames: 0,
+            frames_with_unfinished_fovea: 0,
+            frames_with_unfinished_tiles: 0,
+            lowered_frames: 0,
+            quality_changes: 0,
+            rungs: [0; Quality::LADDER.len()],
+            blind_frames: 0,
+            samples: 0,
+            plain_seconds,
+            median_steps: 0,
+            allowance: Allowance::Unlimited,
+            latencies: Latencies::new(),
+            seconds: 0.0,
+        }
+    }
+}
+
+struct Session<'s> {
+    settings: &'s SessionSettings,
+    governor: Governor,
+    plain_seconds: Option<f64>,
+    /// From taking the gaze to the last pixel, of the newest frames, a ring.
+    traced: [Duration; REMEMBERED],
+    steps: Option<Histogram<u64>>,
+    report: SessionReport,
+    rung: usize,
+}
+
+impl Session<'_> {
+    fn allowance(&self, estimate: &Estimate) -> Allowance {
+        let forward = estimate.line_of_sight.forward();
+        let seconds = |seconds: f64| Allowance::Time(Duration::from_secs_f64(seconds));
+        match (self.settings.budget, self.settings.table) {
+            (FrameBudget::Steps(steps), _) => Allowance::Steps(steps),
+            (FrameBudget::Time(time), _) => Allowance::Time(time),
+            (FrameBudget::Paper, Some(row)) => seconds(row.seconds(forward)),
+            (FrameBudget::PaperScaled, Some(row)) => {
+                seconds(row.part(forward) * self.plain_seconds.unwrap_or_default())
+            }
+            (FrameBudget::Off | FrameBudget::Paper | FrameBudget::PaperScaled, _) => {
+                Allowance::Unlimited
+            }
+        }
+    }
+
+    /// Frames that nobody sees: how fast this machine is, and what tiles take.
+    fn warm_up<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        latched: &Latched,
+        eyes: &[Observer],
+    ) -> Result<(), RenderError>
+    where
+        Simd: Runs<W>,
+    {
+        for _ in 0..3 {
+            let all = Decision {
+                steps: None,
+                rung: 0,
+                quality: Quality::LADDER[0],
+            };
+            self.render(engine, eyes, &all)?;
+        }
+        self.report.allowance = self.allowance(&latched.estimate);
+        for _ in 0..3 {
+            let decision = self.governor.decide(self.report.allowance);
+            self.render(engine, eyes, &decision)?;
+        }
+        self.rung = self.governor.decide(self.report.allowance).rung;
+        Ok(())
+    }
+
+    fn render<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        eyes: &[Observer],
+        decision: &Decision,
+    ) -> Result<Rendered, RenderError>
+    where
+        Simd: Runs<W>,
+    {
+        let begun = Instant::now();
+        let rendered = engine.render(eyes, &decision.quality, decision.steps)?;
+        let traced = rendered.done - begun;
+        self.traced.rotate_right(1);
+        self.traced[0] = traced;
+        let seconds = traced.as_secs_f64();
+        self.governor
+            .learn(decision, rendered.need, rendered.steps, seconds);
+        Ok(rendered)
+    }
+
+    fn play<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        tracker: &LiveTracker,
+        stage: &mut dyn Stage<W>,
+        eyes: &mut Vec<Observer>,
+    ) -> Result<(), SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        let period = Duration::from_secs_f64(1.0 / f64::from(self.settings.hz.max(1)));
+        let start = Instant::now();
+        let mut due = start + period;
+        let mut goes_on = true;
+        while goes_on && self.settings.frames != Some(self.report.frames) {
+            if self.settings.latch == Latch::Late {
+                let slowest = self.traced.iter().max().copied().unwrap_or_default();
+                let needed = slowest + slowest / 10 + MARGIN;
+                if let Some(begin) = due.checked_sub(needed) {
+                    sleep_until(begin);
+                }
+            }
+            let latched = tracker.latch(tracker.at(due));
+            if !stage.observe(&latched.estimate, eyes) {
+                self.report.blind_frames += 1;
+            }
+            self.report.allowance = self.allowance(&latched.estimate);
+            let decision = self.governor.decide(self.report.allowance);
+            let rendered = self.render(engine, eyes, &decision)?;
+            // One that is late is shown at the next refresh.
+            let late = rendered.done > due;
+            let wanted = due;
+            while due < rendered.done {
+                due += period;
+            }
+            sleep_until(due);
+            stage.present(engine, &latched.estimate, eyes);
+            let present = Instant::now();
+            let record = self.record(
+                tracker,
+                &latched,
+                &decision,
+                &rendered,
+                (wanted, present),
+                late,
+            );
+            goes_on = stage.after(&record);
+            due += period;
+            // Whoever holds the loop up costs whole refreshes.
+            while due < Instant::now() {
+                due += period;
+            }
+        }
+        self.report.seconds = start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    fn record(
+        &mut self,
+        tracker: &LiveTracker,
+        latched: &Latched,
+        decision: &Decision,
+        rendered: &Rendered,
+        (due, present): (Instant, Instant),
+        late: bool,
+    ) -> FrameRecord {
+        let nanos = |time: Micros| Duration::from_micros(time.0);
+        let at = |instant: Instant| nanos(tracker.at(instant));
+        let report = &mut self.report;
+        report.latencies.record(&Stamps {
+            sample: latched.sample.map(nanos),
+            arrive: latched.arrive.map(nanos),
+            latch: nanos(latched.latch),
+            first_ray: at(rendered.first_ray),
+            done: at(rendered.done),
+            present: at(present),
+        });
+        let over = decision.steps.is_some_and(|steps| rendered.steps > steps);
+        report.late_frames += u64::from(late);
+        report.over_budget_frames += u64::from(over);
+        report.frames_with_unfinished_fovea += u64::from(rendered.unfinished_fovea);
+        report.frames_with_unfinished_tiles += u64::from(rendered.unfinished > 0);
+        report.lowered_frames += u64::from(decision.rung > 0);
+        report.quality_changes += u64::from(decision.rung != self.rung);
+        report.rungs[decision.rung] += 1;
+        report.samples = latched.samples;
+        self.rung = decision.rung;
+        if let Some(steps) = &mut self.steps {
+            steps.saturating_record(rendered.steps);
+        }
+        let sight = latched.estimate.line_of_sight;
+        let record = FrameRecord {
+            frame: report.frames,
+            due_us: tracker.at(due).0,
+            sample_us: latched.sample.map(|time| time.0),
+            arrive_us: latched.arrive.map(|time| time.0),
+            latch_us: latched.latch.0,
+            first_ray_us: tracker.at(rendered.first_ray).0,
+            done_us: tracker.at(rendered.done).0,
+            present_us: tracker.at(present).0,
+            late,
+            position: sight.position().to_array(),
+            forward: sight.forward().to_array(),
+            state: latched.estimate.state.name(),
+            budget_steps: decision.steps,
+            steps: rendered.steps,
+            need_steps: rendered.need,
+            rung: decision.rung,
+            tiles: rendered.tiles,
+            unfinished_tiles: rendered.unfinished,
+            unfinished_fovea: rendered.unfinished_fovea,
+        };
+        report.frames += 1;
+        record
+    }
+}
+
+/// Sleeps, and spins at the end: systems wake late by some tenths of a millisecond.
+fn sleep_until(time: Instant) {
+    const SPIN: Duration = Duration::from_micros(300);
+    let left = time.saturating_duration_since(Instant::now());
+    if let Some(asleep) = left.checked_sub(SPIN) {
+        std::thread::sleep(asleep);
+    }
+    while Instant::now() < time {
+        std::hint::spin_loop();
+    }
+}

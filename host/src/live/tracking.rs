@@ -1,0 +1,183 @@
+//! A tracker that is listened to while frames are rendered.
+
+use crate::tracker::{Feed, Notice};
+use shisen_tracker::clock::{self, ClockEstimator};
+use shisen_tracker::decoder::{Counts, Event};
+use shisen_tracker::estimate::{self, Estimate, GazeEstimator};
+use shisen_tracker::time::Micros;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How long a feed that does not wait by itself is left alone.
+const PAUSE: Duration = Duration::from_micros(100);
+
+/// A tracker with a thread of its own. Each sample is put into the estimator as it
+/// comes: there is no queue that could grow, and what a tracker sends too fast
+/// waits in the system's own buffer, which loses what it has no room for.
+pub struct LiveTracker {
+    opened: Instant,
+    following: Arc<Mutex<Following>>,
+    over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What is known of the viewer.
+struct Following {
+    clock: ClockEstimator,
+    estimator: GazeEstimator,
+    /// When the newest sample was measured and came.
+    newest: Option<(Micros, Micros)>,
+    samples: u64,
+    counts: Counts,
+}
+
+/// Something to be told about a tracker.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Happening {
+    /// The feed's own: a device that comes and goes, and what is no sample.
+    Feed(Notice),
+    /// Of the device's clock, for a sample that came then.
+    Clock(clock::ClockEvent, Micros),
+    /// Of the gaze, for a sample that came then.
+    Gaze(estimate::Event, Micros),
+}
+
+/// A gaze that was taken for a frame. Times are on [`LiveTracker::now`]'s clock.
+#[derive(Debug, Clone, Copy)]
+pub struct Latched {
+    /// Where the viewer looks when the frame is shown.
+    pub estimate: Estimate,
+    /// When the newest sample was measured; `None` before the first.
+    pub sample: Option<Micros>,
+    /// When it came.
+    pub arrive: Option<Micros>,
+    /// When the gaze was taken.
+    pub latch: Micros,
+    /// Samples so far.
+    pub samples: u64,
+}
+
+impl LiveTracker {
+    /// Listens to a feed from now on; `tell` hears of what is no sample.
+    ///
+    /// # Errors
+    /// A thread that cannot be had.
+    pub fn start(
+        feed: Feed,
+        clock: ClockEstimator,
+        estimator: GazeEstimator,
+        tell: impl FnMut(Happening) + Send + 'static,
+    ) -> std::io::Result<Self> {
+        let opened = feed.opened();
+        let following = Arc::new(Mutex::new(Following {
+            clock,
+            estimator,
+            newest: None,
+            samples: 0,
+            counts: Counts::new(),
+        }));
+        let over = Arc::new(AtomicBool::new(false));
+        let (shared, ended) = (Arc::clone(&following), Arc::clone(&over));
+        let thread = std::thread::Builder::new()
+            .name("tracker".to_owned())
+            .spawn(move || listen(feed, &shared, &ended, tell))?;
+        Ok(Self {
+            opened,
+            following,
+            over,
+            thread: Some(thread),
+        })
+    }
+
+    /// Since the feed was opened.
+    pub fn now(&self) -> Micros {
+        self.at(Instant::now())
+    }
+
+    /// A time of the system's clock on this one.
+    pub fn at(&self, instant: Instant) -> Micros {
+        Micros(instant.saturating_duration_since(self.opened).as_micros() as u64)
+    }
+
+    /// Where the viewer looks at `display`, by all that has come until now.
+    pub fn latch(&self, display: Micros) -> Latched {
+        let mut following = lock(&self.following);
+        let latch = self.now();
+        let estimate = following
+            .estimator
+            .estimate(display.max(latch), &mut |_| {});
+        Latched {
+            estimate,
+            sample: following.newest.map(|(sample, _)| sample),
+            arrive: following.newest.map(|(_, arrive)| arrive),
+            latch,
+            samples: following.samples,
+        }
+    }
+
+    /// What became of the tracker's bytes so far.
+    pub fn counts(&self) -> Counts {
+        lock(&self.following).counts
+    }
+}
+
+impl Drop for LiveTracker {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::SeqCst);
+        if let Some(thread) = self.thread.take() {
+            // One that panicked has said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn lock(following: &Mutex<Following>) -> MutexGuard<'_, Following> {
+    following.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The thread's life.
+fn listen(
+    mut feed: Feed,
+    following: &Mutex<Following>,
+    over: &AtomicBool,
+    mut tell: impl FnMut(Happening),
+) {
+    let is_live = feed.is_live();
+    while !over.load(Ordering::SeqCst) {
+        let now = feed.now();
+        feed.poll(now, &mut |notice| {
+            let sample = match &notice {
+                Notice::Decoded(event) => match **event {
+                    Event::Sample(sample) => sample,
+                    _ => return tell(Happening::Feed(notice)),
+                },
+                _ => return tell(Happening::Feed(notice)),
+            };
+            let mut following = lock(following);
+            let Following {
+                clock,
+                estimator,
+                newest,
+                samples,
+                ..
+            } = &mut *following;
+            let arrival = sample.arrival;
+            let stamp = clock.stamp(&sample, &mut |event| {
+                tell(Happening::Clock(event, arrival));
+            });
+            estimator.push(&sample, stamp.time, &mut |event| {
+                tell(Happening::Gaze(event, arrival));
+            });
+            // What is simulated is here when it is asked for, not before.
+            let came = if is_live { arrival } else { now.max(arrival) };
+            *newest = Some((stamp.time, came));
+            *samples += 1;
+        });
+        lock(following).counts = feed.counts();
+        if !is_live {
+            std::thread::sleep(PAUSE);
+        }
+    }
+}

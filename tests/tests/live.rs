@@ -1,0 +1,305 @@
+//! The live loop's frames: what they are, what they take, and what is never
+//! missing.
+
+use glam::Vec3;
+use serde_json::Value;
+use shisen::bake::{Baked, Layout};
+use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
+use shisen::live::{Allowance, Engine, Governor, Quality, with_engine};
+use shisen::render::{self, Observer, Options};
+use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::simplify::PolygonLevels;
+use shisen_core::Simd;
+use shisen_core::frame::{LevelOfDetail, Renderer, Settings, Spectrum};
+use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use shisen_tests::command::shisen;
+use shisen_tests::meshes::icosphere;
+use shisen_tests::sizes::cases;
+use std::fs;
+
+const SIDE: u32 = 64;
+
+fn baked() -> Baked<8> {
+    let scene = paper_scene(PaperScene::A, icosphere(4)).expect("a scene");
+    let levels = PolygonLevels::new(
+        PolygonLevels::FEWEST_FACES..=u32::MAX,
+        Layout::Fast.polygon_levels(),
+    );
+    Baked::with_levels(&scene, &levels.expect("levels")).expect("a baked scene")
+}
+
+/// Both eyes of one who looks from front to floor and to the right, over 60 frames.
+fn eyes(frame: u32) -> Vec<Observer> {
+    let part = (frame % 60) as f32 / 60.0 * std::f32::consts::TAU;
+    let forward = Vec3::new(0.6 * part.sin(), -0.5 + 0.7 * part.cos(), -1.0);
+    let viewer = Viewer::default();
+    let observer = |eye: Eye| {
+        let place = viewer.eye(eye);
+        let sight = LineOfSight::new(place.as_vec3(), forward, Vec3::Y).expect("a sight");
+        let gaze = Gaze::new(sight, VisualField::PAPER);
+        Observer {
+            lod: Some(LevelOfDetail::new(gaze)),
+            ..Observer::new(eye, place)
+        }
+    };
+    Eye::STEREO.map(observer).to_vec()
+}
+
+fn options(threads: usize, tile: u32) -> Options {
+    Options {
+        threads,
+        tile,
+        ..Options::default()
+    }
+}
+
+fn with<R>(
+    baked: &Baked<8>,
+    options: &Options,
+    run: impl FnOnce(&mut Engine<'_, '_, 8>) -> R,
+) -> R {
+    let cave = Cave::built_in(BuiltInCave::ThreeWall, [SIDE; 2]).expect("a room");
+    let scene = baked.scene();
+    with_engine(scene, Spectrum::default(), &cave, &eyes(0), options, run).expect("an engine")
+}
+
+fn hashes(engine: &Engine<'_, '_, 8>) -> Vec<u64> {
+    let mut pictures = engine.pictures().expect("pictures");
+    engine.copy(&mut pictures);
+    pictures
+        .iter()
+        .map(shisen::picture::Picture::hash)
+        .collect()
+}
+
+#[test]
+fn a_frame_without_a_budget_is_the_frame() {
+    let baked = baked();
+    let cave = Cave::built_in(BuiltInCave::ThreeWall, [SIDE; 2]).expect("a room");
+    with(&baked, &options(2, 24), |engine| {
+        for number in [0, 17, 31] {
+            let eyes = eyes(number);
+            let frame = engine.render(&eyes, &Quality::FULL, None).expect("a frame");
+            assert_eq!((frame.unfinished, frame.rounds), (0, 1));
+            let whole = render::cave(&baked.scene(), &cave, &eyes, &options(1, 32), &|_, _| {});
+            let whole = whole.expect("a frame");
+            assert_eq!(frame.statistics.rays(), whole.statistics.rays());
+            let whole: Vec<u64> = whole
+                .pictures
+                .iter()
+                .map(|one| one.picture.hash())
+                .collect();
+            assert_eq!(hashes(engine), whole);
+        }
+    });
+}
+
+#[test]
+fn a_budget_is_kept_and_threads_change_nothing() {
+    let baked = baked();
+    // From less than a tile's to more than all.
+    for steps in [1, 3_000, 20_000, 60_000, 150_000, 10_000_000] {
+        let run = |threads: usize| {
+            with(&baked, &options(threads, 16), |engine| {
+                let mut frames = Vec::new();
+                for number in 0..6 {
+                    let eyes = eyes(7 * number);
+                    let frame = engine.render(&eyes, &Quality::FULL, Some(steps));
+                    let frame = frame.expect("a frame");
+                    assert!(frame.steps <= steps, "{} of {steps}", frame.steps);
+                    assert_eq!(frame.steps, frame.statistics.steps);
+                    frames.push((frame.steps, frame.unfinished, hashes(engine)));
+                }
+                frames
+            })
+        };
+        let one = run(1);
+        assert_eq!(one, run(2), "{steps}");
+        assert_eq!(one, run(5), "{steps}");
+        // What is not finished is at the rim, and little or nothing where all fits.
+        let unfinished: Vec<usize> = one.iter().map(|frame| frame.1).collect();
+        assert_eq!(
+            unfinished.iter().all(|&count| count == 0),
+            steps == 10_000_000
+        );
+    }
+}
+
+#[test]
+fn half_of_what_is_needed_finishes_what_is_looked_at() {
+    let baked = baked();
+    let count = cases("frames at half of the need", 400, 10_000) as u32;
+    with(&baked, &options(2, 16), |engine| {
+        let mut needs: Vec<u64> = (0..60)
+            .map(|frame| {
+                let frame = engine.render(&eyes(frame), &Quality::FULL, None);
+                frame.expect("a frame").steps
+            })
+            .collect();
+        needs.sort_unstable();
+        let steps = needs[30] / 2;
+        let mut governor = Governor::new();
+        let (mut changes, mut unfinished, mut before) = (0, 0, 0);
+        for number in 0..count {
+            let decision = governor.decide(Allowance::Steps(steps));
+            let frame = engine.render(&eyes(number), &decision.quality, decision.steps);
+            let frame = frame.expect("a frame");
+            assert!(frame.steps <= steps, "frame {number}: {}", frame.steps);
+            assert!(!frame.unfinished_fovea, "frame {number}: {frame:?}");
+            governor.learn(&decision, frame.need, frame.steps, 1.0e-3);
+            unfinished += u32::from(frame.unfinished > 0);
+            changes += u32::from(decision.rung != before);
+            before = decision.rung;
+        }
+        // It binds, and quality seldom changes: the viewer looks around once in 60
+        // frames, and needs twice as much at one place as at another.
+        assert!(before > 0);
+        assert!(changes * 10 < count, "{changes} changes in {count} frames");
+        assert!(
+            unfinished * 20 < count,
+            "{unfinished} unfinished of {count} frames"
+        );
+    });
+}
+
+#[test]
+fn fewer_faces_are_those_of_a_level() {
+    let baked = baked();
+    let cave = Cave::built_in(BuiltInCave::ThreeWall, [SIDE; 2]).expect("a room");
+    let wall = cave.screens().next().expect("a wall");
+    let [left, _] = eyes(3)[..] else {
+        panic!("two eyes")
+    };
+    let view = render::view(wall, &left).expect("a view");
+    let lod = left.lod.expect("a level of detail");
+    let plain = Renderer::<8>::new(baked.scene(), Simd::detect(), Settings::default());
+    let last = baked.scene().rungs() - 1;
+    for (level, fewest) in [
+        (1.0, 0),
+        (0.5, last.div_ceil(2)),
+        (0.0, last),
+        (-1.0, last),
+        (2.0, 0),
+    ] {
+        let fewer = plain.with_faces_of_level(level);
+        let (own, full) = (
+            fewer.with_level_of_detail(lod),
+            plain.with_level_of_detail(lod),
+        );
+        let mut seen = [0; 2];
+        for (x, y) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y))) {
+            assert_eq!(fewer.detail(&view, x, y).expect("a pixel").rung, fewest);
+            let (own, full) = (own.detail(&view, x, y), full.detail(&view, x, y));
+            let Some((own, full)) = own.zip(full) else {
+                assert_eq!(own, full);
+                continue;
+            };
+            assert_eq!((own.depth, own.rung), (full.depth, full.rung.max(fewest)));
+            seen[usize::from(own.rung > full.rung)] += 1;
+        }
+        assert!(seen[0] > 0 || fewest == last, "{seen:?}");
+        assert_eq!(seen[1] > 0, fewest > 0, "{seen:?}");
+    }
+}
+
+/// Runs the command, which ends with this code and says this.
+fn fails(arguments: &[&str], code: i32, said: &str) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = shisen(folder.path());
+    let output = command.arg("run").args(arguments).assert().code(code);
+    let words = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+    let words: Vec<&str> = words.split_whitespace().collect();
+    assert!(words.join(" ").contains(said), "{arguments:?}: {words:?}");
+}
+
+#[test]
+fn the_command_follows_the_mock_and_reports() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = shisen(folder.path());
+    let budget = ["--budget", "60000steps", "--frames", "40", "--size", "48"];
+    let command = command.args(["run", "--tracker", "mock:seed=3", "--hz", "100"]);
+    let command = command.args(budget).args(["--record", "log", "--json"]);
+    let output = command.args(["--view", "png"]).assert().success();
+    let report: Value = serde_json::from_slice(&output.get_output().stdout).expect("an object");
+    assert_eq!(report["frames"], 40);
+    assert_eq!(report["over_budget_frames"], 0);
+    assert_eq!(report["frames_with_unfinished_fovea"], 0);
+    assert_eq!(report["budget_steps"], 60_000);
+    assert!(
+        report["lowered_share"].as_f64().expect("a share") > 0.5,
+        "{report}"
+    );
+    assert!(report["samples"].as_u64().expect("samples") > 10);
+    for quantile in ["p50", "p95", "p99"] {
+        assert!(
+            report["motion_to_wall_ms"][quantile]
+                .as_f64()
+                .expect("a time")
+                > 0.0
+        );
+    }
+    let stages = report["stages"].as_object().expect("stages");
+    assert_eq!(stages.len(), 7);
+    let rungs = report["rungs"].as_array().expect("rungs");
+    let frames: u64 = rungs
+        .iter()
+        .map(|rung| rung["frames"].as_u64().expect("a count"))
+        .sum();
+    assert_eq!(frames, 40);
+
+    let log = fs::read_to_string(folder.path().join("log")).expect("a log");
+    let records: Vec<Value> = log
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("an object"))
+        .collect();
+    assert_eq!(records.len(), 40);
+    let mut presented = 0;
+    for (number, record) in records.iter().enumerate() {
+        assert_eq!(record["frame"], number);
+        assert!(
+            record["steps"].as_u64() <= record["budget_steps"].as_u64(),
+            "{record}"
+        );
+        let times = [
+            "arrive_us",
+            "latch_us",
+            "first_ray_us",
+            "done_us",
+            "present_us",
+        ];
+        let times = times.map(|key| record[key].as_u64().unwrap_or(0));
+        assert!(times.is_sorted(), "{record}");
+        // No two frames in one refresh.
+        assert!(times[4] > presented, "{record}");
+        presented = times[4];
+        let late = record["late"].as_bool().expect("a verdict");
+        assert!(
+            late || times[4] >= record["due_us"].as_u64().expect("a time"),
+            "{record}"
+        );
+    }
+    let path = folder.path().join("shisen-out/frame-000039.png");
+    let picture = fs::read(path).expect("a picture");
+    assert!(picture.starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn bad_input_is_told() {
+    for (arguments, said) in [
+        (&["--budget", "33"][..], "33 of what: give 33ms or 33steps"),
+        (&["--budget", "0steps"], "out of range"),
+        (&["--hz", "0"], "1 to 1000"),
+        (&["--scene", "grid"], "give --hz or --budget"),
+        (
+            &["--scene", "grid", "--budget", "paper"],
+            "A to D of the paper's Table 2",
+        ),
+        (&["--frames", "0"], "give a whole number from 1"),
+        (&["--tracker", "nothing"], "--tracker"),
+    ] {
+        fails(arguments, 2, said);
+    }
+    fails(&["--record", "no/such/folder/log"], 1, "cannot write");
+    let gone = "serial:/dev/shisen-gone?protocol=fastrak";
+    fails(&["--tracker", gone], 1, "shisen-gone");
+}
