@@ -288,6 +288,7 @@ impl Session {
     fn so_far(&self) -> String {
         match self.ready {
             None => "it has not started".to_owned(),
+            Some(_) if self.ended == 1 => "1 frame has come".to_owned(),
             Some(_) => format!("{} frames have come", self.ended),
         }
     }

@@ -63,3 +63,5 @@ pub mod time;
 #[cfg(any(feature = "uart", test))]
 pub mod uart;
 mod valid;
+#[cfg(test)]
+mod wrong_speed;

@@ -126,6 +126,25 @@ pub(crate) fn mock_records(name: &str, count: usize) -> Vec<Vec<u8>> {
     records
 }
 
+/// All protocols of serial lines as is usual, and Flock's other modes, which believe
+/// more.
+pub(crate) fn serial_lines() -> Vec<(std::string::String, crate::mock::Format)> {
+    use crate::head::flock::{self, Mode};
+    use crate::mock::Format;
+    let serial = Format::NAMES[..]
+        .iter()
+        .filter(|name| !["osvr-hdk", "hid"].contains(name));
+    let serial = serial.map(|name| ((*name).into(), Format::named(name).unwrap()));
+    let modes = Mode::ALL.into_iter().map(|mode| {
+        let config = flock::Config {
+            mode,
+            ..flock::Config::default()
+        };
+        (std::format!("{mode:?}"), Format::Flock(config))
+    });
+    serial.chain(modes).collect()
+}
+
 /// The angle between two rotations, radians, while it is small.
 pub(crate) fn angle(a: Quat, b: Quat) -> f32 {
     2.0 * (a - b).length().min((a + b).length())
@@ -353,10 +372,10 @@ fn is_heavy() -> bool {
 }
 
 /// How many random bytes a test feeds: a million, or the whole number where
-/// `SHISEN_HEAVY` asks for it.
+/// `SHISEN_HEAVY` asks for it; few in miri.
 pub(crate) fn random_count(heavy: u64) -> u64 {
     match (cfg!(miri), is_heavy()) {
-        (true, _) => 2_000,
+        (true, _) => 1_000,
         (false, true) => heavy,
         (false, false) => 1_000_000,
     }

@@ -135,13 +135,13 @@ mod tests {
             Step::Bytes(FRAME[..7].to_vec()),
             Step::Overrun,
             Step::Bytes(FRAME[7..].to_vec()),
-            Step::Bytes(FRAME.to_vec()),
+            Step::Bytes(FRAME.repeat(2)),
         ];
         let mut port = Port(steps.into());
         let mut decoder = Asl::default();
         let (read, samples) = drained(&mut port, &mut decoder, 1_000);
         assert_eq!((read, samples), (Err(ErrorKind::Other), 0));
-        assert_eq!(drained(&mut port, &mut decoder, 1_000), (Ok(17), 1));
+        assert_eq!(drained(&mut port, &mut decoder, 1_000), (Ok(29), 2));
     }
 
     #[test]

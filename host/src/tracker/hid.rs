@@ -31,6 +31,9 @@ pub struct Features {
     pub status: Option<Status>,
     /// Reports that its descriptor has and that could not be read, and why.
     pub unread: Vec<String>,
+    /// Why it did not take the request to send all that it has, if it was asked and
+    /// did not.
+    pub refused: Option<String>,
 }
 
 impl Features {
@@ -59,6 +62,7 @@ impl Features {
                 .and_then(|bytes| tracker.configuration(&bytes).map_err(&mut read).ok()),
             status: status.and_then(|bytes| tracker.status(&bytes).map_err(&mut read).ok()),
             unread,
+            refused: None,
         }
     }
 }
@@ -74,7 +78,8 @@ pub fn features(path: &str) -> io::Result<Option<Features>> {
 }
 
 /// Opens the device that is meant, asks an eye tracker what it is, and asks it to
-/// send all that it has; one that takes no requests sends of itself.
+/// send all that it has; one that takes no requests sends of itself, and one that
+/// refuses may not.
 pub(super) fn plug(spec: &HidSpec) -> Result<Plugged, LiveError> {
     let at = |path: &str| {
         let path = path.to_owned();
@@ -98,9 +103,10 @@ pub(super) fn plug(spec: &HidSpec) -> Result<Plugged, LiveError> {
         path: path.clone(),
         reason,
     })?;
-    let features = Features::of(&mut device, &tracker);
+    let mut features = Features::of(&mut device, &tracker);
     if let Some(request) = tracker.mode_request(Mode::ALL) {
-        let _ = device.set_feature(&request);
+        let asked = device.set_feature(&request);
+        features.refused = asked.err().map(|reason| reason.to_string());
     }
     Ok(Plugged {
         device,

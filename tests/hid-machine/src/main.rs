@@ -76,6 +76,11 @@ const READY: Status = Status {
 };
 
 fn eye_tracker(serial: &str) -> Result<Device, Box<dyn Error>> {
+    eye_tracker_that(serial, true)
+}
+
+/// One that takes requests, or not.
+fn eye_tracker_that(serial: &str, settable: bool) -> Result<Device, Box<dyn Error>> {
     Ok(Device::new(&Description {
         name: "Virtual Eye Tracker",
         serial,
@@ -86,6 +91,7 @@ fn eye_tracker(serial: &str) -> Result<Device, Box<dyn Error>> {
             documented::configuration(&SET_UP).to_vec(),
             documented::status(&READY).to_vec(),
         ],
+        settable,
     })?)
 }
 
@@ -96,6 +102,7 @@ fn hdk() -> Result<Device, Box<dyn Error>> {
         id: osvr_hdk::USB_IDS[0],
         descriptor: &HDK_DESCRIPTOR,
         features: Vec::new(),
+        settable: true,
     })?)
 }
 
@@ -427,7 +434,8 @@ fn the_command_lists_it(api: &mut HidApi) -> Outcome {
         "\"features\":{\"capabilities\":{\"quality\":1,\"nearest_m\":0.5,".into(),
         // In metres the last bit is rounded.
         "\"screen_width_m\":0.52".into(),
-        "\"status\":{\"code\":1,\"meaning\":\"ready\",\"rate_hz\":100.0},\"unread\":[]}".into(),
+        "\"status\":{\"code\":1,\"meaning\":\"ready\",\"rate_hz\":100.0},\"unread\":[],\"refused\":null}"
+            .into(),
     ] {
         ensure!(found.contains(&expected), "no {expected} in {found}");
     }
@@ -436,6 +444,50 @@ fn the_command_lists_it(api: &mut HidApi) -> Outcome {
     let features = format!("  {FEATURES}");
     ensure!(told.lines().any(|line| line == features), "{told}");
     Ok(())
+}
+
+/// Both are named, and neither is taken.
+fn the_command_asks_which_of_two(api: &mut HidApi) -> Outcome {
+    let _both = [eye_tracker("ET-1")?, eye_tracker("ET-2")?];
+    let devices = wait_for(api, documented::USB_ID, 2)?;
+    let (vendor, product) = documented::USB_ID;
+    for spec in [
+        format!("hid:{vendor:04x}:{product:04x}"),
+        "hid:usage=0012".into(),
+    ] {
+        let output = shisen(&["monitor", &spec]).output()?;
+        let told = String::from_utf8(output.stderr)?;
+        ensure!(
+            output.status.code() == Some(1),
+            "{:?}: {told}",
+            output.status
+        );
+        for [path, _, _] in &devices {
+            ensure!(told.contains(path.as_str()), "no {path} in {told}");
+        }
+    }
+    Ok(())
+}
+
+fn the_command_says_that_a_request_is_refused(api: &mut HidApi) -> Outcome {
+    let _device = eye_tracker_that("ET-1", false)?;
+    let devices = wait_for(api, documented::USB_ID, 1)?;
+    let mut monitor = shisen(&["monitor", &format!("hid:{}", devices[0][0])])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    let told = lines(monitor.stderr.take().ok_or("no errors")?);
+    let said = (|| {
+        loop {
+            let line = told.recv_timeout(SLOW)?;
+            if line.contains("did not take the request") {
+                return Ok(());
+            }
+        }
+    })();
+    monitor.kill()?;
+    monitor.wait()?;
+    said
 }
 
 fn the_command_follows_it(api: &mut HidApi) -> Outcome {
@@ -474,6 +526,7 @@ fn the_command_reads_another_descriptor(api: &mut HidApi) -> Outcome {
             id: documented::USB_ID,
             descriptor: &PLACE_ALONE,
             features: Vec::new(),
+            settable: true,
         })?;
         let devices = wait_for(api, documented::USB_ID, 1)?;
         ensure!(device_file(&devices[0][0])? == at, "{devices:?}");
@@ -551,7 +604,7 @@ fn follows(api: &mut HidApi, spec: &str) -> Outcome {
 /// A name, and what it does.
 type Check = (&'static str, fn(&mut HidApi) -> Outcome);
 
-const CHECKS: [Check; 11] = [
+const CHECKS: [Check; 13] = [
     (
         "an eye tracker is listed, opened and described",
         lists_and_opens,
@@ -563,6 +616,14 @@ const CHECKS: [Check; 11] = [
     ("two of them are told apart", tells_two_apart),
     ("an OSVR HDK's reports are decoded", decodes_a_head_tracker),
     ("the command lists it", the_command_lists_it),
+    (
+        "the command asks which of two is meant",
+        the_command_asks_which_of_two,
+    ),
+    (
+        "the command says that a request is refused",
+        the_command_says_that_a_request_is_refused,
+    ),
     (
         "the command follows it, unplugged and plugged in again",
         the_command_follows_it,

@@ -31,6 +31,8 @@ pub struct Description<'a> {
     pub descriptor: &'a [u8],
     /// Feature reports that can be read, each with its id in front.
     pub features: Vec<Vec<u8>>,
+    /// Whether feature reports can be set.
+    pub settable: bool,
 }
 
 /// What the host did to a device.
@@ -71,8 +73,8 @@ impl Device {
         let seen = Arc::new(Mutex::new(Seen::default()));
         let kernel = {
             let (file, seen) = (file.try_clone()?, seen.clone());
-            let features = description.features.clone();
-            thread::spawn(move || answer(file, &features, &seen))
+            let (features, settable) = (description.features.clone(), description.settable);
+            thread::spawn(move || answer(file, &features, settable, &seen))
         };
         Ok(Self {
             file,
@@ -110,7 +112,7 @@ fn put(to: &mut [u8], at: usize, bytes: &[u8]) {
 }
 
 /// Answers the kernel until the device is gone.
-fn answer(mut file: File, features: &[Vec<u8>], seen: &Mutex<Seen>) {
+fn answer(mut file: File, features: &[Vec<u8>], settable: bool, seen: &Mutex<Seen>) {
     let mut event = [0; EVENT_BYTES];
     while file.read(&mut event).is_ok_and(|length| length >= 4) {
         let word = |at: usize| u32::from_le_bytes(event[at..at + 4].try_into().expect("4 bytes"));
@@ -139,7 +141,9 @@ fn answer(mut file: File, features: &[Vec<u8>], seen: &Mutex<Seen>) {
             SET_REPORT => {
                 let length = usize::from(u16::from_le_bytes([event[10], event[11]]));
                 seen.set.push(event[12..12 + length].to_vec());
-                [&SET_REPORT_REPLY.to_le_bytes()[..], &id, &[0, 0]].concat()
+                let error = if settable { 0 } else { EIO };
+                let error = error.to_le_bytes();
+                [&SET_REPORT_REPLY.to_le_bytes()[..], &id, &error].concat()
             }
             _ => continue,
         };

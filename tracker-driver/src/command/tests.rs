@@ -1,11 +1,11 @@
 use super::*;
 use crate::decoder::{Decoder, DropReason, Dropped, Reply, Text};
-use crate::head::flock::{self, Mode};
 use crate::mock::{
     Faults, FaultsConfig, Format, Reader, Source, Tracker, TrackerConfig, Viewer, ViewerConfig,
     Wire,
 };
 use crate::sample::Sample;
+use crate::testing::serial_lines;
 use std::format;
 
 fn sample() -> Event {
@@ -403,22 +403,6 @@ fn watched(spoken: &Format, heard: &Format, corrupt: f32) -> (usize, Option<Fail
     (wrong, last)
 }
 
-/// All protocols of serial lines, and Flock's other modes, which believe more.
-fn lines() -> std::vec::Vec<(std::string::String, Format)> {
-    let serial = Format::NAMES[..]
-        .iter()
-        .filter(|name| !["osvr-hdk", "hid"].contains(name));
-    let serial = serial.map(|name| ((*name).into(), Format::named(name).unwrap()));
-    let modes = Mode::ALL.into_iter().map(|mode| {
-        let config = flock::Config {
-            mode,
-            ..flock::Config::default()
-        };
-        (std::format!("{mode:?}"), Format::Flock(config))
-    });
-    serial.chain(modes).collect()
-}
-
 /// Records alike in all that can be checked: twelve or six bytes, of which the
 /// first alone has its highest bit set. What a Flock sends it is told.
 const ALIKE: [(&str, &str); 3] = [
@@ -431,8 +415,8 @@ const ALIKE: [(&str, &str); 3] = [
 #[cfg_attr(miri, ignore = "minutes")]
 fn a_watch_tells_another_protocol_from_damage() {
     let mut silent = std::vec::Vec::new();
-    for (spoken, sent) in lines() {
-        for (heard, read) in lines() {
+    for (spoken, sent) in serial_lines() {
+        for (heard, read) in serial_lines() {
             let (wrong, last) = watched(&sent, &read, 0.0);
             if sent == read {
                 assert_eq!((wrong, last), (0, None), "{spoken}");

@@ -131,7 +131,7 @@ pub(super) struct EyeTrack<const N: usize> {
 }
 
 /// From how many samples on a velocity is told from noise.
-const LEAST_FOLLOWED: usize = 6;
+const LEAST_FOLLOWED: usize = 5;
 
 /// Of a velocity, what is not relied on for each second between samples: what
 /// is followed can stop, and only a sample after that shows it. This much, and
@@ -140,7 +140,7 @@ const LEAST_FOLLOWED: usize = 6;
 /// [`GazePrediction`](super::GazePrediction)).
 const DOUBT: f32 = 50.0;
 /// The least part of a velocity that is relied on.
-const LEAST_RELIANCE: f32 = 0.6;
+const LEAST_RELIANCE: f32 = 0.7;
 
 /// How pursuit is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]

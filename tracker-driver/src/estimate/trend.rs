@@ -181,7 +181,7 @@ pub(super) fn slope(places: &Places<'_>) -> Option<Vec3> {
 /// velocity, their difference is how little it is worth, be it for noise or
 /// for a step, which only one of them sees; the velocity shrinks by it as
 /// James's and Stein's estimator does. It also shrinks as the newest quarter
-/// departs from it by more than the noise explains, since something that
+/// is slower by more than the noise explains, since something that
 /// stops shows there first, and where it is itself no more than noise. Below
 /// `least` per second it is zero.
 #[inline(never)]
@@ -211,12 +211,13 @@ pub(super) fn steady_velocity(places: &Places<'_>, least: f32) -> Vec3 {
     // Squares in units of their variance: 2 on average where there is only
     // noise, 6 in one of twenty cases, 9 in one of a hundred.
     let variance = 0.25 * noise * (1.0 / newer.spread + 1.0 / older.spread);
-    let clear = (square / variance / 6.0 - 1.0).clamp(0.0, 1.0);
+    let clear = (square / variance / 9.0 - 1.0).clamp(0.0, 1.0);
     let last = Line::through(places, 0.5 * middle, 0.0);
     let goes_on = last.map_or(1.0, |last| {
-        let departs = last.slope - mean;
-        let departure = departs.dot(departs) * last.spread / noise;
-        ((9.0 - departure) / 5.0).clamp(0.0, 1.0)
+        // Along its own way: what goes faster, or aside, does not stop.
+        let slower = (mean - last.slope).dot(mean).max(0.0);
+        let slower = slower * slower / square.max(1.0e-20) * last.spread / noise;
+        ((9.0 - slower) / 5.0).clamp(0.0, 1.0)
     });
     mean * (fast * sure * clear * goes_on)
 }

@@ -308,10 +308,8 @@ fn step(front: Front<'_>, arrival: Micros) -> Step {
     };
     let header = u16::from_le_bytes(*header);
     let length = usize::from(header & LENGTH_BITS);
-    if header & !(LENGTH_BITS | STREAM_BIT) != 0 {
-        return Step::Skip(DropReason::Field);
-    }
-    if !(1..=LONGEST_PACKET - OVERHEAD).contains(&length) {
+    let clear = header & !(LENGTH_BITS | STREAM_BIT) == 0;
+    if !(clear && (1..=LONGEST_PACKET - OVERHEAD).contains(&length)) {
         return Step::Skip(DropReason::Length);
     }
     let begun = begun.get(..length).unwrap_or(begun);

@@ -191,7 +191,8 @@ pub struct Config {
     pub outputs: Outputs,
     /// Larger words, in tenths, are damage; at most 0x43FF (1740.7).
     pub largest_word: u16,
-    /// Hand a record over only once the next header has come.
+    /// Hand a record over only once the next header has come. Where that is damaged,
+    /// the intact record before it is lost.
     pub confirm: bool,
     /// A point of regard, or a pupil, at 0, 0 means that the eye was not
     /// found. The driver that the format is known from does not say; a

@@ -61,12 +61,29 @@
 //! 6 · 10⁷ random bytes 937,789 and 114 did (`SHISEN_HEAVY=1 cargo test -p
 //! shisen-tracker flock::tests::random -- --nocapture`).
 //!
+//! So false samples come from a line that is read at another speed than the device
+//! sends at, and a [`Watch`](crate::command::Watch) says that most bytes belong to no
+//! record. So many bytes of the mock's records there are at least for each false
+//! sample, read at a quarter to four times the speed, with pauses between records and
+//! without (`cargo test -p shisen-tracker wrong_speed -- --nocapture`, which holds
+//! them against this table; with a matrix none came):
+//!
+//! | Mode | Bytes |
+//! |---|---|
+//! | `Angles` at another speed | 14 |
+//! | `Position` at another speed | 14 |
+//! | `Quaternion` at another speed | 1,633 |
+//! | `PositionAngles` at another speed | 42 |
+//! | `PositionQuaternion` at another speed | 2,502 |
+//!
 //! Angles and a position cannot be told from each other, nor can an ASL eye
 //! tracker's frames from a position and angles: both are as long, and begin in
 //! the same way.
 //!
 //! A byte that slips into a record, or is doubled, moves what follows it
-//! inside its record; the next record is not touched. To 24 records of a
+//! inside its record; the next record is not touched. With [`Config::confirm`] one
+//! intact record is lost: where the byte behind a record is damaged, or one is put
+//! between two, the record before it lacks what would confirm it. To 24 records of a
 //! head that moves much and 24 of the mock's each fault was done at each byte: it
 //! dropped, doubled, changed to each other byte, each byte put before it. Wrong samples
 //! that came of one fault, and the most intact records that one cost
@@ -241,7 +258,8 @@ pub struct Config {
     pub axes: Axes,
     /// Whether a record is handed over only when the next one has begun
     /// behind it. That notices a byte too many, and holds each sample back
-    /// until then; without it the sample is out before the byte is seen.
+    /// until then; without it the sample is out before the byte is seen. Where the
+    /// byte behind an intact record is damaged, that record is lost.
     pub confirm: bool,
 }
 

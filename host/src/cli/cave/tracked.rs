@@ -259,9 +259,10 @@ impl std::fmt::Display for Report {
             )?;
         }
         let count = self.frames.len();
+        let plural = if count == 1 { "" } else { "s" };
         write!(
             f,
-            "{count} frames of scene {} along {} at {} Hz, {:.3} s of tracing",
+            "{count} frame{plural} of scene {} along {} at {} Hz, {:.3} s of tracing",
             self.scene, self.tracker, self.hz, self.seconds
         )
     }

@@ -13,6 +13,8 @@ pub(super) struct FeatureReport {
     status: Option<StatusReport>,
     /// Reports that it has and that could not be read, and why.
     unread: Vec<String>,
+    /// Why it did not take the request to send all that it has.
+    refused: Option<String>,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -49,6 +51,7 @@ impl From<&Features> for FeatureReport {
             configuration: features.configuration.map(ConfigurationReport::of),
             status: features.status.map(StatusReport::of),
             unread: features.unread.clone(),
+            refused: features.refused.clone(),
         }
     }
 }
@@ -142,6 +145,11 @@ impl fmt::Display for FeatureReport {
         for unread in &self.unread {
             parts.push(format!("cannot be read: {unread}"));
         }
+        if let Some(reason) = &self.refused {
+            parts.push(format!(
+                "it did not take the request to send all that it has: {reason}"
+            ));
+        }
         if parts.is_empty() {
             return f.write_str("it says nothing of itself");
         }
@@ -170,17 +178,20 @@ mod tests {
                 sampling_frequency: Some(90.0),
             }),
             unread: vec!["configuration (0x12): no".into()],
+            refused: Some("broken pipe".into()),
         };
         let report = FeatureReport::from(&features);
         assert_eq!(
             report.to_string(),
             "tracks from 0.500 to 0.900 m (best ?), screens up to 0.700 by 0.400 m, quality 1; \
              status 3 (the screen has to be set up), 90 Hz; \
-             cannot be read: configuration (0x12): no"
+             cannot be read: configuration (0x12): no; \
+             it did not take the request to send all that it has: broken pipe"
         );
         let json = serde_json::to_value(&report).unwrap();
         assert_eq!(json["capabilities"]["quality"], 1);
         assert!(json["capabilities"]["best_m"].is_null() && json["configuration"].is_null());
+        assert_eq!(json["refused"], "broken pipe");
         assert_eq!(json["status"]["meaning"], "the screen has to be set up");
         let silent = FeatureReport::from(&Features::default());
         assert_eq!(silent.to_string(), "it says nothing of itself");

@@ -20,8 +20,9 @@ use std::fmt;
 /// `best_m`, `furthest_m`, `widest_screen_m`, `highest_screen_m`), configuration
 /// (manufacturer, product, `serial_number` and `manufacturer_date` of the display,
 /// `screen_width_m`, `screen_height_m`), status (code, meaning, `rate_hz`), each null
-/// where the device does not say it, and unread (which reports could not be read, and
-/// why).
+/// where the device does not say it, unread (which reports could not be read, and
+/// why) and refused (why it did not take the request to send all that it has; null
+/// where it did, has no such request, or, as here, was not asked).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Print one JSON object

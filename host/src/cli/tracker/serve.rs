@@ -239,7 +239,7 @@ fn line(
         }
     })?;
     super::follow::say(&format!(
-        "{} is a {protocol} at {}",
+        "{} speaks {protocol}, at {}",
         path.display(),
         pty.name().display()
     ));

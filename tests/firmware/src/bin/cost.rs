@@ -158,7 +158,7 @@ impl Report {
         self.decoder("flock", Flock::new(Default::default()), false, 1_000)?;
         self.decoder("hatire", Hatire::new(Default::default()), false, 1_100)?;
         self.decoder("iscan", Iscan::new(Default::default()), false, 650)?;
-        self.decoder("asl", asl::Asl::new(Default::default()), false, 500)?;
+        self.decoder("asl", asl::Asl::new(Default::default()), false, 650)?;
         self.decoder("adhawk", AdHawk::new(), false, 5_000)?;
         self.decoder("osvr-hdk", osvr_hdk::Decoder::new(), true, 300)?;
         let hid = EyeTracker::new(&documented::DESCRIPTOR, Axes::default()).ok()?;

@@ -291,7 +291,7 @@ fn damage_is_named() {
     assert_eq!(damaged(0, &[0])[0], DropReason::OutOfStep);
     assert_eq!(damaged(1, &[0])[0], DropReason::Length);
     assert_eq!(damaged(1, &[126])[0], DropReason::Length);
-    assert_eq!(damaged(2, &[0xC0])[0], DropReason::Field);
+    assert_eq!(damaged(2, &[0xC0])[0], DropReason::Length);
     assert_eq!(damaged(3, &[0x55])[0], DropReason::Unknown);
     assert_eq!(damaged(12, &[4])[0], DropReason::Field);
     assert_eq!(damaged(field, &[9])[0], DropReason::Field);

@@ -10,6 +10,15 @@ const FRAME: [u8; 12] = [
     0x80, 0x00, 0x7F, 0x01, 0x70, 0x00, 0x7F, 0x56, 0x7B, 0x01, 0x2C, 0x01,
 ];
 
+/// The sample of one frame, which waits for the beginning of the next.
+fn sample_of(mut decoder: Asl, frame: &[u8]) -> Sample {
+    assert_eq!(samples(&mut decoder, frame), []);
+    let [sample] = samples(&mut decoder, &[STATUS])[..] else {
+        panic!("not one sample");
+    };
+    sample
+}
+
 fn base() -> Config {
     Config {
         layout: Layout::Base,
@@ -49,8 +58,31 @@ fn stream() -> List<List<u8>> {
 #[test]
 fn a_frame_becomes_a_sample() {
     let expected = looking_at(33_023, 496.0, -5.0, 300.0);
-    assert_eq!(samples(&mut Asl::default(), &FRAME), [expected]);
+    assert_eq!(sample_of(Asl::default(), &FRAME), expected);
     assert_eq!(encode(&expected, Layout::Numbered), FRAME);
+}
+
+/// Out of step a frame counts once the next begins, and with the time of its own
+/// last byte; in step it waits for nothing.
+#[test]
+fn the_first_frame_waits_for_the_next() {
+    let mut decoder = Asl::default();
+    let mut found = List::new();
+    let mut feed = |bytes: &[u8], arrival| {
+        decoder.feed(bytes, Micros(arrival), &mut |event| match event {
+            Event::Sample(sample) => found.push(sample.arrival.0),
+            _ => panic!("{event:?}"),
+        });
+        found.len()
+    };
+    assert_eq!(feed(&FRAME, 1), 0);
+    assert_eq!(feed(&FRAME[..1], 2), 1);
+    assert_eq!(feed(&FRAME[1..], 3), 2);
+    assert_eq!(feed(&FRAME, 4), 3);
+    assert_eq!(found, [1, 3, 4]);
+    let other = [&FRAME[..], &[0x00], &FRAME, &FRAME].concat();
+    let reason = DropReason::Length;
+    assert_eq!(dropped(&mut Asl::default(), &other), [reason]);
 }
 
 #[test]
@@ -65,22 +97,22 @@ fn the_short_layout_has_no_frame_number() {
         frame,
         [0x80, 0x01, 0x70, 0x00, 0x7F, 0x7B, 0x01, 0x34, 0x2C, 0x00]
     );
-    assert_eq!(samples(&mut Asl::new(base()), &frame), [expected]);
+    assert_eq!(sample_of(Asl::new(base()), &frame), expected);
 }
 
 #[test]
 fn an_eye_that_was_not_found_has_no_gaze() {
     let frame = encode(&looking_at(1, 0.0, 5.0, 6.0), Layout::Numbered);
-    let found = samples(&mut Asl::default(), &frame);
-    assert_eq!(found[0].gaze_point, None);
-    assert_eq!(found[0].combined.pupil, None);
+    let found = sample_of(Asl::default(), &frame);
+    assert_eq!(found.gaze_point, None);
+    assert_eq!(found.combined.pupil, None);
     let config = Config {
         zero_is_lost: false,
         ..Config::default()
     };
-    let found = samples(&mut Asl::new(config), &frame);
-    assert_eq!(found[0].combined.pupil, None);
-    assert!(found[0].gaze_point.is_some());
+    let found = sample_of(Asl::new(config), &frame);
+    assert_eq!(found.combined.pupil, None);
+    assert!(found.gaze_point.is_some());
 }
 
 #[test]
@@ -88,18 +120,21 @@ fn damage_is_named() {
     let damaged = |offset: usize, byte: u8| {
         let mut frame = FRAME;
         frame[offset] = byte;
-        dropped(&mut Asl::default(), &[frame, FRAME].concat())
+        dropped(
+            &mut Asl::default(),
+            &[FRAME, FRAME, frame, FRAME, FRAME].concat(),
+        )
     };
-    assert_eq!(damaged(0, 0x81), [DropReason::Field]);
+    assert_eq!(damaged(0, 0x81), [DropReason::OutOfStep]);
     assert_eq!(damaged(0, 0x00), [DropReason::OutOfStep]);
     // The byte that is nothing, its top bit, and the last byte's free bits.
     assert_eq!(damaged(5, 1), [DropReason::Field]);
     assert_eq!(damaged(7, 0x76), [DropReason::Field]);
     assert_eq!(damaged(11, 0x09), [DropReason::Field]);
-    assert_eq!(damaged(4, 0xF0), [DropReason::Truncated, DropReason::Field]);
+    assert_eq!(damaged(4, 0xF0), [DropReason::Truncated]);
     // A pupil below zero.
     assert_eq!(damaged(7, 0x5E), [DropReason::OutOfRange]);
-    let cut = [&FRAME[..6], &FRAME[..]].concat();
+    let cut = [&FRAME[..], &FRAME[..6], &FRAME, &FRAME].concat();
     assert_eq!(dropped(&mut Asl::default(), &cut), [DropReason::Truncated]);
 }
 
@@ -108,8 +143,9 @@ fn missing_frames_are_counted() {
     let mut decoder = Asl::default();
     for number in [65_534, 65_535, 0, 3, 4, 40_000, 40_001] {
         let frame = encode(&looking_at(number, 1.0, 0.0, 0.0), Layout::Numbered);
-        assert_eq!(samples(&mut decoder, &frame).len(), 1);
+        samples(&mut decoder, &frame);
     }
+    assert_eq!(decoder.counts().samples, 7);
     // 1 and 2; from 4 to 40,000 it began anew.
     assert_eq!(decoder.counts().lost, 2);
     decoder.reset();
@@ -146,8 +182,8 @@ fn random_bytes_hold_few_frames() {
     let count = testing::random_count(150_000_000);
     for config in [Config::default(), base()] {
         let found = testing::random_bytes(&mut Asl::new(config), count, 13);
-        // 2⁻³¹ for each byte, and 2⁻³¹ without the frame number too.
-        assert!(found <= 2, "{found}");
+        // 2⁻³⁹ for each byte, and 2⁻³⁹ without the frame number too.
+        assert_eq!(found, 0);
     }
 }
 
@@ -165,10 +201,10 @@ proptest! {
             f32::from(x),
             f32::from(y),
         );
-        let found = samples(&mut Asl::default(), &encode(&sample, Layout::Numbered));
-        prop_assert_eq!(found, [sample]);
+        let found = sample_of(Asl::default(), &encode(&sample, Layout::Numbered));
+        prop_assert_eq!(found, sample);
         let sample = Sample { sequence: None, ..sample };
-        let found = samples(&mut Asl::new(base()), &encode(&sample, Layout::Base));
-        prop_assert_eq!(found, [sample]);
+        let found = sample_of(Asl::new(base()), &encode(&sample, Layout::Base));
+        prop_assert_eq!(found, sample);
     }
 }

@@ -1,0 +1,175 @@
+//! What the decoders and the watch make of a line that is read at another speed
+//! than the device sends at: level by level, as a UART would.
+
+use crate::command::{Failure, Watch};
+use crate::decoder::{Decoder, Event};
+use crate::mock::{Format, Reader, Source, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use crate::testing::{assert_usable, serial_lines};
+use crate::time::Micros;
+use std::vec::Vec;
+
+/// The speed that is listened at, in parts of the speed that is sent at.
+const RATIOS: [(u64, u64); 8] = [
+    (1, 4),
+    (1, 3),
+    (1, 2),
+    (2, 3),
+    (3, 2),
+    (2, 1),
+    (3, 1),
+    (4, 1),
+];
+
+/// What a UART does with a byte whose stop bit is none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Misframed {
+    Kept,
+    /// What a terminal of Linux makes of it.
+    Zero,
+    Dropped,
+}
+
+/// The levels of a line: a start bit, eight bits from the lowest, a stop bit.
+struct Levels {
+    bits: Vec<bool>,
+    baud: u64,
+}
+
+impl Levels {
+    /// What the mock sends in so many seconds: with pauses between its records, or
+    /// without.
+    fn of(format: &Format, seconds: u64, pauses: bool) -> Self {
+        const RATE: u32 = 125;
+        let baud = 115_200;
+        let config = TrackerConfig {
+            rate: RATE,
+            ..TrackerConfig::default()
+        };
+        let viewer = Viewer::new(ViewerConfig::default(), 6);
+        let mut wire = Wire::new(Tracker::new(config, viewer, 6).unwrap(), format.clone());
+        let mut bits = Vec::new();
+        let until = (seconds * baud) as usize;
+        while bits.len() < until {
+            let Some(record) = wire.poll(Micros(u64::MAX / 2)) else {
+                break;
+            };
+            if pauses {
+                let start = (record.arrival.0 * baud / 1_000_000) as usize;
+                bits.resize(bits.len().max(start), true);
+            }
+            for &byte in record.bytes() {
+                bits.push(false);
+                bits.extend((0..8).map(|bit| byte >> bit & 1 == 1));
+                bits.push(true);
+            }
+        }
+        bits.truncate(until);
+        Self { bits, baud }
+    }
+
+    /// What a UART reads at another speed, and when.
+    fn read(&self, (listened, sent): (u64, u64), misframed: Misframed) -> Vec<(Micros, u8)> {
+        // In parts of a bit that both speeds have whole, and half, numbers of.
+        let (bit, read_bit) = (2 * listened, 2 * sent);
+        let end = self.bits.len() as u64 * bit;
+        let level = |at: u64| self.bits.get((at / bit) as usize).copied().unwrap_or(true);
+        let mut bytes = Vec::new();
+        let mut at = 0;
+        while at < end {
+            // Edges are where bits begin.
+            if level(at) || (at > 0 && !level(at - 1)) {
+                at = (at / bit + 1) * bit;
+                continue;
+            }
+            let sample = |i: u64| level(at + read_bit / 2 + i * read_bit);
+            if sample(0) {
+                // Too short for a start.
+                at = (at / bit + 1) * bit;
+                continue;
+            }
+            let byte = (0..8).fold(0, |byte, i| byte | u8::from(sample(1 + i)) << i);
+            let stop = at + read_bit / 2 + 9 * read_bit;
+            let byte = match (level(stop), misframed) {
+                (true, _) | (false, Misframed::Kept) => Some(byte),
+                (false, Misframed::Zero) => Some(0),
+                (false, Misframed::Dropped) => None,
+            };
+            let time = Micros(stop * 1_000_000 / (bit * self.baud));
+            bytes.extend(byte.map(|byte| (time, byte)));
+            at = stop;
+        }
+        bytes
+    }
+}
+
+/// What the watch says at last, and the samples.
+fn listen(format: &Format, bytes: &[(Micros, u8)], until: Micros) -> (Option<Failure>, u64) {
+    let mut reader = Reader::new(format).unwrap();
+    let mut watch = Watch::new();
+    let mut samples = 0;
+    for &(time, byte) in bytes {
+        watch.trouble(time);
+        watch.on_bytes(1, time);
+        reader.feed(&[byte], time, &mut |event| {
+            watch.on_event(&event, time);
+            if let Event::Sample(sample) = event {
+                assert_usable(&sample);
+                samples += 1;
+            }
+        });
+    }
+    (watch.trouble(until), samples)
+}
+
+/// How many bytes there are at least for each false sample, by the table of a module
+/// whose protocol checks too little to let none through.
+fn stated(name: &str) -> Option<f64> {
+    let tables = [include_str!("head/flock.rs"), include_str!("eye/asl.rs")].concat();
+    let begin = std::format!("//! | `{name}` at another speed | ");
+    let row = tables
+        .lines()
+        .find_map(|line| line.strip_prefix(&begin[..]));
+    row.map(|row| row.trim_end_matches(" |").replace(',', "").parse().unwrap())
+}
+
+/// Nothing else is said of it than that there are no records or, where some false
+/// ones come through, that much belongs to none.
+#[test]
+fn a_wrong_speed_is_told_as_such() {
+    let seconds = if cfg!(miri) { 1 } else { 5 };
+    let end = Micros::from_millis(1_000 * seconds);
+    for (name, format) in serial_lines() {
+        let mut worst = 0.0_f64;
+        for pauses in [true, false] {
+            let levels = Levels::of(&format, seconds, pauses);
+            let sent = levels.read((1, 1), Misframed::Kept);
+            let (verdict, samples) = listen(&format, &sent, end);
+            assert!(
+                verdict.is_none() && samples > 80 * seconds,
+                "{name}: {verdict:?}"
+            );
+            for ratio in RATIOS {
+                for misframed in [Misframed::Kept, Misframed::Zero, Misframed::Dropped] {
+                    let bytes = levels.read(ratio, misframed);
+                    let (verdict, samples) = listen(&format, &bytes, end);
+                    let case = std::format!("{name} {pauses} {ratio:?} {misframed:?}: {samples}");
+                    match verdict {
+                        Some(Failure::NoRecord { .. }) => (),
+                        Some(Failure::Unlike { .. }) => assert!(samples > 0, "{case}"),
+                        other => panic!("{case}, {other:?}"),
+                    }
+                    worst = worst.max(samples as f64 / bytes.len() as f64);
+                }
+            }
+        }
+        let bytes = (1.0 / worst).floor();
+        std::println!("//! | `{name}` at another speed | {bytes} |");
+        match stated(&name) {
+            // The usual mode of a Flock.
+            None if name == "flock" => (),
+            None => assert_eq!(worst, 0.0, "{name}"),
+            Some(_) if cfg!(miri) => (),
+            Some(stated) => assert_eq!(bytes, stated, "{name}"),
+        }
+    }
+}
