@@ -8,6 +8,7 @@
 mod boxes;
 mod capture;
 mod exact;
+mod frames;
 mod gaze;
 mod input;
 mod numbers;
@@ -95,6 +96,12 @@ impl Outcome {
         self.errors.ours <= self.case.bound
     }
 
+    /// Whether the naive way is within the bound, too: a control, which shows that
+    /// nothing is lost where nothing is hard, or what a guarantee elsewhere costs.
+    pub fn is_control(&self) -> bool {
+        self.errors.naive <= self.case.bound
+    }
+
     /// As reports have it.
     pub fn row(&self) -> Row {
         let Self { case, errors } = self;
@@ -110,6 +117,7 @@ impl Outcome {
             error: errors.ours,
             bound: case.bound,
             naive_error: errors.naive,
+            control: self.is_control(),
         }
     }
 }
@@ -137,10 +145,12 @@ pub struct Row {
     pub bound: f64,
     /// As [`Errors::naive`]; null in JSON where infinite.
     pub naive_error: f64,
+    /// As [`Outcome::is_control`].
+    pub control: bool,
 }
 
 /// All groups of cases and their names, in the order of a ray's life.
-pub const GROUPS: [(&str, &[Case]); 10] = [
+pub const GROUPS: [(&str, &[Case]); 11] = [
     ("spheroids", spheroids::CASES),
     ("triangles", triangles::CASES),
     ("boxes", boxes::CASES),
@@ -150,6 +160,7 @@ pub const GROUPS: [(&str, &[Case]); 10] = [
     ("refraction", refraction::CASES),
     ("screens", screens::CASES),
     ("time and budget", time::CASES),
+    ("frames", frames::CASES),
     ("numbers", numbers::CASES),
 ];
 
