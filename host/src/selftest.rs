@@ -11,6 +11,7 @@ mod exact;
 mod frames;
 mod gaze;
 mod input;
+mod meshes;
 mod numbers;
 mod refraction;
 mod screens;
@@ -150,9 +151,10 @@ pub struct Row {
 }
 
 /// All groups of cases and their names, in the order of a ray's life.
-pub const GROUPS: [(&str, &[Case]); 11] = [
+pub const GROUPS: [(&str, &[Case]); 12] = [
     ("spheroids", spheroids::CASES),
     ("triangles", triangles::CASES),
+    ("meshes", meshes::CASES),
     ("boxes", boxes::CASES),
     ("secondary rays", secondary::CASES),
     ("visual field", gaze::CASES),

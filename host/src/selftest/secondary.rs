@@ -1,7 +1,7 @@
 //! Rays that start where another one ended.
 
 use super::input::{Inputs, aimed, single};
-use super::triangles::ellipsoid;
+use super::meshes::ellipsoid;
 use super::{BROKEN, Case, Effort, Errors, Worst};
 use crate::bake::Baked;
 use crate::mesh::{Material, TriangleMesh};
