@@ -192,6 +192,9 @@ impl Chart {
             .build_cartesian_2d(x, y)?;
         chart
             .configure_mesh()
+            // Numbers of several digits have room beside each other.
+            .x_labels((size.0 / 80).max(2) as usize)
+            .y_labels((size.1 / 40).max(2) as usize)
             .x_desc(self.x.label)
             .y_desc(self.y.label)
             .x_label_formatter(&|x| self.x.tick(*x))

@@ -21,9 +21,9 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "screen-an-eye-in-it",
-        hard: "an eye 1 µm before the plane of a wall, which is refused, or the next numbers above \
-               and below",
-        error: "eyes at 1 µm and nearer that have rays, and farther ones that have none",
+        hard: "an eye a millionth farther from the plane of a wall than 1 µm, or nearer by as much \
+               and more, which is refused",
+        error: "nearer eyes that have rays, and farther ones that have none",
         reference: "the limit, as documented",
         naive: MATRIX,
         bound: 0.0,
@@ -195,7 +195,7 @@ fn next_to_it(effort: Effort) -> Errors {
             size: [1024; 2],
         };
         // One in a thousand next to the limit.
-        let least = f64::from(FlatScreen::CLOSEST.next_up());
+        let least = f64::from(just_over());
         let off = match inputs.below(1_000) {
             0 => least,
             _ => inputs.range(least, 1.0e-4),
@@ -209,6 +209,11 @@ fn next_to_it(effort: Effort) -> Errors {
         compare(&mut worst, &wall, eye, x, y);
     }
     worst.0
+}
+
+/// As near as an eye may be: the wall's normal is a rounded one.
+fn just_over() -> f32 {
+    FlatScreen::CLOSEST * (1.0 + 1.0e-6)
 }
 
 fn in_it(effort: Effort) -> Errors {
@@ -229,12 +234,11 @@ fn in_it(effort: Effort) -> Errors {
         };
         let limit = FlatScreen::CLOSEST;
         let (off, has_rays) = [
-            (limit.next_up(), true),
-            (limit, false),
-            (limit.next_down(), false),
-            (limit * inputs.unit() as f32, false),
+            (just_over(), true),
+            (limit * (1.0 - 1.0e-6), false),
+            (limit * 0.999 * inputs.unit() as f32, false),
             (0.0, false),
-        ][inputs.below(5)];
+        ][inputs.below(4)];
         let (across, up) = (width * inputs.unit(), height * inputs.unit());
         let eye = Vec3::new(across as f32, up as f32, off);
         let wrong = |found: bool| f64::from(u8::from(found != has_rays));

@@ -18,11 +18,13 @@ use shisen_core::frame::{
 use shisen_core::gaze::{
     Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldLimits,
 };
-use shisen_core::scene::{EffectSet, Records, Scene};
+use shisen_core::scene::format::{Header, Material};
+use shisen_core::scene::{EffectSet, Records};
 use shisen_core::spectrum::{Matching, SpectralSample, SpectralTable, Wavelengths};
 use shisen_core::trace::{MeshTracer, Spectrum, TileRays, Tracer, TraversalStack};
 use shisen_core::{Runs, Simd};
 use std::sync::LazyLock;
+use zerocopy::FromBytes as _;
 
 pub(super) const CASES: &[(&str, Case)] = &[
     ("core gaze::detail::Detail::of_level", |n| {
