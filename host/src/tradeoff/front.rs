@@ -13,8 +13,9 @@ pub fn pareto_front(points: &[(f64, f64)]) -> Vec<bool> {
     points
         .iter()
         .map(|&point| {
-            let is_number = point.0.is_finite() && point.1.is_finite();
-            is_number && !points.iter().any(|&other| beats(other, point))
+            let is_number = |(error, cost): (f64, f64)| error.is_finite() && cost.is_finite();
+            let beaten = |&other: &(f64, f64)| is_number(other) && beats(other, point);
+            is_number(point) && !points.iter().any(beaten)
         })
         .collect()
 }

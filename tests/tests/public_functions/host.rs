@@ -133,11 +133,16 @@ pub(super) const CASES: &[(&str, Case)] = &[
         ));
     }),
     ("host gaze_reference::bounces", |n| {
-        assert!(gaze_reference::bounces(wide(n, 0.5), 3) <= 3);
+        let level = wide(n, 0.5);
+        // Levels are 0 to 1.
+        let is_level = (0.0..=1.0).contains(&level);
+        assert!(!is_level || gaze_reference::bounces(level, 3) <= 3);
     }),
     ("host gaze_reference::faces", |n| {
-        let faces = gaze_reference::faces(wide(n, 0.5), 500, 5_000);
-        assert!((500..=5_000).contains(&faces), "{faces}");
+        let level = wide(n, 0.5);
+        let faces = gaze_reference::faces(level, 500, 5_000);
+        let is_level = (0.0..=1.0).contains(&level);
+        assert!(!is_level || (500..=5_000).contains(&faces), "{faces}");
     }),
     ("host look::ViewDirection::new", |n| {
         let direction = place(n, [0.1, 0.2, -1.0]);
@@ -177,7 +182,11 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let of = |[r, g, b]: [f32; 3]| {
             Picture::from_pixels(1, 1, vec![[r, g, b, 1.0]]).expect("a picture")
         };
-        finite(&colour_differences(&of(pixel), &of([0.5; 3])));
+        let differences = colour_differences(&of(pixel), &of([0.5; 3]));
+        // Of light that is no number there is none.
+        if n.within(f32::MAX) {
+            finite(&differences);
+        }
     }),
     ("host quantiles::median", |n| {
         let of = [1.0, 3.0, 2.0].map(|x| wide(n, x));
@@ -365,10 +374,6 @@ pub(super) const EXEMPT: &[(&str, &[&str])] = &[
     (
         "they render or compare frames: their numbers are the core's, whose functions have cases",
         &[
-            "host effects::Effects::less",
-            "host effects::Effects::more",
-            "host effects::Effects::of",
-            "host effects::compiled_for",
             "host lod::outside::OutsideError::add",
             "host lod::pictures::levels",
             "host lod::pictures::polygons",
@@ -400,13 +405,11 @@ pub(super) const EXEMPT: &[(&str, &[&str])] = &[
             "host selftest::run",
             "host tracker::calibration::gather::Gatherer::new",
             "host tracker::calibration::gather::Gatherer::push",
-            "host tracker::calibration::model_name",
             "host tracker::calibration::CalibrationFile::residuals",
             "host tracker::calibration::device_name",
             "host tracker::calibration::estimation",
             "host tracker::feed::simulated",
             "host tracker::feed::Feed::open",
-            "host tracker::feed::Feed::poll",
             "host tracker::feed::Feed::senses",
             "host tracker::pty::Pty::open",
             "host tracker::recording::Recorder::push",
