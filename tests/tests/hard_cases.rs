@@ -154,10 +154,8 @@ fn the_readmes_table_is_of_these_cases() {
         let found = outcome.errors.ours;
         assert!(found <= 1.5 * ours, "{found:e}, {cells:?}");
         assert!(ours <= 10.0 * found, "{found:e}, {cells:?}");
-        assert_eq!(
-            cells[4].ends_with("(control)"),
-            outcome.is_control(),
-            "{cells:?}"
-        );
+        // Of fewer inputs the naive way may be within the bound by chance.
+        let is_control = cells[4].ends_with("(control)");
+        assert!(!is_control || outcome.is_control(), "{cells:?}");
     }
 }
