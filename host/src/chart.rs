@@ -63,6 +63,8 @@ pub struct Note {
     pub at: (f64, f64),
     /// The word.
     pub text: String,
+    /// Where it stands from the place.
+    pub side: Corner,
 }
 
 /// A corner of a chart.
@@ -190,6 +192,9 @@ impl Chart {
             .build_cartesian_2d(x, y)?;
         chart
             .configure_mesh()
+            // Numbers of several digits have room beside each other.
+            .x_labels((size.0 / 80).max(2) as usize)
+            .y_labels((size.1 / 40).max(2) as usize)
             .x_desc(self.x.label)
             .y_desc(self.y.label)
             .x_label_formatter(&|x| self.x.tick(*x))
@@ -234,16 +239,20 @@ impl Chart {
         }
         let notes = self.notes.iter().filter(|note| self.shows(note.at));
         chart.draw_series(notes.map(|note| {
-            // Up and to the right of a dot, or to the left where there is no
-            // room on the right.
-            let far = self.x.inside_part(note.at.0) > 0.7;
-            let side = if far { HPos::Right } else { HPos::Left };
-            let aside = 8 * PARTS as i32 * if far { -1 } else { 1 };
+            let (across, aside) = match note.side {
+                Corner::UpperRight | Corner::LowerRight => (HPos::Left, 8),
+                Corner::UpperLeft | Corner::LowerLeft => (HPos::Right, -8),
+            };
+            let (upright, above) = match note.side {
+                Corner::UpperRight | Corner::UpperLeft => (VPos::Bottom, -4),
+                Corner::LowerRight | Corner::LowerLeft => (VPos::Top, 4),
+            };
             let style = ("sans-serif", 13 * PARTS)
                 .into_text_style(&below)
-                .pos(Pos::new(side, VPos::Bottom));
+                .pos(Pos::new(across, upright));
+            let parts = PARTS as i32;
             EmptyElement::at(note.at)
-                + Text::new(note.text.clone(), (aside, -4 * PARTS as i32), style)
+                + Text::new(note.text.clone(), (aside * parts, above * parts), style)
         }))?;
         if self.lines.len() > 1 {
             chart
@@ -358,12 +367,6 @@ impl Axis {
             (high - first) / (last - first),
         );
         (a.min(b).max(0.0), a.max(b).min(1.0))
-    }
-
-    /// How far along the axis a value is, 0 to 1 inside the range.
-    fn inside_part(&self, value: f64) -> f64 {
-        let (low, high) = (self.place(self.range.start), self.place(self.range.end));
-        (self.place(value) - low) / (high - low)
     }
 
     /// What is written at a tick.

@@ -8,8 +8,10 @@
 mod boxes;
 mod capture;
 mod exact;
+mod frames;
 mod gaze;
 mod input;
+mod meshes;
 mod numbers;
 mod refraction;
 mod screens;
@@ -95,6 +97,12 @@ impl Outcome {
         self.errors.ours <= self.case.bound
     }
 
+    /// Whether the naive way is within the bound, too: a control, which shows that
+    /// nothing is lost where nothing is hard, or what a guarantee elsewhere costs.
+    pub fn is_control(&self) -> bool {
+        self.errors.naive <= self.case.bound
+    }
+
     /// As reports have it.
     pub fn row(&self) -> Row {
         let Self { case, errors } = self;
@@ -110,6 +118,7 @@ impl Outcome {
             error: errors.ours,
             bound: case.bound,
             naive_error: errors.naive,
+            control: self.is_control(),
         }
     }
 }
@@ -137,12 +146,15 @@ pub struct Row {
     pub bound: f64,
     /// As [`Errors::naive`]; null in JSON where infinite.
     pub naive_error: f64,
+    /// As [`Outcome::is_control`].
+    pub control: bool,
 }
 
 /// All groups of cases and their names, in the order of a ray's life.
-pub const GROUPS: [(&str, &[Case]); 10] = [
+pub const GROUPS: [(&str, &[Case]); 12] = [
     ("spheroids", spheroids::CASES),
     ("triangles", triangles::CASES),
+    ("meshes", meshes::CASES),
     ("boxes", boxes::CASES),
     ("secondary rays", secondary::CASES),
     ("visual field", gaze::CASES),
@@ -150,6 +162,7 @@ pub const GROUPS: [(&str, &[Case]); 10] = [
     ("refraction", refraction::CASES),
     ("screens", screens::CASES),
     ("time and budget", time::CASES),
+    ("frames", frames::CASES),
     ("numbers", numbers::CASES),
 ];
 

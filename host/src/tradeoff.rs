@@ -28,7 +28,7 @@ pub use table::csv;
 use crate::chart::Chart;
 use crate::mesh::TriangleMesh;
 use crate::picture::Picture;
-use crate::quantiles::median;
+use crate::quantiles::{median, quartiles};
 use crate::render::Options;
 use crate::selftest::Row;
 use serde::Serialize;
@@ -147,7 +147,7 @@ pub struct Bench<'b> {
     /// That built-in scenes show.
     pub mesh: &'b TriangleMesh,
     /// Told what share of the section is done, 0 to 1.
-    pub progress: &'b dyn Fn(f64),
+    pub progress: &'b (dyn Fn(f64) + Sync),
 }
 
 impl Bench<'_> {
@@ -159,15 +159,15 @@ impl Bench<'_> {
         }
     }
 
-    /// Measures each way several times, all of them in turns: the medians of the
-    /// seconds, and what the first time gave beside them. `share` is the part of
+    /// Measures each way several times, all of them in turns: the times, and what
+    /// the first one gave beside them. `share` is the part of
     /// the section that this is, from and to.
     fn in_turns<W, T>(
         &self,
         ways: &[W],
         (from, to): (f64, f64),
         mut run: impl FnMut(&W) -> Result<(f64, T), Cause>,
-    ) -> Result<Vec<(f64, T)>, Cause> {
+    ) -> Result<Vec<(Time, T)>, Cause> {
         let (least, patience) = self.effort.pick((3, 1.0), (5, 15.0));
         let start = Instant::now();
         let mut seconds = vec![Vec::new(); ways.len()];
@@ -188,7 +188,25 @@ impl Bench<'_> {
             }
             round += 1;
         }
-        Ok(seconds.into_iter().map(median).zip(first).collect())
+        Ok(seconds.into_iter().map(Time::new).zip(first).collect())
+    }
+}
+
+/// What several times of the same work come to: seconds.
+#[derive(Debug, Clone, Copy)]
+struct Time {
+    median: f64,
+    /// From the first quartile to the third.
+    spread: f64,
+}
+
+impl Time {
+    fn new(seconds: Vec<f64>) -> Self {
+        let [low, high] = quartiles(seconds.clone());
+        Self {
+            median: median(seconds),
+            spread: high - low,
+        }
     }
 }
 
@@ -206,12 +224,51 @@ pub struct Report {
     pub threads: usize,
     /// The instruction set.
     pub simd: String,
+    /// Of the program and what it runs on.
+    pub build: Build,
     /// What built-in scenes show.
     pub mesh: String,
     /// The whole run.
     pub seconds: f64,
     /// In the order of [`Topic::ALL`].
     pub sections: Vec<Section>,
+}
+
+/// What times depend on beside the machine's speed.
+#[derive(Debug, Serialize)]
+pub struct Build {
+    /// Cargo's, and the level of optimisation.
+    pub profile: String,
+    /// What `SHISEN_COMMIT` was when the program was built.
+    pub commit: Option<&'static str>,
+    /// Of the processor that runs it, as far as the program asks for them.
+    pub cpu_features: Vec<&'static str>,
+}
+
+impl Build {
+    /// Of this program, here.
+    pub fn this() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        let features = [
+            ("sse2", std::is_x86_feature_detected!("sse2")),
+            ("avx", std::is_x86_feature_detected!("avx")),
+            ("avx2", std::is_x86_feature_detected!("avx2")),
+            ("fma", std::is_x86_feature_detected!("fma")),
+            ("avx512f", std::is_x86_feature_detected!("avx512f")),
+        ];
+        #[cfg(not(target_arch = "x86_64"))]
+        let features: [(&str, bool); 0] = [];
+        let level = env!("SHISEN_OPT_LEVEL");
+        Self {
+            profile: format!("{}, opt-level {level}", env!("SHISEN_PROFILE")),
+            commit: option_env!("SHISEN_COMMIT"),
+            cpu_features: features
+                .iter()
+                .filter(|one| one.1)
+                .map(|one| one.0)
+                .collect(),
+        }
+    }
 }
 
 /// The price of one kind of accuracy.
@@ -229,6 +286,8 @@ pub struct Section {
     pub comparisons: Vec<Comparison>,
     /// What has an error but no price: of [`Topic::Cases`] alone.
     pub hard_cases: Vec<Row>,
+    /// Which parts of a frame pay: of [`Topic::Budget`] alone.
+    pub tiles: Vec<TilePrice>,
     /// What numbers do not show.
     #[serde(skip)]
     pub pictures: Vec<Figure>,
@@ -244,9 +303,24 @@ impl Section {
             choice: choice.unwrap_or_default(),
             comparisons: of,
             hard_cases: Vec::new(),
+            tiles: Vec::new(),
             pictures: Vec::new(),
         }
     }
+}
+
+/// What a tile of a frame takes to be whole.
+#[derive(Debug, Clone, Serialize)]
+pub struct TilePrice {
+    /// Of the frame: screen by screen, the left eye's first.
+    pub picture: usize,
+    /// Its first column.
+    pub x: u32,
+    /// Its first row.
+    pub y: u32,
+    /// The least of the measured shares of the steps that the frame needs with
+    /// which the tile shows all that it should.
+    pub percent: u32,
 }
 
 /// A picture and what it shows.
@@ -320,6 +394,9 @@ pub struct Point {
     pub errors: Vec<Option<f64>>,
     /// Median wall-clock time.
     pub seconds: f64,
+    /// Of the times that it is the median of, from the first quartile to the
+    /// third: seconds.
+    pub spread: f64,
     /// Exact, where steps are counted.
     pub steps: Option<u64>,
     /// Whether it is on the front of error and time.
@@ -343,6 +420,7 @@ impl Point {
                 .collect(),
             errors: Vec::new(),
             seconds: 0.0,
+            spread: 0.0,
             steps: None,
             best_by_time: false,
             best_by_steps: false,

@@ -1,13 +1,17 @@
-//! Every public function of the core and of the tracker driver under hostile
+//! Every public function of the core and of the tracker driver, and the host's
+//! constructors, under hostile
 //! numbers: a typed error, or a result whose every number is finite; or what its
 //! documentation says instead, which its case then checks.
 //!
 //! The functions are read from the sources. Those that take nothing but
 //! integers, truth values, text, bytes and types made of these have no number
-//! that could be NaN; every other one must have a case.
+//! that could be NaN; every other one must have a case, or, of the host's, a stated
+//! reason why it has none. Functions of traits that are not the crates' own, such as
+//! operators and conversions, are not among them.
 
 mod colour;
 mod geometry;
+mod host;
 mod numbers;
 mod records;
 mod seeing;
@@ -27,6 +31,7 @@ fn all_cases() -> Vec<(&'static str, Case)> {
         seeing::CASES,
         tracker::CASES,
         records::CASES,
+        host::CASES,
     ]
     .concat()
 }
@@ -37,6 +42,7 @@ fn workspace() -> Vec<Function> {
     functions(&[
         ("core", &root.join("core")),
         ("tracker", &root.join("tracker-driver")),
+        ("host", &root.join("host")),
     ])
 }
 
@@ -69,9 +75,14 @@ fn gaps(functions: &[Function], cases: &[&str]) -> Vec<String> {
 #[test]
 fn every_function_that_takes_numbers_has_a_case() {
     let functions = workspace();
-    // The walk through the modules reached both crates.
-    assert!(functions.len() > 400, "{} functions", functions.len());
-    let cases: Vec<&str> = all_cases().iter().map(|(name, _)| *name).collect();
+    // The walk through the modules reached all crates.
+    assert!(functions.len() > 700, "{} functions", functions.len());
+    let cases = all_cases();
+    let exempt = host::EXEMPT.iter().flat_map(|(why, names)| {
+        assert!(why.len() > 20, "{why}");
+        names.iter().copied()
+    });
+    let cases: Vec<&str> = cases.iter().map(|(name, _)| *name).chain(exempt).collect();
     let gaps = gaps(&functions, &cases);
     assert!(gaps.is_empty(), "{}", gaps.join("\n"));
 }
@@ -114,6 +125,33 @@ fn estimates() {
 #[test]
 fn records_and_simulated_trackers() {
     tormented(records::CASES, cases("mixtures a function", 1_000, 20_000));
+}
+
+#[test]
+fn the_hosts_constructors() {
+    tormented(host::CASES, cases("mixtures a function", 200, 10_000));
+}
+
+/// The C library is no library of Rust's: its cases stand in its own tests, each
+/// under the name of its function.
+#[test]
+fn functions_of_c_that_take_numbers_have_a_case() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent();
+    let capi = root.expect("the workspace").join("core/capi");
+    let functions = functions(&[("c", &capi)]);
+    let text = std::fs::read_to_string(capi.join("src/hostile.rs")).expect("the cases");
+    let mut cases = Vec::new();
+    for function in functions.iter().filter(|function| function.takes_floats) {
+        let (_, name) = function.name.rsplit_once("::").expect("a path");
+        let is_case =
+            text.contains(&format!("fn {name}()")) || text.contains(&format!("- `{name}`"));
+        if is_case {
+            cases.push(function.name.as_str());
+        }
+    }
+    assert!(cases.len() > 10, "{cases:?}");
+    let gaps = gaps(&functions, &cases);
+    assert!(gaps.is_empty(), "{}", gaps.join("\n"));
 }
 
 #[test]

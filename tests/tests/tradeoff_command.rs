@@ -23,7 +23,8 @@ fn a_section_is_measured_and_written() {
         .map(String::as_str)
         .collect();
     let expected = [
-        "csv", "html", "json", "mesh", "quick", "seconds", "sections", "simd", "threads", "version",
+        "build", "csv", "html", "json", "mesh", "quick", "seconds", "sections", "simd", "threads",
+        "version",
     ];
     assert_eq!(keys, expected);
     assert_eq!(report["mesh"], "quadruped");

@@ -48,6 +48,8 @@ extern crate std;
 
 pub mod dome;
 pub mod frame;
+#[cfg(test)]
+mod hostile;
 pub mod memory;
 pub mod protocol;
 pub mod scene;

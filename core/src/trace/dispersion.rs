@@ -123,7 +123,7 @@ impl<'a> Spectrum<'a> {
                 let position = index % round_length;
                 let is_shared = round + 1 == rounds && position < count % round_length;
                 let sharing = if is_shared { 2.0 } else { 1.0 };
-                let turn = (seed >> 16) % round_length;
+                let turn = ((seed >> 16) + rotation(round, round_length)) % round_length;
                 let phase = seed.wrapping_add(round);
                 Some(Part {
                     samples: table.phase(phase),
@@ -142,6 +142,21 @@ impl<'a> Spectrum<'a> {
 /// have a turn. Samples of a pixel go from its left to its right, and
 /// wavelengths next to each other should not.
 const STRIDE: u32 = 67;
+
+/// By how many turns a round begins later than the first.
+///
+/// A sample's height in its pixel is its number with the bits reversed. Where the
+/// length of rounds is even, wavelengths that had the same place in each of them
+/// would all have the same lowest bit: one half of the pixel, or less of it. One
+/// turn a round, and one more after as many rounds as have turned once about,
+/// leads each over the whole of it; odd lengths do so of themselves.
+const fn rotation(round: u32, round_length: u32) -> u32 {
+    if round_length.is_multiple_of(2) && round_length > 0 {
+        round + round / round_length
+    } else {
+        0
+    }
+}
 
 /// Wavelengths that one sample of a pixel takes.
 #[derive(Debug, Clone, Copy)]
@@ -346,6 +361,47 @@ mod tests {
                                     _ => assert!(rays <= turns.max(groups.into())),
                                 }
                             }
+                        }
+                    }
+                }
+            });
+        }
+    }
+
+    /// A sample's place along its pixel is its number, and up its pixel that
+    /// number's lowest bits: wavelengths that took every so many-th sample would
+    /// each see a strip.
+    #[test]
+    fn each_wavelength_sees_all_of_its_pixel() {
+        let lengths: &[u32] = if cfg!(miri) {
+            &[4]
+        } else {
+            &[2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20]
+        };
+        for &length in lengths {
+            with_tables(length, |table| {
+                let comb = Spectrum::Comb { table, each: 1 };
+                for (column, count) in [(0, 56), (1, 56), (2, 140)] {
+                    if cfg!(miri) && column > 0 {
+                        continue;
+                    }
+                    // Of each wavelength, its samples; those of the left half, and
+                    // of every other quarter of the height.
+                    let mut taken = [[0u32; 6]; 64];
+                    for index in 0..count {
+                        let sample = Sample::new(column, 5, index, count);
+                        let part = comb.part(sample, length as u8).unwrap();
+                        let of = &mut taken[part.next as usize];
+                        of[0] += 1;
+                        of[1] += u32::from(2 * index < count);
+                        of[2 + usize::from(index % 4)] += 1;
+                    }
+                    for of in &taken[..length as usize] {
+                        let [all, left, a, b, c, d] = *of;
+                        let half = |of: u32| of.abs_diff(all - of) <= 2;
+                        assert!(half(left) && half(a + c), "{length} of {count}: {of:?}");
+                        if all >= 8 {
+                            assert!(a.min(b).min(c).min(d) > 0, "{length}: {of:?}");
                         }
                     }
                 }

@@ -15,13 +15,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// when it is written down as in the textbook: origins ten million radii away,
 /// rays through the corners of closed meshes, light at the critical angle. It
 /// gives the largest error of what is built in and that of the naive way on
-/// the same inputs. The exit code is 1 where an error is above its bound.
+/// the same inputs; where that is within the bound as well, the case is a control.
+/// The exit code is 1 where an error is above its bound.
 ///
 /// With --json, one object: quick, passed and failed (how many cases did), and
 /// cases: group, name, hard (what is hard about it), unit (what the errors
-/// are), reference, naive (the naive way), passed, error, bound and
-/// `naive_error` each. An error is null where something was no number, or where
-/// a verdict was wrong beyond doubt.
+/// are), reference, naive (the naive way), passed, error, bound, `naive_error` and
+/// control (whether the naive way is within the bound, too) each. An error is null
+/// where something was no number, or where a verdict was wrong beyond doubt.
 ///
 /// Examples:
 ///   shisen selftest
@@ -93,7 +94,11 @@ impl fmt::Display for Report {
                 group = row.group;
                 writeln!(f, "{group:<40}     ours    bound    naive")?;
             }
-            let verdict = if row.passed { "" } else { "  FAILED" };
+            let verdict = match (row.passed, row.control) {
+                (false, _) => "  FAILED",
+                (true, true) => "  control",
+                (true, false) => "",
+            };
             writeln!(
                 f,
                 "  {:<38} {} {} {}{verdict}",

@@ -11,7 +11,7 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 use shisen::output::write_atomically;
 use shisen::quadruped::quadruped;
-use shisen::tradeoff::{self, Bench, Effort, Report, Topic};
+use shisen::tradeoff::{self, Bench, Build, Effort, Report, Topic};
 use shisen_core::Simd;
 use std::fmt;
 use std::num::NonZeroUsize;
@@ -29,14 +29,17 @@ use std::time::Instant;
 /// does nothing else.
 ///
 /// With --json, what is in tradeoff.json, and the paths of the files. One object:
-/// version, quick, threads, simd, mesh, seconds (of the whole run), html, csv and
-/// json (paths), sections: id, title, about, choice (a sentence) and comparisons:
+/// version, quick, threads, simd, build (profile, commit, where `SHISEN_COMMIT` told
+/// it to the build, and `cpu_features`), mesh, seconds (of the whole run), html, csv
+/// and json (paths), sections: id, title, about, choice (a sentence) and comparisons:
 /// id, title, about, choice, limit (error, of the first measure, that counts as
 /// none, and because), measures (id and label each) and points: series, name,
 /// settings, errors (by measures; null where there is no such number), seconds,
-/// steps (null where none are counted), `best_by_time` and `best_by_steps` (whether
+/// spread (of the times, between their quartiles), steps (null where none are counted), `best_by_time` and `best_by_steps` (whether
 /// the point is on the Pareto front of the first measure and time, or steps); and
-/// `hard_cases`, in the section cases alone, as `shisen selftest --json` has them.
+/// `hard_cases`, in the section cases alone, as `shisen selftest --json` has them;
+/// tiles, in the section budget alone: picture, x, y and percent (of the steps, with
+/// which the tile is whole).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// Small pictures and few settings, for less than a minute
@@ -135,6 +138,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         quick: arguments.quick,
         threads,
         simd: Simd::detect().name().to_owned(),
+        build: Build::this(),
         mesh: mesh_name,
         seconds: start.elapsed().as_secs_f64(),
         sections,

@@ -67,7 +67,10 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "box-beside-the-ray",
-        hard: "rays that pass a box by: what caution lets in",
+        // A box is widened by what rounding may have moved either of them, for the
+        // worst ray that there is: whoever misses none enters some in vain. Smits'
+        // test, exact beside this box, misses those of the cases above.
+        hard: "rays that pass a box by: what the caution costs that misses none",
         error: "how far beside a box is still entered, 2⁻²⁴ of the farthest coordinate",
         reference: "slabs in f64",
         naive: SMITS,

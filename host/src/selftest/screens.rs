@@ -12,12 +12,22 @@ const MATRIX: &str = "an off-axis frustum (left, right, bottom, top at the near 
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "screen-an-eye-next-to-it",
-        hard: "an eye 1.1 to 100 µm before the plane of a wall",
+        hard: "an eye 1 to 100 µm before the plane of a wall",
         error: "of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance",
         reference: F64,
         naive: MATRIX,
         bound: 3.0,
         measure: next_to_it,
+    },
+    Case {
+        name: "screen-an-eye-in-it",
+        hard: "an eye a millionth farther from the plane of a wall than 1 µm, or nearer by as much \
+               and more, which is refused",
+        error: "nearer eyes that have rays, and farther ones that have none",
+        reference: "the limit, as documented",
+        naive: MATRIX,
+        bound: 0.0,
+        measure: in_it,
     },
     Case {
         name: "screen-very-wide",
@@ -184,7 +194,12 @@ fn next_to_it(effort: Effort) -> Errors {
             upper_left: Vec3::Y * height as f32,
             size: [1024; 2],
         };
-        let off = inputs.range(1.1e-6, 1.0e-4);
+        // One in a thousand next to the limit.
+        let least = f64::from(just_over());
+        let off = match inputs.below(1_000) {
+            0 => least,
+            _ => inputs.range(least, 1.0e-4),
+        };
         let eye = single(DVec3::new(
             width * inputs.unit(),
             height * inputs.unit(),
@@ -194,6 +209,43 @@ fn next_to_it(effort: Effort) -> Errors {
         compare(&mut worst, &wall, eye, x, y);
     }
     worst.0
+}
+
+/// As near as an eye may be: the wall's normal is a rounded one.
+fn just_over() -> f32 {
+    FlatScreen::CLOSEST * (1.0 + 1.0e-6)
+}
+
+fn in_it(effort: Effort) -> Errors {
+    let (mut inputs, mut errors) = (
+        Inputs::new(804),
+        Errors {
+            ours: 0.0,
+            naive: 0.0,
+        },
+    );
+    for _ in 0..effort.of(10_000) {
+        let (width, height) = (inputs.range(1.0, 4.0), inputs.range(1.0, 4.0));
+        let wall = Wall {
+            lower_left: Vec3::ZERO,
+            lower_right: Vec3::X * width as f32,
+            upper_left: Vec3::Y * height as f32,
+            size: [1024; 2],
+        };
+        let limit = FlatScreen::CLOSEST;
+        let (off, has_rays) = [
+            (just_over(), true),
+            (limit * (1.0 - 1.0e-6), false),
+            (limit * 0.999 * inputs.unit() as f32, false),
+            (0.0, false),
+        ][inputs.below(4)];
+        let (across, up) = (width * inputs.unit(), height * inputs.unit());
+        let eye = Vec3::new(across as f32, up as f32, off);
+        let wrong = |found: bool| f64::from(u8::from(found != has_rays));
+        errors.ours += wrong(wall.view(eye).is_some());
+        errors.naive += wrong(wall.by_matrix(eye, 511.0, 511.0).is_finite());
+    }
+    errors
 }
 
 fn very_wide(effort: Effort) -> Errors {

@@ -1,7 +1,7 @@
 //! Rays that start where another one ended.
 
 use super::input::{Inputs, aimed, single};
-use super::triangles::ellipsoid;
+use super::meshes::ellipsoid;
 use super::{BROKEN, Case, Effort, Errors, Worst};
 use crate::bake::Baked;
 use crate::mesh::{Material, TriangleMesh};
@@ -313,18 +313,20 @@ fn hall(_: Effort) -> Errors {
                 continue;
             };
             worst.ours(f64::from(eye.sees(&ray).red) / expected - 1.0);
-            // Started beyond the other mirror, a ray meets nothing.
-            let mut light = 0.0;
-            let mut z = ray.origin().z;
-            let mut way = ray.direction().z;
+            // From mirror to mirror, each ray started off the one it leaves: which is
+            // inside the other.
+            let (mut light, mut ray) = (0.0, ray);
             for k in 0..=i32::from(depth) {
-                let mirror = (GAP / 2.0) as f32 * way.signum();
-                if (mirror - z) * way < 0.0 {
+                let Some((t, _)) = eye.nearest(&ray) else {
                     break;
-                }
+                };
                 light += 0.25 * f64::from(MIRROR).powi(k);
-                way = -way;
-                z = mirror + OFF * way.signum();
+                let off = ray.at(t) - Vec3::Z * (OFF * ray.direction().z.signum());
+                let back = ray.direction() * Vec3::new(1.0, 1.0, -1.0);
+                let Some(reflected) = Ray::new(off, back) else {
+                    break;
+                };
+                ray = reflected;
             }
             worst.naive(light / expected - 1.0);
         }
@@ -374,17 +376,32 @@ fn slab(_: Effort) -> Errors {
                     continue;
                 };
                 worst.ours(f64::from(eye.sees(&ray).green) - through);
-                // Started beyond the second border, it is never met.
-                let second = if f64::from(OFF) > THICK {
-                    1.0 - r
-                } else {
-                    through
-                };
-                worst.naive(second - through);
+                worst.naive(stepped(&mut eye, &ray, r, 1.0, depth) - through);
             }
         }
     }
     worst.0
+}
+
+/// The light of a ray straight down through the slab to the panel, where every
+/// border starts both of its rays off itself.
+fn stepped(eye: &mut Eye<'_>, ray: &Ray, r: f64, weight: f64, depth: u8) -> f64 {
+    let Some((t, _)) = eye.nearest(ray) else {
+        return 0.0;
+    };
+    let at = ray.at(t);
+    if at.z < -0.3 {
+        return weight;
+    }
+    if depth == 0 {
+        return 0.0;
+    }
+    let along = Vec3::Z * ray.direction().z.signum();
+    let mut follow = |way: Vec3, part: f64| {
+        let next = Ray::new(at + way * OFF, way);
+        next.map_or(0.0, |ray| stepped(eye, &ray, r, weight * part, depth - 1))
+    };
+    follow(along, 1.0 - r) + follow(-along, r)
 }
 
 fn balls(effort: Effort) -> Errors {

@@ -5,7 +5,7 @@
 /// Light then passes symmetrically: sin((δ + A)/2) = n·sin(A/2).
 pub fn minimum_deviation(index: f64, apex: f64) -> Option<f64> {
     let sine = index * libm::sin(0.5 * apex);
-    (sine <= 1.0).then(|| 2.0 * libm::asin(sine) - apex)
+    (sine.abs() <= 1.0).then(|| 2.0 * libm::asin(sine) - apex)
 }
 
 #[cfg(test)]

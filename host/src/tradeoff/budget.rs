@@ -3,7 +3,7 @@
 use super::frames::{Room, Way, baked, pictures};
 use super::gaze::UNSEEN;
 use super::metrics::MEASURES;
-use super::{Bench, Cause, Comparison, Figure, Point, Section, Topic, measure, timed};
+use super::{Bench, Cause, Comparison, Figure, Point, Section, TilePrice, Topic, measure, timed};
 use crate::picture::Picture;
 use crate::render::{self, Frame};
 use colorous::VIRIDIS;
@@ -43,7 +43,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let mut points = Vec::new();
     // Of each tile, the least share with which it was whole.
     let mut whole: BTreeMap<TileOf, u32> = BTreeMap::new();
-    for (&share, (seconds, done)) in shares.iter().zip(measured) {
+    for (&share, (time, done)) in shares.iter().zip(measured) {
         let mut lacking = 0.0;
         for &tile in &done.tiles {
             if is_equal(&done, &truth, tile) {
@@ -56,7 +56,8 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         errors.push(Some(100.0 * lacking));
         points.push(Point {
             errors,
-            seconds,
+            seconds: time.median,
+            spread: time.spread,
             steps: Some(done.steps),
             ..Point::new(
                 "share of what is needed",
@@ -72,7 +73,8 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         "The frame of the first section by the paper's levels, {size}² pixels a wall, on one \
          thread. It needs {need} steps; it gets a share of them, tiles of {TILE}² pixels from the \
          line of sight outwards, and those that nothing is left for show the background. The \
-         truth is the same frame with all steps."
+         truth is the same frame with all steps. Rings are those of the walls' own pixels: what \
+         is looked at comes first, and is whole with the least budgets."
     );
     let mut measures = MEASURES.to_vec();
     measures.push(measure("lacking_percent", "tiles that lack something, %"));
@@ -86,18 +88,16 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     );
     comparison.logarithmic = true;
     let mut section = Section::new(Topic::Budget, "Steps of a frame", about, vec![comparison]);
-    let mut map = Vec::new();
-    for (number, (view, _)) in views.iter().enumerate() {
-        let mut picture = Picture::new(view.columns(), view.rows())?;
-        for (&(part, x, y), &share) in whole.range((number, 0, 0)..(number + 1, 0, 0)) {
-            debug_assert_eq!(part, number);
-            let colour = viridis(f64::from(share.min(100)) / 100.0);
-            for (x, y) in (y..y + TILE).flat_map(|y| (x..x + TILE).map(move |x| (x, y))) {
-                picture.set_pixel(x, y, colour);
-            }
-        }
-        map.push(picture);
-    }
+    section.tiles = whole
+        .iter()
+        .map(|(&(picture, x, y), &percent)| TilePrice {
+            picture,
+            x,
+            y,
+            percent,
+        })
+        .collect();
+    let map = map(&views, &whole)?;
     section.pictures.push(Figure {
         caption: "Which tiles pay, the left eye's walls unfolded: the share of the steps with \
                   which a tile shows all that it should, from dark violet, 1 %, to yellow, \
@@ -115,6 +115,26 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         picture: room.unfold(&pictures(&truth).cloned().collect::<Vec<_>>())?,
     });
     Ok(section)
+}
+
+/// The share of the steps with which each tile is whole, as colours.
+fn map(
+    views: &[(View, Renderer<'_>)],
+    whole: &BTreeMap<TileOf, u32>,
+) -> Result<Vec<Picture>, Cause> {
+    let mut map = Vec::new();
+    for (number, (view, _)) in views.iter().enumerate() {
+        let mut picture = Picture::new(view.columns(), view.rows())?;
+        for (&(part, x, y), &share) in whole.range((number, 0, 0)..(number + 1, 0, 0)) {
+            debug_assert_eq!(part, number);
+            let colour = viridis(f64::from(share.min(100)) / 100.0);
+            for (x, y) in (y..y + TILE).flat_map(|y| (x..x + TILE).map(move |x| (x, y))) {
+                picture.set_pixel(x, y, colour);
+            }
+        }
+        map.push(picture);
+    }
+    Ok(map)
 }
 
 /// A tile by its picture and its first column and row.

@@ -1,6 +1,8 @@
 //! Dome masters through mirrors: which mirror, how, how large.
 
-use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, Topic, measure, timed};
+use super::{
+    Bench, Cause, Comparison, Limit, Measure, Point, Section, Time, Topic, measure, timed,
+};
 use crate::bake::Baked;
 use crate::dome::{Design, Mapping, Named, NearField, size_errors};
 use crate::render;
@@ -106,13 +108,13 @@ impl Optics {
     }
 }
 
-/// Each picture's seconds and steps.
+/// Each picture's time and steps.
 fn render(
     bench: &Bench<'_>,
     scene: &Baked,
     optics: &[Optics],
     share: (f64, f64),
-) -> Result<Vec<(f64, u64)>, Cause> {
+) -> Result<Vec<(Time, u64)>, Cause> {
     let mut options = bench.options();
     options.tile = 8;
     bench.in_turns(optics, share, |one| {
@@ -156,13 +158,14 @@ fn mappings(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     let points = asked
         .iter()
         .zip(measured)
-        .map(|(one, (seconds, steps))| Point {
+        .map(|(one, (time, steps))| Point {
             errors: vec![
                 one.near_error(100.0),
                 Some(one.far_error()),
                 one.near_error(10.0),
             ],
-            seconds,
+            seconds: time.median,
+            spread: time.spread,
             steps: Some(steps),
             ..one.point(one.mapping.name(), one.name())
         });
@@ -193,13 +196,14 @@ fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
         asked.extend(of_size);
     }
     let measured = render(bench, scene, &asked, (0.3, 0.7))?;
-    let points = asked.iter().zip(measured).map(|(one, (seconds, steps))| {
+    let points = asked.iter().zip(measured).map(|(one, (time, steps))| {
         // Half a pixel's diagonal, of the picture from rim to rim.
         let pixel = 4096.0 / f64::from(one.size) * std::f64::consts::FRAC_1_SQRT_2;
         let off = pixel + one.far_error();
         Point {
             errors: vec![Some(off), Some(pixel), Some(one.far_error())],
-            seconds,
+            seconds: time.median,
+            spread: time.spread,
             steps: Some(steps),
             ..one.point(one.mapping.name(), format!("{}, {}²", one.name(), one.size))
         }
@@ -216,7 +220,8 @@ fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     let mut comparison = Comparison::new(
         ("sizes", "How large a picture"),
         "How far from its place at most a pixel shows what is far away: half of its own diagonal \
-         and what the mirror is off.",
+         and what the mirror is off, both computed from the formulas and not seen in the pictures, \
+         whose times and steps are measured.",
         measures,
         limit,
         points.collect(),
@@ -249,13 +254,14 @@ fn mirror_sizes(bench: &Bench<'_>) -> Result<Comparison, Cause> {
     let optics: Vec<Optics> = asked.iter().map(|one| one.1).collect();
     let measured = render(bench, &Baked::new(&grid(NEAREST))?, &optics, (0.7, 0.9))?;
     let mut points = Vec::new();
-    for ((part, one), (seconds, steps)) in asked.iter().zip(measured) {
+    for ((part, one), (time, steps)) in asked.iter().zip(measured) {
         let near = NearField::new(one.mirror.mirror(), one.mapping);
         let errors = size_errors(&near, *part, 1.0)?;
         let sum = errors.near_field.map(|near| near + errors.rounding);
         points.push(Point {
             errors: vec![sum, errors.near_field, Some(errors.rounding), errors.world],
-            seconds,
+            seconds: time.median,
+            spread: time.spread,
             steps: Some(steps),
             ..one.point(
                 one.mapping.name(),
@@ -329,7 +335,7 @@ fn precision(bench: &Bench<'_>) -> Result<Comparison, Cause> {
         };
         Ok((seconds, off))
     })?;
-    let points = asked.iter().zip(measured).map(|(one, (seconds, off))| {
+    let points = asked.iter().zip(measured).map(|(one, (time, off))| {
         let &(mirror, mapping, double) = one;
         let precision = if double { "f64" } else { "f32" };
         let name = format!("{precision} {}", mapping.name());
@@ -341,7 +347,8 @@ fn precision(bench: &Bench<'_>) -> Result<Comparison, Cause> {
         ];
         Point {
             errors: vec![Some(off)],
-            seconds,
+            seconds: time.median,
+            spread: time.spread,
             ..Point::new(precision, name, settings)
         }
     });

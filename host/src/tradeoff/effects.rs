@@ -1,5 +1,6 @@
 //! What each effect costs, and what a frame without it lacks.
 
+use super::frames::CloseUp;
 use super::gaze::UNSEEN;
 use super::metrics::MEASURES;
 use super::{
@@ -10,7 +11,7 @@ use crate::cave::{Cave, Eye, Viewer, Wall};
 use crate::effects::Effects;
 use crate::mesh::TriangleMesh;
 use crate::picture::Picture;
-use crate::render::{self, Observer, Options};
+use crate::render::{self, Filling, Observer, Options};
 use crate::scene::Scene;
 use crate::scene::file::{BuiltInMesh, MeshSource};
 use glam::{DVec3, Vec3};
@@ -59,19 +60,25 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let truth = measured[0].1.pictures[0].picture.clone();
     let view = render::view(&cave.walls[0], &eye[0])?;
     let sight = Sight::new(&view, LOOKED_AT);
+    let near = CloseUp::new(LOOKED_AT, &eye)?;
+    let near_frame =
+        |effects: Effects| near.frame(&baked, &eye, &with(effects), Filling::Background);
+    let near_truth = near_frame(Effects::AUTO)?;
     let mut points = Vec::new();
     let mut pictures = vec![Figure {
         caption: "All effects".to_owned(),
         picture: truth.clone(),
     }];
-    for ((effect, _), (seconds, frame)) in asked.iter().zip(measured) {
+    for ((effect, effects), (time, frame)) in asked.iter().zip(measured) {
         let found = &frame.pictures[0].picture;
         let name = match effect {
             None => "all".to_owned(),
             Some(effect) if *effect == asked_for => "none".to_owned(),
             Some(effect) => format!("without {effect}"),
         };
-        let mut errors = PictureError::new(&[(&sight, found, &truth)]).errors();
+        let near = near.error(&near_frame(*effects)?, &near_truth);
+        let error = PictureError::new(&[(&sight, found, &truth)]).with_middle_of(&near);
+        let mut errors = error.errors();
         // What the ledger of the whole frame has for the effect alone.
         let one = effect.filter(|&effect| effect != asked_for);
         let entry = one.map(|effect| account.ledger.entry(effect));
@@ -82,7 +89,8 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         }
         points.push(Point {
             errors,
-            seconds,
+            seconds: time.median,
+            spread: time.spread,
             steps: Some(frame.statistics.steps),
             ..Point::new(
                 "effects",
@@ -101,7 +109,8 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     }
     let about = format!(
         "A scene that asks for all effects, on one wall of {size}² pixels, {SAMPLES} rays a pixel; \
-         looked at by one eye at the ball of flint; as it is, without each of them, and without \
+         looked at by one eye at the ball of flint (which a screen of its own shows within 5°, as in the \
+         first section); as it is, without each of them, and without \
          all. The truth is the frame with all. Beside \
          each stand the pixels and the rays of the whole frame's ledger that were for it."
     );

@@ -1,16 +1,16 @@
 //! Frames of the paper's scene A before its three walls, for two eyes that look
 //! at one of its animals.
 
-use super::{Bench, Cause, PictureError, Sight};
+use super::{Bench, Cause, PictureError, Ring, Sight};
 use crate::bake::Baked;
-use crate::cave::{BuiltInCave, Cave, Eye, Viewer};
+use crate::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use crate::net;
 use crate::picture::Picture;
 use crate::render::{self, Filling, Frame, Observer, Options};
 use crate::scene::Scene;
 use crate::scene::builtin::{PaperScene, paper_scene};
 use crate::simplify::PolygonLevels;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde_json::Value;
 use shisen_core::frame::{LevelOfDetail, View};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
@@ -25,6 +25,69 @@ pub(super) struct Room {
     line_of_sight: LineOfSight,
     /// Of each picture of a frame, in its order.
     sights: Vec<Sight>,
+    near: CloseUp,
+}
+
+/// What is looked at, on a screen of its own: the walls have a dozen pixels where
+/// a viewer sees best.
+pub(super) struct CloseUp {
+    cave: Cave,
+    /// Of each eye.
+    sights: Vec<Sight>,
+}
+
+/// Pixels a side of a close-up: 500 of them and more within 1°.
+const CLOSE_UP: u32 = 200;
+
+impl CloseUp {
+    /// Of viewers that look along `forward`, not upwards, past the middle of the
+    /// head: 5° all round what the eyes look at.
+    pub(super) fn new(forward: Vec3, eyes: &[Observer]) -> Result<Self, Cause> {
+        let forward = forward.as_dvec3().normalize();
+        let right = forward.cross(DVec3::Y).normalize();
+        let up = right.cross(forward);
+        // A metre ahead; an eye may be a few centimetres from the middle.
+        let half = 5f64.to_radians().tan() + 0.04;
+        let corner = |x: f64, y: f64| forward + (right * x + up * y) * half;
+        let wall = Wall::new(
+            "close-up",
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(-1.0, 1.0),
+            [CLOSE_UP; 2],
+        )?;
+        let mut sights = Vec::new();
+        for eye in eyes {
+            let view = render::view(&wall, eye)?;
+            sights.push(Sight::new(&view, forward.as_vec3()));
+        }
+        let cave = Cave::new(vec![wall])?;
+        Ok(Self { cave, sights })
+    }
+
+    /// Renders it.
+    pub(super) fn frame(
+        &self,
+        baked: &Baked,
+        eyes: &[Observer],
+        options: &Options,
+        filling: Filling<'_>,
+    ) -> Result<Frame, Cause> {
+        let (scene, quiet) = (baked.scene(), |_, _| {});
+        let frame = render::cave_filled(&scene, &self.cave, eyes, options, filling, &quiet)?;
+        Ok(frame)
+    }
+
+    /// How far a frame of it is off another.
+    pub(super) fn error(&self, found: &Frame, truth: &Frame) -> PictureError {
+        error(&self.sights, pictures(found), truth)
+    }
+
+    /// Of an eye, within 1°.
+    pub(super) fn pixels_in_the_fovea(&self) -> usize {
+        let of = self.sights.iter().map(|sight| sight.pixels(Ring::Fovea));
+        of.min().unwrap_or(0)
+    }
 }
 
 /// One way to render a frame.
@@ -103,6 +166,7 @@ impl Room {
             options: bench.options(),
             line_of_sight,
             sights: Vec::new(),
+            near: CloseUp::new(line_of_sight.forward(), &observers(line_of_sight, None))?,
         };
         let forward = line_of_sight.forward();
         let sights = room.views(None)?.into_iter();
@@ -112,15 +176,7 @@ impl Room {
 
     /// The two eyes.
     pub(super) fn observers(&self, lod: Option<Lod>) -> [Observer; 2] {
-        let viewer = Viewer::default();
-        Eye::STEREO.map(|eye| Observer {
-            lod: lod.map(|lod| LevelOfDetail {
-                gaze: Gaze::new(self.line_of_sight, lod.field),
-                bounces: lod.bounces,
-                faces: lod.faces,
-            }),
-            ..Observer::new(eye, viewer.eye(eye))
-        })
+        observers(self.line_of_sight, lod)
     }
 
     /// Each picture of a frame, in its order: its rays, and who sees it.
@@ -134,11 +190,28 @@ impl Room {
         Ok(views)
     }
 
-    /// Renders one.
-    pub(super) fn frame(&self, baked: &Baked, way: &Way<'_>) -> Result<Frame, Cause> {
+    fn options(&self, way: &Way<'_>) -> Options {
         let mut options = self.options;
         options.settings.depth = way.depth;
         options.settings.samples = way.samples;
+        options
+    }
+
+    /// What is looked at.
+    pub(super) fn close_up(&self) -> &CloseUp {
+        &self.near
+    }
+
+    /// Renders what is looked at.
+    pub(super) fn near_frame(&self, baked: &Baked, way: &Way<'_>) -> Result<Frame, Cause> {
+        let eyes = self.observers(way.lod);
+        self.near
+            .frame(baked, &eyes, &self.options(way), way.filling)
+    }
+
+    /// Renders one.
+    pub(super) fn frame(&self, baked: &Baked, way: &Way<'_>) -> Result<Frame, Cause> {
+        let options = self.options(way);
         let eyes = self.observers(way.lod);
         let (scene, quiet) = (baked.scene(), |_, _| {});
         let frame = render::cave_filled(&scene, &self.cave, &eyes, &options, way.filling, &quiet)?;
@@ -151,12 +224,7 @@ impl Room {
         found: impl Iterator<Item = &'p Picture>,
         truth: &'p Frame,
     ) -> PictureError {
-        let truth = truth.pictures.iter().map(|one| &one.picture);
-        let pairs = self.sights.iter().zip(found.zip(truth));
-        let pairs: Vec<_> = pairs
-            .map(|(sight, (found, truth))| (sight, found, truth))
-            .collect();
-        PictureError::new(&pairs)
+        error(&self.sights, found, truth)
     }
 
     /// What the left eye sees of something, unfolded; pictures in the order of a
@@ -172,6 +240,32 @@ impl Room {
         let of = self.sights.iter().map(Sight::pixels_per_degree);
         of.fold(f32::INFINITY, f32::min)
     }
+}
+
+/// Two eyes in the middle of the room.
+fn observers(line_of_sight: LineOfSight, lod: Option<Lod>) -> [Observer; 2] {
+    let viewer = Viewer::default();
+    Eye::STEREO.map(|eye| Observer {
+        lod: lod.map(|lod| LevelOfDetail {
+            gaze: Gaze::new(line_of_sight, lod.field),
+            bounces: lod.bounces,
+            faces: lod.faces,
+        }),
+        ..Observer::new(eye, viewer.eye(eye))
+    })
+}
+
+/// How far pictures are off those of a frame, in its order.
+fn error<'p>(
+    sights: &[Sight],
+    found: impl Iterator<Item = &'p Picture>,
+    truth: &'p Frame,
+) -> PictureError {
+    let pairs = sights.iter().zip(found.zip(pictures(truth)));
+    let pairs: Vec<_> = pairs
+        .map(|(sight, (found, truth))| (sight, found, truth))
+        .collect();
+    PictureError::new(&pairs)
 }
 
 /// All pictures of a frame.

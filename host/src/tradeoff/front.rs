@@ -2,6 +2,7 @@
 
 use super::page::{brief, time};
 use super::{Comparison, Limit, Measure, Point};
+use std::cmp::Ordering;
 use std::fmt::Write as _;
 
 /// Of points of an error and a cost each, those that no other is better than:
@@ -12,8 +13,9 @@ pub fn pareto_front(points: &[(f64, f64)]) -> Vec<bool> {
     points
         .iter()
         .map(|&point| {
-            let is_number = point.0.is_finite() && point.1.is_finite();
-            is_number && !points.iter().any(|&other| beats(other, point))
+            let is_number = |(error, cost): (f64, f64)| error.is_finite() && cost.is_finite();
+            let beaten = |&other: &(f64, f64)| is_number(other) && beats(other, point);
+            is_number(point) && !points.iter().any(beaten)
         })
         .collect()
 }
@@ -73,12 +75,18 @@ impl Comparison {
     }
 }
 
-/// The fastest point within the limit, beside the one that is nearest to the
-/// truth and the next faster one.
+/// The cheapest point within the limit, beside the one that is nearest to the
+/// truth and the next cheaper one: by steps where all points have them, which are
+/// exact, else by time, where what chance may have put before another is not
+/// before it.
 fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
-    let mut front: Vec<&Point> = points.iter().filter(|point| point.best_by_time).collect();
-    front.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
-    let Some(truest) = front.last() else {
+    let cost = if points.iter().all(|point| point.steps.is_some()) {
+        Cost::Steps
+    } else {
+        Cost::Time
+    };
+    let numbers = || points.iter().filter(|point| point.error().is_finite());
+    let Some(truest) = numbers().min_by(|a, b| by_error(a, b).then(cost.order(a, b))) else {
         return "Nothing was measured.".to_owned();
     };
     let within = format!(
@@ -86,44 +94,110 @@ fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
         brief(limit.error),
         limit.because
     );
-    let Some(at) = front.iter().position(|point| point.error() <= limit.error) else {
+    let inside = numbers().filter(|point| point.error() <= limit.error);
+    let Some(cheapest) = inside.clone().min_by(|a, b| cost.order(a, b)) else {
         return format!(
             "No setting has {within}: choose {}, the nearest, with {} in {}.",
             truest.name,
             brief(truest.error()),
-            time(truest.seconds),
+            cost.of(truest),
         );
     };
-    let chosen = front[at];
+    // Of those that cost the same as far as can be told, the nearest to the truth.
+    let Some(chosen) = inside
+        .filter(|point| !cost.is_less(cheapest, point))
+        .min_by(|a, b| by_error(a, b))
+    else {
+        return "Nothing was measured.".to_owned();
+    };
+    let best = cost.best();
     // Writing to a string does not fail.
     let mut text = format!(
-        "Choose {}, the fastest of all with {within}: {} in {}",
+        "Choose {}, {best} of all with {within}: {} in {}",
         chosen.name,
         brief(chosen.error()),
-        time(chosen.seconds),
+        cost.of(chosen),
     );
     if chosen.name != truest.name {
         let _ = write!(
             text,
-            ", {} of the time of {} ({})",
-            percent(chosen.seconds / truest.seconds),
+            ", {} of that of {} ({})",
+            percent(cost.number(chosen) / cost.number(truest)),
             truest.name,
             brief(truest.error()),
         );
     }
-    match at.checked_sub(1).map(|faster| front[faster]) {
-        Some(faster) => {
+    let cheaper = numbers().filter(|point| cost.is_less(point, chosen));
+    match cheaper.min_by(|a, b| by_error(a, b).then(cost.order(a, b))) {
+        Some(cheaper) => {
             let _ = write!(
                 text,
-                "; {} would take {} of its time, with {}.",
-                faster.name,
-                percent(faster.seconds / chosen.seconds),
-                brief(faster.error()),
+                "; {} would take {} of it, with {}.",
+                cheaper.name,
+                percent(cost.number(cheaper) / cost.number(chosen)),
+                brief(cheaper.error()),
             );
         }
-        None => text += "; nothing is faster.",
+        None => {
+            let _ = write!(text, "; {}.", cost.nothing_less());
+        }
     }
     text
+}
+
+fn by_error(a: &Point, b: &Point) -> Ordering {
+    a.error().total_cmp(&b.error())
+}
+
+/// What points are chosen by.
+#[derive(Debug, Clone, Copy)]
+enum Cost {
+    Steps,
+    Time,
+}
+
+impl Cost {
+    fn number(self, point: &Point) -> f64 {
+        match self {
+            Self::Steps => point.steps.unwrap_or(u64::MAX) as f64,
+            Self::Time => point.seconds,
+        }
+    }
+
+    fn order(self, a: &Point, b: &Point) -> Ordering {
+        self.number(a).total_cmp(&self.number(b))
+    }
+
+    /// Whether one costs less than another beyond doubt: medians are farther
+    /// apart than the times that they are of.
+    fn is_less(self, one: &Point, other: &Point) -> bool {
+        let doubt = match self {
+            Self::Steps => 0.0,
+            Self::Time => one.spread.max(other.spread),
+        };
+        self.number(one) + doubt < self.number(other)
+    }
+
+    fn of(self, point: &Point) -> String {
+        match self {
+            Self::Steps => format!("{} million steps", brief(1e-6 * self.number(point))),
+            Self::Time => time(point.seconds),
+        }
+    }
+
+    const fn best(self) -> &'static str {
+        match self {
+            Self::Steps => "the one of fewest steps",
+            Self::Time => "the fastest",
+        }
+    }
+
+    const fn nothing_less(self) -> &'static str {
+        match self {
+            Self::Steps => "nothing takes fewer",
+            Self::Time => "nothing is faster beyond the spread of times",
+        }
+    }
 }
 
 pub(super) fn percent(ratio: f64) -> String {
@@ -138,7 +212,7 @@ mod tests {
         let mut point = Point::new("all", name, []);
         point.errors = vec![Some(error)];
         point.seconds = seconds;
-        point.steps = Some((1.0 / seconds) as u64);
+        point.steps = Some((1e6 * seconds) as u64);
         point
     }
 
@@ -176,7 +250,12 @@ mod tests {
         let found = comparison(0.5, points);
         let best = |of: fn(&Point) -> bool| found.points.iter().map(of).collect::<Vec<_>>();
         assert_eq!(best(|one| one.best_by_time), [true, true]);
-        // It has the fewer steps, too.
+        assert_eq!(best(|one| one.best_by_steps), [true, true]);
+        let mut points = vec![point("slow", 0.0, 0.5), point("fast", 1.0, 0.1)];
+        points[0].steps = Some(1);
+        let found = comparison(0.5, points);
+        let best = |of: fn(&Point) -> bool| found.points.iter().map(of).collect::<Vec<_>>();
+        assert_eq!(best(|one| one.best_by_time), [true, true]);
         assert_eq!(best(|one| one.best_by_steps), [true, false]);
     }
 
@@ -204,21 +283,65 @@ mod tests {
         };
         let says = |limit: f64, third: f64| comparison(limit, points(third)).choice;
         let found = says(0.3, 0.25);
-        assert!(found.starts_with("Choose half, "), "{found}");
-        assert!(found.contains("50 % of the time of full"), "{found}");
-        assert!(
-            found.contains("; rough would take 50 % of its time"),
-            "{found}"
-        );
+        assert!(found.starts_with("Choose half, the one of fewest steps"));
+        assert!(found.contains("in 0.5 million steps, 50 % of that of full (0)"));
+        assert!(found.ends_with("; rough would take 50 % of it, with 1."));
         let found = says(1.0, 0.1);
-        assert!(found.starts_with("Choose rough") && found.ends_with("nothing is faster."));
+        assert!(found.starts_with("Choose rough") && found.ends_with("nothing takes fewer."));
         assert!(says(0.0, 0.1).starts_with("Choose full"));
-        // Slower than what is truer: never chosen, whatever the limit.
+        // More steps than what is truer: never chosen, whatever the limit.
         assert!(says(9.0, 0.6).starts_with("Choose half"));
         let none = comparison(-1.0, points(0.1)).choice;
         assert!(
-            none.contains("choose full, the nearest, with 0 in 1.00 s"),
+            none.contains("choose full, the nearest, with 0 in 1 million steps"),
             "{none}"
         );
+    }
+
+    #[test]
+    fn where_steps_are_counted_times_choose_nothing() {
+        let mut points = vec![point("more", 0.0, 0.2), point("fewer", 0.1, 0.9)];
+        (points[0].steps, points[1].steps) = (Some(1_000), Some(999));
+        let found = comparison(0.5, points).choice;
+        assert!(found.starts_with("Choose fewer"), "{found}");
+        let mut points = vec![point("near", 0.1, 0.9), point("far", 0.2, 0.1)];
+        (points[0].steps, points[1].steps) = (Some(7), Some(7));
+        let found = comparison(0.5, points).choice;
+        assert!(found.starts_with("Choose near"), "{found}");
+        assert!(found.ends_with("nothing takes fewer."), "{found}");
+    }
+
+    #[test]
+    fn without_steps_times_choose_beyond_their_spread() {
+        let says = |spread: f64| {
+            let mut points = vec![
+                point("true", 0.0, 1.00),
+                point("near", 0.1, 0.52),
+                point("far", 0.2, 0.50),
+                point("out", 3.0, 0.49),
+            ];
+            for point in &mut points {
+                (point.steps, point.spread) = (None, spread);
+            }
+            comparison(0.5, points).choice
+        };
+        let found = says(0.001);
+        assert!(
+            found.starts_with("Choose far, the fastest of all"),
+            "{found}"
+        );
+        assert!(
+            found.ends_with("; out would take 98 % of it, with 3."),
+            "{found}"
+        );
+        // By chance before it.
+        let found = says(0.05);
+        assert!(found.starts_with("Choose near, the fastest"), "{found}");
+        assert!(
+            found.ends_with("faster beyond the spread of times."),
+            "{found}"
+        );
+        // Nothing can be told apart.
+        assert!(says(0.6).starts_with("Choose true"));
     }
 }

@@ -82,7 +82,7 @@ fn horizons(
     let points = asked
         .iter()
         .zip(measured)
-        .map(|((horizon, gaze), (seconds, steps))| {
+        .map(|((horizon, gaze), (time, steps))| {
             let name = match horizon {
                 0 => "no prediction".to_owned(),
                 _ => format!("up to {horizon} ms"),
@@ -94,7 +94,8 @@ fn horizons(
             ];
             Point {
                 errors: gaze.errors(),
-                seconds,
+                seconds: time.median,
+                spread: time.spread,
                 steps: Some(steps),
                 ..Point::new("horizon", name, settings)
             }

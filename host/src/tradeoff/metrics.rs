@@ -100,6 +100,13 @@ impl Sight {
         }
     }
 
+    /// How many pixels are in a ring.
+    pub fn pixels(&self, ring: Ring) -> usize {
+        let seen = self.rings.iter().zip(&self.weights);
+        seen.filter(|&(of, &weight)| *of == ring && weight > 0.0)
+            .count()
+    }
+
     /// Where the viewer has fewest: of a wall, at the foot of the perpendicular.
     pub const fn pixels_per_degree(&self) -> f32 {
         self.pixels_per_degree
@@ -157,33 +164,45 @@ impl PictureError {
 }
 
 /// What [`PictureError::errors`] are.
-pub(super) const MEASURES: [Measure; 9] = [
+pub(super) const MEASURES: [Measure; 15] = [
     measure("flip_weighted", "FLIP by acuity"),
     measure("flip_fovea", "FLIP to 1°"),
     measure("flip_parafovea", "FLIP to 5°"),
     measure("flip_periphery", "FLIP beyond"),
     measure("flip", "FLIP"),
     measure("psnr_weighted_db", "PSNR by acuity, dB"),
+    measure("psnr_fovea_db", "PSNR to 1°, dB"),
+    measure("psnr_parafovea_db", "PSNR to 5°, dB"),
+    measure("psnr_periphery_db", "PSNR beyond, dB"),
     measure("psnr_db", "PSNR, dB"),
     measure("ssim_weighted", "SSIM by acuity"),
+    measure("ssim_fovea", "SSIM to 1°"),
+    measure("ssim_parafovea", "SSIM to 5°"),
+    measure("ssim_periphery", "SSIM beyond"),
     measure("ssim", "SSIM"),
 ];
 
 impl PictureError {
+    /// With the fovea and the parafovea of pictures that have more pixels there.
+    pub(super) fn with_middle_of(mut self, near: &Self) -> Self {
+        self.rings[..2].copy_from_slice(&near.rings[..2]);
+        self
+    }
+
     /// By [`MEASURES`].
     pub(super) fn errors(&self) -> Vec<Option<f64>> {
-        let [fovea, parafovea, periphery] = self.rings.map(|ring| ring.map(|one| one.flip));
-        vec![
-            Some(self.weighted.flip),
+        let [fovea, parafovea, periphery] = self.rings;
+        let parts = [
+            Some(self.weighted),
             fovea,
             parafovea,
             periphery,
-            Some(self.all.flip),
-            self.weighted.psnr,
-            self.all.psnr,
-            Some(self.weighted.ssim),
-            Some(self.all.ssim),
-        ]
+            Some(self.all),
+        ];
+        let by = |of: fn(Quality) -> Option<f64>| parts.map(|part| part.and_then(of));
+        let flip = by(|one| Some(one.flip));
+        let ssim = by(|one| Some(one.ssim));
+        [flip, by(|one| one.psnr), ssim].concat()
     }
 }
 

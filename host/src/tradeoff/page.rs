@@ -1,12 +1,15 @@
 //! The report as one page that needs nothing else: HTML, with charts as SVG and
 //! pictures as PNG in it, and no script.
 
+mod notes;
+
 use super::table::plain;
 use super::{Comparison, Point, Report, Section};
 use crate::chart::{Axis, Chart, Corner, Line, Note};
 use crate::selftest::Row;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use notes::Room;
 use std::fmt::Write as _;
 use std::io;
 use std::ops::Range;
@@ -34,7 +37,7 @@ pub fn html(report: &Report) -> io::Result<String> {
          <title>What accuracy costs</title>\n<link rel=\"icon\" href=\"data:,\"/>\n\
          <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>What accuracy costs</h1>\n\
          <p class=\"run\">{kind} of <code>shisen tradeoff</code> {}: {} thread{plural}, {}, \
-         mesh {}, {}.</p>\n\
+         mesh {}, {}. Built with profile {}; commit {}; the processor has {}.</p>\n\
          <p>Every point is a setting: how far it is off, and what it takes. Times are medians \
          of at least three, taken in turns on this machine; steps (tree nodes visited and \
          primitives tested) are the same on any. <strong class=\"best\">●</strong> marks the \
@@ -46,6 +49,9 @@ pub fn html(report: &Report) -> io::Result<String> {
         escaped(&report.simd),
         escaped(&report.mesh),
         time(report.seconds),
+        escaped(&report.build.profile),
+        escaped(report.build.commit.unwrap_or("not told")),
+        escaped(&report.build.cpu_features.join(", ")),
     );
     page.push_str(&head);
     page.push_str("<table class=\"choices\">\n<caption>What to choose</caption>\n<tbody>\n");
@@ -184,7 +190,7 @@ fn write_hard_cases(page: &mut String, choice: &str, cases: &[Row]) {
             escaped(case.hard),
             number(case.error),
             number(case.bound),
-            number(case.naive_error),
+            number(case.naive_error) + if case.control { " (control)" } else { "" },
             escaped(case.unit),
             escaped(case.naive),
             escaped(case.reference),
@@ -276,15 +282,12 @@ fn chart(
             dots: false,
         });
     }
-    let mut series: Vec<&str> = placed.iter().map(|one| one.0.series).collect();
-    let mut seen = Vec::new();
-    series.retain(|one| {
-        let new = !seen.contains(one);
-        if new {
-            seen.push(*one);
+    let mut series: Vec<&str> = Vec::new();
+    for (point, ..) in &placed {
+        if !series.contains(&point.series) {
+            series.push(point.series);
         }
-        new
-    });
+    }
     for (colour, series) in series.into_iter().enumerate() {
         let own = placed.iter().filter(|one| one.0.series == series);
         lines.push(Line {
@@ -305,10 +308,19 @@ fn chart(
         .zip(&places)
         .filter(|(one, _)| one.3)
         .collect();
-    let notes = notes(
-        best.iter()
-            .map(|((point, cost, error, _), place)| (*point, (*cost, height(*error)), **place)),
-    );
+    let corner = emptiest_corner(&places);
+    let names = lines.iter().map(|line| line.name.as_str());
+    let mut room = Room::new(&places, corner, names);
+    let notes = best
+        .iter()
+        .filter_map(|((point, cost, error, _), place)| {
+            Some(Note {
+                side: room.take(**place, &point.name)?,
+                at: (*cost, height(*error)),
+                text: point.name.clone(),
+            })
+        })
+        .collect();
     Some(Chart {
         title: format!(
             "{}: error and {}",
@@ -328,7 +340,7 @@ fn chart(
             logarithmic,
         },
         lines,
-        names: emptiest_corner(&places),
+        names: corner,
         notes,
     })
 }
@@ -364,26 +376,6 @@ fn emptiest_corner(places: &[(f64, f64)]) -> Corner {
         .into_iter()
         .min_by_key(|&(_, right, upper)| inside(right, upper));
     least.map_or(Corner::UpperRight, |corner| corner.0)
-}
-
-/// The names of points, each with what it has and its place, as far as they do
-/// not lie on each other.
-fn notes<'p>(points: impl Iterator<Item = (&'p Point, (f64, f64), (f64, f64))>) -> Vec<Note> {
-    let mut taken: Vec<(f64, f64)> = Vec::new();
-    let mut notes = Vec::new();
-    for (point, at, place) in points {
-        let near = |other: &(f64, f64)| {
-            (other.0 - place.0).abs() < 0.25 && (other.1 - place.1).abs() < 0.05
-        };
-        if !taken.iter().any(near) {
-            taken.push(place);
-            notes.push(Note {
-                at,
-                text: point.name.clone(),
-            });
-        }
-    }
-    notes
 }
 
 /// Whether numbers above 0 are far enough apart for an axis whose ticks are at

@@ -68,7 +68,7 @@ fn compare(
     share: (f64, f64),
 ) -> Result<Comparison, Cause> {
     let measured = bench.in_turns(&ways, share, |way| Ok(timed(|| (way.run)())))?;
-    let points = ways.into_iter().zip(measured).map(|(way, (seconds, ()))| {
+    let points = ways.into_iter().zip(measured).map(|(way, (time, ()))| {
         let errors = way.errors;
         let largest = quantile_of(errors.clone(), 1.0);
         let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
@@ -76,7 +76,8 @@ fn compare(
         let of = [largest, quantile_of(errors, 0.95), mean];
         Point {
             errors: of.map(number).to_vec(),
-            seconds,
+            seconds: time.median,
+            spread: time.spread,
             ..Point::new(stage.id, way.name, [("way", way.name.into())])
         }
     });

@@ -41,12 +41,13 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     })?;
     let mut points = Vec::new();
     let mut best: Option<(f64, String, Picture)> = None;
-    for (one, (seconds, frame)) in asked.iter().zip(measured) {
+    for (one, (time, frame)) in asked.iter().zip(measured) {
         let picture = &frame.pictures[0].picture;
         let errors = Differences::new(picture, &truth, &glass);
         points.push(Point {
             errors: errors.all(),
-            seconds,
+            seconds: time.median,
+            spread: time.spread,
             steps: Some(frame.statistics.steps),
             ..one.point()
         });

@@ -1,4 +1,4 @@
-use super::super::{Figure, Limit, Topic, measure};
+use super::super::{Build, Figure, Limit, TilePrice, Topic, measure};
 use super::*;
 use crate::picture::Picture;
 use quick_xml::Reader;
@@ -52,12 +52,24 @@ pub(in crate::tradeoff) fn report() -> Report {
         error: 0.5,
         bound: 1.0,
         naive_error: f64::INFINITY,
+        control: false,
+    });
+    section.tiles.push(TilePrice {
+        picture: 1,
+        x: 16,
+        y: 32,
+        percent: 35,
     });
     Report {
         version: "0",
         quick: true,
         threads: 2,
         simd: "portable".to_owned(),
+        build: Build {
+            profile: "release, opt-level 3".to_owned(),
+            commit: Some("1f"),
+            cpu_features: vec!["sse2", "avx2"],
+        },
         mesh: "a&b.obj".to_owned(),
         seconds: 90.0,
         sections: vec![section],
@@ -105,6 +117,7 @@ fn the_page_is_well_formed_and_needs_nothing_else() {
         "1\u{2009}234\u{2009}567",
         "<td>far &amp; away</td><td class=\"number\">0.500</td>",
         "<td class=\"number\">wrong</td>",
+        "profile release, opt-level 3; commit 1f; the processor has sse2, avx2.",
     ] {
         assert!(page.contains(text), "{text}");
     }

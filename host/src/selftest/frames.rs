@@ -1,0 +1,113 @@
+//! Whole frames: the same bits on every path through the tracer.
+
+use super::{BROKEN, Case, Effort, Errors};
+use crate::bake::Baked;
+use crate::cave::{BuiltInCave, Cave, Eye, Viewer};
+use crate::quadruped::quadruped;
+use crate::render::{self, Frame, Observer, Options};
+use crate::scene::Scene;
+use crate::scene::builtin::{PaperScene, paper_scene, spheres};
+use shisen_core::frame::{Mode, Settings};
+use shisen_core::{Runs, Simd};
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "frame-on-every-path-mirrors",
+        hard: "scene A by AVX2 and by portable code (on x86-64 the compiler's SSE2), ray by ray and \
+               in tiles of rays, trees 8 and 4 wide, on 1 to 4 threads",
+        error: WAYS,
+        reference: ONE,
+        naive: SUM,
+        bound: 0.0,
+        measure: mirrors,
+    },
+    Case {
+        name: "frame-on-every-path-glass",
+        hard: "the same of balls of quartz, with dispersion",
+        error: WAYS,
+        reference: ONE,
+        naive: SUM,
+        bound: 0.0,
+        measure: glass,
+    },
+];
+
+const WAYS: &str = "ways of which a pixel differs in a bit";
+const ONE: &str = "the frame ray by ray, portable, on one thread: its hash";
+const SUM: &str = "light that threads sum up in f32, a share of the pixels each";
+
+const MOST_THREADS: usize = 4;
+
+fn mirrors(effort: Effort) -> Errors {
+    paper_scene(PaperScene::A, quadruped()).map_or(BROKEN, |scene| every_way(&scene, effort))
+}
+
+fn glass(effort: Effort) -> Errors {
+    every_way(&spheres(), effort)
+}
+
+fn every_way(scene: &Scene, effort: Effort) -> Errors {
+    let (Ok(fast), Ok(compact)) = (Baked::<8>::new(scene), Baked::<4>::new(scene)) else {
+        return BROKEN;
+    };
+    // Pixels a side of each of three walls.
+    let side = match effort {
+        Effort::Quick => 24,
+        Effort::Full => 96,
+    };
+    let Some(reference) = frame(&fast, side, (1, Mode::Single, Simd::PORTABLE)) else {
+        return BROKEN;
+    };
+    let mut errors = Errors {
+        ours: 0.0,
+        naive: 0.0,
+    };
+    for threads in 1..=MOST_THREADS {
+        for mode in [Mode::Single, Mode::Tile] {
+            for simd in [Simd::PORTABLE, Simd::detect()] {
+                let way = (threads, mode, simd);
+                for found in [frame(&fast, side, way), frame(&compact, side, way)] {
+                    let same = found.is_some_and(|found| found.hash() == reference.hash());
+                    errors.ours += f64::from(u8::from(!same));
+                }
+            }
+        }
+        let same = light(&reference, threads).to_bits() == light(&reference, 1).to_bits();
+        errors.naive += f64::from(u8::from(!same));
+    }
+    errors
+}
+
+fn frame<const W: usize>(
+    baked: &Baked<W>,
+    side: u32,
+    (threads, mode, simd): (usize, Mode, Simd),
+) -> Option<Frame>
+where
+    Simd: Runs<W>,
+{
+    let room = Cave::built_in(BuiltInCave::ThreeWall, [side; 2]).ok()?;
+    let eye = Observer::new(Eye::Centre, Viewer::default().eye(Eye::Centre));
+    let options = Options {
+        threads,
+        simd,
+        settings: Settings {
+            mode,
+            samples: 2,
+            ..Settings::default()
+        },
+        ..Options::default()
+    };
+    render::cave(&baked.scene(), &room, &[eye], &options, &|_, _| {}).ok()
+}
+
+/// The sum of a frame's green, by so many threads.
+fn light(frame: &Frame, threads: usize) -> f32 {
+    let all: Vec<f32> = frame
+        .pictures
+        .iter()
+        .flat_map(|one| one.picture.pixels.iter().map(|pixel| pixel[1]))
+        .collect();
+    let shares = all.chunks(all.len().div_ceil(threads).max(1));
+    shares.map(|share| share.iter().sum::<f32>()).sum()
+}

@@ -1,0 +1,422 @@
+//! The host's constructors and formulas under the same numbers, and why the rest
+//! of its functions need no case.
+
+use super::numbers::{Case, Numbers, finite, finite_or_error};
+use glam::{DVec2, DVec3};
+use shisen::cave::{BuiltInCave, Cave, DomeDescription, DomeScreen, Wall};
+use shisen::dome::{Mapping, Mirror, NearField, effective_viewpoint, size_errors};
+use shisen::gaze_reference::{self, Limits};
+use shisen::look::ViewDirection;
+use shisen::picture::{Picture, colour_differences, srgb_from_linear};
+use shisen::quantiles::{median, quantile_of, quartiles};
+use shisen::scene::Background;
+use shisen::scene::builtin::{PrismBench, grid};
+use shisen::scene::camera::DomeCamera;
+use shisen::spectrum::{Dispersion, Method, minimum_deviation};
+use shisen::tradeoff::{Ring, pareto_front};
+use shisen::viewer::ViewerCamera;
+use shisen::warp::{Aim, Lens, Projector, Throw};
+use shisen_core::gaze::Boundary;
+
+/// The next number, in the host's precision.
+fn wide(n: &mut Numbers, sane: f32) -> f64 {
+    f64::from(n.next(sane))
+}
+
+fn place(n: &mut Numbers, sane: [f32; 3]) -> DVec3 {
+    n.vec3(sane).as_dvec3()
+}
+
+fn wall(n: &mut Numbers) -> Option<Wall> {
+    let corners = [[-1.0, 0.0, -1.5], [1.0, 0.0, -1.5], [-1.0, 2.0, -1.5]];
+    let [a, b, c] = corners.map(|corner| place(n, corner));
+    let wall = finite_or_error(Wall::new("front", a, b, c, [64, 48]));
+    assert!(wall.is_some() || !n.are_sane());
+    wall
+}
+
+fn dome(n: &mut Numbers) -> Option<DomeScreen> {
+    let dome = finite_or_error(DomeScreen::new(DomeDescription {
+        name: "dome".to_owned(),
+        radius: wide(n, 4.0),
+        centre: place(n, [0.0, 1.0, 0.0]),
+        tilt_degrees: wide(n, 15.0),
+        field_of_view_degrees: wide(n, 180.0),
+        size: 64,
+    }));
+    assert!(dome.is_some() || !n.are_sane());
+    dome
+}
+
+fn mirror(n: &mut Numbers) -> Option<Mirror> {
+    let (a, slope) = (wide(n, 1.2), wide(n, 0.8));
+    finite_or_error(Mirror::from_slope(a, slope))
+}
+
+pub(super) const CASES: &[(&str, Case)] = &[
+    ("host cave::Wall::new", |n| {
+        wall(n);
+    }),
+    ("host cave::view::Wall::view_from", |n| {
+        let eye = place(n, [0.1, 1.6, 0.0]);
+        if let Some(wall) = wall(n) {
+            finite_or_error(wall.view_from(eye));
+        }
+    }),
+    ("host cave::view::Wall::frustum", |n| {
+        let (eye, near) = (place(n, [0.1, 1.6, 0.0]), wide(n, 0.1));
+        if let Some(wall) = wall(n) {
+            finite_or_error(wall.frustum(eye, near));
+        }
+    }),
+    ("host cave::Cave::check_eye", |n| {
+        let cave = Cave::built_in(BuiltInCave::ThreeWall, [8; 2]).expect("a room");
+        let eye = place(n, [0.0; 3]);
+        let seen = cave.check_eye(eye);
+        assert!(eye.is_finite() || seen.is_err(), "{eye}");
+    }),
+    ("host cave::dome::DomeScreen::new", |n| {
+        dome(n);
+    }),
+    ("host cave::dome::DomeScreen::view_from", |n| {
+        let eye = place(n, [0.1, 1.0, 0.2]);
+        if let Some(dome) = dome(n) {
+            finite_or_error(dome.view_from(eye));
+        }
+    }),
+    ("host dome::mirror::Mirror::parallel", |n| {
+        finite_or_error(Mirror::parallel(wide(n, 1.2)));
+    }),
+    ("host dome::mirror::Mirror::from_slope", |n| {
+        assert!(mirror(n).is_some() || !n.are_sane());
+    }),
+    ("host dome::mirror::Mirror::from_edge", |n| {
+        let (a, edge) = (wide(n, 1.2), wide(n, 0.6));
+        finite_or_error(Mirror::from_edge(a, edge));
+    }),
+    ("host dome::mirror::Mirror::perspective", |n| {
+        let (a, p) = (wide(n, 1.2), wide(n, 5.0));
+        finite_or_error(Mirror::perspective(a, p));
+    }),
+    ("host dome::near_field::NearField::check", |n| {
+        let near = NearField::new(Mirror::parallel(1.0).expect("a mirror"), Mapping::Mirror);
+        let distance = wide(n, 10.0);
+        let allowed = near.check(distance).is_ok();
+        assert!(!(allowed && distance.is_nan()));
+        if allowed && distance.is_finite() {
+            finite(&near.angle(0.5, distance));
+        }
+    }),
+    ("host dome::rounding::size_errors", |n| {
+        let near = NearField::new(Mirror::parallel(1.0).expect("a mirror"), Mapping::Mirror);
+        let (size, offset) = (wide(n, 0.01), wide(n, 1.0));
+        let errors = size_errors(&near, size, offset);
+        // What has no number is none.
+        if (1e-6..1.0).contains(&size) && offset.abs() < 1e6 {
+            finite_or_error(errors);
+        }
+    }),
+    ("host dome::viewpoint::effective_viewpoint", |n| {
+        let near = NearField::new(Mirror::parallel(1.0).expect("a mirror"), Mapping::Mirror);
+        let nearest = wide(n, 10.0);
+        if nearest.is_finite() {
+            finite_or_error(effective_viewpoint(&near, nearest));
+        }
+    }),
+    ("host gaze_reference::Gaze::new", |n| {
+        let (direction, up) = (place(n, [0.0, 0.0, -1.0]), place(n, [0.0, 1.0, 0.0]));
+        finite_or_error(gaze_reference::Gaze::new(
+            direction,
+            up,
+            Limits::PAPER,
+            Boundary::Printed,
+        ));
+    }),
+    ("host gaze_reference::bounces", |n| {
+        let level = wide(n, 0.5);
+        // Levels are 0 to 1.
+        let is_level = (0.0..=1.0).contains(&level);
+        assert!(!is_level || gaze_reference::bounces(level, 3) <= 3);
+    }),
+    ("host gaze_reference::faces", |n| {
+        let level = wide(n, 0.5);
+        let faces = gaze_reference::faces(level, 500, 5_000);
+        let is_level = (0.0..=1.0).contains(&level);
+        assert!(!is_level || (500..=5_000).contains(&faces), "{faces}");
+    }),
+    ("host look::ViewDirection::new", |n| {
+        let direction = place(n, [0.1, 0.2, -1.0]);
+        let found = ViewDirection::new(direction);
+        let is_direction = direction.is_finite() && direction != DVec3::ZERO;
+        assert_eq!(found.is_some(), is_direction);
+        if let Some(found) = found {
+            assert!((found.vector().length() - 1.0).abs() < 1e-12);
+        }
+    }),
+    ("host picture::srgb_from_linear", |n| {
+        let light = n.next(0.5);
+        let code = srgb_from_linear(light);
+        assert!(code == 0 || light > 0.0, "{light} {code}");
+        assert!(code == 255 || !(light >= 1.0), "{light} {code}");
+    }),
+    ("host picture::Picture::from_pixels", |n| {
+        let pixel = [0.1, 0.5, 0.9, 1.0].map(|light| n.next(light));
+        // Any light is kept as it is.
+        let picture = Picture::from_pixels(1, 1, vec![pixel]).expect("a picture");
+        let bits = |pixel: [f32; 4]| pixel.map(f32::to_bits);
+        assert_eq!(picture.pixel(0, 0).map(bits), Some(bits(pixel)));
+    }),
+    ("host picture::Picture::set_pixel", |n| {
+        let mut picture = Picture::new(2, 2).expect("a picture");
+        picture.set_pixel(1, 1, [0.1, 0.5, 0.9, 1.0].map(|light| n.next(light)));
+        assert_eq!(picture.pixel(0, 0), Some([0.0; 4]));
+    }),
+    ("host picture::Picture::sample", |n| {
+        let picture = Picture::from_pixels(2, 1, vec![[0.5; 4]; 2]).expect("a picture");
+        let (x, y) = (wide(n, 0.7), wide(n, 0.2));
+        let expected = if x.is_nan() || y.is_nan() { 0.0 } else { 0.5 };
+        assert_eq!(picture.sample(x, y), [expected; 4]);
+    }),
+    ("host picture::difference::colour_differences", |n| {
+        let pixel = [0.1, 0.5, 0.9].map(|light| n.next(light));
+        let of = |[r, g, b]: [f32; 3]| {
+            Picture::from_pixels(1, 1, vec![[r, g, b, 1.0]]).expect("a picture")
+        };
+        let differences = colour_differences(&of(pixel), &of([0.5; 3]));
+        // Of light that is no number there is none.
+        if n.within(f32::MAX) {
+            finite(&differences);
+        }
+    }),
+    ("host quantiles::median", |n| {
+        let of = [1.0, 3.0, 2.0].map(|x| wide(n, x));
+        let middle = median(of.to_vec());
+        assert!(!n.within(f32::MAX) || of.contains(&middle), "{middle}");
+    }),
+    ("host quantiles::quartiles", |n| {
+        let of = [1.0, 3.0, 2.0].map(|x| wide(n, x));
+        let [low, high] = quartiles(of.to_vec());
+        assert!(!n.within(f32::MAX) || low <= high, "{low} {high}");
+    }),
+    ("host quantiles::quantile_of", |n| {
+        let of = [1.0, 3.0, 2.0].map(|x| wide(n, x));
+        let least = quantile_of(of.to_vec(), 0.0);
+        let all_are_above = of.iter().all(|one| *one >= least);
+        assert!(!n.within(f32::MAX) || all_are_above, "{least}");
+    }),
+    ("host scene::Background::uniform", |n| {
+        let colour = [0.1, 0.5, 0.9].map(|light| n.next(light));
+        let bits = |colour: [f32; 3]| colour.map(f32::to_bits);
+        assert_eq!(bits(Background::uniform(colour).zenith), bits(colour));
+    }),
+    ("host scene::builtin::grid", |n| {
+        use shisen::bake::Baked;
+        let radius = n.next(2.0);
+        // What is no scene is refused when it is baked.
+        let baked = Baked::<8>::new(&grid(radius));
+        assert!(baked.is_err() || (radius.is_finite() && radius > 0.0));
+        assert!(baked.is_ok() || !n.are_sane());
+    }),
+    ("host scene::builtin::glass::PrismBench::towards", |n| {
+        let angle = wide(n, 0.3);
+        let direction = PrismBench::towards(angle);
+        let unit = (direction.length() - 1.0).abs() < 1e-12;
+        assert_eq!(unit, angle.is_finite(), "{direction}");
+    }),
+    ("host scene::camera::DomeCamera::tilted", |n| {
+        let (at, angle) = (place(n, [0.0, 1.0, 0.0]), wide(n, 0.3));
+        let camera = DomeCamera::tilted(at, angle);
+        if n.within(f32::MAX) {
+            finite(&camera);
+        }
+    }),
+    ("host spectrum::dispersion::Dispersion::of", |n| {
+        let range = [400.0, 700.0].map(|nm| n.next(nm));
+        finite_or_error(Dispersion::of(Method::Comb, 7, Some(range)));
+    }),
+    ("host spectrum::prism::minimum_deviation", |n| {
+        let (index, apex) = (wide(n, 1.5), wide(n, 1.0));
+        if let Some(angle) = minimum_deviation(index, apex) {
+            finite(&angle);
+        }
+    }),
+    ("host tradeoff::front::pareto_front", |n| {
+        let points = [(1.0, 2.0), (2.0, 1.0)].map(|(a, b)| (wide(n, a), wide(n, b)));
+        let front = pareto_front(&points);
+        for (point, best) in points.iter().zip(&front) {
+            assert!(!best || (point.0.is_finite() && point.1.is_finite()));
+        }
+        let any = points
+            .iter()
+            .any(|one| one.0.is_finite() && one.1.is_finite());
+        assert_eq!(front.contains(&true), any);
+    }),
+    ("host tradeoff::metrics::Ring::of", |n| {
+        let degrees = n.next(3.0);
+        let ring = Ring::of(degrees);
+        assert!(degrees <= 5.0 || ring == Ring::Periphery);
+    }),
+    ("host viewer::ViewerCamera::new", |n| {
+        let eye = place(n, [0.0, 1.6, 3.0]);
+        let (forward, up) = (place(n, [0.0, 0.0, -1.0]), place(n, [0.0, 1.0, 0.0]));
+        let field = wide(n, 1.0);
+        finite_or_error(ViewerCamera::new(eye, forward, up, field, [64, 48]));
+    }),
+    ("host warp::projector::Projector::new", |n| {
+        let position = place(n, [0.0, 2.0, 1.0]);
+        let look = place(n, [0.0, 0.0, -1.0]);
+        let up = place(n, [0.0, 1.0, 0.0]);
+        let lens = Lens {
+            throw: Throw::Degrees(wide(n, 40.0)),
+            vertical_degrees: Some(wide(n, 30.0)),
+            shift: DVec2::new(wide(n, 0.1), wide(n, -0.2)),
+        };
+        let aim = Aim::Look { look, up };
+        finite_or_error(Projector::new("one", position, aim, lens, [64, 48]));
+    }),
+];
+
+/// Functions that can hold such a number and have no case of their own: why, and
+/// which.
+pub(super) const EXEMPT: &[(&str, &[&str])] = &[
+    (
+        "formulas of a record that its constructor has checked, which has a case: their documentation \
+         has their domain, and beyond it they give no number instead of an error",
+        &[
+            "host cave::dome::DomeScreen::point",
+            "host cave::dome::DomeScreen::place",
+            "host cave::dome::DomeScreen::meet",
+            "host cave::dome::DomeScreen::lit",
+            "host cave::Cave::new",
+            "host cave::Cave::with_dome",
+            "host dome::design::Design::of",
+            "host dome::mapping::Mapping::theta",
+            "host dome::mapping::Mapping::r_d",
+            "host dome::mapping::Mapping::single_theta",
+            "host dome::mapping::Mapping::single_r_d",
+            "host dome::mirror::Mirror::at",
+            "host dome::mirror::Mirror::theta",
+            "host dome::mirror::Mirror::r_d",
+            "host dome::mirror::Mirror::reflect",
+            "host dome::mirror::Mirror::near_theta",
+            "host dome::near_field::px_4096",
+            "host dome::near_field::NearField::new",
+            "host dome::near_field::NearField::seen_from",
+            "host dome::near_field::NearField::angle",
+            "host dome::near_field::NearField::ring",
+            "host dome::near_field::NearField::largest",
+            "host dome::near_field::NearField::largest_beyond",
+            "host gaze_reference::Gaze::sight",
+            "host viewer::ViewerCamera::ray",
+            "host warp::projector::Projector::direction",
+            "host spectrum::dispersion::Dispersion::spectrum",
+        ],
+    ),
+    (
+        "they search for a mirror's best shape: seconds for a number, which Mirror::parallel checks first",
+        &[
+            "host dome::design::optimum",
+            "host dome::design::local_optima",
+        ],
+    ),
+    (
+        "they take or make scenes, whose numbers validation checks; damaged files are in scene_fuzz",
+        &[
+            "host bake::layout::BakedScene::new",
+            "host bake::layout::BakedScene::with_levels",
+            "host bake::tree::Bounds::of_points",
+            "host bake::tree::build",
+            "host bake::Baked::new",
+            "host bake::Baked::with_levels",
+            "host bake::lone_mesh",
+            "host mesh::TriangleMesh::shows_texture",
+            "host mesh::TriangleMesh::has_coordinates_for",
+            "host scene::builtin::glass::PrismBench::new",
+            "host scene::builtin::paper_scene",
+            "host scene::camera::CameraPath::new",
+            "host scene::placement::Normalisation::of",
+            "host scene::placement::Placement::world_from_object",
+            "host simplify::topology::Topology::of",
+            "host simplify::PolygonLevels::apply_to",
+            "host simplify::Ladder::single",
+            "host simplify::Ladder::new",
+        ],
+    ),
+    (
+        "they read or write files, whose damage is tested where each format is",
+        &[
+            "host cave::file::Cave::load",
+            "host chart::Chart::write_svg",
+            "host chart::Chart::write_csv",
+            "host firmware::image::Image::open",
+            "host import::load",
+            "host input::read",
+            "host input::read_text",
+            "host output::write_atomically",
+            "host output::explain",
+            "host picture::Picture::write_png",
+            "host picture::Picture::write_png_with_alpha",
+            "host picture::Picture::write_exr",
+            "host scene::file::Scene::load",
+            "host scene::file::Scene::from_toml",
+            "host texture::Image::load",
+            "host tracker::calibration::script::read_script",
+            "host tracker::calibration::CalibrationFile::load",
+            "host tracker::calibration::Calibrated::load",
+            "host tracker::recording::RecordingFormat::of",
+            "host tracker::recording::Recording::read",
+            "host tracker::recording::Recorder::create",
+            "host warp::bourke::write",
+            "host warp::mpcdi::write",
+            "host warp::projector::Projector::load",
+        ],
+    ),
+    (
+        "they render or compare frames: their numbers are the core's, whose functions have cases",
+        &[
+            "host lod::outside::OutsideError::add",
+            "host lod::pictures::levels",
+            "host lod::pictures::polygons",
+            "host lod::pictures::difference",
+            "host lod::Coverage::new",
+            "host net::unfold",
+            "host render::images::Image::add",
+            "host render::images::Image::weigh",
+            "host render::ledger::account",
+            "host render::Observer::new",
+            "host render::cave",
+            "host render::cave_filled",
+            "host render::dome",
+            "host render::renderer",
+            "host render::view",
+            "host tradeoff::metrics::Sight::new",
+            "host tradeoff::metrics::PictureError::new",
+            "host viewer::render",
+            "host warp::Warp::new",
+        ],
+    ),
+    (
+        "they run programs, devices and reports, whose numbers are the driver's and the core's",
+        &[
+            "host firmware::reference::reference",
+            "host firmware::hash",
+            "host firmware::flat_screen",
+            "host firmware::watch",
+            "host selftest::run",
+            "host tracker::calibration::gather::Gatherer::new",
+            "host tracker::calibration::gather::Gatherer::push",
+            "host tracker::calibration::CalibrationFile::residuals",
+            "host tracker::calibration::device_name",
+            "host tracker::calibration::estimation",
+            "host tracker::feed::simulated",
+            "host tracker::feed::Feed::open",
+            "host tracker::feed::Feed::senses",
+            "host tracker::pty::Pty::open",
+            "host tracker::recording::Recorder::push",
+            "host tracker::serve::serve",
+            "host tradeoff::page::html",
+            "host tradeoff::table::csv",
+            "host tradeoff::Topic::measure",
+        ],
+    ),
+];
