@@ -313,14 +313,12 @@ where
     }
 
     /// The same renderer with no more faces of a mesh than a level has: the most
-    /// of equation 10, N_max, is that level's. Levels out of range are moved to the
+    /// of equation 10, `N_max`, is that level's. Levels out of range are moved to the
     /// nearest that is in it. Before any level of detail.
     #[must_use]
     pub fn with_faces_of_level(mut self, level: f32) -> Self {
-        let level = Detail::of_level(level).map_or_else(
-            || if level > 1.0 { 1.0 } else { 0.0 },
-            |detail| detail.level(),
-        );
+        let level = Detail::of_level(level)
+            .map_or_else(|| if level > 1.0 { 1.0 } else { 0.0 }, Detail::level);
         self.most.rung = Ladder::new(self.tracer.scene().rungs()).nearest(level);
         self
     }

@@ -186,7 +186,7 @@ impl<const W: usize> Drop for Dismissal<'_, '_, W> {
     }
 }
 
-impl<'s, const W: usize> Engine<'_, 's, W>
+impl<const W: usize> Engine<'_, '_, W>
 where
     Simd: Runs<W>,
 {
@@ -219,7 +219,7 @@ where
             self.shared.end.wait();
             self.look_at_excess();
         }
-        self.finish(rounds)
+        Ok(self.finish(rounds))
     }
 
     /// Lays out the next frame.
@@ -312,7 +312,7 @@ where
     }
 
     /// Gives up what is not finished, and says what there is.
-    fn finish(&mut self, rounds: u32) -> Result<Rendered, RenderError> {
+    fn finish(&mut self, rounds: u32) -> Rendered {
         let shared = self.shared;
         let plan = shared.frame.read().unwrap_or_else(PoisonError::into_inner);
         let (mut steps, mut need, mut unfinished) = (0, 0, 0);
@@ -346,7 +346,7 @@ where
             u64::MAX => done,
             nanoseconds => shared.epoch + Duration::from_nanos(nanoseconds),
         };
-        Ok(Rendered {
+        Rendered {
             steps,
             need,
             tiles: shared.tiles.len(),
@@ -356,7 +356,7 @@ where
             statistics: std::mem::take(&mut statistics),
             first_ray,
             done,
-        })
+        }
     }
 
     /// Pictures for [`copy`](Self::copy), by screen, then eye.

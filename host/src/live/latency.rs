@@ -89,7 +89,7 @@ impl Leg {
 }
 
 /// Longest time that is kept as it is: longer ones count as this.
-const LONGEST: Duration = Duration::from_secs(60);
+const LONGEST: Duration = Duration::from_mins(1);
 
 /// Histograms of all legs, to three digits from a microsecond to a minute. They
 /// take no memory while they are filled.
@@ -230,7 +230,7 @@ mod tests {
             sample: None,
             arrive: None,
             // An hour: kept as a minute.
-            done: Duration::from_secs(3_600),
+            done: Duration::from_hours(1),
             ..stamps(0)
         });
         assert_eq!(latencies.of(Leg::MotionToWall), None);

@@ -70,7 +70,7 @@ impl<T: Copy, const N: usize> History<T, N> {
 impl<const N: usize> History<Vec3, N> {
     /// Moves all of them by so much.
     pub(super) fn shift(&mut self, by: Vec3) {
-        for (_, place) in self.entries.iter_mut() {
+        for (_, place) in &mut self.entries {
             *place += by;
         }
     }

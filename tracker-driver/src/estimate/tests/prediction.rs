@@ -89,7 +89,7 @@ fn prediction_pays_and_harms_nowhere() {
             let first = if class == 0 {
                 std::format!("{rate} Hz ")
             } else {
-                "".into()
+                std::string::String::new()
             };
             let row = std::format!(
                 "/// | {first}| {name} | {} | {} | {} |",
