@@ -174,7 +174,7 @@ impl Governor {
         self.last = Some((decision.rung, need));
         self.newest = (self.newest + 1) % RECENT;
         self.needs[self.newest] = need / self.costs[decision.rung];
-        if seconds > 0.0 && steps > 0 {
+        if seconds > 0.0 && seconds.is_finite() && steps > 0 {
             self.rates[self.rated % REMEMBERED] = steps as f64 / seconds;
             self.rated += 1;
         }

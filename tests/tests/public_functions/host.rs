@@ -2,10 +2,11 @@
 //! of its functions need no case.
 
 use super::numbers::{Case, Numbers, finite, finite_or_error};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use shisen::cave::{BuiltInCave, Cave, DomeDescription, DomeScreen, Wall};
 use shisen::dome::{Mapping, Mirror, NearField, effective_viewpoint, size_errors};
 use shisen::gaze_reference::{self, Limits};
+use shisen::live::{Allowance, Governor, Quality, Table2};
 use shisen::look::ViewDirection;
 use shisen::picture::{Picture, colour_differences, srgb_from_linear};
 use shisen::quantiles::{median, quantile_of, quartiles};
@@ -16,7 +17,8 @@ use shisen::spectrum::{Dispersion, Method, minimum_deviation};
 use shisen::tradeoff::{Ring, pareto_front};
 use shisen::viewer::ViewerCamera;
 use shisen::warp::{Aim, Lens, Projector, Throw};
-use shisen_core::gaze::Boundary;
+use shisen_core::frame::LevelOfDetail;
+use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 
 /// The next number, in the host's precision.
 fn wide(n: &mut Numbers, sane: f32) -> f64 {
@@ -274,10 +276,61 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let aim = Aim::Look { look, up };
         finite_or_error(Projector::new("one", position, aim, lens, [64, 48]));
     }),
+    ("host live::budget::Table2::seconds", |n| {
+        let forward = n.vec3([0.0, -0.3, -1.0]);
+        for row in Table2::ROWS {
+            assert!(row.lod.contains(&row.seconds(forward)));
+        }
+    }),
+    ("host live::budget::Table2::part", |n| {
+        let forward = n.vec3([0.0, -0.3, -1.0]);
+        for row in Table2::ROWS {
+            let [front, floor] = row.lod.map(|seconds| seconds / row.plain);
+            let part = row.part(forward);
+            assert!(part >= floor * 0.999 && part <= front * 1.001, "{part}");
+        }
+    }),
+    ("host live::governor::Governor::learn", |n| {
+        let rate = governor(n).rate();
+        finite(&rate);
+        assert!(rate.is_none_or(|rate| rate > 0.0), "{rate:?}");
+    }),
+    ("host live::governor::Governor::decide", |n| {
+        let mut governor = governor(n);
+        for allowance in [
+            Allowance::Unlimited,
+            Allowance::Steps(0),
+            Allowance::Time(std::time::Duration::MAX),
+        ] {
+            let decision = governor.decide(allowance);
+            assert_eq!(decision.quality, Quality::LADDER[decision.rung]);
+        }
+    }),
+    ("host live::quality::Quality::narrow", |n| {
+        let quality = Quality {
+            field: n.next(0.5),
+            faces: n.next(0.5),
+            ..Quality::FULL
+        };
+        let ahead = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).expect("a line of sight");
+        let lod = LevelOfDetail::new(Gaze::new(ahead, VisualField::PAPER));
+        let limits = quality.narrow(lod).gaze.visual_field().limits();
+        finite(&limits);
+        assert!(limits.central == VisualField::PAPER.limits().central);
+        assert!(limits.up > limits.central && limits.up <= VisualField::PAPER.limits().up);
+    }),
 ];
 
 /// Functions that can hold such a number and have no case of their own: why, and
 /// which.
+/// A governor that has seen a frame whose time is the next number.
+fn governor(n: &mut Numbers) -> Governor {
+    let mut governor = Governor::new();
+    let decision = governor.decide(Allowance::Unlimited);
+    governor.learn(&decision, 2_000_000, 1_000_000, wide(n, 0.01));
+    governor
+}
+
 pub(super) const EXEMPT: &[(&str, &[&str])] = &[
     (
         "formulas of a record that its constructor has checked, which has a case: their documentation \
@@ -310,6 +363,20 @@ pub(super) const EXEMPT: &[(&str, &[&str])] = &[
             "host viewer::ViewerCamera::ray",
             "host warp::projector::Projector::direction",
             "host spectrum::dispersion::Dispersion::spectrum",
+        ],
+    ),
+    (
+        "they take what other functions have made, or times as whole numbers; the live loop's own \
+         tests go through them",
+        &[
+            "host live::engine::Engine::copy",
+            "host live::engine::Engine::render",
+            "host live::engine::eyes_of",
+            "host live::engine::with_engine",
+            "host live::latency::Latencies::record",
+            "host live::latency::Leg::of",
+            "host live::session::Stage::after",
+            "host live::session::Stage::observe",
         ],
     ),
     (

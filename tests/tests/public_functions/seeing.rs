@@ -234,6 +234,9 @@ pub(super) const CASES: &[(&str, Case)] = &[
     ("core frame::Renderer::at_level", |n| {
         shows(&renderer(Mode::Tile).at_level(n.next(0.5)));
     }),
+    ("core frame::Renderer::with_faces_of_level", |n| {
+        shows(&renderer(Mode::Tile).with_faces_of_level(n.next(0.5)));
+    }),
     ("core frame::Renderer::with_level_of_detail", |n| {
         if let Some(gaze) = a_gaze(n) {
             for mode in [Mode::Tile, Mode::Single] {
