@@ -74,7 +74,7 @@ fn every_command_runs_on_the_files_shown() {
             Some("spectrum") if command.starts_with("bench") => {
                 &["--size", "16", "--samples", "14", "--repeat", "1"]
             }
-            _ if command.starts_with("run") => &["--size", "16", "--seconds", "2"],
+            _ if command.starts_with("run") => &["--size", "16", "--frames", "30"],
             Some("sweep") => &["--size", "16", "--repeat", "1", "--directions", "3"],
             Some("fill") => &["--size", "16", "--repeat", "1", "--fill-size", "16"],
             _ if command.starts_with("selftest") => &["--quick"],
