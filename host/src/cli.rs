@@ -18,6 +18,7 @@ mod firmware;
 mod gaze;
 mod inspect;
 mod levels;
+mod live;
 mod lod;
 mod medium;
 mod picture_files;

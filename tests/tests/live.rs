@@ -303,3 +303,55 @@ fn bad_input_is_told() {
     let gone = "serial:/dev/shisen-gone?protocol=fastrak";
     fails(&["--tracker", gone], 1, "shisen-gone");
 }
+
+#[cfg(unix)]
+#[test]
+fn latency_is_measured_over_a_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = shisen(folder.path());
+    let command = command.args(["bench", "latency", "--rates", "250,1000", "--seconds", "1"]);
+    let command = command.args(["--size", "24", "--hz", "50", "--out", "out", "--json"]);
+    let output = command.assert().success();
+    let report: Value = serde_json::from_slice(&output.get_output().stdout).expect("an object");
+    let runs = report["runs"].as_array().expect("runs");
+    let ways: Vec<(&Value, &Value)> = runs
+        .iter()
+        .map(|run| (&run["tracker_hz"], &run["latch"]))
+        .collect();
+    assert_eq!(ways.len(), 4);
+    for (number, (rate, latch)) in ways.into_iter().enumerate() {
+        assert_eq!(rate, [250, 250, 1_000, 1_000][number]);
+        assert_eq!(latch, ["early", "late"][number % 2]);
+    }
+    for run in runs {
+        let frames = run["frames"].as_u64().expect("frames");
+        assert!((5..=51).contains(&frames), "{run}");
+        let of = |leg: &str| {
+            let stage = &run["stages"][leg];
+            // The first frames may be before the first sample.
+            let counted = stage["frames"].as_u64().expect("frames");
+            assert!(counted <= frames && counted + 25 >= frames, "{run}");
+            stage["p50"].as_f64().expect("a time")
+        };
+        assert!(of("motion_to_wall") > of("arrive_to_first_ray"), "{run}");
+        assert!(of("motion_to_wall") >= of("first_ray_to_done"), "{run}");
+    }
+    assert_eq!(report["gains"].as_array().expect("gains").len(), 2);
+    let csv = fs::read_to_string(folder.path().join("out/latency.csv")).expect("a table");
+    let mut counted = 0;
+    for line in csv.lines().skip(1) {
+        let [_, _, leg, _, frames] = line.split(',').collect::<Vec<_>>()[..] else {
+            panic!("{line}")
+        };
+        if leg == "done_to_present" {
+            counted += frames.parse::<u64>().expect("a count");
+        }
+    }
+    let frames: u64 = runs
+        .iter()
+        .map(|run| run["frames"].as_u64().unwrap_or(0))
+        .sum();
+    assert_eq!(counted, frames);
+    let svg = fs::read_to_string(folder.path().join("out/latency.svg")).expect("a chart");
+    assert!(svg.contains("1000 Hz, late latch"));
+}

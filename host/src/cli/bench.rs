@@ -2,6 +2,8 @@
 
 mod fill;
 mod frames;
+#[cfg(unix)]
+mod latency;
 mod rays;
 mod spectrum;
 mod sweep;
@@ -18,6 +20,8 @@ pub(super) enum Bench {
     Sweep(sweep::Arguments),
     Fill(fill::Arguments),
     Spectrum(spectrum::Arguments),
+    #[cfg(unix)]
+    Latency(Box<latency::Arguments>),
 }
 
 /// Runs the command.
@@ -28,5 +32,7 @@ pub(super) fn run(bench: &Bench) -> Result<(), Failure> {
         Bench::Sweep(arguments) => sweep::run(arguments),
         Bench::Fill(arguments) => fill::run(arguments),
         Bench::Spectrum(arguments) => spectrum::run(arguments),
+        #[cfg(unix)]
+        Bench::Latency(arguments) => latency::run(arguments),
     }
 }

@@ -123,7 +123,7 @@ impl fmt::Display for TrackerName {
 }
 
 /// `--as`: a protocol, as an argument names it.
-fn protocol(name: &str) -> Result<Protocol, String> {
+pub(super) fn protocol(name: &str) -> Result<Protocol, String> {
     name.parse::<Protocol>().map_err(|error| told(&error))
 }
 

@@ -43,6 +43,19 @@ pub struct SessionSettings {
     pub frames: Option<u64>,
 }
 
+impl Default for SessionSettings {
+    /// 60 Hz without a budget, without an end, the gaze taken late.
+    fn default() -> Self {
+        Self {
+            hz: 60,
+            budget: FrameBudget::Off,
+            table: None,
+            latch: Latch::Late,
+            frames: None,
+        }
+    }
+}
+
 /// When a frame takes the gaze.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Latch {

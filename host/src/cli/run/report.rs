@@ -1,7 +1,7 @@
 //! What `shisen run` says at its end.
 
-use super::interference::Interference;
 use super::{Arguments, LatchName};
+use crate::cli::live::Interference;
 use serde::Serialize;
 use shisen::live::{Allowance, Leg, Quality, SessionReport, SessionSettings, Summary};
 use std::collections::BTreeMap;
@@ -66,12 +66,12 @@ impl Report {
         of: &SessionReport,
     ) -> Self {
         let part = |count: u64| count as f64 / (of.frames.max(1)) as f64;
-        let depth = arguments.tracing.depth;
+        let depth = arguments.live.tracing.depth;
         Self {
             around,
             tracker: arguments.tracker.to_string(),
-            size: arguments.room.size,
-            lod: arguments.lod.name(),
+            size: arguments.live.room.size,
+            lod: arguments.live.lod.name(),
             hz: settings.hz,
             budget: settings.budget.to_string(),
             budget_ms: match of.allowance {

@@ -1,0 +1,360 @@
+//! `shisen bench latency`: from the eye's movement to the wall.
+
+use super::super::failure::Failure;
+use super::super::live::{Audience, Interference, LiveArguments, Prepared};
+use super::super::picture_files::make_writable;
+use super::super::print;
+use super::super::tracker::{Interrupt, protocol, whole};
+use clap::Args;
+use serde::Serialize;
+use shisen::chart::{Axis, Chart, Corner, Line};
+use shisen::live::{FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
+use shisen::output::write_atomically;
+use shisen::picture::Picture;
+use shisen::render::Observer;
+use shisen::tracker::pty::Pty;
+use shisen::tracker::{MockSpec, Protocol, SerialSpec, Spec, serve, simulated};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long it takes from a movement of the eye to the wall
+///
+/// A simulated tracker behind a pseudo-terminal is read as one behind a serial port
+/// is, at each of some rates; frames follow it as `shisen run` does, with the gaze
+/// taken at once and as late as the last frames allow, in turns.
+///
+/// With --json, one object: scene, mesh, size, threads, simd, lod, hz, budget,
+/// protocol, seconds (of each run) and runs: for each rate and latch `tracker_hz`,
+/// latch (early or late), frames, `late_frames`, samples, stages (of
+/// `sample_to_arrive`, `arrive_to_latch`, `latch_to_first_ray`, `first_ray_to_done`,
+/// `done_to_present`, `arrive_to_first_ray` and `motion_to_wall` frames, and least,
+/// p50, p95, p99 and most in milliseconds), `involuntary_switches` and
+/// `stolen_seconds`; gains: `tracker_hz` and `motion_to_wall_ms`, by which the late
+/// latch is ahead at the median; files (with --out: the paths of latency.csv, the
+/// histograms of all legs, and latency.svg).
+#[derive(Debug, Args)]
+#[command(mut_arg("lod", |lod| lod.default_value("paper").hide_default_value(false)
+    .help("What follows the gaze: detail falls with the distance from the line of sight, and \
+           nothing outside the visual field is traced")))]
+pub(in crate::cli) struct Arguments {
+    #[command(flatten)]
+    live: LiveArguments,
+    /// What the tracker speaks: a protocol as for `shisen tracker mock`
+    #[arg(long = "as", value_name = "PROTOCOL", default_value = "link", value_parser = protocol)]
+    protocol: Protocol,
+    /// Samples per second of the tracker
+    #[arg(long, value_name = "HZ,…", value_delimiter = ',', default_value = "60,250,1000",
+          value_parser = whole::<60, 1_000>)]
+    rates: Vec<u64>,
+    /// Of each run
+    #[arg(long, value_name = "S", default_value_t = 10, allow_negative_numbers = true,
+          value_parser = whole::<1, 3_600>)]
+    seconds: u64,
+    /// Write the histograms and a chart to this folder; made where it does not exist
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was measured.
+#[derive(Debug, Serialize)]
+struct Report {
+    scene: String,
+    mesh: Option<String>,
+    size: u32,
+    threads: usize,
+    simd: &'static str,
+    lod: &'static str,
+    hz: u32,
+    budget: String,
+    protocol: &'static str,
+    seconds: u64,
+    runs: Vec<Run>,
+    gains: Vec<Gain>,
+    files: Vec<String>,
+}
+
+/// One rate, one latch.
+#[derive(Debug, Serialize)]
+struct Run {
+    tracker_hz: u64,
+    latch: &'static str,
+    frames: u64,
+    late_frames: u64,
+    samples: u64,
+    stages: BTreeMap<&'static str, Option<Summary>>,
+    #[serde(flatten)]
+    interference: Interference,
+    #[serde(skip)]
+    report: SessionReport,
+}
+
+/// What taking the gaze late is worth.
+#[derive(Debug, Serialize)]
+struct Gain {
+    tracker_hz: u64,
+    motion_to_wall_ms: f64,
+}
+
+/// When a frame takes the gaze, and how reports name it.
+const LATCHES: [(Latch, &str); 2] = [(Latch::Early, "early"), (Latch::Late, "late")];
+
+/// Runs the command.
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let prepared = arguments.live.prepare()?;
+    if let Some(folder) = &arguments.out {
+        make_writable(folder)?;
+    }
+    let interrupt = Interrupt::new();
+    let mut runs = Vec::new();
+    for &rate in &arguments.rates {
+        if !interrupt.came() {
+            runs.extend(arguments.at_rate(rate, &prepared, &interrupt)?);
+        }
+    }
+    let gains = arguments.rates.iter().filter_map(|&rate| {
+        let of = |latch: &str| {
+            let mut runs = runs.iter();
+            let run = runs.find(|run| run.tracker_hz == rate && run.latch == latch)?;
+            run.report.latencies.of(Leg::MotionToWall)
+        };
+        Some(Gain {
+            tracker_hz: rate,
+            motion_to_wall_ms: of("early")?.p50 - of("late")?.p50,
+        })
+    });
+    let gains = gains.collect();
+    let files = arguments.write(&runs)?;
+    let report = Report {
+        size: arguments.live.room.size,
+        threads: prepared.options.threads,
+        simd: prepared.simd().name(),
+        lod: arguments.live.lod.name(),
+        hz: prepared.hz,
+        budget: prepared.budget.to_string(),
+        protocol: arguments.protocol.name(),
+        seconds: arguments.seconds,
+        scene: prepared.scene,
+        mesh: prepared.mesh,
+        runs,
+        gains,
+        files,
+    };
+    print(&report, arguments.json)
+}
+
+impl Arguments {
+    /// Both latches at a rate of the tracker.
+    fn at_rate(
+        &self,
+        rate: u64,
+        prepared: &Prepared<'_>,
+        interrupt: &Interrupt,
+    ) -> Result<Vec<Run>, Failure> {
+        let folder = tempfile::tempdir().map_err(Failure::from_error)?;
+        let path = folder.path().join("tracker");
+        let mut line = Pty::open(&path).map_err(Failure::from_error)?;
+        let source = simulated(&MockSpec {
+            rate: rate as u32,
+            ..MockSpec::default()
+        })?;
+        let over = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let served = scope.spawn(|| {
+                let mut goes_on = |_, _| !over.load(Ordering::Relaxed);
+                serve::serve(&mut line, source, &self.protocol, &mut goes_on)
+            });
+            let runs = self.runs(rate, path.display().to_string(), prepared, interrupt);
+            over.store(true, Ordering::Relaxed);
+            match served.join() {
+                Ok(Err(broken)) => Err(Failure::from_error(broken)),
+                Ok(Ok(())) | Err(_) => runs,
+            }
+        })
+    }
+
+    fn runs(
+        &self,
+        rate: u64,
+        path: String,
+        prepared: &Prepared<'_>,
+        interrupt: &Interrupt,
+    ) -> Result<Vec<Run>, Failure> {
+        let tracker = self.live.listen(&Spec::Serial(SerialSpec {
+            path,
+            protocol: self.protocol.clone(),
+            baud: self.protocol.baud(),
+            reset: false,
+            head: None,
+            rts: None,
+        }))?;
+        let mut runs = Vec::new();
+        for (latch, name) in LATCHES {
+            let settings = prepared.settings(SessionSettings {
+                latch,
+                ..SessionSettings::default()
+            });
+            let mut clock = StopWatch {
+                span: Duration::from_secs(self.seconds),
+                end: None,
+                interrupt,
+            };
+            let (report, interference) = prepared.play(&tracker, &settings, &mut clock)?;
+            runs.push(Run {
+                tracker_hz: rate,
+                latch: name,
+                frames: report.frames,
+                late_frames: report.late_frames,
+                samples: report.samples,
+                stages: Leg::ALL
+                    .into_iter()
+                    .map(|leg| (leg.name(), report.latencies.of(leg)))
+                    .collect(),
+                interference,
+                report,
+            });
+        }
+        Ok(runs)
+    }
+
+    /// The files, where they are wanted: their paths.
+    fn write(&self, runs: &[Run]) -> Result<Vec<String>, Failure> {
+        let Some(folder) = &self.out else {
+            return Ok(Vec::new());
+        };
+        let mut text = "tracker_hz,latch,leg,milliseconds,frames\n".to_owned();
+        for run in runs {
+            for leg in Leg::ALL {
+                for (milliseconds, frames) in run.report.latencies.classes(leg) {
+                    let (hz, latch, name) = (run.tracker_hz, run.latch, leg.name());
+                    // Writing to a string does not fail.
+                    let _ = writeln!(text, "{hz},{latch},{name},{milliseconds:.6},{frames}");
+                }
+            }
+        }
+        let csv = folder.join("latency.csv");
+        write_atomically(&csv, |file| file.write_all(text.as_bytes()))
+            .map_err(Failure::from_error)?;
+        let svg = folder.join("latency.svg");
+        chart(runs).write_svg(&svg).map_err(Failure::from_error)?;
+        Ok([csv, svg].map(|path| path.display().to_string()).into())
+    }
+}
+
+/// Ends after a while, and looks at nothing.
+struct StopWatch<'i> {
+    span: Duration,
+    end: Option<Instant>,
+    interrupt: &'i Interrupt,
+}
+
+impl Audience for StopWatch<'_> {
+    fn wants_pictures(&self) -> bool {
+        false
+    }
+
+    fn see(&mut self, _: &[Picture], _: &[Observer]) {}
+
+    fn hear(&mut self, _: &FrameRecord) -> bool {
+        let now = Instant::now();
+        now < *self.end.get_or_insert(now + self.span) && !self.interrupt.came()
+    }
+}
+
+/// Which part of the frames is on the walls within a time.
+fn chart(runs: &[Run]) -> Chart {
+    let lines: Vec<Line> = runs
+        .iter()
+        .enumerate()
+        .map(|(colour, run)| {
+            let all = run.report.latencies.of(Leg::MotionToWall);
+            let all = all.map_or(1.0, |of| of.frames as f64);
+            let mut so_far = 0;
+            let points = run.report.latencies.classes(Leg::MotionToWall);
+            let points = points.map(|(milliseconds, frames)| {
+                so_far += frames;
+                (milliseconds, Some(so_far as f64 / all))
+            });
+            Line {
+                name: format!("{} Hz, {} latch", run.tracker_hz, run.latch),
+                points: points.collect(),
+                colour,
+                faint: false,
+                dots: false,
+            }
+        })
+        .collect();
+    let slowest = lines
+        .iter()
+        .filter_map(|line| line.points.last())
+        .map(|(milliseconds, _)| *milliseconds)
+        .fold(1.0, f64::max);
+    Chart {
+        title: "From a movement of the eye to the wall".to_owned(),
+        x: Axis {
+            name: "milliseconds",
+            label: "milliseconds",
+            range: 0.0..1.05 * slowest,
+            logarithmic: false,
+        },
+        y: Axis {
+            name: "frames",
+            label: "part of the frames",
+            range: 0.0..1.0,
+            logarithmic: false,
+        },
+        lines,
+        names: Corner::LowerRight,
+        notes: Vec::new(),
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "scene {}, {} × {} pixels a wall, {} threads, {} Hz, budget {}, tracker {} on a line; \
+             milliseconds at the median (and 99%)",
+            self.scene, self.size, self.size, self.threads, self.hz, self.budget, self.protocol
+        )?;
+        write!(f, "{:20}", "")?;
+        for run in &self.runs {
+            write!(f, " {:>15}", format!("{} Hz {}", run.tracker_hz, run.latch))?;
+        }
+        for leg in Leg::ALL {
+            write!(f, "\n{:20}", leg.name().replace('_', " "))?;
+            for run in &self.runs {
+                let found = run.report.latencies.of(leg);
+                let text = found.map_or("-".to_owned(), |of| {
+                    format!("{:.2} ({:.2})", of.p50, of.p99)
+                });
+                write!(f, " {text:>15}")?;
+            }
+        }
+        write!(f, "\n{:20}", "late frames")?;
+        for run in &self.runs {
+            write!(
+                f,
+                " {:>15}",
+                format!("{} of {}", run.late_frames, run.frames)
+            )?;
+        }
+        for gain in &self.gains {
+            write!(
+                f,
+                "\nthe late latch is ahead by {:.2} ms at {} Hz",
+                gain.motion_to_wall_ms, gain.tracker_hz
+            )?;
+        }
+        for path in &self.files {
+            write!(f, "\n{path}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,312 @@
+//! What commands that render frames after a tracker have in common.
+
+mod interference;
+
+use super::arguments::{Model, SceneName};
+use super::failure::Failure;
+use super::lod::LodArguments;
+use super::room::RoomArguments;
+use super::source::Source;
+use super::tracing::TracingArguments;
+use super::tracker::{Happenings, warn_of_sensors, whole};
+use super::warn;
+use clap::Args;
+pub(super) use interference::Interference;
+use shisen::bake::{BakedScene, Layout};
+use shisen::cave::Cave;
+use shisen::live::{
+    Engine, FrameBudget, FrameRecord, Happening, LiveTracker, SessionReport, SessionSettings,
+    Stage, Table2, with_engine,
+};
+use shisen::picture::Picture;
+use shisen::render::{Observer, Options};
+use shisen::spectrum::Dispersion;
+use shisen::tracker::calibration::{Calibrated, estimation};
+use shisen::tracker::{Feed, Notice, Spec};
+use shisen_core::scene::Scene;
+use shisen_core::{Runs, Simd};
+use shisen_tracker::clock::{ClockConfig, ClockEstimator};
+use shisen_tracker::decoder::Event;
+use shisen_tracker::estimate::{Estimate, GazeEstimator};
+use shisen_tracker::time::Micros;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What is shown to whom, how well, and in what time.
+#[derive(Debug, Args)]
+pub(super) struct LiveArguments {
+    /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked
+    /// scene
+    #[arg(long, value_name = "A|B|C|D|grid|prism|spheres|FILE", default_value = "A",
+          value_parser = SceneName::parser())]
+    scene: SceneName,
+    #[command(flatten)]
+    model: Model,
+    #[command(flatten)]
+    pub(super) room: RoomArguments,
+    /// What `shisen tracker calibrate` wrote for the tracker
+    #[arg(long, value_name = "TOML")]
+    calibration: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) lod: LodArguments,
+    #[command(flatten)]
+    pub(super) tracing: TracingArguments,
+    /// Refreshes per second; without --budget, also what a frame may take [default:
+    /// 60]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = whole::<1, 1_000>)]
+    hz: Option<u64>,
+    /// What a frame may take: 33ms, 2000000steps (the same frames on every machine),
+    /// paper (the seconds of its Table 2), paper-scaled (its time with level of detail
+    /// as a part of its time without, of what that takes here) or off [default: a
+    /// refresh of --hz, or else paper-scaled]
+    #[arg(long, value_name = "BUDGET")]
+    budget: Option<FrameBudget>,
+}
+
+/// A scene and a room, ready.
+pub(super) struct Prepared<'a> {
+    arguments: &'a LiveArguments,
+    pub(super) scene: String,
+    pub(super) mesh: Option<String>,
+    baked: BakedScene,
+    pub(super) cave: Cave,
+    pub(super) options: Options,
+    pub(super) hz: u32,
+    pub(super) budget: FrameBudget,
+    table: Option<Table2>,
+}
+
+/// Whoever sees frames.
+pub(super) trait Audience {
+    /// Whether it wants pictures.
+    fn wants_pictures(&self) -> bool;
+
+    /// Sees a frame: its pictures by screen, then eye, none where it wants none.
+    fn see(&mut self, pictures: &[Picture], eyes: &[Observer]);
+
+    /// Hears of it afterwards; whether it wants more.
+    fn hear(&mut self, record: &FrameRecord) -> bool;
+}
+
+impl LiveArguments {
+    /// Loads everything.
+    ///
+    /// # Errors
+    /// Of usage: a budget that there is not for the scene, wavelengths that take
+    /// several frames; a scene or a room that cannot be used.
+    pub(super) fn prepare(&self) -> Result<Prepared<'_>, Failure> {
+        let table = match self.scene {
+            SceneName::Paper(scene) => Table2::of(scene),
+            _ => None,
+        };
+        let budget = self.frame_budget(table)?;
+        let cave = self.room.cave()?;
+        for (_, place) in self.room.eyes(self.room.head()) {
+            cave.check_eye(place)?;
+        }
+        let source = Source::load(&self.scene, &self.model)?;
+        let baked = self.lod.baked(source.scene, &source.name)?;
+        let (options, dispersion) = self.tracing.options(&baked)?;
+        if dispersion.is_some() && matches!(options.dispersion, Dispersion::Images(..)) {
+            return Err(Failure::usage(
+                "--dispersion paper renders a frame for each wavelength: take comb or split",
+            ));
+        }
+        Ok(Prepared {
+            arguments: self,
+            scene: source.name,
+            mesh: source.mesh,
+            baked,
+            cave,
+            options,
+            hz: self.hz.unwrap_or(60) as u32,
+            budget,
+            table,
+        })
+    }
+
+    /// What a frame may take.
+    fn frame_budget(&self, table: Option<Table2>) -> Result<FrameBudget, Failure> {
+        let name = || self.scene.to_string();
+        match (self.budget, self.hz, table) {
+            (Some(budget @ (FrameBudget::Paper | FrameBudget::PaperScaled)), _, None) => {
+                Err(Failure::usage(&format!(
+                    "--budget {budget} is for the scenes A to D of the paper's Table 2, and {} is \
+                     none of them: give --hz or another --budget",
+                    name()
+                )))
+            }
+            (Some(budget), ..) => Ok(budget),
+            (None, Some(hz), _) => {
+                let refresh = Duration::from_secs_f64(1.0 / hz as f64);
+                Ok(FrameBudget::Time(refresh))
+            }
+            (None, None, Some(_)) => Ok(FrameBudget::PaperScaled),
+            (None, None, None) => Err(Failure::usage(&format!(
+                "the paper's Table 2 has no time for {}: give --hz or --budget",
+                name()
+            ))),
+        }
+    }
+
+    /// Opens a tracker and listens to it. What happens to it goes to standard error.
+    ///
+    /// # Errors
+    /// A tracker that cannot be opened.
+    pub(super) fn listen(&self, spec: &Spec) -> Result<LiveTracker, Failure> {
+        let calibration = self.calibration.as_deref();
+        let calibrated = calibration.map(|path| Calibrated::load(path, spec));
+        let calibrated = calibrated.transpose()?;
+        let feed = Feed::open(spec)?;
+        let head = self.room.head();
+        let config = estimation(spec, feed.senses(spec), head, calibrated.as_ref());
+        let estimator = GazeEstimator::new(config).map_err(Failure::from_error)?;
+        let clock = ClockEstimator::new(ClockConfig::default()).map_err(Failure::from_error)?;
+        let mut happenings = Happenings::default();
+        let tell = move |happening: Happening| {
+            if let Some(said) = said_of(&mut happenings, happening) {
+                warn(&said);
+            }
+        };
+        LiveTracker::start(feed, clock, estimator, tell).map_err(Failure::from_error)
+    }
+}
+
+/// What is to be said of something that happened to a tracker, if anything is.
+fn said_of(happenings: &mut Happenings, happening: Happening) -> Option<String> {
+    match happening {
+        Happening::Clock(event, at) => happenings.of_clock(&event, at),
+        Happening::Gaze(event, at) => {
+            warn_of_sensors(&event);
+            happenings.of_gaze(&event, at)
+        }
+        Happening::Feed(Notice::Decoded(event)) => match *event {
+            Event::Message(message) => happenings.of_device(&message, Micros(0)),
+            _ => None,
+        },
+        Happening::Feed(Notice::Unplugged { path, reason }) => {
+            Some(format!("{path} is gone ({reason}); waiting for it"))
+        }
+        Happening::Feed(Notice::Refused { reason }) => Some(format!("{reason}; trying again")),
+        Happening::Feed(Notice::Trouble(failure)) => Some(failure.to_string()),
+        Happening::Feed(Notice::Plugged(_) | Notice::Described(_)) => None,
+    }
+}
+
+impl Prepared<'_> {
+    /// What traces.
+    pub(super) const fn simd(&self) -> Simd {
+        match self.baked.layout() {
+            Layout::Fast => self.options.simd,
+            // Four lanes have the portable path only.
+            Layout::Compact => Simd::PORTABLE,
+        }
+    }
+
+    /// What a session has of these; the rest is its own.
+    pub(super) const fn settings(&self, of: SessionSettings) -> SessionSettings {
+        SessionSettings {
+            hz: self.hz,
+            budget: self.budget,
+            table: self.table,
+            ..of
+        }
+    }
+
+    /// Renders frames until the audience has enough; and what the system did
+    /// meanwhile.
+    ///
+    /// # Errors
+    /// A frame that cannot be rendered.
+    pub(super) fn play(
+        &self,
+        tracker: &LiveTracker,
+        settings: &SessionSettings,
+        audience: &mut dyn Audience,
+    ) -> Result<(SessionReport, Interference), Failure> {
+        match &self.baked {
+            BakedScene::Fast(baked) => self.trace(baked.scene(), tracker, settings, audience),
+            BakedScene::Compact(baked) => self.trace(baked.scene(), tracker, settings, audience),
+        }
+    }
+
+    fn trace<const W: usize>(
+        &self,
+        scene: Scene<'_, W>,
+        tracker: &LiveTracker,
+        settings: &SessionSettings,
+        audience: &mut dyn Audience,
+    ) -> Result<(SessionReport, Interference), Failure>
+    where
+        Simd: Runs<W>,
+    {
+        let Self {
+            arguments,
+            cave,
+            options,
+            ..
+        } = self;
+        let mut storage = Vec::new();
+        let spectrum = options.dispersion.spectrum(&mut storage);
+        let pose = arguments.room.head();
+        let eyes = arguments.room.eyes(pose);
+        let eyes = arguments
+            .lod
+            .observers(&eyes, arguments.room.directions(pose), 0.0)?;
+        with_engine(scene, spectrum, cave, &eyes, options, |engine| {
+            let pictures = if audience.wants_pictures() {
+                engine.pictures().map_err(Failure::from_error)?
+            } else {
+                Vec::new()
+            };
+            let mut stage = Show {
+                arguments,
+                cave,
+                pictures,
+                audience,
+            };
+            let before = Interference::so_far();
+            let report = shisen::live::run(engine, tracker, settings, &mut stage);
+            let meanwhile = Interference::so_far().since(&before);
+            Ok((report.map_err(Failure::from_error)?, meanwhile))
+        })
+        .map_err(Failure::from_error)?
+    }
+}
+
+/// Between a session and its audience.
+struct Show<'s> {
+    arguments: &'s LiveArguments,
+    cave: &'s Cave,
+    pictures: Vec<Picture>,
+    audience: &'s mut dyn Audience,
+}
+
+impl<const W: usize> Stage<W> for Show<'_>
+where
+    Simd: Runs<W>,
+{
+    fn observe(&mut self, estimate: &Estimate, eyes: &mut Vec<Observer>) -> bool {
+        let places = self.arguments.room.eyes(estimate.head);
+        let sight = estimate.line_of_sight;
+        let directions = (sight.forward().as_dvec3(), sight.up().as_dvec3());
+        let seen = places
+            .iter()
+            .all(|&(_, place)| self.cave.check_eye(place).is_ok());
+        let lod = &self.arguments.lod;
+        match lod.observers(&places, directions, estimate.widen) {
+            Ok(observers) if seen || eyes.is_empty() => *eyes = observers,
+            _ => {}
+        }
+        seen
+    }
+
+    fn present(&mut self, engine: &Engine<'_, '_, W>, _: &Estimate, eyes: &[Observer]) {
+        engine.copy(&mut self.pictures);
+        self.audience.see(&self.pictures, eyes);
+    }
+
+    fn after(&mut self, record: &FrameRecord) -> bool {
+        self.audience.hear(record)
+    }
+}
