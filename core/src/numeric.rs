@@ -73,6 +73,26 @@ pub const fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
+/// The greater of two numbers that are not NaN, either of −0 and 0: for what is
+/// only compared. An instruction of its own where the processor has FPv5, which
+/// takes three for [`max`]; no call elsewhere.
+#[inline(always)]
+pub(crate) const fn greater(a: f32, b: f32) -> f32 {
+    #[cfg(feature = "fpv5")]
+    return a.max(b);
+    #[cfg(not(feature = "fpv5"))]
+    max(a, b)
+}
+
+/// The lesser, as [`greater`].
+#[inline(always)]
+pub(crate) const fn lesser(a: f32, b: f32) -> f32 {
+    #[cfg(feature = "fpv5")]
+    return a.min(b);
+    #[cfg(not(feature = "fpv5"))]
+    min(a, b)
+}
+
 /// `f` of each of three values. Unlike the array's own `map`, always inlined:
 /// a closure over vectors that is not leaves their instruction set.
 #[inline(always)]

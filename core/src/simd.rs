@@ -30,6 +30,10 @@ pub trait Lanes<const W: usize>: Copy {
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
     /// `a > b ? a : b`
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
+    /// The lesser of numbers that are not NaN, either of −0 and 0.
+    fn lesser(self, a: Self::F, b: Self::F) -> Self::F;
+    /// The greater of numbers that are not NaN, either of −0 and 0.
+    fn greater(self, a: Self::F, b: Self::F) -> Self::F;
     /// Correctly rounded; NaN below zero.
     fn sqrt(self, x: Self::F) -> Self::F;
     /// Without its sign.
@@ -126,6 +130,14 @@ impl<const W: usize> Lanes<W> for Portable {
     #[inline(always)]
     fn max(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
         zip(a, b, crate::numeric::max)
+    }
+    #[inline(always)]
+    fn lesser(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
+        zip(a, b, crate::numeric::lesser)
+    }
+    #[inline(always)]
+    fn greater(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
+        zip(a, b, crate::numeric::greater)
     }
     #[inline(always)]
     fn sqrt(self, x: [f32; W]) -> [f32; W] {
@@ -296,6 +308,14 @@ mod avx2 {
         #[inline(always)]
         fn max(self, a: __m256, b: __m256) -> __m256 {
             unsafe { _mm256_max_ps(a, b) }
+        }
+        #[inline(always)]
+        fn lesser(self, a: __m256, b: __m256) -> __m256 {
+            self.min(a, b)
+        }
+        #[inline(always)]
+        fn greater(self, a: __m256, b: __m256) -> __m256 {
+            self.max(a, b)
         }
         #[inline(always)]
         fn sqrt(self, x: __m256) -> __m256 {

@@ -1,5 +1,5 @@
 use super::Ray;
-use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, max, min};
+use crate::numeric::{UNIT_ROUNDOFF, greater, largest_magnitude, lesser, max};
 use glam::Vec3;
 
 /// A ray made ready for slab tests against boxes, conservatively: a box whose
@@ -115,8 +115,8 @@ impl Slabs {
         let near = |axis| planes[self.near_plane(axis)] * self.reciprocal[axis] - self.near[axis];
         let far = |axis| planes[self.far_plane(axis)] * self.reciprocal[axis] - self.far[axis];
         (
-            max(max(near(0), near(1)), near(2)),
-            min(min(far(0), far(1)), far(2)),
+            greater(greater(near(0), near(1)), near(2)),
+            lesser(lesser(far(0), far(1)), far(2)),
         )
     }
 }

@@ -180,8 +180,8 @@ fn box_interval<const W: usize, L: Lanes<W>>(
     let (near_y, far_y) = axis_interval(l, block, slabs, 1);
     let (near_z, far_z) = axis_interval(l, block, slabs, 2);
     (
-        l.max(l.max(near_x, near_y), near_z),
-        l.min(l.min(far_x, far_y), far_z),
+        l.greater(l.greater(near_x, near_y), near_z),
+        l.lesser(l.lesser(far_x, far_y), far_z),
     )
 }
 
@@ -195,8 +195,8 @@ fn axis_interval<const W: usize, L: Lanes<W>>(
     let a = l.load(&block.corners[0][axis]);
     let b = l.load(&block.corners[1][axis]);
     let c = l.load(&block.corners[2][axis]);
-    let low = l.min(l.min(a, b), c);
-    let high = l.max(l.max(a, b), c);
+    let low = l.lesser(l.lesser(a, b), c);
+    let high = l.greater(l.greater(a, b), c);
     let (reciprocal, near, far) = slabs.coefficients(axis);
     let (first, last) = if slabs.is_negative(axis) {
         (high, low)

@@ -68,10 +68,11 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
         let far_x = distance(lanes, node, far_planes[0], rx, fx);
         let far_y = distance(lanes, node, far_planes[1], ry, fy);
         let far_z = distance(lanes, node, far_planes[2], rz, fz);
-        let near = lanes.max(lanes.max(near_x, near_y), lanes.max(near_z, start));
-        let far = lanes.min(
-            lanes.min(far_x, far_y),
-            lanes.min(far_z, lanes.splat(visitor.limit())),
+        // Never NaN, and only compared.
+        let near = lanes.greater(lanes.greater(near_x, near_y), lanes.greater(near_z, start));
+        let far = lanes.lesser(
+            lanes.lesser(far_x, far_y),
+            lanes.lesser(far_z, lanes.splat(visitor.limit())),
         );
         let hit = lanes.le(near, far);
         // A stack that is full cannot happen in a checked scene.

@@ -107,9 +107,9 @@ impl Image {
         };
         let target = target.join("firmware").join(name);
         let features = if dispersion {
-            "controller,log,dispersion"
+            "controller,log,fpv5,dispersion"
         } else {
-            "controller,log"
+            "controller,log,fpv5"
         };
         let built = Command::new("cargo")
             .args([

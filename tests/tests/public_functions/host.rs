@@ -377,6 +377,10 @@ pub(super) const EXEMPT: &[(&str, &[&str])] = &[
             "host live::latency::Leg::of",
             "host live::session::Stage::after",
             "host live::session::Stage::observe",
+            "host live::session::Stage::present",
+            "host live::session::run",
+            "host live::tracking::LiveTracker::at",
+            "host live::tracking::LiveTracker::start",
         ],
     ),
     (

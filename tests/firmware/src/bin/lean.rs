@@ -5,9 +5,12 @@
 #![no_std]
 #![no_main]
 
+use core::convert::Infallible;
 use core::hint::black_box;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
+use embedded_hal::i2c::{self, I2c, Operation};
+use embedded_io::{ErrorType, Read, ReadReady};
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::command::{Session, Watch};
 use shisen_tracker::decoder::{Decoder, Event};
@@ -16,8 +19,10 @@ use shisen_tracker::eye::{adhawk, asl, iscan};
 use shisen_tracker::head::polhemus::{Family, Format, ItemList};
 use shisen_tracker::head::{fastrak, flock, hatire, liberty, osvr_hdk};
 use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, Mode};
+use shisen_tracker::i2c::{I2cHid, Interrupt};
 use shisen_tracker::link;
 use shisen_tracker::time::Micros;
+use shisen_tracker::uart;
 
 unsafe extern "C" {
     /// Nowhere: a firmware that may panic is not linked.
@@ -33,6 +38,52 @@ fn panic(_: &PanicInfo<'_>) -> ! {
 #[inline(never)]
 fn received() -> (&'static [u8], Micros) {
     black_box((&[], Micros(0)))
+}
+
+/// A serial port and a bus of which the compiler knows as little.
+struct Board;
+
+impl ErrorType for Board {
+    type Error = Infallible;
+}
+
+impl ReadReady for Board {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(black_box(false))
+    }
+}
+
+impl Read for Board {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        Ok(black_box(buffer).len())
+    }
+}
+
+impl i2c::ErrorType for Board {
+    type Error = i2c::ErrorKind;
+}
+
+impl I2c for Board {
+    #[inline(never)]
+    fn transaction(
+        &mut self,
+        _: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), i2c::ErrorKind> {
+        black_box(operations);
+        black_box(Err(i2c::ErrorKind::Other))
+    }
+}
+
+/// A HID tracker on I²C, from its power on to its reports.
+fn hid_over_i2c(buffer: &mut [u8], now: Micros) {
+    let mut device = I2cHid::new(Board, 0x2c, black_box(1));
+    let interrupt = black_box(Interrupt::Asserted);
+    black_box(device.poll(now, interrupt, buffer).ok());
+    black_box(device.input(buffer).ok());
+    black_box(device.get_feature(black_box(1), black_box(9), buffer).ok());
+    black_box(device.set_feature(black_box(1), received().0).ok());
+    black_box(device.sleep().ok());
 }
 
 /// What follows a decoder, the same for all devices.
@@ -68,8 +119,15 @@ impl Behind {
 }
 
 #[inline(never)]
+fn from_uart(decoder: &mut dyn Decoder, now: Micros, behind: &mut Behind) {
+    let mut sink = |event| behind.take(&event);
+    black_box(uart::drain(&mut Board, decoder, now, black_box(64), &mut sink).ok());
+}
+
+#[inline(never)]
 fn step(decoder: &mut dyn Decoder, session: &mut Session, watch: &mut Watch, behind: &mut Behind) {
     let (bytes, now) = received();
+    from_uart(decoder, now, behind);
     session.on_bytes(bytes.len());
     watch.on_bytes(bytes.len(), now);
     decoder.feed(bytes, now, &mut |event| {
@@ -115,6 +173,7 @@ fn run() -> Option<()> {
         link::start(black_box(None)),
     ];
     let mut watch = Watch::new();
+    hid_over_i2c(black_box(&mut [0; 64]), Micros(0));
     let decoders: [&mut dyn Decoder; 10] = [
         &mut fastrak::Fastrak::new(fastrak),
         &mut liberty::Liberty::new(liberty),
