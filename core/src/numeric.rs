@@ -74,7 +74,7 @@ pub const fn min(a: f32, b: f32) -> f32 {
 }
 
 /// The greater of two numbers that are not NaN, either of −0 and 0: for what is
-/// only compared. An instruction of its own where the processor has FPv5, which
+/// only compared. An instruction of its own where the processor has `FPv5`, which
 /// takes three for [`max`]; no call elsewhere.
 #[inline(always)]
 pub(crate) const fn greater(a: f32, b: f32) -> f32 {
