@@ -64,6 +64,10 @@ pub struct Rendered {
     pub rounds: u32,
     /// Rays and steps.
     pub statistics: Statistics,
+    /// What tracing took.
+    pub tracing: Duration,
+    /// What it took to give up what was not finished.
+    pub giving_up: Duration,
     /// When the first ray started.
     pub first_ray: Instant,
     /// When the last pixel was there.
@@ -202,7 +206,7 @@ where
     ) -> Result<Rendered, RenderError> {
         self.plan(eyes, quality)?;
         self.shared.first_ray.store(u64::MAX, Ordering::SeqCst);
-        let mut rounds = 0;
+        let (mut rounds, mut tracing) = (0, Duration::ZERO);
         loop {
             let spent = self.spent();
             let unfinished = match steps {
@@ -213,13 +217,18 @@ where
                 break;
             }
             rounds += 1;
+            let begun = Instant::now();
             self.shared.next.store(0, Ordering::SeqCst);
             self.shared.begin.wait();
             self.shared.work(&mut self.workspace);
             self.shared.end.wait();
+            tracing += begun.elapsed();
             self.look_at_excess();
         }
-        Ok(self.finish(rounds))
+        Ok(Rendered {
+            tracing,
+            ..self.finish(rounds)
+        })
     }
 
     /// Lays out the next frame.
@@ -315,6 +324,7 @@ where
     fn finish(&mut self, rounds: u32) -> Rendered {
         let shared = self.shared;
         let plan = shared.frame.read().unwrap_or_else(PoisonError::into_inner);
+        let begun = Instant::now();
         let (mut steps, mut need, mut unfinished) = (0, 0, 0);
         let mut unfinished_fovea = false;
         for tile in &shared.tiles {
@@ -354,6 +364,12 @@ where
             unfinished_fovea,
             rounds,
             statistics: std::mem::take(&mut statistics),
+            tracing: Duration::ZERO,
+            giving_up: if unfinished > 0 {
+                done - begun
+            } else {
+                Duration::ZERO
+            },
             first_ray,
             done,
         }

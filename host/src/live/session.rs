@@ -199,6 +199,7 @@ where
         },
         plain_seconds,
         traced: [Duration::ZERO; REMEMBERED],
+        besides: Duration::ZERO,
         steps: Histogram::new_with_bounds(1, MOST_STEPS, 3).ok(),
         report: SessionReport::new(plain_seconds),
         rung: 0,
@@ -260,6 +261,8 @@ struct Session<'s> {
     plain_seconds: Option<f64>,
     /// From taking the gaze to the last pixel, of the newest frames, a ring.
     traced: [Duration; REMEMBERED],
+    /// What frames take besides tracing: the most of late.
+    besides: Duration,
     steps: Option<Histogram<u64>>,
     report: SessionReport,
     rung: usize,
@@ -279,6 +282,14 @@ impl Session<'_> {
             (FrameBudget::Off | FrameBudget::Paper | FrameBudget::PaperScaled, _) => {
                 Allowance::Unlimited
             }
+        }
+    }
+
+    /// What of the allowance is left for tracing.
+    fn for_tracing(&self) -> Allowance {
+        match self.report.allowance {
+            Allowance::Time(time) => Allowance::Time(time.saturating_sub(self.besides)),
+            other => other,
         }
     }
 
@@ -302,10 +313,10 @@ impl Session<'_> {
         }
         self.report.allowance = self.allowance(&latched.estimate);
         for _ in 0..3 {
-            let decision = self.governor.decide(self.report.allowance);
+            let decision = self.governor.decide(self.for_tracing());
             self.render(engine, eyes, &decision)?;
         }
-        self.rung = self.governor.decide(self.report.allowance).rung;
+        self.rung = self.governor.decide(self.for_tracing()).rung;
         Ok(())
     }
 
@@ -323,7 +334,12 @@ impl Session<'_> {
         let traced = rendered.done - begun;
         self.traced.rotate_right(1);
         self.traced[0] = traced;
-        let seconds = traced.as_secs_f64();
+        // What a frame takes besides is no matter of steps: the fewer it has, the
+        // slower they would seem. And what is given up would leave less to trace
+        // the next time, and more to be given up.
+        let besides = traced.saturating_sub(rendered.tracing + rendered.giving_up);
+        self.besides = besides.max(self.besides * 15 / 16);
+        let seconds = rendered.tracing.as_secs_f64();
         self.governor
             .learn(decision, rendered.need, rendered.steps, seconds);
         Ok(rendered)
@@ -356,7 +372,7 @@ impl Session<'_> {
                 self.report.blind_frames += 1;
             }
             self.report.allowance = self.allowance(&latched.estimate);
-            let decision = self.governor.decide(self.report.allowance);
+            let decision = self.governor.decide(self.for_tracing());
             let rendered = self.render(engine, eyes, &decision)?;
             // One that is late is shown at the next refresh.
             let late = rendered.done > due;
