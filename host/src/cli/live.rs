@@ -302,7 +302,9 @@ where
     }
 
     fn present(&mut self, engine: &Engine<'_, '_, W>, _: &Estimate, eyes: &[Observer]) {
-        engine.copy(&mut self.pictures);
+        if !self.pictures.is_empty() {
+            engine.copy(&mut self.pictures);
+        }
         self.audience.see(&self.pictures, eyes);
     }
 

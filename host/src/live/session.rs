@@ -261,7 +261,8 @@ struct Session<'s> {
     plain_seconds: Option<f64>,
     /// From taking the gaze to the last pixel, of the newest frames, a ring.
     traced: [Duration; REMEMBERED],
-    /// What frames take besides tracing: the most of late.
+    /// What frames take besides tracing, of late: one that was held up counts for
+    /// little.
     besides: Duration,
     steps: Option<Histogram<u64>>,
     report: SessionReport,
@@ -338,7 +339,7 @@ impl Session<'_> {
         // slower they would seem. And what is given up would leave less to trace
         // the next time, and more to be given up.
         let besides = traced.saturating_sub(rendered.tracing + rendered.giving_up);
-        self.besides = besides.max(self.besides * 15 / 16);
+        self.besides = (self.besides * 15 + besides) / 16;
         let seconds = rendered.tracing.as_secs_f64();
         self.governor
             .learn(decision, rendered.need, rendered.steps, seconds);

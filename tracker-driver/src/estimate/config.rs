@@ -96,7 +96,8 @@ pub enum Filter {
 /// | | saccade | 2.18 / 8.06 | 2.18 / 8.18 | 1.75 / 6.44 |
 /// | | landing | 0.80 / 3.39 | 0.82 / 3.45 | 0.21 / 2.46 |
 ///
-/// So it is nowhere worse than no prediction. At low rates that takes some of its
+/// So it is nowhere worse than neither, and than the filter alone but for 0.002° at the
+/// 95th percentile in fixations at 60 Hz. At low rates that takes some of its
 /// worth in pursuit: what starts and what stops is noticed later, and less of the
 /// velocity is relied on. At 60 Hz the median gains a quarter, and the 95th
 /// percentile, which is that of eyes that have just begun to follow, 7 %. The table

@@ -7,8 +7,8 @@ use super::frames::{FrameArguments, Way};
 use clap::Args;
 use glam::Vec3;
 use serde::Serialize;
+use shisen::live::Table2;
 use shisen::quantiles::median;
-use shisen::scene::builtin::PaperScene;
 use std::fmt;
 
 /// The paper's Table 2: frames with and without level of detail
@@ -32,14 +32,6 @@ pub(in crate::cli) struct Arguments {
     #[arg(long)]
     json: bool,
 }
-
-/// Seconds a frame in the paper: level of detail in states 1 and 2, and plain.
-const PAPER: [(PaperScene, [f64; 2], f64); 4] = [
-    (PaperScene::A, [2.078, 0.751], 1.641),
-    (PaperScene::B, [1.109, 0.547], 0.969),
-    (PaperScene::C, [0.859, 0.243], 0.875),
-    (PaperScene::D, [0.484, 0.203], 0.532),
-];
 
 /// Where the viewer looks in states 1 and 2, and what is up then.
 pub(super) const STATES: [(Vec3, Vec3); 2] = [(Vec3::NEG_Z, Vec3::Y), (Vec3::NEG_Y, Vec3::NEG_Z)];
@@ -82,7 +74,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
     let (mesh, threads) = frames.title();
     let mut cells = Vec::new();
-    for (scene, lod, plain) in PAPER {
+    for Table2 { scene, lod, plain } in Table2::ROWS {
         let of_scene = frames.frames(scene)?;
         for ((state, lod), (forward, up)) in (1..).zip(lod).zip(STATES) {
             let mut seconds = [const { Vec::new() }; WAYS.len()];
