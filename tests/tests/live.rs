@@ -283,6 +283,18 @@ fn the_command_follows_the_mock_and_reports() {
     assert!(picture.starts_with(b"\x89PNG"));
 }
 
+/// What is given up takes time as well. Where that counted against the next frame's
+/// steps, there were none left after a few.
+#[test]
+fn a_time_that_is_too_short_is_used_all_the_same() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = shisen(folder.path());
+    let command = command.args(["run", "--hz", "60", "--frames", "120", "--json"]);
+    let output = command.assert().success();
+    let report: Value = serde_json::from_slice(&output.get_output().stdout).expect("an object");
+    assert!(report["median_steps"].as_u64() > Some(1_000), "{report}");
+}
+
 #[test]
 fn bad_input_is_told() {
     for (arguments, said) in [
