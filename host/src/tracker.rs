@@ -18,7 +18,7 @@ pub mod serve;
 mod settings;
 mod spec;
 
-pub use feed::{Feed, FeedError, Notice, Senses, simulated};
+pub use feed::{Feed, FeedClock, FeedError, Notice, PAUSE, Senses, simulated};
 pub use hid::{Features, features};
 pub use live::LiveError;
 pub use protocol::{Protocol, UnknownProtocol};

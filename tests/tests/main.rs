@@ -34,5 +34,6 @@ mod textures;
 mod tracker_calibration;
 mod tracker_command;
 mod tracker_fuzz;
+mod tracker_recording;
 mod tradeoff_command;
 mod watertight;

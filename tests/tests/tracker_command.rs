@@ -85,6 +85,8 @@ fn every_serial_protocol_is_read_from_a_line() {
         let arrival = |i: usize| records[i]["arrival_us"].as_u64().unwrap();
         let gap = arrival(5) - arrival(0);
         assert!(gap < 200_000, "{protocol}: {gap} µs");
+        // It streams as the line is opened, and is believed within a second of that.
+        assert!(arrival(0) < 1_000_000, "{protocol}: {} µs", arrival(0));
     }
 }
 
@@ -287,47 +289,6 @@ fn the_help_has_every_setting() {
         let named = [format!("`{key}="), format!("`{key}`")];
         let shown = named.iter().any(|name| readme.contains(name));
         assert!(shown, "{key} in README.md");
-    }
-}
-
-#[test]
-fn a_recording_is_replayed_onto_a_line() {
-    let folder = tempfile::tempdir().unwrap();
-    for name in ["a.csv", "a.link"] {
-        shisen(folder.path())
-            .args(["tracker", "record", "mock:seed=3", name, "--frames", "200"])
-            .assert()
-            .success();
-        let output = shisen(folder.path())
-            .args(["tracker", "replay", name, "--json"])
-            .assert()
-            .success();
-        let recorded = lines(&output.get_output().stdout);
-        assert_eq!(recorded.len(), 200);
-        let _ = std::fs::remove_file(folder.path().join("tracker"));
-        let _line = start(
-            folder.path(),
-            &["tracker", "replay", name, "--to", "tracker"],
-        );
-        let begun = Instant::now();
-        while !folder.path().join("tracker").exists() {
-            assert!(begun.elapsed() < Duration::from_secs(10));
-            std::thread::sleep(Duration::from_millis(2));
-        }
-        let output = shisen(folder.path())
-            .args(["tracker", "monitor", "serial:tracker?protocol=link"])
-            .args(["--json", "--frames", "20"])
-            .assert()
-            .success();
-        for record in lines(&output.get_output().stdout) {
-            let same = recorded
-                .iter()
-                .find(|one| one["sequence"] == record["sequence"]);
-            let same = same.expect("it was recorded");
-            for field in ["device_us", "head", "left", "right"] {
-                assert_eq!(same[field], record[field], "{name} {field}");
-            }
-        }
     }
 }
 

@@ -184,12 +184,7 @@ fn said_of(happenings: &mut Happenings, happening: Happening) -> Option<String> 
             Event::Message(message) => happenings.of_device(&message, Micros(0)),
             _ => None,
         },
-        Happening::Feed(Notice::Unplugged { path, reason }) => {
-            Some(format!("{path} is gone ({reason}); waiting for it"))
-        }
-        Happening::Feed(Notice::Refused { reason }) => Some(format!("{reason}; trying again")),
-        Happening::Feed(Notice::Trouble(failure)) => Some(failure.to_string()),
-        Happening::Feed(Notice::Plugged(_) | Notice::Described(_)) => None,
+        Happening::Feed(notice) => Happenings::of_feed(&notice),
     }
 }
 

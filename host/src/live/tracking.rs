@@ -1,6 +1,6 @@
 //! A tracker that is listened to while frames are rendered.
 
-use crate::tracker::{Feed, Notice};
+use crate::tracker::{Feed, FeedClock, Notice};
 use shisen_tracker::clock::{self, ClockEstimator};
 use shisen_tracker::decoder::{Counts, Event};
 use shisen_tracker::estimate::{self, Estimate, GazeEstimator};
@@ -17,7 +17,7 @@ const PAUSE: Duration = Duration::from_micros(100);
 /// comes: there is no queue that could grow, and what a tracker sends too fast
 /// waits in the system's own buffer, which loses what it has no room for.
 pub struct LiveTracker {
-    opened: Instant,
+    feed: FeedClock,
     following: Arc<Mutex<Following>>,
     over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -70,7 +70,7 @@ impl LiveTracker {
         estimator: GazeEstimator,
         tell: impl FnMut(Happening) + Send + 'static,
     ) -> std::io::Result<Self> {
-        let opened = feed.opened();
+        let feed_clock = feed.clock();
         let following = Arc::new(Mutex::new(Following {
             clock,
             estimator,
@@ -84,21 +84,21 @@ impl LiveTracker {
             .name("tracker".to_owned())
             .spawn(move || listen(feed, &shared, &ended, tell))?;
         Ok(Self {
-            opened,
+            feed: feed_clock,
             following,
             over,
             thread: Some(thread),
         })
     }
 
-    /// Since the feed was opened.
+    /// What the feed's clock shows.
     pub fn now(&self) -> Micros {
         self.at(Instant::now())
     }
 
     /// A time of the system's clock on this one.
     pub fn at(&self, instant: Instant) -> Micros {
-        Micros(instant.saturating_duration_since(self.opened).as_micros() as u64)
+        self.feed.at(instant)
     }
 
     /// Where the viewer looks at `display`, by all that has come until now.

@@ -40,6 +40,12 @@ pub enum Notice {
     },
     /// Nothing comes that can be understood.
     Trouble(Failure),
+    /// The device was told to restart, and says nothing for so long at most.
+    Restarting(Micros),
+    /// So many samples came before the device was set up, and were not handed on.
+    HeldBack(u64),
+    /// A recording holds nothing for so long, which is waited for.
+    Pause(Micros),
 }
 
 /// Why there is no feed.
@@ -63,9 +69,27 @@ pub enum FeedError {
     Recording(#[from] RecordingError),
 }
 
+/// The clock of a [`Feed`], which arrivals are told by.
+#[derive(Debug, Clone, Copy)]
+pub struct FeedClock {
+    start: Instant,
+    begin: Micros,
+}
+
+impl FeedClock {
+    /// A time of the system's clock on this one; one before the feed was opened is
+    /// that of its opening.
+    pub fn at(&self, instant: Instant) -> Micros {
+        let since = instant.saturating_duration_since(self.start);
+        self.begin.after(Micros(since.as_micros() as u64))
+    }
+}
+
 /// A tracker that says something from time to time.
 pub struct Feed {
     start: Instant,
+    /// What its clock showed then.
+    begin: Micros,
     kind: Kind,
 }
 
@@ -73,9 +97,57 @@ enum Kind {
     /// Samples as they are, and how many so far.
     Samples(Box<Tracker<'static>>, Counts),
     Bytes(Box<Wire<Tracker<'static>>>, Box<dyn Decoder + Send>),
-    /// Each with the counts at it, and the last that were reached.
-    Replay(VecDeque<(Event, Counts)>, Counts),
+    Replay(Replay),
     Live(Box<Live>),
+}
+
+/// A recording that is played.
+struct Replay {
+    /// Each with the counts at it.
+    events: VecDeque<(Event, Counts)>,
+    /// The last that were reached.
+    counts: Counts,
+    /// When the last sample came, or the first will.
+    last: Micros,
+    /// That the next sample is long in coming was said.
+    said: bool,
+}
+
+/// From how long on a recording that holds nothing is told of.
+pub const PAUSE: Micros = Micros::from_millis(2_000);
+
+impl Replay {
+    fn new(recording: Recording) -> Self {
+        let last = recording.begin();
+        let events = recording.events.into_iter().zip(recording.counts);
+        Self {
+            events: events.collect(),
+            counts: Counts::new(),
+            last,
+            said: false,
+        }
+    }
+
+    fn poll(&mut self, until: Micros, sink: &mut dyn FnMut(Notice)) {
+        while let Some((event, _)) = self.events.front() {
+            if let Event::Sample(sample) = event {
+                let pause = sample.arrival.since(self.last);
+                if pause > PAUSE && !self.said && until >= self.last {
+                    self.said = true;
+                    sink(Notice::Pause(pause));
+                }
+                if sample.arrival > until {
+                    return;
+                }
+                self.last = sample.arrival;
+                self.said = false;
+            }
+            if let Some((event, counts)) = self.events.pop_front() {
+                self.counts = counts;
+                sink(Notice::Decoded(Box::new(event)));
+            }
+        }
+    }
 }
 
 /// The simulated tracker of a specification.
@@ -120,26 +192,35 @@ impl Feed {
                     None => Kind::Samples(Box::new(tracker), Counts::new()),
                 }
             }
-            Spec::Replay(spec) => {
-                let recording = Recording::read(&spec.path)?;
-                let events = recording.events.into_iter().zip(recording.counts);
-                Kind::Replay(events.collect(), Counts::new())
-            }
+            Spec::Replay(spec) => Kind::Replay(Replay::new(Recording::read(&spec.path)?)),
             Spec::Serial(spec) => Kind::Live(Box::new(Live::serial(spec.clone())?)),
             Spec::Hid(spec) => Kind::Live(Box::new(Live::hid(spec.clone())?)),
         };
+        let begin = match &kind {
+            Kind::Replay(replay) => replay.last,
+            _ => Micros(0),
+        };
         let start = Instant::now();
-        Ok(Self { start, kind })
+        Ok(Self { start, begin, kind })
     }
 
-    /// When it was opened, which is time 0 on its clock.
-    pub const fn opened(&self) -> Instant {
-        self.start
+    /// What its clock showed when it was opened: 0, but for a recording, which
+    /// begins with its first sample.
+    pub const fn begin(&self) -> Micros {
+        self.begin
     }
 
-    /// Since it was opened.
+    /// Its clock, for those who have another thread's times.
+    pub const fn clock(&self) -> FeedClock {
+        FeedClock {
+            start: self.start,
+            begin: self.begin,
+        }
+    }
+
+    /// What its clock shows.
     pub fn now(&self) -> Micros {
-        Micros(self.start.elapsed().as_micros() as u64)
+        self.clock().at(Instant::now())
     }
 
     /// Whether it goes by the clock on the wall: a device, that is. The others
@@ -150,7 +231,7 @@ impl Feed {
 
     /// Whether nothing more will come.
     pub fn is_over(&self) -> bool {
-        matches!(&self.kind, Kind::Replay(events, _) if events.is_empty())
+        matches!(&self.kind, Kind::Replay(replay) if replay.events.is_empty())
     }
 
     /// Whether its device is being reset, which takes up to 20 s in which
@@ -162,7 +243,8 @@ impl Feed {
     /// What became of the bytes, or the samples, so far.
     pub fn counts(&self) -> Counts {
         match &self.kind {
-            Kind::Samples(_, counts) | Kind::Replay(_, counts) => *counts,
+            Kind::Samples(_, counts) => *counts,
+            Kind::Replay(replay) => replay.counts,
             Kind::Bytes(_, decoder) => *decoder.counts(),
             Kind::Live(live) => live.counts(),
         }
@@ -184,14 +266,7 @@ impl Feed {
                     });
                 }
             }
-            Kind::Replay(events, counts) => {
-                while let Some((event, now)) = events.pop_front_if(
-                    |(event, _)| !matches!(event, Event::Sample(sample) if sample.arrival > until),
-                ) {
-                    *counts = now;
-                    sink(Notice::Decoded(Box::new(event)));
-                }
-            }
+            Kind::Replay(replay) => replay.poll(until, sink),
             Kind::Live(live) => live.poll(self.start, sink),
         }
     }
@@ -207,9 +282,9 @@ impl Feed {
             (Spec::Mock(spec), _) => of(spec.protocol.as_ref()),
             (Spec::Serial(spec), _) => of(Some(&spec.protocol)),
             (_, Kind::Live(live)) => of(live.protocol()),
-            (_, Kind::Replay(events, _)) => {
+            (_, Kind::Replay(replay)) => {
                 let any = |has: fn(&Sample) -> bool| {
-                    let mut events = events.iter();
+                    let mut events = replay.events.iter();
                     events.any(|(event, _)| matches!(event, Event::Sample(sample) if has(sample)))
                 };
                 Senses {

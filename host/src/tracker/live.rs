@@ -1,5 +1,7 @@
 //! A device that is plugged in, unplugged, and plugged in again.
 
+mod permission;
+
 use super::feed::Notice;
 use super::hid::{self, Features};
 use super::protocol::Protocol;
@@ -45,7 +47,7 @@ const REFUSING: Micros = Micros::from_millis(300);
 pub enum LiveError {
     /// The system does not let it be opened.
     #[error("{path} cannot be opened: {reason}")]
-    #[diagnostic(help("{}", advice(reason)))]
+    #[diagnostic(help("{}", advice(path, reason)))]
     Open {
         /// Which.
         path: String,
@@ -79,18 +81,15 @@ pub enum LiveError {
     },
 }
 
-fn advice(reason: &io::Error) -> &'static str {
+fn advice(path: &str, reason: &io::Error) -> String {
     match reason.kind() {
         io::ErrorKind::NotFound => {
             "plug the device in, or give another path; `shisen tracker list` shows what there is"
+                .to_owned()
         }
-        io::ErrorKind::PermissionDenied => {
-            "a udev rule is missing: copy tracker-driver/udev/70-shisen-trackers.rules to \
-             /etc/udev/rules.d, run `udevadm control --reload` and plug the device in again; \
-             for a serial port, joining the group dialout does too"
-        }
-        io::ErrorKind::ResourceBusy => "another program uses it: end that first",
-        _ => "check the path and the device",
+        io::ErrorKind::PermissionDenied => permission::advice(path),
+        io::ErrorKind::ResourceBusy => "another program uses it: end that first".to_owned(),
+        _ => "check the path and the device".to_owned(),
     }
 }
 
@@ -159,6 +158,8 @@ pub(super) struct Live {
     resets_since: Option<Micros>,
     /// It was told again: that this is in vain was said before.
     again: bool,
+    /// Samples that came before it was set up and are not told of yet.
+    held_back: u64,
 }
 
 impl Live {
@@ -190,6 +191,7 @@ impl Live {
             again_at: AGAIN,
             resets_since: None,
             again: false,
+            held_back: 0,
         };
         live.believed_at = believed(&live.wanted, Micros(0));
         live.resets_since = resets_since(&live.wanted, Micros(0));
@@ -220,6 +222,9 @@ impl Live {
             sink(Notice::Plugged(self.path.clone()));
             if let Some(features) = self.features.take() {
                 sink(Notice::Described(Box::new(features)));
+            }
+            if self.is_resetting() {
+                sink(Notice::Restarting(reset_time(&self.wanted)));
             }
         }
         if self.port.is_none() {
@@ -269,7 +274,7 @@ impl Live {
         let back = resets_since.is_some_and(|since| now.since(since) >= RESTARTING);
         let (watch, session) = (&mut self.watch, &mut self.session);
         let mut goes_on = false;
-        let again_at = &mut self.again_at;
+        let (again_at, held_back) = (&mut self.again_at, &mut self.held_back);
         let set_up = session.as_ref().is_none_or(Session::has_said_all) || now >= self.believed_at;
         self.decoder.feed(&buffer[..read], now, &mut |event| {
             watch.on_event(&event, now);
@@ -280,8 +285,13 @@ impl Live {
             if let Some(session) = session.as_mut() {
                 session.on_event(&event);
             }
+            if set_up && *held_back > 0 {
+                sink(Notice::HeldBack(std::mem::take(held_back)));
+            }
             if set_up || !matches!(event, Event::Sample(_)) {
                 sink(Notice::Decoded(Box::new(event)));
+            } else {
+                *held_back += 1;
             }
         });
         if goes_on && let Wanted::Serial(spec) = &self.wanted {
@@ -413,11 +423,15 @@ fn watch(wanted: &Wanted) -> Watch {
 
 /// From when on a device is believed that is set up from `now` on.
 fn believed(wanted: &Wanted, now: Micros) -> Micros {
-    let reset = match wanted {
+    now.after(reset_time(wanted)).after(SETTING_UP)
+}
+
+/// How long one is silent that is told to restart.
+fn reset_time(wanted: &Wanted) -> Micros {
+    match wanted {
         Wanted::Serial(spec) => spec.protocol.start(spec.reset).once_only_time(),
         Wanted::Hid(_) => Micros(0),
-    };
-    now.after(reset).after(SETTING_UP)
+    }
 }
 
 struct Plugged {

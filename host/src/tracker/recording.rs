@@ -7,18 +7,17 @@
 //! then): a recording is what a bridge board could have sent, and what
 //! one did send can be replayed, by the device's own times.
 
-use glam::{Quat, Vec2, Vec3};
+mod table;
+
 use miette::Diagnostic;
 use shisen_tracker::decoder::{Counts, Decoder, Event, Message, Text};
 use shisen_tracker::link;
-use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
-use shisen_tracker::time::{DeviceTime, Micros};
-use std::fmt::Display;
+use shisen_tracker::sample::Sample;
+use shisen_tracker::time::Micros;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use thiserror::Error;
 
 /// Between samples of a recording without any time.
@@ -69,7 +68,7 @@ pub enum RecordingError {
     },
     /// The table has other columns.
     #[error("{}: line 1 is not the header of a recording", path.display())]
-    #[diagnostic(help("give a table that `shisen tracker record` wrote; it has these columns: {}", header().join(",")))]
+    #[diagnostic(help("give a table that `shisen tracker record` wrote; it has these columns: {}", table::header().join(",")))]
     Header {
         /// Which.
         path: PathBuf,
@@ -107,13 +106,20 @@ impl Recording {
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let bytes = std::fs::read(path).map_err(at(path))?;
         let recording = match RecordingFormat::of(path) {
-            RecordingFormat::Csv => from_csv(path, &bytes)?,
+            RecordingFormat::Csv => table::read(path, &bytes)?,
             RecordingFormat::Link => from_link(&bytes),
         };
         if recording.samples().next().is_none() {
             return Err(RecordingError::Empty { path: path.into() });
         }
         Ok(recording)
+    }
+
+    /// When the first sample came.
+    pub fn begin(&self) -> Micros {
+        self.samples()
+            .next()
+            .map_or(Micros(0), |first| first.arrival)
     }
 
     /// The samples.
@@ -130,33 +136,45 @@ fn at(path: &Path) -> impl FnOnce(io::Error) -> RecordingError {
     move |reason| RecordingError::File { path, reason }
 }
 
-/// Writes a recording, event after event.
+/// Writes a recording, event after event. What was in its file stays there until
+/// the first comes.
 pub struct Recorder {
     path: PathBuf,
     to: To,
 }
 
 enum To {
+    /// Nothing has come; whether the file was there before.
+    Nothing(File, bool),
     Csv(Box<csv::Writer<File>>),
     Link(BufWriter<File>, link::Encoder),
 }
 
+impl To {
+    /// Empties the file, and begins to write into it.
+    fn begin(file: File, format: RecordingFormat) -> io::Result<Self> {
+        file.set_len(0)?;
+        Ok(match format {
+            RecordingFormat::Csv => {
+                let mut table = csv::Writer::from_writer(file);
+                table.write_record(table::header())?;
+                Self::Csv(Box::new(table))
+            }
+            RecordingFormat::Link => Self::Link(BufWriter::new(file), link::Encoder::new()),
+        })
+    }
+}
+
 impl Recorder {
-    /// Makes the file, or empties it.
+    /// Opens the file, or makes it.
     ///
     /// # Errors
     /// Those of the system.
     pub fn create(path: &Path) -> Result<Self, RecordingError> {
-        let file = File::create(path).map_err(at(path))?;
-        let to = match RecordingFormat::of(path) {
-            RecordingFormat::Csv => {
-                let mut table = csv::Writer::from_writer(file);
-                let written = table.write_record(header());
-                written.map_err(|error| at(path)(error.into()))?;
-                To::Csv(Box::new(table))
-            }
-            RecordingFormat::Link => To::Link(BufWriter::new(file), link::Encoder::new()),
-        };
+        let existed = path.exists();
+        let mut options = File::options();
+        let file = options.write(true).create(true).truncate(false).open(path);
+        let to = To::Nothing(file.map_err(at(path))?, existed);
         let path = path.to_owned();
         Ok(Self { path, to })
     }
@@ -167,9 +185,22 @@ impl Recorder {
     /// # Errors
     /// Those of the system.
     pub fn push(&mut self, event: &Event, lost: u64) -> Result<(), RecordingError> {
+        let format = RecordingFormat::of(&self.path);
+        let is_kept = match event {
+            Event::Sample(_) => true,
+            Event::Message(_) => format == RecordingFormat::Link,
+            _ => false,
+        };
+        if !is_kept {
+            return Ok(());
+        }
+        if let To::Nothing(file, _) = &self.to {
+            let begun = file.try_clone().and_then(|file| To::begin(file, format));
+            self.to = begun.map_err(at(&self.path))?;
+        }
         let written = match (&mut self.to, event) {
             (To::Csv(table), Event::Sample(sample)) => {
-                table.write_record(Cells::of(sample).0).map_err(Into::into)
+                table.write_record(table::cells(sample)).map_err(Into::into)
             }
             (To::Link(file, encoder), Event::Sample(sample)) => {
                 let mut text = format!("{ARRIVAL}{}", sample.arrival.0);
@@ -188,12 +219,15 @@ impl Recorder {
         written.map_err(at(&self.path))
     }
 
-    /// Writes all that is still in memory.
+    /// Writes all that is still in memory. A file that was not there before, and that
+    /// nothing came for, is not there after.
     ///
     /// # Errors
     /// Those of the system.
     pub fn finish(mut self) -> Result<(), RecordingError> {
         let flushed = match &mut self.to {
+            To::Nothing(_, true) => Ok(()),
+            To::Nothing(_, false) => std::fs::remove_file(&self.path),
             To::Csv(table) => table.flush(),
             To::Link(file, _) => file.flush(),
         };
@@ -209,10 +243,15 @@ fn from_link(bytes: &[u8]) -> Recording {
     let mut times = Times::default();
     let (mut events, mut counts) = (Vec::new(), Vec::new());
     // Byte after byte, to know the counts at each event.
+    let (mut came, mut lost) = (Vec::new(), 0);
     for byte in bytes {
-        decoder.feed(&[*byte], Micros(0), &mut |event| {
-            events.extend(times.place(&event));
-        });
+        decoder.feed(&[*byte], Micros(0), &mut |event| came.push(event));
+        let missing = decoder.counts().lost - lost;
+        if missing > 0 {
+            times.lose(missing);
+            lost += missing;
+        }
+        events.extend(came.drain(..).filter_map(|event| times.place(&event)));
         if counts.len() < events.len() {
             counts.push(times.without_own(*decoder.counts()));
         }
@@ -235,11 +274,23 @@ struct Times {
     last: Option<Micros>,
     /// Such texts, which are no device's messages.
     own: u64,
+    /// Of the frames that are missing in the file, so many were such texts.
+    own_lost: u64,
     /// Records of the device that were missing when it was recorded.
     lost: u64,
 }
 
 impl Times {
+    /// Frames are missing before the next. In a recording of ours every second one is
+    /// the text that says when the next sample came: the first of them, unless it
+    /// was such a text that came last.
+    fn lose(&mut self, frames: u64) {
+        if self.own > 0 {
+            self.own_lost += (frames + u64::from(self.next.is_none())) / 2;
+        }
+        self.next = None;
+    }
+
     /// The event at its time; `None` of what only says a time.
     fn place(&mut self, event: &Event) -> Option<Event> {
         match *event {
@@ -270,265 +321,8 @@ impl Times {
 
     fn without_own(&self, mut counts: Counts) -> Counts {
         counts.messages -= self.own;
-        counts.lost = counts.lost.saturating_add(self.lost);
+        counts.lost = (counts.lost - self.own_lost).saturating_add(self.lost);
         counts
-    }
-}
-
-const EYES: [&str; 3] = ["left", "right", "combined"];
-
-/// The columns of a table.
-fn header() -> Vec<String> {
-    let mut names: Vec<String> = [
-        "arrival_us",
-        "device_us",
-        "wraps_at_us",
-        "sensor",
-        "sequence",
-        "gaze_frame",
-        "head_x",
-        "head_y",
-        "head_z",
-        "head_place_tracked",
-        "head_qx",
-        "head_qy",
-        "head_qz",
-        "head_qw",
-        "head_turn_tracked",
-        "head_wx",
-        "head_wy",
-        "head_wz",
-    ]
-    .map(String::from)
-    .into();
-    for eye in EYES {
-        for name in [
-            "origin_x",
-            "origin_y",
-            "origin_z",
-            "origin_tracked",
-            "direction_x",
-            "direction_y",
-            "direction_z",
-            "direction_tracked",
-            "pupil_m",
-            "pupil_raw",
-            "openness",
-        ] {
-            names.push(format!("{eye}_{name}"));
-        }
-    }
-    names.extend(["point_kind", "point_x", "point_y", "point_tracked"].map(String::from));
-    names
-}
-
-/// A line of a table.
-struct Cells(Vec<String>);
-
-impl Cells {
-    fn of(sample: &Sample) -> Self {
-        let mut cells = Self(Vec::new());
-        cells.one(Some(sample.arrival.0));
-        cells.one(sample.device_time.map(|time| time.microseconds));
-        cells.one(sample.device_time.map(|time| time.wraps_at));
-        cells.one(Some(sample.sensor));
-        cells.one(sample.sequence);
-        cells.one(Some(match sample.gaze_frame {
-            GazeFrame::Head => "head",
-            GazeFrame::Tracker => "tracker",
-        }));
-        let head = sample.head;
-        cells.reading(head.position.map(|r| (r.value.to_array(), r.tracked)));
-        cells.reading(head.orientation.map(|r| (r.value.to_array(), r.tracked)));
-        cells.all(head.angular_velocity.map(|turn| turn.to_array()));
-        for eye in [&sample.left, &sample.right, &sample.combined] {
-            cells.reading(eye.origin.map(|r| (r.value.to_array(), r.tracked)));
-            cells.reading(eye.direction.map(|r| (r.value.to_array(), r.tracked)));
-            let (metres, raw) = match eye.pupil {
-                Some(Pupil::Diameter(metres)) => (Some(metres), None),
-                Some(Pupil::Raw(raw)) => (None, Some(raw)),
-                None => (None, None),
-            };
-            cells.one(metres);
-            cells.one(raw);
-            cells.one(eye.openness);
-        }
-        let point = sample.gaze_point.map(|point| match point.value {
-            GazePoint::Plane(p) => ("plane", p),
-            GazePoint::Normalized(p) => ("normalized", p),
-            GazePoint::Raw(p) => ("raw", p),
-        });
-        cells.one(point.map(|(kind, _)| kind));
-        let tracked = sample.gaze_point.map(|point| point.tracked);
-        cells.reading(
-            point
-                .zip(tracked)
-                .map(|((_, p), tracked)| (p.to_array(), tracked)),
-        );
-        cells
-    }
-
-    fn one(&mut self, value: Option<impl Display>) {
-        self.0
-            .push(value.map_or(String::new(), |value| value.to_string()));
-    }
-
-    fn all<const N: usize>(&mut self, values: Option<[f32; N]>) {
-        for i in 0..N {
-            self.one(values.map(|values| values[i]));
-        }
-    }
-
-    fn reading<const N: usize>(&mut self, reading: Option<([f32; N], bool)>) {
-        self.all(reading.map(|(values, _)| values));
-        self.one(reading.map(|(_, tracked)| u8::from(tracked)));
-    }
-}
-
-fn from_csv(path: &Path, bytes: &[u8]) -> Result<Recording, RecordingError> {
-    let mut table = csv::Reader::from_reader(bytes);
-    let names = header();
-    let same = table
-        .headers()
-        .is_ok_and(|found| found.iter().eq(names.iter()));
-    if !same {
-        return Err(RecordingError::Header { path: path.into() });
-    }
-    let (mut events, mut counts) = (Vec::new(), Vec::new());
-    let mut last = Micros(0);
-    for (number, record) in table.records().enumerate() {
-        let line = number as u64 + 2;
-        let wrong = |what: String| RecordingError::Line {
-            path: path.into(),
-            line,
-            what,
-        };
-        let record = record.map_err(|error| wrong(error.to_string()))?;
-        let mut cells = Reader {
-            cells: record.iter(),
-            names: names.iter(),
-        };
-        let sample = cells.sample().map_err(&wrong)?;
-        if sample.arrival < last {
-            return Err(wrong("arrival_us is below that of the line before".into()));
-        }
-        last = sample.arrival;
-        events.push(Event::Sample(checked(&sample).map_err(&wrong)?));
-        counts.push(Counts {
-            samples: events.len() as u64,
-            ..Counts::new()
-        });
-    }
-    Ok(Recording { events, counts })
-}
-
-/// A sample that our link takes.
-fn checked(sample: &Sample) -> Result<Sample, String> {
-    let frame = link::Encoder::new().sample(sample);
-    let mut found = Err("is no sample".to_owned());
-    link::Link::new().feed(&frame, sample.arrival, &mut |event| {
-        found = match event {
-            Event::Sample(sample) => Ok(sample),
-            Event::Dropped(dropped) => Err(format!("the sample is {}", dropped.reason.name())),
-            _ => return,
-        };
-    });
-    found
-}
-
-struct Reader<C, N> {
-    cells: C,
-    names: N,
-}
-
-impl<'a, C: Iterator<Item = &'a str>, N: Iterator<Item = &'a String>> Reader<C, N> {
-    fn one<T: FromStr>(&mut self) -> Result<Option<T>, String> {
-        let name = self.names.next().map_or("", |name| name);
-        match self.cells.next() {
-            None | Some("") => Ok(None),
-            Some(text) => match text.parse() {
-                Ok(value) => Ok(Some(value)),
-                Err(_) => Err(format!("{name} is {text:?}")),
-            },
-        }
-    }
-
-    fn needed<T: FromStr>(&mut self, name: &str) -> Result<T, String> {
-        self.one()?.ok_or_else(|| format!("{name} is empty"))
-    }
-
-    /// All of them or none.
-    fn all<const N2: usize>(&mut self) -> Result<Option<[f32; N2]>, String> {
-        let mut values = [None; N2];
-        for value in &mut values {
-            *value = self.one()?;
-        }
-        if values.iter().all(Option::is_none) {
-            return Ok(None);
-        }
-        if values.contains(&None) {
-            return Err("a vector has an empty part".into());
-        }
-        Ok(Some(values.map(Option::unwrap_or_default)))
-    }
-
-    fn reading<const N2: usize>(&mut self) -> Result<Option<([f32; N2], bool)>, String> {
-        let values = self.all()?;
-        let tracked = self.one::<u8>()?;
-        Ok(values.map(|values| (values, tracked != Some(0))))
-    }
-
-    fn sample(&mut self) -> Result<Sample, String> {
-        let arrival = self.needed("arrival_us")?;
-        let mut sample = Sample::arrived(Micros(arrival));
-        let (time, wraps_at) = (self.one()?, self.one()?);
-        sample.device_time = time.map(|microseconds| DeviceTime {
-            microseconds,
-            wraps_at: wraps_at.unwrap_or(0),
-        });
-        sample.sensor = self.needed("sensor")?;
-        sample.sequence = self.one()?;
-        sample.gaze_frame = match self.needed::<String>("gaze_frame")?.as_str() {
-            "head" => GazeFrame::Head,
-            "tracker" => GazeFrame::Tracker,
-            other => return Err(format!("gaze_frame is {other:?}, not head or tracker")),
-        };
-        let vector = |(value, tracked)| Reading {
-            value: Vec3::from_array(value),
-            tracked,
-        };
-        sample.head.position = self.reading()?.map(vector);
-        let turn = self.reading()?;
-        sample.head.orientation = turn.map(|(value, tracked)| Reading {
-            value: Quat::from_array(value),
-            tracked,
-        });
-        sample.head.angular_velocity = self.all()?.map(Vec3::from_array);
-        for eye in [&mut sample.left, &mut sample.right, &mut sample.combined] {
-            *eye = Eye {
-                origin: self.reading()?.map(vector),
-                direction: self.reading()?.map(vector),
-                pupil: {
-                    let metres = self.one()?.map(Pupil::Diameter);
-                    let raw = self.one()?.map(Pupil::Raw);
-                    metres.or(raw)
-                },
-                openness: self.one()?,
-            };
-        }
-        let kind: Option<String> = self.one()?;
-        let point = self.reading()?;
-        if let Some((kind, (place, tracked))) = kind.zip(point) {
-            let place = Vec2::from_array(place);
-            let value = match kind.as_str() {
-                "plane" => GazePoint::Plane(place),
-                "normalized" => GazePoint::Normalized(place),
-                "raw" => GazePoint::Raw(place),
-                other => return Err(format!("point_kind is {other:?}")),
-            };
-            sample.gaze_point = Some(Reading { value, tracked });
-        }
-        Ok(sample)
     }
 }
 
@@ -610,7 +404,8 @@ mod tests {
         let (found, events) = counts(&damaged);
         assert_eq!(found.dropped, live.counts().dropped);
         assert_eq!(found.dropped_bytes, live.counts().dropped_bytes);
-        assert_eq!(found.lost, live.counts().lost);
+        // Each of the samples that are missing, and none of the texts.
+        assert_eq!(found.lost + found.samples, 200 - 1, "{found:?}");
         assert_eq!(found.bytes, damaged.len() as u64);
         assert!(found.dropped.iter().sum::<u32>() >= 3, "{found:?}");
         assert!(found.samples >= 195 && events > found.samples);
@@ -625,9 +420,9 @@ mod tests {
             Recording::read(&path).unwrap_err().to_string()
         };
         assert!(read("x,y\n1,2\n").contains("line 1"));
-        let head = header().join(",");
+        let head = table::header().join(",");
         assert!(read(&head).contains("holds no sample"));
-        let mut cells = Cells::of(&Sample::arrived(Micros(5))).0;
+        let mut cells = table::cells(&Sample::arrived(Micros(5)));
         cells[5] = "mouse".into();
         let said = read(&format!("{head}\n{}\n", cells.join(",")));
         assert!(said.contains("line 2: gaze_frame is \"mouse\""), "{said}");

@@ -532,11 +532,15 @@ fn a_viewer(n: &mut Numbers) -> ViewerConfig {
         fixation: n.next(default.fixation),
         fixation_deviation: n.next(default.fixation_deviation),
         amplitude: n.next(default.amplitude),
+        base_duration: n.next(default.base_duration),
+        duration_per_amplitude: n.next(default.duration_per_amplitude),
         duration_deviation: n.next(default.duration_deviation),
         pursuit: n.next(default.pursuit),
         pursuit_speed: n.next(default.pursuit_speed),
         microsaccades: n.next(default.microsaccades),
         blinks: n.next(default.blinks),
+        blink: n.next(default.blink),
+        blink_deviation: n.next(default.blink_deviation),
         jitter: n.next(default.jitter),
     }
 }

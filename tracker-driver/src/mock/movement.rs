@@ -31,6 +31,12 @@ pub struct ViewerConfig {
     pub fixation_deviation: f32,
     /// The mean amplitude of saccades; 0.001 to 1.5.
     pub amplitude: f32,
+    /// How long a saccade of no amplitude would take, seconds: the main sequence's
+    /// intercept (Carpenter 1988: 21 ms); 0.005 to 0.1.
+    pub base_duration: f32,
+    /// What a saccade takes more for its amplitude, seconds per radian: the main
+    /// sequence's slope (2.2 ms a degree); 0 to 1.
+    pub duration_per_amplitude: f32,
     /// The standard deviation of the logarithm of a saccade's duration against
     /// the main sequence's; 0 to 2.
     pub duration_deviation: f32,
@@ -43,6 +49,10 @@ pub struct ViewerConfig {
     pub microsaccades: f32,
     /// Blinks per minute; 0 to 600.
     pub blinks: f32,
+    /// The median of a blink, seconds; 0.02 to 2.
+    pub blink: f32,
+    /// The standard deviation of its logarithm; 0 to 2.
+    pub blink_deviation: f32,
     /// The jitter of a fixation, root mean square of each of two directions; 0
     /// to 0.1.
     pub jitter: f32,
@@ -69,11 +79,15 @@ impl ViewerConfig {
             fixation: within(self.fixation, 0.06, 3.0),
             fixation_deviation: within(self.fixation_deviation, 0.0, 2.0),
             amplitude: within(self.amplitude, 0.001, 1.5),
+            base_duration: within(self.base_duration, 0.005, 0.1),
+            duration_per_amplitude: within(self.duration_per_amplitude, 0.0, 1.0),
             duration_deviation: within(self.duration_deviation, 0.0, 2.0),
             pursuit: within(self.pursuit, 0.0, 1.0),
             pursuit_speed: within(self.pursuit_speed, 0.0, 10.0),
             microsaccades: within(self.microsaccades, 0.0, 20.0),
             blinks: within(self.blinks, 0.0, 600.0),
+            blink: within(self.blink, 0.02, 2.0),
+            blink_deviation: within(self.blink_deviation, 0.0, 2.0),
             jitter: within(self.jitter, 0.0, 0.1),
         }
     }
@@ -82,7 +96,7 @@ impl ViewerConfig {
 impl Default for ViewerConfig {
     /// Fixations of 250 ms, saccades of 6° on average within 25°, one in six
     /// fixations followed by pursuit at up to 25°/s, 1.5 microsaccades a
-    /// second, 15 blinks a minute, jitter of 0.05°.
+    /// second, 15 blinks a minute of 170 ms (mostly 100 to 300), jitter of 0.05°.
     fn default() -> Self {
         Self {
             resting_head: HeadPose::IDENTITY,
@@ -92,11 +106,15 @@ impl Default for ViewerConfig {
             fixation: 0.25,
             fixation_deviation: 0.35,
             amplitude: 0.104_72,
+            base_duration: 0.021,
+            duration_per_amplitude: 0.126_05,
             duration_deviation: 0.06,
             pursuit: 1.0 / 6.0,
             pursuit_speed: 0.436_33,
             microsaccades: 1.5,
             blinks: 15.0,
+            blink: 0.17,
+            blink_deviation: 0.3,
             jitter: 0.000_872_7,
         }
     }
@@ -274,8 +292,12 @@ impl<'a> Viewer<'a> {
             segments: [start; SEGMENTS],
             fixation_end: 0,
             home: forward,
-            // Median 170 ms, mostly 100 to 300.
-            blinks: Episodes::new(Random::new(seed, 2), config.blinks, 0.17, 0.3),
+            blinks: Episodes::new(
+                Random::new(seed, 2),
+                config.blinks,
+                config.blink,
+                config.blink_deviation,
+            ),
         };
         viewer.fixation_end = viewer.fixation();
         viewer
@@ -472,8 +494,9 @@ impl<'a> Viewer<'a> {
 
     fn jump(&mut self, kind: Kind, way: Vec3) {
         let amplitude = sqrt(way.dot(way));
-        let lasts = (0.021 + 0.126_05 * amplitude)
-            * self.random.log_normal(1.0, self.config.duration_deviation);
+        let config = self.config;
+        let lasts = (config.base_duration + config.duration_per_amplitude * amplitude)
+            * self.random.log_normal(1.0, config.duration_deviation);
         let end = self.last().end + (lasts * 1.0e6) as u64;
         self.push(kind, way, end);
     }

@@ -89,12 +89,12 @@ impl Follower {
         let estimator = GazeEstimator::new(config).map_err(Failure::from_error)?;
         let clock = ClockEstimator::new(ClockConfig::default()).map_err(Failure::from_error)?;
         let mut follower = Self {
+            start: feed.begin(),
             feed,
             clock,
             estimator,
             happenings: Happenings::default(),
             hz: arguments.hz,
-            start: Micros(0),
         };
         if follower.feed.is_live() {
             let mut since = Micros(0);
@@ -147,14 +147,8 @@ impl Follower {
                 Event::Message(message) => say(happenings.of_device(&message, now)),
                 _ => {}
             },
-            Notice::Unplugged { path, reason } => {
-                warn(&format!("{path} is gone ({reason}); waiting for it"));
-            }
-            Notice::Refused { reason } => {
-                warn(&format!("{reason}; trying again"));
-            }
             Notice::Trouble(failure) => troubles.push(failure),
-            Notice::Plugged(_) | Notice::Described(_) => {}
+            other => say(Happenings::of_feed(&other)),
         });
         for failure in troubles {
             warn(&with_drops(&failure, &feed.counts()));

@@ -3,6 +3,7 @@
 use super::super::failure::Failure;
 use super::super::warn;
 use super::features::FeatureReport;
+use super::happenings::Happenings;
 use super::sample::{ByReason, by_reason};
 use super::{Interrupt, whole};
 use clap::Args;
@@ -31,10 +32,19 @@ pub(super) struct EndArguments {
 
 /// Nothing came in all the time.
 #[derive(Debug, Error, Diagnostic)]
-#[error("no sample came in {seconds} s")]
-#[diagnostic(help("check the device, its protocol and its speed, as said above"))]
-struct NoSample {
-    seconds: u64,
+enum NoSample {
+    /// And that is wrong.
+    #[error("no sample came in {0} s")]
+    #[diagnostic(help("check the device, its protocol and its speed, as said above"))]
+    Silent(u64),
+    /// Since it had no time to.
+    #[error("no sample came in {0} s: the device is still restarting")]
+    #[diagnostic(help("give --seconds more time, or leave reset=1 out"))]
+    Restarting(u64),
+    /// Since nothing was recorded then.
+    #[error("no sample came in {0} s: the recording holds none in that time")]
+    #[diagnostic(help("give --seconds more time"))]
+    Pause(u64),
 }
 
 /// What events are handed to.
@@ -57,7 +67,8 @@ pub(super) fn follow(
     take: &mut Take<'_>,
 ) -> Result<(), Failure> {
     let interrupt = Interrupt::new();
-    let last = end.seconds.map(|s| Micros::from_millis(1_000 * s));
+    let span = end.seconds.map(|s| Micros::from_millis(1_000 * s));
+    let last = span.map(|span| feed.begin().after(span));
     let mut samples = 0;
     let mut heard = Heard::default();
     let mut troubles = Vec::new();
@@ -79,11 +90,12 @@ pub(super) fn follow(
                 say(&format!("it says of itself: {features}"));
                 heard.features = Some(features);
             }
-            Notice::Unplugged { path, reason } => {
-                warn(&format!("{path} is gone ({reason}); waiting for it"));
-            }
-            Notice::Refused { reason } => warn(&format!("{reason}; trying again")),
             Notice::Trouble(failure) => troubles.push(failure),
+            other => {
+                if let Some(told) = Happenings::of_feed(&other) {
+                    warn(&told);
+                }
+            }
         });
         for failure in troubles.drain(..) {
             warn(&with_drops(&failure, &feed.counts()));
@@ -96,7 +108,14 @@ pub(super) fn follow(
             && now >= last
         {
             return if samples == 0 {
-                Err(NoSample { seconds }.into())
+                Err(if feed.is_resetting() {
+                    NoSample::Restarting(seconds)
+                } else if feed.is_live() {
+                    NoSample::Silent(seconds)
+                } else {
+                    NoSample::Pause(seconds)
+                }
+                .into())
             } else {
                 Ok(())
             };

@@ -1,6 +1,7 @@
 //! What a tracker says of itself, and what happens to its clock and to the gaze, in
 //! words.
 
+use shisen::tracker::Notice;
 use shisen_tracker::clock::ClockEvent;
 use shisen_tracker::decoder::{EyeEventKind, Message, Side};
 use shisen_tracker::estimate::{Event, Rejection};
@@ -67,6 +68,30 @@ impl Happenings {
             _ => return None,
         };
         self.say(kind, now, &what)
+    }
+
+    /// What a feed says of its device, if it is to be said; that it was plugged in is
+    /// not.
+    pub(in crate::cli) fn of_feed(notice: &Notice) -> Option<String> {
+        Some(match notice {
+            Notice::Decoded(_) | Notice::Plugged(_) | Notice::Described(_) => return None,
+            Notice::Unplugged { path, reason } => {
+                format!("{path} is gone ({reason}); waiting for it")
+            }
+            Notice::Refused { reason } => format!("{reason}; trying again"),
+            Notice::Trouble(failure) => failure.to_string(),
+            Notice::Restarting(most) => format!(
+                "the device restarts: it says nothing for up to {:.0} s",
+                most.seconds()
+            ),
+            Notice::HeldBack(count) => format!(
+                "{count} samples came before the device was told what to send: they are not used"
+            ),
+            Notice::Pause(pause) => format!(
+                "the recording holds nothing for the next {:.1} s: it goes on then",
+                pause.seconds()
+            ),
+        })
     }
 
     /// What a clock did at `now`, if it is to be said.

@@ -6,12 +6,14 @@ use super::TrackerName;
 use super::follow::{EndArguments, follow};
 use super::sample::{ByReason, by_reason};
 use clap::Args;
+use miette::Diagnostic;
 use serde::Serialize;
 use shisen::tracker::{Feed, Recorder};
 use shisen_tracker::decoder::Event;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
+use thiserror::Error;
 
 /// Records a tracker
 ///
@@ -25,7 +27,7 @@ pub(in crate::cli) struct Arguments {
     /// Which tracker: see `shisen tracker --help`
     #[arg(value_name = "SPEC")]
     spec: TrackerName,
-    /// Where to; what was there is overwritten
+    /// Where to; what was there is overwritten with the first sample
     #[arg(value_name = "FILE")]
     file: PathBuf,
     #[command(flatten)]
@@ -45,6 +47,14 @@ struct Report {
     dropped_by: BTreeMap<&'static str, u32>,
 }
 
+/// It ended before anything came.
+#[derive(Debug, Error, Diagnostic)]
+#[error("no sample came: {} is as it was", file.display())]
+#[diagnostic(help("record for longer; `shisen tracker monitor` shows what comes"))]
+struct Nothing {
+    file: PathBuf,
+}
+
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut feed = Feed::open(&arguments.spec.spec)?;
@@ -62,6 +72,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     // What came before a failure is kept.
     recorder.finish()?;
     followed?;
+    if samples + messages == 0 {
+        let file = arguments.file.clone();
+        return Err(Nothing { file }.into());
+    }
     let counts = feed.counts();
     let report = Report {
         file: arguments.file.display().to_string(),

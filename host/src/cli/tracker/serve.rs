@@ -9,7 +9,9 @@ use super::{Interrupt, protocol, whole};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::pty::Pty;
-use shisen::tracker::{Feed, MockSpec, Protocol, Recording, ReplaySpec, Spec, serve, simulated};
+use shisen::tracker::{
+    Feed, MockSpec, PAUSE, Protocol, Recording, ReplaySpec, Spec, serve, simulated,
+};
 use shisen_tracker::mock::{Format, Source};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
@@ -64,9 +66,8 @@ pub(in crate::cli) struct ReplayArguments {
     /// What `shisen tracker record` wrote
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// What the line speaks: link, fastrak, liberty, flock, hatire, osvr-hdk,
-    /// iscan, asl, adhawk or hid, and its settings, as for `shisen tracker mock`
-    /// [default: link]
+    /// What the line speaks: link, fastrak, liberty, flock, hatire, iscan, asl or
+    /// adhawk, and its settings, as for `shisen tracker mock` [default: link]
     #[arg(long = "as", value_name = "PROTOCOL", requires = "to", value_parser = protocol)]
     protocol: Option<Protocol>,
     /// A name for the line's other end; a link that leads nowhere gives way
@@ -153,9 +154,35 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let recording = Recording::read(&arguments.file)?;
     let samples: Vec<Sample> = recording.samples().copied().collect();
     check(&samples, &protocol, &arguments.file)?;
+    tell_pauses(&samples);
+    let samples = from_the_first(samples);
     let over = samples.last().map(|last| last.arrival);
     let samples = Samples(samples.into_iter().peekable());
     line(path, samples, &protocol, &arguments.end, over)
+}
+
+/// Warns of every time in which nothing is sent since nothing was recorded.
+fn tell_pauses(samples: &[Sample]) {
+    for pair in samples.windows(2) {
+        let [before, after] = [pair[0].arrival, pair[1].arrival];
+        if after.since(before) > PAUSE {
+            warn(&format!(
+                "the recording holds nothing for {:.1} s, from {:.1} s after its first sample on: \
+                 nothing is sent then",
+                after.since(before).seconds(),
+                before.since(samples[0].arrival).seconds()
+            ));
+        }
+    }
+}
+
+/// The same samples, the first of which comes at once.
+fn from_the_first(mut samples: Vec<Sample>) -> Vec<Sample> {
+    let begin = samples.first().map_or(Micros(0), |first| first.arrival);
+    for sample in &mut samples {
+        sample.arrival = sample.arrival.since(begin);
+    }
+    samples
 }
 
 /// Whether samples have what a protocol's devices send: all, or, with a
