@@ -1,0 +1,277 @@
+//! Recordings as tables: a line a sample.
+
+use super::{Recording, RecordingError};
+use glam::{Quat, Vec2, Vec3};
+use shisen_tracker::decoder::{Counts, Decoder, Event};
+use shisen_tracker::link;
+use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
+use shisen_tracker::time::{DeviceTime, Micros};
+use std::fmt::Display;
+use std::path::Path;
+use std::str::FromStr;
+
+const EYES: [&str; 3] = ["left", "right", "combined"];
+
+/// The columns of a table.
+pub(super) fn header() -> Vec<String> {
+    let mut names: Vec<String> = [
+        "arrival_us",
+        "device_us",
+        "wraps_at_us",
+        "sensor",
+        "sequence",
+        "gaze_frame",
+        "head_x",
+        "head_y",
+        "head_z",
+        "head_place_tracked",
+        "head_qx",
+        "head_qy",
+        "head_qz",
+        "head_qw",
+        "head_turn_tracked",
+        "head_wx",
+        "head_wy",
+        "head_wz",
+    ]
+    .map(String::from)
+    .into();
+    for eye in EYES {
+        for name in [
+            "origin_x",
+            "origin_y",
+            "origin_z",
+            "origin_tracked",
+            "direction_x",
+            "direction_y",
+            "direction_z",
+            "direction_tracked",
+            "pupil_m",
+            "pupil_raw",
+            "openness",
+        ] {
+            names.push(format!("{eye}_{name}"));
+        }
+    }
+    names.extend(["point_kind", "point_x", "point_y", "point_tracked"].map(String::from));
+    names
+}
+
+/// The cells of a sample's line.
+pub(super) fn cells(sample: &Sample) -> Vec<String> {
+    Cells::of(sample).0
+}
+
+/// A line of a table.
+struct Cells(Vec<String>);
+
+impl Cells {
+    fn of(sample: &Sample) -> Self {
+        let mut cells = Self(Vec::new());
+        cells.one(Some(sample.arrival.0));
+        cells.one(sample.device_time.map(|time| time.microseconds));
+        cells.one(sample.device_time.map(|time| time.wraps_at));
+        cells.one(Some(sample.sensor));
+        cells.one(sample.sequence);
+        cells.one(Some(match sample.gaze_frame {
+            GazeFrame::Head => "head",
+            GazeFrame::Tracker => "tracker",
+        }));
+        let head = sample.head;
+        cells.reading(head.position.map(|r| (r.value.to_array(), r.tracked)));
+        cells.reading(head.orientation.map(|r| (r.value.to_array(), r.tracked)));
+        cells.all(head.angular_velocity.map(|turn| turn.to_array()));
+        for eye in [&sample.left, &sample.right, &sample.combined] {
+            cells.reading(eye.origin.map(|r| (r.value.to_array(), r.tracked)));
+            cells.reading(eye.direction.map(|r| (r.value.to_array(), r.tracked)));
+            let (metres, raw) = match eye.pupil {
+                Some(Pupil::Diameter(metres)) => (Some(metres), None),
+                Some(Pupil::Raw(raw)) => (None, Some(raw)),
+                None => (None, None),
+            };
+            cells.one(metres);
+            cells.one(raw);
+            cells.one(eye.openness);
+        }
+        let point = sample.gaze_point.map(|point| match point.value {
+            GazePoint::Plane(p) => ("plane", p),
+            GazePoint::Normalized(p) => ("normalized", p),
+            GazePoint::Raw(p) => ("raw", p),
+        });
+        cells.one(point.map(|(kind, _)| kind));
+        let tracked = sample.gaze_point.map(|point| point.tracked);
+        cells.reading(
+            point
+                .zip(tracked)
+                .map(|((_, p), tracked)| (p.to_array(), tracked)),
+        );
+        cells
+    }
+
+    fn one(&mut self, value: Option<impl Display>) {
+        self.0
+            .push(value.map_or(String::new(), |value| value.to_string()));
+    }
+
+    fn all<const N: usize>(&mut self, values: Option<[f32; N]>) {
+        for i in 0..N {
+            self.one(values.map(|values| values[i]));
+        }
+    }
+
+    fn reading<const N: usize>(&mut self, reading: Option<([f32; N], bool)>) {
+        self.all(reading.map(|(values, _)| values));
+        self.one(reading.map(|(_, tracked)| u8::from(tracked)));
+    }
+}
+
+/// Reads a table, which came from that path.
+///
+/// # Errors
+/// Another header, and the first cell that cannot be used.
+pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, RecordingError> {
+    let mut table = csv::Reader::from_reader(bytes);
+    let names = header();
+    let same = table
+        .headers()
+        .is_ok_and(|found| found.iter().eq(names.iter()));
+    if !same {
+        return Err(RecordingError::Header { path: path.into() });
+    }
+    let (mut events, mut counts) = (Vec::new(), Vec::new());
+    let mut last = Micros(0);
+    for (number, record) in table.records().enumerate() {
+        let line = number as u64 + 2;
+        let wrong = |what: String| RecordingError::Line {
+            path: path.into(),
+            line,
+            what,
+        };
+        let record = record.map_err(|error| wrong(error.to_string()))?;
+        let mut cells = Reader {
+            cells: record.iter(),
+            names: names.iter(),
+        };
+        let sample = cells.sample().map_err(&wrong)?;
+        if sample.arrival < last {
+            return Err(wrong("arrival_us is below that of the line before".into()));
+        }
+        last = sample.arrival;
+        events.push(Event::Sample(checked(&sample).map_err(&wrong)?));
+        counts.push(Counts {
+            samples: events.len() as u64,
+            ..Counts::new()
+        });
+    }
+    Ok(Recording { events, counts })
+}
+
+/// A sample that our link takes.
+fn checked(sample: &Sample) -> Result<Sample, String> {
+    let frame = link::Encoder::new().sample(sample);
+    let mut found = Err("is no sample".to_owned());
+    link::Link::new().feed(&frame, sample.arrival, &mut |event| {
+        found = match event {
+            Event::Sample(sample) => Ok(sample),
+            Event::Dropped(dropped) => Err(format!("the sample is {}", dropped.reason.name())),
+            _ => return,
+        };
+    });
+    found
+}
+
+struct Reader<C, N> {
+    cells: C,
+    names: N,
+}
+
+impl<'a, C: Iterator<Item = &'a str>, N: Iterator<Item = &'a String>> Reader<C, N> {
+    fn one<T: FromStr>(&mut self) -> Result<Option<T>, String> {
+        let name = self.names.next().map_or("", |name| name);
+        match self.cells.next() {
+            None | Some("") => Ok(None),
+            Some(text) => match text.parse() {
+                Ok(value) => Ok(Some(value)),
+                Err(_) => Err(format!("{name} is {text:?}")),
+            },
+        }
+    }
+
+    fn needed<T: FromStr>(&mut self, name: &str) -> Result<T, String> {
+        self.one()?.ok_or_else(|| format!("{name} is empty"))
+    }
+
+    /// All of them or none.
+    fn all<const N2: usize>(&mut self) -> Result<Option<[f32; N2]>, String> {
+        let mut values = [None; N2];
+        for value in &mut values {
+            *value = self.one()?;
+        }
+        if values.iter().all(Option::is_none) {
+            return Ok(None);
+        }
+        if values.contains(&None) {
+            return Err("a vector has an empty part".into());
+        }
+        Ok(Some(values.map(Option::unwrap_or_default)))
+    }
+
+    fn reading<const N2: usize>(&mut self) -> Result<Option<([f32; N2], bool)>, String> {
+        let values = self.all()?;
+        let tracked = self.one::<u8>()?;
+        Ok(values.map(|values| (values, tracked != Some(0))))
+    }
+
+    fn sample(&mut self) -> Result<Sample, String> {
+        let arrival = self.needed("arrival_us")?;
+        let mut sample = Sample::arrived(Micros(arrival));
+        let (time, wraps_at) = (self.one()?, self.one()?);
+        sample.device_time = time.map(|microseconds| DeviceTime {
+            microseconds,
+            wraps_at: wraps_at.unwrap_or(0),
+        });
+        sample.sensor = self.needed("sensor")?;
+        sample.sequence = self.one()?;
+        sample.gaze_frame = match self.needed::<String>("gaze_frame")?.as_str() {
+            "head" => GazeFrame::Head,
+            "tracker" => GazeFrame::Tracker,
+            other => return Err(format!("gaze_frame is {other:?}, not head or tracker")),
+        };
+        let vector = |(value, tracked)| Reading {
+            value: Vec3::from_array(value),
+            tracked,
+        };
+        sample.head.position = self.reading()?.map(vector);
+        let turn = self.reading()?;
+        sample.head.orientation = turn.map(|(value, tracked)| Reading {
+            value: Quat::from_array(value),
+            tracked,
+        });
+        sample.head.angular_velocity = self.all()?.map(Vec3::from_array);
+        for eye in [&mut sample.left, &mut sample.right, &mut sample.combined] {
+            *eye = Eye {
+                origin: self.reading()?.map(vector),
+                direction: self.reading()?.map(vector),
+                pupil: {
+                    let metres = self.one()?.map(Pupil::Diameter);
+                    let raw = self.one()?.map(Pupil::Raw);
+                    metres.or(raw)
+                },
+                openness: self.one()?,
+            };
+        }
+        let kind: Option<String> = self.one()?;
+        let point = self.reading()?;
+        if let Some((kind, (place, tracked))) = kind.zip(point) {
+            let place = Vec2::from_array(place);
+            let value = match kind.as_str() {
+                "plane" => GazePoint::Plane(place),
+                "normalized" => GazePoint::Normalized(place),
+                "raw" => GazePoint::Raw(place),
+                other => return Err(format!("point_kind is {other:?}")),
+            };
+            sample.gaze_point = Some(Reading { value, tracked });
+        }
+        Ok(sample)
+    }
+}
