@@ -80,6 +80,9 @@ fn every_serial_protocol_is_read_from_a_line() {
         let said = records.iter().filter(says).count();
         assert!(said >= 60, "{protocol}: {said}");
         assert_eq!(records[99]["lost"], 0, "{protocol}");
+        // Those that it sent of itself, at 500 Hz.
+        let held_back = records[99]["held_back"].as_u64().unwrap();
+        assert!(held_back < 500, "{protocol}: {held_back}");
         // What the device sent before it was set up, a third of a second before
         // it is, does not count.
         let arrival = |i: usize| records[i]["arrival_us"].as_u64().unwrap();

@@ -42,8 +42,6 @@ pub enum Notice {
     Trouble(Failure),
     /// The device was told to restart, and says nothing for so long at most.
     Restarting(Micros),
-    /// So many samples came before the device was set up, and were not handed on.
-    HeldBack(u64),
     /// A recording holds nothing for so long, which is waited for.
     Pause(Micros),
 }
@@ -238,6 +236,14 @@ impl Feed {
     /// nothing comes.
     pub fn is_resetting(&self) -> bool {
         matches!(&self.kind, Kind::Live(live) if live.is_resetting())
+    }
+
+    /// Samples that came before their device was told what to send, and are not handed on.
+    pub const fn held_back(&self) -> u64 {
+        match &self.kind {
+            Kind::Live(live) => live.held_back(),
+            _ => 0,
+        }
     }
 
     /// What became of the bytes, or the samples, so far.

@@ -158,7 +158,7 @@ pub(super) struct Live {
     resets_since: Option<Micros>,
     /// It was told again: that this is in vain was said before.
     again: bool,
-    /// Samples that came before it was set up and are not told of yet.
+    /// Samples that came before it was set up.
     held_back: u64,
 }
 
@@ -200,6 +200,10 @@ impl Live {
 
     pub(super) fn counts(&self) -> Counts {
         self.before.plus(self.decoder.counts())
+    }
+
+    pub(super) const fn held_back(&self) -> u64 {
+        self.held_back
     }
 
     pub(super) fn protocol(&self) -> Option<&Protocol> {
@@ -284,9 +288,6 @@ impl Live {
             }
             if let Some(session) = session.as_mut() {
                 session.on_event(&event);
-            }
-            if set_up && *held_back > 0 {
-                sink(Notice::HeldBack(std::mem::take(held_back)));
             }
             if set_up || !matches!(event, Event::Sample(_)) {
                 sink(Notice::Decoded(Box::new(event)));

@@ -84,9 +84,6 @@ impl Happenings {
                 "the device restarts: it says nothing for up to {:.0} s",
                 most.seconds()
             ),
-            Notice::HeldBack(count) => format!(
-                "{count} samples came before the device was told what to send: they are not used"
-            ),
             Notice::Pause(pause) => format!(
                 "the recording holds nothing for the next {:.1} s: it goes on then",
                 pause.seconds()

@@ -34,7 +34,8 @@ use thiserror::Error;
 /// `pupil_m`, `pupil_raw` and openness), `gaze_point` (kind (plane, normalized
 /// or raw), value, tracked), `line_of_sight` (null without --calibration:
 /// position (metres) and direction in the room, and state, as `shisen cave` has
-/// it), `rate_hz`, lost, dropped, `dropped_by` (how often, by reason),
+/// it), `rate_hz`, lost, `held_back` (samples that came before the device was told what
+/// to send, and are not used), dropped, `dropped_by` (how often, by reason),
 /// `dropped_bytes`, and device: null but in the first record after an eye tracker of
 /// usage page 0x12 was plugged in, which has what `shisen tracker list` has as its
 /// features.
@@ -79,6 +80,7 @@ pub(super) fn show(
     let mut screen = Screen::new(json);
     let shown = follow(feed, end, &mut |feed, heard| {
         let counts = feed.counts();
+        records.hold_back(feed.held_back());
         if let Some(features) = &heard.features {
             records.describe(features);
         }

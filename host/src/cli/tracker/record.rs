@@ -20,7 +20,8 @@ use thiserror::Error;
 /// A file with the extension .csv is a table with a line a sample; any other
 /// holds frames of our own link. Ends at --frames, --seconds or Ctrl-C.
 ///
-/// With --json, one object: file, samples, messages, lost, dropped and
+/// With --json, one object: file, samples, messages, lost, `held_back` (samples that
+/// came before the device was told what to send, and are not used), dropped and
 /// `dropped_by` (how often, by reason).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
@@ -43,6 +44,7 @@ struct Report {
     samples: u64,
     messages: u64,
     lost: u64,
+    held_back: u64,
     dropped: u64,
     dropped_by: BTreeMap<&'static str, u32>,
 }
@@ -82,6 +84,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         samples,
         messages,
         lost: counts.lost,
+        held_back: feed.held_back(),
         dropped: counts.dropped.iter().map(|&count| u64::from(count)).sum(),
         dropped_by: by_reason(&counts),
     };
@@ -95,6 +98,7 @@ impl fmt::Display for Report {
             samples,
             messages,
             lost,
+            held_back: _,
             dropped,
             dropped_by,
         } = self;

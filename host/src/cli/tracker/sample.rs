@@ -36,6 +36,8 @@ pub(super) struct Record {
     /// Of the last second.
     rate_hz: f32,
     lost: u64,
+    /// Samples before the device was told what to send.
+    held_back: u64,
     dropped: u64,
     /// How often, by why, where it is at all.
     dropped_by: BTreeMap<&'static str, u32>,
@@ -166,6 +168,7 @@ pub(super) struct Records {
     sight: Option<GazeEstimator>,
     happenings: Happenings,
     count: u64,
+    held_back: u64,
     /// Arrivals within the last second.
     recent: VecDeque<Micros>,
     /// What the device's clock showed last.
@@ -182,6 +185,7 @@ impl Records {
             sight,
             happenings: Happenings::default(),
             count: 0,
+            held_back: 0,
             recent: VecDeque::new(),
             shown: None,
             described: None,
@@ -198,6 +202,11 @@ impl Records {
         if let Some(what) = self.happenings.of_device(message, now) {
             warn(&what);
         }
+    }
+
+    /// So many samples were not used since they came before the device was set up.
+    pub(super) const fn hold_back(&mut self, samples: u64) {
+        self.held_back = samples;
     }
 
     /// The record of the next sample.
@@ -275,6 +284,7 @@ impl Records {
             line_of_sight,
             rate_hz,
             lost: counts.lost,
+            held_back: self.held_back,
             dropped: counts.dropped.iter().map(|&count| u64::from(count)).sum(),
             dropped_by: by_reason(counts),
             dropped_bytes: counts.dropped_bytes,
