@@ -138,9 +138,9 @@ const LEAST_FOLLOWED: usize = 5;
 /// [`LEAST_RELIANCE`], make prediction no worse in the fixations that come after
 /// a pursuit than it is good in the pursuit (the table at
 /// [`GazePrediction`](super::GazePrediction)).
-const DOUBT: f32 = 50.0;
+const DOUBT: f32 = 30.0;
 /// The least part of a velocity that is relied on.
-const LEAST_RELIANCE: f32 = 0.7;
+const LEAST_RELIANCE: f32 = 0.5;
 
 /// How pursuit is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,6 +5,7 @@ use crate::estimate::{EstimatorConfig, Filter, GazeEstimator, State};
 use crate::mock::{Kind, Tracker, TrackerConfig, Viewer, ViewerConfig};
 use crate::rotation::angle;
 use crate::time::Micros;
+use core::ops::RangeInclusive;
 use std::vec::Vec;
 
 const LATENCY: Micros = Micros(20_000);
@@ -15,9 +16,9 @@ type Errors = [Vec<f32>; 4];
 
 const NAMES: [&str; 4] = ["fixation", "pursuit", "saccade", "landing"];
 
-fn errors(config: &EstimatorConfig, rate: u32, seconds: u64) -> Errors {
+fn errors(config: &EstimatorConfig, rate: u32, seeds: RangeInclusive<u64>) -> Errors {
     let mut errors = Errors::default();
-    for seed in 1..=3 {
+    for seed in seeds {
         let tracker = TrackerConfig {
             rate,
             latency: Micros(0),
@@ -27,7 +28,7 @@ fn errors(config: &EstimatorConfig, rate: u32, seconds: u64) -> Errors {
         let mut tracker = Tracker::new(tracker, viewer, seed).unwrap();
         let mut estimator = GazeEstimator::new(*config).unwrap();
         let mut landed = Micros(0);
-        while tracker.next_time() < Micros::from_millis(1_000 * seconds) {
+        while tracker.next_time() < Micros::from_millis(60_000) {
             let (time, sample) = tracker.next_sample();
             estimator.push(&sample, time, &mut |_| {});
             let shown = time.after(LATENCY);
@@ -59,6 +60,15 @@ fn quantile(sorted: &[f32], part: f32) -> f32 {
     sorted[(part * (sorted.len() - 1) as f32) as usize]
 }
 
+/// Few samples a second say little: of 60 Hz there are ten minutes, of 250 Hz and more
+/// three.
+fn seeds(rate: u32) -> u64 {
+    u64::from(600 / rate).max(3)
+}
+
+/// Degrees that other seeds would make more of a difference than.
+const HAIR: f32 = 0.0005;
+
 /// Median and 95th percentile of all four.
 fn summary(errors: &Errors) -> [(f32, f32); 4] {
     [0, 1, 2, 3].map(|class| {
@@ -81,9 +91,10 @@ fn prediction_pays_and_harms_nowhere() {
         filter: Filter::None,
         ..still
     };
+    let mut stale = Vec::new();
     for rate in [60, 120, 250, 500, 1_000] {
         let [bare, still, with] =
-            [&bare, &still, &config].map(|config| summary(&errors(config, rate, 60)));
+            [&bare, &still, &config].map(|config| summary(&errors(config, rate, 1..=seeds(rate))));
         for (class, name) in NAMES.into_iter().enumerate() {
             let column = |(median, tail): (f32, f32)| std::format!("{median:.2} / {tail:.2}");
             let first = if class == 0 {
@@ -98,11 +109,13 @@ fn prediction_pays_and_harms_nowhere() {
                 column(with[class])
             );
             std::println!("{row}");
-            assert!(include_str!("../config.rs").contains(&row), "{row}");
+            if !include_str!("../config.rs").contains(&row) {
+                stale.push(row);
+            }
             // Nowhere worse, but for what the next seeds would change.
             for before in [bare[class], still[class]] {
-                assert!(with[class].0 <= before.0 + 0.002, "{rate} {name}");
-                assert!(with[class].1 <= before.1 + 0.002, "{rate} {name}");
+                assert!(with[class].0 <= before.0 + HAIR, "{rate} {name}");
+                assert!(with[class].1 <= before.1 + HAIR, "{rate} {name}");
             }
         }
         let of = |class: usize| {
@@ -111,18 +124,51 @@ fn prediction_pays_and_harms_nowhere() {
         };
         let row = std::format!("| {rate} Hz | {} | {} | {} |", of(0), of(1), of(3));
         let readme = include_str!("../../../../README.md");
-        assert!(rate == 500 || readme.contains(&row), "README.md: {row}");
+        if rate != 500 && !readme.contains(&row) {
+            stale.push(row);
+        }
         let [_, pursuit, _, landing] = with;
-        let (middle, tail) = match rate {
-            60 => (0.80, 0.95),
-            120 => (0.70, 0.80),
-            _ => (0.55, 0.70),
+        // Against neither filter nor prediction, and against the filter alone.
+        let parts = match rate {
+            60 => [(0.88, 0.98), (0.75, 0.90)],
+            120 => [(0.65, 0.80), (0.58, 0.73)],
+            _ => [(0.50, 0.66), (0.45, 0.63)],
         };
-        for before in [bare, still] {
+        for (before, (middle, tail)) in [bare, still].into_iter().zip(parts) {
             assert!(pursuit.0 < middle * before[1].0, "{rate}");
             assert!(pursuit.1 < tail * before[1].1, "{rate}");
             assert!(landing.0 < 0.7 * before[3].0, "{rate}");
             assert!(landing.1 < 0.8 * before[3].1, "{rate}");
+        }
+    }
+    assert!(stale.is_empty(), "config.rs, README.md: {stale:#?}");
+}
+
+/// The constants were chosen on the seeds of the table: ten others say the same.
+#[test]
+fn prediction_harms_nowhere_on_seeds_that_it_was_not_chosen_on() {
+    if cfg!(miri) {
+        return;
+    }
+    let config = EstimatorConfig::default();
+    let still = EstimatorConfig {
+        prediction: None,
+        ..config
+    };
+    let bare = EstimatorConfig {
+        filter: Filter::None,
+        ..still
+    };
+    for rate in [60, 120, 250] {
+        let [bare, still, with] =
+            [&bare, &still, &config].map(|config| summary(&errors(config, rate, 101..=110)));
+        for (class, name) in NAMES.into_iter().enumerate() {
+            // Clearly better where they move, at any rate.
+            let (middle, tail) = if class == 1 { (0.90, 0.98) } else { (1.0, 1.0) };
+            for before in [bare[class], still[class]] {
+                assert!(with[class].0 <= middle * before.0 + HAIR, "{rate} {name}");
+                assert!(with[class].1 <= tail * before.1 + HAIR, "{rate} {name}");
+            }
         }
     }
 }
