@@ -15,8 +15,10 @@ use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::decoder::{Decoder, Event};
 use shisen_tracker::estimate::{EstimatorConfig, GazeEstimator};
 use shisen_tracker::eye::{adhawk::AdHawk, asl, iscan::Iscan};
-use shisen_tracker::head::{fastrak::Fastrak, flock::Flock, hatire::Hatire};
-use shisen_tracker::head::{liberty::Liberty, osvr_hdk};
+use shisen_tracker::head::fastrak::{self, Fastrak};
+use shisen_tracker::head::flock::{self, Flock, Mode};
+use shisen_tracker::head::polhemus::{self, Family, ItemList};
+use shisen_tracker::head::{hatire::Hatire, liberty::Liberty, osvr_hdk};
 use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, documented};
 use shisen_tracker::link::Link;
 use shisen_tracker::mock::{Format, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
@@ -37,6 +39,22 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     debug::exit(debug::EXIT_FAILURE);
     loop {}
 }
+
+/// A FASTRAK as it is set up usually, by angles, by a matrix, and in text: name, item
+/// list, form and bound.
+const FASTRAKS: [(&str, &[u8], polhemus::Format, u32); 4] = [
+    ("fastrak", &[2, 11, 0], polhemus::Format::Binary, 3_500),
+    ("fastrak-angles", &[2, 4, 0], polhemus::Format::Binary, 3_750),
+    ("fastrak-matrix", &[2, 5, 6, 7, 0], polhemus::Format::Binary, 4_100),
+    ("fastrak-text", &[2, 4, 0], polhemus::Format::Ascii, 5_000),
+];
+
+/// The same of a Flock of Birds.
+const FLOCKS: [(&str, Mode, u32); 3] = [
+    ("flock", Mode::PositionQuaternion, 1_000),
+    ("flock-angles", Mode::PositionAngles, 1_100),
+    ("flock-matrix", Mode::PositionMatrix, 1_250),
+];
 
 /// Instructions of one of many runs.
 #[inline(never)]
@@ -97,11 +115,12 @@ impl Report {
     fn decoder<D: Decoder + Clone>(
         &mut self,
         name: &str,
+        format: Format,
         mut decoder: D,
         whole: bool,
         bound: u32,
     ) -> Option<()> {
-        let mut wire = Wire::new(tracker()?, Format::named(name)?);
+        let mut wire = Wire::new(tracker()?, format);
         let mut source = tracker()?;
         let mut last = Tally::default();
         let mut byte = Tally::default();
@@ -129,7 +148,7 @@ impl Report {
         let fits = most <= bound && !few;
         let verdict = if fits { "" } else { "  TOO MUCH" };
         hprintln!(
-            "{name:<9} {bytes:>6} {mean:>7} {most:>7} {bound:>7} {others:>7} {all:>7} {state:>6}{verdict}"
+            "{name:<14} {bytes:>6} {mean:>7} {most:>7} {bound:>7} {others:>7} {all:>7} {state:>6}{verdict}"
         );
         self.fits &= fits;
         Some(())
@@ -144,25 +163,40 @@ impl Report {
     }
 
     fn decoders(&mut self) -> Option<()> {
-        hprintln!("instructions    last byte to sample             each     whole  bytes of");
-        hprintln!("protocol   bytes    mean    most   bound   other  record  state");
-        self.decoder("link", Link::new(), false, 3_900)?;
-        let Format::Fastrak(config) = Format::named("fastrak")? else {
+        hprintln!("instructions         last byte to sample             each     whole  bytes of");
+        hprintln!("protocol        bytes    mean    most   bound   other  record  state");
+        let named = Format::named;
+        self.decoder("link", named("link")?, Link::new(), false, 3_900)?;
+        for (name, items, format, bound) in FASTRAKS {
+            let items = ItemList::new(Family::Fastrak, format, items).ok()?;
+            let config = fastrak::Config::new(items);
+            let decoder = Fastrak::new(config.clone());
+            self.decoder(name, Format::Fastrak(config), decoder, false, bound)?;
+        }
+        let Format::Liberty(config) = named("liberty")? else {
             return None;
         };
-        self.decoder("fastrak", Fastrak::new(config), false, 3_500)?;
-        let Format::Liberty(config) = Format::named("liberty")? else {
-            return None;
-        };
-        self.decoder("liberty", Liberty::new(config), false, 3_600)?;
-        self.decoder("flock", Flock::new(Default::default()), false, 1_000)?;
-        self.decoder("hatire", Hatire::new(Default::default()), false, 1_100)?;
-        self.decoder("iscan", Iscan::new(Default::default()), false, 650)?;
-        self.decoder("asl", asl::Asl::new(Default::default()), false, 650)?;
-        self.decoder("adhawk", AdHawk::new(), false, 5_000)?;
-        self.decoder("osvr-hdk", osvr_hdk::Decoder::new(), true, 300)?;
+        let decoder = Liberty::new(config.clone());
+        self.decoder("liberty", Format::Liberty(config), decoder, false, 3_600)?;
+        for (name, mode, bound) in FLOCKS {
+            let config = flock::Config {
+                mode,
+                ..flock::Config::default()
+            };
+            let decoder = Flock::new(config);
+            self.decoder(name, Format::Flock(config), decoder, false, bound)?;
+        }
+        let decoder = Hatire::new(Default::default());
+        self.decoder("hatire", named("hatire")?, decoder, false, 1_100)?;
+        let decoder = Iscan::new(Default::default());
+        self.decoder("iscan", named("iscan")?, decoder, false, 650)?;
+        let decoder = asl::Asl::new(Default::default());
+        self.decoder("asl", named("asl")?, decoder, false, 650)?;
+        self.decoder("adhawk", named("adhawk")?, AdHawk::new(), false, 5_000)?;
+        let decoder = osvr_hdk::Decoder::new();
+        self.decoder("osvr-hdk", named("osvr-hdk")?, decoder, true, 300)?;
         let hid = EyeTracker::new(&documented::DESCRIPTOR, Axes::default()).ok()?;
-        self.decoder("hid", hid, true, 4_700)?;
+        self.decoder("hid", named("hid")?, hid, true, 4_700)?;
         let mut opened = Tally::default();
         opened.note(instructions(|| {
             let descriptor = black_box(&documented::DESCRIPTOR);
