@@ -273,6 +273,21 @@ impl Chart {
         area.present()
     }
 
+    /// Circles that its picture has to have where nothing of it is outside its axes:
+    /// one for each number of a line of dots, and one beside its name.
+    pub fn circles(&self) -> usize {
+        let named = usize::from(self.lines.len() > 1);
+        let dotted = self.lines.iter().filter(|line| line.dots);
+        let of = |line: &Line| line.points.iter().filter(|point| point.1.is_some()).count();
+        dotted.map(|line| of(line) + named).sum()
+    }
+
+    /// Lines that go through two numbers or more.
+    pub fn strokes(&self) -> usize {
+        let joined = self.lines.iter().filter(|line| !line.dots);
+        joined.filter(|line| line.points.len() > 1).count()
+    }
+
     /// Whether a place is inside the chart.
     fn shows(&self, (x, y): (f64, f64)) -> bool {
         let within = |axis: &Axis, at: f64| (axis.range.start..=axis.range.end).contains(&at);

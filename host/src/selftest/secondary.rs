@@ -209,12 +209,14 @@ fn acne(size: f64, effort: Effort) -> Errors {
     };
     for _ in 0..effort.of(200_000) {
         let from = inputs.direction() * 4.0 * size;
-        let target = inputs.in_ball() * 0.5 * size;
+        // Its least half axis is 0.37 of the size.
+        let target = inputs.in_ball() * 0.35 * size;
         let Some(ray) = aimed(from, target) else {
             continue;
         };
+        // It is aimed at the middle of the body.
         let Some((t, triangle)) = eye.nearest(&ray) else {
-            continue;
+            return BROKEN;
         };
         let Some(normal) = normal(&mesh, triangle) else {
             continue;
@@ -439,8 +441,9 @@ fn balls(effort: Effort) -> Errors {
             let Some(ray) = aimed(foot - along * 3.0 * size, foot) else {
                 continue;
             };
+            // The nearest to the rim goes 10⁻⁵ of the radius inside of it.
             let Some((t, _)) = eye.nearest(&ray) else {
-                continue;
+                return BROKEN;
             };
             errors.ours += f64::from(u8::from(eye.sees(&ray).red < 0.999));
             let at = ray.at(t);

@@ -172,7 +172,8 @@ impl Cost {
     /// apart than the times that they are of.
     fn is_less(self, one: &Point, other: &Point) -> bool {
         let doubt = match self {
-            Self::Steps => 0.0,
+            // What is within a hundredth costs the same to anybody.
+            Self::Steps => 0.01 * self.number(one).max(self.number(other)),
             Self::Time => one.spread.max(other.spread),
         };
         self.number(one) + doubt < self.number(other)
@@ -187,7 +188,7 @@ impl Cost {
 
     const fn best(self) -> &'static str {
         match self {
-            Self::Steps => "the one of fewest steps",
+            Self::Steps => "of the fewest steps",
             Self::Time => "the fastest",
         }
     }
@@ -283,7 +284,7 @@ mod tests {
         };
         let says = |limit: f64, third: f64| comparison(limit, points(third)).choice;
         let found = says(0.3, 0.25);
-        assert!(found.starts_with("Choose half, the one of fewest steps"));
+        assert!(found.starts_with("Choose half, of the fewest steps"));
         assert!(found.contains("in 0.5 million steps, 50 % of that of full (0)"));
         assert!(found.ends_with("; rough would take 50 % of it, with 1."));
         let found = says(1.0, 0.1);
@@ -301,9 +302,14 @@ mod tests {
     #[test]
     fn where_steps_are_counted_times_choose_nothing() {
         let mut points = vec![point("more", 0.0, 0.2), point("fewer", 0.1, 0.9)];
-        (points[0].steps, points[1].steps) = (Some(1_000), Some(999));
+        (points[0].steps, points[1].steps) = (Some(1_000), Some(980));
         let found = comparison(0.5, points).choice;
         assert!(found.starts_with("Choose fewer"), "{found}");
+        // A hundredth is no difference.
+        let mut points = vec![point("more", 0.0, 0.2), point("fewer", 0.1, 0.9)];
+        (points[0].steps, points[1].steps) = (Some(1_000), Some(991));
+        let found = comparison(0.5, points).choice;
+        assert!(found.starts_with("Choose more"), "{found}");
         let mut points = vec![point("near", 0.1, 0.9), point("far", 0.2, 0.1)];
         (points[0].steps, points[1].steps) = (Some(7), Some(7));
         let found = comparison(0.5, points).choice;

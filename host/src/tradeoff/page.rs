@@ -106,7 +106,13 @@ fn write_comparison(page: &mut String, comparison: &Comparison) -> io::Result<()
     page.push_str("<div class=\"charts\">\n");
     for chart in charts(comparison).iter().chain(&comparison.charts) {
         let picture = chart.svg(CHART)?;
-        let _ = writeln!(page, "<figure>{}</figure>", picture.trim());
+        let _ = writeln!(
+            page,
+            "<figure data-circles=\"{}\" data-strokes=\"{}\">{}</figure>",
+            chart.circles(),
+            chart.strokes(),
+            picture.trim()
+        );
     }
     page.push_str("</div>\n");
     write_points(page, comparison);
@@ -117,12 +123,12 @@ fn write_points(page: &mut String, comparison: &Comparison) {
     let has_steps = comparison.points.iter().any(|point| point.steps.is_some());
     page.push_str("<details open=\"\"><summary>Numbers</summary>\n<div class=\"wide\"><table>\n");
     page.push_str("<thead><tr><th></th><th>Series</th><th>Setting</th>");
-    for measure in &comparison.measures {
-        let _ = write!(page, "<th class=\"number\">{}</th>", escaped(measure.label));
-    }
     page.push_str("<th class=\"number\">Time, ms</th>");
     if has_steps {
         page.push_str("<th class=\"number\">Steps</th>");
+    }
+    for measure in &comparison.measures {
+        let _ = write!(page, "<th class=\"number\">{}</th>", escaped(measure.label));
     }
     page.push_str("</tr></thead>\n<tbody>\n");
     for point in &comparison.points {
@@ -145,10 +151,6 @@ fn write_points(page: &mut String, comparison: &Comparison) {
             escaped(&settings.join(", ")),
             escaped(&point.name),
         );
-        for error in &point.errors {
-            let text = error.map_or("–".to_owned(), short);
-            let _ = write!(page, "<td class=\"number\">{text}</td>");
-        }
         let _ = write!(
             page,
             "<td class=\"number\">{}</td>",
@@ -157,6 +159,10 @@ fn write_points(page: &mut String, comparison: &Comparison) {
         if has_steps {
             let steps = point.steps.map_or("–".to_owned(), grouped);
             let _ = write!(page, "<td class=\"number\">{steps}</td>");
+        }
+        for error in &point.errors {
+            let text = error.map_or("–".to_owned(), short);
+            let _ = write!(page, "<td class=\"number\">{text}</td>");
         }
         page.push_str("</tr>\n");
     }
@@ -382,7 +388,7 @@ fn emptiest_corner(places: &[(f64, f64)]) -> Corner {
 /// powers of ten.
 fn spans_decades(numbers: &[f64]) -> bool {
     let [least, most] = ends(numbers.iter().copied().filter(|number| *number > 0.0));
-    most > 20.0 * least
+    most > 10.0 * least
 }
 
 /// The least and the most.

@@ -152,7 +152,10 @@ fn points_without_an_error_stand_on_the_lower_edge() {
         let lowest = chart.y.range.start;
         assert!(lowest > 0.0 && lowest < 0.25);
         assert_eq!(dots.points[1].1, Some(lowest));
-        assert!(chart.svg(CHART).unwrap().matches("<circle").count() >= 3);
+        // All three, and those beside the names.
+        let circles = chart.svg(CHART).unwrap().matches("<circle").count();
+        assert_eq!(circles, chart.circles());
+        assert!(circles >= 3);
     }
 }
 
