@@ -20,6 +20,10 @@ use std::time::{Duration, Instant};
 /// drawing takes the processor from tracing.
 const LEAST: Duration = Duration::from_millis(33);
 
+/// How much sooner than the window everything else is given the processor.
+#[cfg(target_os = "linux")]
+const NICE: i32 = 15;
+
 /// How long keys wait at most.
 const POLL: Duration = Duration::from_millis(8);
 
@@ -114,6 +118,10 @@ impl Presenter {
     }
 
     fn present(&mut self, cave: &Cave, stereo: Stereo) -> Result<Ending, Trouble> {
+        // Linux has a priority for each thread, other systems one for all of them.
+        // Where the system does not let it, the window takes what it takes.
+        #[cfg(target_os = "linux")]
+        let _ = rustix::process::setpriority_process(None, NICE);
         let mut dashboard = Dashboard::new(cave, stereo)?;
         let [width, height] = Dashboard::SIZE;
         let mut canvas = Canvas::new(width, height);
