@@ -9,6 +9,7 @@ use crate::effects::{self, Effects};
 use crate::picture::{Picture, PictureError};
 use crate::spectrum::Dispersion;
 use fill::Source;
+pub(crate) use fill::pixels_of;
 pub use fill::{Capture, CaptureOptions, Filling};
 use glam::DVec3;
 use images::images;

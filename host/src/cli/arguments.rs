@@ -105,7 +105,7 @@ impl WallsName {
 }
 
 /// What the built-in scenes show.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct Model {
     /// Mesh of the built-in scenes: an OBJ, PLY or glTF file [default: a
     /// quadruped that is built in]
@@ -117,7 +117,7 @@ pub(super) struct Model {
 }
 
 /// The polygon levels that meshes are baked at.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct LevelArguments {
     /// Faces of each mesh at the coarsest of its polygon levels, which the rim
     /// of the visual field sees, and at the finest, such as 500..5804, or
@@ -155,7 +155,7 @@ impl LevelArguments {
 }
 
 /// What is carried out of what scenes ask for.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct EffectArguments {
     /// Effects to carry out: auto, what the scene asks for; all, everything that is
     /// built, which gives the same picture; -NAME to leave one out, +NAME to have

@@ -3,6 +3,7 @@
 mod lod;
 mod pictures;
 mod report;
+mod stereo;
 mod tracked;
 
 use super::arguments::{EffectReport, Model, PictureSize, SceneName, field_of_view};
@@ -24,6 +25,7 @@ use report::Report;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::Cave;
 use shisen::render::{self, Filling, Frame, Observer, Options};
+use shisen::stereo::Stereo;
 use shisen::viewer::ViewerCamera;
 use shisen_core::Simd;
 use std::path::PathBuf;
@@ -41,7 +43,9 @@ use tracked::{Follower, TrackerArguments};
 /// refracted, shadow), steps (tree nodes visited and primitives tested),
 /// `deepest_stack`, `frame_hash` (16 hexadecimal digits over all pixels),
 /// images (wall, eye, path and hash each), exr (paths), cave and viewer
-/// (paths), with --lod levels, polygons and difference (paths), threads, size,
+/// (paths), with --stereo stereo (format, `eye_order`, the first eye first, and
+/// images, the paths of stereo-cave.png and stereo-viewer.png, or of one each an eye),
+/// with --lod levels, polygons and difference (paths), threads, size,
 /// scene, mesh (null where the scene file says), simd, depth, samples, effects
 /// (the names of those carried out), `effects_asked` (of those that the scene
 /// asks for), dispersion (null where it is not carried out: method, wavelengths and
@@ -90,6 +94,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DEGREES", default_value_t = 90.0,
           allow_hyphen_values = true, value_parser = field_of_view)]
     view_fov: f64,
+    /// Write what both eyes see for a display of one picture, too: sequential (one
+    /// file an eye), side-by-side, top-bottom or anaglyph (for red-cyan glasses); mono
+    /// writes none
+    #[arg(long, value_name = "FORMAT", default_value_t = Stereo::Mono)]
+    stereo: Stereo,
     /// Folder of the pictures; made where it does not exist
     #[arg(long, value_name = "DIR", default_value = "shisen-out")]
     out: PathBuf,
@@ -101,6 +110,23 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+impl Arguments {
+    /// What each eye sees looking so, and what is up then.
+    fn cameras(
+        &self,
+        eyes: &[Observer],
+        (forward, up): (DVec3, DVec3),
+    ) -> Result<Vec<ViewerCamera>, Failure> {
+        let field_of_view = self.view_fov.to_radians();
+        eyes.iter()
+            .map(|eye| {
+                ViewerCamera::new(eye.place, forward, up, field_of_view, self.view_size.0)
+                    .map_err(Failure::from_error)
+            })
+            .collect()
+    }
+}
+
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let cave = arguments.room.cave()?;
@@ -109,14 +135,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (forward, up) = arguments.room.directions(pose);
     let observers = arguments.lod.observers(&eyes, (forward, up), 0.0)?;
     let wanted = arguments.fill.wanted(arguments.lod.is_on())?;
+    arguments.room.check_stereo(arguments.stereo)?;
     // Seen before anything large is loaded or any file is written.
     for &(_, position) in &eyes {
         cave.check_eye(position)?;
     }
-    let place = observers.first().map_or(DVec3::ZERO, |eye| eye.place);
-    let field_of_view = arguments.view_fov.to_radians();
-    let camera = ViewerCamera::new(place, forward, up, field_of_view, arguments.view_size.0)
-        .map_err(Failure::from_error)?;
+    let cameras = arguments.cameras(&observers, (forward, up))?;
     let source = Source::load(&arguments.scene, &arguments.model)?;
     let baked = arguments.lod.baked(source.scene, &source.name)?;
     make_writable(&arguments.out)?;
@@ -156,9 +180,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         folder: &arguments.out,
         title: &title,
         exr: arguments.exr,
+        stereo: arguments.stereo,
     };
     let captured = writer.write_capture(frame.capture.as_ref())?;
-    let written = writer.write(&frame, &cave, &observers, &camera, lod_pictures.as_ref())?;
+    let written = writer.write(&frame, &cave, &observers, &cameras, lod_pictures.as_ref())?;
     let report = Report {
         seconds: frame.seconds,
         rays: frame.statistics.into(),
@@ -236,20 +261,19 @@ fn follow(
         for &(_, position) in &eyes {
             frames.cave.check_eye(position)?;
         }
-        let place = observers.first().map_or(DVec3::ZERO, |eye| eye.place);
-        let field_of_view = arguments.view_fov.to_radians();
-        let size = arguments.view_size.0;
-        let camera = ViewerCamera::new(place, forward, up, field_of_view, size)
-            .map_err(Failure::from_error)?;
+        let cameras = arguments.cameras(&observers, (forward, up))?;
         let frame = frames.render(&observers, Filling::Background)?;
         seconds += frame.seconds;
         let writer = Writer {
             folder: &tracked::folder(&arguments.out, number)?,
             title,
             exr: arguments.exr,
+            stereo: arguments.stereo,
         };
-        let written = writer.write(&frame, frames.cave, &observers, &camera, None)?;
-        let images = written.images.into_iter().map(|image| image.path).collect();
+        let written = writer.write(&frame, frames.cave, &observers, &cameras, None)?;
+        let stereo = written.stereo.into_iter().flat_map(|stereo| stereo.images);
+        let images = written.images.into_iter().map(|image| image.path);
+        let images = images.chain(stereo).collect();
         let hash = hexadecimal(frame.hash());
         reports.push(tracked::FrameReport::new(number, &estimate, hash, images));
     }

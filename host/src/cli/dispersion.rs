@@ -11,7 +11,7 @@ use shisen_core::scene::EffectSet;
 use shisen_core::spectrum::{Medium, Wavelengths};
 
 /// How many wavelengths, and which.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct DispersionArguments {
     /// Wavelengths where the scene asks for dispersion, 1 to 64; 1 for none
     /// [default: 14]

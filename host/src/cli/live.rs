@@ -11,6 +11,7 @@ use super::tracing::TracingArguments;
 use super::tracker::{Happenings, warn_of_sensors, whole};
 use super::warn;
 use clap::Args;
+use glam::Vec3;
 pub(super) use interference::Interference;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::Cave;
@@ -20,9 +21,12 @@ use shisen::live::{
 };
 use shisen::picture::Picture;
 use shisen::render::{Observer, Options};
+use shisen::scene::builtin::PaperScene;
 use shisen::spectrum::Dispersion;
 use shisen::tracker::calibration::{Calibrated, estimation};
 use shisen::tracker::{Feed, Notice, Spec};
+use shisen_core::frame::Tile;
+use shisen_core::gaze::{HeadPose, LineOfSight};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
@@ -33,7 +37,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 /// What is shown to whom, how well, and in what time.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct LiveArguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked
     /// scene
@@ -64,8 +68,8 @@ pub(super) struct LiveArguments {
 }
 
 /// A scene and a room, ready.
-pub(super) struct Prepared<'a> {
-    arguments: &'a LiveArguments,
+pub(super) struct Prepared {
+    pub(super) arguments: LiveArguments,
     pub(super) scene: String,
     pub(super) mesh: Option<String>,
     baked: BakedScene,
@@ -76,13 +80,59 @@ pub(super) struct Prepared<'a> {
     table: Option<Table2>,
 }
 
+/// Something else to be shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Change {
+    /// One of the paper's scenes.
+    Scene(PaperScene),
+    /// The next in the list of what may follow the gaze.
+    Detail,
+}
+
+/// The newest frame.
+pub(super) trait Newest {
+    /// Its pictures by screen, then eye, over those of a frame before, or over none.
+    /// Where it is `filled`, what the gaze skips stays what it is there.
+    ///
+    /// # Errors
+    /// Memory that there is not.
+    fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), Failure>;
+
+    /// Its tiles by the number of their picture, in the order in which they were dealt
+    /// steps.
+    fn tiles(&self, tiles: &mut Vec<(usize, Tile)>);
+}
+
+impl<const W: usize> Newest for Engine<'_, '_, W>
+where
+    Simd: Runs<W>,
+{
+    fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), Failure> {
+        if over.is_empty() {
+            *over = self.pictures().map_err(Failure::from_error)?;
+            self.copy(over);
+        } else if filled {
+            self.copy_over(over);
+        } else {
+            self.copy(over);
+        }
+        Ok(())
+    }
+
+    fn tiles(&self, tiles: &mut Vec<(usize, Tile)>) {
+        self.tiles(tiles);
+    }
+}
+
 /// Whoever sees frames.
 pub(super) trait Audience {
-    /// Whether it wants pictures.
-    fn wants_pictures(&self) -> bool;
+    /// Where the viewer looks, if it knows better than the tracker: in the room.
+    fn gaze(&mut self) -> Option<Vec3> {
+        None
+    }
 
-    /// Sees a frame: its pictures by screen, then eye, none where it wants none.
-    fn see(&mut self, pictures: &[Picture], eyes: &[Observer]);
+    /// Sees a frame.
+    fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]);
 
     /// Hears of it afterwards; whether it wants more.
     fn hear(&mut self, record: &FrameRecord) -> bool;
@@ -94,7 +144,7 @@ impl LiveArguments {
     /// # Errors
     /// Of usage: a budget that there is not for the scene, wavelengths that take
     /// several frames; a scene or a room that cannot be used.
-    pub(super) fn prepare(&self) -> Result<Prepared<'_>, Failure> {
+    pub(super) fn prepare(&self) -> Result<Prepared, Failure> {
         let table = match self.scene {
             SceneName::Paper(scene) => Table2::of(scene),
             _ => None,
@@ -113,7 +163,7 @@ impl LiveArguments {
             ));
         }
         Ok(Prepared {
-            arguments: self,
+            arguments: self.clone(),
             scene: source.name,
             mesh: source.mesh,
             baked,
@@ -123,6 +173,20 @@ impl LiveArguments {
             budget,
             table,
         })
+    }
+
+    /// The same with something else to be shown.
+    pub(super) fn changed(&self, change: Change) -> Self {
+        match change {
+            Change::Scene(scene) => Self {
+                scene: SceneName::Paper(scene),
+                ..self.clone()
+            },
+            Change::Detail => Self {
+                lod: self.lod.next(),
+                ..self.clone()
+            },
+        }
     }
 
     /// What a frame may take.
@@ -188,7 +252,7 @@ fn said_of(happenings: &mut Happenings, happening: Happening) -> Option<String> 
     }
 }
 
-impl Prepared<'_> {
+impl Prepared {
     /// What traces.
     pub(super) const fn simd(&self) -> Simd {
         match self.baked.layout() {
@@ -249,15 +313,9 @@ impl Prepared<'_> {
             .lod
             .observers(&eyes, arguments.room.directions(pose), 0.0)?;
         with_engine(scene, spectrum, cave, &eyes, options, |engine| {
-            let pictures = if audience.wants_pictures() {
-                engine.pictures().map_err(Failure::from_error)?
-            } else {
-                Vec::new()
-            };
             let mut stage = Show {
                 arguments,
                 cave,
-                pictures,
                 audience,
             };
             let before = Interference::so_far();
@@ -273,7 +331,6 @@ impl Prepared<'_> {
 struct Show<'s> {
     arguments: &'s LiveArguments,
     cave: &'s Cave,
-    pictures: Vec<Picture>,
     audience: &'s mut dyn Audience,
 }
 
@@ -281,7 +338,10 @@ impl<const W: usize> Stage<W> for Show<'_>
 where
     Simd: Runs<W>,
 {
-    fn observe(&mut self, estimate: &Estimate, eyes: &mut Vec<Observer>) -> bool {
+    fn observe(&mut self, estimate: &mut Estimate, eyes: &mut Vec<Observer>) -> bool {
+        if let Some(forward) = self.audience.gaze() {
+            look(estimate, forward);
+        }
         let places = self.arguments.room.eyes(estimate.head);
         let sight = estimate.line_of_sight;
         let directions = (sight.forward().as_dvec3(), sight.up().as_dvec3());
@@ -296,14 +356,23 @@ where
         seen
     }
 
-    fn present(&mut self, engine: &Engine<'_, '_, W>, _: &Estimate, eyes: &[Observer]) {
-        if !self.pictures.is_empty() {
-            engine.copy(&mut self.pictures);
-        }
-        self.audience.see(&self.pictures, eyes);
+    fn present(&mut self, engine: &Engine<'_, '_, W>, estimate: &Estimate, eyes: &[Observer]) {
+        self.audience.see(engine, estimate.head, eyes);
     }
 
     fn after(&mut self, record: &FrameRecord) -> bool {
         self.audience.hear(record)
+    }
+}
+
+/// Has a viewer look along `forward`, from where the eyes are. Of that nothing is
+/// unsure.
+fn look(estimate: &mut Estimate, forward: Vec3) {
+    let before = estimate.line_of_sight;
+    let ups = [before.up(), Vec3::Y, Vec3::NEG_Z];
+    let lines = ups.map(|up| LineOfSight::new(before.position(), forward, up));
+    if let Some(line) = lines.into_iter().flatten().next() {
+        estimate.line_of_sight = line;
+        estimate.widen = 0.0;
     }
 }

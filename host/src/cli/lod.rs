@@ -16,7 +16,7 @@ use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 
 /// How detail follows the gaze.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct LodArguments {
     /// What follows the gaze: detail falls with the distance from the line of
     /// sight, and nothing outside the visual field is traced. Polygon levels
@@ -157,6 +157,16 @@ impl LodArguments {
                 Ok(Observer { eye, place, lod })
             })
             .collect()
+    }
+
+    /// The same with what comes after it in the list of what may follow the gaze.
+    pub(super) fn next(&self) -> Self {
+        let all = Choice::value_variants();
+        let at = all.iter().position(|one| *one == self.lod).unwrap_or(0);
+        Self {
+            lod: all[(at + 1) % all.len()],
+            ..self.clone()
+        }
     }
 
     /// Whether anything follows the gaze.

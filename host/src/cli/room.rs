@@ -6,10 +6,11 @@ use clap::Args;
 use glam::DVec3;
 use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer, Wall};
 use shisen::look::{Point, ViewDirection};
+use shisen::stereo::Stereo;
 use shisen_core::gaze::HeadPose;
 
 /// The room, and who is in it.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct RoomArguments {
     /// three-wall (front, right and floor), cube, dome (a hemisphere of 2.5 m
     /// over the floor, its centre 1.5 m under the origin), or a TOML file of
@@ -81,6 +82,19 @@ impl RoomArguments {
             &Eye::STEREO
         };
         which.iter().map(|&eye| (eye, viewer.eye(eye))).collect()
+    }
+
+    /// Whether there are the eyes that a pair of pictures is of.
+    ///
+    /// # Errors
+    /// Of usage, where there is one.
+    pub(super) fn check_stereo(&self, stereo: Stereo) -> Result<(), Failure> {
+        if stereo != Stereo::Mono && self.eyes == 1 {
+            return Err(Failure::usage(&format!(
+                "--stereo {stereo} takes two eyes: leave --eyes 1 out"
+            )));
+        }
+        Ok(())
     }
 
     /// Where the viewer looks, and what is up then. A head that a tracker measured

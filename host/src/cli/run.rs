@@ -1,23 +1,23 @@
 //! `shisen run`: frames that follow a tracker, each in its time.
 
+mod files;
+mod frames;
+mod log;
 mod report;
+#[cfg_attr(not(all(unix, feature = "window")), path = "run/no_watch.rs")]
+mod watch;
 
-use super::failure::{Failure, Fault};
-use super::live::{Audience, LiveArguments};
-use super::picture_files::make_writable;
+use super::failure::Failure;
+use super::live::LiveArguments;
 use super::print;
 use super::tracker::{Interrupt, TrackerName, whole};
 use clap::{Args, ValueEnum};
+use frames::{Frames, Output};
+use log::Log;
 use report::{Around, Report};
-use shisen::cave::{Cave, Eye};
-use shisen::live::{FrameRecord, Latch, SessionSettings, eyes_of};
-use shisen::net;
-use shisen::picture::Picture;
-use shisen::render::Observer;
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use shisen::live::{Latch, SessionSettings};
+use shisen::stereo::Stereo;
+use std::path::PathBuf;
 
 /// Follows a tracker frame after frame, within a budget
 ///
@@ -42,7 +42,15 @@ use std::time::{Duration, Instant};
 /// `latch_to_first_ray`, `first_ray_to_done`, `done_to_present`,
 /// `arrive_to_first_ray` and `motion_to_wall`), `involuntary_switches` (how often the
 /// system took the processor away) and `stolen_seconds` (of all processors, by
-/// whatever this machine runs on); null where the system does not say.
+/// whatever this machine runs on); null where the system does not say; stereo
+/// (format and `eye_order`, the first eye first), fill, window (null without one:
+/// shown and dropped (frames), and `is_open`, whether it was at the end) and
+/// `earlier_frames` (before a key in the window asked for another scene or level of
+/// detail; all else is of the frames since).
+///
+/// The window is on the X server that DISPLAY names. It shows what it has the time
+/// for and holds no frame up; where it is closed, frames go on to the end of --frames
+/// or --seconds, and without these end. Where the X server goes away, they go on.
 #[derive(Debug, Args)]
 #[command(mut_arg("lod", |lod| lod.default_value("paper").hide_default_value(false)
     .help("What follows the gaze: detail falls with the distance from the line of sight, and \
@@ -67,7 +75,15 @@ pub(super) struct Arguments {
     /// What becomes of the frames
     #[arg(long, value_enum, default_value = "none")]
     view: View,
-    /// Folder of the pictures of --view png; made where it does not exist
+    /// How --view shows two eyes: mono (the left one alone), sequential (left, then
+    /// right), side-by-side, top-bottom or anaglyph (for red-cyan glasses)
+    #[arg(long, value_name = "FORMAT", default_value_t = Stereo::Mono)]
+    stereo: Stereo,
+    /// What --view shows where the gaze skips rays
+    #[arg(long, value_enum, default_value = "background")]
+    fill: FillName,
+    /// Folder of the pictures of --view png, and of the window's; made where it does
+    /// not exist
     #[arg(long, value_name = "DIR", default_value = "shisen-out")]
     out: PathBuf,
     /// Write what each frame was, one JSON object a line: `due_us`, `sample_us`,
@@ -95,146 +111,96 @@ enum LatchName {
 enum View {
     /// They are measured, and forgotten
     None,
-    /// A PNG each: the walls of one eye, unfolded
+    /// A PNG each, or for --stereo sequential two: the walls unfolded
     Png,
+    /// A window, with keys to look around
+    Window,
+}
+
+/// `--fill`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FillName {
+    /// What a ray sees that meets nothing
+    Background,
+    /// What the frame before shows there
+    Previous,
+}
+
+impl FillName {
+    /// As it is written on a command line.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Background => "background",
+            Self::Previous => "previous",
+        }
+    }
+}
+
+impl Arguments {
+    /// What is asked for together can be had together.
+    fn check(&self) -> Result<(), Failure> {
+        let stereo = self.stereo;
+        if stereo == Stereo::Mono {
+            return Ok(());
+        }
+        if self.view == View::None {
+            return Err(Failure::usage(&format!(
+                "--stereo {stereo} is for --view png or window: with --view none nothing is shown"
+            )));
+        }
+        self.live.room.check_stereo(stereo)
+    }
+
+    fn latch(&self) -> Latch {
+        match self.latch {
+            LatchName::Early => Latch::Early,
+            LatchName::Late => Latch::Late,
+        }
+    }
 }
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    arguments.check()?;
     let log = arguments.record.as_deref().map(Log::create).transpose()?;
-    let prepared = arguments.live.prepare()?;
-    if arguments.view == View::Png {
-        make_writable(&arguments.out)?;
-    }
+    let mut prepared = arguments.live.prepare()?;
+    let output = Output::open(arguments, &prepared)?;
     let interrupt = Interrupt::new();
     let tracker = arguments.live.listen(&arguments.tracker.spec)?;
-    let settings = prepared.settings(SessionSettings {
-        latch: match arguments.latch {
-            LatchName::Early => Latch::Early,
-            LatchName::Late => Latch::Late,
-        },
-        frames: arguments.frames,
-        ..SessionSettings::default()
-    });
-    let mut frames = Frames {
-        arguments,
-        cave: &prepared.cave,
-        interrupt: &interrupt,
-        end: None,
-        log,
-        shown: 0,
-        failure: None,
-    };
-    let (report, interference) = prepared.play(&tracker, &settings, &mut frames)?;
-    if let Some(failure) = frames.failure {
-        return Err(failure);
-    }
-    if let Some(log) = frames.log {
-        log.finish()?;
-    }
-    let around = Around {
-        threads: prepared.options.threads,
-        simd: prepared.simd().name(),
-        scene: prepared.scene,
-        mesh: prepared.mesh,
-        dropped_bytes: tracker.counts().dropped_bytes,
-        interference,
-    };
-    print(
-        &Report::new(around, arguments, &settings, &report),
-        arguments.json,
-    )
-}
-
-/// What becomes of frames.
-struct Frames<'s> {
-    arguments: &'s Arguments,
-    cave: &'s Cave,
-    interrupt: &'s Interrupt,
-    /// Some seconds after the first frame.
-    end: Option<Instant>,
-    log: Option<Log>,
-    shown: u64,
-    failure: Option<Failure>,
-}
-
-impl Frames<'_> {
-    fn write(&self, pictures: &[Picture], eyes: &[Observer]) -> Result<(), Failure> {
-        let eye = eyes.first().map_or(Eye::Centre, |one| one.eye);
-        let pictures = eyes_of(self.cave, eyes).zip(pictures);
-        let seen: Vec<_> = pictures
-            .filter(|((_, of), _)| *of == eye)
-            .filter_map(|((screen, _), picture)| Some((self.cave.screens().nth(screen)?, picture)))
-            .collect();
-        let net = net::unfold(&seen).map_err(Failure::from_error)?;
-        let name = format!("frame-{:06}.png", self.shown);
-        net.write_png(&self.arguments.out.join(name), &[])
-            .map_err(Failure::from_error)
-    }
-}
-
-impl Audience for Frames<'_> {
-    fn wants_pictures(&self) -> bool {
-        self.arguments.view == View::Png
-    }
-
-    fn see(&mut self, pictures: &[Picture], eyes: &[Observer]) {
-        if self.wants_pictures()
-            && let Err(failure) = self.write(pictures, eyes)
-        {
-            self.failure.get_or_insert(failure);
+    let mut frames = Frames::new(arguments, &interrupt, log, output);
+    let mut earlier = 0;
+    // Once for each scene and level of detail that somebody wants to see.
+    loop {
+        let settings = prepared.settings(SessionSettings {
+            latch: arguments.latch(),
+            frames: arguments.frames.map(|frames| frames - earlier),
+            ..SessionSettings::default()
+        });
+        frames.begin(&prepared);
+        let (report, interference) = prepared.play(&tracker, &settings, &mut frames)?;
+        if let Some(change) = frames.change() {
+            earlier += report.frames;
+            match prepared.arguments.changed(change).prepare() {
+                Ok(next) => prepared = next,
+                // What was shown before goes on.
+                Err(failure) => {
+                    let _ = failure.print();
+                }
+            }
+            continue;
         }
-        self.shown += 1;
-    }
-
-    fn hear(&mut self, record: &FrameRecord) -> bool {
-        if let Some(log) = &mut self.log
-            && let Err(failure) = log.write(record)
-        {
-            self.failure.get_or_insert(failure);
-        }
-        let now = Instant::now();
-        let span = self.arguments.seconds.map(Duration::from_secs);
-        let end = span.map(|span| *self.end.get_or_insert(now + span));
-        let over = end.is_some_and(|end| now >= end);
-        !(over || self.failure.is_some() || self.interrupt.came())
-    }
-}
-
-/// The file of `--record`.
-struct Log {
-    path: PathBuf,
-    file: BufWriter<File>,
-}
-
-impl Log {
-    fn create(path: &Path) -> Result<Self, Failure> {
-        let file = File::create(path).map_err(|reason| Fault::Write {
-            path: path.to_owned(),
-            reason,
-        })?;
-        Ok(Self {
-            path: path.to_owned(),
-            file: BufWriter::with_capacity(1 << 20, file),
-        })
-    }
-
-    fn write(&mut self, record: &FrameRecord) -> Result<(), Failure> {
-        let written = serde_json::to_writer(&mut self.file, record).map_err(Into::into);
-        let written = written.and_then(|()| self.file.write_all(b"\n"));
-        written.map_err(|reason| self.failed(reason))
-    }
-
-    fn finish(mut self) -> Result<(), Failure> {
-        let flushed = self.file.flush();
-        flushed.map_err(|reason| self.failed(reason))
-    }
-
-    fn failed(&self, reason: std::io::Error) -> Failure {
-        Fault::Write {
-            path: self.path.clone(),
-            reason,
-        }
-        .into()
+        let window = frames.finish()?;
+        let around = Around {
+            threads: prepared.options.threads,
+            simd: prepared.simd().name(),
+            dropped_bytes: tracker.counts().dropped_bytes,
+            earlier_frames: earlier,
+            window,
+            interference,
+        };
+        return print(
+            &Report::new(around, arguments, &prepared, &settings, &report),
+            arguments.json,
+        );
     }
 }

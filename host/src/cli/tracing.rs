@@ -10,7 +10,7 @@ use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES};
 use std::num::NonZeroUsize;
 
 /// What is traced, and how well.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(super) struct TracingArguments {
     #[command(flatten)]
     effects: EffectArguments,

@@ -13,7 +13,7 @@ use crate::picture::Picture;
 use crate::render::{self, Observer, Options, RenderError};
 use glam::Vec3;
 use shisen_core::frame::{
-    Budget, Outcome, Pixel, Renderer, Spectrum, Statistics, Tile, TileJob, View, Workspace,
+    Budget, Fill, Outcome, Pixel, Renderer, Spectrum, Statistics, Tile, TileJob, View, Workspace,
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
@@ -402,6 +402,45 @@ where
                 render::put(picture, tile.job.tile(), &tile.pixels);
             }
         }
+    }
+
+    /// The newest frame over the one that these pictures show: what the gaze skips
+    /// stays what it is there, and at the border of the field both are blended.
+    pub fn copy_over(&self, pictures: &mut [Picture]) {
+        let plan = self
+            .shared
+            .frame
+            .read()
+            .unwrap_or_else(PoisonError::into_inner);
+        let (mut pixels, mut before) = (Vec::new(), Vec::new());
+        for tile in &self.shared.tiles {
+            let tile = lock(tile);
+            let Some(picture) = pictures.get_mut(tile.part) else {
+                continue;
+            };
+            let place = tile.job.tile();
+            pixels.clone_from(&tile.pixels);
+            render::pixels_of(picture, place, &mut before);
+            let (view, renderer) = &plan.parts[tile.part];
+            let filled = renderer.fill(view, place, &Fill::Pixels(&before), &mut pixels);
+            debug_assert!(filled.is_ok(), "its own pixels");
+            render::put(picture, place, &pixels);
+        }
+    }
+
+    /// The tiles of the newest frame in the order in which they were dealt steps, each
+    /// by the number of its picture, into `tiles`.
+    pub fn tiles(&self, tiles: &mut Vec<(usize, Tile)>) {
+        let plan = self
+            .shared
+            .frame
+            .read()
+            .unwrap_or_else(PoisonError::into_inner);
+        tiles.clear();
+        tiles.extend(plan.order.iter().map(|&(_, number)| {
+            let tile = lock(&self.shared.tiles[number as usize]);
+            (tile.part, tile.job.tile())
+        }));
     }
 }
 

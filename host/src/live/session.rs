@@ -77,7 +77,7 @@ pub enum SessionError {
 }
 
 /// A frame, as it was. Times are microseconds since the tracker was opened.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct FrameRecord {
     /// From 0.
     pub frame: u64,
@@ -158,8 +158,9 @@ pub struct SessionReport {
 /// Whatever is done with frames.
 pub trait Stage<const W: usize> {
     /// Where the eyes are and what follows their gaze, into `eyes`, which holds
-    /// those of the frame before. False where they cannot see a screen.
-    fn observe(&mut self, estimate: &Estimate, eyes: &mut Vec<Observer>) -> bool;
+    /// those of the frame before. False where they cannot see a screen. The estimate
+    /// may be given another line of sight, which is the frame's then.
+    fn observe(&mut self, estimate: &mut Estimate, eyes: &mut Vec<Observer>) -> bool;
 
     /// Puts a frame on the walls.
     fn present(&mut self, engine: &Engine<'_, '_, W>, estimate: &Estimate, eyes: &[Observer]);
@@ -182,8 +183,8 @@ where
     Simd: Runs<W>,
 {
     let mut eyes = Vec::new();
-    let first = tracker.latch(tracker.now());
-    stage.observe(&first.estimate, &mut eyes);
+    let mut first = tracker.latch(tracker.now());
+    stage.observe(&mut first.estimate, &mut eyes);
     let plain_seconds = match (settings.budget, settings.table) {
         (FrameBudget::Paper | FrameBudget::PaperScaled, None) => {
             return Err(SessionError::NotInTable(settings.budget));
@@ -368,8 +369,8 @@ impl Session<'_> {
                     sleep_until(begin);
                 }
             }
-            let latched = tracker.latch(tracker.at(due));
-            if !stage.observe(&latched.estimate, eyes) {
+            let mut latched = tracker.latch(tracker.at(due));
+            if !stage.observe(&mut latched.estimate, eyes) {
                 self.report.blind_frames += 1;
             }
             self.report.allowance = self.allowance(&latched.estimate);

@@ -1,14 +1,10 @@
 //! Names on the net, in a bitmap font: light with a dark outline, to be read
 //! on any picture.
 
+use crate::glyph::{GLYPH, glyph};
 use crate::picture::Picture;
-use font8x8::{
-    BASIC_FONTS, BLOCK_FONTS, BOX_FONTS, GREEK_FONTS, HIRAGANA_FONTS, LATIN_FONTS, UnicodeFonts,
-};
 use glam::DVec2;
 
-/// Columns and rows of a glyph.
-const GLYPH: u32 = 8;
 /// Of a wall's shorter side, in glyph pixels: how small the letters are.
 const SIDE: f64 = 240.0;
 /// The largest magnification of a glyph.
@@ -64,19 +60,6 @@ pub(super) fn write(picture: &mut Picture, name: &str, low: DVec2, high: DVec2, 
     }
 }
 
-/// The rows from the top, the leftmost column in the lowest bit.
-fn glyph(character: char) -> [u8; 8] {
-    BASIC_FONTS
-        .get(character)
-        .or_else(|| LATIN_FONTS.get(character))
-        .or_else(|| GREEK_FONTS.get(character))
-        .or_else(|| HIRAGANA_FONTS.get(character))
-        .or_else(|| BOX_FONTS.get(character))
-        .or_else(|| BLOCK_FONTS.get(character))
-        .or_else(|| BASIC_FONTS.get('?'))
-        .unwrap_or_default()
-}
-
 fn square(picture: &mut Picture, left: u32, top: u32, side: u32, colour: [f32; 4]) {
     for y in top..top.saturating_add(side) {
         for x in left..left.saturating_add(side) {
@@ -127,13 +110,5 @@ mod tests {
         assert!((0..20).all(|y| picture.pixel(49, y) == Some(GREY)));
         let none = written("W", 5, 5);
         assert!(none.pixels.iter().all(|pixel| *pixel == GREY));
-    }
-
-    #[test]
-    fn unknown_characters_become_question_marks() {
-        assert_eq!(glyph('床'), glyph('?'));
-        assert_ne!(glyph('é'), glyph('?'));
-        assert_ne!(glyph('λ'), glyph('?'));
-        assert_ne!(glyph('ゆ'), glyph('?'));
     }
 }

@@ -228,7 +228,7 @@ impl Source<'_> {
     ) where
         Simd: Runs<W>,
     {
-        let before: Vec<Pixel>;
+        let mut before = Vec::new();
         let fill = match self {
             Self::Nothing => return,
             Self::Surroundings(surroundings) => Fill::Surroundings(*surroundings),
@@ -236,7 +236,7 @@ impl Source<'_> {
                 let Some(one) = frame.pictures.get(*number) else {
                     return;
                 };
-                before = pixels_of(&one.picture, *tile);
+                pixels_of(&one.picture, *tile, &mut before);
                 Fill::Pixels(&before)
             }
         };
@@ -246,19 +246,20 @@ impl Source<'_> {
     }
 }
 
-fn pixels_of(picture: &Picture, tile: Tile) -> Vec<Pixel> {
+/// The pixels of a tile of a picture, into `pixels`.
+pub(crate) fn pixels_of(picture: &Picture, tile: Tile, pixels: &mut Vec<Pixel>) {
     let rows = tile.y..tile.y + tile.height;
-    rows.flat_map(|y| (tile.x..tile.x + tile.width).map(move |x| (x, y)))
-        .map(|(x, y)| {
-            let [red, green, blue, alpha] = picture.pixel(x, y).unwrap_or_default();
-            Pixel {
-                red,
-                green,
-                blue,
-                alpha,
-            }
-        })
-        .collect()
+    let places = rows.flat_map(|y| (tile.x..tile.x + tile.width).map(move |x| (x, y)));
+    pixels.clear();
+    pixels.extend(places.map(|(x, y)| {
+        let [red, green, blue, alpha] = picture.pixel(x, y).unwrap_or_default();
+        Pixel {
+            red,
+            green,
+            blue,
+            alpha,
+        }
+    }));
 }
 
 /// Captures the surroundings; `None` where nothing follows the eyes' gaze.

@@ -370,6 +370,8 @@ pub(super) const EXEMPT: &[(&str, &[&str])] = &[
          tests go through them",
         &[
             "host live::engine::Engine::copy",
+            "host live::engine::Engine::copy_over",
+            "host live::engine::Engine::tiles",
             "host live::engine::Engine::render",
             "host live::engine::eyes_of",
             "host live::engine::with_engine",

@@ -1,7 +1,7 @@
 //! `shisen bench latency`: from the eye's movement to the wall.
 
 use super::super::failure::Failure;
-use super::super::live::{Audience, Interference, LiveArguments, Prepared};
+use super::super::live::{Audience, Interference, LiveArguments, Newest, Prepared};
 use super::super::picture_files::make_writable;
 use super::super::print;
 use super::super::tracker::{Interrupt, protocol, whole};
@@ -10,10 +10,10 @@ use serde::Serialize;
 use shisen::chart::{Axis, Chart, Corner, Line};
 use shisen::live::{FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
 use shisen::output::write_atomically;
-use shisen::picture::Picture;
 use shisen::render::Observer;
 use shisen::tracker::pty::Pty;
 use shisen::tracker::{MockSpec, Protocol, SerialSpec, Spec, serve, simulated};
+use shisen_core::gaze::HeadPose;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fmt::Write as _;
@@ -154,7 +154,7 @@ impl Arguments {
     fn at_rate(
         &self,
         rate: u64,
-        prepared: &Prepared<'_>,
+        prepared: &Prepared,
         interrupt: &Interrupt,
     ) -> Result<Vec<Run>, Failure> {
         let folder = tempfile::tempdir().map_err(Failure::from_error)?;
@@ -183,7 +183,7 @@ impl Arguments {
         &self,
         rate: u64,
         path: String,
-        prepared: &Prepared<'_>,
+        prepared: &Prepared,
         interrupt: &Interrupt,
     ) -> Result<Vec<Run>, Failure> {
         let tracker = self.live.listen(&Spec::Serial(SerialSpec {
@@ -255,11 +255,7 @@ struct StopWatch<'i> {
 }
 
 impl Audience for StopWatch<'_> {
-    fn wants_pictures(&self) -> bool {
-        false
-    }
-
-    fn see(&mut self, _: &[Picture], _: &[Observer]) {}
+    fn see(&mut self, _: &dyn Newest, _: HeadPose, _: &[Observer]) {}
 
     fn hear(&mut self, _: &FrameRecord) -> bool {
         let now = Instant::now();

@@ -8,6 +8,7 @@ use shisen::cave::{Cave, Eye, Screen};
 use shisen::net;
 use shisen::picture::Picture;
 use shisen::render::{Capture, Frame, Observer};
+use shisen::stereo::Stereo;
 use shisen::viewer::{self, ViewerCamera};
 use std::path::Path;
 
@@ -19,11 +20,14 @@ pub(super) struct Writer<'a> {
     pub(super) title: &'a str,
     /// Whether to write linear files, too.
     pub(super) exr: bool,
+    /// How to write both eyes' pictures for a display of one.
+    pub(super) stereo: Stereo,
 }
 
 impl Writer<'_> {
     /// Writes all pictures of a frame, the walls' own first; those of the first
-    /// eye are put together, as `camera` sees them too.
+    /// eye are put together, as the first of `cameras` sees them too, and those of
+    /// both for a display of one picture, where they are wanted so.
     ///
     /// # Errors
     /// A file that cannot be written, or a composite that cannot be made.
@@ -32,7 +36,7 @@ impl Writer<'_> {
         frame: &Frame,
         cave: &Cave,
         observers: &[Observer],
-        camera: &ViewerCamera,
+        cameras: &[ViewerCamera],
         lod: Option<&LodPictures>,
     ) -> Result<Written, Failure> {
         let eye = observers
@@ -71,10 +75,15 @@ impl Writer<'_> {
         }
         let net = net::unfold(&seen).map_err(Failure::from_error)?;
         let note = format!("{}, all walls, {eye} eye", self.title);
+        let stereo = self.write_stereo(frame, cave, cameras)?;
         let cave = self.write_png("cave", &net, note)?;
-        let seen = viewer::render(camera, &seen).map_err(Failure::from_error)?;
-        let note = format!("{}, as the {eye} eye sees the walls", self.title);
-        let viewer = self.write_png("viewer", &seen, note)?;
+        let camera = cameras.first();
+        let viewer = camera.map(|camera| {
+            let seen = viewer::render(camera, &seen).map_err(Failure::from_error)?;
+            let note = format!("{}, as the {eye} eye sees the walls", self.title);
+            self.write_png("viewer", &seen, note)
+        });
+        let viewer = viewer.transpose()?.unwrap_or_default();
         let (mut levels, mut polygons, mut difference) = (None, None, None);
         if let Some(lod) = lod {
             let note = |what: &str| format!("{}, {what}, {eye} eye", self.title);
@@ -88,6 +97,7 @@ impl Writer<'_> {
             exr,
             cave,
             viewer,
+            stereo,
             levels,
             polygons,
             difference,

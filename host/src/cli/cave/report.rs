@@ -69,6 +69,9 @@ pub(super) struct Written {
     pub(super) cave: String,
     /// What that eye sees of them.
     pub(super) viewer: String,
+    /// With two eyes for a display of one picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) stereo: Option<StereoReport>,
     /// With a level of detail: that of each pixel.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) levels: Option<String>,
@@ -78,6 +81,18 @@ pub(super) struct Written {
     /// What differs from full tracing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) difference: Option<String>,
+}
+
+/// Pictures of both eyes.
+#[derive(Debug, Serialize)]
+pub(super) struct StereoReport {
+    /// How they are put together.
+    pub(super) format: &'static str,
+    /// Which comes first.
+    pub(super) eye_order: [&'static str; 2],
+    /// The walls unfolded, then as the eyes see them: paths, of sequential ones two
+    /// each.
+    pub(super) images: Vec<String>,
 }
 
 /// What a level of detail did.
@@ -224,6 +239,9 @@ impl fmt::Display for Report {
         )?;
         if self.lod.is_some() {
             f.write_str(", levels.png, polygons.png, difference.png")?;
+        }
+        if let Some(stereo) = &self.written.stereo {
+            write!(f, ", both eyes {}, the left first", stereo.format)?;
         }
         Ok(())
     }

@@ -1,7 +1,8 @@
 //! What `shisen run` says at its end.
 
+use super::watch::Watched;
 use super::{Arguments, LatchName};
-use crate::cli::live::Interference;
+use crate::cli::live::{Interference, Prepared};
 use serde::Serialize;
 use shisen::live::{Allowance, Leg, Quality, SessionReport, SessionSettings, Summary};
 use std::collections::BTreeMap;
@@ -12,6 +13,8 @@ use std::fmt;
 pub(super) struct Report {
     #[serde(flatten)]
     around: Around,
+    scene: String,
+    mesh: Option<String>,
     tracker: String,
     size: u32,
     lod: &'static str,
@@ -21,6 +24,8 @@ pub(super) struct Report {
     budget_steps: Option<u64>,
     plain_ms: Option<f64>,
     latch: &'static str,
+    stereo: Eyes,
+    fill: &'static str,
     seconds: f64,
     frames: u64,
     late_frames: u64,
@@ -40,13 +45,20 @@ pub(super) struct Report {
 /// What a session does not know of itself.
 #[derive(Debug, Serialize)]
 pub(super) struct Around {
-    pub(super) scene: String,
-    pub(super) mesh: Option<String>,
     pub(super) threads: usize,
     pub(super) simd: &'static str,
     pub(super) dropped_bytes: u64,
+    pub(super) earlier_frames: u64,
+    pub(super) window: Option<Watched>,
     #[serde(flatten)]
     pub(super) interference: Interference,
+}
+
+/// How two eyes were shown.
+#[derive(Debug, Serialize)]
+struct Eyes {
+    format: &'static str,
+    eye_order: Vec<&'static str>,
 }
 
 /// How many frames had a quality.
@@ -62,6 +74,7 @@ impl Report {
     pub(super) fn new(
         around: Around,
         arguments: &Arguments,
+        prepared: &Prepared,
         settings: &SessionSettings,
         of: &SessionReport,
     ) -> Self {
@@ -69,9 +82,11 @@ impl Report {
         let depth = arguments.live.tracing.depth;
         Self {
             around,
+            scene: prepared.scene.clone(),
+            mesh: prepared.mesh.clone(),
             tracker: arguments.tracker.to_string(),
             size: arguments.live.room.size,
-            lod: arguments.live.lod.name(),
+            lod: prepared.arguments.lod.name(),
             hz: settings.hz,
             budget: settings.budget.to_string(),
             budget_ms: match of.allowance {
@@ -87,6 +102,16 @@ impl Report {
                 LatchName::Early => "early",
                 LatchName::Late => "late",
             },
+            stereo: Eyes {
+                format: arguments.stereo.name(),
+                eye_order: arguments
+                    .stereo
+                    .eye_order()
+                    .iter()
+                    .map(|eye| eye.name())
+                    .collect(),
+            },
+            fill: arguments.fill.name(),
             seconds: of.seconds,
             frames: of.frames,
             late_frames: of.late_frames,
@@ -122,13 +147,7 @@ impl fmt::Display for Report {
         writeln!(
             f,
             "scene {}, {} × {} pixels a wall, {} threads, tracker {}, {} Hz, level of detail {}",
-            self.around.scene,
-            self.size,
-            self.size,
-            self.around.threads,
-            self.tracker,
-            self.hz,
-            self.lod
+            self.scene, self.size, self.size, self.around.threads, self.tracker, self.hz, self.lod
         )?;
         write!(f, "budget {}", self.budget)?;
         if let Some(plain) = self.plain_ms {

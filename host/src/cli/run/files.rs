@@ -1,0 +1,82 @@
+//! The pictures of `--view png`.
+
+use crate::cli::failure::Failure;
+use crate::cli::picture_files::{make_writable, metadata};
+use shisen::cave::{Cave, Eye};
+use shisen::live::eyes_of;
+use shisen::net;
+use shisen::picture::Picture;
+use shisen::render::Observer;
+use shisen::stereo::Stereo;
+use std::path::{Path, PathBuf};
+
+/// Files, one or two a frame.
+pub(super) struct Files {
+    folder: PathBuf,
+    stereo: Stereo,
+    cave: Cave,
+}
+
+impl Files {
+    /// In a folder, which is made where it does not exist.
+    ///
+    /// # Errors
+    /// A folder that cannot be written to.
+    pub(super) fn new(folder: &Path, stereo: Stereo, cave: &Cave) -> Result<Self, Failure> {
+        make_writable(folder)?;
+        Ok(Self {
+            folder: folder.to_owned(),
+            stereo,
+            cave: cave.clone(),
+        })
+    }
+
+    /// Writes a frame: its walls, unfolded.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(super) fn write(
+        &self,
+        number: u64,
+        pictures: &[Picture],
+        eyes: &[Observer],
+    ) -> Result<(), Failure> {
+        let mut nets = Vec::new();
+        for eye in eyes {
+            // Mono shows the first eye, and the other's walls need no unfolding.
+            if nets.is_empty() || self.stereo != Stereo::Mono {
+                nets.push(self.net(eye.eye, pictures, eyes)?);
+            }
+        }
+        let (Some(left), Some(right)) = (nets.first(), nets.last()) else {
+            return Ok(());
+        };
+        let shown = self.stereo.compose(left, right);
+        for one in shown.map_err(Failure::from_error)? {
+            let suffix = match (self.stereo, one.eye) {
+                (Stereo::Sequential, Some(eye)) => format!("-{eye}"),
+                _ => String::new(),
+            };
+            let path = self.folder.join(format!("frame-{number:06}{suffix}.png"));
+            let eye = match self.stereo {
+                Stereo::Mono => eyes.first().map(|eye| eye.eye),
+                _ => one.eye,
+            };
+            let mut notes = metadata(format!("frame {number}, all walls")).to_vec();
+            notes.extend(self.stereo.metadata(eye));
+            one.picture
+                .write_png(&path, &notes)
+                .map_err(Failure::from_error)?;
+        }
+        Ok(())
+    }
+
+    fn net(&self, eye: Eye, pictures: &[Picture], eyes: &[Observer]) -> Result<Picture, Failure> {
+        let pictures = eyes_of(&self.cave, eyes).zip(pictures);
+        let seen: Vec<_> = pictures
+            .filter(|((_, of), _)| *of == eye)
+            .filter_map(|((screen, _), picture)| Some((self.cave.screens().nth(screen)?, picture)))
+            .collect();
+        net::unfold(&seen).map_err(Failure::from_error)
+    }
+}

@@ -1,0 +1,219 @@
+//! What becomes of frames.
+
+use super::files::Files;
+use super::log::Log;
+use super::watch::{Command, Watch, Watched};
+use super::{Arguments, FillName, View};
+use crate::cli::failure::Failure;
+use crate::cli::live::{Audience, Change, Newest, Prepared};
+use crate::cli::tracker::Interrupt;
+use glam::Vec3;
+use shisen::dashboard::About;
+use shisen::live::FrameRecord;
+use shisen::picture::Picture;
+use shisen::render::Observer;
+use shisen_core::gaze::HeadPose;
+use std::time::{Duration, Instant};
+
+/// Where they go.
+pub(super) enum Output {
+    /// Nowhere.
+    None,
+    /// To files.
+    Files(Files),
+    /// To a window.
+    Window(Box<Watch>),
+}
+
+impl Output {
+    /// What was asked for.
+    ///
+    /// # Errors
+    /// A folder that cannot be written to; a window that there is not.
+    pub(super) fn open(arguments: &Arguments, prepared: &Prepared) -> Result<Self, Failure> {
+        let Arguments {
+            out, stereo, view, ..
+        } = arguments;
+        Ok(match view {
+            View::None => Self::None,
+            View::Png => Self::Files(Files::new(out, *stereo, &prepared.cave)?),
+            View::Window => {
+                let watch = Watch::open(&prepared.cave, *stereo, out)?;
+                Self::Window(Box::new(watch))
+            }
+        })
+    }
+}
+
+/// Sends frames where they go, until there are enough.
+pub(super) struct Frames<'s> {
+    arguments: &'s Arguments,
+    interrupt: &'s Interrupt,
+    /// Some seconds after the first frame.
+    end: Option<Instant>,
+    log: Option<Log>,
+    output: Output,
+    fill: FillName,
+    /// What is shown, where it goes on to files or into the next frame.
+    pictures: Vec<Picture>,
+    shown: u64,
+    change: Option<Change>,
+    failure: Option<Failure>,
+}
+
+impl<'s> Frames<'s> {
+    pub(super) fn new(
+        arguments: &'s Arguments,
+        interrupt: &'s Interrupt,
+        log: Option<Log>,
+        output: Output,
+    ) -> Self {
+        Self {
+            arguments,
+            interrupt,
+            end: None,
+            log,
+            output,
+            fill: arguments.fill,
+            pictures: Vec::new(),
+            shown: 0,
+            change: None,
+            failure: None,
+        }
+    }
+
+    /// Before the first frame of a scene.
+    pub(super) fn begin(&mut self, prepared: &Prepared) {
+        // Another scene's pictures are nothing to fill from.
+        self.pictures.clear();
+        if let Output::Window(watch) = &mut self.output {
+            watch.begin(About {
+                scene: prepared.scene.clone(),
+                lod: prepared.arguments.lod.name().to_owned(),
+                fill: self.fill.name().to_owned(),
+                hz: prepared.hz,
+                budget: prepared.budget.to_string(),
+            });
+        }
+    }
+
+    /// What was asked for last, if it is not shown yet.
+    pub(super) fn change(&mut self) -> Option<Change> {
+        self.change.take()
+    }
+
+    /// What became of the window, if there was one.
+    ///
+    /// # Errors
+    /// A file that could not be written.
+    pub(super) fn finish(self) -> Result<Option<Watched>, Failure> {
+        if let Some(failure) = self.failure {
+            return Err(failure);
+        }
+        if let Some(log) = self.log {
+            log.finish()?;
+        }
+        Ok(match self.output {
+            Output::Window(watch) => Some(watch.finish()),
+            Output::None | Output::Files(_) => None,
+        })
+    }
+
+    fn show(
+        &mut self,
+        newest: &dyn Newest,
+        head: HeadPose,
+        eyes: &[Observer],
+    ) -> Result<(), Failure> {
+        let filled = self.fill == FillName::Previous;
+        match &mut self.output {
+            Output::None => {}
+            Output::Files(files) => {
+                newest.pictures(&mut self.pictures, filled)?;
+                files.write(self.shown, &self.pictures, eyes)?;
+            }
+            Output::Window(watch) => {
+                let wanted = watch.is_wanted();
+                // What is not looked at is not copied, but where it goes on into the
+                // next frame.
+                if filled && watch.is_open() {
+                    newest.pictures(&mut self.pictures, true)?;
+                }
+                if let (true, Some(frame)) = (wanted, watch.frame()) {
+                    if filled {
+                        frame.pictures.clone_from(&self.pictures);
+                    } else {
+                        newest.pictures(&mut frame.pictures, false)?;
+                    }
+                    newest.tiles(&mut frame.tiles);
+                    frame.head = head;
+                    frame.eyes.clear();
+                    frame.eyes.extend_from_slice(eyes);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Does what keys of the window ask for; whether frames go on.
+    fn obey(&mut self) -> bool {
+        let Output::Window(watch) = &mut self.output else {
+            return true;
+        };
+        while let Some(command) = watch.command() {
+            match command {
+                Command::Change(change) => {
+                    self.change = Some(change);
+                    return false;
+                }
+                Command::Fill => {
+                    self.fill = match self.fill {
+                        FillName::Background => FillName::Previous,
+                        FillName::Previous => FillName::Background,
+                    };
+                    self.pictures.clear();
+                    watch.set_fill(self.fill.name());
+                }
+                Command::End => return false,
+            }
+        }
+        let unlimited = self.arguments.frames.is_none() && self.arguments.seconds.is_none();
+        !(watch.was_closed() && unlimited)
+    }
+}
+
+impl Audience for Frames<'_> {
+    fn gaze(&mut self) -> Option<Vec3> {
+        match &self.output {
+            Output::Window(watch) => watch.gaze(),
+            Output::None | Output::Files(_) => None,
+        }
+    }
+
+    fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]) {
+        if let Err(failure) = self.show(newest, head, eyes) {
+            self.failure.get_or_insert(failure);
+        }
+        self.shown += 1;
+    }
+
+    fn hear(&mut self, record: &FrameRecord) -> bool {
+        if let Some(log) = &mut self.log
+            && let Err(failure) = log.write(record)
+        {
+            self.failure.get_or_insert(failure);
+        }
+        if let Output::Window(watch) = &mut self.output {
+            watch.hear(record);
+        }
+        let now = Instant::now();
+        let span = self.arguments.seconds.map(Duration::from_secs);
+        let end = span.map(|span| *self.end.get_or_insert(now + span));
+        let over = end.is_some_and(|end| now >= end)
+            || self.arguments.frames == Some(self.shown)
+            || self.failure.is_some()
+            || self.interrupt.came();
+        // Keys that come too late are not obeyed.
+        !over && self.obey()
+    }
+}

@@ -1,0 +1,91 @@
+//! In place of the window of `--view window`, where there is none: built without the
+//! feature `window`, or for a system without X servers.
+
+use crate::cli::failure::Failure;
+use crate::cli::live::Change;
+use glam::Vec3;
+use miette::Diagnostic;
+use serde::Serialize;
+use shisen::cave::Cave;
+use shisen::dashboard::{About, Frame};
+use shisen::live::FrameRecord;
+use shisen::stereo::Stereo;
+use std::path::Path;
+use thiserror::Error;
+
+/// There is none.
+#[derive(Debug, Error, Diagnostic)]
+#[error("there is no window: this shisen was built without one")]
+#[diagnostic(help(
+    "build it with its feature `window`, on a system with X servers, or take --view png, which \
+     writes the frames to files"
+))]
+struct NoWindow;
+
+/// What a key would ask of the loop.
+#[allow(
+    dead_code,
+    reason = "the other build's commands, which nobody gives in this one"
+)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Command {
+    /// Something else to be shown.
+    Change(Change),
+    /// The next way to fill what the gaze skips.
+    Fill,
+    /// No more frames.
+    End,
+}
+
+/// What became of a window: never anything.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub(super) enum Watched {}
+
+/// A window that cannot be.
+pub(super) enum Watch {}
+
+impl Watch {
+    pub(super) fn open(_: &Cave, _: Stereo, _: &Path) -> Result<Self, Failure> {
+        Err(NoWindow.into())
+    }
+
+    pub(super) fn begin(&mut self, _: About) {
+        match *self {}
+    }
+
+    pub(super) fn set_fill(&mut self, _: &str) {
+        match *self {}
+    }
+
+    pub(super) fn is_wanted(&mut self) -> bool {
+        match *self {}
+    }
+
+    pub(super) fn frame(&mut self) -> Option<&mut Frame> {
+        match *self {}
+    }
+
+    pub(super) fn hear(&mut self, _: &FrameRecord) {
+        match *self {}
+    }
+
+    pub(super) fn gaze(&self) -> Option<Vec3> {
+        match *self {}
+    }
+
+    pub(super) fn command(&mut self) -> Option<Command> {
+        match *self {}
+    }
+
+    pub(super) fn is_open(&self) -> bool {
+        match *self {}
+    }
+
+    pub(super) fn was_closed(&mut self) -> bool {
+        match *self {}
+    }
+
+    pub(super) fn finish(self) -> Watched {
+        match self {}
+    }
+}

@@ -1,0 +1,253 @@
+//! What is drawn on: pixels of eight bits a channel, as a window takes them.
+
+use crate::glyph::{GLYPH, glyph};
+use crate::output::write_atomically;
+use std::io;
+use std::path::Path;
+
+/// A colour: 0xRRGGBB, sRGB.
+pub type Colour = u32;
+
+/// Rows from the top.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Canvas {
+    width: u32,
+    height: u32,
+    pixels: Vec<Colour>,
+}
+
+/// A part of a canvas, in pixels from its upper left corner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rect {
+    /// Its left edge.
+    pub x: u32,
+    /// Its upper edge.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Rect {
+    /// The pixel of a place in it, 0 to 1 from its upper left corner: inside.
+    pub fn at(&self, across: f32, down: f32) -> (u32, u32) {
+        let along = |part: f32, count: u32| {
+            let last = count.saturating_sub(1);
+            ((part * count as f32) as u32).min(last)
+        };
+        (
+            self.x + along(across, self.width),
+            self.y + along(down, self.height),
+        )
+    }
+}
+
+impl Canvas {
+    /// The most columns and rows: what a window of the X protocol can have.
+    pub const MOST: u32 = 16_384;
+
+    /// Black; no larger than [`MOST`](Self::MOST) a side.
+    pub fn new(width: u32, height: u32) -> Self {
+        let (width, height) = (width.min(Self::MOST), height.min(Self::MOST));
+        Self {
+            width,
+            height,
+            pixels: vec![0; width as usize * height as usize],
+        }
+    }
+
+    /// Columns and rows.
+    pub const fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
+    /// Row by row.
+    pub fn pixels(&self) -> &[Colour] {
+        &self.pixels
+    }
+
+    /// The pixel in column `x` and row `y`; `None` outside.
+    pub fn pixel(&self, x: u32, y: u32) -> Option<Colour> {
+        self.index(x, y)
+            .and_then(|index| self.pixels.get(index).copied())
+    }
+
+    /// Sets a pixel; outside, nothing.
+    pub fn set(&mut self, x: u32, y: u32, colour: Colour) {
+        if let Some(pixel) = self
+            .index(x, y)
+            .and_then(|index| self.pixels.get_mut(index))
+        {
+            *pixel = colour;
+        }
+    }
+
+    /// Fills what of a rectangle is inside.
+    pub fn fill(&mut self, rect: Rect, colour: Colour) {
+        let end = rect.x.saturating_add(rect.width).min(self.width);
+        let start = rect.x.min(end);
+        let bottom = rect.y.saturating_add(rect.height).min(self.height);
+        for y in rect.y..bottom {
+            let row = y as usize * self.width as usize;
+            let row = self
+                .pixels
+                .get_mut(row + start as usize..row + end as usize);
+            row.unwrap_or_default().fill(colour);
+        }
+    }
+
+    /// Fills it all.
+    pub fn clear(&mut self, colour: Colour) {
+        self.pixels.fill(colour);
+    }
+
+    /// Writes a line of letters of eight pixels, its upper left corner at (`x`, `y`),
+    /// as far as it fits; where it ends.
+    pub fn write(&mut self, x: u32, y: u32, text: &str, colour: Colour) -> u32 {
+        let mut left = x;
+        for character in text.chars() {
+            let rows = glyph(character);
+            for (row, bits) in (y..).zip(rows) {
+                for column in (0..GLYPH).filter(|column| (bits >> column) & 1 == 1) {
+                    self.set(left.saturating_add(column), row, colour);
+                }
+            }
+            left = left.saturating_add(GLYPH);
+        }
+        left
+    }
+
+    fn index(&self, x: u32, y: u32) -> Option<usize> {
+        (x < self.width && y < self.height).then(|| y as usize * self.width as usize + x as usize)
+    }
+
+    /// Writes a PNG, complete or not at all.
+    ///
+    /// # Errors
+    /// What the system says; a canvas without pixels.
+    pub fn write_png(&self, path: &Path, metadata: &[(&str, String)]) -> io::Result<()> {
+        let bytes: Vec<u8> = self
+            .pixels
+            .iter()
+            .flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1))
+            .collect();
+        write_atomically(path, |file| {
+            let mut encoder = png::Encoder::new(file, self.width, self.height);
+            encoder.set_color(png::ColorType::Rgb);
+            encoder.set_depth(png::BitDepth::Eight);
+            encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+            let written = (|| {
+                for (key, value) in metadata {
+                    encoder.add_itxt_chunk((*key).to_owned(), value.clone())?;
+                }
+                let mut writer = encoder.write_header()?;
+                writer.write_image_data(&bytes)?;
+                writer.finish()
+            })();
+            written.map_err(|error| match error {
+                png::EncodingError::IoError(reason) => reason,
+                other => io::Error::other(other),
+            })
+        })
+    }
+}
+
+/// Blue, green and red of two colours mixed, `part` of the second, 0 to 1.
+pub(super) fn mixed(one: Colour, other: Colour, part: f32) -> Colour {
+    let channel = |shift: u32| {
+        let of = |colour: Colour| ((colour >> shift) & 0xFF) as f32;
+        let mixed = of(one) + (of(other) - of(one)) * part;
+        ((mixed + 0.5) as u32).min(0xFF) << shift
+    };
+    channel(0) | channel(8) | channel(16)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_outside_is_left_out() {
+        let mut canvas = Canvas::new(4, 3);
+        let rect = |x, y, width, height| Rect {
+            x,
+            y,
+            width,
+            height,
+        };
+        canvas.fill(rect(2, 1, 9, 9), 0xFF_0000);
+        canvas.fill(rect(9, 0, 1, 1), 0x00_FF00);
+        canvas.fill(rect(0, u32::MAX, u32::MAX, u32::MAX), 0x00_FF00);
+        let red = [6, 7, 10, 11];
+        for (index, pixel) in canvas.pixels().iter().enumerate() {
+            let wanted = if red.contains(&index) { 0xFF_0000 } else { 0 };
+            assert_eq!(*pixel, wanted, "{index}");
+        }
+        assert_eq!((canvas.pixel(4, 0), canvas.pixel(0, 3)), (None, None));
+        let none = Canvas::new(0, 7);
+        assert_eq!(none.pixels().len(), 0);
+    }
+
+    #[test]
+    fn letters_are_upright_and_clipped() {
+        let mut canvas = Canvas::new(16, 8);
+        assert_eq!(canvas.write(0, 0, "LL!", 0xFF_FFFF), 24);
+        let lit = |y| {
+            (0..8)
+                .filter(|&x| canvas.pixel(x, y) == Some(0xFF_FFFF))
+                .count()
+        };
+        // The foot of an L is wide and below.
+        assert!(lit(6) > lit(1), "{} {}", lit(6), lit(1));
+        for y in 0..8 {
+            for x in 0..8 {
+                assert_eq!(canvas.pixel(x, y), canvas.pixel(x + 8, y));
+            }
+        }
+    }
+
+    #[test]
+    fn a_place_is_inside() {
+        let rect = Rect {
+            x: 10,
+            y: 20,
+            width: 4,
+            height: 2,
+        };
+        assert_eq!(rect.at(0.0, 0.0), (10, 20));
+        assert_eq!(rect.at(0.5, 0.5), (12, 21));
+        for odd in [1.0, 7.0, f32::INFINITY] {
+            assert_eq!(rect.at(odd, odd), (13, 21));
+        }
+        assert_eq!(rect.at(f32::NAN, -3.0), (10, 20));
+    }
+
+    #[test]
+    fn a_file_has_the_pixels() {
+        let mut canvas = Canvas::new(2, 2);
+        canvas.set(1, 0, 0x12_3456);
+        canvas.set(0, 1, 0xFF_0001);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("canvas.png");
+        let notes = [("Description", "röd".to_owned())];
+        canvas.write_png(&path, &notes).unwrap();
+        let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut bytes).unwrap();
+        assert_eq!(bytes, [0, 0, 0, 0x12, 0x34, 0x56, 0xFF, 0, 1, 0, 0, 0]);
+        let note = &reader.info().utf8_text[0];
+        assert_eq!(note.get_text().unwrap(), "röd");
+        let nowhere = folder.path().join("no/such/canvas.png");
+        assert!(canvas.write_png(&nowhere, &[]).is_err());
+        assert!(Canvas::new(0, 0).write_png(&path, &[]).is_err());
+    }
+
+    #[test]
+    fn mixtures_are_between() {
+        assert_eq!(mixed(0x10_2030, 0xF0_E0D0, 0.0), 0x10_2030);
+        assert_eq!(mixed(0x10_2030, 0xF0_E0D0, 1.0), 0xF0_E0D0);
+        assert_eq!(mixed(0, 0xFF_FFFF, 0.5), 0x80_8080);
+    }
+}

@@ -1,0 +1,302 @@
+//! The window of `shisen run --view window`, on an X server without a screen.
+//!
+//! `tests/window/run` runs these: they need `Xvfb` and `xdotool`.
+
+use serde_json::Value;
+use shisen_tests::command::shisen;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// Longest wait for anything: of a machine that is busy.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// An X server.
+struct Server {
+    child: Child,
+    name: String,
+}
+
+impl Server {
+    fn start() -> Self {
+        let mut child = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1280x1024x24"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb");
+        let mut number = String::new();
+        let said = child.stdout.take().expect("what it says");
+        let read = BufReader::new(said).read_line(&mut number);
+        assert!(read.is_ok() && !number.trim().is_empty(), "no display");
+        Self {
+            child,
+            name: format!(":{}", number.trim()),
+        }
+    }
+
+    /// Runs xdotool; what it says.
+    fn xdotool(&self, arguments: &[&str]) -> Option<String> {
+        let output = Command::new("xdotool")
+            .args(arguments)
+            .env("DISPLAY", &self.name)
+            .output()
+            .expect("xdotool");
+        let said = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+        (output.status.success() && !said.is_empty()).then_some(said)
+    }
+
+    /// Sends a signal.
+    fn signal(&self, signal: &str) {
+        let kill = Command::new("kill")
+            .args([signal, &self.child.id().to_string()])
+            .status();
+        assert!(kill.expect("kill").success());
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // One that was stopped is killed, too.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A run with a window.
+struct Run {
+    folder: TempDir,
+    child: Child,
+    window: String,
+    screenshots: u32,
+}
+
+/// A screenshot: columns and rows, and its pixels.
+struct Picture {
+    width: usize,
+    pixels: Vec<[u8; 3]>,
+}
+
+impl Run {
+    fn start(server: &Server, arguments: &[&str]) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let program = shisen(folder.path()).get_program().to_owned();
+        let mut child = Command::new(program)
+            .current_dir(folder.path())
+            .env("DISPLAY", &server.name)
+            .args(["run", "--view", "window", "--size", "48", "--json"])
+            .args(["--hz", "30"])
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("shisen");
+        let search = ["search", "--onlyvisible", "--name", "^Shisen$"];
+        let window = until(|| {
+            assert_eq!(child.try_wait().expect("a state"), None, "it has ended");
+            server.xdotool(&search)
+        });
+        let mut run = Self {
+            folder,
+            child,
+            window,
+            screenshots: 0,
+        };
+        // Until there is a frame there is a word.
+        until(|| (colours(&run.screenshot(server)) > 20).then_some(()));
+        run
+    }
+
+    fn key(&self, server: &Server, key: &str) {
+        server.xdotool(&["key", "--window", &self.window, key]);
+    }
+
+    /// Asks for a screenshot, of frames after what was asked for before.
+    fn screenshot(&mut self, server: &Server) -> Picture {
+        std::thread::sleep(Duration::from_millis(400));
+        self.key(server, "s");
+        self.screenshots += 1;
+        let name = format!("shisen-out/window-{:06}.png", self.screenshots);
+        let path = self.folder.path().join(name);
+        until(|| path.is_file().then_some(()));
+        read(&path)
+    }
+
+    /// Waits for its end.
+    fn finish(self) -> (Output, Value) {
+        let pid = self.child.id().to_string();
+        let watchdog = std::thread::spawn(move || self.child.wait_with_output());
+        let last = Instant::now() + PATIENCE;
+        while !watchdog.is_finished() {
+            if Instant::now() > last {
+                let _ = Command::new("kill").args(["-9", &pid]).status();
+                panic!("it does not end");
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let output = watchdog.join().expect("a thread").expect("its output");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        let report = serde_json::from_slice(&output.stdout).expect("an object");
+        (output, report)
+    }
+}
+
+fn until<T>(mut is_there: impl FnMut() -> Option<T>) -> T {
+    let last = Instant::now() + PATIENCE;
+    loop {
+        if let Some(found) = is_there() {
+            return found;
+        }
+        assert!(Instant::now() < last, "it does not come");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+fn read(path: &PathBuf) -> Picture {
+    let file = BufReader::new(fs::File::open(path).expect("a picture"));
+    let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
+    reader.next_frame(&mut bytes).expect("pixels");
+    Picture {
+        width: reader.info().width as usize,
+        pixels: bytes.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect(),
+    }
+}
+
+fn colours(picture: &Picture) -> usize {
+    let colours: std::collections::BTreeSet<_> = picture.pixels.iter().collect();
+    colours.len()
+}
+
+/// Pixels of the walls that are yellow, as full levels are.
+fn yellow(picture: &Picture) -> usize {
+    let walls = &picture.pixels[20 * picture.width..600 * picture.width];
+    let is_yellow = |&&[red, green, blue]: &&[u8; 3]| {
+        red > 150 && green > 150 && u16::from(blue) + 40 < u16::from(green)
+    };
+    walls.iter().filter(is_yellow).count()
+}
+
+/// Whether the middle of the gaze's cross is there, to a block or two.
+fn is_marked(picture: &Picture, x: usize, y: usize) -> bool {
+    let white = |x: usize, y: usize| picture.pixels[y * picture.width + x] == [255; 3];
+    let crosses = |x: usize, y: usize| (x - 10..=x + 10).all(|x| white(x, y));
+    (y - 6..=y + 6).any(|y| (x - 6..=x + 6).any(|x| crosses(x, y)))
+}
+
+#[test]
+#[ignore = "tests/window/run runs it: it needs Xvfb and xdotool"]
+fn keys_change_what_is_seen_and_a_closed_window_ends_only_the_showing() {
+    let server = Server::start();
+    let mut run = Run::start(&server, &["--seconds", "25", "--threads", "1"]);
+    let plain = run.screenshot(&server);
+    assert_eq!((plain.width, plain.pixels.len()), (960, 960 * 720));
+    run.key(&server, "h");
+    let levels = run.screenshot(&server);
+    assert!(
+        yellow(&levels) > 20_000 && yellow(&plain) < 2_000,
+        "{} {}",
+        yellow(&levels),
+        yellow(&plain)
+    );
+    run.key(&server, "h");
+    run.key(&server, "m");
+    // On the front wall, away from its middle.
+    server.xdotool(&["mousemove", "--window", &run.window, "400", "200"]);
+    let pointed = run.screenshot(&server);
+    assert!(is_marked(&pointed, 400, 200), "no cross at the mouse");
+    run.key(&server, "v");
+    let viewer = run.screenshot(&server);
+    let differing = viewer.pixels.iter().zip(&plain.pixels);
+    assert!(differing.filter(|(a, b)| a != b).count() > 100_000);
+    run.key(&server, "f");
+    // Two keys more, and two more scenes.
+    run.key(&server, "b");
+    run.screenshot(&server);
+    run.key(&server, "l");
+    run.screenshot(&server);
+    server.xdotool(&["windowclose", &run.window]);
+    let (_, report) = run.finish();
+    assert_eq!(report["scene"], "B");
+    assert_eq!(report["lod"], "paper-ellipse");
+    assert!(report["earlier_frames"].as_u64() > Some(30), "{report}");
+    assert!(report["frames"].as_u64() > Some(30), "{report}");
+    assert_eq!(report["window"]["is_open"], false);
+    assert!(report["window"]["shown"].as_u64() > Some(10), "{report}");
+}
+
+#[test]
+#[ignore = "tests/window/run runs it: it needs Xvfb and xdotool"]
+fn a_run_without_an_end_of_its_own_ends_with_its_window() {
+    let server = Server::start();
+    let run = Run::start(&server, &[]);
+    server.xdotool(&["windowclose", &run.window]);
+    let (_, report) = run.finish();
+    assert_eq!(report["window"]["is_open"], false);
+    let run = Run::start(&server, &[]);
+    run.key(&server, "q");
+    let (_, report) = run.finish();
+    assert_eq!(report["window"]["is_open"], true);
+    assert!(report["frames"].as_u64() > Some(0), "{report}");
+}
+
+#[test]
+#[ignore = "tests/window/run runs it: it needs Xvfb and xdotool"]
+fn frames_outlive_the_window_system() {
+    let server = Server::start();
+    let run = Run::start(&server, &["--seconds", "6"]);
+    server.signal("-KILL");
+    let killed = Instant::now();
+    let (output, report) = run.finish();
+    assert!(
+        killed.elapsed() > Duration::from_secs(1),
+        "it ended at once"
+    );
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("the window system has gone"), "{said}");
+    assert!(said.contains("frames go on without a window"), "{said}");
+    assert!(report["frames"].as_u64() > Some(60), "{report}");
+    assert_eq!(report["window"]["is_open"], false);
+}
+
+#[test]
+#[ignore = "tests/window/run runs it: it needs Xvfb and xdotool"]
+fn a_window_system_that_hangs_holds_nothing_up() {
+    let server = Server::start();
+    let run = Run::start(&server, &["--seconds", "6"]);
+    server.signal("-STOP");
+    let (_, report) = run.finish();
+    server.signal("-CONT");
+    let frames = report["frames"].as_u64().expect("frames");
+    let window = &report["window"];
+    let [shown, dropped] = ["shown", "dropped"].map(|key| window[key].as_u64().expect("a count"));
+    // The last that was handed over may be neither.
+    assert!(frames > 60 && shown + dropped + 1 >= frames, "{report}");
+    assert!(dropped > frames / 3, "{report}");
+}
+
+#[test]
+fn without_a_window_system_there_is_a_way_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let fails = |display: Option<&str>, said: &str| {
+        let mut command = shisen(folder.path());
+        command.args(["run", "--view", "window", "--size", "8", "--frames", "2"]);
+        command.env_remove("DISPLAY");
+        if let Some(display) = display {
+            command.env("DISPLAY", display);
+        }
+        let output = command.assert().code(1);
+        let stderr = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+        for wanted in ["there is no window", "--view png", said] {
+            assert!(stderr.contains(wanted), "{wanted}: {stderr}");
+        }
+        assert!(!Path::new(folder.path()).join("shisen-out").exists());
+    };
+    fails(None, "DISPLAY is not set");
+    fails(Some("nonsense"), "DISPLAY is nonsense");
+    fails(Some(":47111"), "cannot be reached");
+}
