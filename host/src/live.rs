@@ -10,6 +10,7 @@ mod governor;
 mod latency;
 mod quality;
 mod session;
+mod swap;
 mod tracking;
 
 pub use budget::{BudgetError, FrameBudget, Table2};
@@ -17,5 +18,13 @@ pub use engine::{Engine, FOVEA, Rendered, eyes_of, with_engine};
 pub use governor::{Allowance, Decision, Governor};
 pub use latency::{Latencies, Leg, Stamps, Summary};
 pub use quality::Quality;
-pub use session::{FrameRecord, Latch, SessionError, SessionReport, SessionSettings, Stage, run};
+pub use session::{
+    FrameRecord, Latch, SessionError, SessionReport, SessionSettings, Stage, follow, run,
+};
+#[cfg(feature = "cluster")]
+pub use swap::Mpi;
+pub use swap::{
+    Alone, Channels, Cluster, Done, Gathered, Look, Order, Purpose, Share, SwapError, SwapLock,
+    Wire,
+};
 pub use tracking::{Happening, Latched, LiveTracker};

@@ -113,12 +113,17 @@ impl Frame {
     /// XXH3-64 over the pictures' hashes, in order: the same for any number
     /// of threads, any size of tiles and any instruction set.
     pub fn hash(&self) -> u64 {
-        let mut hash = Xxh3::new();
-        for picture in &self.pictures {
-            hash.update(&picture.picture.hash().to_le_bytes());
-        }
-        hash.digest()
+        frame_hash(self.pictures.iter().map(|one| one.picture.hash()))
     }
+}
+
+/// Of a frame, by its pictures' hashes in order: [`Frame::hash`].
+pub fn frame_hash(pictures: impl IntoIterator<Item = u64>) -> u64 {
+    let mut hash = Xxh3::new();
+    for picture in pictures {
+        hash.update(&picture.to_le_bytes());
+    }
+    hash.digest()
 }
 
 /// Why a frame cannot be rendered.

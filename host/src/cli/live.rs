@@ -16,22 +16,22 @@ pub(super) use interference::Interference;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::Cave;
 use shisen::live::{
-    Engine, FrameBudget, FrameRecord, Happening, LiveTracker, SessionReport, SessionSettings,
-    Stage, Table2, with_engine,
+    Engine, FrameBudget, FrameRecord, Happening, LiveTracker, Look, Order, Quality, SessionError,
+    SessionReport, SessionSettings, Share, Stage, SwapError, SwapLock, Table2, with_engine,
 };
 use shisen::picture::Picture;
-use shisen::render::{Observer, Options};
+use shisen::render::{Observer, Options, frame_hash};
 use shisen::scene::builtin::PaperScene;
 use shisen::spectrum::Dispersion;
 use shisen::tracker::calibration::{Calibrated, estimation};
 use shisen::tracker::{Feed, Notice, Spec};
 use shisen_core::frame::Tile;
-use shisen_core::gaze::{HeadPose, LineOfSight};
+use shisen_core::gaze::HeadPose;
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::decoder::Event;
-use shisen_tracker::estimate::{Estimate, GazeEstimator};
+use shisen_tracker::estimate::GazeEstimator;
 use shisen_tracker::time::Micros;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -272,30 +272,67 @@ impl Prepared {
         }
     }
 
-    /// Renders frames until the audience has enough; and what the system did
-    /// meanwhile.
+    /// Renders frames until the audience has enough, with whatever machines there are
+    /// besides.
     ///
     /// # Errors
-    /// A frame that cannot be rendered.
+    /// A frame that cannot be rendered; machines that do not keep up.
     pub(super) fn play(
         &self,
         tracker: &LiveTracker,
         settings: &SessionSettings,
         audience: &mut dyn Audience,
-    ) -> Result<(SessionReport, Interference), Failure> {
+        lock: &mut dyn SwapLock,
+    ) -> Result<Played, Failure> {
+        let share = lock.share();
+        let leads = Leads {
+            tracker,
+            settings,
+            lock,
+        };
+        let before = Interference::so_far();
+        let report = self.engage(share, audience, leads)?;
+        let interference = Interference::so_far().since(&before);
+        let repeats = report.last.filter(|_| share.ranks() > 1).map(Repeats);
+        let alone = repeats.map(|repeats| self.engage(Share::ALL, audience, repeats));
+        Ok(Played {
+            report,
+            interference,
+            alone: alone.transpose()?,
+        })
+    }
+
+    /// Renders a share of what another machine orders.
+    ///
+    /// # Errors
+    /// A frame that cannot be rendered; a machine that orders nothing.
+    pub(super) fn obey(
+        &self,
+        audience: &mut dyn Audience,
+        lock: &mut dyn SwapLock,
+    ) -> Result<(), Failure> {
+        self.engage(lock.share(), audience, Obeys { lock })
+    }
+
+    fn engage<P: Part>(
+        &self,
+        share: Share,
+        audience: &mut dyn Audience,
+        part: P,
+    ) -> Result<P::Output, Failure> {
         match &self.baked {
-            BakedScene::Fast(baked) => self.trace(baked.scene(), tracker, settings, audience),
-            BakedScene::Compact(baked) => self.trace(baked.scene(), tracker, settings, audience),
+            BakedScene::Fast(baked) => self.trace(baked.scene(), share, audience, part),
+            BakedScene::Compact(baked) => self.trace(baked.scene(), share, audience, part),
         }
     }
 
-    fn trace<const W: usize>(
+    fn trace<P: Part, const W: usize>(
         &self,
         scene: Scene<'_, W>,
-        tracker: &LiveTracker,
-        settings: &SessionSettings,
+        share: Share,
         audience: &mut dyn Audience,
-    ) -> Result<(SessionReport, Interference), Failure>
+        part: P,
+    ) -> Result<P::Output, Failure>
     where
         Simd: Runs<W>,
     {
@@ -312,19 +349,109 @@ impl Prepared {
         let eyes = arguments
             .lod
             .observers(&eyes, arguments.room.directions(pose), 0.0)?;
-        with_engine(scene, spectrum, cave, &eyes, options, |engine| {
-            let mut stage = Show {
-                arguments,
-                cave,
-                audience,
-            };
-            let before = Interference::so_far();
-            let report = shisen::live::run(engine, tracker, settings, &mut stage);
-            let meanwhile = Interference::so_far().since(&before);
-            Ok((report.map_err(Failure::from_error)?, meanwhile))
+        let (ranks, pictures) = (share.ranks(), cave.screens().count() * eyes.len());
+        if ranks > pictures {
+            return Err(Failure::from_error(SwapError::TooMany { ranks, pictures }));
+        }
+        let mut stage = Show {
+            arguments,
+            cave,
+            audience,
+        };
+        with_engine(scene, spectrum, cave, &eyes, options, share, |engine| {
+            part.play(engine, &mut stage)
         })
         .map_err(Failure::from_error)?
+        .map_err(Failure::from_error)
     }
+}
+
+/// What is done with an engine.
+trait Part {
+    /// What comes of it.
+    type Output;
+
+    fn play<const W: usize>(
+        self,
+        engine: &mut Engine<'_, '_, W>,
+        stage: &mut dyn Stage<W>,
+    ) -> Result<Self::Output, SessionError>
+    where
+        Simd: Runs<W>;
+}
+
+/// Follows a tracker, and says what is rendered.
+struct Leads<'s> {
+    tracker: &'s LiveTracker,
+    settings: &'s SessionSettings,
+    lock: &'s mut dyn SwapLock,
+}
+
+impl Part for Leads<'_> {
+    type Output = SessionReport;
+
+    fn play<const W: usize>(
+        self,
+        engine: &mut Engine<'_, '_, W>,
+        stage: &mut dyn Stage<W>,
+    ) -> Result<SessionReport, SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        shisen::live::run(engine, self.tracker, self.settings, stage, self.lock)
+    }
+}
+
+/// Does what another machine says.
+struct Obeys<'s> {
+    lock: &'s mut dyn SwapLock,
+}
+
+impl Part for Obeys<'_> {
+    type Output = ();
+
+    fn play<const W: usize>(
+        self,
+        engine: &mut Engine<'_, '_, W>,
+        stage: &mut dyn Stage<W>,
+    ) -> Result<(), SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        shisen::live::follow(engine, stage, self.lock)
+    }
+}
+
+/// Renders alone what all machines rendered, whole: what it hashes to.
+struct Repeats(Order);
+
+impl Part for Repeats {
+    type Output = u64;
+
+    fn play<const W: usize>(
+        self,
+        engine: &mut Engine<'_, '_, W>,
+        stage: &mut dyn Stage<W>,
+    ) -> Result<u64, SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        let mut eyes = Vec::new();
+        stage.observe(&self.0.look, &mut eyes);
+        let quality = Quality::LADDER.get(self.0.rung).unwrap_or(&Quality::FULL);
+        engine.render(&eyes, quality, None)?;
+        Ok(frame_hash(engine.hashes()?))
+    }
+}
+
+/// What became of a session.
+pub(super) struct Played {
+    pub(super) report: SessionReport,
+    /// What the system did meanwhile.
+    pub(super) interference: Interference,
+    /// What the last frame hashes to where this machine renders all of it; `None` where
+    /// it is alone.
+    pub(super) alone: Option<u64>,
 }
 
 /// Between a session and its audience.
@@ -338,41 +465,29 @@ impl<const W: usize> Stage<W> for Show<'_>
 where
     Simd: Runs<W>,
 {
-    fn observe(&mut self, estimate: &mut Estimate, eyes: &mut Vec<Observer>) -> bool {
-        if let Some(forward) = self.audience.gaze() {
-            look(estimate, forward);
-        }
-        let places = self.arguments.room.eyes(estimate.head);
-        let sight = estimate.line_of_sight;
-        let directions = (sight.forward().as_dvec3(), sight.up().as_dvec3());
+    fn gaze(&mut self) -> Option<Vec3> {
+        self.audience.gaze()
+    }
+
+    fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool {
+        let places = self.arguments.room.eyes(look.head);
+        let directions = (look.forward.as_dvec3(), look.up.as_dvec3());
         let seen = places
             .iter()
             .all(|&(_, place)| self.cave.check_eye(place).is_ok());
         let lod = &self.arguments.lod;
-        match lod.observers(&places, directions, estimate.widen) {
+        match lod.observers(&places, directions, look.widen) {
             Ok(observers) if seen || eyes.is_empty() => *eyes = observers,
             _ => {}
         }
         seen
     }
 
-    fn present(&mut self, engine: &Engine<'_, '_, W>, estimate: &Estimate, eyes: &[Observer]) {
-        self.audience.see(engine, estimate.head, eyes);
+    fn present(&mut self, engine: &Engine<'_, '_, W>, look: &Look, eyes: &[Observer]) {
+        self.audience.see(engine, look.head, eyes);
     }
 
     fn after(&mut self, record: &FrameRecord) -> bool {
         self.audience.hear(record)
-    }
-}
-
-/// Has a viewer look along `forward`, from where the eyes are. Of that nothing is
-/// unsure.
-fn look(estimate: &mut Estimate, forward: Vec3) {
-    let before = estimate.line_of_sight;
-    let ups = [before.up(), Vec3::Y, Vec3::NEG_Z];
-    let lines = ups.map(|up| LineOfSight::new(before.position(), forward, up));
-    if let Some(line) = lines.into_iter().flatten().next() {
-        estimate.line_of_sight = line;
-        estimate.widen = 0.0;
     }
 }

@@ -4,6 +4,7 @@ mod files;
 mod frames;
 mod log;
 mod report;
+mod together;
 #[cfg_attr(not(all(unix, feature = "window")), path = "run/no_watch.rs")]
 mod watch;
 
@@ -14,8 +15,8 @@ use super::tracker::{Interrupt, TrackerName, whole};
 use clap::{Args, ValueEnum};
 use frames::{Frames, Output};
 use log::Log;
-use report::{Around, Report};
-use shisen::live::{Latch, SessionSettings};
+use report::{Around, Report, Together};
+use shisen::live::{Latch, SessionSettings, Share, SwapLock};
 use shisen::stereo::Stereo;
 use std::path::PathBuf;
 
@@ -44,8 +45,11 @@ use std::path::PathBuf;
 /// system took the processor away) and `stolen_seconds` (of all processors, by
 /// whatever this machine runs on); null where the system does not say; stereo
 /// (format and `eye_order`, the first eye first), fill, window (null without one:
-/// shown and dropped (frames), and `is_open`, whether it was at the end) and
-/// `earlier_frames` (before a key in the window asked for another scene or level of
+/// shown and dropped (frames), and `is_open`, whether it was at the end), cluster (null
+/// without --cluster or with one process: ranks, `frame_hash` of the last frame's
+/// pictures as all processes render it without an end of steps, `frame_hash_alone` as
+/// the first does by itself, and `waited_us`, how long that waited for the others of
+/// each frame: p50, p95, p99, most) and `earlier_frames` (before a key in the window asked for another scene or level of
 /// detail; all else is of the frames since).
 ///
 /// The window is on the X server that DISPLAY names. It shows what it has the time
@@ -92,6 +96,15 @@ pub(super) struct Arguments {
     /// steps, `need_steps`, rung, tiles, `unfinished_tiles` and `unfinished_fovea`
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Share the walls and eyes out among the processes that mpirun started: all with
+    /// the same arguments, and the scene's files on each machine. The first reads the
+    /// tracker
+    #[arg(long)]
+    cluster: bool,
+    /// How long a frame of another process is waited for, with --cluster
+    #[arg(long, value_name = "S", default_value_t = 5, allow_negative_numbers = true,
+          value_parser = whole::<1, 3_600>, requires = "cluster")]
+    swap_timeout: u64,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -140,8 +153,19 @@ impl Arguments {
     /// What is asked for together can be had together.
     fn check(&self) -> Result<(), Failure> {
         let stereo = self.stereo;
+        if self.cluster && self.view == View::Window {
+            return Err(Failure::usage(
+                "--cluster is for --view none or png: a window would show a part of the walls",
+            ));
+        }
         if stereo == Stereo::Mono {
             return Ok(());
+        }
+        if self.cluster {
+            return Err(Failure::usage(&format!(
+                "--stereo {stereo} puts two eyes into one picture, and --cluster shares them \
+                 out: leave one of them out",
+            )));
         }
         if self.view == View::None {
             return Err(Failure::usage(&format!(
@@ -162,9 +186,40 @@ impl Arguments {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.check()?;
+    let mut lock = together::lock(arguments)?;
+    let share = lock.share();
+    if share == Share::ALL {
+        return lead(arguments, &mut *lock);
+    }
+    let played = if share.rank() == 0 {
+        lead(arguments, &mut *lock)
+    } else {
+        obey(arguments, &mut *lock)
+    };
+    if let Err(failure) = &played {
+        // Said now: the end of the lock is that of all machines' programs.
+        let _ = failure.print();
+        drop(lock);
+    }
+    played
+}
+
+/// Follows the machine that leads.
+fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
+    let prepared = arguments.live.prepare()?;
+    let output = Output::open(arguments, &prepared, lock.share())?;
+    let interrupt = Interrupt::new();
+    let mut frames = Frames::new(arguments, &interrupt, None, output);
+    frames.begin(&prepared);
+    prepared.obey(&mut frames, lock)?;
+    frames.finish().map(|_| ())
+}
+
+/// Follows the tracker.
+fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let log = arguments.record.as_deref().map(Log::create).transpose()?;
     let mut prepared = arguments.live.prepare()?;
-    let output = Output::open(arguments, &prepared)?;
+    let output = Output::open(arguments, &prepared, lock.share())?;
     let interrupt = Interrupt::new();
     let tracker = arguments.live.listen(&arguments.tracker.spec)?;
     let mut frames = Frames::new(arguments, &interrupt, log, output);
@@ -177,7 +232,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             ..SessionSettings::default()
         });
         frames.begin(&prepared);
-        let (report, interference) = prepared.play(&tracker, &settings, &mut frames)?;
+        let played = prepared.play(&tracker, &settings, &mut frames, lock)?;
+        let report = &played.report;
         if let Some(change) = frames.change() {
             earlier += report.frames;
             match prepared.arguments.changed(change).prepare() {
@@ -196,10 +252,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             dropped_bytes: tracker.counts().dropped_bytes,
             earlier_frames: earlier,
             window,
-            interference,
+            cluster: Together::of(lock.share(), &played),
+            interference: played.interference,
         };
         return print(
-            &Report::new(around, arguments, &prepared, &settings, &report),
+            &Report::new(around, arguments, &prepared, &settings, report),
             arguments.json,
         );
     }

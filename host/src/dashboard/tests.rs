@@ -1,6 +1,6 @@
 use super::*;
 use crate::cave::{BuiltInCave, Eye, Viewer};
-use crate::live::eyes_of;
+use crate::live::{Share, eyes_of};
 use crate::picture::srgb_from_linear;
 use crate::stereo::anaglyph;
 use shisen_core::frame::LevelOfDetail;
@@ -35,7 +35,7 @@ fn frame(cave: &Cave, forward: Vec3) -> Frame {
             ..Observer::new(eye, place)
         }
     });
-    let pictures = eyes_of(cave, &eyes).map(|(screen, eye)| {
+    let pictures = eyes_of(cave, &eyes, Share::ALL).map(|(screen, eye)| {
         let eye = Eye::STEREO.iter().position(|one| *one == eye).unwrap();
         let pixels = vec![light(screen, eye); (SIDE * SIDE) as usize];
         Picture::from_pixels(SIDE, SIDE, pixels).unwrap()

@@ -8,7 +8,8 @@
 //! same on any number of threads, whatever the clock says.
 
 use super::quality::Quality;
-use crate::cave::{Cave, Eye};
+use super::swap::Share;
+use crate::cave::{Cave, Eye, Screen};
 use crate::picture::Picture;
 use crate::render::{self, Observer, Options, RenderError};
 use glam::Vec3;
@@ -43,6 +44,7 @@ pub struct Engine<'e, 's, const W: usize> {
     options: Options,
     spectrum: Spectrum<'s>,
     workspace: Workspace,
+    share: Share,
     /// The most that a call took above its allotment.
     excess: u64,
 }
@@ -111,7 +113,23 @@ struct LiveTile {
     excess: u64,
 }
 
-/// Has an engine for as long as `run` takes.
+/// The pairs of a screen and an eye that a share has.
+fn pairs<'c>(
+    cave: &'c Cave,
+    eyes: &'c [Observer],
+    share: Share,
+) -> impl Iterator<Item = (Screen<'c>, &'c Observer)> {
+    let all = cave.screens().count() * eyes.len();
+    let pairs = cave
+        .screens()
+        .flat_map(move |screen| eyes.iter().map(move |eye| (screen, eye)));
+    let own = pairs
+        .enumerate()
+        .filter(move |(pair, _)| share.has(*pair, all));
+    own.map(|(_, pair)| pair)
+}
+
+/// Has an engine for as long as `run` takes, which renders a share of what `eyes` see.
 ///
 /// # Errors
 /// An eye that does not see a screen.
@@ -121,6 +139,7 @@ pub fn with_engine<'s, const W: usize, R>(
     cave: &Cave,
     eyes: &[Observer],
     options: &Options,
+    share: Share,
     run: impl FnOnce(&mut Engine<'_, 's, W>) -> R,
 ) -> Result<R, RenderError>
 where
@@ -128,24 +147,22 @@ where
 {
     let mut tiles = Vec::new();
     let mut parts = Vec::new();
-    for screen in cave.screens() {
-        for observer in eyes {
-            let view = render::view(screen, observer)?;
-            let part = parts.len();
-            tiles.extend(render::tiles(&view, options.tile).map(|tile| {
-                let area = tile.width as usize * tile.height as usize;
-                Mutex::new(LiveTile {
-                    part,
-                    job: TileJob::new(tile),
-                    pixels: vec![Pixel::default(); area],
-                    allotment: 0,
-                    spent: 0,
-                    expected: area as u64 * UNKNOWN_PIXEL,
-                    excess: 0,
-                })
-            }));
-            parts.push((view, render::renderer(&scene, observer, options, spectrum)?));
-        }
+    for (screen, observer) in pairs(cave, eyes, share) {
+        let view = render::view(screen, observer)?;
+        let part = parts.len();
+        tiles.extend(render::tiles(&view, options.tile).map(|tile| {
+            let area = tile.width as usize * tile.height as usize;
+            Mutex::new(LiveTile {
+                part,
+                job: TileJob::new(tile),
+                pixels: vec![Pixel::default(); area],
+                allotment: 0,
+                spent: 0,
+                expected: area as u64 * UNKNOWN_PIXEL,
+                excess: 0,
+            })
+        }));
+        parts.push((view, render::renderer(&scene, observer, options, spectrum)?));
     }
     let threads = options.threads.max(1);
     let shared = Shared {
@@ -175,6 +192,7 @@ where
             options: *options,
             spectrum,
             workspace: Workspace::new(),
+            share,
             excess: LEAST_EXCESS,
         }))
     })
@@ -239,17 +257,17 @@ where
             scene,
             options,
             spectrum,
+            share,
             ..
         } = self;
         let mut options = *options;
         options.settings.depth = options.settings.depth.min(quality.depth);
         let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
         let Plan { parts, order } = &mut *plan;
-        let wanted = cave
-            .screens()
-            .flat_map(|screen| eyes.iter().map(move |eye| (screen, eye)));
-        let mut count = 0;
-        for ((screen, observer), part) in wanted.zip(parts.iter_mut()) {
+        if pairs(cave, eyes, *share).count() != parts.len() {
+            return Err(RenderError::Previous);
+        }
+        for ((screen, observer), part) in pairs(cave, eyes, *share).zip(parts.iter_mut()) {
             let renderer = render::renderer(scene, observer, &options, *spectrum)?;
             let renderer = renderer.with_faces_of_level(quality.faces);
             let renderer = match observer.lod {
@@ -257,10 +275,6 @@ where
                 None => renderer,
             };
             *part = (render::view(screen, observer)?, renderer);
-            count += 1;
-        }
-        if count != parts.len() || count != cave.screens().count() * eyes.len() {
-            return Err(RenderError::Previous);
         }
         for (cosine, tile) in order.iter_mut() {
             let mut one = lock(&shared.tiles[*tile as usize]);
@@ -373,6 +387,21 @@ where
             first_ray,
             done,
         }
+    }
+
+    /// Which pictures it renders.
+    pub const fn share(&self) -> Share {
+        self.share
+    }
+
+    /// What the newest frame's pictures hash to: [`Picture::hash`].
+    ///
+    /// # Errors
+    /// Memory that there is not.
+    pub fn hashes(&self) -> Result<Vec<u64>, RenderError> {
+        let mut pictures = self.pictures()?;
+        self.copy(&mut pictures);
+        Ok(pictures.iter().map(Picture::hash).collect())
     }
 
     /// Pictures for [`copy`](Self::copy), by screen, then eye.
@@ -538,8 +567,17 @@ where
     })
 }
 
-/// The eyes that pictures are for, by screen, then eye.
-pub fn eyes_of<'e>(cave: &Cave, eyes: &'e [Observer]) -> impl Iterator<Item = (usize, Eye)> + 'e {
+/// The screens and eyes that pictures of a share are for, by screen, then eye.
+pub fn eyes_of<'e>(
+    cave: &Cave,
+    eyes: &'e [Observer],
+    share: Share,
+) -> impl Iterator<Item = (usize, Eye)> + 'e {
     let screens = cave.screens().count();
-    (0..screens).flat_map(move |screen| eyes.iter().map(move |eye| (screen, eye.eye)))
+    let all = screens * eyes.len();
+    let pairs = (0..screens).flat_map(move |screen| eyes.iter().map(move |eye| (screen, eye.eye)));
+    let own = pairs
+        .enumerate()
+        .filter(move |(pair, _)| share.has(*pair, all));
+    own.map(|(_, pair)| pair)
 }

@@ -63,6 +63,15 @@ pub struct Decision {
     pub quality: Quality,
 }
 
+impl Decision {
+    /// All of a frame, whatever it takes.
+    pub const FULL: Self = Self {
+        steps: None,
+        rung: 0,
+        quality: Quality::FULL,
+    };
+}
+
 /// What a frame may take.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Allowance {

@@ -5,13 +5,14 @@ use super::engine::{Engine, Rendered};
 use super::governor::{Allowance, Decision, Governor};
 use super::latency::{Latencies, Stamps};
 use super::quality::Quality;
+use super::swap::{Done, Look, Order, Purpose, SwapError, SwapLock};
 use super::tracking::{Latched, LiveTracker};
 use crate::quantiles::median;
 use crate::render::{Observer, RenderError};
+use glam::Vec3;
 use hdrhistogram::Histogram;
 use serde::Serialize;
 use shisen_core::{Runs, Simd};
-use shisen_tracker::estimate::Estimate;
 use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
 use thiserror::Error;
@@ -74,6 +75,9 @@ pub enum SessionError {
     /// A frame that cannot be rendered.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// Machines that no longer show the same.
+    #[error(transparent)]
+    Swap(#[from] SwapError),
 }
 
 /// A frame, as it was. Times are microseconds since the tracker was opened.
@@ -153,17 +157,29 @@ pub struct SessionReport {
     pub latencies: Latencies,
     /// From the first frame to the last: seconds.
     pub seconds: f64,
+    /// The last frame that was shown.
+    pub last: Option<Order>,
+    /// What the pictures of all machines hash to where that frame is rendered without
+    /// an end of steps; none where there is one machine.
+    pub hashes: Vec<u64>,
+    /// How long the others were waited for: microseconds; `None` where there is one
+    /// machine.
+    pub waited: Option<Histogram<u64>>,
 }
 
 /// Whatever is done with frames.
 pub trait Stage<const W: usize> {
     /// Where the eyes are and what follows their gaze, into `eyes`, which holds
-    /// those of the frame before. False where they cannot see a screen. The estimate
-    /// may be given another line of sight, which is the frame's then.
-    fn observe(&mut self, estimate: &mut Estimate, eyes: &mut Vec<Observer>) -> bool;
+    /// those of the frame before. False where they cannot see a screen.
+    fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool;
+
+    /// Where the viewer looks, if the stage knows better than the tracker: in the room.
+    fn gaze(&mut self) -> Option<Vec3> {
+        None
+    }
 
     /// Puts a frame on the walls.
-    fn present(&mut self, engine: &Engine<'_, '_, W>, estimate: &Estimate, eyes: &[Observer]);
+    fn present(&mut self, engine: &Engine<'_, '_, W>, look: &Look, eyes: &[Observer]);
 
     /// Hears of a frame after it was shown; whether the session goes on.
     fn after(&mut self, record: &FrameRecord) -> bool;
@@ -178,64 +194,110 @@ pub fn run<const W: usize>(
     tracker: &LiveTracker,
     settings: &SessionSettings,
     stage: &mut dyn Stage<W>,
+    lock: &mut dyn SwapLock,
 ) -> Result<SessionReport, SessionError>
 where
     Simd: Runs<W>,
 {
+    if let (FrameBudget::Paper | FrameBudget::PaperScaled, None) = (settings.budget, settings.table)
+    {
+        return Err(SessionError::NotInTable(settings.budget));
+    }
     let mut eyes = Vec::new();
-    let mut first = tracker.latch(tracker.now());
-    stage.observe(&mut first.estimate, &mut eyes);
-    let plain_seconds = match (settings.budget, settings.table) {
-        (FrameBudget::Paper | FrameBudget::PaperScaled, None) => {
-            return Err(SessionError::NotInTable(settings.budget));
-        }
-        (FrameBudget::PaperScaled, Some(_)) => Some(plain(engine, &eyes)?),
-        _ => None,
-    };
+    let first = Look::from(&tracker.latch(tracker.now()).estimate);
+    stage.observe(&first, &mut eyes);
     let mut session = Session {
         settings,
+        lock,
+        order: 0,
         governor: match settings.budget {
             FrameBudget::Off => Governor::idle(),
             _ => Governor::new(),
         },
-        plain_seconds,
         traced: [Duration::ZERO; REMEMBERED],
         besides: Duration::ZERO,
         steps: Histogram::new_with_bounds(1, MOST_STEPS, 3).ok(),
-        report: SessionReport::new(plain_seconds),
+        report: SessionReport::new(),
         rung: 0,
     };
     // What is not known yet is found out before anything is shown.
+    if settings.budget == FrameBudget::PaperScaled {
+        session.report.plain_seconds = Some(session.plain(engine, &first, &eyes)?);
+    }
     session.warm_up(engine, &first, &eyes)?;
     session.play(engine, tracker, stage, &mut eyes)?;
+    session.compare(engine, &mut eyes, stage)?;
+    session.lock.end()?;
+    session.report.waited = session.lock.waited().cloned();
     session.report.median_steps = session
         .steps
         .map_or(0, |steps| steps.value_at_quantile(0.5));
     Ok(session.report)
 }
 
-/// Seconds of a frame with everything in full: the median of some.
-fn plain<const W: usize>(
+/// Renders a share of what another machine orders, until there is nothing more.
+///
+/// # Errors
+/// A machine that orders nothing; a frame that cannot be rendered.
+pub fn follow<const W: usize>(
     engine: &mut Engine<'_, '_, W>,
-    eyes: &[Observer],
-) -> Result<f64, RenderError>
+    stage: &mut dyn Stage<W>,
+    lock: &mut dyn SwapLock,
+) -> Result<(), SessionError>
 where
     Simd: Runs<W>,
 {
-    let full: Vec<_> = eyes
-        .iter()
-        .map(|one| Observer::new(one.eye, one.place))
-        .collect();
-    let mut seconds = Vec::new();
-    for _ in 0..PLAIN_FRAMES {
-        let frame = engine.render(&full, &Quality::FULL, None)?;
-        seconds.push((frame.done - frame.first_ray).as_secs_f64());
+    let mut eyes = Vec::new();
+    while let Some(order) = lock.obey()? {
+        stage.observe(&order.look, &mut eyes);
+        let (done, _) = carry_out(engine, &eyes, &order)?;
+        lock.gather(&done)?;
+        if order.purpose == Purpose::Shown {
+            lock.swap(order.frame)?;
+            stage.present(engine, &order.look, &eyes);
+        }
     }
-    Ok(median(seconds))
+    Ok(())
+}
+
+/// Renders what is ordered.
+fn carry_out<const W: usize>(
+    engine: &mut Engine<'_, '_, W>,
+    eyes: &[Observer],
+    order: &Order,
+) -> Result<(Done, Rendered), RenderError>
+where
+    Simd: Runs<W>,
+{
+    let full: Vec<_>;
+    let eyes = if order.purpose == Purpose::Plain {
+        let plain = eyes.iter().map(|one| Observer::new(one.eye, one.place));
+        full = plain.collect();
+        &full
+    } else {
+        eyes
+    };
+    let quality = Quality::LADDER.get(order.rung).unwrap_or(&Quality::FULL);
+    let rendered = engine.render(eyes, quality, order.steps)?;
+    let done = Done {
+        frame: order.frame,
+        steps: rendered.steps,
+        need: rendered.need,
+        tracing: rendered.tracing,
+        tiles: rendered.tiles,
+        unfinished: rendered.unfinished,
+        unfinished_fovea: rendered.unfinished_fovea,
+        hashes: if order.purpose == Purpose::Compared {
+            engine.hashes()?
+        } else {
+            Vec::new()
+        },
+    };
+    Ok((done, rendered))
 }
 
 impl SessionReport {
-    fn new(plain_seconds: Option<f64>) -> Self {
+    fn new() -> Self {
         Self {
             frames: 0,
             late_frames: 0,
@@ -247,19 +309,24 @@ impl SessionReport {
             rungs: [0; Quality::LADDER.len()],
             blind_frames: 0,
             samples: 0,
-            plain_seconds,
+            plain_seconds: None,
             median_steps: 0,
             allowance: Allowance::Unlimited,
             latencies: Latencies::new(),
             seconds: 0.0,
+            last: None,
+            hashes: Vec::new(),
+            waited: None,
         }
     }
 }
 
 struct Session<'s> {
     settings: &'s SessionSettings,
+    lock: &'s mut dyn SwapLock,
+    /// Frames that were ordered.
+    order: u64,
     governor: Governor,
-    plain_seconds: Option<f64>,
     /// From taking the gaze to the last pixel, of the newest frames, a ring.
     traced: [Duration; REMEMBERED],
     /// What frames take besides tracing, of late: one that was held up counts for
@@ -271,15 +338,17 @@ struct Session<'s> {
 }
 
 impl Session<'_> {
-    fn allowance(&self, estimate: &Estimate) -> Allowance {
-        let forward = estimate.line_of_sight.forward();
+    /// Of each machine.
+    fn allowance(&self, forward: Vec3) -> Allowance {
         let seconds = |seconds: f64| Allowance::Time(Duration::from_secs_f64(seconds));
         match (self.settings.budget, self.settings.table) {
-            (FrameBudget::Steps(steps), _) => Allowance::Steps(steps),
+            (FrameBudget::Steps(steps), _) => {
+                Allowance::Steps(steps / self.lock.share().ranks() as u64)
+            }
             (FrameBudget::Time(time), _) => Allowance::Time(time),
             (FrameBudget::Paper, Some(row)) => seconds(row.seconds(forward)),
             (FrameBudget::PaperScaled, Some(row)) => {
-                seconds(row.part(forward) * self.plain_seconds.unwrap_or_default())
+                seconds(row.part(forward) * self.report.plain_seconds.unwrap_or_default())
             }
             (FrameBudget::Off | FrameBudget::Paper | FrameBudget::PaperScaled, _) => {
                 Allowance::Unlimited
@@ -295,56 +364,134 @@ impl Session<'_> {
         }
     }
 
+    /// Seconds of a frame with everything in full: the median of some.
+    fn plain<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        look: &Look,
+        eyes: &[Observer],
+    ) -> Result<f64, SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        let mut seconds = Vec::new();
+        for _ in 0..PLAIN_FRAMES {
+            let order = self.next(look, &Decision::FULL, Purpose::Plain);
+            self.lock.order(&order)?;
+            let (done, frame) = carry_out(engine, eyes, &order)?;
+            let slowest = self.lock.gather(&done)?.slowest.tracing;
+            let besides = (frame.done - frame.first_ray).saturating_sub(frame.tracing);
+            seconds.push((slowest + besides).as_secs_f64());
+        }
+        Ok(median(seconds))
+    }
+
     /// Frames that nobody sees: how fast this machine is, and what tiles take.
     fn warm_up<const W: usize>(
         &mut self,
         engine: &mut Engine<'_, '_, W>,
-        latched: &Latched,
+        look: &Look,
         eyes: &[Observer],
-    ) -> Result<(), RenderError>
+    ) -> Result<(), SessionError>
     where
         Simd: Runs<W>,
     {
         for _ in 0..3 {
-            let all = Decision {
-                steps: None,
-                rung: 0,
-                quality: Quality::LADDER[0],
-            };
-            self.render(engine, eyes, &all)?;
+            self.render(engine, (look, eyes), &Decision::FULL, Purpose::WarmUp)?;
         }
-        self.report.allowance = self.allowance(&latched.estimate);
+        self.report.allowance = self.allowance(look.forward);
         for _ in 0..3 {
             let decision = self.governor.decide(self.for_tracing());
-            self.render(engine, eyes, &decision)?;
+            self.render(engine, (look, eyes), &decision, Purpose::WarmUp)?;
         }
         self.rung = self.governor.decide(self.for_tracing()).rung;
         Ok(())
     }
 
+    /// The next frame for all.
+    fn next(&mut self, look: &Look, decision: &Decision, purpose: Purpose) -> Order {
+        let frame = self.order;
+        self.order += 1;
+        Order {
+            frame,
+            look: *look,
+            rung: decision.rung,
+            steps: decision.steps,
+            purpose,
+        }
+    }
+
+    /// Has all render a frame, of which the numbers are.
     fn render<const W: usize>(
         &mut self,
         engine: &mut Engine<'_, '_, W>,
-        eyes: &[Observer],
+        (look, eyes): (&Look, &[Observer]),
         decision: &Decision,
-    ) -> Result<Rendered, RenderError>
+        purpose: Purpose,
+    ) -> Result<Rendered, SessionError>
     where
         Simd: Runs<W>,
     {
         let begun = Instant::now();
-        let rendered = engine.render(eyes, &decision.quality, decision.steps)?;
+        let order = self.next(look, decision, purpose);
+        self.lock.order(&order)?;
+        let (done, mut rendered) = carry_out(engine, eyes, &order)?;
+        let gathered = self.lock.gather(&done)?;
+        if self.lock.share().ranks() > 1 {
+            rendered.done = Instant::now();
+        }
+        if purpose == Purpose::Shown {
+            self.report.last = Some(order);
+        }
         let traced = rendered.done - begun;
         self.traced.rotate_right(1);
         self.traced[0] = traced;
         // What a frame takes besides is no matter of steps: the fewer it has, the
         // slower they would seem. And what is given up would leave less to trace
         // the next time, and more to be given up.
-        let besides = traced.saturating_sub(rendered.tracing + rendered.giving_up);
+        let slowest = &gathered.slowest;
+        let besides = traced.saturating_sub(slowest.tracing + rendered.giving_up);
         self.besides = (self.besides * 15 + besides) / 16;
-        let seconds = rendered.tracing.as_secs_f64();
+        let seconds = slowest.tracing.as_secs_f64();
         self.governor
-            .learn(decision, rendered.need, rendered.steps, seconds);
+            .learn(decision, slowest.need, slowest.steps, seconds);
+        let all = &gathered.all;
+        rendered.steps = all.steps;
+        rendered.need = all.need;
+        rendered.tiles = all.tiles;
+        rendered.unfinished = all.unfinished;
+        rendered.unfinished_fovea = all.unfinished_fovea;
         Ok(rendered)
+    }
+
+    /// Has all machines render the last frame once more, without an end of steps, for
+    /// whoever wants to compare it with one machine's.
+    fn compare<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        eyes: &mut Vec<Observer>,
+        stage: &mut dyn Stage<W>,
+    ) -> Result<(), SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        if self.lock.share().ranks() == 1 {
+            return Ok(());
+        }
+        let Some(last) = self.report.last else {
+            return Ok(());
+        };
+        let order = Order {
+            frame: self.order,
+            steps: None,
+            purpose: Purpose::Compared,
+            ..last
+        };
+        stage.observe(&order.look, eyes);
+        self.lock.order(&order)?;
+        let (done, _) = carry_out(engine, eyes, &order)?;
+        self.report.hashes = self.lock.gather(&done)?.all.hashes;
+        Ok(())
     }
 
     fn play<const W: usize>(
@@ -369,13 +516,14 @@ impl Session<'_> {
                     sleep_until(begin);
                 }
             }
-            let mut latched = tracker.latch(tracker.at(due));
-            if !stage.observe(&mut latched.estimate, eyes) {
+            let latched = tracker.latch(tracker.at(due));
+            let look = Look::from(&latched.estimate).towards(stage.gaze());
+            if !stage.observe(&look, eyes) {
                 self.report.blind_frames += 1;
             }
-            self.report.allowance = self.allowance(&latched.estimate);
+            self.report.allowance = self.allowance(look.forward);
             let decision = self.governor.decide(self.for_tracing());
-            let rendered = self.render(engine, eyes, &decision)?;
+            let rendered = self.render(engine, (&look, eyes), &decision, Purpose::Shown)?;
             // One that is late is shown at the next refresh.
             let late = rendered.done > due;
             let wanted = due;
@@ -383,11 +531,12 @@ impl Session<'_> {
                 due += period;
             }
             sleep_until(due);
-            stage.present(engine, &latched.estimate, eyes);
+            self.lock.swap(self.order - 1)?;
+            stage.present(engine, &look, eyes);
             let present = Instant::now();
             let record = self.record(
                 tracker,
-                &latched,
+                (&latched, &look),
                 &decision,
                 &rendered,
                 (wanted, present),
@@ -407,7 +556,7 @@ impl Session<'_> {
     fn record(
         &mut self,
         tracker: &LiveTracker,
-        latched: &Latched,
+        (latched, look): (&Latched, &Look),
         decision: &Decision,
         rendered: &Rendered,
         (due, present): (Instant, Instant),
@@ -424,7 +573,9 @@ impl Session<'_> {
             done: at(rendered.done),
             present: at(present),
         });
-        let over = decision.steps.is_some_and(|steps| rendered.steps > steps);
+        let ranks = self.lock.share().ranks() as u64;
+        let steps = decision.steps.map(|steps| steps * ranks);
+        let over = steps.is_some_and(|steps| rendered.steps > steps);
         report.late_frames += u64::from(late);
         report.over_budget_frames += u64::from(over);
         report.frames_with_unfinished_fovea += u64::from(rendered.unfinished_fovea);
@@ -437,7 +588,6 @@ impl Session<'_> {
         if let Some(steps) = &mut self.steps {
             steps.saturating_record(rendered.steps);
         }
-        let sight = latched.estimate.line_of_sight;
         let record = FrameRecord {
             frame: report.frames,
             due_us: tracker.at(due).0,
@@ -448,10 +598,10 @@ impl Session<'_> {
             done_us: tracker.at(rendered.done).0,
             present_us: tracker.at(present).0,
             late,
-            position: sight.position().to_array(),
-            forward: sight.forward().to_array(),
+            position: look.position.to_array(),
+            forward: look.forward.to_array(),
             state: latched.estimate.state.name(),
-            budget_steps: decision.steps,
+            budget_steps: steps,
             steps: rendered.steps,
             need_steps: rendered.need,
             rung: decision.rung,

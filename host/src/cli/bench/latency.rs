@@ -1,14 +1,14 @@
 //! `shisen bench latency`: from the eye's movement to the wall.
 
 use super::super::failure::Failure;
-use super::super::live::{Audience, Interference, LiveArguments, Newest, Prepared};
+use super::super::live::{Audience, Interference, LiveArguments, Newest, Played, Prepared};
 use super::super::picture_files::make_writable;
 use super::super::print;
 use super::super::tracker::{Interrupt, protocol, whole};
 use clap::Args;
 use serde::Serialize;
 use shisen::chart::{Axis, Chart, Corner, Line};
-use shisen::live::{FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
+use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
 use shisen::output::write_atomically;
 use shisen::render::Observer;
 use shisen::tracker::pty::Pty;
@@ -205,7 +205,11 @@ impl Arguments {
                 end: None,
                 interrupt,
             };
-            let (report, interference) = prepared.play(&tracker, &settings, &mut clock)?;
+            let Played {
+                report,
+                interference,
+                ..
+            } = prepared.play(&tracker, &settings, &mut clock, &mut Alone)?;
             runs.push(Run {
                 tracker_hz: rate,
                 latch: name,

@@ -3,7 +3,7 @@
 use crate::cli::failure::Failure;
 use crate::cli::picture_files::{make_writable, metadata};
 use shisen::cave::{Cave, Eye};
-use shisen::live::eyes_of;
+use shisen::live::{Share, eyes_of};
 use shisen::net;
 use shisen::picture::Picture;
 use shisen::render::Observer;
@@ -15,6 +15,8 @@ pub(super) struct Files {
     folder: PathBuf,
     stereo: Stereo,
     cave: Cave,
+    /// Where there are several machines, each writes its walls by themselves.
+    share: Share,
 }
 
 impl Files {
@@ -22,12 +24,18 @@ impl Files {
     ///
     /// # Errors
     /// A folder that cannot be written to.
-    pub(super) fn new(folder: &Path, stereo: Stereo, cave: &Cave) -> Result<Self, Failure> {
+    pub(super) fn new(
+        folder: &Path,
+        stereo: Stereo,
+        cave: &Cave,
+        share: Share,
+    ) -> Result<Self, Failure> {
         make_writable(folder)?;
         Ok(Self {
             folder: folder.to_owned(),
             stereo,
             cave: cave.clone(),
+            share,
         })
     }
 
@@ -41,6 +49,9 @@ impl Files {
         pictures: &[Picture],
         eyes: &[Observer],
     ) -> Result<(), Failure> {
+        if self.share != Share::ALL {
+            return self.write_walls(number, pictures, eyes);
+        }
         let mut nets = Vec::new();
         for eye in eyes {
             // Mono shows the first eye, and the other's walls need no unfolding.
@@ -71,8 +82,28 @@ impl Files {
         Ok(())
     }
 
+    /// A file for each wall and eye.
+    fn write_walls(
+        &self,
+        number: u64,
+        pictures: &[Picture],
+        eyes: &[Observer],
+    ) -> Result<(), Failure> {
+        for ((screen, eye), picture) in eyes_of(&self.cave, eyes, self.share).zip(pictures) {
+            let Some(screen) = self.cave.screens().nth(screen) else {
+                continue;
+            };
+            let name = format!("frame-{number:06}-{}-{eye}.png", screen.name());
+            let notes = metadata(format!("frame {number}, {}, {eye} eye", screen.name()));
+            picture
+                .write_png(&self.folder.join(name), &notes)
+                .map_err(Failure::from_error)?;
+        }
+        Ok(())
+    }
+
     fn net(&self, eye: Eye, pictures: &[Picture], eyes: &[Observer]) -> Result<Picture, Failure> {
-        let pictures = eyes_of(&self.cave, eyes).zip(pictures);
+        let pictures = eyes_of(&self.cave, eyes, self.share).zip(pictures);
         let seen: Vec<_> = pictures
             .filter(|((_, of), _)| *of == eye)
             .filter_map(|((screen, _), picture)| Some((self.cave.screens().nth(screen)?, picture)))

@@ -9,7 +9,7 @@ use crate::cli::live::{Audience, Change, Newest, Prepared};
 use crate::cli::tracker::Interrupt;
 use glam::Vec3;
 use shisen::dashboard::About;
-use shisen::live::FrameRecord;
+use shisen::live::{FrameRecord, Share};
 use shisen::picture::Picture;
 use shisen::render::Observer;
 use shisen_core::gaze::HeadPose;
@@ -30,13 +30,17 @@ impl Output {
     ///
     /// # Errors
     /// A folder that cannot be written to; a window that there is not.
-    pub(super) fn open(arguments: &Arguments, prepared: &Prepared) -> Result<Self, Failure> {
+    pub(super) fn open(
+        arguments: &Arguments,
+        prepared: &Prepared,
+        share: Share,
+    ) -> Result<Self, Failure> {
         let Arguments {
             out, stereo, view, ..
         } = arguments;
         Ok(match view {
             View::None => Self::None,
-            View::Png => Self::Files(Files::new(out, *stereo, &prepared.cave)?),
+            View::Png => Self::Files(Files::new(out, *stereo, &prepared.cave, share)?),
             View::Window => {
                 let watch = Watch::open(&prepared.cave, *stereo, out)?;
                 Self::Window(Box::new(watch))

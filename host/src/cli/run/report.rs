@@ -2,9 +2,10 @@
 
 use super::watch::Watched;
 use super::{Arguments, LatchName};
-use crate::cli::live::{Interference, Prepared};
+use crate::cli::live::{Interference, Played, Prepared};
 use serde::Serialize;
-use shisen::live::{Allowance, Leg, Quality, SessionReport, SessionSettings, Summary};
+use shisen::live::{Allowance, Leg, Quality, SessionReport, SessionSettings, Share, Summary};
+use shisen::render::frame_hash;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -50,8 +51,72 @@ pub(super) struct Around {
     pub(super) dropped_bytes: u64,
     pub(super) earlier_frames: u64,
     pub(super) window: Option<Watched>,
+    pub(super) cluster: Option<Together>,
     #[serde(flatten)]
     pub(super) interference: Interference,
+}
+
+/// What came of several machines.
+#[derive(Debug, Serialize)]
+pub(super) struct Together {
+    ranks: usize,
+    frame_hash: String,
+    frame_hash_alone: Option<String>,
+    waited_us: Option<Waited>,
+}
+
+/// How long others were waited for: microseconds.
+#[derive(Debug, Serialize)]
+struct Waited {
+    p50: u64,
+    p95: u64,
+    p99: u64,
+    most: u64,
+}
+
+impl Together {
+    /// `None` of one machine.
+    pub(super) fn of(share: Share, played: &Played) -> Option<Self> {
+        if share.ranks() == 1 {
+            return None;
+        }
+        let of = |hash: u64| format!("{hash:016x}");
+        let waited = played.report.waited.as_ref();
+        Some(Self {
+            ranks: share.ranks(),
+            frame_hash: of(frame_hash(played.report.hashes.iter().copied())),
+            frame_hash_alone: played.alone.map(of),
+            waited_us: waited.map(|waited| Waited {
+                p50: waited.value_at_quantile(0.5),
+                p95: waited.value_at_quantile(0.95),
+                p99: waited.value_at_quantile(0.99),
+                most: waited.max(),
+            }),
+        })
+    }
+}
+
+impl fmt::Display for Together {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} processes; the last frame of all of them is {}",
+            self.ranks, self.frame_hash
+        )?;
+        match &self.frame_hash_alone {
+            Some(alone) if *alone == self.frame_hash => f.write_str(", as it is of one alone")?,
+            Some(alone) => write!(f, ", and of one alone {alone}")?,
+            None => {}
+        }
+        if let Some(waited) = &self.waited_us {
+            write!(
+                f,
+                "; the first waited for the others for {} µs (median), {} µs (95%)",
+                waited.p50, waited.p95
+            )?;
+        }
+        Ok(())
+    }
 }
 
 /// How two eyes were shown.
@@ -183,6 +248,9 @@ impl fmt::Display for Report {
                 rung.faces,
                 100.0 * rung.field
             )?;
+        }
+        if let Some(together) = &self.around.cluster {
+            writeln!(f, "{together}")?;
         }
         write!(
             f,

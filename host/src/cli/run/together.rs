@@ -1,0 +1,49 @@
+//! `--cluster`: the processes that `mpirun` started.
+
+use super::Arguments;
+use crate::cli::failure::Failure;
+use shisen::live::{Alone, SwapLock};
+
+/// What keeps this process in step with the others, if there are any.
+///
+/// # Errors
+/// Of usage: `--cluster` where there is no MPI in this program, and other processes
+/// without `--cluster`. Processes that do not say who they are.
+pub(super) fn lock(arguments: &Arguments) -> Result<Box<dyn SwapLock>, Failure> {
+    if arguments.cluster {
+        return join(arguments);
+    }
+    match started_by_mpirun() {
+        None | Some(1) => Ok(Box::new(Alone)),
+        Some(processes) => Err(Failure::usage(&format!(
+            "mpirun started {processes} of these, and each would follow the tracker by itself: \
+             give --cluster, which shares the walls out among them"
+        ))),
+    }
+}
+
+/// How many processes `mpirun` started, where it did: Open MPI and MPICH say so.
+fn started_by_mpirun() -> Option<usize> {
+    let names = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
+    let said = names.into_iter().find_map(|name| std::env::var(name).ok());
+    said.and_then(|said| said.parse().ok())
+}
+
+#[cfg(feature = "cluster")]
+fn join(arguments: &Arguments) -> Result<Box<dyn SwapLock>, Failure> {
+    use shisen::live::{Cluster, Mpi};
+    use std::time::Duration;
+    let wait = Duration::from_secs(arguments.swap_timeout);
+    let joined = Mpi::join().and_then(|mpi| Cluster::new(mpi, wait));
+    Ok(Box::new(joined.map_err(Failure::from_error)?))
+}
+
+#[cfg(not(feature = "cluster"))]
+fn join(arguments: &Arguments) -> Result<Box<dyn SwapLock>, Failure> {
+    Err(Failure::usage(&format!(
+        "--cluster (--swap-timeout {}) is not in this program: build it with \
+         `cargo build --release --features cluster`, for which Open MPI and libclang are \
+         needed (on Debian: libopenmpi-dev libclang-dev)",
+        arguments.swap_timeout
+    )))
+}

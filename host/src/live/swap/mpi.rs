@@ -1,0 +1,64 @@
+//! Messages by MPI: feature `cluster`.
+
+use super::SwapError;
+use super::cluster::Wire;
+use ::mpi::Threading;
+use ::mpi::datatype::Equivalence as _;
+use ::mpi::environment::{Universe, initialize_with_threading, processor_name};
+use ::mpi::point_to_point::{Destination, Source};
+use ::mpi::topology::{Communicator, SimpleCommunicator};
+
+/// The processes that `mpirun` started.
+pub struct Mpi {
+    world: SimpleCommunicator,
+    /// Until it is dropped: that waits for all of them.
+    _universe: Universe,
+}
+
+impl Mpi {
+    /// Joins them; without `mpirun` this process is alone. Once in a program.
+    ///
+    /// # Errors
+    /// It was joined before.
+    pub fn join() -> Result<Self, SwapError> {
+        // Messages are the business of one thread.
+        let joined = initialize_with_threading(Threading::Funneled);
+        let (universe, _) =
+            joined.ok_or_else(|| SwapError::Mpi("it has been started before".to_owned()))?;
+        Ok(Self {
+            world: universe.world(),
+            _universe: universe,
+        })
+    }
+}
+
+impl Wire for Mpi {
+    fn rank(&self) -> usize {
+        self.world.rank() as usize
+    }
+
+    fn ranks(&self) -> usize {
+        self.world.size() as usize
+    }
+
+    fn name(&self) -> String {
+        processor_name().unwrap_or_else(|_| "a machine without a name".to_owned())
+    }
+
+    /// A message is shorter than what any MPI sends at once, whoever waits for it.
+    fn send(&mut self, to: usize, message: &[u8]) {
+        self.world.process_at_rank(to as i32).send(message);
+    }
+
+    fn poll(&mut self, from: usize) -> Option<Vec<u8>> {
+        let from = self.world.process_at_rank(from as i32);
+        let status = from.immediate_probe()?;
+        let mut message = vec![0; status.count(u8::equivalent_datatype()) as usize];
+        from.receive_into(&mut message[..]);
+        Some(message)
+    }
+
+    fn abort(&mut self) {
+        self.world.abort(1);
+    }
+}
