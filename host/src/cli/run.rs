@@ -6,6 +6,7 @@ mod log;
 mod report;
 #[cfg_attr(not(all(unix, feature = "window")), path = "run/no_watch.rs")]
 mod watch;
+mod watched;
 
 use super::failure::Failure;
 use super::live::LiveArguments;
