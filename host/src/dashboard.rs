@@ -8,11 +8,11 @@
 mod canvas;
 mod gauges;
 mod picture;
-mod projection;
+mod place_map;
 
 pub use canvas::{Canvas, Colour, Rect};
 pub use gauges::Latency;
-pub use projection::{Coordinates, Place, Projection, ProjectionError};
+pub use place_map::{Coordinates, Place, PlaceMap, PlaceMapError};
 
 use crate::cave::Cave;
 use crate::live::FrameRecord;
@@ -106,7 +106,7 @@ pub struct Status {
 pub struct Dashboard<'c> {
     cave: &'c Cave,
     coordinates: Coordinates<'c>,
-    net: Projection,
+    net: PlaceMap,
     stereo: Stereo,
     codes: Codes,
     ranks: Ranks,
@@ -127,7 +127,7 @@ impl<'c> Dashboard<'c> {
     ///
     /// # Errors
     /// Screens that cannot be unfolded.
-    pub fn new(cave: &'c Cave, stereo: Stereo) -> Result<Self, ProjectionError> {
+    pub fn new(cave: &'c Cave, stereo: Stereo) -> Result<Self, PlaceMapError> {
         let coordinates = Coordinates::new(cave)?;
         Ok(Self {
             cave,
@@ -169,7 +169,7 @@ impl<'c> Dashboard<'c> {
         frame: &Frame,
         status: &Status,
         turn: usize,
-    ) -> Result<(), ProjectionError> {
+    ) -> Result<(), PlaceMapError> {
         canvas.clear(BACKGROUND);
         let [width, height] = canvas.size();
         let walls = Rect {
@@ -211,7 +211,7 @@ impl<'c> Dashboard<'c> {
     }
 
     /// The eyes that are shown, each in its place.
-    fn lay_out(&mut self, walls: Rect, frame: &Frame, turn: usize) -> Result<(), ProjectionError> {
+    fn lay_out(&mut self, walls: Rect, frame: &Frame, turn: usize) -> Result<(), PlaceMapError> {
         let last = frame.eyes.len().saturating_sub(1);
         let half_width = walls.width / 2;
         let half_height = walls.height / 2;
@@ -266,7 +266,7 @@ impl<'c> Dashboard<'c> {
     }
 
     /// The walls as an eye sees them, at half the resolution.
-    fn seen(&self, rect: Rect, eye: usize, frame: &Frame) -> Result<Projection, ProjectionError> {
+    fn seen(&self, rect: Rect, eye: usize, frame: &Frame) -> Result<PlaceMap, PlaceMapError> {
         let room_from_head = frame.head.orientation.as_dquat();
         let place = frame.eyes.get(eye).map_or(DVec3::ZERO, |eye| eye.place);
         let size = [rect.width, rect.height].map(|side| side.div_ceil(2).max(1));

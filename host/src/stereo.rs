@@ -192,7 +192,11 @@ pub fn anaglyph(left: [f32; 4], right: [f32; 4]) -> [f32; 4] {
     let [red, green, blue] = DUBOIS.map(|row| {
         let sum: f32 = row.iter().zip(eyes).map(|(part, light)| part * light).sum();
         // A NaN would go on into the file.
-        sum.max(0.0).min(1.0)
+        if sum.is_nan() {
+            0.0
+        } else {
+            sum.clamp(0.0, 1.0)
+        }
     });
     [red, green, blue, covered.max(also)]
 }

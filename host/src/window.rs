@@ -31,7 +31,7 @@ x11rb::atom_manager! {
 #[derive(Debug)]
 pub struct Window {
     connection: RustConnection,
-    window: u32,
+    number: u32,
     context: u32,
     depth: u8,
     order: ImageOrder,
@@ -204,7 +204,7 @@ impl Window {
         connection.flush()?;
         Ok(Self {
             connection,
-            window,
+            number: window,
             context,
             depth,
             order,
@@ -253,7 +253,7 @@ impl Window {
                 height: to.height.into(),
             }),
             Message::Expose(_) => Some(Event::Exposed),
-            Message::DestroyNotify(of) if of.window == self.window => Some(Event::Closed),
+            Message::DestroyNotify(of) if of.window == self.number => Some(Event::Closed),
             Message::ClientMessage(said) => {
                 let asked = said.data.as_data32()[0] == self.atoms.WM_DELETE_WINDOW;
                 asked.then_some(Event::Closed)
@@ -281,7 +281,7 @@ impl Window {
             self.bytes.extend(pixels.iter().copied().flat_map(bytes));
             self.connection.put_image(
                 ImageFormat::Z_PIXMAP,
-                self.window,
+                self.number,
                 self.context,
                 width as u16,
                 (pixels.len() / width.max(1) as usize) as u16,

@@ -82,6 +82,10 @@ pub(super) struct Prepared {
 
 /// Something else to be shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    not(all(unix, feature = "window")),
+    allow(dead_code, reason = "keys of a window ask for it")
+)]
 pub(super) enum Change {
     /// One of the paper's scenes.
     Scene(PaperScene),

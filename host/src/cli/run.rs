@@ -7,6 +7,7 @@ mod report;
 mod together;
 #[cfg_attr(not(all(unix, feature = "window")), path = "run/no_watch.rs")]
 mod watch;
+mod watched;
 
 use super::failure::Failure;
 use super::live::LiveArguments;

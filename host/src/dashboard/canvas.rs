@@ -29,20 +29,6 @@ pub struct Rect {
     pub height: u32,
 }
 
-impl Rect {
-    /// The pixel of a place in it, 0 to 1 from its upper left corner: inside.
-    pub fn at(&self, across: f32, down: f32) -> (u32, u32) {
-        let along = |part: f32, count: u32| {
-            let last = count.saturating_sub(1);
-            ((part * count as f32) as u32).min(last)
-        };
-        (
-            self.x + along(across, self.width),
-            self.y + along(down, self.height),
-        )
-    }
-}
-
 impl Canvas {
     /// The most columns and rows: what a window of the X protocol can have.
     pub const MOST: u32 = 16_384;
@@ -205,22 +191,6 @@ mod tests {
                 assert_eq!(canvas.pixel(x, y), canvas.pixel(x + 8, y));
             }
         }
-    }
-
-    #[test]
-    fn a_place_is_inside() {
-        let rect = Rect {
-            x: 10,
-            y: 20,
-            width: 4,
-            height: 2,
-        };
-        assert_eq!(rect.at(0.0, 0.0), (10, 20));
-        assert_eq!(rect.at(0.5, 0.5), (12, 21));
-        for odd in [1.0, 7.0, f32::INFINITY] {
-            assert_eq!(rect.at(odd, odd), (13, 21));
-        }
-        assert_eq!(rect.at(f32::NAN, -3.0), (10, 20));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The walls, and what is shown over them.
 
 use super::canvas::{Canvas, Colour, Rect};
-use super::projection::{Place, Projection};
+use super::place_map::{Place, PlaceMap};
 use super::{Frame, TEXT};
 use crate::cave::Cave;
 use crate::live::Quality;
@@ -137,18 +137,18 @@ pub(super) struct Over<'r> {
 pub(super) struct Area {
     rect: Rect,
     eye: usize,
-    projection: Projection,
+    shown: PlaceMap,
     of_net: bool,
     /// Of blocks, in rows: the direction from the eye, of unit length, and its level.
     blocks: Vec<Option<(Vec3, f32)>>,
 }
 
 impl Area {
-    pub(super) fn new(rect: Rect, eye: usize, projection: Projection, of_net: bool) -> Self {
+    pub(super) fn new(rect: Rect, eye: usize, shown: PlaceMap, of_net: bool) -> Self {
         Self {
             rect,
             eye,
-            projection,
+            shown,
             of_net,
             blocks: Vec::new(),
         }
@@ -189,7 +189,7 @@ impl Area {
                     middle(column, self.rect.width),
                     middle(row, self.rect.height),
                 );
-                let place = self.projection.place(x, y);
+                let place = self.shown.place(x, y);
                 let direction = place.and_then(|place| towards(&views, place));
                 let level = |direction: Vec3| match &gaze {
                     Some(gaze) => gaze.level(direction).unwrap_or(0.0),
@@ -224,7 +224,7 @@ impl Area {
     /// The direction from the eye to what is shown at a place of the canvas.
     pub(super) fn direction(&self, cave: &Cave, frame: &Frame, x: u32, y: u32) -> Option<Vec3> {
         let (x, y) = (x.checked_sub(self.rect.x)?, y.checked_sub(self.rect.y)?);
-        let place = self.projection.place(x, y)?;
+        let place = self.shown.place(x, y)?;
         let Place::Pixel { screen, x, y } = place else {
             return None;
         };
@@ -241,7 +241,7 @@ impl Area {
         over: Over<'_>,
         codes: &Codes,
     ) -> Result<[f32; 4], Colour> {
-        let (screen, x, y) = match self.projection.places().get(index) {
+        let (screen, x, y) = match self.shown.places().get(index) {
             Some(&Place::Pixel { screen, x, y }) => (screen, u32::from(x), u32::from(y)),
             Some(&Place::Plain(colour)) => return Err(colour),
             None => return Err(0),

@@ -2,7 +2,8 @@
 
 use super::files::Files;
 use super::log::Log;
-use super::watch::{Command, Watch, Watched};
+use super::watch::Watch;
+use super::watched::{Command, Watched};
 use super::{Arguments, FillName, View};
 use crate::cli::failure::Failure;
 use crate::cli::live::{Audience, Change, Newest, Prepared};

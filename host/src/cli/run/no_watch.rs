@@ -1,11 +1,10 @@
 //! In place of the window of `--view window`, where there is none: built without the
 //! feature `window`, or for a system without X servers.
 
+use super::watched::{Command, Watched};
 use crate::cli::failure::Failure;
-use crate::cli::live::Change;
 use glam::Vec3;
 use miette::Diagnostic;
-use serde::Serialize;
 use shisen::cave::Cave;
 use shisen::dashboard::{About, Frame};
 use shisen::live::FrameRecord;
@@ -21,25 +20,6 @@ use thiserror::Error;
      writes the frames to files"
 ))]
 struct NoWindow;
-
-/// What a key would ask of the loop.
-#[allow(
-    dead_code,
-    reason = "the other build's commands, which nobody gives in this one"
-)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Command {
-    /// Something else to be shown.
-    Change(Change),
-    /// The next way to fill what the gaze skips.
-    Fill,
-    /// No more frames.
-    End,
-}
-
-/// What became of a window: never anything.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub(super) enum Watched {}
 
 /// A window that cannot be.
 pub(super) enum Watch {}

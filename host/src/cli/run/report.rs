@@ -1,6 +1,6 @@
 //! What `shisen run` says at its end.
 
-use super::watch::Watched;
+use super::watched::Watched;
 use super::{Arguments, LatchName};
 use crate::cli::live::{Interference, Played, Prepared};
 use serde::Serialize;

@@ -7,11 +7,10 @@
 
 mod presenter;
 
+use super::watched::{Command, Watched};
 use crate::cli::failure::Failure;
-use crate::cli::live::Change;
 use glam::Vec3;
 use presenter::{Ending, Presenter};
-use serde::Serialize;
 use shisen::cave::Cave;
 use shisen::dashboard::{About, Dashboard, Frame, Latency};
 use shisen::live::FrameRecord;
@@ -33,28 +32,6 @@ const COMMANDS: usize = 16;
 
 /// How long the window may take to end: a server that hangs keeps it.
 const PATIENCE: Duration = Duration::from_secs(1);
-
-/// What a key asks of the loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Command {
-    /// Something else to be shown.
-    Change(Change),
-    /// The next way to fill what the gaze skips.
-    Fill,
-    /// No more frames.
-    End,
-}
-
-/// What became of a window.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub(super) struct Watched {
-    /// Frames shown.
-    pub(super) shown: u64,
-    /// Frames that it had no time for, or that came after its end.
-    pub(super) dropped: u64,
-    /// Whether it was there at the end.
-    pub(super) is_open: bool,
-}
 
 /// What both threads know.
 #[derive(Debug, Default)]

@@ -1,12 +1,13 @@
 //! The window's own thread.
 
-use super::{Command, Shared, lock};
+use super::{Shared, lock};
 use crate::cli::failure::Failure;
 use crate::cli::live::Change;
 use crate::cli::picture_files::{make_writable, metadata};
+use crate::cli::run::watched::Command;
 use crate::cli::warn;
 use shisen::cave::Cave;
-use shisen::dashboard::{Canvas, Dashboard, Frame, ProjectionError, Status, ViewName};
+use shisen::dashboard::{Canvas, Dashboard, Frame, PlaceMapError, Status, ViewName};
 use shisen::scene::builtin::PaperScene;
 use shisen::stereo::Stereo;
 use shisen::window::{Event, Window, WindowError};
@@ -65,7 +66,7 @@ pub(super) struct Presenter {
 /// Why drawing ends.
 enum Trouble {
     Window(WindowError),
-    Drawing(ProjectionError),
+    Drawing(PlaceMapError),
 }
 
 impl From<WindowError> for Trouble {
@@ -74,8 +75,8 @@ impl From<WindowError> for Trouble {
     }
 }
 
-impl From<ProjectionError> for Trouble {
-    fn from(error: ProjectionError) -> Self {
+impl From<PlaceMapError> for Trouble {
+    fn from(error: PlaceMapError) -> Self {
         Self::Drawing(error)
     }
 }

@@ -34,15 +34,15 @@ pub enum Place {
 
 /// What is shown at each place of a rectangle.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Projection {
+pub struct PlaceMap {
     width: u32,
     height: u32,
     places: Vec<Place>,
 }
 
-/// Why there is no projection.
+/// Why there is none.
 #[derive(Debug, Error)]
-pub enum ProjectionError {
+pub enum PlaceMapError {
     /// The walls have no net.
     #[error(transparent)]
     Net(#[from] NetError),
@@ -83,7 +83,7 @@ impl<'c> Coordinates<'c> {
     ///
     /// # Errors
     /// As of the net.
-    pub fn net(&self) -> Result<Projection, ProjectionError> {
+    pub fn net(&self) -> Result<PlaceMap, PlaceMapError> {
         Ok(self.places_of(&net::unfold(&self.seen())?))
     }
 
@@ -91,7 +91,7 @@ impl<'c> Coordinates<'c> {
     ///
     /// # Errors
     /// As of the view.
-    pub fn view(&self, camera: &ViewerCamera) -> Result<Projection, ProjectionError> {
+    pub fn view(&self, camera: &ViewerCamera) -> Result<PlaceMap, PlaceMapError> {
         Ok(self.places_of(&viewer::render(camera, &self.seen())?))
     }
 
@@ -102,7 +102,7 @@ impl<'c> Coordinates<'c> {
             .collect()
     }
 
-    fn places_of(&self, picture: &Picture) -> Projection {
+    fn places_of(&self, picture: &Picture) -> PlaceMap {
         let place = |&[x, y, number, alpha]: &[f32; 4]| {
             // Names and borders are no brighter than 0.9, and screens are numbered
             // from 1.
@@ -119,7 +119,7 @@ impl<'c> Coordinates<'c> {
                 _ => Place::Plain(colour([x, y, number])),
             }
         };
-        Projection {
+        PlaceMap {
             width: picture.width,
             height: picture.height,
             places: picture.pixels.iter().map(place).collect(),
@@ -153,7 +153,7 @@ fn colour(linear: [f32; 3]) -> Colour {
     })
 }
 
-impl Projection {
+impl PlaceMap {
     /// Columns and rows.
     pub const fn size(&self) -> [u32; 2] {
         [self.width, self.height]
@@ -220,8 +220,8 @@ mod tests {
             .collect()
     }
 
-    fn shown(projection: &Projection, pictures: &[Picture]) -> Vec<Option<Colour>> {
-        let places = projection.places().iter();
+    fn looked_up(shown: &PlaceMap, pictures: &[Picture]) -> Vec<Option<Colour>> {
+        let places = shown.places().iter();
         places
             .map(|place| match *place {
                 Place::Plain(_) => None,
@@ -240,13 +240,13 @@ mod tests {
             let cave = Cave::built_in(which, [40; 2]).unwrap();
             let coordinates = Coordinates::new(&cave).unwrap();
             let pictures = pictures(&coordinates);
-            let projection = coordinates.net().unwrap();
+            let shown = coordinates.net().unwrap();
             let seen: Vec<_> = cave.screens().zip(&pictures).collect();
             let net = net::unfold(&seen).unwrap();
-            assert_eq!(projection.size(), [net.width, net.height]);
+            assert_eq!(shown.size(), [net.width, net.height]);
             let mut pixels = 0;
-            let all = shown(&projection, &pictures).into_iter().zip(&net.pixels);
-            for (place, (found, &[red, green, blue, _])) in projection.places().iter().zip(all) {
+            let all = looked_up(&shown, &pictures).into_iter().zip(&net.pixels);
+            for (place, (found, &[red, green, blue, _])) in shown.places().iter().zip(all) {
                 let wanted = colour([red, green, blue]);
                 match place {
                     Place::Plain(plain) => assert_eq!(*plain, wanted),
@@ -268,12 +268,12 @@ mod tests {
         let coordinates = Coordinates::new(&cave).unwrap();
         let (ahead, up) = (DVec3::new(0.3, 0.1, -1.0), DVec3::Y);
         let camera = ViewerCamera::new(DVec3::ZERO, ahead, up, 1.2, [32, 24]).unwrap();
-        let projection = coordinates.view(&camera).unwrap();
-        assert_eq!(projection.size(), [32, 24]);
+        let shown = coordinates.view(&camera).unwrap();
+        assert_eq!(shown.size(), [32, 24]);
         for y in 0..24 {
             for x in 0..32 {
                 let ray = camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let Some(Place::Pixel { screen, x, y }) = projection.place(x, y) else {
+                let Some(Place::Pixel { screen, x, y }) = shown.place(x, y) else {
                     panic!("a cube is all around");
                 };
                 let wall = &cave.walls[usize::from(screen)];
@@ -291,10 +291,10 @@ mod tests {
     fn large_pictures_are_known_at_fewer_places() {
         let cave = Cave::built_in(BuiltInCave::Dome, [1_000; 2]).unwrap();
         let coordinates = Coordinates::new(&cave).unwrap();
-        let projection = coordinates.net().unwrap();
-        let [width, _] = projection.size();
+        let shown = coordinates.net().unwrap();
+        let [width, _] = shown.size();
         assert!(width < 2 * FINEST, "{width}");
-        let columns: Vec<u16> = projection
+        let columns: Vec<u16> = shown
             .places()
             .iter()
             .filter_map(|place| match place {
@@ -308,7 +308,7 @@ mod tests {
     #[test]
     fn fitting_keeps_the_shape() {
         let places = (0..6).map(Place::Plain).collect();
-        let small = Projection {
+        let small = PlaceMap {
             width: 3,
             height: 2,
             places,
