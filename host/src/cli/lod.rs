@@ -154,7 +154,7 @@ impl LodArguments {
                 let lod = boundary.zip(field).map(|(boundary, field)| {
                     LevelOfDetail::new(Gaze::new(line, field.with_boundary(boundary)))
                 });
-                Ok(Observer { eye, place, lod })
+                Ok(Observer { eye, place, lod, acuity: None })
             })
             .collect()
     }
