@@ -27,9 +27,9 @@ use core::fmt;
 use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
 pub use detail::{FACE_TOLERANCE, LevelOfDetail};
 use dome::hits_together;
+pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
 use foveation::Foveation;
 pub use foveation::LARGEST_STRIDE;
-pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
 use lattice::Wanted;
 pub use order::{FrameError, FrameJob, Part, Pictures, Place, Progress, Tiles};
 pub use view::{

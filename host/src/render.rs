@@ -18,7 +18,7 @@ use shisen_core::frame::{
     Budget, DomeError, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, SpectrumError,
     Statistics, SurroundingsError, Tile, TileJob, View, ViewError, Workspace,
 };
-use shisen_core::gaze::Acuity;
+use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::sync::Mutex;
@@ -87,6 +87,21 @@ impl Observer {
 }
 
 impl Observer {
+    /// An eye whose periphery is sampled as finely as it sees ([`Acuity::GUENTER`]),
+    /// every ray in full. The field is the widest there is: so far apart, the rays
+    /// beyond the paper's cost little. The line of sight is known to within `widen`
+    /// (radians); from π on that is nothing, and everything is traced.
+    pub fn foveated(eye: Eye, place: DVec3, sight: LineOfSight, widen: f32) -> Self {
+        let Some(field) = VisualField::WIDEST.wider(widen) else {
+            return Self::new(eye, place);
+        };
+        Self {
+            lod: Some(LevelOfDetail::in_full(Gaze::new(sight, field))),
+            acuity: Some(Acuity::GUENTER.around(widen)),
+            ..Self::new(eye, place)
+        }
+    }
+
     /// A renderer that follows its gaze.
     pub(crate) fn follow<'a, const W: usize>(&self, renderer: Renderer<'a, W>) -> Renderer<'a, W>
     where

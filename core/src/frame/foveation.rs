@@ -36,14 +36,8 @@ pub(super) struct Foveation<const W: usize> {
     pub(super) give_up: GiveUpTile<W>,
 }
 
-type RenderTile<const W: usize> = fn(
-    &mut TileJob,
-    &Renderer<'_, W>,
-    &View,
-    &mut [Pixel],
-    &mut Budget,
-    &mut Workspace,
-) -> Outcome;
+type RenderTile<const W: usize> =
+    fn(&mut TileJob, &Renderer<'_, W>, &View, &mut [Pixel], &mut Budget, &mut Workspace) -> Outcome;
 
 type GiveUpTile<const W: usize> = fn(&mut TileJob, &Renderer<'_, W>, &View, &mut [Pixel]);
 
@@ -191,8 +185,12 @@ where
     }
 
     /// How many pixels the samples around pixel (x, y) of a view are apart, before
-    /// they are refined: a power of two, 1 where every pixel has its own.
+    /// they are refined: a power of two, 1 where every pixel has its own and where
+    /// the view has no such pixel.
     pub fn stride(&self, view: &View, x: u32, y: u32) -> u32 {
+        if x >= view.columns() || y >= view.rows() {
+            return 1;
+        }
         let (Some(foveation), Some(lod)) = (&self.foveation, &self.lod) else {
             return 1;
         };
@@ -368,7 +366,9 @@ fn give_up_tile<const W: usize>(
             let first = job.finished - before;
             let target = &mut piece.target(tile, pixels);
             if piece.stride == 1 {
-                piece.block(Region::Outside).show_background(first, renderer, view, target);
+                piece
+                    .block(Region::Outside)
+                    .show_background(first, renderer, view, target);
             } else {
                 piece.show_background(renderer, view, target);
             }

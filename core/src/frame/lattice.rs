@@ -18,7 +18,7 @@ const HALVINGS: u32 = 2;
 /// How far light may be apart between samples next to each other before there
 /// are more of them: as a part of the sum of the least and the most, and that
 /// which is never seen.
-const CONTRAST: f32 = 0.1;
+const CONTRAST: f32 = 0.2;
 const UNSEEN: f32 = 0.01;
 
 /// Samples that are traced together.
@@ -170,7 +170,8 @@ impl Lattice {
     /// part of it.
     fn ask_for(&mut self, (column, row): (usize, usize), step: usize, blocks: &mut [u16; STEPS]) {
         let side = step as u32 * self.unit;
-        let meets = |start: u32, first: u32, count: u32| start < first + count && first < start + side;
+        let meets =
+            |start: u32, first: u32, count: u32| start < first + count && first < start + side;
         let (x, y) = self.place(column, row);
         let piece = &self.piece;
         if !meets(x, piece.x, piece.columns) || !meets(y, piece.y, piece.rows) {
@@ -219,7 +220,9 @@ impl Lattice {
         let tracer = &renderer.tracer;
         (0..renderer.settings.samples).any(|sample| {
             let (dx, dy) = offset(sample, renderer.settings.samples);
-            let corners = piece.corners().map(|(x, y)| screen.direction(x as f32 + dx, y as f32 + dy));
+            let corners = piece
+                .corners()
+                .map(|(x, y)| screen.direction(x as f32 + dx, y as f32 + dy));
             tracer.may_hit(screen.eye(), &corners, budget, workspace)
         })
     }
@@ -335,7 +338,9 @@ impl Lattice {
             let down = (row - y) as f32 * share;
             let start = (target.y + (row - piece.y) as usize) * target.width + target.x;
             let start = start + (left - piece.x) as usize;
-            let pixels = target.pixels.get_mut(start..start + (right - left) as usize);
+            let pixels = target
+                .pixels
+                .get_mut(start..start + (right - left) as usize);
             let pixels = (left..right).zip(pixels.unwrap_or_default());
             if alike && matches!(field, Field::All) {
                 let [a, b, c, d] = corners.map(|node| &node.pixel);
@@ -574,7 +579,12 @@ impl Wanted {
         let samples = renderer.settings.samples;
         let count = batch.count.min(TOGETHER);
         let mut rungs = [[NOT_TRACED; BLOCK as usize]; BLOCK as usize];
-        for (rung, detail) in rungs.as_flattened_mut().iter_mut().zip(&batch.details).take(count) {
+        for (rung, detail) in rungs
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(&batch.details)
+            .take(count)
+        {
             *rung = detail.rung;
         }
         let mut sums = [Sum::NONE; TOGETHER];

@@ -11,6 +11,8 @@ use core::fmt;
 pub struct Acuity {
     slope: f32,
     fovea: f32,
+    /// How far from what is taken for it the line of sight may be: radians.
+    off: f32,
 }
 
 /// Why two numbers are no acuity.
@@ -60,12 +62,13 @@ impl Acuity {
     /// Largest of the least angles: radians.
     pub const COARSEST: f32 = 1.0;
 
-    /// Guenter et al.'s: 1.32 arc minutes a degree, the more cautious of the two
-    /// slopes that their study with viewers found (1.65 is the other), and 1/48° in
-    /// the fovea.
+    /// Guenter et al.'s: 1.65 arc minutes a degree, the larger of the slopes between
+    /// which their study with viewers leaves the choice (1.32 is the smaller), and
+    /// 1/48° in the fovea.
     pub const GUENTER: Self = Self {
-        slope: 0.022,
+        slope: 0.0275,
         fovea: 3.636_102_6e-4,
+        off: 0.0,
     };
 
     /// Of a slope m (radians a radian, 0 to [`Self::STEEPEST`]) and an angle w₀ on
@@ -80,7 +83,11 @@ impl Acuity {
         if !(Self::FINEST..=Self::COARSEST).contains(&fovea) {
             return Err(AcuityError::Fovea { fovea });
         }
-        Ok(Self { slope, fovea })
+        Ok(Self {
+            slope,
+            fovea,
+            off: 0.0,
+        })
     }
 
     /// The same with a slope so many times as steep, as far as slopes go: a picture
@@ -92,6 +99,16 @@ impl Acuity {
         let factor = min(max(factor, 1.0), f32::MAX);
         Self {
             slope: min(self.slope * factor, Self::STEEPEST),
+            ..self
+        }
+    }
+
+    /// The same for a line of sight that is known to within some radians: as fine
+    /// so much farther out. Numbers below 0, and NaN, leave it as it is.
+    #[must_use]
+    pub const fn around(self, off: f32) -> Self {
+        Self {
+            off: min(max(off, 0.0), PI),
             ..self
         }
     }
@@ -109,7 +126,7 @@ impl Acuity {
     /// MAR(e), radians, of an eccentricity in radians, 0 to π; below 0 and for NaN
     /// as for 0, above π as for π.
     pub fn least_angle(self, eccentricity: f32) -> f32 {
-        self.slope * min(max(eccentricity, 0.0), PI) + self.fovea
+        self.slope * min(max(eccentricity - self.off, 0.0), PI) + self.fovea
     }
 }
 
@@ -129,7 +146,7 @@ mod tests {
         }
         let guenter = Acuity::GUENTER;
         assert_eq!(Acuity::new(guenter.slope(), guenter.fovea()), Ok(guenter));
-        assert_eq!(guenter.slope(), 1.32 / 60.0);
+        assert_eq!(guenter.slope(), 1.65 / 60.0);
         assert_eq!(guenter.fovea(), (1.0f32 / 48.0).to_radians());
     }
 
@@ -137,7 +154,7 @@ mod tests {
     fn the_least_angle_is_a_line() {
         let degrees = |angle: f32| Acuity::GUENTER.least_angle(angle.to_radians()).to_degrees();
         for e in [0.0, 1.0, 10.0, 100.0, 180.0] {
-            assert!((degrees(e) - (0.022 * e + 1.0 / 48.0)).abs() < 1e-5, "{e}");
+            assert!((degrees(e) - (0.0275 * e + 1.0 / 48.0)).abs() < 1e-5, "{e}");
         }
         let acuity = Acuity::GUENTER;
         assert_eq!(acuity.least_angle(-1.0), acuity.fovea());
@@ -151,11 +168,18 @@ mod tests {
         let acuity = Acuity::GUENTER;
         let twice = acuity.steeper(2.0);
         assert_eq!(twice.least_angle(0.0), acuity.least_angle(0.0));
-        assert_eq!(twice.slope(), 0.044);
+        assert_eq!(twice.slope(), 0.055);
         for none in [1.0, 0.5, -1.0, f32::NAN] {
             assert_eq!(acuity.steeper(none), acuity);
         }
         assert_eq!(acuity.steeper(f32::INFINITY).slope(), Acuity::STEEPEST);
+        let around = acuity.around(0.1);
+        assert_eq!(around.least_angle(0.1), acuity.fovea());
+        assert!((around.least_angle(0.3) - acuity.least_angle(0.2)).abs() < 1e-8);
+        for none in [0.0, -1.0, f32::NAN] {
+            assert_eq!(acuity.around(none), acuity);
+        }
+        assert_eq!(acuity.around(f32::INFINITY).least_angle(PI), acuity.fovea());
         let flat = Acuity::new(0.0, 0.001).unwrap();
         assert_eq!(flat.steeper(1.0e30), flat);
     }

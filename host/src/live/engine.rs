@@ -250,12 +250,9 @@ where
             .flat_map(|screen| eyes.iter().map(move |eye| (screen, eye)));
         let mut count = 0;
         for ((screen, observer), part) in wanted.zip(parts.iter_mut()) {
-            let renderer = render::renderer(scene, observer, &options, *spectrum)?;
+            let renderer = render::in_full(scene, &options, *spectrum)?;
             let renderer = renderer.with_faces_of_level(quality.faces);
-            let renderer = match observer.lod {
-                Some(lod) => renderer.with_level_of_detail(quality.narrow(lod)),
-                None => renderer,
-            };
+            let renderer = quality.lower(*observer).follow(renderer);
             *part = (render::view(screen, observer)?, renderer);
             count += 1;
         }

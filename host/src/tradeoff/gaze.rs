@@ -8,7 +8,7 @@ use crate::lod;
 use crate::picture::Picture;
 use crate::render::{CaptureOptions, Filling, Frame};
 use serde_json::Value;
-use shisen_core::gaze::{Boundary, VisualField, VisualFieldLimits};
+use shisen_core::gaze::{Acuity, Boundary, VisualField, VisualFieldLimits};
 
 /// What is as good as nothing, of FLIP by acuity.
 pub(super) const UNSEEN: Limit = Limit {
@@ -36,9 +36,9 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
          the periphery beyond: Rayner 1998; the first two on a screen of their own with {} pixels \
          within 1° for each eye, which is in no time and no step), and, by acuity, weighted by the part of the visual cortex that sees a \
          pixel: its solid angle times the square of 17.3 mm / (E + 0.75°), E being its \
-         eccentricity (Horton & Hoyt 1991). All rays that are traced in the periphery are as \
-         many a pixel as in the middle; what follows the gaze is whether they are traced at all, \
-         how often they bounce, and what faces they see.",
+         eccentricity (Horton & Hoyt 1991). What follows the gaze is whether rays are traced at \
+         all, how often they bounce, and what faces they see; and, of peripheral sampling, how many \
+         pixels have a ray of their own.",
         room.pixels_per_degree(),
         room.close_up().pixels_in_the_fovea(),
     );
@@ -199,6 +199,27 @@ fn methods(
             ..Lod::PAPER
         };
         asked.push(Asked::new("method", name, usual, with(lod)));
+    }
+    for &times in bench
+        .effort
+        .pick(&[1.0f32, 2.0, 4.0][..], &[1.0, 1.5, 2.0, 3.0, 4.0, 8.0])
+    {
+        let name = if times == 1.0 {
+            "foveated".to_owned()
+        } else {
+            format!("foveated, {times} times as coarse")
+        };
+        let acuity = Acuity::GUENTER.steeper(times);
+        let way = with(Lod::foveated(acuity));
+        asked.push(Asked::new("peripheral sampling", name, usual, way));
+        let levels = Lod {
+            acuity: Some(acuity),
+            ..Lod::PAPER
+        };
+        if times == 1.0 {
+            let name = "foveated, the paper's levels";
+            asked.push(Asked::new("peripheral sampling", name, usual, with(levels)));
+        }
     }
     for degrees in bench
         .effort

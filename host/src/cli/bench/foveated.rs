@@ -211,12 +211,8 @@ impl fmt::Display for Report {
         row("paper", &|c| milliseconds(&c.paper))?;
         row("foveated", &|c| milliseconds(&c.foveated))?;
         row("plain by foveated", &|c| format!("{:.2}", c.time_ratio))?;
-        row("primary rays, plain", &|c| {
-            c.plain.rays.primary.to_string()
-        })?;
-        row("primary rays, paper", &|c| {
-            c.paper.rays.primary.to_string()
-        })?;
+        row("primary rays, plain", &|c| c.plain.rays.primary.to_string())?;
+        row("primary rays, paper", &|c| c.paper.rays.primary.to_string())?;
         row("primary rays, foveated", &|c| {
             c.foveated.rays.primary.to_string()
         })?;

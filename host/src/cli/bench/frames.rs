@@ -10,7 +10,7 @@ use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::PaperScene;
 use shisen_core::frame::{LevelOfDetail, Statistics};
-use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
+use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use std::num::NonZeroUsize;
 
 /// What frames to measure.
@@ -152,15 +152,16 @@ impl Frames {
         let Look { forward, up } = look;
         let sight = LineOfSight::new(Vec3::ZERO, forward, up).map_err(Failure::from_error)?;
         let mut lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
-        lod.bounces = !matches!(way, Way::Cut | Way::Foveated);
+        lod.bounces = way != Way::Cut;
         lod.faces = way == Way::Lod;
-        if way == Way::Foveated && let Ok(v) = std::env::var("SHISEN_X") { if v.contains('p') { lod.bounces=true; lod.faces=true; }
-          if v.contains('w') { lod.gaze = Gaze::new(sight, VisualField::new(shisen_core::gaze::VisualFieldLimits{central: 0.5, up: 1.57, down:1.57, left: 3.14, right: 3.14}, shisen_core::gaze::Boundary::Printed).unwrap()); } }
         let viewer = Viewer::default();
-        Ok(Eye::STEREO.map(|eye| Observer {
-            lod: (way != Way::Plain).then_some(lod),
-            acuity: (way == Way::Foveated).then_some(Acuity::GUENTER),
-            ..Observer::new(eye, viewer.eye(eye))
+        Ok(Eye::STEREO.map(|eye| match way {
+            Way::Plain => Observer::new(eye, viewer.eye(eye)),
+            Way::Foveated => Observer::foveated(eye, viewer.eye(eye), sight, 0.0),
+            Way::Lod | Way::Cut | Way::Levels => Observer {
+                lod: Some(lod),
+                ..Observer::new(eye, viewer.eye(eye))
+            },
         }))
     }
 }

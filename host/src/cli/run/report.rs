@@ -55,6 +55,7 @@ struct Rung {
     depth: u8,
     faces: f32,
     field: f32,
+    sampling: f32,
     frames: u64,
 }
 
@@ -102,6 +103,11 @@ impl Report {
                     depth: quality.depth.min(depth),
                     faces: quality.faces,
                     field: quality.field,
+                    sampling: if arguments.live.lod.is_foveated() {
+                        quality.sampling
+                    } else {
+                        1.0
+                    },
                     frames,
                 })
                 .collect(),
