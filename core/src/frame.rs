@@ -457,8 +457,9 @@ impl TileJob {
     /// The budget is looked at before each pixel, in tile mode before each
     /// block of 8×8 and each ray tree in it. A call does at most its budget
     /// and all samples of one pixel more; in tile mode, besides, one sample's
-    /// primary rays of a block, or of a row of eight pixels of a dome master. A
-    /// budget that is spent already does nothing.
+    /// primary rays of a block, or of a row of eight pixels of a dome master. With
+    /// [foveation](Renderer::with_foveation) it is a square whose samples are apart,
+    /// of at most 17² samples. A budget that is spent already does nothing.
     ///
     /// # Errors
     /// A tile that is not inside the view; `pixels` of another length than

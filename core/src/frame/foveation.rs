@@ -151,7 +151,7 @@ impl Block {
     }
 }
 
-impl<'a, const W: usize> Renderer<'a, W>
+impl<const W: usize> Renderer<'_, W>
 where
     Simd: Runs<W>,
 {
@@ -161,8 +161,8 @@ where
     ///
     /// Samples are 1, 2, 4, 8 or at most [`LARGEST_STRIDE`] pixels apart, on the
     /// view's own grid. Squares of 32 pixels a side, and where samples are close
-    /// together their quarters, choose by the largest angle of their pixels and by
-    /// the acuity at their point nearest to the line of sight. Where samples next
+    /// together their quarters, choose by the angle of their longest side and by the
+    /// acuity at their point nearest to the line of sight. Where samples next
     /// to each other show different things or light, two more halvings of their
     /// distance follow. Pixels between samples that see the same instance are
     /// interpolated; between samples of different ones each pixel has what the
@@ -266,7 +266,7 @@ impl Tile {
 
 /// How far apart the samples of a square are: the most, of powers of two, that the
 /// acuity at its point nearest to the line of sight does not make out, by the
-/// largest angle of its pixels. 1 where a corner is outside a dome master's rim.
+/// angle of a pixel along its longest side. 1 where a corner is outside a dome master's rim.
 fn stride(acuity: &Acuity, gaze: &Gaze, view: &View, (x, y): (u32, u32), side: u32) -> u32 {
     let towards = |right: u32, below: u32| {
         let place = |first: u32, by: u32| (first + by) as f32 - 0.5;

@@ -18,7 +18,7 @@ const HALVINGS: u32 = 2;
 /// How far light may be apart between samples next to each other before there
 /// are more of them: as a part of the sum of the least and the most, and that
 /// which is never seen.
-const CONTRAST: f32 = 0.2;
+const CONTRAST: f32 = 0.15;
 const UNSEEN: f32 = 0.01;
 
 /// Samples that are traced together.
@@ -73,8 +73,10 @@ struct Seeing<'r, 'a, const W: usize> {
     renderer: &'r Renderer<'a, W>,
     view: &'r View,
     lod: &'r LevelOfDetail,
-    /// Of all of the square's samples.
+    /// Where the square lies in the field.
     region: Region,
+    /// Whether it counts as lying in the field whole.
+    is_inside: bool,
 }
 
 impl Node {
@@ -108,11 +110,17 @@ impl Lattice {
     {
         piece.show_background(renderer, view, target);
         let Some(lod) = &renderer.lod else { return };
+        let region = piece.region(lod, view);
         let seeing = Seeing {
             renderer,
             view,
             lod,
-            region: piece.region(lod, view),
+            region,
+            is_inside: match region {
+                Region::Central | Region::Traced(_) => true,
+                Region::Outside => false,
+                Region::Mixed => piece.is_inside(lod, view),
+            },
         };
         if seeing.region == Region::Outside {
             return;
@@ -431,6 +439,18 @@ impl Piece {
         let corners = corners.map(|(x, y)| screen.direction(x as f32, y as f32));
         lod.gaze.region_between(&corners)
     }
+
+    /// Whether its square's corners, the middles of its sides and its middle are in
+    /// the field: the levels of all pixels would take longer than their samples.
+    fn is_inside(&self, lod: &LevelOfDetail, view: &View) -> bool {
+        let ((x, y), half) = (self.corner, self.side / 2);
+        (0..9u32).all(|number| {
+            let (x, y) = (x + number % 3 * half, y + number / 3 * half);
+            let direction = view.direction(x as f32, y as f32);
+            let level = direction.and_then(|direction| lod.gaze.level(direction));
+            level.is_some_and(|level| level > 0.0)
+        })
+    }
 }
 
 impl<const W: usize> Seeing<'_, '_, W>
@@ -444,12 +464,13 @@ where
             view,
             lod,
             region,
+            is_inside,
         } = self;
         let most = renderer.most;
         match region {
             Region::Outside => None,
             Region::Central => Some(most),
-            Region::Traced(_) if !lod.bounces && !lod.faces => Some(most),
+            _ if *is_inside && !lod.bounces && !lod.faces => Some(most),
             _ => {
                 let (x, y) = (x.min(view.columns() - 1), y.min(view.rows() - 1));
                 let block = renderer.block_detail(Region::Mixed, view, x, y);
@@ -460,7 +481,7 @@ where
 
     /// Which pixels of a square are traced.
     fn field(&self, piece: &Piece) -> Field {
-        if matches!(self.region, Region::Central | Region::Traced(_)) {
+        if self.is_inside {
             return Field::All;
         }
         let mut blocks = [[0; 4]; 4];

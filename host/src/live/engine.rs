@@ -32,6 +32,9 @@ const MOST_ROUNDS: u32 = 8;
 /// dearest block's primary rays, or a pixel's whole tree.
 const LEAST_EXCESS: u64 = 2_048;
 
+/// The same where squares of pixels share their samples: the dearest square's.
+const LEAST_EXCESS_OF_SQUARES: u64 = 2 * LEAST_EXCESS;
+
 /// Steps that a pixel is expected to take of which nothing is known.
 const UNKNOWN_PIXEL: u64 = 16;
 
@@ -205,6 +208,9 @@ where
         steps: Option<u64>,
     ) -> Result<Rendered, RenderError> {
         self.plan(eyes, quality)?;
+        if eyes.iter().any(|eye| eye.acuity.is_some()) {
+            self.excess = self.excess.max(LEAST_EXCESS_OF_SQUARES);
+        }
         self.shared.first_ray.store(u64::MAX, Ordering::SeqCst);
         let (mut rounds, mut tracing) = (0, Duration::ZERO);
         loop {

@@ -20,6 +20,10 @@ use shisen_tests::meshes::icosphere;
 /// In pictures of a few pixels, as far apart as in large ones by what eyes see.
 const COARSE: f32 = 6.0;
 
+fn pixel(picture: &Picture, (x, y): (u32, u32)) -> [f32; 4] {
+    picture.pixel(x, y).expect("a pixel")
+}
+
 fn sight((forward, up): (Vec3, Vec3)) -> LineOfSight {
     LineOfSight::new(Vec3::ZERO, forward, up).expect("a line of sight")
 }
@@ -245,7 +249,7 @@ fn around_the_line_of_sight_every_pixel_is_what_it_would_be() {
                     continue;
                 }
                 own += 1;
-                let of = |picture: &Picture| bits(picture.pixel(x, y));
+                let of = |picture: &Picture| bits(pixel(picture, (x, y)));
                 assert_eq!(of(&found.picture), of(&full.picture), "{x} {y}");
             }
         }
@@ -271,10 +275,11 @@ fn the_fovea_has_every_ray_and_samples_thin_out_from_there() {
                 if angle <= FOVEA {
                     assert_eq!(stride, 1, "{x} {y}");
                 }
-                // Samples are no farther apart than what is made out there.
+                // Samples are no farther apart than what is made out there, but for
+                // what pixels differ along a square's side.
                 let next = direction(&view, (x + 1, y)).angle_between(towards);
                 let seen = Acuity::GUENTER.least_angle(angle);
-                assert!(stride as f32 * next <= seen * 1.001, "{x} {y}: {stride}");
+                assert!(stride as f32 * next <= seen * 1.05, "{x} {y}: {stride}");
                 // Nor much closer: a square's nearest point and largest pixel decide.
                 let side = (32.0 * next * 1.5).max(FOVEA);
                 let nearest = Acuity::GUENTER.least_angle(angle - side);
@@ -435,10 +440,10 @@ fn an_edge_in_the_periphery_stays_sharp() {
     let pictures = found.pictures.iter().zip(&full.pictures);
     for ((view, eye), (found, full)) in views(size, &eyes).into_iter().zip(pictures) {
         let renderer = renderer(&baked, Mode::Tile, &eye);
-        let light = |x: u32, y: u32| full.picture.pixel(x.min(255), y.min(255))[0];
+        let light = |x: u32, y: u32| pixel(&full.picture, (x.min(255), y.min(255)))[0];
         for (x, y) in places(&view) {
             let stride = renderer.stride(&view, x, y);
-            let (seen, truth) = (found.picture.pixel(x, y)[0], light(x, y));
+            let (seen, truth) = (pixel(&found.picture, (x, y))[0], light(x, y));
             // Nothing between the lamp and the dark.
             assert!(
                 seen == 0.0 || (seen - 1.0).abs() < 1.0e-6,

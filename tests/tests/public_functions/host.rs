@@ -312,7 +312,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let eye = Observer::foveated(Eye::Left, DVec3::ZERO, ahead, n.next(0.1));
         assert_eq!(eye.lod.is_some(), eye.acuity.is_some());
         if let Some(lod) = eye.lod {
-            finite(&lod);
+            finite(&lod.gaze.visual_field());
             finite(&eye.acuity);
         }
     }),
@@ -324,7 +324,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
         };
         let ahead = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).expect("a line of sight");
         let eye = quality.lower(Observer::foveated(Eye::Left, DVec3::ZERO, ahead, 0.0));
-        finite(&eye.lod);
+        finite(&eye.lod.map(|lod| lod.gaze.visual_field()));
         let slope = eye.acuity.expect("an acuity").slope();
         assert!((Acuity::GUENTER.slope()..=Acuity::STEEPEST).contains(&slope));
     }),
