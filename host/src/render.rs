@@ -103,14 +103,14 @@ impl Observer {
     }
 
     /// A renderer that follows its gaze.
-    pub(crate) fn follow<'a, const W: usize>(&self, renderer: Renderer<'a, W>) -> Renderer<'a, W>
+    pub(crate) fn follow<'a, const W: usize>(&self, renderer: &Renderer<'a, W>) -> Renderer<'a, W>
     where
         Simd: Runs<W>,
     {
         match (self.lod, self.acuity) {
             (Some(lod), Some(acuity)) => renderer.with_foveation(lod, acuity),
             (Some(lod), None) => renderer.with_level_of_detail(lod),
-            (None, _) => renderer,
+            (None, _) => *renderer,
         }
     }
 }
@@ -465,7 +465,7 @@ where
     Simd: Runs<W>,
 {
     let renderer = in_full(scene, options, spectrum)?;
-    Ok(observer.follow(renderer))
+    Ok(observer.follow(&renderer))
 }
 
 /// The renderer for everything in full.

@@ -174,6 +174,20 @@ impl LodArguments {
         self.lod != Choice::Off
     }
 
+    /// For what counts the rays of every pixel.
+    ///
+    /// # Errors
+    /// Of usage: pixels without rays of their own.
+    pub(super) fn check_that_every_pixel_has_rays(&self) -> Result<(), Failure> {
+        if self.is_foveated() {
+            return Err(Failure::usage(
+                "explain counts the rays of every pixel, of which --lod foveated leaves some out: \
+                 take --lod paper, paper-ellipse or off",
+            ));
+        }
+        Ok(())
+    }
+
     /// Whether not every pixel has a ray of its own.
     pub(super) fn is_foveated(&self) -> bool {
         self.lod == Choice::Foveated

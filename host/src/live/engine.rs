@@ -258,7 +258,7 @@ where
         for ((screen, observer), part) in wanted.zip(parts.iter_mut()) {
             let renderer = render::in_full(scene, &options, *spectrum)?;
             let renderer = renderer.with_faces_of_level(quality.faces);
-            let renderer = quality.lower(*observer).follow(renderer);
+            let renderer = quality.lower(*observer).follow(&renderer);
             *part = (render::view(screen, observer)?, renderer);
             count += 1;
         }

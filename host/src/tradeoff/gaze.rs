@@ -200,27 +200,7 @@ fn methods(
         };
         asked.push(Asked::new("method", name, usual, with(lod)));
     }
-    for &times in bench
-        .effort
-        .pick(&[1.0f32, 2.0, 4.0][..], &[1.0, 1.5, 2.0, 3.0, 4.0, 8.0])
-    {
-        let name = if times == 1.0 {
-            "foveated".to_owned()
-        } else {
-            format!("foveated, {times} times as coarse")
-        };
-        let acuity = Acuity::GUENTER.steeper(times);
-        let way = with(Lod::foveated(acuity));
-        asked.push(Asked::new("peripheral sampling", name, usual, way));
-        let levels = Lod {
-            acuity: Some(acuity),
-            ..Lod::PAPER
-        };
-        if times == 1.0 {
-            let name = "foveated, the paper's levels";
-            asked.push(Asked::new("peripheral sampling", name, usual, with(levels)));
-        }
-    }
+    asked.extend(foveated(bench, usual));
     for degrees in bench
         .effort
         .pick(&[5u16, 15, 45][..], &[2, 5, 10, 15, 20, 25, 40, 50])
@@ -284,6 +264,33 @@ fn methods(
     let paper = frames.swap_remove(1);
     let full = frames.swap_remove(0);
     Ok((comparison, [full, paper]))
+}
+
+/// Fewer rays in the periphery, and fewer still.
+fn foveated<'a>(bench: &Bench<'_>, usual: &'a Baked) -> Vec<Asked<'a>> {
+    let point = |name: String, lod: Lod| {
+        let way = Way {
+            lod: Some(lod),
+            ..Way::FULL
+        };
+        Asked::new("peripheral sampling", name, usual, way)
+    };
+    let levels = Lod {
+        acuity: Some(Acuity::GUENTER),
+        ..Lod::PAPER
+    };
+    let mut asked = vec![
+        point("foveated".to_owned(), Lod::foveated(Acuity::GUENTER)),
+        point("foveated, the paper's levels".to_owned(), levels),
+    ];
+    let coarser = bench
+        .effort
+        .pick(&[2.0f32, 4.0][..], &[1.5, 2.0, 3.0, 4.0, 8.0]);
+    asked.extend(coarser.iter().map(|&times| {
+        let name = format!("foveated, {times} times as coarse");
+        point(name, Lod::foveated(Acuity::GUENTER.steeper(times)))
+    }));
+    asked
 }
 
 /// The paper's field with another central one.

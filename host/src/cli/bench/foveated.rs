@@ -15,6 +15,7 @@ use shisen::render::{self, Observer};
 use shisen::scene::builtin::PaperScene;
 use shisen::tradeoff::{PictureError, Sight};
 use shisen_core::frame::Spectrum;
+use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::fmt;
 
@@ -109,8 +110,8 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// All ways of one frame.
-fn ways<'s, const W: usize>(
-    scene: shisen_core::scene::Scene<'s, W>,
+fn ways<const W: usize>(
+    scene: Scene<'_, W>,
     frames: &Frames,
     look: Look,
     repeat: u32,
