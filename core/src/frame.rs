@@ -11,6 +11,8 @@ mod block;
 mod detail;
 mod dome;
 mod fill;
+mod foveation;
+mod lattice;
 mod ledger;
 mod order;
 mod past;
@@ -26,6 +28,9 @@ use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
 pub use detail::{FACE_TOLERANCE, LevelOfDetail};
 use dome::hits_together;
 pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
+use foveation::Foveation;
+pub use foveation::LARGEST_STRIDE;
+use lattice::Wanted;
 pub use order::{FrameError, FrameJob, Part, Pictures, Place, Progress, Tiles};
 pub use view::{
     DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen, MirrorCamera, View, ViewError,
@@ -198,6 +203,8 @@ pub struct Renderer<'a, const W: usize = 8> {
     lod: Option<LevelOfDetail>,
     /// Traces only what this gaze gives less than this level.
     below: Option<(LevelOfDetail, f32)>,
+    /// How the periphery is sampled, where not at every pixel.
+    foveation: Option<Foveation<W>>,
 }
 
 /// How rays go together: pointers, so that a program whose rays go one at a
@@ -206,6 +213,7 @@ pub struct Renderer<'a, const W: usize = 8> {
 struct Together<const W: usize> {
     block: RenderBlock<W>,
     row: FindRow<W>,
+    samples: TraceSamples<W>,
 }
 
 type RenderBlock<const W: usize> = fn(
@@ -223,6 +231,9 @@ type FindRow<const W: usize> = fn(
     &mut Budget,
     &mut Workspace,
 ) -> Option<RowHits>;
+
+type TraceSamples<const W: usize> =
+    fn(&Renderer<'_, W>, &Screen, &mut Wanted, &mut Budget, &mut Workspace);
 
 impl<'a, const W: usize> Renderer<'a, W>
 where
@@ -247,6 +258,7 @@ where
             Mode::Tile => Some(Together {
                 block: Block::render_together::<W>,
                 row: hits_together::<W, EFFECTS>,
+                samples: Wanted::trace_together::<W>,
             }),
         };
         Self {
@@ -272,6 +284,7 @@ where
             most: tracer.detail(),
             lod: None,
             below: None,
+            foveation: None,
         }
     }
 
@@ -444,8 +457,9 @@ impl TileJob {
     /// The budget is looked at before each pixel, in tile mode before each
     /// block of 8×8 and each ray tree in it. A call does at most its budget
     /// and all samples of one pixel more; in tile mode, besides, one sample's
-    /// primary rays of a block, or of a row of eight pixels of a dome master. A
-    /// budget that is spent already does nothing.
+    /// primary rays of a block, or of a row of eight pixels of a dome master. With
+    /// [foveation](Renderer::with_foveation) it is a square whose samples are apart,
+    /// of at most 17² samples. A budget that is spent already does nothing.
     ///
     /// # Errors
     /// A tile that is not inside the view; `pixels` of another length than
@@ -465,6 +479,11 @@ impl TileJob {
     {
         let tile = self.tile;
         tile.check(view, pixels.len())?;
+        if let Some(foveation) = &renderer.foveation {
+            return Ok((foveation.render)(
+                self, renderer, view, pixels, budget, workspace,
+            ));
+        }
         let mut before = 0;
         let mut patch = None;
         for part in tile.parts() {
@@ -527,6 +546,10 @@ impl TileJob {
     {
         let tile = self.tile;
         tile.check(view, pixels.len())?;
+        if let Some(foveation) = &renderer.foveation {
+            (foveation.give_up)(self, renderer, view, pixels);
+            return Ok(());
+        }
         let mut number = 0;
         for part in tile.parts() {
             for y in part.y..part.y + part.rows {

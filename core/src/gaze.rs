@@ -9,11 +9,13 @@
 //! Equation numbers are those of Mochizuki & Makino, "An Efficient Ray
 //! Tracing with LOD Control by Human Eyesight for Immersive Display System".
 
+mod acuity;
 mod detail;
 mod level;
 mod line_of_sight;
 mod visual_field;
 
+pub use acuity::{Acuity, AcuityError};
 pub use detail::{Detail, FaceRange, FaceRangeError};
 pub(crate) use level::Region;
 pub use level::{Gaze, Sight, Zone};

@@ -4,7 +4,7 @@ mod outside;
 mod pictures;
 
 pub use outside::OutsideError;
-pub use pictures::{difference, levels, polygons};
+pub use pictures::{difference, levels, polygons, sampling};
 
 use shisen_core::frame::{LevelOfDetail, View};
 use shisen_core::gaze::Detail;

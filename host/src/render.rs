@@ -19,6 +19,7 @@ use shisen_core::frame::{
     Budget, DomeError, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, SpectrumError,
     Statistics, SurroundingsError, Tile, TileJob, View, ViewError, Workspace,
 };
+use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::sync::Mutex;
@@ -69,6 +70,9 @@ pub struct Observer {
     /// The detail that follows its gaze, if any does. The two eyes may have one
     /// line of sight, as in the paper, or one each.
     pub lod: Option<LevelOfDetail>,
+    /// How finely it sees beside its line of sight, where that too follows its
+    /// gaze: see [`Renderer::with_foveation`]. Without `lod` it is of no use.
+    pub acuity: Option<Acuity>,
 }
 
 impl Observer {
@@ -78,6 +82,36 @@ impl Observer {
             eye,
             place,
             lod: None,
+            acuity: None,
+        }
+    }
+}
+
+impl Observer {
+    /// An eye whose periphery is sampled as finely as it sees ([`Acuity::GUENTER`]),
+    /// every ray in full. The field is the widest there is: so far apart, the rays
+    /// beyond the paper's cost little. The line of sight is known to within `widen`
+    /// (radians); from π on that is nothing, and everything is traced.
+    pub fn foveated(eye: Eye, place: DVec3, sight: LineOfSight, widen: f32) -> Self {
+        let Some(field) = VisualField::WIDEST.wider(widen) else {
+            return Self::new(eye, place);
+        };
+        Self {
+            lod: Some(LevelOfDetail::in_full(Gaze::new(sight, field))),
+            acuity: Some(Acuity::GUENTER.around(widen)),
+            ..Self::new(eye, place)
+        }
+    }
+
+    /// A renderer that follows its gaze.
+    pub(crate) fn follow<'a, const W: usize>(&self, renderer: &Renderer<'a, W>) -> Renderer<'a, W>
+    where
+        Simd: Runs<W>,
+    {
+        match (self.lod, self.acuity) {
+            (Some(lod), Some(acuity)) => renderer.with_foveation(lod, acuity),
+            (Some(lod), None) => renderer.with_level_of_detail(lod),
+            (None, _) => *renderer,
         }
     }
 }
@@ -343,7 +377,11 @@ where
     let mut picture = Picture::new(columns, rows)?;
     let mut storage = Vec::new();
     let spectrum = options.dispersion.spectrum(&mut storage);
-    let renderer = in_detail(scene, lod, options, spectrum)?;
+    let renderer = in_full(scene, options, spectrum)?;
+    let renderer = match lod {
+        Some(lod) => renderer.with_level_of_detail(lod),
+        None => renderer,
+    };
     let height = options.tile.max(1);
     let mut jobs: Vec<Job<'_>> = picture
         .rows_mut(height)
@@ -432,12 +470,13 @@ pub fn renderer<'a, const W: usize>(
 where
     Simd: Runs<W>,
 {
-    in_detail(scene, observer.lod, options, spectrum)
+    let renderer = in_full(scene, options, spectrum)?;
+    Ok(observer.follow(&renderer))
 }
 
-fn in_detail<'a, const W: usize>(
+/// The renderer for everything in full.
+pub(crate) fn in_full<'a, const W: usize>(
     scene: &Scene<'a, W>,
-    lod: Option<LevelOfDetail>,
     options: &Options,
     spectrum: Spectrum<'a>,
 ) -> Result<Renderer<'a, W>, SpectrumError>
@@ -445,11 +484,7 @@ where
     Simd: Runs<W>,
 {
     let (simd, settings) = (options.simd, options.settings);
-    let renderer = effects::renderer(*scene, simd, settings, &options.effects, spectrum)?;
-    Ok(match lod {
-        Some(lod) => renderer.with_level_of_detail(lod),
-        None => renderer,
-    })
+    effects::renderer(*scene, simd, settings, &options.effects, spectrum)
 }
 
 /// The rays through a screen's pixels from an eye.

@@ -237,7 +237,10 @@ fn the_same_bytes_come_from_any_threads_tiles_and_vectors() {
             };
             let place = EYE;
             let eye = Eye::Left;
-            let eyes = [Observer { eye, place, lod }];
+            let eyes = [Observer {
+                lod,
+                ..Observer::new(eye, place)
+            }];
             let frame = render::cave(&baked.0.scene(), &room, &eyes, &options, &|_, _| {});
             let frame = frame.expect("a frame");
             hashes.push((frame.hash(), frame.statistics.primary));

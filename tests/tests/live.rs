@@ -5,7 +5,7 @@ use glam::Vec3;
 use serde_json::Value;
 use shisen::bake::{Baked, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::live::{Allowance, Engine, Governor, Quality, with_engine};
+use shisen::live::{Allowance, Engine, Governor, Quality, Share, with_engine};
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::simplify::PolygonLevels;
@@ -60,7 +60,16 @@ fn with<R>(
 ) -> R {
     let cave = Cave::built_in(BuiltInCave::ThreeWall, [SIDE; 2]).expect("a room");
     let scene = baked.scene();
-    with_engine(scene, Spectrum::default(), &cave, &eyes(0), options, run).expect("an engine")
+    with_engine(
+        scene,
+        Spectrum::default(),
+        &cave,
+        &eyes(0),
+        options,
+        Share::ALL,
+        run,
+    )
+    .expect("an engine")
 }
 
 fn hashes(engine: &Engine<'_, '_, 8>) -> Vec<u64> {
@@ -92,6 +101,33 @@ fn a_frame_without_a_budget_is_the_frame() {
             assert_eq!(hashes(engine), whole);
         }
     });
+}
+
+/// What machines render of a frame is, put together, what one renders.
+#[test]
+fn shares_of_a_frame_are_the_frame() {
+    let baked = baked();
+    let cave = Cave::built_in(BuiltInCave::ThreeWall, [SIDE; 2]).expect("a room");
+    let whole = with(&baked, &options(2, 24), |engine| {
+        engine
+            .render(&eyes(17), &Quality::FULL, None)
+            .expect("a frame");
+        hashes(engine)
+    });
+    for ranks in [2, 3, 6] {
+        let mut together = Vec::new();
+        for rank in 0..ranks {
+            let share = Share::new(rank, ranks).expect("a share");
+            let (scene, spectrum) = (baked.scene(), Spectrum::default());
+            let (eyes, options) = (eyes(17), options(1, 32));
+            let own = with_engine(scene, spectrum, &cave, &eyes, &options, share, |engine| {
+                engine.render(&eyes, &Quality::FULL, None).expect("a frame");
+                engine.hashes().expect("pictures")
+            });
+            together.extend(own.expect("an engine"));
+        }
+        assert_eq!(together, whole, "{ranks}");
+    }
 }
 
 #[test]

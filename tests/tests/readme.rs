@@ -70,7 +70,7 @@ fn every_command_runs_on_the_files_shown() {
         };
         // What takes minutes as it stands.
         let shorter: &[&str] = match command.split_whitespace().nth(1) {
-            Some("table2") => &["--size", "16", "--repeat", "1"],
+            Some("table2" | "foveated") => &["--size", "16", "--repeat", "1"],
             Some("spectrum") if command.starts_with("bench") => {
                 &["--size", "16", "--samples", "14", "--repeat", "1"]
             }

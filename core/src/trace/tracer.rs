@@ -203,7 +203,8 @@ where
         self.nearest_on(self.detail.rung, ray, budget, workspace)
     }
 
-    pub(super) fn nearest_on(
+    /// As [`nearest`](Self::nearest), through the meshes of a rung.
+    pub(crate) fn nearest_on(
         &self,
         rung: u8,
         ray: &Ray,

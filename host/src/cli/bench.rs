@@ -1,6 +1,7 @@
 //! `shisen bench`: how fast it is.
 
 mod fill;
+mod foveated;
 mod frames;
 #[cfg(unix)]
 mod latency;
@@ -19,6 +20,7 @@ pub(super) enum Bench {
     Table2(table2::Arguments),
     Sweep(sweep::Arguments),
     Fill(fill::Arguments),
+    Foveated(foveated::Arguments),
     Spectrum(spectrum::Arguments),
     #[cfg(unix)]
     Latency(Box<latency::Arguments>),
@@ -31,6 +33,7 @@ pub(super) fn run(bench: &Bench) -> Result<(), Failure> {
         Bench::Table2(arguments) => table2::run(arguments),
         Bench::Sweep(arguments) => sweep::run(arguments),
         Bench::Fill(arguments) => fill::run(arguments),
+        Bench::Foveated(arguments) => foveated::run(arguments),
         Bench::Spectrum(arguments) => spectrum::run(arguments),
         #[cfg(unix)]
         Bench::Latency(arguments) => latency::run(arguments),

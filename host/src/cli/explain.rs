@@ -75,6 +75,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pose = arguments.room.head();
     let eyes = arguments.room.eyes(pose);
     let directions = arguments.room.directions(pose);
+    arguments.lod.check_that_every_pixel_has_rays()?;
     let observers = arguments.lod.observers(&eyes, directions, 0.0)?;
     for &(_, place) in &eyes {
         cave.check_eye(place)?;

@@ -48,6 +48,9 @@ enum Choice {
     /// The paper's levels, with the border of the field as the half-ellipses
     /// that it describes
     PaperEllipse,
+    /// How many pixels have a ray: in the periphery as few as acuity makes out, and
+    /// more where they differ. Each is traced in full
+    Foveated,
 }
 
 impl Choice {
@@ -57,6 +60,7 @@ impl Choice {
             Self::Off => "off",
             Self::Paper => "paper",
             Self::PaperEllipse => "paper-ellipse",
+            Self::Foveated => "foveated",
         }
     }
 }
@@ -89,8 +93,8 @@ impl LodArguments {
         match self.levels.given() {
             _ if self.is_on() => self.levels.polygon_levels(Layout::Fast).map(Some),
             Some(argument) => Err(Failure::usage(&format!(
-                "{argument} is for --lod paper or paper-ellipse: with --lod off all rays see \
-                 every face"
+                "{argument} is for --lod paper, paper-ellipse or foveated: with --lod off all rays \
+                 see every face"
             ))),
             None => Ok(None),
         }
@@ -135,13 +139,13 @@ impl LodArguments {
         let given = self.fixate.map(|_| "--fixate");
         if let (Some(argument), false) = (given.or(self.up.map(|_| "--up")), self.is_on()) {
             return Err(Failure::usage(&format!(
-                "{argument} is for --lod paper or paper-ellipse: with --lod off nothing follows \
-                 the gaze"
+                "{argument} is for --lod paper, paper-ellipse or foveated: with --lod off nothing \
+                 follows the gaze"
             )));
         }
         let up = self.up.map_or(up, |up| up.0);
         let boundary = match self.lod {
-            Choice::Off => None,
+            Choice::Off | Choice::Foveated => None,
             Choice::Paper => Some(Boundary::Printed),
             Choice::PaperEllipse => Some(Boundary::Ellipse),
         };
@@ -154,7 +158,13 @@ impl LodArguments {
                 let lod = boundary.zip(field).map(|(boundary, field)| {
                     LevelOfDetail::new(Gaze::new(line, field.with_boundary(boundary)))
                 });
-                Ok(Observer { eye, place, lod })
+                Ok(match self.lod {
+                    Choice::Foveated => Observer::foveated(eye, place, line, widen),
+                    _ => Observer {
+                        lod,
+                        ..Observer::new(eye, place)
+                    },
+                })
             })
             .collect()
     }
@@ -172,6 +182,25 @@ impl LodArguments {
     /// Whether anything follows the gaze.
     pub(super) fn is_on(&self) -> bool {
         self.lod != Choice::Off
+    }
+
+    /// For what counts the rays of every pixel.
+    ///
+    /// # Errors
+    /// Of usage: pixels without rays of their own.
+    pub(super) fn check_that_every_pixel_has_rays(&self) -> Result<(), Failure> {
+        if self.is_foveated() {
+            return Err(Failure::usage(
+                "explain counts the rays of every pixel, of which --lod foveated leaves some out: \
+                 take --lod paper, paper-ellipse or off",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whether not every pixel has a ray of its own.
+    pub(super) fn is_foveated(&self) -> bool {
+        self.lod == Choice::Foveated
     }
 
     /// As it is written on a command line.

@@ -37,7 +37,7 @@ use std::path::PathBuf;
 /// `over_budget_frames` (more steps than allowed), `frames_with_unfinished_fovea` (a
 /// tile within 5° of the line of sight not finished), `frames_with_unfinished_tiles`,
 /// `lowered_share` (of the frames, those whose quality was lowered),
-/// `quality_changes`, rungs (depth, faces, field and frames of each quality, the best
+/// `quality_changes`, rungs (depth, faces, field, sampling and frames of each quality, the best
 /// first), `blind_frames` (the head was where a screen is not seen), `median_steps`,
 /// samples, `dropped_bytes`, `motion_to_wall_ms` (frames, least, p50, p95, p99, most;
 /// null without samples), stages (the same of `sample_to_arrive`, `arrive_to_latch`,

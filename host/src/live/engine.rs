@@ -33,6 +33,9 @@ const MOST_ROUNDS: u32 = 8;
 /// dearest block's primary rays, or a pixel's whole tree.
 const LEAST_EXCESS: u64 = 2_048;
 
+/// The same where squares of pixels share their samples: the dearest square's.
+const LEAST_EXCESS_OF_SQUARES: u64 = 2 * LEAST_EXCESS;
+
 /// Steps that a pixel is expected to take of which nothing is known.
 const UNKNOWN_PIXEL: u64 = 16;
 
@@ -223,6 +226,9 @@ where
         steps: Option<u64>,
     ) -> Result<Rendered, RenderError> {
         self.plan(eyes, quality)?;
+        if eyes.iter().any(|eye| eye.acuity.is_some()) {
+            self.excess = self.excess.max(LEAST_EXCESS_OF_SQUARES);
+        }
         self.shared.first_ray.store(u64::MAX, Ordering::SeqCst);
         let (mut rounds, mut tracing) = (0, Duration::ZERO);
         loop {
@@ -268,12 +274,9 @@ where
             return Err(RenderError::Previous);
         }
         for ((screen, observer), part) in pairs(cave, eyes, *share).zip(parts.iter_mut()) {
-            let renderer = render::renderer(scene, observer, &options, *spectrum)?;
+            let renderer = render::in_full(scene, &options, *spectrum)?;
             let renderer = renderer.with_faces_of_level(quality.faces);
-            let renderer = match observer.lod {
-                Some(lod) => renderer.with_level_of_detail(quality.narrow(lod)),
-                None => renderer,
-            };
+            let renderer = quality.lower(*observer).follow(&renderer);
             *part = (render::view(screen, observer)?, renderer);
         }
         for (cosine, tile) in order.iter_mut() {

@@ -1,5 +1,6 @@
 //! What a frame may leave out to be in time.
 
+use crate::render::Observer;
 use shisen_core::frame::{LevelOfDetail, MAX_DEPTH};
 use shisen_core::gaze::{VisualField, VisualFieldLimits};
 
@@ -14,6 +15,9 @@ pub struct Quality {
     /// How far the visual field reaches beyond its centre, as a part of how far it
     /// does as it is: above 0, at most 1.
     pub field: f32,
+    /// How much coarser the periphery is sampled than the eye sees, 1 or more: times
+    /// the slope of its acuity. Only where sampling follows the gaze at all.
+    pub sampling: f32,
 }
 
 impl Quality {
@@ -22,27 +26,30 @@ impl Quality {
         depth: MAX_DEPTH,
         faces: 1.0,
         field: 1.0,
+        sampling: 1.0,
     };
 
     /// From the best to the least: what is noticed least goes first. Bounces of
-    /// bounces, then faces, then the rim of the field, then the first bounce.
+    /// bounces, then faces, then the rim of the field, then the first bounce; and,
+    /// where the gaze says which pixels have rays, fewer of these from rung to rung.
     pub const LADDER: [Self; 8] = {
-        const fn of(depth: u8, faces: f32, field: f32) -> Quality {
+        const fn of(depth: u8, faces: f32, field: f32, sampling: f32) -> Quality {
             Quality {
                 depth,
                 faces,
                 field,
+                sampling,
             }
         }
         [
             Self::FULL,
-            of(2, 1.0, 1.0),
-            of(1, 1.0, 1.0),
-            of(1, 0.5, 0.9),
-            of(1, 0.25, 0.75),
-            of(0, 0.25, 0.6),
-            of(0, 0.1, 0.4),
-            of(0, 0.0, 0.1),
+            of(2, 1.0, 1.0, 1.25),
+            of(1, 1.0, 1.0, 1.5),
+            of(1, 0.5, 0.9, 2.0),
+            of(1, 0.25, 0.75, 3.0),
+            of(0, 0.25, 0.6, 4.0),
+            of(0, 0.1, 0.4, 6.0),
+            of(0, 0.0, 0.1, 8.0),
         ]
     };
 
@@ -68,13 +75,24 @@ impl Quality {
         let gaze = shisen_core::gaze::Gaze::new(lod.gaze.line_of_sight(), field);
         LevelOfDetail { gaze, ..lod }
     }
+
+    /// An eye that sees as much as this says.
+    #[must_use]
+    pub fn lower(&self, eye: Observer) -> Observer {
+        Observer {
+            lod: eye.lod.map(|lod| self.narrow(lod)),
+            acuity: eye.acuity.map(|acuity| acuity.steeper(self.sampling)),
+            ..eye
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
-    use shisen_core::gaze::{Gaze, LineOfSight};
+    use crate::cave::Eye;
+    use glam::{DVec3, Vec3};
+    use shisen_core::gaze::{Acuity, Gaze, LineOfSight};
 
     #[test]
     fn rungs_leave_out_more_and_more() {
@@ -85,9 +103,31 @@ mod tests {
             assert!(worse.depth <= better.depth);
             assert!(worse.faces <= better.faces);
             assert!(worse.field <= better.field);
+            assert!(worse.sampling >= better.sampling);
             assert_ne!(worse, better);
         }
         assert_eq!(Quality::LADDER[0], Quality::FULL);
+    }
+
+    #[test]
+    fn sampling_is_lowered_only_where_it_follows_the_gaze() {
+        let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).unwrap();
+        let lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
+        let paper = Observer {
+            lod: Some(lod),
+            ..Observer::new(Eye::Left, DVec3::ZERO)
+        };
+        let foveated = Observer::foveated(Eye::Left, DVec3::ZERO, sight, 0.0);
+        let [_, worse @ ..] = Quality::LADDER;
+        for quality in worse {
+            let lowered = quality.lower(paper);
+            assert_eq!(lowered.acuity, None);
+            assert_eq!(lowered.lod, Some(quality.narrow(lod)));
+            let acuity = quality.lower(foveated).acuity;
+            let slope = acuity.map_or(0.0, Acuity::slope);
+            assert_eq!(slope, Acuity::GUENTER.slope() * quality.sampling);
+        }
+        assert_eq!(Quality::FULL.lower(foveated), foveated);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::{level, places};
 use crate::picture::{Picture, PictureError, srgb_from_linear};
 use colorous::VIRIDIS;
-use shisen_core::frame::{Budget, LevelOfDetail, Renderer, View, Workspace};
+use shisen_core::frame::{Budget, LARGEST_STRIDE, LevelOfDetail, Renderer, View, Workspace};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 
@@ -38,6 +38,29 @@ pub fn levels(view: &View, lod: &LevelOfDetail) -> Result<Picture, PictureError>
             viridis(level(view, lod, x, y), 1.0)
         };
         picture.set_pixel(x, y, colour);
+    }
+    Ok(picture)
+}
+
+/// How far apart the samples of a renderer are around each pixel, before they are
+/// refined: yellow where every pixel has its own, a quarter of the way to dark
+/// violet (viridis) for each doubling.
+///
+/// # Errors
+/// A picture that there is no memory for.
+pub fn sampling<const W: usize>(
+    renderer: &Renderer<'_, W>,
+    view: &View,
+) -> Result<Picture, PictureError>
+where
+    Simd: Runs<W>,
+{
+    let mut picture = Picture::new(view.columns(), view.rows())?;
+    let doublings = LARGEST_STRIDE.ilog2() as f32;
+    for (x, y) in places(view) {
+        let stride = renderer.stride(view, x, y);
+        let share = 1.0 - stride.ilog2() as f32 / doublings;
+        picture.set_pixel(x, y, viridis(share, 1.0));
     }
     Ok(picture)
 }

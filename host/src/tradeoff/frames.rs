@@ -13,7 +13,7 @@ use crate::simplify::PolygonLevels;
 use glam::{DVec3, Vec3};
 use serde_json::Value;
 use shisen_core::frame::{LevelOfDetail, View};
-use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
+use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
 
 /// The animal above the middle of the front wall: metres.
 const LOOKED_AT: Vec3 = Vec3::new(0.0, 1.05, -3.0);
@@ -105,6 +105,8 @@ pub(super) struct Lod {
     pub(super) field: VisualField,
     pub(super) bounces: bool,
     pub(super) faces: bool,
+    /// How finely the periphery is sampled, where not at every pixel.
+    pub(super) acuity: Option<Acuity>,
 }
 
 impl Lod {
@@ -113,7 +115,18 @@ impl Lod {
         field: VisualField::PAPER,
         bounces: true,
         faces: true,
+        acuity: None,
     };
+
+    /// As `--lod foveated`, by some acuity.
+    pub(super) const fn foveated(acuity: Acuity) -> Self {
+        Self {
+            field: VisualField::WIDEST,
+            bounces: false,
+            faces: false,
+            acuity: Some(acuity),
+        }
+    }
 }
 
 impl Way<'_> {
@@ -148,6 +161,9 @@ impl Way<'_> {
                 ("up_degrees", degrees(limits.up)),
                 ("side_degrees", degrees(limits.right)),
             ]);
+            if let Some(acuity) = lod.acuity {
+                settings.push(("acuity_slope", f64::from(acuity.slope()).into()));
+            }
         }
         if let Filling::Capture(capture) = &self.filling {
             settings.push(("capture_size", capture.size.into()));
@@ -251,6 +267,7 @@ fn observers(line_of_sight: LineOfSight, lod: Option<Lod>) -> [Observer; 2] {
             bounces: lod.bounces,
             faces: lod.faces,
         }),
+        acuity: lod.and_then(|lod| lod.acuity),
         ..Observer::new(eye, viewer.eye(eye))
     })
 }

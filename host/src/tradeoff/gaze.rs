@@ -8,7 +8,7 @@ use crate::lod;
 use crate::picture::Picture;
 use crate::render::{CaptureOptions, Filling, Frame};
 use serde_json::Value;
-use shisen_core::gaze::{Boundary, VisualField, VisualFieldLimits};
+use shisen_core::gaze::{Acuity, Boundary, VisualField, VisualFieldLimits};
 
 /// What is as good as nothing, of FLIP by acuity.
 pub(super) const UNSEEN: Limit = Limit {
@@ -36,9 +36,9 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
          the periphery beyond: Rayner 1998; the first two on a screen of their own with {} pixels \
          within 1° for each eye, which is in no time and no step), and, by acuity, weighted by the part of the visual cortex that sees a \
          pixel: its solid angle times the square of 17.3 mm / (E + 0.75°), E being its \
-         eccentricity (Horton & Hoyt 1991). All rays that are traced in the periphery are as \
-         many a pixel as in the middle; what follows the gaze is whether they are traced at all, \
-         how often they bounce, and what faces they see.",
+         eccentricity (Horton & Hoyt 1991). What follows the gaze is whether rays are traced at \
+         all, how often they bounce, and what faces they see; and, of peripheral sampling, how many \
+         pixels have a ray of their own.",
         room.pixels_per_degree(),
         room.close_up().pixels_in_the_fovea(),
     );
@@ -200,6 +200,7 @@ fn methods(
         };
         asked.push(Asked::new("method", name, usual, with(lod)));
     }
+    asked.extend(foveated(bench, usual));
     for degrees in bench
         .effort
         .pick(&[5u16, 15, 45][..], &[2, 5, 10, 15, 20, 25, 40, 50])
@@ -263,6 +264,33 @@ fn methods(
     let paper = frames.swap_remove(1);
     let full = frames.swap_remove(0);
     Ok((comparison, [full, paper]))
+}
+
+/// Fewer rays in the periphery, and fewer still.
+fn foveated<'a>(bench: &Bench<'_>, usual: &'a Baked) -> Vec<Asked<'a>> {
+    let point = |name: String, lod: Lod| {
+        let way = Way {
+            lod: Some(lod),
+            ..Way::FULL
+        };
+        Asked::new("peripheral sampling", name, usual, way)
+    };
+    let levels = Lod {
+        acuity: Some(Acuity::GUENTER),
+        ..Lod::PAPER
+    };
+    let mut asked = vec![
+        point("foveated".to_owned(), Lod::foveated(Acuity::GUENTER)),
+        point("foveated, the paper's levels".to_owned(), levels),
+    ];
+    let coarser = bench
+        .effort
+        .pick(&[2.0f32, 4.0][..], &[1.5, 2.0, 3.0, 4.0, 8.0]);
+    asked.extend(coarser.iter().map(|&times| {
+        let name = format!("foveated, {times} times as coarse");
+        point(name, Lod::foveated(Acuity::GUENTER.steeper(times)))
+    }));
+    asked
 }
 
 /// The paper's field with another central one.

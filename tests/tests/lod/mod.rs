@@ -5,6 +5,7 @@ mod cost;
 mod cracks;
 mod field;
 mod flicker;
+mod foveated;
 mod odd_scenes;
 mod rungs;
 mod two_eyes;
@@ -53,9 +54,8 @@ fn levels_of(rungs: u32) -> PolygonLevels {
 /// Both eyes, at the room's centre, with one line of sight or none.
 fn eyes(lod: Option<LevelOfDetail>) -> [Observer; 2] {
     Eye::STEREO.map(|eye| Observer {
-        eye,
-        place: Viewer::default().eye(eye),
         lod,
+        ..Observer::new(eye, Viewer::default().eye(eye))
     })
 }
 

@@ -3,13 +3,14 @@
 
 use super::numbers::{Case, Numbers, finite, finite_or_error};
 use glam::{DVec2, DVec3, Vec3};
-use shisen::cave::{BuiltInCave, Cave, DomeDescription, DomeScreen, Wall};
+use shisen::cave::{BuiltInCave, Cave, DomeDescription, DomeScreen, Eye, Wall};
 use shisen::dome::{Mapping, Mirror, NearField, effective_viewpoint, size_errors};
 use shisen::gaze_reference::{self, Limits};
 use shisen::live::{Allowance, Governor, Quality, Table2};
 use shisen::look::ViewDirection;
 use shisen::picture::{Picture, colour_differences, srgb_from_linear};
 use shisen::quantiles::{median, quantile_of, quartiles};
+use shisen::render::Observer;
 use shisen::scene::Background;
 use shisen::scene::builtin::{PrismBench, grid};
 use shisen::scene::camera::DomeCamera;
@@ -19,7 +20,7 @@ use shisen::tradeoff::{Ring, pareto_front};
 use shisen::viewer::ViewerCamera;
 use shisen::warp::{Aim, Lens, Projector, Throw};
 use shisen_core::frame::LevelOfDetail;
-use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
+use shisen_core::gaze::{Acuity, Boundary, Gaze, LineOfSight, VisualField};
 
 /// The next number, in the host's precision.
 fn wide(n: &mut Numbers, sane: f32) -> f64 {
@@ -314,6 +315,27 @@ pub(super) const CASES: &[(&str, Case)] = &[
             assert_eq!(decision.quality, Quality::LADDER[decision.rung]);
         }
     }),
+    ("host render::Observer::foveated", |n| {
+        let ahead = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).expect("a line of sight");
+        let eye = Observer::foveated(Eye::Left, DVec3::ZERO, ahead, n.next(0.1));
+        assert_eq!(eye.lod.is_some(), eye.acuity.is_some());
+        if let Some(lod) = eye.lod {
+            finite(&lod.gaze.visual_field());
+            finite(&eye.acuity);
+        }
+    }),
+    ("host live::quality::Quality::lower", |n| {
+        let quality = Quality {
+            field: n.next(0.5),
+            sampling: n.next(2.0),
+            ..Quality::FULL
+        };
+        let ahead = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).expect("a line of sight");
+        let eye = quality.lower(Observer::foveated(Eye::Left, DVec3::ZERO, ahead, 0.0));
+        finite(&eye.lod.map(|lod| lod.gaze.visual_field()));
+        let slope = eye.acuity.expect("an acuity").slope();
+        assert!((Acuity::GUENTER.slope()..=Acuity::STEEPEST).contains(&slope));
+    }),
     ("host live::quality::Quality::narrow", |n| {
         let quality = Quality {
             field: n.next(0.5),
@@ -478,6 +500,7 @@ pub(super) const EXEMPT: &[(&str, &[&str])] = &[
             "host lod::outside::OutsideError::add",
             "host lod::pictures::levels",
             "host lod::pictures::polygons",
+            "host lod::pictures::sampling",
             "host lod::pictures::difference",
             "host lod::Coverage::new",
             "host net::unfold",

@@ -11,12 +11,12 @@ use scenes::{numbers_of_a_scene, of_a_scene, write};
 use shisen::bake::Baked;
 use shisen_core::capture::{Mapping, SpheroidMirror};
 use shisen_core::frame::{
-    Budget, DomePose, DomeProjection, DomeScreen, Fill, FlatScreen, FrameJob, Ledger,
-    LevelOfDetail, MirrorCamera, Mode, Outcome, Part, Pixel, Place, Progress, Renderer, Settings,
-    Surroundings, Tile, TileJob, View, Workspace,
+    Budget, DomePose, DomeProjection, DomeScreen, Fill, FlatScreen, FrameJob, LARGEST_STRIDE,
+    Ledger, LevelOfDetail, MirrorCamera, Mode, Outcome, Part, Pixel, Place, Progress, Renderer,
+    Settings, Surroundings, Tile, TileJob, View, Workspace,
 };
 use shisen_core::gaze::{
-    Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldLimits,
+    Acuity, Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldLimits,
 };
 use shisen_core::scene::format::{Header, Material};
 use shisen_core::scene::{EffectSet, Records};
@@ -88,6 +88,52 @@ pub(super) const CASES: &[(&str, Case)] = &[
     ("core frame::detail::LevelOfDetail::new", |n| {
         if let Some(gaze) = a_gaze(n) {
             finite(&LevelOfDetail::new(gaze));
+        }
+    }),
+    ("core frame::detail::LevelOfDetail::in_full", |n| {
+        if let Some(gaze) = a_gaze(n) {
+            finite(&LevelOfDetail::in_full(gaze));
+        }
+    }),
+    ("core gaze::acuity::Acuity::new", |n| {
+        finite_or_error(Acuity::new(n.next(0.02), n.next(0.001)));
+    }),
+    ("core gaze::acuity::Acuity::steeper", |n| {
+        let steeper = Acuity::GUENTER.steeper(n.next(2.0));
+        finite(&steeper);
+        assert!(steeper.slope() >= Acuity::GUENTER.slope());
+        assert!(steeper.slope() <= Acuity::STEEPEST);
+    }),
+    ("core gaze::acuity::Acuity::around", |n| {
+        finite(&Acuity::GUENTER.around(n.next(0.1)));
+    }),
+    ("core gaze::acuity::Acuity::least_angle", |n| {
+        let eccentricity = n.next(0.5);
+        if let Ok(acuity) = Acuity::new(n.next(0.02), n.next(0.001)) {
+            let least = acuity.around(n.next(0.1)).least_angle(eccentricity);
+            assert!(least >= acuity.fovea(), "{least}");
+            assert!(least <= acuity.least_angle(4.0), "{least}");
+        }
+    }),
+    ("core frame::foveation::Renderer::with_foveation", |n| {
+        let acuity = Acuity::new(n.next(0.02), n.next(0.001));
+        if let (Some(gaze), Ok(acuity)) = (a_gaze(n), acuity) {
+            for mode in [Mode::Tile, Mode::Single] {
+                shows(&renderer(mode).with_foveation(LevelOfDetail::in_full(gaze), acuity));
+            }
+        }
+    }),
+    ("core frame::foveation::Renderer::stride", |n| {
+        let gaze = a_gaze(n);
+        for view in some_views(n) {
+            let renderer = renderer(Mode::Tile);
+            let renderer = gaze.map_or(renderer, |gaze| {
+                renderer.with_foveation(LevelOfDetail::in_full(gaze), Acuity::GUENTER)
+            });
+            for place in [0, 3, 7, 8, u32::MAX] {
+                let stride = renderer.stride(&view, place, place);
+                assert!(stride.is_power_of_two() && stride <= LARGEST_STRIDE);
+            }
         }
     }),
     ("core frame::view::dome::DomePose::over_room", |n| {

@@ -37,9 +37,9 @@ pub(super) struct FrameArguments {
 
 /// The frames of one scene.
 pub(super) struct Frames {
-    scene: BakedScene,
+    pub(super) scene: BakedScene,
     pub(super) cave: Cave,
-    options: Options,
+    pub(super) options: Options,
 }
 
 /// How detail follows the gaze in a frame.
@@ -54,6 +54,8 @@ pub(super) enum Way {
     /// The paper's rays with all faces. Where these are as many as without, what
     /// is left is what levels and the choice by them cost.
     Levels,
+    /// Fewer rays in the periphery.
+    Foveated,
 }
 
 impl FrameArguments {
@@ -153,9 +155,13 @@ impl Frames {
         lod.bounces = way != Way::Cut;
         lod.faces = way == Way::Lod;
         let viewer = Viewer::default();
-        Ok(Eye::STEREO.map(|eye| Observer {
-            lod: (way != Way::Plain).then_some(lod),
-            ..Observer::new(eye, viewer.eye(eye))
+        Ok(Eye::STEREO.map(|eye| match way {
+            Way::Plain => Observer::new(eye, viewer.eye(eye)),
+            Way::Foveated => Observer::foveated(eye, viewer.eye(eye), sight, 0.0),
+            Way::Lod | Way::Cut | Way::Levels => Observer {
+                lod: Some(lod),
+                ..Observer::new(eye, viewer.eye(eye))
+            },
         }))
     }
 }

@@ -90,7 +90,7 @@ pub(super) struct Filled<'f> {
 
 /// What one eye's level of detail did, walls unfolded.
 pub(super) struct LodPictures {
-    /// The level of each pixel.
+    /// The level of each pixel, or how far apart its samples are.
     pub(super) levels: Picture,
     /// The faces that each pixel's rays see.
     pub(super) polygons: Picture,
@@ -123,7 +123,10 @@ impl LodPictures {
                     .map(|picture| (screen, picture))
                     .map_err(Failure::from_error)
             };
-            levels.push(made(lod::levels(&view, lod))?);
+            levels.push(made(match observer.acuity {
+                Some(_) => lod::sampling(&renderer, &view),
+                None => lod::levels(&view, lod),
+            })?);
             polygons.push(made(lod::polygons(scene, &renderer, &view))?);
             let of = |frame: &Frame| {
                 let mut pictures = frame.pictures.iter();

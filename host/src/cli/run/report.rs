@@ -132,6 +132,7 @@ struct Rung {
     depth: u8,
     faces: f32,
     field: f32,
+    sampling: f32,
     frames: u64,
 }
 
@@ -192,6 +193,11 @@ impl Report {
                     depth: quality.depth.min(depth),
                     faces: quality.faces,
                     field: quality.field,
+                    sampling: if arguments.live.lod.is_foveated() {
+                        quality.sampling
+                    } else {
+                        1.0
+                    },
                     frames,
                 })
                 .collect(),

@@ -1,0 +1,380 @@
+//! Fewer rays where the eye makes out less.
+//!
+//! The acuity at a square of the view's own grid says how many pixels apart its
+//! samples are; what lies between them is put together by
+//! [`lattice`](super::lattice). It depends on the view and the gaze only: not on
+//! tiles, the budget or the frame before.
+
+use super::block::{BLOCK, Block, Target};
+use super::lattice::Lattice;
+use super::past::{CopyPast, SeePast};
+use super::view::{Kind, View};
+use super::{LevelOfDetail, Outcome, Renderer, Tile, TileJob};
+use crate::gaze::{Acuity, Gaze, Region};
+use crate::numeric::{max, normalize, sqrt};
+use crate::simd::{Runs, Simd};
+use crate::trace::{Budget, Pixel, Workspace};
+use glam::Vec3;
+
+/// Most pixels between two samples next to each other.
+pub const LARGEST_STRIDE: u32 = 16;
+
+/// Pixels a side of the squares that choose how far apart their samples are;
+/// those where they are closest choose for their quarters.
+const SQUARE: u32 = 32;
+const QUARTER: u32 = SQUARE / 2;
+
+/// From which stride on a square is not quartered.
+const OF_SQUARES: u32 = 4;
+
+/// How the periphery is sampled. Pointers, so that a program that samples every
+/// pixel has no code for it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Foveation<const W: usize> {
+    acuity: Acuity,
+    pub(super) render: RenderTile<W>,
+    pub(super) give_up: GiveUpTile<W>,
+}
+
+type RenderTile<const W: usize> =
+    fn(&mut TileJob, &Renderer<'_, W>, &View, &mut [Pixel], &mut Budget, &mut Workspace) -> Outcome;
+
+type GiveUpTile<const W: usize> = fn(&mut TileJob, &Renderer<'_, W>, &View, &mut [Pixel]);
+
+/// What a tile has of a square of the view's grid whose samples are equally far
+/// apart.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    /// First column.
+    pub(super) x: u32,
+    /// First row.
+    pub(super) y: u32,
+    pub(super) columns: u32,
+    pub(super) rows: u32,
+    /// Of the square's first pixel.
+    pub(super) corner: (u32, u32),
+    /// Of the square, pixels.
+    pub(super) side: u32,
+    /// Pixels between samples, a power of two.
+    pub(super) stride: u32,
+}
+
+impl Piece {
+    /// Pixels.
+    const fn area(&self) -> u32 {
+        self.columns * self.rows
+    }
+
+    /// Of one whose samples are a pixel apart, which is no larger than a block.
+    const fn block(&self, patch: Region) -> Block {
+        Block {
+            x: self.x,
+            y: self.y,
+            columns: self.columns,
+            rows: self.rows,
+            patch,
+        }
+    }
+
+    /// The part of a tile that it is.
+    fn target<'p>(&self, tile: Tile, pixels: &'p mut [Pixel]) -> Target<'p> {
+        Target {
+            pixels,
+            width: tile.width as usize,
+            x: (self.x - tile.x) as usize,
+            y: (self.y - tile.y) as usize,
+        }
+    }
+
+    /// Gives its pixels what a ray sees that meets nothing.
+    pub(super) fn show_background<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        target: &mut Target<'_>,
+    ) where
+        Simd: Runs<W>,
+    {
+        let (left, top) = (target.x, target.y);
+        for row in (0..self.rows).step_by(BLOCK as usize) {
+            for column in (0..self.columns).step_by(BLOCK as usize) {
+                let block = Block {
+                    x: self.x + column,
+                    y: self.y + row,
+                    columns: BLOCK.min(self.columns - column),
+                    rows: BLOCK.min(self.rows - row),
+                    patch: Region::Outside,
+                };
+                let mut target = Target {
+                    pixels: &mut *target.pixels,
+                    width: target.width,
+                    x: left + column as usize,
+                    y: top + row as usize,
+                };
+                block.show_background(0, renderer, view, &mut target);
+            }
+        }
+    }
+}
+
+impl Block {
+    /// Gives its pixels from number `first` on what a ray sees that meets nothing.
+    fn show_background<const W: usize>(
+        &self,
+        first: u32,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        target: &mut Target<'_>,
+    ) where
+        Simd: Runs<W>,
+    {
+        if let (Kind::Screen(screen), 0) = (view.kind(), first) {
+            let past = SeePast {
+                block: self,
+                background: renderer.tracer.scene().background(),
+                screen,
+                offset: (0.0, 0.0),
+            };
+            let copy = CopyPast { past, target };
+            if <Simd as Runs<8>>::run(renderer.tracer.simd(), copy).is_some() {
+                return;
+            }
+        }
+        for (column, row) in self.places_from(first) {
+            let (x, y) = self.at(column, row, (0.0, 0.0));
+            let pixel = match view.direction(x, y) {
+                Some(direction) => renderer.tracer.missed(direction),
+                None => Pixel::default(),
+            };
+            target.write(column, row, pixel);
+        }
+    }
+}
+
+impl<const W: usize> Renderer<'_, W>
+where
+    Simd: Runs<W>,
+{
+    /// The same renderer with a [level of detail](Self::with_level_of_detail), and
+    /// with samples no farther apart than what an acuity makes out there: in the
+    /// periphery not every pixel has a ray of its own.
+    ///
+    /// Samples are 1, 2, 4, 8 or at most [`LARGEST_STRIDE`] pixels apart, on the
+    /// view's own grid. Squares of 32 pixels a side, and where samples are close
+    /// together their quarters, choose by the angle of their longest side and by the
+    /// acuity at their point nearest to the line of sight. Where samples next
+    /// to each other show different things or light, two more halvings of their
+    /// distance follow. Pixels between samples that see the same instance are
+    /// interpolated; between samples of different ones each pixel has what the
+    /// nearest sample sees, and what it shares with others that see the same. Where
+    /// samples are a pixel apart, around the line of sight, every pixel is what it
+    /// would be without.
+    ///
+    /// Both eyes sample a direction alike where they share a line of sight, and an
+    /// eye that does not move has the same samples in every frame.
+    #[must_use]
+    pub fn with_foveation(self, lod: LevelOfDetail, acuity: Acuity) -> Self {
+        Self {
+            foveation: Some(Foveation {
+                acuity,
+                render: render_tile::<W>,
+                give_up: give_up_tile::<W>,
+            }),
+            ..self.with_level_of_detail(lod)
+        }
+    }
+
+    /// How many pixels the samples around pixel (x, y) of a view are apart, before
+    /// they are refined: a power of two, 1 where every pixel has its own and where
+    /// the view has no such pixel.
+    pub fn stride(&self, view: &View, x: u32, y: u32) -> u32 {
+        if x >= view.columns() || y >= view.rows() {
+            return 1;
+        }
+        let (Some(foveation), Some(lod)) = (&self.foveation, &self.lod) else {
+            return 1;
+        };
+        let of = |side: u32| {
+            let corner = (x / side * side, y / side * side);
+            stride(&foveation.acuity, &lod.gaze, view, corner, side)
+        };
+        match of(SQUARE) {
+            stride @ OF_SQUARES.. => stride,
+            _ => of(QUARTER),
+        }
+    }
+
+    /// Calls `each` with the pieces of a tile until it says that it is enough.
+    fn pieces(&self, view: &View, tile: Tile, mut each: impl FnMut(Piece) -> bool) -> bool {
+        let (Some(foveation), Some(lod)) = (&self.foveation, &self.lod) else {
+            return true;
+        };
+        let of = |square: Tile, side: u32| {
+            let corner = (square.x / side * side, square.y / side * side);
+            Piece {
+                x: square.x,
+                y: square.y,
+                columns: square.width,
+                rows: square.height,
+                corner,
+                side,
+                stride: stride(&foveation.acuity, &lod.gaze, view, corner, side),
+            }
+        };
+        tile.squares(SQUARE).all(|square| {
+            let whole = of(square, SQUARE);
+            if whole.stride >= OF_SQUARES {
+                return each(whole);
+            }
+            square.squares(QUARTER).all(|square| {
+                let quarter = of(square, QUARTER);
+                if quarter.stride > 1 {
+                    return each(quarter);
+                }
+                square.squares(BLOCK).all(|block| {
+                    each(Piece {
+                        x: block.x,
+                        y: block.y,
+                        columns: block.width,
+                        rows: block.height,
+                        side: BLOCK,
+                        ..quarter
+                    })
+                })
+            })
+        })
+    }
+}
+
+impl Tile {
+    /// What it has of the squares of the view's grid, in rows.
+    fn squares(self, side: u32) -> impl Iterator<Item = Self> {
+        let cut = move |first: u32, end: u32| {
+            let starts = (first / side..end.div_ceil(side)).map(move |square| square * side);
+            starts.map(move |start| (start.max(first), (start + side).min(end)))
+        };
+        cut(self.y, self.y + self.height).flat_map(move |(y, below)| {
+            cut(self.x, self.x + self.width).map(move |(x, right)| Self {
+                x,
+                y,
+                width: right - x,
+                height: below - y,
+            })
+        })
+    }
+}
+
+/// How far apart the samples of a square are: the most, of powers of two, that the
+/// acuity at its point nearest to the line of sight does not make out, by the
+/// angle of a pixel along its longest side. 1 where a corner is outside a dome master's rim.
+fn stride(acuity: &Acuity, gaze: &Gaze, view: &View, (x, y): (u32, u32), side: u32) -> u32 {
+    let towards = |right: u32, below: u32| {
+        let place = |first: u32, by: u32| (first + by) as f32 - 0.5;
+        view.direction(place(x, right), place(y, below))
+            .and_then(normalize)
+    };
+    let (Some(first), Some(right), Some(below), Some(last), Some(middle)) = (
+        towards(0, 0),
+        towards(side, 0),
+        towards(0, side),
+        towards(side, side),
+        towards(side / 2, side / 2),
+    ) else {
+        return 1;
+    };
+    let corners = [first, right, last, below];
+    let reach = corners
+        .iter()
+        .map(|corner| angle(middle, *corner))
+        .fold(0.0, max);
+    let eccentricity = angle(middle, gaze.line_of_sight().forward()) - reach;
+    // Sides of a few degrees: an angle's chord is as long to a few thousandths.
+    let sides = corners.into_iter().zip([right, last, below, first]);
+    let longest = sides
+        .map(|(from, to)| (to - from).dot(to - from))
+        .fold(0.0, max);
+    let pixel = sqrt(longest) / side as f32;
+    let seen = acuity.least_angle(eccentricity);
+    let mut stride = 1;
+    while stride < LARGEST_STRIDE.min(side / 2) && (2 * stride) as f32 * pixel <= seen {
+        stride *= 2;
+    }
+    stride
+}
+
+/// Between two unit vectors, radians.
+fn angle(a: Vec3, b: Vec3) -> f32 {
+    let across = a.cross(b);
+    libm::atan2f(sqrt(across.dot(across)), a.dot(b))
+}
+
+/// As [`TileJob::render`].
+fn render_tile<const W: usize>(
+    job: &mut TileJob,
+    renderer: &Renderer<'_, W>,
+    view: &View,
+    pixels: &mut [Pixel],
+    budget: &mut Budget,
+    workspace: &mut Workspace,
+) -> Outcome
+where
+    Simd: Runs<W>,
+{
+    let tile = job.tile;
+    let mut before = 0;
+    let finished = renderer.pieces(view, tile, |piece| {
+        let area = piece.area();
+        if job.finished < before + area {
+            if budget.is_spent() {
+                return false;
+            }
+            let mut target = piece.target(tile, pixels);
+            let first = job.finished - before;
+            job.finished += if piece.stride == 1 {
+                let patch = renderer.patch_region(view, piece.x, piece.y);
+                let block = piece.block(patch);
+                block.render(renderer, view, first, budget, workspace, &mut target)
+            } else {
+                Lattice::render(piece, (renderer, view), budget, workspace, &mut target);
+                area
+            };
+        }
+        before += area;
+        job.finished >= before
+    });
+    if finished {
+        Outcome::Finished
+    } else {
+        Outcome::BudgetSpent
+    }
+}
+
+/// As [`TileJob::give_up`].
+fn give_up_tile<const W: usize>(
+    job: &mut TileJob,
+    renderer: &Renderer<'_, W>,
+    view: &View,
+    pixels: &mut [Pixel],
+) where
+    Simd: Runs<W>,
+{
+    let tile = job.tile;
+    let mut before = 0;
+    renderer.pieces(view, tile, |piece| {
+        let area = piece.area();
+        if job.finished < before + area {
+            let first = job.finished - before;
+            let target = &mut piece.target(tile, pixels);
+            if piece.stride == 1 {
+                piece
+                    .block(Region::Outside)
+                    .show_background(first, renderer, view, target);
+            } else {
+                piece.show_background(renderer, view, target);
+            }
+            job.finished = before + area;
+        }
+        before += area;
+        true
+    });
+}

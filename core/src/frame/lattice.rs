@@ -1,0 +1,642 @@
+//! Samples of a square of pixels, and what lies between them.
+
+use super::block::{BLOCK, Sum, Target, offset};
+use super::foveation::Piece;
+use super::view::{Kind, Screen, View};
+use super::{LevelOfDetail, Renderer};
+use crate::gaze::Region;
+use crate::numeric::{max, min};
+use crate::simd::{Runs, Simd};
+use crate::trace::{Budget, Hit, NOT_TRACED, Pixel, RayDetail, Sample, TileRays, Workspace};
+
+/// Most steps of the finest samples along a square's side.
+const STEPS: usize = 16;
+
+/// How often the distance of samples is halved where they differ.
+const HALVINGS: u32 = 2;
+
+/// How far light may be apart between samples next to each other before there
+/// are more of them: as a part of the sum of the least and the most, and that
+/// which is never seen.
+const CONTRAST: f32 = 0.15;
+const UNSEEN: f32 = 0.01;
+
+/// Samples that are traced together.
+const TOGETHER: usize = 64;
+
+/// What a sample sees.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    pixel: Pixel,
+    /// The instance, [`MISSED`] or [`SKIPPED`].
+    class: u32,
+}
+
+/// Past all objects: every pixel knows what it sees there.
+const MISSED: u32 = u32::MAX;
+
+/// Outside the visual field, or a dome master's rim.
+const SKIPPED: u32 = u32::MAX - 1;
+
+/// The samples of a square, by row, then column of the finest.
+pub(super) struct Lattice {
+    nodes: [[Node; STEPS + 1]; STEPS + 1],
+    /// A bit for each that is there, by row, from the lowest.
+    known: [u32; STEPS + 1],
+    /// Those to be traced, likewise.
+    wanted: [u32; STEPS + 1],
+    piece: Piece,
+    /// Pixels between the finest.
+    unit: u32,
+}
+
+/// Samples to be traced.
+pub(super) struct Wanted {
+    count: usize,
+    /// Column and row among a square's finest.
+    nodes: [(u8, u8); TOGETHER],
+    /// Column and row of the pixel in the view.
+    places: [(u32, u32); TOGETHER],
+    details: [RayDetail; TOGETHER],
+    seen: [Node; TOGETHER],
+}
+
+/// Which pixels of a square are traced.
+enum Field {
+    All,
+    /// Of its blocks of 8×8, by row, then column.
+    Some([[u64; 4]; 4]),
+}
+
+/// What a square is seen with.
+struct Seeing<'r, 'a, const W: usize> {
+    renderer: &'r Renderer<'a, W>,
+    view: &'r View,
+    lod: &'r LevelOfDetail,
+    /// Where the square lies in the field.
+    region: Region,
+    /// Whether it counts as lying in the field whole.
+    is_inside: bool,
+}
+
+impl Node {
+    const SKIPPED: Self = Self {
+        pixel: Pixel {
+            red: 0.0,
+            green: 0.0,
+            blue: 0.0,
+            alpha: 0.0,
+        },
+        class: SKIPPED,
+    };
+
+    fn class_of(hit: Option<&Hit>) -> u32 {
+        hit.map_or(MISSED, |hit| hit.instance)
+    }
+}
+
+impl Lattice {
+    /// Renders a piece whose samples are apart.
+    // Not a part of its callers, whose stack it would add to.
+    #[inline(never)]
+    pub(super) fn render<const W: usize>(
+        piece: Piece,
+        (renderer, view): (&Renderer<'_, W>, &View),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        target: &mut Target<'_>,
+    ) where
+        Simd: Runs<W>,
+    {
+        piece.show_background(renderer, view, target);
+        let Some(lod) = &renderer.lod else { return };
+        let region = piece.region(lod, view);
+        let seeing = Seeing {
+            renderer,
+            view,
+            lod,
+            region,
+            is_inside: match region {
+                Region::Central | Region::Traced(_) => true,
+                Region::Outside => false,
+                Region::Mixed => piece.is_inside(lod, view),
+            },
+        };
+        if seeing.region == Region::Outside {
+            return;
+        }
+        let finest = (piece.stride >> HALVINGS).max(piece.side / STEPS as u32);
+        let mut lattice = Self {
+            nodes: [[Node::SKIPPED; STEPS + 1]; STEPS + 1],
+            known: [0; STEPS + 1],
+            wanted: [0; STEPS + 1],
+            piece,
+            unit: finest.max(1),
+        };
+        let steps = (piece.side / lattice.unit) as usize;
+        let mut step = (piece.stride / lattice.unit) as usize;
+        let mut blocks = [0u16; STEPS];
+        for row in (0..steps).step_by(step) {
+            for column in (0..steps).step_by(step) {
+                lattice.ask_for((column, row), step, &mut blocks);
+            }
+        }
+        if let (Kind::Screen(screen), Some(_)) = (view.kind(), renderer.together)
+            && !lattice.may_hit(renderer, screen, budget, workspace)
+        {
+            workspace.statistics.primary += lattice.rays(&seeing);
+            return;
+        }
+        let field = seeing.field(&piece);
+        loop {
+            lattice.trace(&seeing, budget, workspace);
+            let half = step / 2;
+            let mut parts = [0u16; STEPS];
+            for row in (0..steps).step_by(step) {
+                for column in (0..steps).step_by(step) {
+                    if blocks[row % STEPS] >> column & 1 == 0 {
+                        continue;
+                    }
+                    if half > 0 && lattice.differs((column, row), step) {
+                        for (right, below) in [(0, 0), (half, 0), (0, half), (half, half)] {
+                            let part = (column + right, row + below);
+                            lattice.ask_for(part, half, &mut parts);
+                        }
+                    } else {
+                        lattice.fill((column, row), step, &field, target);
+                    }
+                }
+            }
+            if parts == [0; STEPS] {
+                return;
+            }
+            (blocks, step) = (parts, half);
+        }
+    }
+
+    /// Wants the corners of a block of so many steps a side, if the piece has a
+    /// part of it.
+    fn ask_for(&mut self, (column, row): (usize, usize), step: usize, blocks: &mut [u16; STEPS]) {
+        let side = step as u32 * self.unit;
+        let meets =
+            |start: u32, first: u32, count: u32| start < first + count && first < start + side;
+        let (x, y) = self.place(column, row);
+        let piece = &self.piece;
+        if !meets(x, piece.x, piece.columns) || !meets(y, piece.y, piece.rows) {
+            return;
+        }
+        blocks[row % STEPS] |= 1 << column;
+        let both = 1 << column | 1 << (column + step);
+        for row in [row, row + step] {
+            self.wanted[row % (STEPS + 1)] |= both;
+        }
+    }
+
+    /// The pixel of a node: it may be past the view's borders.
+    fn place(&self, column: usize, row: usize) -> (u32, u32) {
+        let (x, y) = self.piece.corner;
+        (x + column as u32 * self.unit, y + row as u32 * self.unit)
+    }
+
+    fn node(&self, column: usize, row: usize) -> &Node {
+        &self.nodes[row % (STEPS + 1)][column % (STEPS + 1)]
+    }
+
+    /// Of a block of so many steps a side.
+    fn corners(&self, (column, row): (usize, usize), step: usize) -> [&Node; 4] {
+        let (right, below) = (column + step, row + step);
+        [
+            self.node(column, row),
+            self.node(right, row),
+            self.node(column, below),
+            self.node(right, below),
+        ]
+    }
+
+    /// Whether any sample of the square may hit anything.
+    fn may_hit<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        screen: &Screen,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> bool
+    where
+        Simd: Runs<W>,
+    {
+        let piece = &self.piece;
+        let tracer = &renderer.tracer;
+        (0..renderer.settings.samples).any(|sample| {
+            let (dx, dy) = offset(sample, renderer.settings.samples);
+            let corners = piece
+                .corners()
+                .map(|(x, y)| screen.direction(x as f32 + dx, y as f32 + dy));
+            tracer.may_hit(screen.eye(), &corners, budget, workspace)
+        })
+    }
+
+    /// The column and row of a node that is wanted and not there, which then is;
+    /// from a row on, which is moved along.
+    fn next(&mut self, row: &mut usize) -> Option<(usize, usize)> {
+        while let (Some(known), Some(wanted)) = (self.known.get_mut(*row), self.wanted.get(*row)) {
+            let missing = wanted & !*known;
+            if missing != 0 {
+                let column = missing.trailing_zeros();
+                *known |= 1 << column;
+                return Some((column as usize, *row));
+            }
+            *row += 1;
+        }
+        None
+    }
+
+    /// How many rays what is wanted takes.
+    fn rays<const W: usize>(&mut self, seeing: &Seeing<'_, '_, W>) -> u64
+    where
+        Simd: Runs<W>,
+    {
+        let (mut rays, mut from) = (0, 0);
+        while let Some((column, row)) = self.next(&mut from) {
+            let detail = seeing.detail(self.place(column, row));
+            rays += u64::from(detail.is_some());
+        }
+        rays * u64::from(seeing.renderer.settings.samples)
+    }
+
+    /// Traces what is wanted.
+    fn trace<const W: usize>(
+        &mut self,
+        seeing: &Seeing<'_, '_, W>,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) where
+        Simd: Runs<W>,
+    {
+        let mut batch = Wanted::NONE;
+        let mut from = 0;
+        while let Some((column, row)) = self.next(&mut from) {
+            let place = self.place(column, row);
+            if let Some(detail) = seeing.detail(place) {
+                batch.push((column as u8, row as u8), place, detail);
+            }
+            if batch.count == TOGETHER {
+                batch.trace(seeing, budget, workspace);
+                self.take(&mut batch);
+            }
+        }
+        batch.trace(seeing, budget, workspace);
+        self.take(&mut batch);
+    }
+
+    /// Takes what a batch has seen.
+    fn take(&mut self, batch: &mut Wanted) {
+        for (&(column, row), seen) in batch.nodes.iter().zip(&batch.seen).take(batch.count) {
+            let (column, row) = (usize::from(column), usize::from(row));
+            self.nodes[row % (STEPS + 1)][column % (STEPS + 1)] = *seen;
+        }
+        batch.count = 0;
+    }
+
+    /// Whether the corners of a block see different things, or light that is far
+    /// apart.
+    fn differs(&self, at: (usize, usize), step: usize) -> bool {
+        let corners = self.corners(at, step);
+        let mut traced = corners.iter().filter(|node| node.class != SKIPPED);
+        let Some(first) = traced.next() else {
+            return false;
+        };
+        let of = |node: &Node| [node.pixel.red, node.pixel.green, node.pixel.blue];
+        let (mut least, mut most) = (of(first), of(first));
+        for node in traced {
+            if node.class != first.class {
+                return true;
+            }
+            for (channel, light) in of(node).into_iter().enumerate() {
+                least[channel] = min(least[channel], light);
+                most[channel] = max(most[channel], light);
+            }
+        }
+        first.class != MISSED
+            && least
+                .iter()
+                .zip(&most)
+                .any(|(least, most)| most - least > CONTRAST * (most + least) + UNSEEN)
+    }
+
+    /// Fills the piece's part of a block with what its corners see.
+    fn fill(
+        &self,
+        (column, row): (usize, usize),
+        step: usize,
+        field: &Field,
+        target: &mut Target<'_>,
+    ) {
+        let corners = self.corners((column, row), step);
+        if corners.iter().all(|node| node.class >= SKIPPED) {
+            return;
+        }
+        let alike = corners.iter().all(|node| node.class == corners[0].class);
+        let side = step as u32 * self.unit;
+        let (x, y) = self.place(column, row);
+        let piece = &self.piece;
+        let (left, right) = (x.max(piece.x), (x + side).min(piece.x + piece.columns));
+        let (top, bottom) = (y.max(piece.y), (y + side).min(piece.y + piece.rows));
+        let share = 1.0 / side as f32;
+        for row in top..bottom {
+            let down = (row - y) as f32 * share;
+            let start = (target.y + (row - piece.y) as usize) * target.width + target.x;
+            let start = start + (left - piece.x) as usize;
+            let pixels = target
+                .pixels
+                .get_mut(start..start + (right - left) as usize);
+            let pixels = (left..right).zip(pixels.unwrap_or_default());
+            if alike && matches!(field, Field::All) {
+                let [a, b, c, d] = corners.map(|node| &node.pixel);
+                let (first, last) = (between(a, c, down), between(b, d, down));
+                for (column, pixel) in pixels {
+                    *pixel = between(&first, &last, (column - x) as f32 * share);
+                }
+                continue;
+            }
+            for (column, pixel) in pixels {
+                let right = (column - x) as f32 * share;
+                if !field.has(piece, (column, row)) {
+                    continue;
+                }
+                if let Some(seen) = seen_between(&corners, right, down) {
+                    *pixel = seen;
+                }
+            }
+        }
+    }
+}
+
+/// From `none` at 0 to `all` at 1.
+#[inline(always)]
+fn between(none: &Pixel, all: &Pixel, share: f32) -> Pixel {
+    let mix = |none: f32, all: f32| none + (all - none) * share;
+    Pixel {
+        red: mix(none.red, all.red),
+        green: mix(none.green, all.green),
+        blue: mix(none.blue, all.blue),
+        alpha: mix(none.alpha, all.alpha),
+    }
+}
+
+/// What is seen between four corners, in parts of the distance from the first to
+/// the right and down: what the nearest sees that sees anything, mixed of those
+/// that see the same. `None` past all objects.
+fn seen_between(corners: &[&Node; 4], right: f32, down: f32) -> Option<Pixel> {
+    let (left, up) = (1.0 - right, 1.0 - down);
+    let shares = [left * up, right * up, left * down, right * down];
+    let mut nearest = (0.0, SKIPPED);
+    for (node, share) in corners.iter().zip(shares) {
+        if node.class != SKIPPED && (nearest.1 == SKIPPED || share > nearest.0) {
+            nearest = (share, node.class);
+        }
+    }
+    let (_, class) = nearest;
+    if class >= SKIPPED {
+        return None;
+    }
+    let (mut sum, mut all) = (Pixel::default(), 0.0);
+    for (node, share) in corners.iter().zip(shares) {
+        if node.class == class {
+            sum.red += node.pixel.red * share;
+            sum.green += node.pixel.green * share;
+            sum.blue += node.pixel.blue * share;
+            sum.alpha += node.pixel.alpha * share;
+            all += share;
+        }
+    }
+    // Where the only one that sees anything is the farthest, on an edge.
+    if !(all > 0.0) {
+        let seen = corners.iter().find(|node| node.class == class);
+        return seen.map(|node| node.pixel);
+    }
+    let share = 1.0 / all;
+    Some(Pixel {
+        red: sum.red * share,
+        green: sum.green * share,
+        blue: sum.blue * share,
+        alpha: sum.alpha * share,
+    })
+}
+
+impl Piece {
+    /// The pixels at the corners of its square's samples.
+    fn corners(&self) -> [(u32, u32); 4] {
+        let ((x, y), side) = (self.corner, self.side);
+        [(x, y), (x + side, y), (x, y + side), (x + side, y + side)]
+    }
+
+    /// Where the samples of its square lie in the field.
+    fn region(&self, lod: &LevelOfDetail, view: &View) -> Region {
+        let Kind::Screen(screen) = view.kind() else {
+            return Region::Mixed;
+        };
+        let corners = self.corners();
+        let corners = corners.map(|(x, y)| screen.direction(x as f32, y as f32));
+        lod.gaze.region_between(&corners)
+    }
+
+    /// Whether its square's corners, the middles of its sides and its middle are in
+    /// the field: the levels of all pixels would take longer than their samples.
+    fn is_inside(&self, lod: &LevelOfDetail, view: &View) -> bool {
+        let ((x, y), half) = (self.corner, self.side / 2);
+        (0..9u32).all(|number| {
+            let (x, y) = (x + number % 3 * half, y + number / 3 * half);
+            let direction = view.direction(x as f32, y as f32);
+            let level = direction.and_then(|direction| lod.gaze.level(direction));
+            level.is_some_and(|level| level > 0.0)
+        })
+    }
+}
+
+impl<const W: usize> Seeing<'_, '_, W>
+where
+    Simd: Runs<W>,
+{
+    /// How the pixel at a place is traced, which may be past the view's borders.
+    fn detail(&self, (x, y): (u32, u32)) -> Option<RayDetail> {
+        let Self {
+            renderer,
+            view,
+            lod,
+            region,
+            is_inside,
+        } = self;
+        let most = renderer.most;
+        match region {
+            Region::Outside => None,
+            Region::Central => Some(most),
+            _ if *is_inside && !lod.bounces && !lod.faces => Some(most),
+            _ => {
+                let (x, y) = (x.min(view.columns() - 1), y.min(view.rows() - 1));
+                let block = renderer.block_detail(Region::Mixed, view, x, y);
+                block.at(x % BLOCK, y % BLOCK)
+            }
+        }
+    }
+
+    /// Which pixels of a square are traced.
+    fn field(&self, piece: &Piece) -> Field {
+        if self.is_inside {
+            return Field::All;
+        }
+        let mut blocks = [[0; 4]; 4];
+        let (left, top) = piece.corner;
+        for (row, blocks) in (0u32..).zip(&mut blocks) {
+            for (column, block) in (0u32..).zip(blocks) {
+                let (x, y) = (left + BLOCK * column, top + BLOCK * row);
+                if BLOCK * column.max(row) < piece.side {
+                    let view = self.view;
+                    *block = self.renderer.block_traced(Region::Mixed, view, x, y);
+                }
+            }
+        }
+        Field::Some(blocks)
+    }
+}
+
+impl Field {
+    /// Whether it has a pixel of the view.
+    fn has(&self, piece: &Piece, (x, y): (u32, u32)) -> bool {
+        match self {
+            Self::All => true,
+            Self::Some(blocks) => {
+                let (column, row) = (x - piece.corner.0, y - piece.corner.1);
+                let block = blocks[(row / BLOCK) as usize % 4][(column / BLOCK) as usize % 4];
+                block >> (BLOCK * (row % BLOCK) + column % BLOCK) & 1 != 0
+            }
+        }
+    }
+}
+
+impl Wanted {
+    const NONE: Self = Self {
+        count: 0,
+        nodes: [(0, 0); TOGETHER],
+        places: [(0, 0); TOGETHER],
+        details: [RayDetail {
+            depth: 0,
+            rung: 0,
+            wavelengths: 0,
+        }; TOGETHER],
+        seen: [Node::SKIPPED; TOGETHER],
+    };
+
+    fn push(&mut self, node: (u8, u8), place: (u32, u32), detail: RayDetail) {
+        let at = self.count % TOGETHER;
+        self.nodes[at] = node;
+        self.places[at] = place;
+        self.details[at] = detail;
+        self.seen[at] = Node::SKIPPED;
+        self.count = at + 1;
+    }
+
+    /// Sees what there is to see.
+    fn trace<const W: usize>(
+        &mut self,
+        seeing: &Seeing<'_, '_, W>,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) where
+        Simd: Runs<W>,
+    {
+        let renderer = seeing.renderer;
+        match (seeing.view.kind(), renderer.together) {
+            _ if self.count == 0 => {}
+            (Kind::Screen(screen), Some(together)) => {
+                (together.samples)(renderer, screen, self, budget, workspace);
+            }
+            _ => self.trace_singly(seeing, budget, workspace),
+        }
+    }
+
+    fn trace_singly<const W: usize>(
+        &mut self,
+        seeing: &Seeing<'_, '_, W>,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) where
+        Simd: Runs<W>,
+    {
+        let tracer = &seeing.renderer.tracer;
+        let samples = seeing.renderer.settings.samples;
+        for at in 0..self.count.min(TOGETHER) {
+            let ((x, y), detail) = (self.places[at], self.details[at]);
+            let mut sum = Sum::NONE;
+            for sample in 0..samples {
+                let (dx, dy) = offset(sample, samples);
+                let Some(ray) = seeing.view.ray(x as f32 + dx, y as f32 + dy) else {
+                    continue;
+                };
+                let hit = tracer.nearest_on(detail.rung, &ray, budget, workspace);
+                if sample == 0 {
+                    self.seen[at].class = Node::class_of(hit.as_ref());
+                }
+                let of = Sample::new(x, y, sample, samples);
+                let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
+                sum.add(seen, workspace);
+            }
+            self.seen[at].pixel = sum.mean(samples);
+        }
+    }
+
+    /// Its rays go through the scene together.
+    // Not a part of its callers, whose stack it would add to.
+    #[inline(never)]
+    pub(super) fn trace_together<const W: usize>(
+        renderer: &Renderer<'_, W>,
+        screen: &Screen,
+        batch: &mut Self,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) where
+        Simd: Runs<W>,
+    {
+        let tracer = &renderer.tracer;
+        let samples = renderer.settings.samples;
+        let count = batch.count.min(TOGETHER);
+        let mut rungs = [[NOT_TRACED; BLOCK as usize]; BLOCK as usize];
+        for (rung, detail) in rungs
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(&batch.details)
+            .take(count)
+        {
+            *rung = detail.rung;
+        }
+        let mut sums = [Sum::NONE; TOGETHER];
+        for sample in 0..samples {
+            let (dx, dy) = offset(sample, samples);
+            let rays = TileRays::new(screen.eye(), |column, row| {
+                // Those that there are not are like the first.
+                let at = BLOCK as usize * row + column;
+                let (x, y) = batch.places[if at < count { at } else { 0 }];
+                screen.direction(x as f32 + dx, y as f32 + dy)
+            });
+            let rays = rays.on_rungs(&rungs);
+            let hits = tracer.nearest_of_tile(&rays, budget, workspace);
+            for (at, sum) in sums.iter_mut().enumerate().take(count) {
+                let (column, row) = (at % BLOCK as usize, at / BLOCK as usize);
+                let hit = hits.at(column, row);
+                let Some(ray) = rays.at(column, row) else {
+                    continue;
+                };
+                if sample == 0 {
+                    batch.seen[at].class = Node::class_of(hit.as_ref());
+                }
+                let (x, y) = batch.places[at];
+                let of = Sample::new(x, y, sample, samples);
+                let detail = batch.details[at];
+                let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
+                sum.add(seen, workspace);
+            }
+        }
+        for (seen, sum) in batch.seen.iter_mut().zip(sums).take(count) {
+            seen.pixel = sum.mean(samples);
+        }
+    }
+}

@@ -1,0 +1,186 @@
+use crate::numeric::{max, min};
+use core::f32::consts::PI;
+use core::fmt;
+
+/// How small a thing a viewer can make out, by how far from the line of sight it
+/// is: the minimum angle of resolution MAR(e) = m·e + w₀, which grows in
+/// proportion to the eccentricity e (Guenter, Finch, Drucker, Tan & Snyder,
+/// "Foveated 3D Graphics", 2012, equation 1; Weymouth, "Visual Sensory Units and
+/// the Minimal Angle of Resolution", 1958).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Acuity {
+    slope: f32,
+    fovea: f32,
+    /// How far from what is taken for it the line of sight may be: radians.
+    off: f32,
+}
+
+/// Why two numbers are no acuity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum AcuityError {
+    /// A slope that is not from 0 to [`Acuity::STEEPEST`].
+    Slope {
+        /// As given.
+        slope: f32,
+    },
+    /// A least angle that is not from [`Acuity::FINEST`] to
+    /// [`Acuity::COARSEST`].
+    Fovea {
+        /// As given, radians.
+        fovea: f32,
+    },
+}
+
+impl fmt::Display for AcuityError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Slope { slope } => write!(
+                f,
+                "acuity cannot fall by {slope} radians a radian: give 0 to {}",
+                Acuity::STEEPEST
+            ),
+            Self::Fovea { fovea } => write!(
+                f,
+                "the least angle that is seen cannot be {fovea} rad: give {} to {} rad",
+                Acuity::FINEST,
+                Acuity::COARSEST
+            ),
+        }
+    }
+}
+
+impl core::error::Error for AcuityError {}
+
+impl Acuity {
+    /// Largest slope: radians a radian.
+    pub const STEEPEST: f32 = 1.0;
+
+    /// Least of the least angles: radians.
+    pub const FINEST: f32 = 1.0e-6;
+
+    /// Largest of the least angles: radians.
+    pub const COARSEST: f32 = 1.0;
+
+    /// Guenter et al.'s: 1.65 arc minutes a degree, the larger of the slopes between
+    /// which their study with viewers leaves the choice (1.32 is the smaller), and
+    /// 1/48° in the fovea.
+    pub const GUENTER: Self = Self {
+        slope: 0.0275,
+        fovea: 3.636_102_6e-4,
+        off: 0.0,
+    };
+
+    /// Of a slope m (radians a radian, 0 to [`Self::STEEPEST`]) and an angle w₀ on
+    /// the line of sight (radians, [`Self::FINEST`] to [`Self::COARSEST`]).
+    ///
+    /// # Errors
+    /// Numbers that are out of these ranges, or none.
+    pub fn new(slope: f32, fovea: f32) -> Result<Self, AcuityError> {
+        if !(0.0..=Self::STEEPEST).contains(&slope) {
+            return Err(AcuityError::Slope { slope });
+        }
+        if !(Self::FINEST..=Self::COARSEST).contains(&fovea) {
+            return Err(AcuityError::Fovea { fovea });
+        }
+        Ok(Self {
+            slope,
+            fovea,
+            off: 0.0,
+        })
+    }
+
+    /// The same with a slope so many times as steep, as far as slopes go: a picture
+    /// that is coarser in the periphery and as fine as before on the line of sight.
+    /// Factors below 1, and NaN, leave it as it is.
+    #[must_use]
+    pub fn steeper(self, factor: f32) -> Self {
+        // 0 · ∞ would be no number.
+        let factor = min(max(factor, 1.0), f32::MAX);
+        Self {
+            slope: min(self.slope * factor, Self::STEEPEST),
+            ..self
+        }
+    }
+
+    /// The same for a line of sight that is known to within some radians: as fine
+    /// so much farther out. Numbers below 0, and NaN, leave it as it is.
+    #[must_use]
+    pub const fn around(self, off: f32) -> Self {
+        Self {
+            off: min(max(off, 0.0), PI),
+            ..self
+        }
+    }
+
+    /// m: radians a radian.
+    pub const fn slope(self) -> f32 {
+        self.slope
+    }
+
+    /// w₀: radians.
+    pub const fn fovea(self) -> f32 {
+        self.fovea
+    }
+
+    /// MAR(e), radians, of an eccentricity in radians, 0 to π; below 0 and for NaN
+    /// as for 0, above π as for π.
+    pub fn least_angle(self, eccentricity: f32) -> f32 {
+        self.slope * min(max(eccentricity - self.off, 0.0), PI) + self.fovea
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_acuity_is_refused() {
+        for slope in [-0.1, 1.1, f32::NAN, f32::INFINITY] {
+            let error = Acuity::new(slope, 0.001).unwrap_err();
+            assert!(matches!(error, AcuityError::Slope { .. }));
+        }
+        for fovea in [0.0, -1.0, 2.0, f32::NAN, f32::INFINITY] {
+            let error = Acuity::new(0.02, fovea).unwrap_err();
+            assert!(matches!(error, AcuityError::Fovea { .. }));
+        }
+        let guenter = Acuity::GUENTER;
+        assert_eq!(Acuity::new(guenter.slope(), guenter.fovea()), Ok(guenter));
+        assert_eq!(guenter.slope(), 1.65 / 60.0);
+        assert_eq!(guenter.fovea(), (1.0f32 / 48.0).to_radians());
+    }
+
+    #[test]
+    fn the_least_angle_is_a_line() {
+        let degrees = |angle: f32| Acuity::GUENTER.least_angle(angle.to_radians()).to_degrees();
+        for e in [0.0, 1.0, 10.0, 100.0, 180.0] {
+            assert!((degrees(e) - (0.0275 * e + 1.0 / 48.0)).abs() < 1e-5, "{e}");
+        }
+        let acuity = Acuity::GUENTER;
+        assert_eq!(acuity.least_angle(-1.0), acuity.fovea());
+        assert_eq!(acuity.least_angle(f32::NAN), acuity.fovea());
+        let most = acuity.least_angle(PI);
+        assert_eq!(acuity.least_angle(f32::INFINITY), most);
+    }
+
+    #[test]
+    fn steeper_is_coarser_beside_the_line_of_sight_only() {
+        let acuity = Acuity::GUENTER;
+        let twice = acuity.steeper(2.0);
+        assert_eq!(twice.least_angle(0.0), acuity.least_angle(0.0));
+        assert_eq!(twice.slope(), 0.055);
+        for none in [1.0, 0.5, -1.0, f32::NAN] {
+            assert_eq!(acuity.steeper(none), acuity);
+        }
+        assert_eq!(acuity.steeper(f32::INFINITY).slope(), Acuity::STEEPEST);
+        let around = acuity.around(0.1);
+        assert_eq!(around.least_angle(0.1), acuity.fovea());
+        assert!((around.least_angle(0.3) - acuity.least_angle(0.2)).abs() < 1e-8);
+        for none in [0.0, -1.0, f32::NAN] {
+            assert_eq!(acuity.around(none), acuity);
+        }
+        assert_eq!(acuity.around(f32::INFINITY).least_angle(PI), acuity.fovea());
+        let flat = Acuity::new(0.0, 0.001).unwrap();
+        assert_eq!(flat.steeper(1.0e30), flat);
+    }
+}

@@ -1,0 +1,239 @@
+//! `shisen bench foveated`: what it saves to sample the periphery coarsely.
+
+use super::super::failure::Failure;
+use super::super::print;
+use super::super::ray_counts::RayCounts;
+use super::frames::{FrameArguments, Frames, Look, Way};
+use super::table2::STATES;
+use clap::Args;
+use serde::Serialize;
+use shisen::bake::BakedScene;
+use shisen::live::{Engine, Quality, Share, with_engine};
+use shisen::picture::Picture;
+use shisen::quantiles::median;
+use shisen::render::{self, Observer};
+use shisen::scene::builtin::PaperScene;
+use shisen::tradeoff::{PictureError, Sight};
+use shisen_core::frame::Spectrum;
+use shisen_core::scene::Scene;
+use shisen_core::{Runs, Simd};
+use std::fmt;
+
+/// Frames with fewer rays in the periphery beside the paper's and full tracing
+///
+/// Scenes A to D, the viewer looking at the front wall (state 1) and at the floor
+/// (state 2), three walls for two eyes. Frames are rendered in turns, by what
+/// `shisen run` renders them with; times are medians, of tracing. Errors are FLIP
+/// against full tracing, from 0 (equal) to 1, weighted by the part of the visual
+/// cortex that sees a pixel, as in `shisen tradeoff`.
+///
+/// With --json, one object: threads, size, mesh and cells: for each scene and state
+/// plain, paper and foveated, each with seconds, steps, rays (primary, reflected,
+/// refracted, shadow), `flip_weighted` and flip (of all pixels alike); and
+/// `primary_ratio`, `steps_ratio` and `time_ratio`, plain by foveated.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct Arguments {
+    #[command(flatten)]
+    frames: FrameArguments,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// The ways of a frame, in the order of their turns.
+const WAYS: [Way; 3] = [Way::Plain, Way::Lod, Way::Foveated];
+
+/// What was measured.
+#[derive(Debug, Serialize)]
+struct Report {
+    threads: usize,
+    size: u32,
+    mesh: String,
+    cells: Vec<Cell>,
+}
+
+/// One scene, looked at one way.
+#[derive(Debug, Serialize)]
+struct Cell {
+    scene: &'static str,
+    state: usize,
+    plain: Measured,
+    paper: Measured,
+    foveated: Measured,
+    primary_ratio: f64,
+    steps_ratio: f64,
+    time_ratio: f64,
+}
+
+/// A way of a frame.
+#[derive(Debug, Clone, Copy, Serialize)]
+struct Measured {
+    seconds: f64,
+    steps: u64,
+    rays: RayCounts,
+    flip_weighted: f64,
+    flip: f64,
+}
+
+/// Runs the command.
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let frames = &arguments.frames;
+    let (mesh, threads) = frames.title();
+    let mut cells = Vec::new();
+    for scene in PaperScene::ALL {
+        let of_scene = frames.frames(scene)?;
+        for (state, (forward, up)) in (1..).zip(STATES) {
+            let look = Look { forward, up };
+            let [plain, paper, foveated] = match &of_scene.scene {
+                BakedScene::Fast(baked) => ways(baked.scene(), &of_scene, look, frames.repeat),
+                BakedScene::Compact(baked) => ways(baked.scene(), &of_scene, look, frames.repeat),
+            }?;
+            cells.push(Cell {
+                scene: scene.name(),
+                state,
+                plain,
+                paper,
+                foveated,
+                primary_ratio: plain.rays.primary as f64 / foveated.rays.primary as f64,
+                steps_ratio: plain.steps as f64 / foveated.steps as f64,
+                time_ratio: plain.seconds / foveated.seconds,
+            });
+        }
+    }
+    let report = Report {
+        threads,
+        size: frames.size,
+        mesh,
+        cells,
+    };
+    print(&report, arguments.json)
+}
+
+/// All ways of one frame.
+fn ways<const W: usize>(
+    scene: Scene<'_, W>,
+    frames: &Frames,
+    look: Look,
+    repeat: u32,
+) -> Result<[Measured; WAYS.len()], Failure>
+where
+    Simd: Runs<W>,
+{
+    let (cave, options) = (&frames.cave, &frames.options);
+    let eyes = Frames::observers(Way::Plain, look)?;
+    let mut sights = Vec::new();
+    for screen in cave.screens() {
+        for eye in &eyes {
+            let view = render::view(screen, eye).map_err(Failure::from_error)?;
+            sights.push(Sight::new(&view, look.forward));
+        }
+    }
+    let spectrum = Spectrum::default();
+    with_engine(
+        scene,
+        spectrum,
+        cave,
+        &eyes,
+        options,
+        Share::ALL,
+        |engine| measure(engine, &sights, look, repeat),
+    )
+    .map_err(Failure::from_error)?
+}
+
+fn measure<const W: usize>(
+    engine: &mut Engine<'_, '_, W>,
+    sights: &[Sight],
+    look: Look,
+    repeat: u32,
+) -> Result<[Measured; WAYS.len()], Failure>
+where
+    Simd: Runs<W>,
+{
+    let mut seconds = [const { Vec::new() }; WAYS.len()];
+    let mut work = [None; WAYS.len()];
+    let mut pictures: [Vec<Picture>; WAYS.len()] = Default::default();
+    // The first round is for what is only done once.
+    for round in 0..=repeat {
+        for (number, way) in WAYS.into_iter().enumerate() {
+            let eyes: [Observer; 2] = Frames::observers(way, look)?;
+            let frame = engine
+                .render(&eyes, &Quality::FULL, None)
+                .map_err(Failure::from_error)?;
+            if round == 0 {
+                pictures[number] = engine.pictures().map_err(Failure::from_error)?;
+                engine.copy(&mut pictures[number]);
+                work[number] = Some(frame.statistics);
+            } else {
+                seconds[number].push(frame.tracing.as_secs_f64());
+            }
+        }
+    }
+    let [truth, ..] = &pictures;
+    let mut measured = Vec::new();
+    for ((found, seconds), work) in pictures.iter().zip(seconds).zip(work) {
+        let pairs = sights.iter().zip(found.iter().zip(truth));
+        let pairs: Vec<_> = pairs.map(|(sight, (a, b))| (sight, a, b)).collect();
+        let error = PictureError::new(&pairs);
+        let work = work.unwrap_or_default();
+        measured.push(Measured {
+            seconds: median(seconds),
+            steps: work.steps,
+            rays: work.into(),
+            flip_weighted: error.weighted.flip,
+            flip: error.all.flip,
+        });
+    }
+    let [plain, paper, foveated] = measured[..] else {
+        unreachable!("as many as there are ways")
+    };
+    Ok([plain, paper, foveated])
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            threads,
+            size,
+            mesh,
+            cells,
+        } = self;
+        let plural = if *threads == 1 { "" } else { "s" };
+        writeln!(
+            f,
+            "{mesh}, {size} × {size} pixels × 6, {threads} thread{plural}; milliseconds a frame"
+        )?;
+        write!(f, "{:26}", "")?;
+        for cell in cells {
+            write!(f, "{:>9}", format!("{}{}", cell.scene, cell.state))?;
+        }
+        let mut row = |name: &str, value: &dyn Fn(&Cell) -> String| {
+            write!(f, "\n{name:26}")?;
+            cells
+                .iter()
+                .try_for_each(|cell| write!(f, "{:>9}", value(cell)))
+        };
+        let milliseconds = |of: &Measured| format!("{:.1}", 1e3 * of.seconds);
+        row("plain", &|c| milliseconds(&c.plain))?;
+        row("paper", &|c| milliseconds(&c.paper))?;
+        row("foveated", &|c| milliseconds(&c.foveated))?;
+        row("plain by foveated", &|c| format!("{:.2}", c.time_ratio))?;
+        row("primary rays, plain", &|c| c.plain.rays.primary.to_string())?;
+        row("primary rays, paper", &|c| c.paper.rays.primary.to_string())?;
+        row("primary rays, foveated", &|c| {
+            c.foveated.rays.primary.to_string()
+        })?;
+        row("plain by foveated", &|c| format!("{:.2}", c.primary_ratio))?;
+        row("steps, plain by foveated", &|c| {
+            format!("{:.2}", c.steps_ratio)
+        })?;
+        row("FLIP by acuity, paper", &|c| {
+            format!("{:.5}", c.paper.flip_weighted)
+        })?;
+        row("FLIP by acuity, foveated", &|c| {
+            format!("{:.5}", c.foveated.flip_weighted)
+        })?;
+        row("FLIP, paper", &|c| format!("{:.5}", c.paper.flip))?;
+        row("FLIP, foveated", &|c| format!("{:.5}", c.foveated.flip))
+    }
+}

@@ -1,0 +1,532 @@
+//! A periphery that is sampled as finely as the eye sees.
+
+use super::{GAZES, bits, direction, eyes, frame, levels, lod, mixed_scene, places, room, views};
+use glam::{DAffine3, DVec3, Mat3, Vec3};
+use shisen::bake::Baked;
+use shisen::live::{FOVEA, Quality, Share, with_engine};
+use shisen::mesh::Material;
+use shisen::picture::Picture;
+use shisen::render::{Observer, Options};
+use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::scene::{Background, Object, Scene, Shape};
+use shisen_core::Simd;
+use shisen_core::frame::{
+    Budget, LARGEST_STRIDE, LevelOfDetail, Mode, Outcome, Pixel, Renderer, Settings, Spectrum,
+    Tile, TileJob, View, Workspace,
+};
+use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
+use shisen_tests::meshes::icosphere;
+
+/// In pictures of a few pixels, as far apart as in large ones by what eyes see.
+const COARSE: f32 = 6.0;
+
+fn pixel(picture: &Picture, (x, y): (u32, u32)) -> [f32; 4] {
+    picture.pixel(x, y).expect("a pixel")
+}
+
+fn sight((forward, up): (Vec3, Vec3)) -> LineOfSight {
+    LineOfSight::new(Vec3::ZERO, forward, up).expect("a line of sight")
+}
+
+/// Both eyes, whose acuity falls so many times as fast.
+fn foveated(gaze: (Vec3, Vec3), times: f32) -> [Observer; 2] {
+    eyes(None).map(|eye| {
+        let eye = Observer::foveated(eye.eye, eye.place, sight(gaze), 0.0);
+        Observer {
+            acuity: eye.acuity.map(|acuity| acuity.steeper(times)),
+            ..eye
+        }
+    })
+}
+
+fn renderer<'a>(baked: &'a Baked<8>, mode: Mode, eye: &Observer) -> Renderer<'a> {
+    let settings = Settings {
+        mode,
+        ..Settings::default()
+    };
+    let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
+    let (lod, acuity) = (eye.lod.expect("a gaze"), eye.acuity.expect("an acuity"));
+    renderer.with_foveation(lod, acuity)
+}
+
+fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
+    Options {
+        threads,
+        tile,
+        simd,
+        settings: Settings {
+            mode,
+            ..Settings::default()
+        },
+        ..Options::default()
+    }
+}
+
+#[test]
+fn a_frame_has_one_hash() {
+    let scene = mixed_scene(icosphere(3));
+    let fast = Baked::<8>::with_levels(&scene, &levels()).expect("a scene");
+    let compact = Baked::<4>::with_levels(&scene, &levels()).expect("a scene");
+    let size = [101, 90];
+    let mut hashes = Vec::new();
+    for gaze in [GAZES[0], GAZES[2], GAZES[4]] {
+        let full = foveated(gaze, COARSE);
+        // The paper's levels besides, and its border across squares.
+        let paper = full.map(|eye| Observer {
+            lod: Some(lod(gaze)),
+            ..eye
+        });
+        for eyes in [full, paper] {
+            let single = options(1, 32, Mode::Single, Simd::PORTABLE);
+            let reference = frame(&fast.scene(), size, &eyes, &single);
+            for mode in [Mode::Single, Mode::Tile] {
+                for (threads, tile, simd) in [
+                    (2, 8, Simd::detect()),
+                    (1, 13, Simd::PORTABLE),
+                    (3, 32, Simd::detect()),
+                    (1, 64, Simd::detect()),
+                    (2, 64, Simd::PORTABLE),
+                ] {
+                    let options = options(threads, tile, mode, simd);
+                    let found = frame(&fast.scene(), size, &eyes, &options);
+                    assert_eq!(found.hash(), reference.hash(), "{gaze:?}, {options:?}");
+                    let found = frame(&compact.scene(), size, &eyes, &options);
+                    assert_eq!(
+                        found.hash(),
+                        reference.hash(),
+                        "{gaze:?}, {options:?}, 4 wide"
+                    );
+                }
+            }
+            hashes.push(reference.hash());
+        }
+    }
+    hashes.sort_unstable();
+    hashes.dedup();
+    assert_eq!(
+        hashes.len(),
+        6,
+        "each gaze and each way has its own picture"
+    );
+}
+
+#[test]
+fn several_samples_a_pixel_have_one_hash() {
+    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(2)), &levels()).expect("a scene");
+    let eyes = foveated(GAZES[2], COARSE);
+    let hash = |mode, tile| {
+        let mut options = options(2, tile, mode, Simd::detect());
+        options.settings.samples = 3;
+        frame(&baked.scene(), [70, 51], &eyes, &options).hash()
+    };
+    let reference = hash(Mode::Single, 32);
+    assert_eq!(hash(Mode::Tile, 32), reference);
+    assert_eq!(hash(Mode::Tile, 8), reference);
+}
+
+/// Renders a tile in calls of so many steps; pixels, and the most that one took
+/// above them.
+fn in_instalments(
+    renderer: &Renderer<'_>,
+    view: &View,
+    tile: Tile,
+    steps: u64,
+) -> (Vec<Pixel>, u64) {
+    let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
+    let (mut job, mut workspace, mut over) = (TileJob::new(tile), Workspace::new(), 0);
+    loop {
+        let before = workspace.statistics.steps;
+        let mut budget = Budget::steps(steps);
+        let outcome = job.render(renderer, view, &mut pixels, &mut budget, &mut workspace);
+        over = over.max((workspace.statistics.steps - before).saturating_sub(steps));
+        if outcome.expect("a tile of the view") == Outcome::Finished {
+            assert!(job.is_finished());
+            return (pixels, over);
+        }
+        assert!(!job.is_finished() && budget.is_spent());
+    }
+}
+
+#[test]
+fn budgets_change_nothing_and_are_kept_to_a_square() {
+    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
+    let eyes = foveated(GAZES[2], COARSE);
+    let tile = Tile {
+        x: 3,
+        y: 5,
+        width: 91,
+        height: 77,
+    };
+    for mode in [Mode::Single, Mode::Tile] {
+        for (view, eye) in views([101, 90], &eyes) {
+            let renderer = renderer(&baked, mode, &eye);
+            let plain = Renderer::new(
+                baked.scene(),
+                Simd::detect(),
+                Settings {
+                    mode: Mode::Single,
+                    ..Settings::default()
+                },
+            );
+            let (whole, _) = in_instalments(&renderer, &view, tile, u64::MAX);
+            // Every pixel has a call of its own.
+            let (_, dearest) = in_instalments(&plain, &view, tile, 1);
+            for steps in [1, 500, 20_000] {
+                let (pixels, over) = in_instalments(&renderer, &view, tile, steps);
+                assert!(pixels == whole, "{mode:?}, {steps} steps a call");
+                assert!(
+                    over <= 17 * 17 * (dearest + 1),
+                    "{mode:?}: {over} over {steps}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_given_up_is_the_background_and_the_rest_stays() {
+    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
+    let eye = foveated(GAZES[0], COARSE)[0];
+    let (view, _) = views([101, 90], &[eye])[0];
+    let tile = Tile {
+        x: 0,
+        y: 0,
+        width: 101,
+        height: 90,
+    };
+    for mode in [Mode::Single, Mode::Tile] {
+        let renderer = renderer(&baked, mode, &eye);
+        let (whole, _) = in_instalments(&renderer, &view, tile, u64::MAX);
+        let nothing = {
+            let mut pixels = vec![Pixel::default(); whole.len()];
+            let mut job = TileJob::new(tile);
+            job.give_up(&renderer, &view, &mut pixels).expect("a tile");
+            assert!(job.is_finished());
+            pixels
+        };
+        let all = Renderer::new(baked.scene(), Simd::detect(), Settings::default());
+        let mut past = vec![Pixel::default(); whole.len()];
+        TileJob::new(tile)
+            .give_up(&all, &view, &mut past)
+            .expect("a tile");
+        assert!(nothing == past, "{mode:?}: what a plain renderer shows");
+        for steps in [1_000, 5_000, 20_000] {
+            let mut pixels = vec![Pixel::default(); whole.len()];
+            let (mut job, mut workspace) = (TileJob::new(tile), Workspace::new());
+            let mut budget = Budget::steps(steps);
+            let outcome = job.render(&renderer, &view, &mut pixels, &mut budget, &mut workspace);
+            assert_eq!(outcome, Ok(Outcome::BudgetSpent));
+            job.give_up(&renderer, &view, &mut pixels).expect("a tile");
+            let mut finished = 0;
+            for ((pixel, whole), nothing) in pixels.iter().zip(&whole).zip(&nothing) {
+                assert!(pixel == whole || pixel == nothing);
+                finished += u32::from(pixel == whole && pixel != nothing);
+            }
+            assert!(
+                finished > 0 && pixels != whole,
+                "{steps}: {finished} pixels"
+            );
+        }
+    }
+}
+
+#[test]
+fn around_the_line_of_sight_every_pixel_is_what_it_would_be() {
+    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
+    let size = [180, 150];
+    for gaze in [GAZES[0], GAZES[3]] {
+        let eyes = foveated(gaze, 2.0);
+        let found = frame(&baked.scene(), size, &eyes, &Options::default());
+        let full = eyes.map(|eye| Observer::new(eye.eye, eye.place));
+        let full = frame(&baked.scene(), size, &full, &Options::default());
+        let (mut own, mut shared) = (0, 0);
+        let pictures = found.pictures.iter().zip(&full.pictures);
+        for ((view, eye), (found, full)) in views(size, &eyes).into_iter().zip(pictures) {
+            let renderer = renderer(&baked, Mode::Tile, &eye);
+            for (x, y) in places(&view) {
+                if renderer.stride(&view, x, y) > 1 {
+                    shared += 1;
+                    continue;
+                }
+                own += 1;
+                let of = |picture: &Picture| bits(pixel(picture, (x, y)));
+                assert_eq!(of(&found.picture), of(&full.picture), "{x} {y}");
+            }
+        }
+        assert!(
+            own > 1_000 && shared > 10 * own,
+            "{own} and {shared} pixels"
+        );
+    }
+}
+
+#[test]
+fn the_fovea_has_every_ray_and_samples_thin_out_from_there() {
+    let baked = Baked::<8>::new(&mixed_scene(icosphere(0))).expect("a scene");
+    let size = [1024; 2];
+    for gaze in GAZES {
+        let eyes = foveated(gaze, 1.0);
+        for (view, eye) in views(size, &eyes) {
+            let renderer = renderer(&baked, Mode::Tile, &eye);
+            for (x, y) in places(&view).filter(|(x, y)| x % 5 == 0 && y % 5 == 0) {
+                let stride = renderer.stride(&view, x, y);
+                let towards = direction(&view, (x, y));
+                let angle = towards.angle_between(sight(gaze).forward());
+                if angle <= FOVEA {
+                    assert_eq!(stride, 1, "{x} {y}");
+                }
+                // Samples are no farther apart than what is made out there, but for
+                // what pixels differ along a square's side.
+                let next = direction(&view, (x + 1, y)).angle_between(towards);
+                let seen = Acuity::GUENTER.least_angle(angle);
+                assert!(stride as f32 * next <= seen * 1.05, "{x} {y}: {stride}");
+                // Nor much closer: a square's nearest point and largest pixel decide.
+                let side = (32.0 * next * 1.5).max(FOVEA);
+                let nearest = Acuity::GUENTER.least_angle(angle - side);
+                let enough = stride == LARGEST_STRIDE || 4.0 * stride as f32 * next * 2.0 > nearest;
+                assert!(enough, "{x} {y}: {stride}");
+            }
+        }
+    }
+}
+
+#[test]
+fn twelve_times_fewer_rays() {
+    // A quarter of the pixels a side, and acuity that falls four times as fast.
+    let size = [256; 2];
+    for which in PaperScene::ALL {
+        let scene = paper_scene(which, shisen::quadruped::quadruped()).expect("a scene");
+        let baked = Baked::<8>::with_levels(&scene, &levels()).expect("a scene");
+        for gaze in &GAZES[..2] {
+            let rays = |eyes: &[Observer]| {
+                let frame = frame(&baked.scene(), size, eyes, &Options::default());
+                frame.statistics.primary
+            };
+            let (found, full) = (rays(&foveated(*gaze, 4.0)), rays(&eyes(None)));
+            assert_eq!(full, 6 * 256 * 256);
+            assert!(12 * found < full, "{}: {found} of {full}", which.name());
+        }
+    }
+}
+
+#[test]
+fn an_eye_that_is_still_sees_the_same_in_every_frame() {
+    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
+    let cave = room([96; 2]);
+    let (still, elsewhere) = (foveated(GAZES[0], COARSE), foveated(GAZES[4], COARSE));
+    let options = Options::default();
+    let spectrum = Spectrum::default();
+    with_engine(
+        baked.scene(),
+        spectrum,
+        &cave,
+        &still,
+        &options,
+        Share::ALL,
+        |engine| {
+            let mut picture = |eyes: &[Observer]| {
+                engine.render(eyes, &Quality::FULL, None).expect("a frame");
+                let mut pictures = engine.pictures().expect("pictures");
+                engine.copy(&mut pictures);
+                pictures
+            };
+            let first = picture(&still);
+            assert!(picture(&still) == first);
+            assert!(picture(&elsewhere) != first);
+            assert!(picture(&still) == first);
+        },
+    )
+    .expect("an engine");
+}
+
+#[test]
+fn a_budget_of_the_live_loop_is_kept() {
+    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
+    let cave = room([96; 2]);
+    for steps in [1, 3_000, 60_000, 200_000] {
+        let run = |threads: usize| {
+            let options = options(threads, 32, Mode::Tile, Simd::detect());
+            let eyes = foveated(GAZES[0], COARSE);
+            let spectrum = Spectrum::default();
+            with_engine(
+                baked.scene(),
+                spectrum,
+                &cave,
+                &eyes,
+                &options,
+                Share::ALL,
+                |engine| {
+                    let mut frames = Vec::new();
+                    for gaze in GAZES {
+                        let eyes = foveated(gaze, COARSE);
+                        for quality in [Quality::FULL, Quality::LADDER[4]] {
+                            let frame = engine.render(&eyes, &quality, Some(steps));
+                            let frame = frame.expect("a frame");
+                            assert!(frame.steps <= steps, "{} of {steps}", frame.steps);
+                            frames.push((frame.steps, frame.unfinished));
+                        }
+                    }
+                    frames
+                },
+            )
+            .expect("an engine")
+        };
+        assert_eq!(run(1), run(3), "{steps}");
+    }
+}
+
+/// Where a view's plane is met by a direction from its eye: pixels.
+fn place(view: &View, towards: Vec3) -> Option<(u32, u32)> {
+    let first = direction(view, (0, 0));
+    let (column, row) = (
+        direction(view, (1, 0)) - first,
+        direction(view, (0, 1)) - first,
+    );
+    let solved = Mat3::from_cols(towards, -column, -row).inverse() * first;
+    let inside = |at: f32, count: u32| (-0.5..count as f32 - 0.5).contains(&at);
+    let there = solved.x > 0.0 && inside(solved.y, view.columns()) && inside(solved.z, view.rows());
+    there.then(|| (solved.y.round() as u32, solved.z.round() as u32))
+}
+
+#[test]
+fn both_eyes_sample_a_direction_alike() {
+    let baked = Baked::<8>::new(&mixed_scene(icosphere(0))).expect("a scene");
+    for gaze in GAZES {
+        let views = views([1024; 2], &foveated(gaze, 1.0));
+        let (mut alike, mut all) = (0, 0);
+        for pair in views.chunks(2) {
+            let [(left, of_left), (right, of_right)] = pair else {
+                panic!("two eyes");
+            };
+            let of_left = renderer(&baked, Mode::Tile, of_left);
+            let of_right = renderer(&baked, Mode::Tile, of_right);
+            for at in places(left).filter(|(x, y)| x % 7 == 0 && y % 7 == 0) {
+                let Some((x, y)) = place(right, direction(left, at)) else {
+                    continue;
+                };
+                let strides = [
+                    of_left.stride(left, at.0, at.1),
+                    of_right.stride(right, x, y),
+                ];
+                // Squares are of the walls' pixels, which the eyes see a few apart.
+                let ratio = strides[0].max(strides[1]) / strides[0].min(strides[1]);
+                assert!(ratio <= 2, "{gaze:?}: {strides:?}");
+                alike += u32::from(ratio == 1);
+                all += 1;
+            }
+        }
+        println!("{gaze:?}: {alike} of {all} alike");
+        assert!(alike * 100 > all * 88, "{gaze:?}: {alike} of {all}");
+    }
+}
+
+/// A sphere that shines, on black, to the right of one who looks ahead.
+fn lamp() -> Scene {
+    let mut scene = paper_scene(PaperScene::B, icosphere(0)).expect("a scene");
+    scene.materials = vec![Material {
+        diffuse: [0.0; 3],
+        emission: [1.0; 3],
+        ..Material::default()
+    }];
+    scene.objects = vec![Object {
+        shape: Shape::Sphere { radius: 0.7 },
+        material: Some(0),
+        world_from_object: DAffine3::from_translation(DVec3::new(3.0, 0.2, 0.1)),
+        casts_shadow: false,
+        smooth: false,
+    }];
+    scene.background = Background {
+        zenith: [0.0; 3],
+        horizon: [0.0; 3],
+        nadir: [0.0; 3],
+        ..scene.background
+    };
+    scene
+}
+
+#[test]
+fn an_edge_in_the_periphery_stays_sharp() {
+    let baked = Baked::<8>::new(&lamp()).expect("a scene");
+    let size = [256; 2];
+    let eyes = foveated(GAZES[0], 4.0);
+    let found = frame(&baked.scene(), size, &eyes, &Options::default());
+    let full = eyes.map(|eye| Observer::new(eye.eye, eye.place));
+    let full = frame(&baked.scene(), size, &full, &Options::default());
+    let (mut own, mut of_blocks, mut lit) = (0.0, 0.0, 0);
+    let pictures = found.pictures.iter().zip(&full.pictures);
+    for ((view, eye), (found, full)) in views(size, &eyes).into_iter().zip(pictures) {
+        let renderer = renderer(&baked, Mode::Tile, &eye);
+        let light = |x: u32, y: u32| pixel(&full.picture, (x.min(255), y.min(255)))[0];
+        for (x, y) in places(&view) {
+            let stride = renderer.stride(&view, x, y);
+            let (seen, truth) = (pixel(&found.picture, (x, y))[0], light(x, y));
+            // Nothing between the lamp and the dark.
+            assert!(
+                seen == 0.0 || (seen - 1.0).abs() < 1.0e-6,
+                "{x} {y}: {seen}"
+            );
+            let sample = light(x / stride * stride, y / stride * stride);
+            own += (seen - truth).abs();
+            of_blocks += (sample - truth).abs();
+            lit += u32::from(truth > 0.0 && stride >= 8);
+            // What is wrong is next to the edge: closer than half the distance of
+            // the finest samples, diagonally.
+            if (seen - truth).abs() > 0.5 {
+                let near = (stride / 4).max(2);
+                let around = (x.saturating_sub(near)..=x + near)
+                    .flat_map(|x| (y.saturating_sub(near)..=y + near).map(move |y| (x, y)));
+                let mut around = around.map(|(x, y)| light(x, y));
+                assert!(around.any(|light| light == seen.round()), "{x} {y}");
+            }
+        }
+    }
+    println!("{own} pixels off, {of_blocks} by the nearest sample of each block");
+    assert!(lit > 1_000, "{lit} lit pixels in the periphery");
+    assert!(own < 0.4 * of_blocks, "{own} and {of_blocks}");
+}
+
+#[test]
+fn an_unknown_gaze_is_sampled_more_finely() {
+    let baked = Baked::<8>::new(&mixed_scene(icosphere(0))).expect("a scene");
+    let [eye, _] = eyes(None);
+    let sight = sight(GAZES[0]);
+    let known = Observer::foveated(eye.eye, eye.place, sight, 0.0);
+    let vague = Observer::foveated(eye.eye, eye.place, sight, 0.2);
+    let unknown = Observer::foveated(eye.eye, eye.place, sight, 4.0);
+    assert_eq!(unknown, eye, "everything is traced");
+    let mut finer = 0;
+    for (view, _) in views([512; 2], &[eye]) {
+        let (known, vague) = (
+            renderer(&baked, Mode::Tile, &known),
+            renderer(&baked, Mode::Tile, &vague),
+        );
+        for (x, y) in places(&view).filter(|(x, y)| x % 8 == 0 && y % 8 == 0) {
+            let strides = (known.stride(&view, x, y), vague.stride(&view, x, y));
+            assert!(strides.1 <= strides.0, "{x} {y}: {strides:?}");
+            finer += u32::from(strides.1 < strides.0);
+        }
+    }
+    assert!(finer > 1_000, "{finer}");
+}
+
+#[test]
+fn without_an_acuity_the_papers_levels_are_as_they_were() {
+    let baked = Baked::<8>::with_levels(&mixed_scene(icosphere(3)), &levels()).expect("a scene");
+    let paper = eyes(Some(lod(GAZES[2])));
+    let line = sight(GAZES[2]);
+    // An acuity as fine as there is leaves each pixel its ray.
+    let finest = Acuity::new(0.0, Acuity::FINEST).expect("an acuity");
+    let each = paper.map(|eye| Observer {
+        acuity: Some(finest),
+        ..eye
+    });
+    let options = Options::default();
+    let (one, other) = (
+        frame(&baked.scene(), [101, 90], &paper, &options),
+        frame(&baked.scene(), [101, 90], &each, &options),
+    );
+    assert_eq!(one.hash(), other.hash());
+    assert_eq!(one.statistics, other.statistics);
+    let gaze = Gaze::new(line, VisualField::PAPER);
+    assert_eq!(paper[0].lod, Some(LevelOfDetail::new(gaze)));
+}
