@@ -30,7 +30,6 @@ use dome::hits_together;
 pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
 use foveation::Foveation;
 pub use foveation::LARGEST_STRIDE;
-use lattice::Wanted;
 pub use order::{FrameError, FrameJob, Part, Pictures, Place, Progress, Tiles};
 pub use view::{
     DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen, MirrorCamera, View, ViewError,
@@ -201,10 +200,18 @@ pub struct Renderer<'a, const W: usize = 8> {
     /// What rays may do that no gaze gives less.
     most: RayDetail,
     lod: Option<LevelOfDetail>,
-    /// Traces only what this gaze gives less than this level.
-    below: Option<(LevelOfDetail, f32)>,
-    /// How the periphery is sampled, where not at every pixel.
-    foveation: Option<Foveation<W>>,
+    pixels: Pixels<W>,
+}
+
+/// Which pixels have rays, of those that the level of detail has traced.
+#[derive(Debug, Clone, Copy)]
+enum Pixels<const W: usize> {
+    /// Each.
+    All,
+    /// Those that this gaze gives less than this level.
+    Below(LevelOfDetail, f32),
+    /// Each where it is looked at, fewer in the periphery.
+    Foveated(Foveation<W>),
 }
 
 /// How rays go together: pointers, so that a program whose rays go one at a
@@ -213,7 +220,6 @@ pub struct Renderer<'a, const W: usize = 8> {
 struct Together<const W: usize> {
     block: RenderBlock<W>,
     row: FindRow<W>,
-    samples: TraceSamples<W>,
 }
 
 type RenderBlock<const W: usize> = fn(
@@ -231,9 +237,6 @@ type FindRow<const W: usize> = fn(
     &mut Budget,
     &mut Workspace,
 ) -> Option<RowHits>;
-
-type TraceSamples<const W: usize> =
-    fn(&Renderer<'_, W>, &Screen, &mut Wanted, &mut Budget, &mut Workspace);
 
 impl<'a, const W: usize> Renderer<'a, W>
 where
@@ -258,7 +261,6 @@ where
             Mode::Tile => Some(Together {
                 block: Block::render_together::<W>,
                 row: hits_together::<W, EFFECTS>,
-                samples: Wanted::trace_together::<W>,
             }),
         };
         Self {
@@ -283,8 +285,7 @@ where
             together: None,
             most: tracer.detail(),
             lod: None,
-            below: None,
-            foveation: None,
+            pixels: Pixels::All,
         }
     }
 
@@ -350,7 +351,7 @@ where
     /// that gaze. Other pixels show what a ray sees that meets nothing.
     #[must_use]
     pub const fn below_level(mut self, gaze: Gaze, level: f32) -> Self {
-        self.below = Some((LevelOfDetail::new(gaze), level));
+        self.pixels = Pixels::Below(LevelOfDetail::new(gaze), level);
         self
     }
 
@@ -395,7 +396,7 @@ where
     #[inline(never)]
     fn block_detail(&self, patch: Region, view: &View, x: u32, y: u32) -> BlockDetail {
         let most = self.most;
-        if let Some((gaze, level)) = &self.below {
+        if let Pixels::Below(gaze, level) = &self.pixels {
             let levels = BlockLevels::new(gaze, self.tracer.simd(), view, (x, y));
             return levels.below(*level, most);
         }
@@ -412,7 +413,7 @@ where
     /// Which pixels of that block are traced, by the region of its patch: a bit
     /// for each, by row, then column.
     fn block_traced(&self, patch: Region, view: &View, x: u32, y: u32) -> u64 {
-        if self.below.is_some() {
+        if let Pixels::Below(..) = self.pixels {
             return self.block_detail(patch, view, x, y).traced();
         }
         match (&self.lod, patch) {
@@ -479,7 +480,7 @@ impl TileJob {
     {
         let tile = self.tile;
         tile.check(view, pixels.len())?;
-        if let Some(foveation) = &renderer.foveation {
+        if let Pixels::Foveated(foveation) = &renderer.pixels {
             return Ok((foveation.render)(
                 self, renderer, view, pixels, budget, workspace,
             ));
@@ -546,7 +547,7 @@ impl TileJob {
     {
         let tile = self.tile;
         tile.check(view, pixels.len())?;
-        if let Some(foveation) = &renderer.foveation {
+        if let Pixels::Foveated(foveation) = &renderer.pixels {
             (foveation.give_up)(self, renderer, view, pixels);
             return Ok(());
         }

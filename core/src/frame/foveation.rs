@@ -9,7 +9,7 @@ use super::block::{BLOCK, Block, Target};
 use super::lattice::Lattice;
 use super::past::{CopyPast, SeePast};
 use super::view::{Kind, View};
-use super::{LevelOfDetail, Outcome, Renderer, Tile, TileJob};
+use super::{LevelOfDetail, Outcome, Pixels, Renderer, Tile, TileJob};
 use crate::gaze::{Acuity, Gaze, Region};
 use crate::numeric::{max, normalize, sqrt};
 use crate::simd::{Runs, Simd};
@@ -175,7 +175,7 @@ where
     #[must_use]
     pub fn with_foveation(self, lod: LevelOfDetail, acuity: Acuity) -> Self {
         Self {
-            foveation: Some(Foveation {
+            pixels: Pixels::Foveated(Foveation {
                 acuity,
                 render: render_tile::<W>,
                 give_up: give_up_tile::<W>,
@@ -191,7 +191,7 @@ where
         if x >= view.columns() || y >= view.rows() {
             return 1;
         }
-        let (Some(foveation), Some(lod)) = (&self.foveation, &self.lod) else {
+        let (Pixels::Foveated(foveation), Some(lod)) = (&self.pixels, &self.lod) else {
             return 1;
         };
         let of = |side: u32| {
@@ -206,7 +206,7 @@ where
 
     /// Calls `each` with the pieces of a tile until it says that it is enough.
     fn pieces(&self, view: &View, tile: Tile, mut each: impl FnMut(Piece) -> bool) -> bool {
-        let (Some(foveation), Some(lod)) = (&self.foveation, &self.lod) else {
+        let (Pixels::Foveated(foveation), Some(lod)) = (&self.pixels, &self.lod) else {
             return true;
         };
         let of = |square: Tile, side: u32| {

@@ -51,7 +51,7 @@ pub(super) struct Lattice {
 }
 
 /// Samples to be traced.
-pub(super) struct Wanted {
+struct Wanted {
     count: usize,
     /// Column and row among a square's finest.
     nodes: [(u8, u8); TOGETHER],
@@ -547,8 +547,8 @@ impl Wanted {
         let renderer = seeing.renderer;
         match (seeing.view.kind(), renderer.together) {
             _ if self.count == 0 => {}
-            (Kind::Screen(screen), Some(together)) => {
-                (together.samples)(renderer, screen, self, budget, workspace);
+            (Kind::Screen(screen), Some(_)) => {
+                self.trace_together(renderer, screen, budget, workspace);
             }
             _ => self.trace_singly(seeing, budget, workspace),
         }
@@ -587,10 +587,10 @@ impl Wanted {
     /// Its rays go through the scene together.
     // Not a part of its callers, whose stack it would add to.
     #[inline(never)]
-    pub(super) fn trace_together<const W: usize>(
+    fn trace_together<const W: usize>(
+        &mut self,
         renderer: &Renderer<'_, W>,
         screen: &Screen,
-        batch: &mut Self,
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) where
@@ -598,12 +598,12 @@ impl Wanted {
     {
         let tracer = &renderer.tracer;
         let samples = renderer.settings.samples;
-        let count = batch.count.min(TOGETHER);
+        let count = self.count.min(TOGETHER);
         let mut rungs = [[NOT_TRACED; BLOCK as usize]; BLOCK as usize];
         for (rung, detail) in rungs
             .as_flattened_mut()
             .iter_mut()
-            .zip(&batch.details)
+            .zip(&self.details)
             .take(count)
         {
             *rung = detail.rung;
@@ -614,7 +614,7 @@ impl Wanted {
             let rays = TileRays::new(screen.eye(), |column, row| {
                 // Those that there are not are like the first.
                 let at = BLOCK as usize * row + column;
-                let (x, y) = batch.places[if at < count { at } else { 0 }];
+                let (x, y) = self.places[if at < count { at } else { 0 }];
                 screen.direction(x as f32 + dx, y as f32 + dy)
             });
             let rays = rays.on_rungs(&rungs);
@@ -626,16 +626,16 @@ impl Wanted {
                     continue;
                 };
                 if sample == 0 {
-                    batch.seen[at].class = Node::class_of(hit.as_ref());
+                    self.seen[at].class = Node::class_of(hit.as_ref());
                 }
-                let (x, y) = batch.places[at];
+                let (x, y) = self.places[at];
                 let of = Sample::new(x, y, sample, samples);
-                let detail = batch.details[at];
+                let detail = self.details[at];
                 let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
                 sum.add(seen, workspace);
             }
         }
-        for (seen, sum) in batch.seen.iter_mut().zip(sums).take(count) {
+        for (seen, sum) in self.seen.iter_mut().zip(sums).take(count) {
             seen.pixel = sum.mean(samples);
         }
     }
