@@ -278,9 +278,10 @@ fn the_fovea_has_every_ray_and_samples_are_as_close_as_the_eye_sees() {
                 }
                 // Samples are no farther apart than what is made out there, but for
                 // what pixels differ along a square's side.
-                let next = direction(&view, (x + 1, y)).angle_between(towards);
+                // A chord: the cosine of so small an angle is 1.
+                let next = direction(&view, (x + 1, y)).normalize() - towards.normalize();
                 let seen = Acuity::GUENTER.least_angle(angle);
-                let apart = stride as f32 * next;
+                let apart = stride as f32 * next.length();
                 assert!(stride == 1 || apart <= seen * 1.05, "{x} {y}: {stride}");
             }
         }
