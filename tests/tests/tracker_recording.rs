@@ -60,19 +60,16 @@ fn recorded(folder: &Path, name: &str, later: impl Fn(usize) -> u64) {
             .success();
     }
     let table = fs::read_to_string(folder.join("a.csv")).unwrap();
-    let mut moved = String::new();
-    for (number, line) in table.lines().enumerate() {
+    let moved = table.lines().enumerate().map(|(number, line)| {
         let (arrival, rest) = line.split_once(',').unwrap();
-        match number.checked_sub(1) {
-            None => moved += line,
-            Some(number) => {
-                let arrival: u64 = arrival.parse().unwrap();
-                moved += &format!("{},{rest}", arrival + later(number));
-            }
-        }
-        moved += "\n";
-    }
-    fs::write(folder.join(name), moved).unwrap();
+        let Some(number) = number.checked_sub(1) else {
+            return line.to_owned();
+        };
+        let arrival: u64 = arrival.parse().unwrap();
+        format!("{},{rest}", arrival + later(number))
+    });
+    let moved: Vec<String> = moved.collect();
+    fs::write(folder.join(name), moved.join("\n") + "\n").unwrap();
 }
 
 /// Whatever the clock showed when it was recorded.

@@ -286,7 +286,10 @@ impl Times {
     /// was such a text that came last.
     fn lose(&mut self, frames: u64) {
         if self.own > 0 {
-            self.own_lost += (frames + u64::from(self.next.is_none())) / 2;
+            self.own_lost += match self.next {
+                Some(_) => frames / 2,
+                None => frames.div_ceil(2),
+            };
         }
         self.next = None;
     }

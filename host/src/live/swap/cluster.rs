@@ -233,7 +233,7 @@ impl Done {
 
 impl Gathered {
     /// Those of one machine more.
-    fn add(&mut self, one: Done) {
+    fn add(&mut self, one: &Done) {
         let all = &mut self.all;
         all.frame = one.frame;
         all.steps += one.steps;
@@ -246,7 +246,7 @@ impl Gathered {
         if one.tracing >= self.slowest.tracing {
             self.slowest = Done {
                 hashes: Vec::new(),
-                ..one
+                ..*one
             };
         }
     }
@@ -371,7 +371,7 @@ impl<T: Wire> SwapLock for Cluster<T> {
         let mut gathered = Gathered::default();
         if self.wire.rank() > 0 {
             self.wire.send(0, &own.sent());
-            gathered.add(own.clone());
+            gathered.add(own);
             return Ok(gathered);
         }
         let ranks = self.wire.ranks();
@@ -403,7 +403,7 @@ impl<T: Wire> SwapLock for Cluster<T> {
         let waited = begun.elapsed().as_micros() as u64;
         self.waited.saturating_record(waited.max(1));
         for one in found.into_iter().flatten() {
-            gathered.add(one);
+            gathered.add(&one);
         }
         Ok(gathered)
     }

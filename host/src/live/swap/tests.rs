@@ -95,7 +95,7 @@ fn all_hear_what_is_ordered_and_one_hears_what_it_took() {
             frames.push(order.frame);
         }
         assert_eq!(
-            lock.waited().map(|waited| waited.len()),
+            lock.waited().map(Histogram::len),
             (rank == 0).then_some(FRAMES)
         );
         frames
