@@ -17,7 +17,7 @@ use clap::{Args, ValueEnum};
 use frames::{Frames, Output};
 use log::Log;
 use report::{Around, Report, Together};
-use shisen::live::{Latch, SessionSettings, Share, SwapLock};
+use shisen::live::{Latch, SessionSettings, SwapLock};
 use shisen::stereo::Stereo;
 use std::path::PathBuf;
 
@@ -188,21 +188,11 @@ impl Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.check()?;
     let mut lock = together::lock(arguments)?;
-    let share = lock.share();
-    if share == Share::ALL {
-        return lead(arguments, &mut *lock);
-    }
-    let played = if share.rank() == 0 {
+    if lock.share().rank() == 0 {
         lead(arguments, &mut *lock)
     } else {
         obey(arguments, &mut *lock)
-    };
-    if let Err(failure) = &played {
-        // Said now: the end of the lock is that of all machines' programs.
-        let _ = failure.print();
-        drop(lock);
     }
-    played
 }
 
 /// Follows the machine that leads.

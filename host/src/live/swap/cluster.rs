@@ -25,8 +25,9 @@ pub trait Wire {
     /// The next message from another, if one is there.
     fn poll(&mut self, from: usize) -> Option<Vec<u8>>;
 
-    /// Ends all machines' programs. Called where they do not end together.
-    fn abort(&mut self);
+    /// There are no more messages: all machines end together. Where they do not, this
+    /// is never called.
+    fn finish(&mut self);
 }
 
 /// Messages between threads: a cluster without machines, for tests and for trying
@@ -83,7 +84,7 @@ impl Wire for Channels {
         self.from.get(from)?.try_recv().ok()
     }
 
-    fn abort(&mut self) {}
+    fn finish(&mut self) {}
 }
 
 /// How often longer one waits for what is ordered than for what was.
@@ -98,8 +99,6 @@ pub struct Cluster<T: Wire> {
     /// Of the machines, by rank.
     names: Vec<String>,
     waited: Histogram<u64>,
-    /// It ended as it should.
-    ended: bool,
 }
 
 /// The first byte of a message.
@@ -267,7 +266,6 @@ impl<T: Wire> Cluster<T> {
             // From 1 µs to an hour, to a thousandth: bounds that there can be.
             waited: Histogram::new_with_bounds(1, 3_600_000_000, 3)
                 .map_err(|error| SwapError::Mpi(error.to_string()))?,
-            ended: false,
         };
         let mut name = vec![NAME];
         name.extend_from_slice(cluster.wire.name().as_bytes());
@@ -357,7 +355,7 @@ impl<T: Wire> SwapLock for Cluster<T> {
     fn obey(&mut self) -> Result<Option<Order>, SwapError> {
         let message = self.heard()?;
         if message == [END] {
-            self.ended = true;
+            self.wire.finish();
             return Ok(None);
         }
         let sent = self.of_kind(0, &message, ORDER)?;
@@ -424,19 +422,11 @@ impl<T: Wire> SwapLock for Cluster<T> {
 
     fn end(&mut self) -> Result<(), SwapError> {
         self.tell_all(&[END]);
-        self.ended = true;
+        self.wire.finish();
         Ok(())
     }
 
     fn waited(&self) -> Option<&Histogram<u64>> {
         (self.wire.ranks() > 1 && self.wire.rank() == 0).then_some(&self.waited)
-    }
-}
-
-impl<T: Wire> Drop for Cluster<T> {
-    fn drop(&mut self) {
-        if !self.ended {
-            self.wire.abort();
-        }
     }
 }

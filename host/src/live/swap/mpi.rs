@@ -11,8 +11,7 @@ use ::mpi::topology::{Communicator, SimpleCommunicator};
 /// The processes that `mpirun` started.
 pub struct Mpi {
     world: SimpleCommunicator,
-    /// Until it is dropped: that waits for all of them.
-    _universe: Universe,
+    universe: Option<Universe>,
 }
 
 impl Mpi {
@@ -27,7 +26,7 @@ impl Mpi {
             joined.ok_or_else(|| SwapError::Mpi("it has been started before".to_owned()))?;
         Ok(Self {
             world: universe.world(),
-            _universe: universe,
+            universe: Some(universe),
         })
     }
 }
@@ -58,7 +57,16 @@ impl Wire for Mpi {
         Some(message)
     }
 
-    fn abort(&mut self) {
-        self.world.abort(1);
+    /// Waits until all have come here.
+    fn finish(&mut self) {
+        self.universe = None;
+    }
+}
+
+impl Drop for Mpi {
+    fn drop(&mut self) {
+        // Who ends before the others does not wait for them: mpirun ends them as soon as
+        // this process fails.
+        std::mem::forget(self.universe.take());
     }
 }
