@@ -147,7 +147,7 @@ mod tests {
         let guenter = Acuity::GUENTER;
         assert_eq!(Acuity::new(guenter.slope(), guenter.fovea()), Ok(guenter));
         assert_eq!(guenter.slope(), 1.65 / 60.0);
-        assert_eq!(guenter.fovea(), (1.0f32 / 48.0).to_radians());
+        assert_eq!(guenter.fovea(), (1.0f64 / 48.0).to_radians() as f32);
     }
 
     #[test]
