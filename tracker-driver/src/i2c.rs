@@ -39,6 +39,10 @@ pub const WAKE_TIME: Micros = Micros::from_millis(60);
 /// How long a device may take to reset.
 pub const RESET_TIMEOUT: Micros = Micros::from_millis(1_000);
 
+/// After how long a device is read again that has not come back yet, though its
+/// interrupt line is low.
+pub const READ_AGAIN: Micros = Micros::from_millis(1);
+
 /// How long a reset is waited for where the interrupt line is not wired.
 pub const BLIND_RESET_TIME: Micros = Micros::from_millis(100);
 
@@ -314,9 +318,14 @@ impl<B: I2c> I2cHid<B> {
                 }
                 let mut length = [0; LENGTH_BYTES];
                 self.read(&mut length)?;
-                // Anything but 0 was still on its way from before the reset.
-                if length != [0; LENGTH_BYTES] && !late {
-                    return Ok(Progress::Again(now));
+                // Anything but 0 was still on its way from before the reset, or is what a
+                // device says that does not come back.
+                if length != [0; LENGTH_BYTES] && interrupt == Interrupt::Asserted {
+                    return if late {
+                        Err(I2cHidError::ResetTimeout)
+                    } else {
+                        Ok(Progress::Again(now.after(READ_AGAIN)))
+                    };
                 }
                 self.power(POWER_ON)?;
                 self.state = State::Up;

@@ -213,12 +213,32 @@ fn a_reset_that_does_not_end_is_given_up() {
     let mut poll = |now, interrupt| device.poll(Micros::from_millis(now), interrupt, &mut buffer);
     assert!(poll(0, Interrupt::Idle).is_ok());
     assert!(poll(60, Interrupt::Idle).is_ok());
-    let now = Micros::from_millis(70);
-    assert_eq!(poll(70, Interrupt::Asserted), Ok(Progress::Again(now)));
+    let soon = Micros::from_millis(71);
+    assert_eq!(poll(70, Interrupt::Asserted), Ok(Progress::Again(soon)));
     let until = Micros::from_millis(1_060);
     assert_eq!(poll(1_059, Interrupt::Idle), Ok(Progress::Again(until)));
     assert_eq!(poll(1_060, Interrupt::Idle), Err(I2cHidError::ResetTimeout));
     device.release().done();
+}
+
+/// One whose line stays low, and that never says that it has come back.
+#[test]
+fn a_reset_whose_line_stays_low_is_given_up() {
+    for length in [[0xFF, 0xFF], [67, 0]] {
+        let mut up = bringing_up();
+        up.truncate(4);
+        up.push(read(&length));
+        up.push(read(&length));
+        let mut device = device(&up);
+        let mut buffer = [0; 400];
+        let mut poll =
+            |now| device.poll(Micros::from_millis(now), Interrupt::Asserted, &mut buffer);
+        assert!(poll(0).is_ok() && poll(60).is_ok());
+        let soon = Micros::from_millis(1_060);
+        assert_eq!(poll(1_059), Ok(Progress::Again(soon)));
+        assert_eq!(poll(1_060), Err(I2cHidError::ResetTimeout));
+        device.release().done();
+    }
 }
 
 #[test]
