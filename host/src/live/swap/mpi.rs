@@ -11,6 +11,9 @@ use ::mpi::topology::{Communicator, SimpleCommunicator};
 /// The processes that `mpirun` started.
 pub struct Mpi {
     world: SimpleCommunicator,
+    /// What MPI does not say any more once it has ended.
+    rank: usize,
+    ranks: usize,
     universe: Option<Universe>,
 }
 
@@ -24,8 +27,11 @@ impl Mpi {
         let joined = initialize_with_threading(Threading::Funneled);
         let (universe, _) =
             joined.ok_or_else(|| SwapError::Mpi("it has been started before".to_owned()))?;
+        let world = universe.world();
         Ok(Self {
-            world: universe.world(),
+            rank: world.rank() as usize,
+            ranks: world.size() as usize,
+            world,
             universe: Some(universe),
         })
     }
@@ -33,11 +39,11 @@ impl Mpi {
 
 impl Wire for Mpi {
     fn rank(&self) -> usize {
-        self.world.rank() as usize
+        self.rank
     }
 
     fn ranks(&self) -> usize {
-        self.world.size() as usize
+        self.ranks
     }
 
     fn name(&self) -> String {
