@@ -344,6 +344,13 @@ fn bad_input_is_told() {
         ),
         (&["--frames", "0"], "give a whole number from 1"),
         (&["--tracker", "nothing"], "--tracker"),
+        (&["--cluster"], "--features cluster"),
+        (&["--cluster", "--view", "window"], "--view none or png"),
+        (
+            &["--cluster", "--view", "png", "--stereo", "anaglyph"],
+            "leave one",
+        ),
+        (&["--swap-timeout", "3"], "--cluster"),
     ] {
         fails(arguments, 2, said);
     }

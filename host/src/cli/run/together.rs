@@ -3,6 +3,7 @@
 use super::Arguments;
 use crate::cli::failure::Failure;
 use shisen::live::{Alone, SwapLock};
+use std::time::Duration;
 
 /// What keeps this process in step with the others, if there are any.
 ///
@@ -11,7 +12,7 @@ use shisen::live::{Alone, SwapLock};
 /// without `--cluster`. Processes that do not say who they are.
 pub(super) fn lock(arguments: &Arguments) -> Result<Box<dyn SwapLock>, Failure> {
     if arguments.cluster {
-        return join(arguments);
+        return join(Duration::from_secs(arguments.swap_timeout));
     }
     match started_by_mpirun() {
         None | Some(1) => Ok(Box::new(Alone)),
@@ -30,20 +31,17 @@ fn started_by_mpirun() -> Option<usize> {
 }
 
 #[cfg(feature = "cluster")]
-fn join(arguments: &Arguments) -> Result<Box<dyn SwapLock>, Failure> {
+fn join(wait: Duration) -> Result<Box<dyn SwapLock>, Failure> {
     use shisen::live::{Cluster, Mpi};
-    use std::time::Duration;
-    let wait = Duration::from_secs(arguments.swap_timeout);
     let joined = Mpi::join().and_then(|mpi| Cluster::new(mpi, wait));
     Ok(Box::new(joined.map_err(Failure::from_error)?))
 }
 
 #[cfg(not(feature = "cluster"))]
-fn join(arguments: &Arguments) -> Result<Box<dyn SwapLock>, Failure> {
-    Err(Failure::usage(&format!(
-        "--cluster (--swap-timeout {}) is not in this program: build it with \
-         `cargo build --release --features cluster`, for which Open MPI and libclang are \
-         needed (on Debian: libopenmpi-dev libclang-dev)",
-        arguments.swap_timeout
-    )))
+fn join(_: Duration) -> Result<Box<dyn SwapLock>, Failure> {
+    Err(Failure::usage(
+        "--cluster is not in this program: build it with `cargo build --release --features \
+         cluster`, for which Open MPI and clang are needed (on Debian: libopenmpi-dev \
+         openmpi-bin clang libclang-dev)",
+    ))
 }
