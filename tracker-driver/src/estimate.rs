@@ -14,10 +14,10 @@
 //!   ends ([`Estimate::landing`]).
 //! - **Stale data are not passed off as fresh**: [`Estimate::state`] says
 //!   which rung of the ladder is taken, and every change is an
-//!   [`Event::State`]. A gaze or a head that stops changing by a bit is stale,
-//!   too ([`EstimatorConfig::stuck_after`],
-//!   [`EstimatorConfig::head_stuck_after`]), and one whose device's clock
-//!   stands still ages by its time.
+//!   [`Event::State`]. A gaze, or the head's position or orientation, that stops
+//!   changing by a bit counts as measured when it last changed
+//!   ([`EstimatorConfig::stuck_after`], [`EstimatorConfig::head_stuck_after`]),
+//!   and one whose device's clock stands still ages by its time.
 //!
 //! # What prediction is worth
 //!
@@ -32,6 +32,7 @@ mod least_squares;
 mod movement;
 mod one_euro;
 mod trend;
+mod unchanged;
 
 pub use calibration::{
     Calibration, CalibrationError, MOST_ECCENTRICITY, Model, Residual, Target, plane_of,
@@ -59,6 +60,7 @@ use shisen_core::gaze::{HeadPose, LineOfSight};
 use shisen_core::numeric::{largest_magnitude, sin_cos};
 use shisen_core::shape::Ray;
 use trend::seconds;
+use unchanged::{Fingerprint, Unchanged};
 
 /// Something that happened to the gaze or to its data.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -150,11 +152,24 @@ pub enum Rejection {
         /// For how long.
         since: Micros,
     },
-    /// The head, which had changed before, has not by a bit for too long.
+    /// A part of the head's pose, which had changed before, has not by a bit for
+    /// too long.
     HeadStuck {
+        /// Which.
+        part: HeadPart,
         /// For how long.
         since: Micros,
     },
+}
+
+/// A part of the head's pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum HeadPart {
+    /// Where it is.
+    Position,
+    /// How it is turned, and how fast.
+    Orientation,
 }
 
 /// Where the viewer looks at a time.
@@ -179,9 +194,11 @@ pub struct Estimate {
     pub movement: Movement,
     /// Where a saccade under way will land.
     pub landing: Option<Landing>,
-    /// When the newest gaze that was used was measured.
+    /// When the newest gaze that was used was measured; of one that is stuck,
+    /// when it last changed.
     pub gaze_time: Option<Micros>,
-    /// When the newest head pose that was used was measured.
+    /// When the newest head pose that was used was measured, its older part;
+    /// of a part that is stuck, when it last changed.
     pub head_time: Option<Micros>,
     /// How old the gaze is at [`for_time`](Self::for_time).
     pub gaze_age: Option<Micros>,
@@ -199,25 +216,6 @@ struct Lost {
     since: Micros,
     /// The newest sample that says so.
     until: Micros,
-}
-
-/// The gaze that was last refused or accepted, as it came.
-#[derive(Debug, Clone, Copy)]
-struct Same {
-    direction: Vec3,
-    since: Micros,
-}
-
-/// The head as it last came.
-#[derive(Debug, Clone, Copy)]
-struct SameHead {
-    /// Of all of its numbers.
-    bits: u64,
-    since: Micros,
-    /// It was another one before.
-    has_changed: bool,
-    /// That it never was is said.
-    still_said: bool,
 }
 
 /// Turns samples into the line of sight. One for each viewer.
@@ -246,8 +244,12 @@ pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
     /// The newest direction in the room, filtered.
     smooth: Vec3,
     lost: Option<Lost>,
-    same: Option<Same>,
-    same_head: Option<SameHead>,
+    /// What decides the gaze.
+    same_gaze: Unchanged,
+    same_position: Unchanged,
+    same_orientation: Unchanged,
+    /// That the head never changed is said.
+    still_said: bool,
     state: State,
     /// The newest one; what is shown if ever none can be made.
     sight: LineOfSight,
@@ -297,8 +299,10 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             },
             smooth: Vec3::NEG_Z,
             lost: None,
-            same: None,
-            same_head: None,
+            same_gaze: Unchanged::default(),
+            same_position: Unchanged::default(),
+            same_orientation: Unchanged::default(),
+            still_said: false,
             state: State::FullQuality,
         })
     }
@@ -320,9 +324,8 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         if !self.counts(sample.sensor, sink) {
             return;
         }
-        if self.config.head_tracked && !self.head_stuck(&sample.head, time, sink) {
-            let mut reject = |reason| sink(Event::Rejected { at: time, reason });
-            self.push_head(&sample.head, time, &mut reject);
+        if self.config.head_tracked {
+            self.push_head(&sample.head, time, sink);
         }
         let mut reject = |reason| sink(Event::Rejected { at: time, reason });
         let head = self.head.at(time);
@@ -330,12 +333,12 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             Gaze::None => {}
             Gaze::Uncalibrated => reject(Rejection::Uncalibrated),
             Gaze::Lost => self.lose(time, sink),
-            Gaze::Direction(direction) => {
+            Gaze::Seen { direction, reading } => {
                 // NaN fails the comparison too.
                 if !(-direction.z >= self.least_ahead) {
                     let angle = angle(direction, Vec3::NEG_Z);
                     reject(Rejection::Eccentric { angle });
-                } else if let Some(since) = self.stuck(direction, time) {
+                } else if let Some(since) = self.gaze_stuck(reading, time) {
                     reject(Rejection::Stuck { since });
                 } else {
                     let direction = rotate(head.orientation, direction);
@@ -365,9 +368,11 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         taken == sensor
     }
 
-    fn push_head(&mut self, head: &Head, time: Micros, reject: &mut dyn FnMut(Rejection)) {
+    fn push_head(&mut self, head: &Head, time: Micros, sink: &mut dyn FnMut(Event)) {
+        let [position, orientation] = self.head_stuck(head, time, sink);
+        let mut reject = |reason| sink(Event::Rejected { at: time, reason });
         let room = self.config.room_from_tracker;
-        if let Some(position) = head.position.filter(|p| p.tracked) {
+        if let Some(position) = head.position.filter(|p| p.tracked && !position) {
             let place = room.place(position.value);
             if !(largest_magnitude(place) <= Ray::FARTHEST && place.is_finite()) {
                 reject(Rejection::NotFinite);
@@ -375,7 +380,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
                 reject(Rejection::NotNewer);
             }
         }
-        if let Some(orientation) = head.orientation.filter(|o| o.tracked) {
+        if let Some(orientation) = head.orientation.filter(|o| o.tracked && !orientation) {
             let Some(orientation) = room.orientation(orientation.value) else {
                 return reject(Rejection::NotFinite);
             };
@@ -387,62 +392,86 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         }
     }
 
-    /// Whether the head has been the same for too long after it was seen to
-    /// change. Without that its source may have no noise, and it may be still.
-    fn head_stuck(&mut self, head: &Head, time: Micros, sink: &mut dyn FnMut(Event)) -> bool {
+    /// Whether the position and the orientation have been the same for too long
+    /// after they were seen to change. Without that their source may have no
+    /// noise, or not measure them, and they may be still.
+    fn head_stuck(&mut self, head: &Head, time: Micros, sink: &mut dyn FnMut(Event)) -> [bool; 2] {
         let Some(most) = self.config.head_stuck_after else {
-            return false;
+            return [false; 2];
         };
-        let said =
-            head.position.is_some_and(|p| p.tracked) || head.orientation.is_some_and(|o| o.tracked);
-        if !said {
-            return false;
-        }
-        let bits = fingerprint(head);
-        let Some(same) = self.same_head.as_mut().filter(|same| same.bits == bits) else {
-            self.same_head = Some(SameHead {
-                bits,
-                since: time,
-                has_changed: self.same_head.is_some(),
-                still_said: false,
-            });
-            return false;
+        let position = head.position.filter(|p| p.tracked);
+        let position = position.map(|p| Fingerprint::of(&p.value.to_array()));
+        let orientation = head.orientation.filter(|o| o.tracked).map(|o| {
+            let turn = head.angular_velocity.map(|turn| turn.to_array());
+            let turn: &[f32] = turn.as_ref().map_or(&[], |turn| turn);
+            Fingerprint::of(&o.value.to_array()).and(turn)
+        });
+        let mut shortest = None;
+        let mut changed = false;
+        let mut stuck = |part, reading: Option<Fingerprint>, same: &mut Unchanged| {
+            let Some(reading) = reading else {
+                return false;
+            };
+            let since = same.push(reading, time);
+            shortest = Some(shortest.map_or(since, |shortest: Micros| shortest.min(since)));
+            changed |= same.has_changed();
+            let stuck = since > most && same.has_changed();
+            if stuck {
+                same.set_stuck();
+                let reason = Rejection::HeadStuck { part, since };
+                sink(Event::Rejected { at: time, reason });
+            }
+            stuck
         };
-        let since = time.since(same.since);
-        if since <= most {
-            return false;
-        }
-        if same.has_changed {
-            let reason = Rejection::HeadStuck { since };
-            sink(Event::Rejected { at: time, reason });
-        } else if !same.still_said {
-            same.still_said = true;
+        let stuck = [
+            stuck(HeadPart::Position, position, &mut self.same_position),
+            stuck(
+                HeadPart::Orientation,
+                orientation,
+                &mut self.same_orientation,
+            ),
+        ];
+        let still = shortest.filter(|since| *since > most && !changed);
+        if let (Some(since), false) = (still, self.still_said) {
+            self.still_said = true;
             sink(Event::HeadStill { at: time, since });
         }
-        same.has_changed
+        stuck
     }
 
     /// For how long the gaze has been the same, if that is too long.
-    fn stuck(&mut self, direction: Vec3, time: Micros) -> Option<Micros> {
+    fn gaze_stuck(&mut self, reading: Fingerprint, time: Micros) -> Option<Micros> {
         let most = self.config.stuck_after?;
-        match self.same {
-            Some(same) if same.direction == direction => {
-                let since = time.since(same.since);
-                (since > most).then_some(since)
-            }
-            _ => {
-                let since = time;
-                self.same = Some(Same { direction, since });
-                None
-            }
+        let since = self.same_gaze.push(reading, time);
+        let stuck = since > most;
+        if stuck {
+            self.same_gaze.set_stuck();
+        }
+        stuck.then_some(since)
+    }
+
+    /// When the gaze was measured that is shown.
+    fn gaze_time(&self) -> Option<Micros> {
+        let newest = self.eyes.newest().map(|(time, _)| time);
+        self.same_gaze.measured(newest)
+    }
+
+    /// When what is known of the head's pose was measured: the older of what
+    /// the tracker gives. `None` while it has given nothing.
+    fn head_time(&self) -> Option<Micros> {
+        let position = self.same_position.measured(self.head.position_time());
+        let orientation = self.same_orientation.measured(self.head.orientation_time());
+        match (position, orientation) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
         }
     }
 
     fn lose(&mut self, time: Micros, sink: &mut dyn FnMut(Event)) {
-        let Some((seen, _)) = self.eyes.newest() else {
+        let (Some((newest, _)), Some(seen)) = (self.eyes.newest(), self.gaze_time()) else {
             return;
         };
-        if time < seen {
+        if time < newest {
             return;
         }
         let since = self.lost.map_or(time, |lost| lost.since);
@@ -505,8 +534,10 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         self.head = HeadTrack::new(self.config.head, self.config.resting_head);
         self.eyes.clear();
         self.lost = None;
-        self.same = None;
-        self.same_head = None;
+        self.same_gaze = Unchanged::default();
+        self.same_position = Unchanged::default();
+        self.same_orientation = Unchanged::default();
+        self.still_said = false;
         if let Some(filter) = &mut self.filter {
             filter.reset();
         }
@@ -517,9 +548,9 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
     /// [`Estimate::for_time`] says so.
     #[inline(never)]
     pub fn estimate(&mut self, time: Micros, sink: &mut dyn FnMut(Event)) -> Estimate {
-        let gaze_time = self.eyes.newest().map(|(time, _)| time);
-        let head_time = self.head.time();
-        let time = time.max(gaze_time.max(self.head.newest()).unwrap_or(time));
+        let (gaze_time, head_time) = (self.gaze_time(), self.head_time());
+        let newest = self.eyes.newest().map(|(time, _)| time);
+        let time = time.max(newest.max(self.head.newest()).unwrap_or(time));
         let fallback = self.config.fallback;
         let of = |at: Option<Micros>| at.map_or(Age::Never, |at| Age::Of(time.since(at)));
         let gaze_age = match self.config.eyes {
@@ -597,25 +628,6 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         let ahead = ahead.clamp(0.0, prediction.horizon.seconds());
         (Movement::Pursuit, along(self.smooth, velocity * ahead))
     }
-}
-
-/// A number of all bits of a head: of two heads that differ in one number it
-/// always differs, and of others but for one in 2⁶⁴.
-fn fingerprint(head: &Head) -> u64 {
-    let mut sum: u64 = 0xCBF2_9CE4_8422_2325;
-    // FNV-1a's step, by words.
-    let mut add = |word: u32| sum = (sum ^ u64::from(word)).wrapping_mul(0x0100_0000_01B3);
-    let mut add_all = |numbers: Option<&[f32]>| {
-        add(numbers.is_some().into());
-        numbers.into_iter().flatten().for_each(|n| add(n.to_bits()));
-    };
-    let position = head.position.map(|p| p.value.to_array());
-    let orientation = head.orientation.map(|o| o.value.to_array());
-    let turn = head.angular_velocity.map(|turn| turn.to_array());
-    add_all(position.as_ref().map(<[f32; 3]>::as_slice));
-    add_all(orientation.as_ref().map(<[f32; 4]>::as_slice));
-    add_all(turn.as_ref().map(<[f32; 3]>::as_slice));
-    sum
 }
 
 /// The line of sight from a head along a direction, both in the room.

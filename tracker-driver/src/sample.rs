@@ -105,6 +105,15 @@ pub enum GazePoint {
     Raw(Vec2),
 }
 
+impl GazePoint {
+    /// Its two numbers, whatever they mean.
+    pub const fn numbers(self) -> Vec2 {
+        match self {
+            Self::Plane(p) | Self::Normalized(p) | Self::Raw(p) => p,
+        }
+    }
+}
+
 /// What a tracker reported at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {

@@ -166,15 +166,18 @@ pub struct EstimatorConfig {
     pub most_eccentricity: f32,
     /// An eye that is less open counts as shut; 0 to 1.
     pub least_openness: f32,
-    /// A gaze that is the same to the last bit for longer is stuck: from
-    /// 50 ms on. `None` believes it.
+    /// A gaze that is the same to the last bit for longer is stuck, and then as
+    /// old as its last change: from 50 ms on. What the tracker said is compared,
+    /// not what the head's turn makes of it; of two eyes, both. `None` believes
+    /// it: for a tracker so coarse that a fixation shows no noise.
     pub stuck_after: Option<Micros>,
-    /// A head that is the same to the last bit (place, rotation and turn) for
-    /// longer, though it has changed before, is stuck: from 50 ms on. One that
-    /// never changed is believed, since a stand or a script has no noise; an
-    /// [`Event::HeadStill`](super::Event::HeadStill) says so. A head that somebody
-    /// wears never rests so well; a script that moves it, and then not, and
-    /// adds no noise wants `None`, which believes everything.
+    /// A position, or an orientation with its turn, that is the same to the last
+    /// bit for longer, though it has changed before, is stuck, and then as old as
+    /// its last change: from 50 ms on. What never changed is believed, since a
+    /// stand or a script has no noise, and some trackers turn but do not move; if
+    /// neither did, an [`Event::HeadStill`](super::Event::HeadStill) says so. A
+    /// head that somebody wears never rests so well; a script that moves it, and
+    /// then not, and adds no noise wants `None`, which believes everything.
     pub head_stuck_after: Option<Micros>,
     /// What smooths the directions.
     pub filter: Filter,
@@ -202,8 +205,8 @@ impl Default for EstimatorConfig {
             screen: None,
             most_eccentricity: 1.308_997,
             least_openness: 0.2,
-            stuck_after: Some(Micros(1_000_000)),
-            head_stuck_after: Some(Micros(1_000_000)),
+            stuck_after: Some(Micros(250_000)),
+            head_stuck_after: Some(Micros(500_000)),
             filter: Filter::OneEuro(OneEuroConfig::default()),
             saccades: SaccadeConfig::default(),
             prediction: Some(GazePrediction::default()),

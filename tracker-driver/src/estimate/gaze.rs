@@ -2,6 +2,7 @@
 
 use super::calibration::{Calibration, plane_of};
 use super::config::{EstimatorConfig, Eyes};
+use super::unchanged::Fingerprint;
 use crate::rotation::{inverse, rotate};
 use crate::sample::{Eye, GazeFrame, GazePoint, Sample};
 use glam::{Vec2, Vec3};
@@ -17,8 +18,13 @@ pub(super) enum Gaze {
     Lost,
     /// There is a gaze point and nothing to make a direction of it.
     Uncalibrated,
-    /// A unit vector in the head's axes.
-    Direction(Vec3),
+    /// The gaze is seen.
+    Seen {
+        /// A unit vector in the head's axes.
+        direction: Vec3,
+        /// Of what the tracker said it by, before the head turns it.
+        reading: Fingerprint,
+    },
 }
 
 /// What an eye tracker says of the eyes, before any calibration: what a
@@ -126,14 +132,20 @@ pub(super) fn of_sample(config: &EstimatorConfig, sample: &Sample, head: &HeadPo
     }
     let [left, right, combined] = eyes.map(|(eye, calibration)| {
         let direction = direction_of(config, sample, eye?, head)?;
-        calibrated(direction, calibration.as_ref())
+        let reading = eye?.direction?.value;
+        Some((calibrated(direction, calibration.as_ref())?, reading))
     });
-    let direction = combined.or_else(|| match (left, right) {
-        (Some(left), Some(right)) => normalize(left + right),
-        (left, right) => left.or(right),
-    });
-    if let Some(direction) = direction {
-        return Gaze::Direction(direction);
+    let of_one =
+        |(direction, reading): (Vec3, Vec3)| (direction, Fingerprint::of(&reading.to_array()));
+    let of_both = || match (left, right) {
+        (Some((left, a)), Some((right, b))) => {
+            let reading = Fingerprint::of(&a.to_array()).and(&b.to_array());
+            Some((normalize(left + right)?, reading))
+        }
+        (left, right) => left.or(right).map(of_one),
+    };
+    if let Some((direction, reading)) = combined.map(of_one).or_else(of_both) {
+        return Gaze::Seen { direction, reading };
     }
     let Some(point) = sample.gaze_point.filter(|point| point.tracked) else {
         return Gaze::Lost;
@@ -148,7 +160,10 @@ pub(super) fn of_sample(config: &EstimatorConfig, sample: &Sample, head: &HeadPo
         None => None,
     };
     match direction {
-        Some(direction) if direction.is_finite() => Gaze::Direction(direction),
+        Some(direction) if direction.is_finite() => Gaze::Seen {
+            direction,
+            reading: Fingerprint::of(&point.value.numbers().to_array()),
+        },
         _ => Gaze::Lost,
     }
 }
@@ -178,9 +193,7 @@ fn of_point(config: &EstimatorConfig, point: GazePoint, head: &HeadPose) -> Opti
     let (screen, metres) = match (point, config.screen) {
         (GazePoint::Plane(metres), Some(screen)) => (screen, metres),
         (GazePoint::Normalized(part), Some(screen)) => (screen, part * screen.size),
-        (GazePoint::Plane(p) | GazePoint::Normalized(p) | GazePoint::Raw(p), _) => {
-            return Some(Seen::Raw(p));
-        }
+        (point, _) => return Some(Seen::Raw(point.numbers())),
     };
     let in_room = normalize(screen.place(metres) - head.position)?;
     Some(Seen::Direction(rotate(inverse(head.orientation), in_room)))

@@ -116,21 +116,19 @@ impl<const N: usize> HeadTrack<N> {
         newer
     }
 
-    /// When what is known of the pose was measured: the older of what the
-    /// tracker gives. `None` while it has given nothing.
-    pub(super) fn time(&self) -> Option<Micros> {
-        let position = self.positions.newest().map(|(time, _)| time);
-        let orientation = self.turns.newest().map(|(time, _)| time);
-        match (position, orientation) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
-        }
+    /// When the newest position was measured.
+    pub(super) fn position_time(&self) -> Option<Micros> {
+        self.positions.newest().map(|(time, _)| time)
     }
 
-    /// When the newest of it was measured.
+    /// When the newest orientation was measured.
+    pub(super) fn orientation_time(&self) -> Option<Micros> {
+        self.turns.newest().map(|(time, _)| time)
+    }
+
+    /// When the newest of both was measured.
     pub(super) fn newest(&self) -> Option<Micros> {
-        let position = self.positions.newest().map(|(time, _)| time);
-        position.max(self.turns.newest().map(|(time, _)| time))
+        self.position_time().max(self.orientation_time())
     }
 
     /// How fast the head turned up to its newest orientation.
@@ -171,7 +169,10 @@ mod tests {
     #[test]
     fn constant_velocity_up_to_the_horizon() {
         let mut head = HeadTrack::<64>::new(HeadConfig::default(), HeadPose::IDENTITY);
-        assert_eq!(head.time(), None);
+        assert_eq!(
+            (head.position_time(), head.orientation_time()),
+            (None, None)
+        );
         assert_eq!(head.at(Micros(5)), HeadPose::IDENTITY);
         // 0.5 m/s and 1 rad/s.
         for i in 0..50u64 {
@@ -182,7 +183,8 @@ mod tests {
         }
         let last = 49.0 * 0.0025;
         let newest = Micros(1_122_500);
-        assert_eq!(head.time(), Some(newest));
+        assert_eq!(head.position_time(), Some(newest));
+        assert_eq!(head.orientation_time(), Some(newest));
         assert!(!head.push_position(Micros(1_122_499), Vec3::ONE));
         // The later of two at one time counts.
         let place = head.at(newest).position;

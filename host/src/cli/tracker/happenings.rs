@@ -4,7 +4,7 @@
 use shisen::tracker::Notice;
 use shisen_tracker::clock::ClockEvent;
 use shisen_tracker::decoder::{EyeEventKind, Message, Side};
-use shisen_tracker::estimate::{Event, Rejection};
+use shisen_tracker::estimate::{Event, HeadPart, Rejection};
 use shisen_tracker::time::Micros;
 use std::collections::BTreeMap;
 
@@ -161,10 +161,17 @@ impl Happenings {
                 "stuck",
                 format!("the gaze has not changed for {} ms", since.0 / 1_000),
             ),
-            Rejection::HeadStuck { since } => (
-                "head stuck",
-                format!("the head has not changed for {} ms", since.0 / 1_000),
-            ),
+            Rejection::HeadStuck { part, since } => {
+                let (kind, part) = match part {
+                    HeadPart::Position => ("position stuck", "position"),
+                    HeadPart::Orientation => ("orientation stuck", "orientation"),
+                };
+                let ms = since.0 / 1_000;
+                (
+                    kind,
+                    format!("the head's {part} has not changed for {ms} ms"),
+                )
+            }
             _ => return None,
         };
         self.say((kind, 0), now, &format!("a sample is not used: {what}"))

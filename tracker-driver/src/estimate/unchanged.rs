@@ -1,0 +1,118 @@
+//! A reading that says the same to the last bit for too long: its tracker no
+//! longer measures it.
+
+use crate::time::Micros;
+
+/// A number of all bits of some others. Of two lists that differ in one number
+/// it always differs, and of others but for one in 2⁶⁴.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Fingerprint(u64);
+
+impl Fingerprint {
+    /// Of these numbers, as they came.
+    pub(super) fn of(numbers: &[f32]) -> Self {
+        Self(0xCBF2_9CE4_8422_2325).and(numbers)
+    }
+
+    /// Of what it is of, and then these.
+    pub(super) fn and(self, numbers: &[f32]) -> Self {
+        // FNV-1a's step, by words; the length parts a list from the next.
+        let step = |sum: u64, word: u32| (sum ^ u64::from(word)).wrapping_mul(0x0100_0000_01B3);
+        let words = numbers.iter().map(|number| number.to_bits());
+        Self(step(words.fold(self.0, step), numbers.len() as u32))
+    }
+}
+
+/// Since when a reading is what it is.
+#[derive(Debug, Clone, Copy)]
+struct Since {
+    reading: Fingerprint,
+    time: Micros,
+    /// It was another one before.
+    has_changed: bool,
+    /// For too long.
+    stuck: bool,
+}
+
+/// Follows one reading from sample to sample.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Unchanged(Option<Since>);
+
+impl Unchanged {
+    /// For how long the reading at `time` has been what it is.
+    pub(super) fn push(&mut self, reading: Fingerprint, time: Micros) -> Micros {
+        match &self.0 {
+            Some(since) if since.reading == reading => time.since(since.time),
+            before => {
+                self.0 = Some(Since {
+                    reading,
+                    time,
+                    has_changed: before.is_some(),
+                    stuck: false,
+                });
+                Micros(0)
+            }
+        }
+    }
+
+    /// Whether it has ever been another one.
+    pub(super) fn has_changed(&self) -> bool {
+        self.0.is_some_and(|since| since.has_changed)
+    }
+
+    /// From now on, until it changes, it counts as measured when it last did.
+    pub(super) fn set_stuck(&mut self) {
+        if let Some(since) = &mut self.0 {
+            since.stuck = true;
+        }
+    }
+
+    /// When the reading was measured whose newest sample is of `newest`.
+    pub(super) fn measured(&self, newest: Option<Micros>) -> Option<Micros> {
+        let stuck = self.0.filter(|since| since.stuck);
+        stuck.map_or(newest, |since| newest.min(Some(since.time)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reading_is_as_old_as_its_last_change_once_it_is_stuck() {
+        let [one, other] = [[1.0, 2.0], [1.0, 3.0]].map(|n| Fingerprint::of(&n));
+        let mut unchanged = Unchanged::default();
+        assert_eq!(unchanged.push(one, Micros(10)), Micros(0));
+        assert_eq!(unchanged.push(one, Micros(30)), Micros(20));
+        assert!(!unchanged.has_changed());
+        assert_eq!(unchanged.push(other, Micros(40)), Micros(0));
+        assert_eq!(unchanged.push(other, Micros(45)), Micros(5));
+        assert!(unchanged.has_changed());
+        let newest = Some(Micros(45));
+        assert_eq!(unchanged.measured(newest), newest);
+        unchanged.set_stuck();
+        assert_eq!(unchanged.measured(newest), Some(Micros(40)));
+        assert_eq!(unchanged.measured(None), None);
+        unchanged.push(one, Micros(50));
+        assert_eq!(unchanged.measured(Some(Micros(50))), Some(Micros(50)));
+    }
+
+    #[test]
+    fn lists_differ_by_their_numbers_and_their_lengths() {
+        let all = [
+            Fingerprint::of(&[]),
+            Fingerprint::of(&[0.0]),
+            Fingerprint::of(&[-0.0]),
+            Fingerprint::of(&[0.0, 0.0]),
+            Fingerprint::of(&[0.0]).and(&[0.0]),
+            Fingerprint::of(&[]).and(&[0.0, 0.0]),
+            Fingerprint::of(&[0.0, 1.0]),
+            Fingerprint::of(&[1.0, 0.0]),
+        ];
+        for (i, a) in all.iter().enumerate() {
+            for b in &all[..i] {
+                assert_ne!(a, b);
+            }
+        }
+    }
+}
