@@ -7,7 +7,8 @@
 //!   gives [`Sample`](crate::sample::Sample)s;
 //! - [`Wire`] turns samples into the bytes of a protocol;
 //! - [`Reader`] is the decoder of these bytes;
-//! - [`Device`] hears what a host says to the device;
+//! - [`Device`] hears what a host says to the device, and [`Line`] is both: the
+//!   device's end of a line, which `uart::DeviceEnd` puts on a port;
 //! - [`Faults`] stands between any source and its reader: delay, jitter,
 //!   drop, duplicate, reorder, corrupt, stuck, disconnect.
 //!
@@ -16,6 +17,7 @@
 
 mod device;
 mod faults;
+mod line;
 mod movement;
 mod noise;
 mod random;
@@ -25,6 +27,7 @@ mod wire;
 
 pub use device::Device;
 pub use faults::{Chunk, Faults, FaultsConfig, FaultsError, Faulty, MOST_CHUNK_BYTES, Source};
+pub use line::Line;
 pub use movement::{Kind, ScriptedTarget, Truth, Viewer, ViewerConfig};
 pub use random::Random;
 pub use reader::Reader;

@@ -1,4 +1,11 @@
-//! A serial port on `embedded-io`, read without waiting.
+//! A serial port on `embedded-io`, read without waiting; and the other end of
+//! its line, played by a simulated device ([`DeviceEnd`], with the feature `mock`).
+
+#[cfg(any(feature = "mock", test))]
+mod device_end;
+
+#[cfg(any(feature = "mock", test))]
+pub use device_end::DeviceEnd;
 
 use crate::decoder::{Decoder, Event};
 use crate::time::Micros;

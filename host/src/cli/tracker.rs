@@ -30,7 +30,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// SPEC is `mock`, `mock:seed=7&rate=200&as=fastrak` (`&still=1` holds the head,
 /// `&targets=CSV` says what is looked at: see calibrate),
 /// `serial:/dev/ttyUSB0?protocol=fastrak&baud=115200` (`&reset=1` resets the
-/// device first; `&rts=0` lowers the line's RTS, as it is for a flock, `&rts=1`
+/// device first; `&stop=1` stops it at the end; `&speed=115200` changes a fastrak and
+/// the line from `baud` to that; `&rts=0` lowers the line's RTS, as it is for a flock, `&rts=1`
 /// raises it), `hid:1532:0b00` (vendor and product), `hid:usage=0012` (usage page 0x12,
 /// that of eye and head trackers; `hid:usage=0012:0001` its usage 1), `hid:/dev/hidraw0`
 /// (`?axes=right,up,back` and `&origin=X,Y,Z` say where an eye tracker's coordinates

@@ -29,6 +29,9 @@ const CHUNK: usize = 4096;
 /// or takes no commands at all, is believed.
 const SETTING_UP: Micros = Micros::from_millis(800);
 
+/// What a change of the line's speed takes on top.
+const CHANGING_SPEED: Micros = Micros::from_millis(600);
+
 /// A device that has said nothing for so long is told again what to send: it may
 /// have been switched on only now.
 const AGAIN: Micros = Micros::from_millis(5_000);
@@ -142,6 +145,9 @@ pub(super) struct Live {
     /// What an eye tracker said of itself, until that is announced.
     features: Option<Features>,
     session: Option<Session>,
+    /// The session before changes the line's speed: the one that makes the
+    /// device send is still to come.
+    starts_next: bool,
     watch: Watch,
     /// There is trouble, and it was said.
     said: bool,
@@ -175,6 +181,7 @@ impl Live {
         let plugged = plug(&wanted)?;
         let mut live = Self {
             session: session(&wanted),
+            starts_next: changes_speed(&wanted),
             watch: watch(&wanted),
             wanted,
             port: Some(plugged.port),
@@ -237,6 +244,10 @@ impl Live {
         }
         let heard = self.listen(now, sink);
         let spoken = heard.and_then(|()| self.speak(now(), sink));
+        let spoken = spoken.and_then(|()| match self.is_resetting() {
+            true => Ok(()),
+            false => self.tell_again(now()),
+        });
         if let Err(reason) = spoken {
             self.port = None;
             self.decoder.reset();
@@ -251,7 +262,6 @@ impl Live {
         if self.is_resetting() {
             return;
         }
-        self.tell_again(now());
         let trouble = self.watch.trouble(now());
         if let Some(trouble) = trouble.filter(|_| !self.said) {
             sink(Notice::Trouble(trouble));
@@ -279,7 +289,8 @@ impl Live {
         let (watch, session) = (&mut self.watch, &mut self.session);
         let mut goes_on = false;
         let (again_at, held_back) = (&mut self.again_at, &mut self.held_back);
-        let set_up = session.as_ref().is_none_or(Session::has_said_all) || now >= self.believed_at;
+        let has_said_all = session.as_ref().is_none_or(Session::has_said_all) && !self.starts_next;
+        let set_up = has_said_all || now >= self.believed_at;
         self.decoder.feed(&buffer[..read], now, &mut |event| {
             watch.on_event(&event, now);
             goes_on |= back && matches!(event, Event::Sample(_));
@@ -312,6 +323,12 @@ impl Live {
                 Action::Send(bytes) => port.write(bytes)?,
                 Action::Speed(baud) => port.set_speed(baud)?,
                 Action::Wait(_) => return Ok(()),
+                Action::Done if self.starts_next => {
+                    self.starts_next = false;
+                    if let Wanted::Serial(spec) = &self.wanted {
+                        *session = Session::new(spec.protocol.start(false));
+                    }
+                }
                 Action::Done => {
                     self.session = None;
                     self.again_at = now.after(AGAIN);
@@ -319,6 +336,7 @@ impl Live {
                 }
                 Action::Failed(failure) => {
                     self.session = None;
+                    self.starts_next = false;
                     self.again_at = now.after(AGAIN);
                     // These two the watch says, and earlier.
                     let by_watch = matches!(
@@ -335,18 +353,27 @@ impl Live {
     }
 
     /// Begins the session of a silent device again, without a reset: one that
-    /// was switched on only now has none to be undone.
-    fn tell_again(&mut self, now: Micros) {
-        let Wanted::Serial(spec) = &self.wanted else {
-            return;
+    /// was switched on only now has none to be undone, and is at its own speed.
+    fn tell_again(&mut self, now: Micros) -> io::Result<()> {
+        let (Wanted::Serial(spec), Some(Port::Serial(port))) = (&self.wanted, &mut self.port)
+        else {
+            return Ok(());
         };
         if self.session.is_some() || now < self.again_at {
-            return;
+            return Ok(());
         }
-        self.session = Some(Session::new(spec.protocol.start(false)));
+        self.session = Some(match spec.speed {
+            Some(speed) => {
+                port.set_speed(spec.baud)?;
+                Session::new(spec.protocol.change_speed(speed).unwrap_or_default())
+            }
+            None => Session::new(spec.protocol.start(false)),
+        });
+        self.starts_next = spec.speed.is_some();
         self.resets_since = None;
         self.again = true;
-        self.believed_at = now.after(SETTING_UP);
+        self.believed_at = now.after(setting_up(&self.wanted));
+        Ok(())
     }
 
     fn look_for_it(&mut self, now: Micros, sink: &mut dyn FnMut(Notice)) {
@@ -361,6 +388,7 @@ impl Live {
                 self.features = plugged.features;
                 (self.port, self.path) = (Some(plugged.port), plugged.path);
                 self.session = session(&self.wanted);
+                self.starts_next = changes_speed(&self.wanted);
                 self.watch = watch(&self.wanted);
                 self.said = false;
                 self.announce = true;
@@ -403,11 +431,42 @@ impl Live {
     }
 }
 
-fn session(wanted: &Wanted) -> Option<Session> {
-    match wanted {
-        Wanted::Serial(spec) => Some(Session::new(spec.protocol.start(spec.reset))),
-        Wanted::Hid(_) => None,
+impl Drop for Live {
+    /// Leaves a device silent that is to be left so, as far as its line still
+    /// takes a word.
+    fn drop(&mut self) {
+        let (Wanted::Serial(spec), Some(Port::Serial(port))) = (&self.wanted, &mut self.port)
+        else {
+            return;
+        };
+        if !spec.stop {
+            return;
+        }
+        let mut session = Session::new(spec.protocol.stop());
+        while let Action::Send(bytes) = session.poll(Micros(0)) {
+            if port.write(bytes).is_err() {
+                return;
+            }
+        }
     }
+}
+
+/// What is said first to a device that was plugged in.
+fn session(wanted: &Wanted) -> Option<Session> {
+    let Wanted::Serial(spec) = wanted else {
+        return None;
+    };
+    let faster = spec
+        .speed
+        .and_then(|speed| spec.protocol.change_speed(speed));
+    Some(Session::new(
+        faster.unwrap_or_else(|| spec.protocol.start(spec.reset)),
+    ))
+}
+
+/// Whether that changes the line's speed, and what makes it send comes then.
+fn changes_speed(wanted: &Wanted) -> bool {
+    matches!(wanted, Wanted::Serial(spec) if spec.speed.is_some())
 }
 
 /// Since when one is waited for that is told to restart when it is plugged in.
@@ -424,7 +483,16 @@ fn watch(wanted: &Wanted) -> Watch {
 
 /// From when on a device is believed that is set up from `now` on.
 fn believed(wanted: &Wanted, now: Micros) -> Micros {
-    now.after(reset_time(wanted)).after(SETTING_UP)
+    now.after(reset_time(wanted)).after(setting_up(wanted))
+}
+
+/// How long its samples are held back.
+fn setting_up(wanted: &Wanted) -> Micros {
+    if changes_speed(wanted) {
+        SETTING_UP.after(CHANGING_SPEED)
+    } else {
+        SETTING_UP
+    }
 }
 
 /// How long one is silent that is told to restart.

@@ -7,7 +7,7 @@ use miette::Diagnostic;
 use shisen_tracker::command::Script;
 use shisen_tracker::decoder::Decoder;
 use shisen_tracker::eye::{adhawk, asl, iscan};
-use shisen_tracker::head::{flock, hatire};
+use shisen_tracker::head::{fastrak, flock, hatire, liberty};
 use shisen_tracker::link;
 use shisen_tracker::mock::{Format, Reader};
 use std::fmt;
@@ -135,6 +135,28 @@ impl Protocol {
         }
     }
 
+    /// What makes its device send no more; nothing where no command does.
+    pub fn stop(&self) -> Script {
+        match &self.format {
+            Format::Link => link::stop(),
+            Format::Fastrak(_) => fastrak::stop(),
+            Format::Liberty(_) => liberty::stop(),
+            Format::Flock(_) => flock::stop(),
+            Format::Hatire(_) => hatire::stop(),
+            Format::Iscan(_) => iscan::stop(),
+            Format::AdHawk => adhawk::stop(),
+            _ => Script::new(),
+        }
+    }
+
+    /// What changes the line's speed at both ends, which some devices do.
+    pub fn change_speed(&self, baud: u32) -> Option<Script> {
+        match &self.format {
+            Format::Fastrak(_) => fastrak::change_speed(baud),
+            _ => None,
+        }
+    }
+
     /// The line's speed where nobody says otherwise.
     pub const fn baud(&self) -> u32 {
         match self.format {
@@ -156,6 +178,11 @@ impl Protocol {
     /// Whether its devices can be told to restart.
     pub fn has_reset(&self) -> bool {
         self.start(true) != self.start(false)
+    }
+
+    /// Whether its devices can be told to send no more.
+    pub fn has_stop(&self) -> bool {
+        self.stop() != Script::new()
     }
 
     /// Whether its devices can have several sensors, of which one is the viewer's

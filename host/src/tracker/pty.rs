@@ -67,6 +67,15 @@ impl Pty {
         &self.name
     }
 
+    /// The speed that the other end is set to, baud: a line without a wire is as
+    /// fast at any.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn speed(&self) -> io::Result<u32> {
+        Ok(tcgetattr(self.device.as_fd())?.output_speed())
+    }
+
     /// Sends what there is room for, which is all of it unless nobody reads: a
     /// line does not wait. Whether all of it was sent.
     ///

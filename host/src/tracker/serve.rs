@@ -3,7 +3,7 @@
 
 use super::protocol::Protocol;
 use super::pty::Pty;
-use shisen_tracker::mock::{Device, Source, Wire};
+use shisen_tracker::mock::{Line, Source};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::io;
@@ -20,8 +20,7 @@ pub fn serve(
     protocol: &Protocol,
     goes_on: &mut dyn FnMut(Micros, u64) -> bool,
 ) -> io::Result<()> {
-    let mut wire = Wire::new(source, protocol.format().clone());
-    let mut device = Device::new(protocol.format());
+    let mut line = Line::new(source, protocol.format());
     let start = Instant::now();
     let mut sent = 0;
     loop {
@@ -32,20 +31,14 @@ pub fn serve(
         let mut heard = [0; 256];
         let count = pty.receive(&mut heard)?;
         let mut answers = Vec::new();
-        device.feed(&heard[..count], now, &mut |answer| {
+        line.hear(&heard[..count], now, &mut |answer| {
             answers.extend_from_slice(answer);
         });
-        if device.format() != wire.format() {
-            wire.set_format(device.format().clone());
-        }
         if !answers.is_empty() {
             pty.send(&answers)?;
         }
-        while let Some(sample) = wire.source().poll(now) {
-            let measured = device.measure(&sample);
-            if let Some(chunk) = measured.and_then(|sample| wire.encode(&sample)) {
-                sent += u64::from(pty.send(chunk.bytes())?);
-            }
+        while let Some(record) = line.poll(now) {
+            sent += u64::from(pty.send(record.bytes())?);
         }
         std::thread::sleep(Duration::from_micros(500));
     }

@@ -3,6 +3,7 @@
 use super::protocol::{Protocol, UnknownProtocol};
 use super::settings::{Options, set_axes};
 use miette::Diagnostic;
+use shisen_tracker::head::fastrak::BAUD_RATES;
 use shisen_tracker::head::polhemus::ItemListError;
 use shisen_tracker::hid::eye_tracker::Axes;
 use shisen_tracker::mock::Format;
@@ -80,6 +81,10 @@ pub struct SerialSpec {
     pub baud: u32,
     /// Whether the device is reset first, which can take 20 s.
     pub reset: bool,
+    /// The speed that the line is changed to at both ends, once it is open.
+    pub speed: Option<u32>,
+    /// Whether the device is told to stop when nobody listens any more.
+    pub stop: bool,
     /// The sensor that is the viewer's head, as its samples name it; the first
     /// that is seen where nobody says so.
     pub head: Option<u8>,
@@ -209,8 +214,28 @@ pub enum SpecError {
     },
     /// A reset is asked for where there is none.
     #[error("{of} has no command for a reset: reset=1 does nothing")]
-    #[diagnostic(help("leave reset out; those with one are {}", resetting_names()))]
+    #[diagnostic(help("leave reset out; those with one are {}", names(Protocol::has_reset)))]
     NoReset {
+        /// The protocol.
+        of: &'static str,
+    },
+    /// A change of speed is asked for where there is none.
+    #[error("{of} has no command that changes the line's speed: speed does nothing")]
+    #[diagnostic(help(
+        "leave speed out, and give baud=N as the device is set; that with one is fastrak"
+    ))]
+    NoSpeed {
+        /// The protocol.
+        of: &'static str,
+    },
+    /// A reset and a change of speed.
+    #[error("a reset undoes a change of speed")]
+    #[diagnostic(help("reset the device in a run of its own, and give speed in the next"))]
+    ResetAndSpeed,
+    /// A stop is asked for where there is none.
+    #[error("{of} has no command that stops it: stop=1 does nothing")]
+    #[diagnostic(help("leave stop out; those with one are {}", names(Protocol::has_stop)))]
+    NoStop {
         /// The protocol.
         of: &'static str,
     },
@@ -222,7 +247,7 @@ pub enum SpecError {
     #[error("{name} does not go over a serial line")]
     #[diagnostic(help(
         "plug the device in and give hid:VENDOR:PRODUCT, or one of {}",
-        serial_names()
+        names(Protocol::is_serial)
     ))]
     NotSerial {
         /// The protocol.
@@ -230,19 +255,14 @@ pub enum SpecError {
     },
     /// A serial port without a protocol.
     #[error("serial:{path} says not which protocol its device speaks")]
-    #[diagnostic(help("append ?protocol=NAME, NAME being one of {}", serial_names()))]
+    #[diagnostic(help(
+        "append ?protocol=NAME, NAME being one of {}",
+        names(Protocol::is_serial)
+    ))]
     NoProtocol {
         /// The port.
         path: String,
     },
-}
-
-fn serial_names() -> String {
-    names(Protocol::is_serial)
-}
-
-fn resetting_names() -> String {
-    names(Protocol::has_reset)
 }
 
 fn names(of: fn(&Protocol) -> bool) -> String {
@@ -330,11 +350,38 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
             of: protocol.name(),
         });
     }
+    let speed = match options.take("speed") {
+        None => None,
+        Some(_) if protocol.change_speed(BAUD_RATES[0]).is_none() => {
+            return Err(SpecError::NoSpeed {
+                of: protocol.name(),
+            });
+        }
+        Some(_) if reset => return Err(SpecError::ResetAndSpeed),
+        Some(found) => {
+            let baud = found.parse().ok();
+            let wrong = || SpecError::Value {
+                key: "speed",
+                found: found.into(),
+                allowed: "2400, 4800, 9600, 19200, 38400, 57600 or 115200 baud",
+            };
+            Some(
+                baud.filter(|baud| BAUD_RATES.contains(baud))
+                    .ok_or_else(wrong)?,
+            )
+        }
+    };
+    let stop = options.number("stop", (0_u8, 1), "0 or 1")? == Some(1);
+    if stop && !protocol.has_stop() {
+        return Err(SpecError::NoStop {
+            of: protocol.name(),
+        });
+    }
     protocol.set(&mut options)?;
     let named = Some((protocol.name(), protocol.format()));
     options.end(
         "serial",
-        "protocol=NAME, baud=N, reset=1, head=N, rts=0|1",
+        "protocol=NAME, baud=N, speed=N, reset=1, stop=1, head=N, rts=0|1",
         named,
     )?;
     Ok(SerialSpec {
@@ -342,6 +389,8 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
         baud: baud.unwrap_or(protocol.baud()),
         protocol,
         reset,
+        speed,
+        stop,
         head,
         rts,
     })
@@ -456,6 +505,8 @@ mod tests {
             protocol: "asl".parse().unwrap(),
             baud: 57_600,
             reset: false,
+            speed: None,
+            stop: false,
             head: None,
             rts: None,
         };
@@ -467,10 +518,19 @@ mod tests {
             head: Some(2),
             rts: Some(true),
             protocol: "flock".parse().unwrap(),
-            ..serial
+            ..serial.clone()
         };
         let spec = "serial:/dev/ttyUSB0?protocol=flock&baud=9600&reset=1&head=2&rts=1";
         assert_eq!(spec.parse(), Ok(Spec::Serial(other)));
+        let faster = SerialSpec {
+            baud: 9_600,
+            speed: Some(115_200),
+            stop: true,
+            protocol: "fastrak".parse().unwrap(),
+            ..serial
+        };
+        let spec = "serial:/dev/ttyUSB0?protocol=fastrak&baud=9600&speed=115200&stop=1";
+        assert_eq!(spec.parse(), Ok(Spec::Serial(faster)));
         let hid = |name, axes| Ok(Spec::Hid(HidSpec { name, axes }));
         let id = HidName::Id(0x1532, 0x0B00);
         assert_eq!("hid:1532:0b00".parse(), hid(id, Axes::default()));
@@ -531,7 +591,22 @@ mod tests {
             ("serial:/dev/ttyUSB0", "protocol", "fastrak, liberty"),
             ("serial:/dev/tty?protocol=hid", "serial line", "hid:VENDOR"),
             ("serial:/dev/tty?protocol=asl&baud=0", "baud", "4000000"),
-            ("serial:/dev/tty?protocol=asl&speed=1", "speed", "baud=N"),
+            (
+                "serial:/dev/tty?protocol=asl&speed=1",
+                "asl has no",
+                "baud=N",
+            ),
+            ("serial:/dev/tty?protocol=fastrak&speed=1", "speed", "57600"),
+            (
+                "serial:/dev/tty?protocol=fastrak&speed=9600&reset=1",
+                "undoes",
+                "of its own",
+            ),
+            (
+                "serial:/dev/tty?protocol=asl&stop=1",
+                "asl has no command that stops",
+                "link, fastrak, liberty, flock, hatire, iscan, adhawk",
+            ),
             ("serial:/dev/tty?protocol=asl&reset=yes", "reset", "0 or 1"),
             (
                 "serial:/dev/tty?protocol=asl&reset=1",

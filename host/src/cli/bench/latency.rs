@@ -191,6 +191,8 @@ impl Arguments {
             protocol: self.protocol.clone(),
             baud: self.protocol.baud(),
             reset: false,
+            speed: None,
+            stop: false,
             head: None,
             rts: None,
         }))?;

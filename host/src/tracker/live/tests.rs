@@ -136,6 +136,65 @@ fn a_flocks_line_is_out_of_reset() {
     }
 }
 
+/// A FASTRAK at 9,600 baud is told to go on at 57,600, is set up there, and told
+/// to stop at the end.
+#[cfg(unix)]
+#[test]
+fn a_line_is_changed_to_another_speed_and_left_silent() {
+    use crate::tracker::Spec;
+    use crate::tracker::pty::Pty;
+    use shisen_tracker::mock::{Line, Source, Tracker, TrackerConfig, Viewer, ViewerConfig};
+    use std::time::Duration;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("line");
+    let mut pty = Pty::open(&path).unwrap();
+    let spec = format!(
+        "serial:{}?protocol=fastrak&baud=9600&speed=57600&stop=1",
+        path.display()
+    );
+    let Ok(Spec::Serial(spec)) = spec.parse() else {
+        panic!("{spec}");
+    };
+    let viewer = Viewer::new(ViewerConfig::default(), 1);
+    let tracker = Tracker::new(TrackerConfig::default(), viewer, 1).unwrap();
+    let mut line = Line::new(tracker, spec.protocol.format());
+    let mut live = Live::serial(spec).unwrap();
+    let (mut told, mut buffer) = (Vec::new(), [0; 256]);
+    let mut serve = |now, told: &mut Vec<(u32, u8)>| {
+        let count = pty.receive(&mut buffer).unwrap();
+        let speed = pty.speed().unwrap();
+        told.extend(buffer[..count].iter().map(|&byte| (speed, byte)));
+        let mut answers = Vec::new();
+        line.hear(&buffer[..count], now, &mut |answer| {
+            answers.extend_from_slice(answer);
+        });
+        while let Some(record) = line.poll(now) {
+            answers.extend_from_slice(record.bytes());
+        }
+        pty.send(&answers).unwrap();
+    };
+    // The clock is moved on by 50 ms a call.
+    for step in 0..40 {
+        let start = Instant::now()
+            .checked_sub(Duration::from_millis(50 * step))
+            .unwrap();
+        live.poll(start, &mut |_| {});
+        serve(Micros::from_millis(50 * step), &mut told);
+    }
+    let at = |speed| -> Vec<u8> {
+        let told = told.iter().filter(|(at, _)| *at == speed);
+        told.map(|&(_, byte)| byte).collect()
+    };
+    assert_eq!(at(9_600), b"co576,N,8,0\r");
+    let fast = String::from_utf8(at(57_600)).unwrap();
+    assert!(fast.starts_with("ScfU"), "{fast}");
+    assert!(fast.ends_with("C"), "{fast}");
+    told.clear();
+    drop(live);
+    serve(Micros::from_millis(2_000), &mut told);
+    assert_eq!(told, [(57_600, b'c')]);
+}
+
 #[test]
 fn a_device_is_believed_after_its_reset() {
     use crate::tracker::Spec;
@@ -149,4 +208,6 @@ fn a_device_is_believed_after_its_reset() {
     let reset = wanted("serial:/dev/ttyS0?protocol=fastrak&reset=1");
     let least = now.after(Micros::from_millis(10_000)).after(SETTING_UP);
     assert_eq!(believed(&reset, now), least);
+    let faster = wanted("serial:/dev/ttyS0?protocol=fastrak&speed=115200");
+    assert!(believed(&faster, now) > now.after(SETTING_UP));
 }
