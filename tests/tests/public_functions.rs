@@ -10,6 +10,7 @@
 //! operators and conversions, are not among them.
 
 mod colour;
+mod formulas;
 mod geometry;
 mod host;
 mod numbers;
@@ -32,6 +33,7 @@ fn all_cases() -> Vec<(&'static str, Case)> {
         tracker::CASES,
         records::CASES,
         host::CASES,
+        formulas::CASES,
     ]
     .concat()
 }
@@ -130,6 +132,11 @@ fn records_and_simulated_trackers() {
 #[test]
 fn the_hosts_constructors() {
     tormented(host::CASES, cases("mixtures a function", 200, 10_000));
+}
+
+#[test]
+fn the_hosts_formulas() {
+    tormented(formulas::CASES, cases("mixtures a function", 100, 5_000));
 }
 
 /// The C library is no library of Rust's: its cases stand in its own tests, each

@@ -246,8 +246,8 @@ pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
     lost: Option<Lost>,
     /// What decides the gaze.
     same_gaze: Unchanged,
-    same_position: Unchanged,
-    same_orientation: Unchanged,
+    /// Its position and its orientation.
+    same_head: [Unchanged; 2],
     /// That the head never changed is said.
     still_said: bool,
     state: State,
@@ -300,8 +300,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             smooth: Vec3::NEG_Z,
             lost: None,
             same_gaze: Unchanged::default(),
-            same_position: Unchanged::default(),
-            same_orientation: Unchanged::default(),
+            same_head: [Unchanged::default(); 2],
             still_said: false,
             state: State::FullQuality,
         })
@@ -406,31 +405,29 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             let turn: &[f32] = turn.as_ref().map_or(&[], |turn| turn);
             Fingerprint::of(&o.value.to_array()).and(turn)
         });
-        let mut shortest = None;
-        let mut changed = false;
-        let mut stuck = |part, reading: Option<Fingerprint>, same: &mut Unchanged| {
+        let (mut shortest, mut changed) = (None, false);
+        let mut stuck = [false; 2];
+        let parts = [HeadPart::Position, HeadPart::Orientation];
+        let readings = [position, orientation];
+        for (((part, reading), same), stuck) in parts
+            .into_iter()
+            .zip(readings)
+            .zip(&mut self.same_head)
+            .zip(&mut stuck)
+        {
             let Some(reading) = reading else {
-                return false;
+                continue;
             };
             let since = same.push(reading, time);
             shortest = Some(shortest.map_or(since, |shortest: Micros| shortest.min(since)));
             changed |= same.has_changed();
-            let stuck = since > most && same.has_changed();
-            if stuck {
+            if since > most && same.has_changed() {
+                *stuck = true;
                 same.set_stuck();
                 let reason = Rejection::HeadStuck { part, since };
                 sink(Event::Rejected { at: time, reason });
             }
-            stuck
-        };
-        let stuck = [
-            stuck(HeadPart::Position, position, &mut self.same_position),
-            stuck(
-                HeadPart::Orientation,
-                orientation,
-                &mut self.same_orientation,
-            ),
-        ];
+        }
         let still = shortest.filter(|since| *since > most && !changed);
         if let (Some(since), false) = (still, self.still_said) {
             self.still_said = true;
@@ -459,8 +456,9 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
     /// When what is known of the head's pose was measured: the older of what
     /// the tracker gives. `None` while it has given nothing.
     fn head_time(&self) -> Option<Micros> {
-        let position = self.same_position.measured(self.head.position_time());
-        let orientation = self.same_orientation.measured(self.head.orientation_time());
+        let [position, orientation] = &self.same_head;
+        let position = position.measured(self.head.position_time());
+        let orientation = orientation.measured(self.head.orientation_time());
         match (position, orientation) {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
@@ -535,8 +533,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         self.eyes.clear();
         self.lost = None;
         self.same_gaze = Unchanged::default();
-        self.same_position = Unchanged::default();
-        self.same_orientation = Unchanged::default();
+        self.same_head = [Unchanged::default(); 2];
         self.still_said = false;
         if let Some(filter) = &mut self.filter {
             filter.reset();

@@ -59,10 +59,11 @@ pub enum MirrorError {
         /// The mirror's axis ratio: the pole's distance.
         a: f64,
     },
-    /// a·tan β₁ is NaN or not above 0 to 1.
+    /// a·tan β₁ is NaN or out of range.
     #[error(
-        "the mirror's slope at the edge is {g}: give a number above 0 to 1, which is parallel \
-         projection"
+        "the mirror's slope at the edge is {g}: give a number from {} to 1, which is parallel \
+         projection",
+        Mirror::LEAST_SLOPE
     )]
     Slope {
         /// The slope.
@@ -90,6 +91,10 @@ impl Mirror {
     /// The least β₁ that [`from_edge`](Self::from_edge) takes, radians.
     pub const LEAST_EDGE: f64 = 1.0e-3;
 
+    /// The least a·tan β₁ that [`from_slope`](Self::from_slope) takes: the
+    /// viewpoint is then 10⁻¹² of the mirror above its pole.
+    pub const LEAST_SLOPE: f64 = 1.0e-6;
+
     /// Parallel projection: equations 38 to 40.
     ///
     /// # Errors
@@ -98,7 +103,8 @@ impl Mirror {
         Self::from_slope(a, 1.0)
     }
 
-    /// By a·tan β₁, above 0 to 1: equation 22's range and equation 38.
+    /// By a·tan β₁, [`LEAST_SLOPE`](Self::LEAST_SLOPE) to 1: equation 22's range
+    /// and equation 38.
     ///
     /// # Errors
     /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), a slope out of
@@ -108,7 +114,7 @@ impl Mirror {
         if !(least..=most).contains(&a) {
             return Err(MirrorError::AxisRatio { a });
         }
-        if !(g > 0.0 && g <= 1.0) {
+        if !(Self::LEAST_SLOPE..=1.0).contains(&g) {
             return Err(MirrorError::Slope { g });
         }
         Ok(Self::of(a, g))
@@ -447,7 +453,7 @@ mod tests {
         for (error, words) in [
             (Mirror::parallel(-1.0), ["is -1:", "0.01 to 100"]),
             (Mirror::perspective(2.5, 2.0), ["is 2 radii", "above 2.5"]),
-            (Mirror::from_slope(1.0, 1.5), ["is 1.5:", "above 0 to 1"]),
+            (Mirror::from_slope(1.0, 1.5), ["is 1.5:", "0.000001 to 1"]),
             (
                 Mirror::from_edge(1.0, 1.5),
                 ["of 1.5 rad", "0.001 to 0.785398163"],

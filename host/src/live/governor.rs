@@ -183,8 +183,9 @@ impl Governor {
         self.last = Some((decision.rung, need));
         self.newest = (self.newest + 1) % RECENT;
         self.needs[self.newest] = need / self.costs[decision.rung];
-        if seconds > 0.0 && seconds.is_finite() && steps > 0 {
-            self.rates[self.rated % REMEMBERED] = steps as f64 / seconds;
+        let rate = steps as f64 / seconds;
+        if rate > 0.0 && rate.is_finite() {
+            self.rates[self.rated % REMEMBERED] = rate;
             self.rated += 1;
         }
     }

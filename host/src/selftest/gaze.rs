@@ -3,7 +3,7 @@
 use super::input::{Inputs, single};
 use super::{BROKEN, Case, Effort, Errors, Worst, worse};
 use crate::gaze_reference::{self, Limits};
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 use std::f64::consts::{FRAC_PI_6, TAU};
 
@@ -79,6 +79,16 @@ pub(super) const CASES: &[Case] = &[
         naive: PRINTED,
         bound: 2.0 * BOUND,
         measure: continuity,
+    },
+    Case {
+        name: "gaze-turned",
+        hard: "lines of sight in all directions, the head tilted down to 10⁻³ rad from them, and \
+               rays along them, at both borders and anywhere",
+        error: OF_LEVEL,
+        reference: F64,
+        naive: "the same in f32, the axes by cross products as they come",
+        bound: BOUND,
+        measure: turned,
     },
 ];
 
@@ -280,6 +290,76 @@ fn continuity(effort: Effort) -> Errors {
         worst.ours(level(next) - level(start) - change);
         let naive = |v: Vec3| f64::from(printed(v).1);
         worst.0.naive = worse(worst.0.naive, naive(next) - naive(start) - change);
+    }
+    worst.0
+}
+
+/// A line of sight in the room, up to `away` from its top of the head.
+struct Turned {
+    forward: Vec3,
+    up: Vec3,
+    both: Both,
+    /// Right, up and back, exactly.
+    axes: DMat3,
+}
+
+impl Turned {
+    fn new(inputs: &mut Inputs) -> Option<Self> {
+        let forward = single(inputs.direction());
+        let beside = inputs.across(forward.as_dvec3());
+        let away = [1.0, inputs.magnitude(-3.0, 0.0)][inputs.below(2)];
+        let up = single(forward.as_dvec3() * inputs.sign() + beside * away);
+        let sight = LineOfSight::new(Vec3::ZERO, forward, up).ok()?;
+        let (f, u) = (forward.as_dvec3(), up.as_dvec3());
+        let double = gaze_reference::Gaze::new(f, u, Limits::PAPER, Boundary::Printed);
+        let right = f.cross(u).try_normalize()?;
+        let back = -f.try_normalize()?;
+        Some(Self {
+            forward,
+            up,
+            both: Both {
+                single: Gaze::new(sight, VisualField::PAPER),
+                double: double.ok()?,
+            },
+            axes: DMat3::from_cols(right, back.cross(right), back),
+        })
+    }
+
+    /// In the axes of a viewer who looks along −Z, without care.
+    fn seen(&self, direction: Vec3) -> Vec3 {
+        let forward = self.forward.normalize();
+        let right = forward.cross(self.up).normalize();
+        let up = right.cross(forward);
+        Vec3::new(
+            direction.dot(right),
+            direction.dot(up),
+            -direction.dot(forward),
+        )
+    }
+}
+
+fn turned(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(507), Worst::NONE);
+    for _ in 0..effort.of(500_000) {
+        let Some(turned) = Turned::new(&mut inputs) else {
+            continue;
+        };
+        let turn = inputs.unit();
+        let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
+        let ahead = match inputs.below(4) {
+            0 => at(inputs.magnitude(-7.0, -2.0), turn),
+            1 => at(FRAC_PI_6 + off, turn),
+            2 => at((outer(turn) + off).min(1.5), turn),
+            _ => single(inputs.direction()),
+        };
+        let direction = single(turned.axes * ahead.as_dvec3());
+        let Some(exact) = turned.both.double.sight(direction.as_dvec3()) else {
+            continue;
+        };
+        let level = turned.both.single.level(direction);
+        worst.ours(level.map_or(f64::NAN, f64::from) - exact.level);
+        let naive = printed_level(turned.seen(direction));
+        worst.naive(f64::from(naive) - exact.level);
     }
     worst.0
 }

@@ -22,38 +22,29 @@ use shisen::warp::{Aim, Lens, Projector, Throw};
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Acuity, Boundary, Gaze, HeadPose, LineOfSight, VisualField};
 
-/// The next number, in the host's precision.
-fn wide(n: &mut Numbers, sane: f32) -> f64 {
-    f64::from(n.next(sane))
-}
-
-fn place(n: &mut Numbers, sane: [f32; 3]) -> DVec3 {
-    n.vec3(sane).as_dvec3()
-}
-
-fn wall(n: &mut Numbers) -> Option<Wall> {
+pub(super) fn wall(n: &mut Numbers) -> Option<Wall> {
     let corners = [[-1.0, 0.0, -1.5], [1.0, 0.0, -1.5], [-1.0, 2.0, -1.5]];
-    let [a, b, c] = corners.map(|corner| place(n, corner));
+    let [a, b, c] = corners.map(|corner| n.dvec3(corner));
     let wall = finite_or_error(Wall::new("front", a, b, c, [64, 48]));
     assert!(wall.is_some() || !n.are_sane());
     wall
 }
 
-fn dome(n: &mut Numbers) -> Option<DomeScreen> {
+pub(super) fn dome(n: &mut Numbers) -> Option<DomeScreen> {
     let dome = finite_or_error(DomeScreen::new(DomeDescription {
         name: "dome".to_owned(),
-        radius: wide(n, 4.0),
-        centre: place(n, [0.0, 1.0, 0.0]),
-        tilt_degrees: wide(n, 15.0),
-        field_of_view_degrees: wide(n, 180.0),
+        radius: n.wide(4.0),
+        centre: n.dvec3([0.0, 1.0, 0.0]),
+        tilt_degrees: n.wide(15.0),
+        field_of_view_degrees: n.wide(180.0),
         size: 64,
     }));
     assert!(dome.is_some() || !n.are_sane());
     dome
 }
 
-fn mirror(n: &mut Numbers) -> Option<Mirror> {
-    let (a, slope) = (wide(n, 1.2), wide(n, 0.8));
+pub(super) fn mirror(n: &mut Numbers) -> Option<Mirror> {
+    let (a, slope) = (n.wide(1.2), n.wide(0.8));
     finite_or_error(Mirror::from_slope(a, slope))
 }
 
@@ -62,20 +53,20 @@ pub(super) const CASES: &[(&str, Case)] = &[
         wall(n);
     }),
     ("host cave::view::Wall::view_from", |n| {
-        let eye = place(n, [0.1, 1.6, 0.0]);
+        let eye = n.dvec3([0.1, 1.6, 0.0]);
         if let Some(wall) = wall(n) {
             finite_or_error(wall.view_from(eye));
         }
     }),
     ("host cave::view::Wall::frustum", |n| {
-        let (eye, near) = (place(n, [0.1, 1.6, 0.0]), wide(n, 0.1));
+        let (eye, near) = (n.dvec3([0.1, 1.6, 0.0]), n.wide(0.1));
         if let Some(wall) = wall(n) {
             finite_or_error(wall.frustum(eye, near));
         }
     }),
     ("host cave::Cave::check_eye", |n| {
         let cave = Cave::built_in(BuiltInCave::ThreeWall, [8; 2]).expect("a room");
-        let eye = place(n, [0.0; 3]);
+        let eye = n.dvec3([0.0; 3]);
         let seen = cave.check_eye(eye);
         assert!(eye.is_finite() || seen.is_err(), "{eye}");
     }),
@@ -83,28 +74,28 @@ pub(super) const CASES: &[(&str, Case)] = &[
         dome(n);
     }),
     ("host cave::dome::DomeScreen::view_from", |n| {
-        let eye = place(n, [0.1, 1.0, 0.2]);
+        let eye = n.dvec3([0.1, 1.0, 0.2]);
         if let Some(dome) = dome(n) {
             finite_or_error(dome.view_from(eye));
         }
     }),
     ("host dome::mirror::Mirror::parallel", |n| {
-        finite_or_error(Mirror::parallel(wide(n, 1.2)));
+        finite_or_error(Mirror::parallel(n.wide(1.2)));
     }),
     ("host dome::mirror::Mirror::from_slope", |n| {
         assert!(mirror(n).is_some() || !n.are_sane());
     }),
     ("host dome::mirror::Mirror::from_edge", |n| {
-        let (a, edge) = (wide(n, 1.2), wide(n, 0.6));
+        let (a, edge) = (n.wide(1.2), n.wide(0.6));
         finite_or_error(Mirror::from_edge(a, edge));
     }),
     ("host dome::mirror::Mirror::perspective", |n| {
-        let (a, p) = (wide(n, 1.2), wide(n, 5.0));
+        let (a, p) = (n.wide(1.2), n.wide(5.0));
         finite_or_error(Mirror::perspective(a, p));
     }),
     ("host dome::near_field::NearField::check", |n| {
         let near = NearField::new(Mirror::parallel(1.0).expect("a mirror"), Mapping::Mirror);
-        let distance = wide(n, 10.0);
+        let distance = n.wide(10.0);
         let allowed = near.check(distance).is_ok();
         assert!(!(allowed && distance.is_nan()));
         if allowed && distance.is_finite() {
@@ -113,7 +104,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     }),
     ("host dome::rounding::size_errors", |n| {
         let near = NearField::new(Mirror::parallel(1.0).expect("a mirror"), Mapping::Mirror);
-        let (size, offset) = (wide(n, 0.01), wide(n, 1.0));
+        let (size, offset) = (n.wide(0.01), n.wide(1.0));
         let errors = size_errors(&near, size, offset);
         // What has no number is none.
         if (1e-6..1.0).contains(&size) && offset.abs() < 1e6 {
@@ -122,13 +113,13 @@ pub(super) const CASES: &[(&str, Case)] = &[
     }),
     ("host dome::viewpoint::effective_viewpoint", |n| {
         let near = NearField::new(Mirror::parallel(1.0).expect("a mirror"), Mapping::Mirror);
-        let nearest = wide(n, 10.0);
+        let nearest = n.wide(10.0);
         if nearest.is_finite() {
             finite_or_error(effective_viewpoint(&near, nearest));
         }
     }),
     ("host gaze_reference::Gaze::new", |n| {
-        let (direction, up) = (place(n, [0.0, 0.0, -1.0]), place(n, [0.0, 1.0, 0.0]));
+        let (direction, up) = (n.dvec3([0.0, 0.0, -1.0]), n.dvec3([0.0, 1.0, 0.0]));
         finite_or_error(gaze_reference::Gaze::new(
             direction,
             up,
@@ -137,19 +128,19 @@ pub(super) const CASES: &[(&str, Case)] = &[
         ));
     }),
     ("host gaze_reference::bounces", |n| {
-        let level = wide(n, 0.5);
+        let level = n.wide(0.5);
         // Levels are 0 to 1.
         let is_level = (0.0..=1.0).contains(&level);
         assert!(!is_level || gaze_reference::bounces(level, 3) <= 3);
     }),
     ("host gaze_reference::faces", |n| {
-        let level = wide(n, 0.5);
+        let level = n.wide(0.5);
         let faces = gaze_reference::faces(level, 500, 5_000);
         let is_level = (0.0..=1.0).contains(&level);
         assert!(!is_level || (500..=5_000).contains(&faces), "{faces}");
     }),
     ("host look::ViewDirection::new", |n| {
-        let direction = place(n, [0.1, 0.2, -1.0]);
+        let direction = n.dvec3([0.1, 0.2, -1.0]);
         let found = ViewDirection::new(direction);
         let is_direction = direction.is_finite() && direction != DVec3::ZERO;
         assert_eq!(found.is_some(), is_direction);
@@ -177,7 +168,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     }),
     ("host picture::Picture::sample", |n| {
         let picture = Picture::from_pixels(2, 1, vec![[0.5; 4]; 2]).expect("a picture");
-        let (x, y) = (wide(n, 0.7), wide(n, 0.2));
+        let (x, y) = (n.wide(0.7), n.wide(0.2));
         let expected = if x.is_nan() || y.is_nan() { 0.0 } else { 0.5 };
         assert_eq!(picture.sample(x, y), [expected; 4]);
     }),
@@ -193,17 +184,17 @@ pub(super) const CASES: &[(&str, Case)] = &[
         }
     }),
     ("host quantiles::median", |n| {
-        let of = [1.0, 3.0, 2.0].map(|x| wide(n, x));
+        let of = [1.0, 3.0, 2.0].map(|x| n.wide(x));
         let middle = median(of.to_vec());
         assert!(!n.within(f32::MAX) || of.contains(&middle), "{middle}");
     }),
     ("host quantiles::quartiles", |n| {
-        let of = [1.0, 3.0, 2.0].map(|x| wide(n, x));
+        let of = [1.0, 3.0, 2.0].map(|x| n.wide(x));
         let [low, high] = quartiles(of.to_vec());
         assert!(!n.within(f32::MAX) || low <= high, "{low} {high}");
     }),
     ("host quantiles::quantile_of", |n| {
-        let of = [1.0, 3.0, 2.0].map(|x| wide(n, x));
+        let of = [1.0, 3.0, 2.0].map(|x| n.wide(x));
         let least = quantile_of(of.to_vec(), 0.0);
         let all_are_above = of.iter().all(|one| *one >= least);
         assert!(!n.within(f32::MAX) || all_are_above, "{least}");
@@ -222,13 +213,13 @@ pub(super) const CASES: &[(&str, Case)] = &[
         assert!(baked.is_ok() || !n.are_sane());
     }),
     ("host scene::builtin::glass::PrismBench::towards", |n| {
-        let angle = wide(n, 0.3);
+        let angle = n.wide(0.3);
         let direction = PrismBench::towards(angle);
         let unit = (direction.length() - 1.0).abs() < 1e-12;
         assert_eq!(unit, angle.is_finite(), "{direction}");
     }),
     ("host scene::camera::DomeCamera::tilted", |n| {
-        let (at, angle) = (place(n, [0.0, 1.0, 0.0]), wide(n, 0.3));
+        let (at, angle) = (n.dvec3([0.0, 1.0, 0.0]), n.wide(0.3));
         let camera = DomeCamera::tilted(at, angle);
         if n.within(f32::MAX) {
             finite(&camera);
@@ -239,13 +230,13 @@ pub(super) const CASES: &[(&str, Case)] = &[
         finite_or_error(Dispersion::of(Method::Comb, 7, Some(range)));
     }),
     ("host spectrum::prism::minimum_deviation", |n| {
-        let (index, apex) = (wide(n, 1.5), wide(n, 1.0));
+        let (index, apex) = (n.wide(1.5), n.wide(1.0));
         if let Some(angle) = minimum_deviation(index, apex) {
             finite(&angle);
         }
     }),
     ("host tradeoff::front::pareto_front", |n| {
-        let points = [(1.0, 2.0), (2.0, 1.0)].map(|(a, b)| (wide(n, a), wide(n, b)));
+        let points = [(1.0, 2.0), (2.0, 1.0)].map(|(a, b)| (n.wide(a), n.wide(b)));
         let front = pareto_front(&points);
         for (point, best) in points.iter().zip(&front) {
             assert!(!best || (point.0.is_finite() && point.1.is_finite()));
@@ -261,19 +252,19 @@ pub(super) const CASES: &[(&str, Case)] = &[
         assert!(degrees <= 5.0 || ring == Ring::Periphery);
     }),
     ("host viewer::ViewerCamera::new", |n| {
-        let eye = place(n, [0.0, 1.6, 3.0]);
-        let (forward, up) = (place(n, [0.0, 0.0, -1.0]), place(n, [0.0, 1.0, 0.0]));
-        let field = wide(n, 1.0);
+        let eye = n.dvec3([0.0, 1.6, 3.0]);
+        let (forward, up) = (n.dvec3([0.0, 0.0, -1.0]), n.dvec3([0.0, 1.0, 0.0]));
+        let field = n.wide(1.0);
         finite_or_error(ViewerCamera::new(eye, forward, up, field, [64, 48]));
     }),
     ("host warp::projector::Projector::new", |n| {
-        let position = place(n, [0.0, 2.0, 1.0]);
-        let look = place(n, [0.0, 0.0, -1.0]);
-        let up = place(n, [0.0, 1.0, 0.0]);
+        let position = n.dvec3([0.0, 2.0, 1.0]);
+        let look = n.dvec3([0.0, 0.0, -1.0]);
+        let up = n.dvec3([0.0, 1.0, 0.0]);
         let lens = Lens {
-            throw: Throw::Degrees(wide(n, 40.0)),
-            vertical_degrees: Some(wide(n, 30.0)),
-            shift: DVec2::new(wide(n, 0.1), wide(n, -0.2)),
+            throw: Throw::Degrees(n.wide(40.0)),
+            vertical_degrees: Some(n.wide(30.0)),
+            shift: DVec2::new(n.wide(0.1), n.wide(-0.2)),
         };
         let aim = Aim::Look { look, up };
         finite_or_error(Projector::new("one", position, aim, lens, [64, 48]));
@@ -369,46 +360,13 @@ pub(super) const CASES: &[(&str, Case)] = &[
 fn governor(n: &mut Numbers) -> Governor {
     let mut governor = Governor::new();
     let decision = governor.decide(Allowance::Unlimited);
-    governor.learn(&decision, 2_000_000, 1_000_000, wide(n, 0.01));
+    governor.learn(&decision, 2_000_000, 1_000_000, n.wide(0.01));
     governor
 }
 
 /// Functions that can hold such a number and have no case of their own: why, and
 /// which.
 pub(super) const EXEMPT: &[(&str, &[&str])] = &[
-    (
-        "formulas of a record that its constructor has checked, which has a case: their documentation \
-         has their domain, and beyond it they give no number instead of an error",
-        &[
-            "host cave::dome::DomeScreen::point",
-            "host cave::dome::DomeScreen::place",
-            "host cave::dome::DomeScreen::meet",
-            "host cave::dome::DomeScreen::lit",
-            "host cave::Cave::new",
-            "host cave::Cave::with_dome",
-            "host dome::design::Design::of",
-            "host dome::mapping::Mapping::theta",
-            "host dome::mapping::Mapping::r_d",
-            "host dome::mapping::Mapping::single_theta",
-            "host dome::mapping::Mapping::single_r_d",
-            "host dome::mirror::Mirror::at",
-            "host dome::mirror::Mirror::theta",
-            "host dome::mirror::Mirror::r_d",
-            "host dome::mirror::Mirror::reflect",
-            "host dome::mirror::Mirror::near_theta",
-            "host dome::near_field::px_4096",
-            "host dome::near_field::NearField::new",
-            "host dome::near_field::NearField::seen_from",
-            "host dome::near_field::NearField::angle",
-            "host dome::near_field::NearField::ring",
-            "host dome::near_field::NearField::largest",
-            "host dome::near_field::NearField::largest_beyond",
-            "host gaze_reference::Gaze::sight",
-            "host viewer::ViewerCamera::ray",
-            "host warp::projector::Projector::direction",
-            "host spectrum::dispersion::Dispersion::spectrum",
-        ],
-    ),
     (
         "they take what other functions have made, or times as whole numbers; the live loop's own \
          tests go through them",

@@ -1,32 +1,43 @@
 //! Hostile numbers for a case: one plan after another says which number stands
 //! in which of its positions.
 
-use glam::{Mat3, Quat, Vec2, Vec3};
+use glam::{DVec3, Mat3, Quat, Vec2, Vec3};
 use shisen_tests::rays::Random;
 use std::fmt::Debug;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// What breaks arithmetic.
-const HOSTILE: [f32; 19] = [
-    f32::NAN,
-    f32::INFINITY,
-    f32::NEG_INFINITY,
+/// What breaks arithmetic, in either precision: what `f32` does not hold is its
+/// nearest there, zero or infinite.
+const HOSTILE: [f64; 29] = [
+    f64::NAN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
     0.0,
     -0.0,
+    5.0e-324,
+    -5.0e-324,
+    1.0e-310,
+    -1.0e-310,
+    f64::MIN_POSITIVE,
+    -f64::MIN_POSITIVE,
     1.0e-45,
     -1.0e-45,
     1.0e-40,
     -1.0e-40,
-    f32::MIN_POSITIVE,
-    -f32::MIN_POSITIVE,
+    f32::MIN_POSITIVE as f64,
+    -f32::MIN_POSITIVE as f64,
     1.0,
     -1.0,
     1.0e18,
     -1.0e18,
     1.0e30,
     -1.0e30,
-    f32::MAX,
-    f32::MIN,
+    f32::MAX as f64,
+    f32::MIN as f64,
+    1.0e300,
+    -1.0e300,
+    f64::MAX,
+    f64::MIN,
 ];
 
 /// A use of one public function.
@@ -36,21 +47,36 @@ pub(super) type Case = fn(&mut Numbers);
 #[derive(Debug, Clone)]
 enum Plan {
     Sane,
-    All(f32),
-    One(usize, f32),
+    All(f64),
+    One(usize, f64),
     Mixed(Random),
 }
 
 /// The numbers of one run of a case.
 pub(super) struct Numbers {
     plan: Plan,
-    given: Vec<f32>,
+    given: Vec<f64>,
     sane: bool,
 }
 
 impl Numbers {
     /// The next position's number; `sane` is one that the function is made for.
     pub(super) fn next(&mut self, sane: f32) -> f32 {
+        let number = self.choose(f64::from(sane), &mut |random| {
+            f64::from(f32::from_bits(random.below(1 << 32) as u32))
+        });
+        number as f32
+    }
+
+    /// Likewise in the host's precision.
+    pub(super) fn wide(&mut self, sane: f64) -> f64 {
+        self.choose(sane, &mut |random| {
+            let [high, low] = [0; 2].map(|_: u64| random.below(1 << 32) as u64);
+            f64::from_bits(high << 32 | low)
+        })
+    }
+
+    fn choose(&mut self, sane: f64, any: &mut dyn FnMut(&mut Random) -> f64) -> f64 {
         let number = match &mut self.plan {
             Plan::All(number) => *number,
             Plan::One(position, number) if *position == self.given.len() => *number,
@@ -58,7 +84,7 @@ impl Numbers {
             Plan::Mixed(random) => match random.below(8) {
                 0..5 => sane,
                 5..7 => HOSTILE[random.below(HOSTILE.len())],
-                _ => f32::from_bits(random.below(1 << 32) as u32),
+                _ => any(random),
             },
         };
         self.sane &= number.to_bits() == sane.to_bits();
@@ -74,6 +100,10 @@ impl Numbers {
         Vec3::from(sane.map(|number| self.next(number)))
     }
 
+    pub(super) fn dvec3(&mut self, sane: [f64; 3]) -> DVec3 {
+        DVec3::from(sane.map(|number| self.wide(number)))
+    }
+
     pub(super) fn quat(&mut self) -> Quat {
         Quat::from_array([0.0, 0.0, 0.0, 1.0].map(|number| self.next(number)))
     }
@@ -84,7 +114,9 @@ impl Numbers {
 
     /// Whether every number so far is finite, and no farther from zero.
     pub(super) fn within(&self, most: f32) -> bool {
-        self.given.iter().all(|number| number.abs() <= most)
+        self.given
+            .iter()
+            .all(|number| number.abs() <= f64::from(most))
     }
 
     /// Whether every number so far is the one that the function is made for.

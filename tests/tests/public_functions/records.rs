@@ -3,6 +3,7 @@
 
 use super::numbers::{Case, Numbers, finite};
 use super::tracker::a_sample;
+use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
 use glam::Quat;
 use shisen_core::frame::{FlatScreen, Pixel};
 use shisen_core::gaze::HeadPose;
@@ -20,11 +21,13 @@ use shisen_tracker::link::display::{
     FrameStart, Order, Orders, PixelRun, Rendering, Report, Reports, Subject,
 };
 use shisen_tracker::mock::{
-    Device, Faults, FaultsConfig, Faulty, Format, Random, Reader, ScriptedTarget, Source, Tracker,
-    TrackerConfig, Viewer, ViewerConfig, Wire,
+    Device, Faults, FaultsConfig, Faulty, Format, Line, Random, Reader, ScriptedTarget, Source,
+    Tracker, TrackerConfig, Viewer, ViewerConfig, Wire,
 };
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
+use shisen_tracker::uart::DeviceEnd;
+use std::convert::Infallible;
 
 pub(super) const CASES: &[(&str, Case)] = &[
     ("tracker eye::adhawk::start", |n| {
@@ -357,6 +360,28 @@ pub(super) const CASES: &[(&str, Case)] = &[
             finite(&drawn);
         }
     }),
+    ("tracker mock::line::Line::new", |n| {
+        let format = a_format(n);
+        let mut line = Line::new(Once(Some(a_sample(n))), &format);
+        if let Some(record) = line.poll(Micros(2)) {
+            reads(&format, record.bytes());
+        }
+        assert_eq!(line.poll(Micros(2)), None);
+    }),
+    ("tracker uart::device_end::DeviceEnd::new", |n| {
+        let device = DeviceEnd::new(Line::new(Once(Some(a_sample(n))), &a_format(n)));
+        assert_eq!((device.sent(), device.dropped()), (0, 0));
+    }),
+    ("tracker uart::device_end::DeviceEnd::serve", |n| {
+        for name in Format::NAMES {
+            let format = Format::named(name).expect("a format");
+            let mut device = DeviceEnd::new(Line::new(Once(Some(a_sample(n))), &format));
+            let mut port = Port::default();
+            let Ok(()) = device.serve(&mut port, Micros(2), 64);
+            assert_eq!(device.sent(), u64::from(!port.0.is_empty()));
+            reads(&format, &port.0);
+        }
+    }),
     ("tracker mock::reader::Reader::new", |n| {
         let format = a_format(n);
         let mut wire = Wire::new(nothing(), format.clone());
@@ -426,6 +451,54 @@ impl Source for Nothing {
 
     fn poll(&mut self, _: Micros) -> Option<Sample> {
         None
+    }
+}
+
+/// A source of one sample.
+struct Once(Option<Sample>);
+
+impl Source for Once {
+    type Item = Sample;
+
+    fn poll(&mut self, _: Micros) -> Option<Sample> {
+        self.0.take()
+    }
+}
+
+/// A port that hears nothing and takes everything.
+#[derive(Default)]
+struct Port(Vec<u8>);
+
+impl ErrorType for Port {
+    type Error = Infallible;
+}
+
+impl ReadReady for Port {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(false)
+    }
+}
+
+impl Read for Port {
+    fn read(&mut self, _: &mut [u8]) -> Result<usize, Infallible> {
+        Ok(0)
+    }
+}
+
+impl WriteReady for Port {
+    fn write_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(true)
+    }
+}
+
+impl Write for Port {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        self.0.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
     }
 }
 

@@ -15,6 +15,8 @@ impl Fingerprint {
     }
 
     /// Of what it is of, and then these.
+    // A loop of its own in each of its callers is flash for nothing.
+    #[inline(never)]
     pub(super) fn and(self, numbers: &[f32]) -> Self {
         // FNV-1a's step, by words; the length parts a list from the next.
         let step = |sum: u64, word: u32| (sum ^ u64::from(word)).wrapping_mul(0x0100_0000_01B3);
@@ -40,6 +42,7 @@ pub(super) struct Unchanged(Option<Since>);
 
 impl Unchanged {
     /// For how long the reading at `time` has been what it is.
+    #[inline(never)]
     pub(super) fn push(&mut self, reading: Fingerprint, time: Micros) -> Micros {
         match &self.0 {
             Some(since) if since.reading == reading => time.since(since.time),
