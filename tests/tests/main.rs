@@ -14,6 +14,7 @@ mod dome_pictures;
 mod dome_screen;
 mod effects;
 mod exact;
+mod examples;
 mod fill;
 mod frame_job;
 mod gaze;

@@ -1,7 +1,7 @@
 //! A wall in 30 lines: what an eye sees through it, wherever that eye is.
 //!
 //! ```sh
-//! cargo run -p shisen-core --example wall > wall.pgm
+//! cargo run -p shisen-core --example off_axis > wall.pgm
 //! ```
 //!
 //! writes a grey picture. The eye stands 0.4 m to the left of the wall's middle, so
