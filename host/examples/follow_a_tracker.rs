@@ -23,7 +23,7 @@ use shisen_tracker::time::Micros;
 use std::error::Error;
 
 /// Steps that a frame may take.
-const BUDGET: u64 = 60_000;
+const BUDGET: u64 = 300_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let baked = Baked::<8>::new(&paper_scene(PaperScene::A, quadruped())?)?;
