@@ -257,8 +257,8 @@ const EXAMPLES: &[Examples] = &[
         &[
             ("All hard cases", "shisen selftest"),
             (
-                "Those of spheroids, with less of each",
-                "shisen selftest spheroids --quick",
+                "Those of spheres, with less of each",
+                "shisen selftest sphere --quick",
             ),
         ],
     ),
