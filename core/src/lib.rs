@@ -32,6 +32,25 @@
 //! # assert_eq!(render(b"not a scene", &mut [Pixel::default(); 1024]), Err(SceneError::NotAScene));
 //! ```
 //!
+//! The folder `examples` has a scene written by hand, and a wall for an eye that is not
+//! in its middle. Scenes are baked, and whole rooms rendered, by the crate `shisen`, whose
+//! first page has the architecture of all of it.
+//!
+//! # Where things are
+//!
+//! Each module knows those above it only:
+//!
+//! | Module | What |
+//! |---|---|
+//! | [`numeric`] | numbers, vectors and angles with stated error bounds |
+//! | [`shape`] | rays, boxes, triangles, spheres, spheroids |
+//! | [`spectrum`] | media, wavelengths, the colours that the eye makes of them |
+//! | [`scene`] | the bytes, checked once, and the effects that they ask for |
+//! | [`gaze`] | head, line of sight, visual field, level, detail |
+//! | [`capture`] | mirrors and fisheyes: from a pixel of a dome master to its ray |
+//! | [`trace`] | what a ray meets, and the light that comes back, within a budget |
+//! | [`frame`] | views, tiles, their order; pictures |
+//!
 //! # What holds everywhere
 //! - Nothing here panics, allocates, recurses, blocks or reads a clock.
 //! - Results are the same bits on every target, thread and instruction set.

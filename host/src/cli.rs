@@ -8,8 +8,10 @@ mod arguments;
 mod bake;
 mod bench;
 mod cave;
+mod completions;
 mod dispersion;
 mod dome;
+mod examples;
 mod explain;
 mod failure;
 mod filling;
@@ -33,9 +35,10 @@ mod tracing;
 mod tracker;
 mod tradeoff;
 
-use clap::Parser;
+use clap::{CommandFactory as _, FromArgMatches as _, Parser};
 use failure::{Failure, Fault};
 use serde::Serialize;
+use std::ffi::OsString;
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
@@ -63,6 +66,18 @@ enum Shisen {
     Bench(bench::Bench),
     Selftest(selftest::Arguments),
     Tradeoff(tradeoff::Arguments),
+    Completions(completions::Arguments),
+}
+
+impl Shisen {
+    /// What a command line asks for.
+    fn read(
+        words: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    ) -> clap::error::Result<Self> {
+        let mut command = examples::with_examples(Self::command());
+        let matches = command.try_get_matches_from_mut(words)?;
+        Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+    }
 }
 
 /// Runs the command that the process was started with.
@@ -74,26 +89,26 @@ pub(crate) fn main() -> ExitCode {
         let options = miette::MietteHandlerOpts::new();
         Box::new(options.wrap_lines(wrap).break_words(false).build())
     }));
-    let result =
-        Shisen::try_parse()
-            .map_err(Failure::from_clap)
-            .and_then(|command| match command {
-                Shisen::Cave(arguments) => cave::run(&arguments),
-                Shisen::Run(arguments) => run::run(&arguments),
-                Shisen::Bake(arguments) => bake::run(&arguments),
-                Shisen::Inspect(arguments) => inspect::run(&arguments),
-                Shisen::Explain(arguments) => explain::run(&arguments),
-                Shisen::Gaze(arguments) => gaze::run(&arguments),
-                Shisen::Medium(arguments) => medium::run(&arguments),
-                Shisen::Spectrum(arguments) => spectrum::run(&arguments),
-                Shisen::Dome(dome) => dome::run(&dome),
-                Shisen::Tracker(command) => tracker::run(&command),
-                #[cfg(unix)]
-                Shisen::Firmware(firmware) => firmware::run(&firmware),
-                Shisen::Bench(bench) => bench::run(&bench),
-                Shisen::Selftest(arguments) => selftest::run(&arguments),
-                Shisen::Tradeoff(arguments) => tradeoff::run(&arguments),
-            });
+    let result = Shisen::read(std::env::args_os())
+        .map_err(Failure::from_clap)
+        .and_then(|command| match command {
+            Shisen::Cave(arguments) => cave::run(&arguments),
+            Shisen::Run(arguments) => run::run(&arguments),
+            Shisen::Bake(arguments) => bake::run(&arguments),
+            Shisen::Inspect(arguments) => inspect::run(&arguments),
+            Shisen::Explain(arguments) => explain::run(&arguments),
+            Shisen::Gaze(arguments) => gaze::run(&arguments),
+            Shisen::Medium(arguments) => medium::run(&arguments),
+            Shisen::Spectrum(arguments) => spectrum::run(&arguments),
+            Shisen::Dome(dome) => dome::run(&dome),
+            Shisen::Tracker(command) => tracker::run(&command),
+            #[cfg(unix)]
+            Shisen::Firmware(firmware) => firmware::run(&firmware),
+            Shisen::Bench(bench) => bench::run(&bench),
+            Shisen::Selftest(arguments) => selftest::run(&arguments),
+            Shisen::Tradeoff(arguments) => tradeoff::run(&arguments),
+            Shisen::Completions(arguments) => completions::run(&arguments),
+        });
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.print(),

@@ -6,7 +6,8 @@ mod label;
 
 use crate::cave::{DomeScreen, Screen, Wall};
 use crate::picture::{Picture, PictureError};
-use crate::wall_plane::{DegenerateWall, WallPlane};
+pub use crate::wall_plane::DegenerateWall;
+use crate::wall_plane::WallPlane;
 use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
 use thiserror::Error;

@@ -12,13 +12,29 @@ use std::sync::OnceLock;
 /// # Panics
 /// Where the command cannot be built.
 pub fn shisen(folder: &Path) -> Command {
-    static EXECUTABLE: OnceLock<PathBuf> = OnceLock::new();
-    let mut command = Command::new(EXECUTABLE.get_or_init(build));
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    let built = BUILT.get_or_init(|| build(&["--bin", "shisen"]));
+    executable(&built.join("shisen"), folder)
+}
+
+/// An example of one of the crates, likewise.
+///
+/// # Panics
+/// Where the examples cannot be built.
+pub fn example(name: &str, folder: &Path) -> Command {
+    static BUILT: OnceLock<PathBuf> = OnceLock::new();
+    let built = BUILT.get_or_init(|| build(&["--examples"]));
+    executable(&built.join("examples").join(name), folder)
+}
+
+fn executable(path: &Path, folder: &Path) -> Command {
+    let mut command = Command::new(path.with_extension(std::env::consts::EXE_EXTENSION));
     command.current_dir(folder);
     command
 }
 
-fn build() -> PathBuf {
+/// Builds targets, and says in which folder they are.
+fn build(targets: &[&str]) -> PathBuf {
     let test = std::env::current_exe().expect("the test's own path");
     // TARGET/PROFILE/deps/TEST
     let folder = test.ancestors().nth(2).expect("a profile's folder");
@@ -34,12 +50,12 @@ fn build() -> PathBuf {
         // A test among the targets, and all packages: else Cargo would leave
         // out the features that tests alone ask for, and compile most
         // libraries a second time.
-        .args(["build", "--quiet", "--workspace"])
-        .args(["--bin", "shisen", "--test", "all"])
+        .args(["build", "--quiet", "--workspace", "--test", "all"])
+        .args(targets)
         .args(["--profile", profile, "--target-dir"])
         .arg(target)
         .status()
         .expect("cargo starts");
-    assert!(status.success(), "the command cannot be built: {status}");
-    folder.join(format!("shisen{}", std::env::consts::EXE_SUFFIX))
+    assert!(status.success(), "{targets:?} cannot be built: {status}");
+    folder.to_owned()
 }

@@ -9,7 +9,7 @@ use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
 use shisen::texture::{Image, Pattern, Texture};
 use shisen_core::scene::format::{
-    self, ALIGNMENT, Header, IdLeaf, Instance, Mesh, Table, Triangle, VERSION, effect,
+    self, ALIGNMENT, Header, IdLeaf, Instance, Mesh, Table, Triangle, VERSION, effect, seal,
 };
 use shisen_core::scene::{self, SceneError};
 use shisen_core::shape::Ray;
@@ -22,7 +22,6 @@ use shisen_tests::sizes::cases;
 use std::mem::offset_of;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use xxhash_rust::xxh32::xxh32;
 use zerocopy::FromBytes as _;
 
 /// Everything that a scene can have, little of each.
@@ -151,14 +150,6 @@ impl Aligned {
     }
 }
 
-/// As the header says: of all that follows the field, to the scene's length.
-pub(crate) fn mend_checksum(bytes: &mut [u8]) {
-    let length = u32::from_le_bytes([20, 21, 22, 23].map(|i| bytes[i])) as usize;
-    let checked = bytes.get(12..length).unwrap_or(&bytes[12..]);
-    let checksum = xxh32(checked, 0);
-    bytes[8..12].copy_from_slice(&checksum.to_le_bytes());
-}
-
 fn rays(count: usize) -> Vec<Ray> {
     let mut random = Random::new(3);
     let mut rays = Vec::new();
@@ -258,7 +249,7 @@ where
             bytes[place] = damaged;
             let as_is = try_out::<W>(bytes, &what, &rays);
             assert!(as_is.is_err(), "{W} wide, {what}: taken for a whole scene");
-            mend_checksum(bytes);
+            seal(bytes);
             match try_out::<W>(bytes, &what, &rays) {
                 Ok(()) => traced += 1,
                 Err(_) => refused += 1,
@@ -344,7 +335,7 @@ fn words_replaced_together() {
             };
             bytes[at..at + 4].copy_from_slice(&word.to_le_bytes());
         }
-        mend_checksum(bytes);
+        seal(bytes);
         traced += usize::from(try_out::<4>(bytes, &format!("seed {seed:#x}"), &rays).is_ok());
         bytes.copy_from_slice(&original);
     }
@@ -370,7 +361,7 @@ where
         if length >= 24 {
             let bytes = cut.bytes();
             bytes[20..24].copy_from_slice(&(length as u32).to_le_bytes());
-            mend_checksum(bytes);
+            seal(bytes);
             assert!(
                 try_out::<W>(bytes, "cut off", &[]).is_err(),
                 "{length} bytes"
@@ -392,7 +383,7 @@ where
 {
     let mut copy = Aligned::new(baked.as_bytes());
     copy.bytes()[at..at + 4].copy_from_slice(&word.to_le_bytes());
-    mend_checksum(copy.bytes());
+    seal(copy.bytes());
     try_out::<W>(copy.bytes(), &format!("{word:#x} at byte {at}"), &rays(24))
 }
 
@@ -687,7 +678,7 @@ fn each_fault_of_the_whole_has_its_error() {
     let mut other = Aligned::new(baked.as_bytes());
     let found = VERSION + 1;
     other.bytes()[12..16].copy_from_slice(&found.to_le_bytes());
-    mend_checksum(other.bytes());
+    seal(other.bytes());
     let supported = VERSION;
     assert_eq!(
         load(other.bytes()),
@@ -708,7 +699,7 @@ fn each_fault_of_the_whole_has_its_error() {
     let seven = Baked::<8>::new(&seven).expect("a scene");
     let mut other = Aligned::new(seven.as_bytes());
     other.bytes()[28..32].copy_from_slice(&f32::MAX.to_le_bytes());
-    mend_checksum(other.bytes());
+    seal(other.bytes());
     let what = "the scene's extent";
     assert_eq!(
         load(other.bytes()),
@@ -727,7 +718,7 @@ fn each_fault_of_the_whole_has_its_error() {
         let full = at((empty + 1) % 8);
         bytes.copy_within(full..full + 4, at(empty));
     }
-    mend_checksum(bytes);
+    seal(bytes);
     let found = load(other.bytes());
     assert!(
         matches!(found, Err(SceneError::Index { what: "leaf", .. })),
@@ -798,7 +789,7 @@ fn rungs_that_make_no_ladder_are_refused() {
         let mut damaged = Aligned::new(original.as_bytes());
         let bytes = damaged.bytes();
         bytes[place..place + 4].copy_from_slice(&word.to_le_bytes());
-        mend_checksum(bytes);
+        seal(bytes);
         let found = try_out::<8>(bytes, "a ladder", &[]);
         assert_eq!(found, Err(expected), "{word} at byte {place}");
     }
@@ -807,6 +798,6 @@ fn rungs_that_make_no_ladder_are_refused() {
     let bytes = damaged.bytes();
     let count = offset_of!(Header, meshes) + offset_of!(Table, count);
     bytes[count..count + 4].copy_from_slice(&3u32.to_le_bytes());
-    mend_checksum(bytes);
+    seal(bytes);
     assert_eq!(try_out::<8>(bytes, "a ladder", &[]), Err(ladder(2)));
 }

@@ -18,7 +18,7 @@ use shisen_core::frame::{
     Budget, Entry, Ledger, Mode, Pixel, Renderer, Settings, Spectrum, Tile, TileJob, View,
     Workspace,
 };
-use shisen_core::scene::format::{Header, effect};
+use shisen_core::scene::format::{Header, effect, seal};
 use shisen_core::scene::{EffectSet, SceneError};
 use shisen_core::shape::Ray;
 use shisen_core::spectrum::{Matching, Medium, SpectralSample, SpectralTable, Wavelengths};
@@ -29,7 +29,6 @@ use shisen_tests::meshes::icosphere;
 use std::mem::offset_of;
 use std::path::Path;
 use std::sync::Arc;
-use xxhash_rust::xxh32::xxh32;
 
 const SHADOWS: EffectSet = EffectSet::SHADOWS;
 const REFLECTION: EffectSet = EffectSet::REFLECTION;
@@ -521,8 +520,7 @@ fn scenes_ask_for_what_their_records_ask_for() {
     assert_eq!(bytes[at..at + 4], asked.to_le_bytes());
     for stored in [0, asked & !effect::REFRACTION, asked | 1 << 30] {
         bytes[at..at + 4].copy_from_slice(&stored.to_le_bytes());
-        let checksum = xxh32(&bytes[12..], 0);
-        bytes[8..12].copy_from_slice(&checksum.to_le_bytes());
+        assert!(seal(&mut bytes));
         let expected = SceneError::Effects { stored, asked };
         assert_eq!(Baked::<8>::from_bytes(&bytes).map(|_| ()), Err(expected));
     }

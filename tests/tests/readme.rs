@@ -62,7 +62,7 @@ fn every_command_runs_on_the_files_shown() {
         .flat_map(|(_, block)| block.lines())
         .filter_map(|line| line.strip_prefix("shisen "))
         .collect();
-    assert_eq!(commands.len(), 36);
+    assert_eq!(commands.len(), 37);
     for command in commands {
         let (command, input) = match command.split_once(" < ") {
             Some((command, file)) => (command, fs::read(folder.path().join(file)).unwrap()),

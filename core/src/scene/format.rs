@@ -4,6 +4,8 @@
 //! aligned to [`ALIGNMENT`]. The format's version is its own, apart from the
 //! crate's; any change to a record here raises it.
 
+use core::mem::offset_of;
+use xxhash_rust::xxh32::xxh32;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 #[cfg(target_endian = "big")]
@@ -449,6 +451,36 @@ pub struct Triangle {
     pub corners: [u32; 3],
     /// Index of its material.
     pub material: u32,
+}
+
+/// Bytes before those that the checksum is of.
+const UNCHECKED: usize = offset_of!(Header, checksum) + size_of::<u32>();
+
+/// The checksum that belongs into the header of a blob of so many bytes; `None` where
+/// that is not even a header, or more than there are.
+pub(super) fn checksum(blob: &[u8], byte_len: u32) -> Option<u32> {
+    let checked = blob.get(UNCHECKED..byte_len as usize)?;
+    (checked.len() >= size_of::<Header>() - UNCHECKED).then(|| xxh32(checked, 0))
+}
+
+/// Gives a scene that was put together or changed by hand the checksum that it is to
+/// have: the last thing to do with it. Says whether that could be: not of bytes that
+/// are fewer than their header says, or than a header.
+///
+/// What else is wrong with it, [`Scene::from_bytes`](super::Scene::from_bytes) says.
+pub fn seal(blob: &mut [u8]) -> bool {
+    let word = |at: usize| at..at + size_of::<u32>();
+    let length = blob.get(word(offset_of!(Header, byte_len)));
+    let length = length.and_then(|bytes| bytes.try_into().ok());
+    let sum = length.and_then(|bytes| checksum(blob, u32::from_le_bytes(bytes)));
+    let place = blob.get_mut(word(offset_of!(Header, checksum)));
+    match sum.zip(place) {
+        Some((sum, place)) => {
+            place.copy_from_slice(&sum.to_le_bytes());
+            true
+        }
+        None => false,
+    }
 }
 
 const _: () = {

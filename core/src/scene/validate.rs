@@ -1,7 +1,7 @@
 use super::format::{
     ALIGNMENT, COUNT_SHIFT, COVER_NODES, Header, INDEX, Instance, LARGEST_SIDE, LEAF, Light, MAGIC,
     MOST_LIGHT_SAMPLES, Material, Mesh, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Table, Texture,
-    VERSION, effect, kind, light, texture,
+    VERSION, checksum, effect, kind, light, texture,
 };
 use super::{EffectSet, Scene};
 use crate::shape::{Ray, Slabs, Spheroid};
@@ -9,7 +9,6 @@ use crate::trace::STACK_ENTRIES;
 use core::fmt;
 use core::ops::{Range, RangeInclusive};
 use heapless::Vec;
-use xxhash_rust::xxh32::xxh32;
 use zerocopy::{FromBytes, Immutable, KnownLayout};
 
 /// Why a blob is not a scene.
@@ -186,9 +185,6 @@ impl fmt::Display for SceneError {
 
 impl core::error::Error for SceneError {}
 
-/// The bytes before the part that the checksum covers.
-const CHECKED_FROM: usize = 12;
-
 pub(super) fn header<const W: usize>(bytes: &[u8]) -> Result<&Header, SceneError> {
     let truncated = |needed| SceneError::Truncated {
         needed,
@@ -213,11 +209,7 @@ pub(super) fn header<const W: usize>(bytes: &[u8]) -> Result<&Header, SceneError
             supported: VERSION,
         });
     }
-    let whole = bytes
-        .get(CHECKED_FROM..header.byte_len as usize)
-        .filter(|checked| checked.len() >= size_of::<Header>() - CHECKED_FROM)
-        .ok_or(truncated(u64::from(header.byte_len)))?;
-    let computed = xxh32(whole, 0);
+    let computed = checksum(bytes, header.byte_len).ok_or(truncated(u64::from(header.byte_len)))?;
     if computed != header.checksum {
         return Err(SceneError::Checksum {
             stored: header.checksum,

@@ -1,11 +1,10 @@
 use super::BakeError;
 use shisen_core::scene::format::{
     ALIGNMENT, Background, Header, IdLeaf, Instance, LeafBlock, Light, MAGIC, Material, Mesh, Node,
-    Table, Texel, Texture, Triangle, VERSION,
+    Table, Texel, Texture, Triangle, VERSION, seal,
 };
 use shisen_core::scene::{EffectSet, Records};
 use shisen_core::spectrum::Medium;
-use xxhash_rust::xxh32::xxh32;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 /// Bytes at an address that scenes can be used at.
@@ -163,8 +162,7 @@ impl<const W: usize> Tables<W> {
             media,
         };
         bytes[..size_of::<Header>()].copy_from_slice(header.as_bytes());
-        let checksum = xxh32(&bytes[12..], 0);
-        bytes[8..12].copy_from_slice(&checksum.to_le_bytes());
+        seal(&mut bytes);
         Ok(AlignedBytes::copy_of(&bytes))
     }
 }

@@ -9,19 +9,14 @@ use shisen::scene::Scene;
 use shisen::scene::file::MeshSource;
 use shisen_core::Simd;
 use shisen_core::frame::{Budget, Mode, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace};
+use shisen_core::scene::format::seal;
 use std::path::Path;
-use xxhash_rust::xxh32::xxh32;
 
 /// A baked scene; its checksum is mended, or nothing else of it would be read.
 /// Says whether it was one.
 pub(super) fn blob(bytes: &[u8]) -> bool {
     let mut bytes = bytes.to_vec();
-    if let Some(length) = bytes.get(20..24) {
-        let length = u32::from_le_bytes([length[0], length[1], length[2], length[3]]);
-        let checked = bytes.get(12..length as usize).unwrap_or(&bytes[12..]);
-        let checksum = xxh32(checked, 0);
-        bytes[8..12].copy_from_slice(&checksum.to_le_bytes());
-    }
+    seal(&mut bytes);
     match Baked::<8>::from_bytes(&bytes) {
         Ok(baked) => {
             show(&baked);

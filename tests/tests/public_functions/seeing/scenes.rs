@@ -2,10 +2,9 @@
 
 use super::super::numbers::Numbers;
 use super::BAKED;
-use crate::blob_fuzz::mend_checksum;
 use shisen::bake::Baked;
 use shisen_core::scene::Scene;
-use shisen_core::scene::format::{Header, Instance, Light, Material};
+use shisen_core::scene::format::{Header, Instance, Light, Material, seal};
 use std::mem::offset_of;
 use zerocopy::FromBytes as _;
 
@@ -65,7 +64,7 @@ pub(super) fn write(bytes: &mut [u8], numbers: &[(usize, f32)]) {
     for &(place, number) in numbers {
         bytes[place..place + 4].copy_from_slice(&number.to_le_bytes());
     }
-    mend_checksum(bytes);
+    seal(bytes);
 }
 
 /// A scene with these numbers in it, unless it is refused.
