@@ -20,7 +20,7 @@
 //! primary 23.5 against 25.0), and slower where rays go everywhere (incoherent
 //! 3.8 against 6.3).
 
-use super::hit::{Hit, MeshHit, Nearest, Sought};
+use super::hit::{Any, Hit, MeshHit, Nearest, Sought};
 use super::leaves::Leaves;
 use super::stack::{TraversalStack, Work};
 use super::tile::{TileHits, TileInMeshSearch, TileRays};
@@ -301,18 +301,19 @@ pub struct MeshTracer<'a, const W: usize = 8> {
     simd: Simd,
 }
 
-struct SearchMesh<'r, 'a, const W: usize> {
+struct SearchMesh<'r, 'a, const W: usize, S> {
+    sought: S,
     mesh: &'r MeshView<'a, W>,
     ray: &'r Ray,
     stack: &'r mut TraversalStack,
 }
 
-impl<const W: usize> Kernel<W> for SearchMesh<'_, '_, W> {
+impl<const W: usize, S: Sought> Kernel<W> for SearchMesh<'_, '_, W, S> {
     type Output = (MeshHit, Work);
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L) -> (MeshHit, Work) {
         let slabs = Slabs::new(self.ray, self.mesh.extent);
-        let mut search = InMesh::new(Nearest, self.mesh, self.ray, &slabs, (0.0, f32::INFINITY));
+        let mut search = InMesh::new(self.sought, self.mesh, self.ray, &slabs, (0.0, f32::INFINITY));
         let mut path = Path::new(self.stack);
         let (nodes, root) = (self.mesh.nodes, self.mesh.root);
         walk(lanes, nodes, root, &slabs, &mut search, &mut path);
@@ -334,13 +335,31 @@ where
     /// a node visited, one a triangle tested.
     #[inline]
     pub fn nearest(&self, ray: &Ray, stack: &mut TraversalStack) -> (Option<MeshHit>, u64) {
-        let kernel = SearchMesh {
+        let (hit, work) = self.search(Nearest, ray, stack);
+        ((hit.triangle != u32::MAX).then_some(hit), work.steps)
+    }
+
+    /// Whether there is any triangle along the ray, and the number of steps it took
+    /// to find out: fewer than for the nearest, as the first that is found will do.
+    #[inline]
+    pub fn any(&self, ray: &Ray, stack: &mut TraversalStack) -> (bool, u64) {
+        let (hit, work) = self.search(Any, ray, stack);
+        (hit.triangle != u32::MAX, work.steps)
+    }
+
+    #[inline(always)]
+    fn search<S: Sought>(
+        &self,
+        sought: S,
+        ray: &Ray,
+        stack: &mut TraversalStack,
+    ) -> (MeshHit, Work) {
+        self.simd.run(SearchMesh {
+            sought,
             mesh: &self.mesh,
             ray,
             stack,
-        };
-        let (hit, work) = self.simd.run(kernel);
-        ((hit.triangle != u32::MAX).then_some(hit), work.steps)
+        })
     }
 
     /// The nearest triangles for the rays of a tile, as
