@@ -313,7 +313,13 @@ impl<const W: usize, S: Sought> Kernel<W> for SearchMesh<'_, '_, W, S> {
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L) -> (MeshHit, Work) {
         let slabs = Slabs::new(self.ray, self.mesh.extent);
-        let mut search = InMesh::new(self.sought, self.mesh, self.ray, &slabs, (0.0, f32::INFINITY));
+        let mut search = InMesh::new(
+            self.sought,
+            self.mesh,
+            self.ray,
+            &slabs,
+            (0.0, f32::INFINITY),
+        );
         let mut path = Path::new(self.stack);
         let (nodes, root) = (self.mesh.nodes, self.mesh.root);
         walk(lanes, nodes, root, &slabs, &mut search, &mut path);

@@ -1,10 +1,12 @@
 //! Contenders out of shared libraries.
 
+use super::report::Row;
 use libloading::Library;
 use shisen::bake::{BakeError, Baked, lone_mesh};
 use shisen::mesh::TriangleMesh;
 use shisen_peers_interface::{Contender as Raw, Hit, List, Mesh, Rays, SYMBOL, Task};
 use std::ffi::{CStr, c_char, c_void};
+use std::fmt::Write as _;
 use std::path::Path;
 use std::ptr::NonNull;
 
@@ -63,7 +65,9 @@ fn text(from: *const c_char) -> String {
 fn locked(package: &str) -> String {
     let lock = include_str!("../Cargo.lock");
     let start = format!("name = \"{package}\"\nversion = \"");
-    let found = lock.split_once(&start).and_then(|(_, rest)| rest.split_once('"'));
+    let found = lock
+        .split_once(&start)
+        .and_then(|(_, rest)| rest.split_once('"'));
     found.map_or(String::new(), |(version, _)| version.to_owned())
 }
 
@@ -108,6 +112,19 @@ impl Contender {
     /// Whether it is ours as `cargo build --release` builds it.
     pub fn is_default(&self) -> bool {
         self.is_ours() && self.mode.starts_with("default")
+    }
+
+    /// A row about it, in which the number is still to be filled in.
+    pub fn row(&self, part: &'static str, subject: &str, what: &str) -> Row {
+        Row {
+            subject: subject.to_owned(),
+            what: what.to_owned(),
+            peer: self.name.clone(),
+            mode: self.mode.clone(),
+            version: self.version.clone(),
+            simd: self.simd.clone(),
+            ..Row::of_part(part)
+        }
     }
 
     /// Builds its tree; `None` where it cannot.
@@ -169,5 +186,22 @@ impl Subject {
             mesh,
             corners,
         })
+    }
+
+    /// Writes the triangles as OBJ, digit for digit.
+    ///
+    /// # Errors
+    /// What the system reports.
+    pub fn write_obj(&self, path: &Path) -> std::io::Result<()> {
+        let mut text = String::new();
+        for [x, y, z] in &self.mesh.positions {
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "v {x} {y} {z}");
+        }
+        for triangle in &self.mesh.triangles {
+            let [a, b, c] = triangle.map(|corner| corner + 1);
+            let _ = writeln!(text, "f {a} {b} {c}");
+        }
+        std::fs::write(path, text)
     }
 }

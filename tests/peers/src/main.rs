@@ -1,17 +1,23 @@
 //! Ours beside other ray tracers, in one run: see `run` beside this.
 
+mod command;
 mod contender;
+mod growth;
 mod measure;
 #[path = "../../src/meshes.rs"]
 #[allow(dead_code, reason = "shared with the tests")]
 mod meshes;
+mod povray;
+mod product;
 #[path = "../../src/rays.rs"]
 #[allow(dead_code, reason = "shared with the tests")]
 mod rays;
 mod report;
 mod speed;
+mod watertight;
 
 use clap::{Parser, ValueEnum};
+use command::Shisen;
 use contender::{Contender, Subject};
 use report::{Missing, Report};
 use std::error::Error;
@@ -54,6 +60,12 @@ struct Arguments {
     /// Libraries of contenders
     #[arg(long, value_name = "FILE")]
     contenders: Vec<PathBuf>,
+    /// The command shisen
+    #[arg(long, value_name = "FILE", default_value = "shisen")]
+    shisen: PathBuf,
+    /// The program povray; without, pictures are not compared
+    #[arg(long, value_name = "FILE")]
+    povray: Option<PathBuf>,
     /// Who is not there, and why
     #[arg(long, value_name = "WHO=WHY")]
     missing: Vec<String>,
@@ -64,10 +76,24 @@ struct Arguments {
 enum Part {
     /// Rays a second.
     Rays,
+    /// Rays lost inside closed meshes.
+    Watertight,
+    /// Two threads, checking a scene and baking one.
+    Alone,
+    /// How cost grows with triangles, instances, lights, pixels and threads.
+    Growth,
+    /// Whole pictures, beside POV-Ray.
+    Pictures,
 }
 
 impl Part {
-    const ALL: [Self; 1] = [Self::Rays];
+    const ALL: [Self; 5] = [
+        Self::Rays,
+        Self::Watertight,
+        Self::Alone,
+        Self::Growth,
+        Self::Pictures,
+    ];
 }
 
 fn main() -> ExitCode {
@@ -84,7 +110,8 @@ fn main() -> ExitCode {
 
 /// The mesh of a file, called as the file.
 fn load(path: &Path) -> Result<Subject, Box<dyn Error>> {
-    let mesh = shisen::import::load(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let mesh =
+        shisen::import::load(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     Ok(Subject::new(name, meshes::normalised(mesh, 10.0))?)
 }
@@ -99,7 +126,11 @@ fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
             .map(|(name, mesh)| Ok(Subject::new(name, meshes::normalised(mesh, 10.0))?))
             .collect::<Result<Vec<_>, Box<dyn Error>>>()?
     } else {
-        arguments.mesh.iter().map(|path| load(path)).collect::<Result<_, _>>()?
+        arguments
+            .mesh
+            .iter()
+            .map(|path| load(path))
+            .collect::<Result<_, _>>()?
     };
     let mut contenders = Vec::new();
     let mut report = Report {
@@ -132,6 +163,11 @@ fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
         let size = (side, report.rounds, arguments.seed);
         speed::measure(&contenders, &subjects, size, &mut report);
     }
+    if asked(Part::Watertight) {
+        let count = if arguments.quick { 250_000 } else { 5_000_000 };
+        watertight::measure(&contenders, (count, arguments.seed), &mut report)?;
+    }
+    of_ours(arguments, &contenders, &subjects, &mut report)?;
     report.write_csv(&arguments.out.join("peers.csv"))?;
     let json = serde_json::to_string_pretty(&report)?;
     shisen::output::write_atomically(&arguments.out.join("peers.json"), |file| {
@@ -144,6 +180,45 @@ fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
         print!("{}", report.text());
     }
     Ok(report)
+}
+
+/// The parts that no other one's library has a part in.
+fn of_ours(
+    arguments: &Arguments,
+    contenders: &[Contender],
+    subjects: &[Subject],
+    report: &mut Report,
+) -> Result<(), Box<dyn Error>> {
+    let asked = |part| arguments.only.contains(&part);
+    let shisen = Shisen(arguments.shisen.clone());
+    let folder = tempfile::tempdir()?;
+    let out = std::path::absolute(&arguments.out)?;
+    if asked(Part::Alone) {
+        for subject in subjects {
+            product::bake_and_check(subject, report)?;
+        }
+        if let Some(subject) = subjects.first() {
+            let count = if arguments.quick { 1 << 18 } else { 1 << 20 };
+            product::two_threads(&shisen, subject, (count, folder.path()), report)?;
+        }
+    }
+    if asked(Part::Growth) {
+        let extent = growth::Extent {
+            side: if arguments.quick { 256 } else { 512 },
+            quick: arguments.quick,
+            rounds: if arguments.quick { 1 } else { 3 },
+        };
+        growth::triangles(contenders, extent, &out, report)?;
+        growth::instances(extent, &out, report)?;
+        growth::frames(&shisen, extent, (folder.path(), &out), report)?;
+    }
+    if let (true, Some(povray), Some(subject)) =
+        (asked(Part::Pictures), &arguments.povray, subjects.first())
+    {
+        let size = if arguments.quick { 512 } else { 2048 };
+        povray::measure(&shisen, povray, subject, (size, &out), report)?;
+    }
+    Ok(())
 }
 
 /// The processor's name, where the system says it.

@@ -34,7 +34,11 @@ pub fn median(numbers: &[f64]) -> f64 {
 
 /// How many times as fast as another one is, by the median of the rounds.
 pub fn faster(ours: &[f64], theirs: &[f64]) -> f64 {
-    let ratios: Vec<_> = ours.iter().zip(theirs).map(|(us, them)| them / us).collect();
+    let ratios: Vec<_> = ours
+        .iter()
+        .zip(theirs)
+        .map(|(us, them)| them / us)
+        .collect();
     median(&ratios)
 }
 
@@ -71,6 +75,9 @@ mod tests {
         ];
         let seconds = interleaved(&mut none, 3);
         assert_eq!([seconds.len(), seconds[0].len()], [2, 3]);
-        assert!(seconds[1].iter().all(|&s| s > median(&seconds[0])), "{seconds:?}");
+        assert!(
+            seconds[1].iter().all(|&s| s > median(&seconds[0])),
+            "{seconds:?}"
+        );
     }
 }

@@ -38,6 +38,27 @@ pub struct Row {
     pub rays: Option<u64>,
 }
 
+impl Row {
+    /// A row of a part in which nothing else is filled in.
+    pub fn of_part(part: &'static str) -> Self {
+        Self {
+            part,
+            subject: String::new(),
+            what: String::new(),
+            peer: String::new(),
+            mode: String::new(),
+            version: String::new(),
+            simd: String::new(),
+            value: f64::NAN,
+            unit: "",
+            default_ratio: None,
+            native_ratio: None,
+            differ: None,
+            rays: None,
+        }
+    }
+}
+
 /// A mark that is met or missed.
 #[derive(Debug, Clone, Serialize)]
 pub struct Mark {
@@ -114,14 +135,25 @@ impl Report {
     /// The tables.
     pub fn text(&self) -> String {
         let mut text = String::new();
+        let width = |of: fn(&Row) -> usize| self.rows.iter().map(of).max().unwrap_or(0).max(4);
+        let subjects = width(|row| row.subject.chars().count());
+        let whats = width(|row| row.what.chars().count());
         // Writing to a string does not fail.
         let mut last = "";
         for row in &self.rows {
             if row.part != last {
                 let _ = writeln!(
                     text,
-                    "\n{}\n{:>10} {:<14} {:<46} {:>10} {:<8} {:>9} {:>9} {:>16}",
-                    row.part, "of", "what", "who", "median", "", "default/", "native/", "other hits"
+                    "\n{}\n{:<subjects$} {:<whats$} {:<46} {:>10} {:<8} {:>8} {:>8} {:>18}",
+                    row.part,
+                    "of",
+                    "what",
+                    "who",
+                    "median",
+                    "",
+                    "default/",
+                    "native/",
+                    "other hits"
                 );
                 last = row.part;
             }
@@ -129,10 +161,11 @@ impl Report {
             let who = format!("{} {} {}", row.peer, row.version, row.mode);
             let differ = match (row.differ, row.rays) {
                 (Some(differ), Some(rays)) => format!("{differ} of {rays}"),
+                (None, Some(rays)) => format!("of {rays}"),
                 _ => String::new(),
             };
             let line = format!(
-                "{:>10} {:<14} {who:<46} {:>10} {:<8} {:>9} {:>9} {differ:>16}",
+                "{:<subjects$} {:<whats$} {who:<46} {:>10} {:<8} {:>8} {:>8} {differ:>18}",
                 row.subject,
                 row.what,
                 number(row.value),

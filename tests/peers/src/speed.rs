@@ -45,10 +45,7 @@ fn ray_sets(subject: &Subject, side: u32, seed: u64, ours: &Opened) -> Vec<RaySe
         .map(|hit| (hit.triangle != NONE).then_some((hit.t, hit.triangle)))
         .collect();
     let others = [
-        (
-            "incoherent",
-            incoherent(&subject.mesh, count, &mut random),
-        ),
+        ("incoherent", incoherent(&subject.mesh, count, &mut random)),
         (
             "bounce",
             bounce(&subject.mesh, &pictures[0].rays, &hits, count, &mut random),
@@ -72,7 +69,10 @@ pub fn measure(
     let mut ratios = Vec::new();
     for subject in subjects {
         let mut runners = open(contenders, subject, report);
-        let Some(first) = runners.iter().position(|runner| runner.contender.is_default()) else {
+        let Some(first) = runners
+            .iter()
+            .position(|runner| runner.contender.is_default())
+        else {
             continue;
         };
         let sets = ray_sets(subject, side, seed, &runners[first].opened);
@@ -84,6 +84,10 @@ pub fn measure(
             }
         }
     }
+    // By part, in the order of their first rows.
+    let parts: Vec<_> = report.rows.iter().map(|row| row.part).collect();
+    let first = |part| parts.iter().position(|other| *other == part);
+    report.rows.sort_by_key(|row| first(row.part));
     marks(&ratios, report);
 }
 
@@ -107,11 +111,10 @@ fn open<'s>(
         };
         // Ours was baked before.
         if !contender.is_ours() && contender.task == Task::Nearest {
-            let row = row("build", subject, "processor time", contender);
             report.rows.push(Row {
                 value: 1.0e3 * seconds,
-                unit: "ms",
-                ..row
+                unit: "cpu ms",
+                ..contender.row("build", &subject.name, "tree")
             });
         }
         runners.push(Runner {
@@ -120,26 +123,7 @@ fn open<'s>(
             hits: Vec::new(),
         });
     }
-    report.rows.sort_by_key(|row| row.part != "build");
     runners
-}
-
-fn row(part: &'static str, subject: &Subject, what: &str, contender: &Contender) -> Row {
-    Row {
-        part,
-        subject: subject.name.clone(),
-        what: what.to_owned(),
-        peer: contender.name.clone(),
-        mode: contender.mode.clone(),
-        version: contender.version.clone(),
-        simd: contender.simd.clone(),
-        value: f64::NAN,
-        unit: "Mrays/s",
-        default_ratio: None,
-        native_ratio: None,
-        differ: None,
-        rays: None,
-    }
 }
 
 fn one_kind(
@@ -180,7 +164,10 @@ fn one_kind(
         let is = |runner: &&mut Runner| {
             runner.contender.is_ours() && runner.contender.is_default() == default
         };
-        runners.iter().position(|runner| is(&runner)).map(|i| &seconds[i])
+        runners
+            .iter()
+            .position(|runner| is(&runner))
+            .map(|i| &seconds[i])
     };
     let (default, native) = (of_ours(true), of_ours(false));
     let mut ratios = Vec::new();
@@ -190,7 +177,9 @@ fn one_kind(
         let differ = if contender.is_ours() {
             pairs.filter(|(_, (a, b))| !is_exactly(task, a, b)).count()
         } else {
-            pairs.filter(|(ray, (a, b))| !is_about(task, ray, a, b)).count()
+            pairs
+                .filter(|(ray, (a, b))| !is_about(task, ray, a, b))
+                .count()
         };
         if contender.is_ours() && differ != 0 {
             report.failures.push(format!(
@@ -210,8 +199,9 @@ fn one_kind(
             default_ratio,
             native_ratio,
             differ: Some(differ as u64),
+            unit: "Mrays/s",
             rays: Some(set.rays.len() as u64),
-            ..row(part, subject, set.name, contender)
+            ..contender.row(part, &subject.name, set.name)
         });
         ratios.push(Ratio {
             task,
@@ -228,9 +218,7 @@ fn one_kind(
 fn is_exactly(task: Task, a: &Hit, b: &Hit) -> bool {
     match task {
         Task::Any => (a.triangle == NONE) == (b.triangle == NONE),
-        Task::Nearest | Task::Picture => {
-            a.triangle == b.triangle && a.t.to_bits() == b.t.to_bits()
-        }
+        Task::Nearest | Task::Picture => a.triangle == b.triangle && a.t.to_bits() == b.t.to_bits(),
     }
 }
 
@@ -275,7 +263,8 @@ fn marks(ratios: &[Ratio], report: &mut Report) {
     }
     for what in ["primary", "zoom"] {
         if let Some(ratio) = mean(Task::Picture, what, "Embree robust, packets of 16", false) {
-            let what = format!("{what} rays in tiles: default build / Embree robust, packets of 16");
+            let what =
+                format!("{what} rays in tiles: default build / Embree robust, packets of 16");
             report.at_least(what, ratio, 1.0);
         }
     }
@@ -302,7 +291,11 @@ mod tests {
             (hit(2, 5.00006), false),
             (Hit::MISS, false),
         ] {
-            assert_eq!(is_about(Task::Nearest, &ray, &hit(1, 5.0), &other), same, "{other:?}");
+            assert_eq!(
+                is_about(Task::Nearest, &ray, &hit(1, 5.0), &other),
+                same,
+                "{other:?}"
+            );
         }
         assert!(is_about(Task::Any, &ray, &hit(1, 5.0), &hit(0, 0.0)));
         assert!(!is_exactly(Task::Picture, &hit(1, 0.0), &hit(1, -0.0)));

@@ -66,7 +66,10 @@ impl Trace for Any {
         for (raw, hit) in rays.iter().zip(hits) {
             let any = ray(raw).is_some_and(|ray| self.0.any(&ray, &mut stack).0);
             *hit = if any {
-                Hit { triangle: 0, t: 0.0 }
+                Hit {
+                    triangle: 0,
+                    t: 0.0,
+                }
             } else {
                 Hit::MISS
             };
