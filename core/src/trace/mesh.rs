@@ -229,12 +229,12 @@ impl<const W: usize, S: Sought> Visitor<W> for InMesh<'_, '_, W, S> {
             return false;
         };
         let shear = self.shear();
-        let [kx, ky, kz] = shear.axes;
+        // They are 0 to 2, but that is not known here: without a branch.
+        let [kx, ky, kz] = map3(shear.axes, |axis| axis.min(2));
         let [sx, sy, sz] = map3(shear.shear, |s| l.splat(s));
         let o = map3(self.ray.origin().to_array(), |o| l.splat(o));
         let component = |corner: usize, axis: usize| {
-            // The axes are 0 to 2.
-            l.sub(l.load(&block.corners[corner][axis % 3]), o[axis % 3])
+            l.sub(l.load(&block.corners[corner][axis]), o[axis])
         };
         let az = component(0, kz);
         let bz = component(1, kz);

@@ -75,30 +75,33 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
             lanes.lesser(far_z, lanes.splat(visitor.limit())),
         );
         let hit = lanes.le(near, far);
-        // A stack that is full cannot happen in a checked scene.
-        let free = path
-            .stack
-            .distances
-            .get_mut(top..)
-            .and_then(<[f32]>::first_chunk_mut::<W>)
-            .zip(
-                path.stack
-                    .children
-                    .get_mut(top..)
-                    .and_then(<[u32]>::first_chunk_mut::<W>),
+        // Where nothing is hit, there is nothing to put in order.
+        if lanes.bits(hit) != 0 {
+            // A stack that is full cannot happen in a checked scene.
+            let free = path
+                .stack
+                .distances
+                .get_mut(top..)
+                .and_then(<[f32]>::first_chunk_mut::<W>)
+                .zip(
+                    path.stack
+                        .children
+                        .get_mut(top..)
+                        .and_then(<[u32]>::first_chunk_mut::<W>),
+                );
+            let Some((distances, children)) = free else {
+                return false;
+            };
+            top += lanes.compress(
+                hit,
+                node.order(octant),
+                near,
+                &node.child,
+                distances,
+                children,
             );
-        let Some((distances, children)) = free else {
-            return false;
-        };
-        top += lanes.compress(
-            hit,
-            node.order(octant),
-            near,
-            &node.child,
-            distances,
-            children,
-        );
-        path.work.deepest = path.work.deepest.max(top as u32);
+            path.work.deepest = path.work.deepest.max(top as u32);
+        }
         current = loop {
             if top == base {
                 return false;
