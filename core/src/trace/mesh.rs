@@ -11,7 +11,9 @@
 //! | small functions that are always inlined where closures were: array maps over vectors left the AVX2 kernel for a call an instruction | zoom 5.2, tiles of zoom 16 | 8.2, 47 |
 //! | exact lanes given by value to a cold function: by reference, all of the search lived in memory | portable: zoom 5.3, primary 14.0 | 8.9, 24.8 |
 //! | the same, and the triangles' boxes in all lanes at once, on AVX2 | zoom 2.37, incoherent 2.39, bounce 2.01, primary 1.99 times `obvhs` | 2.49, 2.47, 2.06, 2.06 times |
-//! | **not kept:** an only child visited without going over the stack | zoom 2.49, incoherent 2.47, bounce 2.06 times `obvhs` | 2.47, 2.30, 1.97 times |
+//! | **not kept:** an only child visited without going over the stack, leaves, too | zoom 2.49, incoherent 2.47, bounce 2.06 times `obvhs` | 2.47, 2.30, 1.97 times |
+//! | nothing put in order where no child is hit, axes of leaves without a division; on a Zen 4, `tests/peers/run` | primary 17.0, zoom 8.0, incoherent 5.9, bounce 6.9 | 19.5, 8.7, 6.1, 7.2 |
+//! | then an only child visited without going over the stack where it is a node; there, ratios | primary, zoom, incoherent, bounce 1 | 1.04, 1.08, 0.99, 1.04; of the bunny's 69,451 triangles 1.05, 1.16, 1.04, 1.05 |
 //! | four wide, leaves of triangle numbers for leaves of corners (319 kB for 544 kB in scene A) | zoom 10.3, incoherent 4.1, bounce 5.2, primary 26.9 | 8.3, 3.8, 4.5, 23.5 |
 //! | **not kept:** the same, corners gathered into lanes, not taken one triangle at a time | incoherent 3.7, bounce 4.3, primary 23.1 | 3.6, 4.2, 21.7 |
 //!
@@ -233,9 +235,8 @@ impl<const W: usize, S: Sought> Visitor<W> for InMesh<'_, '_, W, S> {
         let [kx, ky, kz] = map3(shear.axes, |axis| axis.min(2));
         let [sx, sy, sz] = map3(shear.shear, |s| l.splat(s));
         let o = map3(self.ray.origin().to_array(), |o| l.splat(o));
-        let component = |corner: usize, axis: usize| {
-            l.sub(l.load(&block.corners[corner][axis]), o[axis])
-        };
+        let component =
+            |corner: usize, axis: usize| l.sub(l.load(&block.corners[corner][axis]), o[axis]);
         let az = component(0, kz);
         let bz = component(1, kz);
         let cz = component(2, kz);

@@ -75,8 +75,17 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
             lanes.lesser(far_z, lanes.splat(visitor.limit())),
         );
         let hit = lanes.le(near, far);
+        let hits = lanes.bits(hit);
+        // An only child that is a node needs no order either.
+        if hits != 0 && hits & (hits - 1) == 0 {
+            let child = node.child[hits.trailing_zeros() as usize & (W - 1)];
+            if child & LEAF == 0 {
+                current = child;
+                continue;
+            }
+        }
         // Where nothing is hit, there is nothing to put in order.
-        if lanes.bits(hit) != 0 {
+        if hits != 0 {
             // A stack that is full cannot happen in a checked scene.
             let free = path
                 .stack
