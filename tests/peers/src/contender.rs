@@ -61,8 +61,8 @@ fn text(from: *const c_char) -> String {
     text.to_string_lossy().into_owned()
 }
 
-/// The version of a package in the lock file.
-fn locked(package: &str) -> String {
+/// The version of a package in the lock file; empty where it is not there.
+pub fn locked(package: &str) -> String {
     let lock = include_str!("../Cargo.lock");
     let start = format!("name = \"{package}\"\nversion = \"");
     let found = lock

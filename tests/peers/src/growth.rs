@@ -1,7 +1,7 @@
 //! How what ours costs grows with triangles, instances, lights, pixels and threads.
 
 use super::command::Shisen;
-use super::contender::{Contender, RaySet, Subject};
+use super::contender::{Contender, RaySet, Subject, locked};
 use super::measure::{cpu_seconds, median};
 use super::meshes::{normalised, torus};
 use super::rays::{Random, incoherent, pinhole};
@@ -43,7 +43,7 @@ fn row(what: &str, at: f64, value: f64, unit: &'static str) -> Row {
         subject: format!("{at}"),
         what: what.to_owned(),
         peer: "Shisen".to_owned(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
+        version: locked("shisen"),
         value,
         unit,
         ..Row::of_part("how cost grows")

@@ -2,7 +2,7 @@
 //! ball that takes light apart.
 
 use super::command::{Shisen, children_seconds, run};
-use super::contender::Subject;
+use super::contender::{Subject, locked};
 use super::measure::{faster, median};
 use super::report::{Report, Row};
 use glam::{DVec3, Vec3};
@@ -89,12 +89,9 @@ pub fn measure(
             default_ratio: Some(faster(&us, seconds)),
             ..Row::of_part("whole pictures, one thread")
         };
-        report.rows.push(row(
-            "Shisen",
-            env!("CARGO_PKG_VERSION"),
-            "default build",
-            &us,
-        ));
+        report
+            .rows
+            .push(row("Shisen", &locked("shisen"), "default build", &us));
         report.rows.push(row("POV-Ray", &version, "", &them));
         report.at_least(format!("{}: Shisen / POV-Ray", picture.name), ratio, 10.0);
     }
@@ -248,6 +245,9 @@ fn ball(size: u32, out: &Path) -> Result<Picture, Box<dyn Error>> {
         &walls,
         "--eyes",
         "1",
+        // The picture that nobody compares stays small.
+        "--view-size",
+        "64x64",
         "--size",
         &size_of,
         "--dispersion",

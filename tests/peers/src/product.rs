@@ -1,7 +1,7 @@
 //! What only ours is measured for: two threads, checking a scene, baking one.
 
 use super::command::Shisen;
-use super::contender::{RaySet, Subject};
+use super::contender::{RaySet, Subject, locked};
 use super::measure::{cpu_seconds, median};
 use super::rays::{Random, incoherent};
 use super::report::{Report, Row};
@@ -26,7 +26,7 @@ fn row(subject: &str, what: &str, value: f64, unit: &'static str) -> Row {
         subject: subject.to_owned(),
         what: what.to_owned(),
         peer: "Shisen".to_owned(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
+        version: locked("shisen"),
         value,
         unit,
         ..Row::of_part("ours alone")

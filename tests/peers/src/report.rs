@@ -238,9 +238,9 @@ impl Report {
 /// Three digits or more.
 fn number(value: f64) -> String {
     match value.abs() {
-        magnitude if magnitude >= 1000.0 => format!("{value:.0}"),
+        magnitude if magnitude >= 1000.0 || value.fract() == 0.0 => format!("{value:.0}"),
         magnitude if magnitude >= 100.0 => format!("{value:.1}"),
-        magnitude if magnitude >= 1.0 || magnitude == 0.0 => format!("{value:.2}"),
+        magnitude if magnitude >= 1.0 => format!("{value:.2}"),
         _ => format!("{value:.3}"),
     }
 }
@@ -264,6 +264,6 @@ mod tests {
     #[test]
     fn numbers_have_three_digits() {
         let written = [12345.6, 123.45, 12.345, 0.12345, 0.0].map(number);
-        assert_eq!(written, ["12346", "123.5", "12.35", "0.123", "0.00"]);
+        assert_eq!(written, ["12346", "123.5", "12.35", "0.123", "0"]);
     }
 }
