@@ -76,8 +76,10 @@ pub fn bake_and_check(subject: &Subject, report: &mut Report) -> Result<(), Box<
         report.at_most(format!("{name}: scene A checked, ms"), 1.0e3 * check, 5.0);
     }
     let mark = if large { 5000.0 } else { 150.0 };
-    let what = format!("{name}: scene A baked with {RUNGS} levels, ms");
-    report.at_most(what, wall, mark);
+    // By processor time, which other programs do not lengthen; on several threads it is
+    // over earlier.
+    let what = format!("{name}: scene A baked with {RUNGS} levels, ms of processor time");
+    report.at_most(what, processor, mark);
     Ok(())
 }
 
