@@ -55,7 +55,7 @@ impl Trace for Built<CwBvh> {
     fn open(corners: &'static [[[f32; 3]; 3]], _: &'static [u8]) -> Option<Self> {
         let triangles = triangles(corners);
         let params = BvhBuildParams::very_slow_build();
-        let tree = build_cwbvh_from_tris(&triangles, params, &mut Duration::ZERO);
+        let tree = build_cwbvh_from_tris(&triangles, params, &mut Duration::default());
         let triangles = ordered(&tree.primitive_indices, &triangles);
         Some(Self { tree, triangles })
     }
@@ -74,7 +74,7 @@ impl Trace for Built<Bvh2> {
     fn open(corners: &'static [[[f32; 3]; 3]], _: &'static [u8]) -> Option<Self> {
         let triangles = triangles(corners);
         let params = BvhBuildParams::very_slow_build();
-        let tree = build_bvh2_from_tris(&triangles, params, &mut Duration::ZERO);
+        let tree = build_bvh2_from_tris(&triangles, params, &mut Duration::default());
         let triangles = ordered(&tree.primitive_indices, &triangles);
         Some(Self { tree, triangles })
     }
