@@ -1,6 +1,7 @@
 //! Test meshes: the real cow where `SHISEN_COW` names it, and shapes of our
 //! own.
 
+use glam::{DMat3, DQuat, DVec3, Vec3};
 use shisen::mesh::TriangleMesh;
 use std::collections::HashMap;
 use std::path::Path;
@@ -133,6 +134,44 @@ pub fn icosphere(subdivisions: u32) -> TriangleMesh {
     }
 }
 
+/// A turned ellipsoid with no symmetry to help, around the origin.
+pub fn ellipsoid() -> TriangleMesh {
+    let map = DMat3::from_quat(DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(1.1))
+        * DMat3::from_diagonal(DVec3::new(1.0, 2.3, 0.37));
+    let mut mesh = icosphere(5);
+    for position in &mut mesh.positions {
+        *position = (map * Vec3::from(*position).as_dvec3())
+            .as_vec3()
+            .to_array();
+    }
+    mesh
+}
+
+/// Where a vertex is.
+pub fn position(mesh: &TriangleMesh, vertex: u32) -> DVec3 {
+    Vec3::from(mesh.positions[vertex as usize]).as_dvec3()
+}
+
+/// Each edge, once.
+///
+/// # Panics
+/// Where one has not two sides.
+pub fn edges(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
+    let mut sides = HashMap::new();
+    for &[a, b, c] in &mesh.triangles {
+        for [p, q] in [[a, b], [b, c], [c, a]] {
+            *sides.entry([p.min(q), p.max(q)]).or_insert(0) += if p < q { 1 } else { -1 };
+        }
+    }
+    assert!(
+        sides.values().all(|&sum| sum == 0),
+        "a mesh that is not closed"
+    );
+    let mut edges: Vec<_> = sides.into_keys().collect();
+    edges.sort_unstable();
+    edges
+}
+
 /// A closed torus about the Y axis of 2·`around`·`across` triangles, wobbling
 /// so that it is nowhere the same.
 pub fn torus(around: u32, across: u32) -> TriangleMesh {
@@ -160,7 +199,7 @@ pub fn faceted(mesh: &TriangleMesh) -> TriangleMesh {
     let mut facets = TriangleMesh::default();
     for triangle in &mesh.triangles {
         let corners = triangle.map(|corner| mesh.positions[corner as usize]);
-        let [a, b, c] = corners.map(glam::Vec3::from);
+        let [a, b, c] = corners.map(Vec3::from);
         let normal = (b - a).cross(c - a).try_normalize().expect("an area");
         let first = facets.positions.len() as u32;
         facets.triangles.push([first, first + 1, first + 2]);

@@ -1,49 +1,14 @@
 //! From inside a closed mesh every ray hits something: aimed at edges, at
 //! vertices, along grid lines, through instances, on every path.
 
-use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 use shisen::bake::lone_mesh;
 use shisen::mesh::TriangleMesh;
 use shisen_core::shape::Ray;
-use shisen_tests::meshes::{gridded_cube, icosphere, meshes};
+use shisen_tests::meshes::{edges, ellipsoid, gridded_cube, meshes, position};
 use shisen_tests::paths::Paths;
 use shisen_tests::rays::Random;
 use shisen_tests::sizes::cases;
-use std::collections::HashMap;
-
-/// A turned ellipsoid with no symmetry to help.
-fn ellipsoid() -> TriangleMesh {
-    let map = DMat3::from_quat(DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(1.1))
-        * DMat3::from_diagonal(DVec3::new(1.0, 2.3, 0.37));
-    let mut mesh = icosphere(5);
-    for position in &mut mesh.positions {
-        *position = (map * Vec3::from(*position).as_dvec3())
-            .as_vec3()
-            .to_array();
-    }
-    mesh
-}
-
-fn position(mesh: &TriangleMesh, vertex: u32) -> DVec3 {
-    Vec3::from(mesh.positions[vertex as usize]).as_dvec3()
-}
-
-/// Each edge, once; every one must have two sides.
-fn edges(mesh: &TriangleMesh) -> Vec<[u32; 2]> {
-    let mut sides = HashMap::new();
-    for &[a, b, c] in &mesh.triangles {
-        for [p, q] in [[a, b], [b, c], [c, a]] {
-            *sides.entry([p.min(q), p.max(q)]).or_insert(0) += if p < q { 1 } else { -1 };
-        }
-    }
-    assert!(
-        sides.values().all(|&sum| sum == 0),
-        "a mesh that is not closed"
-    );
-    let mut edges: Vec<_> = sides.into_keys().collect();
-    edges.sort_unstable();
-    edges
-}
 
 /// What rays are aimed at.
 struct Targets {

@@ -11,7 +11,9 @@
 //! | small functions that are always inlined where closures were: array maps over vectors left the AVX2 kernel for a call an instruction | zoom 5.2, tiles of zoom 16 | 8.2, 47 |
 //! | exact lanes given by value to a cold function: by reference, all of the search lived in memory | portable: zoom 5.3, primary 14.0 | 8.9, 24.8 |
 //! | the same, and the triangles' boxes in all lanes at once, on AVX2 | zoom 2.37, incoherent 2.39, bounce 2.01, primary 1.99 times `obvhs` | 2.49, 2.47, 2.06, 2.06 times |
-//! | **not kept:** an only child visited without going over the stack | zoom 2.49, incoherent 2.47, bounce 2.06 times `obvhs` | 2.47, 2.30, 1.97 times |
+//! | **not kept:** an only child visited without going over the stack, leaves, too | zoom 2.49, incoherent 2.47, bounce 2.06 times `obvhs` | 2.47, 2.30, 1.97 times |
+//! | nothing put in order where no child is hit, axes of leaves without a division; on a Zen 4, `tests/peers/run` | primary 17.0, zoom 8.0, incoherent 5.9, bounce 6.9 | 19.5, 8.7, 6.1, 7.2 |
+//! | then an only child visited without going over the stack where it is a node; there, ratios | primary, zoom, incoherent, bounce 1 | 1.04, 1.08, 0.99, 1.04; of the bunny's 69,451 triangles 1.05, 1.16, 1.04, 1.05 |
 //! | four wide, leaves of triangle numbers for leaves of corners (319 kB for 544 kB in scene A) | zoom 10.3, incoherent 4.1, bounce 5.2, primary 26.9 | 8.3, 3.8, 4.5, 23.5 |
 //! | **not kept:** the same, corners gathered into lanes, not taken one triangle at a time | incoherent 3.7, bounce 4.3, primary 23.1 | 3.6, 4.2, 21.7 |
 //!
@@ -20,7 +22,7 @@
 //! primary 23.5 against 25.0), and slower where rays go everywhere (incoherent
 //! 3.8 against 6.3).
 
-use super::hit::{Hit, MeshHit, Nearest, Sought};
+use super::hit::{Any, Hit, MeshHit, Nearest, Sought};
 use super::leaves::Leaves;
 use super::stack::{TraversalStack, Work};
 use super::tile::{TileHits, TileInMeshSearch, TileRays};
@@ -229,13 +231,12 @@ impl<const W: usize, S: Sought> Visitor<W> for InMesh<'_, '_, W, S> {
             return false;
         };
         let shear = self.shear();
-        let [kx, ky, kz] = shear.axes;
+        // They are 0 to 2, but that is not known here: without a branch.
+        let [kx, ky, kz] = map3(shear.axes, |axis| axis.min(2));
         let [sx, sy, sz] = map3(shear.shear, |s| l.splat(s));
         let o = map3(self.ray.origin().to_array(), |o| l.splat(o));
-        let component = |corner: usize, axis: usize| {
-            // The axes are 0 to 2.
-            l.sub(l.load(&block.corners[corner][axis % 3]), o[axis % 3])
-        };
+        let component =
+            |corner: usize, axis: usize| l.sub(l.load(&block.corners[corner][axis]), o[axis]);
         let az = component(0, kz);
         let bz = component(1, kz);
         let cz = component(2, kz);
@@ -301,18 +302,25 @@ pub struct MeshTracer<'a, const W: usize = 8> {
     simd: Simd,
 }
 
-struct SearchMesh<'r, 'a, const W: usize> {
+struct SearchMesh<'r, 'a, const W: usize, S> {
+    sought: S,
     mesh: &'r MeshView<'a, W>,
     ray: &'r Ray,
     stack: &'r mut TraversalStack,
 }
 
-impl<const W: usize> Kernel<W> for SearchMesh<'_, '_, W> {
+impl<const W: usize, S: Sought> Kernel<W> for SearchMesh<'_, '_, W, S> {
     type Output = (MeshHit, Work);
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L) -> (MeshHit, Work) {
         let slabs = Slabs::new(self.ray, self.mesh.extent);
-        let mut search = InMesh::new(Nearest, self.mesh, self.ray, &slabs, (0.0, f32::INFINITY));
+        let mut search = InMesh::new(
+            self.sought,
+            self.mesh,
+            self.ray,
+            &slabs,
+            (0.0, f32::INFINITY),
+        );
         let mut path = Path::new(self.stack);
         let (nodes, root) = (self.mesh.nodes, self.mesh.root);
         walk(lanes, nodes, root, &slabs, &mut search, &mut path);
@@ -334,13 +342,31 @@ where
     /// a node visited, one a triangle tested.
     #[inline]
     pub fn nearest(&self, ray: &Ray, stack: &mut TraversalStack) -> (Option<MeshHit>, u64) {
-        let kernel = SearchMesh {
+        let (hit, work) = self.search(Nearest, ray, stack);
+        ((hit.triangle != u32::MAX).then_some(hit), work.steps)
+    }
+
+    /// Whether there is any triangle along the ray, and the number of steps it took
+    /// to find out: fewer than for the nearest, as the first that is found will do.
+    #[inline]
+    pub fn any(&self, ray: &Ray, stack: &mut TraversalStack) -> (bool, u64) {
+        let (hit, work) = self.search(Any, ray, stack);
+        (hit.triangle != u32::MAX, work.steps)
+    }
+
+    #[inline(always)]
+    fn search<S: Sought>(
+        &self,
+        sought: S,
+        ray: &Ray,
+        stack: &mut TraversalStack,
+    ) -> (MeshHit, Work) {
+        self.simd.run(SearchMesh {
+            sought,
             mesh: &self.mesh,
             ray,
             stack,
-        };
-        let (hit, work) = self.simd.run(kernel);
-        ((hit.triangle != u32::MAX).then_some(hit), work.steps)
+        })
     }
 
     /// The nearest triangles for the rays of a tile, as

@@ -75,30 +75,42 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
             lanes.lesser(far_z, lanes.splat(visitor.limit())),
         );
         let hit = lanes.le(near, far);
-        // A stack that is full cannot happen in a checked scene.
-        let free = path
-            .stack
-            .distances
-            .get_mut(top..)
-            .and_then(<[f32]>::first_chunk_mut::<W>)
-            .zip(
-                path.stack
-                    .children
-                    .get_mut(top..)
-                    .and_then(<[u32]>::first_chunk_mut::<W>),
+        let hits = lanes.bits(hit);
+        // An only child that is a node needs no order either.
+        if hits != 0 && hits & (hits - 1) == 0 {
+            let child = node.child[hits.trailing_zeros() as usize & (W - 1)];
+            if child & LEAF == 0 {
+                current = child;
+                continue;
+            }
+        }
+        // Where nothing is hit, there is nothing to put in order.
+        if hits != 0 {
+            // A stack that is full cannot happen in a checked scene.
+            let free = path
+                .stack
+                .distances
+                .get_mut(top..)
+                .and_then(<[f32]>::first_chunk_mut::<W>)
+                .zip(
+                    path.stack
+                        .children
+                        .get_mut(top..)
+                        .and_then(<[u32]>::first_chunk_mut::<W>),
+                );
+            let Some((distances, children)) = free else {
+                return false;
+            };
+            top += lanes.compress(
+                hit,
+                node.order(octant),
+                near,
+                &node.child,
+                distances,
+                children,
             );
-        let Some((distances, children)) = free else {
-            return false;
-        };
-        top += lanes.compress(
-            hit,
-            node.order(octant),
-            near,
-            &node.child,
-            distances,
-            children,
-        );
-        path.work.deepest = path.work.deepest.max(top as u32);
+            path.work.deepest = path.work.deepest.max(top as u32);
+        }
         current = loop {
             if top == base {
                 return false;

@@ -357,6 +357,17 @@ pub(super) const CASES: &[(&str, Case)] = &[
             }
         }
     }),
+    ("core trace::mesh::MeshTracer::any", |n| {
+        if let Some(ray) = a_ray(n) {
+            for mesh in 0..BAKED.scene().meshes().len() {
+                let (tracer, stack) = (mesh_tracer(mesh), &mut TraversalStack::EMPTY.clone());
+                let (nearest, steps) = tracer.nearest(&ray, stack);
+                let (any, fewer) = tracer.any(&ray, stack);
+                assert_eq!(any, nearest.is_some());
+                assert!(fewer <= steps, "{fewer} steps, and {steps} for the nearest");
+            }
+        }
+    }),
     ("core trace::mesh::MeshTracer::nearest_of_tile", |n| {
         let rays = tile_rays(n);
         for mesh in 0..BAKED.scene().meshes().len() {

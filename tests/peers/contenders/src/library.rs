@@ -1,0 +1,62 @@
+//! From the interface's pointers to Rust's references, and back.
+
+use shisen_peers_interface::{Contender, Hit, Mesh, Rays, Task};
+use std::ffi::{CStr, c_void};
+
+/// A way of tracing.
+pub(crate) trait Trace: Sized {
+    /// Builds what is traced, or cannot.
+    fn open(corners: &'static [[[f32; 3]; 3]], baked: &'static [u8]) -> Option<Self>;
+    /// Traces rays, of a picture with so many pixels a row where that is not 0.
+    fn trace(&self, rays: &[[f32; 6]], side: usize, hits: &mut [Hit]);
+}
+
+/// A contender of a type.
+pub(crate) const fn contender<T: Trace>(
+    name: &'static CStr,
+    mode: &'static CStr,
+    simd: &'static CStr,
+    task: Task,
+) -> Contender {
+    Contender {
+        name: name.as_ptr(),
+        mode: mode.as_ptr(),
+        version: c"".as_ptr(),
+        simd: simd.as_ptr(),
+        task,
+        open: open::<T>,
+        trace: trace::<T>,
+        close: close::<T>,
+    }
+}
+
+unsafe extern "C" fn open<T: Trace>(mesh: *const Mesh) -> *mut c_void {
+    // SAFETY: the interface promises that both are there until `close`.
+    let opened = unsafe {
+        let mesh = &*mesh;
+        T::open(
+            std::slice::from_raw_parts(mesh.corners.cast(), mesh.triangles),
+            std::slice::from_raw_parts(mesh.baked, mesh.baked_bytes),
+        )
+    };
+    opened.map_or(std::ptr::null_mut(), |opened| {
+        Box::into_raw(Box::new(opened)).cast()
+    })
+}
+
+unsafe extern "C" fn trace<T: Trace>(opened: *const c_void, rays: *const Rays, hits: *mut Hit) {
+    // SAFETY: `opened` is of `open`, and there are as many hits as rays.
+    unsafe {
+        let rays = &*rays;
+        (*opened.cast::<T>()).trace(
+            std::slice::from_raw_parts(rays.rays, rays.count),
+            rays.side,
+            std::slice::from_raw_parts_mut(hits, rays.count),
+        );
+    }
+}
+
+unsafe extern "C" fn close<T: Trace>(opened: *mut c_void) {
+    // SAFETY: it is of `open`, and not used any more.
+    drop(unsafe { Box::from_raw(opened.cast::<T>()) });
+}

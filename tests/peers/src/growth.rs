@@ -1,0 +1,480 @@
+//! How what ours costs grows with triangles, instances, lights, pixels and threads.
+
+use super::command::Shisen;
+use super::contender::{Contender, RaySet, Subject, locked};
+use super::measure::{cpu_seconds, median};
+use super::meshes::{normalised, torus};
+use super::rays::{Random, incoherent, pinhole};
+use super::report::{Report, Row};
+use glam::{DAffine3, DVec3};
+use shisen::bake::Baked;
+use shisen::chart::{Axis, Chart, Corner, Line, Note};
+use shisen::mesh::TriangleMesh;
+use shisen::scene::{Background, Object, Scene, Shape};
+use shisen_core::Simd;
+use shisen_core::shape::Ray;
+use shisen_core::trace::{Budget, MeshTracer, Tracer, TraversalStack, Workspace};
+use shisen_peers_interface::{Hit, Task};
+use std::error::Error;
+use std::fmt::Write as _;
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::thread::available_parallelism;
+
+/// What was measured along an axis: places, and numbers by line.
+struct Curve {
+    name: &'static str,
+    points: Vec<(f64, f64)>,
+}
+
+/// How much is traced.
+#[derive(Debug, Clone, Copy)]
+pub struct Extent {
+    /// Pixels along the edge of a picture, and the root of the number of other rays.
+    pub side: u32,
+    /// Whether fewer places are measured.
+    pub quick: bool,
+    /// Rounds that medians are of.
+    pub rounds: usize,
+}
+
+fn row(what: &str, at: f64, value: f64, unit: &'static str) -> Row {
+    Row {
+        subject: format!("{at}"),
+        what: what.to_owned(),
+        peer: "Shisen".to_owned(),
+        version: locked("shisen"),
+        value,
+        unit,
+        ..Row::of_part("how cost grows")
+    }
+}
+
+/// Rays that see a mesh of radius 10, and rays from all around.
+fn ray_sets(mesh: &TriangleMesh, side: u32, seed: u64) -> [RaySet; 2] {
+    let count = (side * side) as usize;
+    [
+        RaySet {
+            name: "primary",
+            rays: pinhole(side, 0.55),
+            side: side as usize,
+        },
+        RaySet {
+            name: "incoherent",
+            rays: incoherent(mesh, count, &mut Random::new(seed)),
+            side: 0,
+        },
+    ]
+}
+
+fn rays_of(set: &RaySet) -> Vec<Ray> {
+    let ray = |&[a, b, c, d, e, f]: &[f32; 6]| Ray::new([a, b, c].into(), [d, e, f].into());
+    set.rays.iter().filter_map(ray).collect()
+}
+
+/// Against triangles of one mesh.
+///
+/// # Errors
+/// Where it cannot be baked, or a chart cannot be written.
+pub fn triangles(
+    contenders: &[Contender],
+    extent: Extent,
+    out: &Path,
+    report: &mut Report,
+) -> Result<(), Box<dyn Error>> {
+    let default = contenders
+        .iter()
+        .find(|contender| contender.is_default() && contender.task == Task::Nearest)
+        .ok_or("ours is not among the contenders")?;
+    let mut rates: [Vec<(f64, f64)>; 2] = Default::default();
+    let mut steps: [Vec<(f64, f64)>; 2] = Default::default();
+    let mut sizes = Vec::new();
+    for doubling in (0..=10).step_by(if extent.quick { 2 } else { 1 }) {
+        // 1,024 to 1,048,576 triangles, twice as long around as across.
+        let across = 16u32 << (doubling / 2);
+        let around = (1u32 << (doubling + 9)) / across;
+        let mesh = normalised(torus(around, across), 10.0);
+        let sets = ray_sets(&mesh, extent.side, report.seed);
+        let subject = Subject::new("torus", mesh)?;
+        let count = subject.mesh.triangles.len() as f64;
+        sizes.push((count, subject.baked.as_bytes().len() as f64));
+        let opened = default.open(&subject).ok_or("ours has no tree")?;
+        let scene = subject.baked.scene();
+        let tracer = MeshTracer::new(&scene, 0, Simd::detect()).ok_or("no mesh")?;
+        for (number, set) in sets.iter().enumerate() {
+            let mut hits = vec![Hit::MISS; set.rays.len()];
+            opened.trace(set, &mut hits);
+            let seconds: Vec<_> = (0..extent.rounds)
+                .map(|_| {
+                    let start = cpu_seconds();
+                    opened.trace(set, &mut hits);
+                    cpu_seconds() - start
+                })
+                .collect();
+            rates[number].push((count, 1.0e-6 * set.rays.len() as f64 / median(&seconds)));
+            let mut stack = TraversalStack::EMPTY;
+            let rays = rays_of(set);
+            let sum: u64 = rays
+                .iter()
+                .map(|ray| tracer.nearest(ray, &mut stack).1)
+                .sum();
+            steps[number].push((count, sum as f64 / rays.len() as f64));
+        }
+    }
+    for (name, steps) in ["primary", "incoherent"].into_iter().zip(&steps) {
+        let what = format!(
+            "{name} rays: steps at 1 M triangles / what a logarithm through the fewer says"
+        );
+        report.at_most(what, beyond_logarithm(steps), 1.1);
+    }
+    let notes = cache_notes(&sizes, &report.caches, &rates[0]);
+    let [primary, others] = rates;
+    let of = |points, name| Curve { name, points };
+    let curves = [of(primary, "primary"), of(others, "incoherent")];
+    add(
+        report,
+        out,
+        ("triangles", "triangles of one mesh"),
+        ("rays a second", "Mrays/s"),
+        &curves,
+        notes,
+    )?;
+    let [primary, others] = steps;
+    let curves = [of(primary, "primary"), of(others, "incoherent")];
+    add(
+        report,
+        out,
+        ("triangles", "triangles of one mesh"),
+        ("steps a ray", "steps"),
+        &curves,
+        Vec::new(),
+    )
+}
+
+/// The last number over what a + b·ln x, fitted by least squares to the lower half of
+/// the places, has there.
+fn beyond_logarithm(points: &[(f64, f64)]) -> f64 {
+    let half = &points[..points.len().div_ceil(2)];
+    let count = half.len() as f64;
+    let mean_x = half.iter().map(|(x, _)| x.ln()).sum::<f64>() / count;
+    let mean_y = half.iter().map(|(_, y)| y).sum::<f64>() / count;
+    let up: f64 = half
+        .iter()
+        .map(|(x, y)| (x.ln() - mean_x) * (y - mean_y))
+        .sum();
+    let across: f64 = half.iter().map(|(x, _)| (x.ln() - mean_x).powi(2)).sum();
+    points.last().map_or(f64::NAN, |(x, y)| {
+        y / (mean_y + up / across * (x.ln() - mean_x))
+    })
+}
+
+/// Where a baked mesh is as large as each cache, on a line.
+fn cache_notes(sizes: &[(f64, f64)], caches: &[(u32, u64)], line: &[(f64, f64)]) -> Vec<Note> {
+    let mut notes = Vec::new();
+    for &(level, bytes) in caches {
+        let crossing = sizes
+            .windows(2)
+            .zip(line.windows(2))
+            .find(|(sizes, _)| (sizes[0].1..sizes[1].1).contains(&(bytes as f64)));
+        if let Some((sizes, line)) = crossing {
+            let part = (bytes as f64 / sizes[0].1).ln() / (sizes[1].1 / sizes[0].1).ln();
+            let between = |a: f64, b: f64| a * (b / a).powf(part);
+            notes.push(Note {
+                at: (
+                    between(sizes[0].0, sizes[1].0),
+                    between(line[0].1, line[1].1),
+                ),
+                text: format!("| L{level} full, {} KiB", bytes / 1024),
+                side: Corner::UpperRight,
+            });
+        }
+    }
+    notes
+}
+
+/// Against instances of one mesh.
+///
+/// # Errors
+/// Where they cannot be baked, or a chart cannot be written.
+pub fn instances(extent: Extent, out: &Path, report: &mut Report) -> Result<(), Box<dyn Error>> {
+    let mesh = normalised(shisen::quadruped::quadruped(), 1.0);
+    let mut rates: [Vec<(f64, f64)>; 2] = Default::default();
+    let mut steps: [Vec<(f64, f64)>; 2] = Default::default();
+    let places: &[u32] = if extent.quick {
+        &[1, 3, 10]
+    } else {
+        &[1, 2, 3, 4, 5, 7, 10]
+    };
+    for &edge in places {
+        // A cube of them, as large as one alone.
+        let cell = 12.0 / f64::from(edge);
+        let at = |i: u32| (f64::from(i) + 0.5) * cell - 6.0;
+        let number = |i: u32| DVec3::new(at(i % edge), at(i / edge % edge), at(i / edge / edge));
+        let object = |i| Object {
+            shape: Shape::Mesh(0),
+            material: None,
+            world_from_object: DAffine3::from_translation(number(i))
+                * DAffine3::from_rotation_y(f64::from(i))
+                * DAffine3::from_scale(DVec3::splat(0.5 * cell)),
+            casts_shadow: true,
+            smooth: true,
+        };
+        let scene = Scene {
+            objects: (0..edge * edge * edge).map(object).collect(),
+            background: Background::uniform([0.0; 3]),
+            ..shisen::bake::lone_mesh(mesh.clone())
+        };
+        let count = scene.objects.len() as f64;
+        let baked = Baked::<8>::new(&scene)?;
+        let tracer = Tracer::new(baked.scene(), Simd::detect(), 0);
+        let around = normalised(torus(16, 16), 10.0);
+        for (kind, set) in ray_sets(&around, extent.side, report.seed)
+            .iter()
+            .enumerate()
+        {
+            let rays = rays_of(set);
+            let mut workspace = Workspace::new();
+            let seconds: Vec<_> = (0..extent.rounds)
+                .map(|_| {
+                    workspace.statistics = Default::default();
+                    let start = cpu_seconds();
+                    for ray in &rays {
+                        let mut budget = Budget::UNLIMITED.clone();
+                        std::hint::black_box(tracer.nearest(ray, &mut budget, &mut workspace));
+                    }
+                    cpu_seconds() - start
+                })
+                .collect();
+            rates[kind].push((count, 1.0e-6 * rays.len() as f64 / median(&seconds)));
+            let sum = workspace.statistics.steps as f64;
+            steps[kind].push((count, sum / rays.len() as f64));
+        }
+    }
+    let of = |points, name| Curve { name, points };
+    let [primary, others] = rates;
+    let curves = [of(primary, "primary"), of(others, "incoherent")];
+    add(
+        report,
+        out,
+        ("instances", "instances of one mesh"),
+        ("rays a second", "Mrays/s"),
+        &curves,
+        Vec::new(),
+    )?;
+    let [primary, others] = steps;
+    let curves = [of(primary, "primary"), of(others, "incoherent")];
+    add(
+        report,
+        out,
+        ("instances", "instances of one mesh"),
+        ("steps a ray", "steps"),
+        &curves,
+        Vec::new(),
+    )
+}
+
+/// Against lights, pixels of a wall and threads: frames of scene A, or of its animal.
+///
+/// # Errors
+/// Where the command fails, or a chart cannot be written.
+pub fn frames(
+    shisen: &Shisen,
+    extent: Extent,
+    (folder, out): (&Path, &Path),
+    report: &mut Report,
+) -> Result<(), Box<dyn Error>> {
+    let pictures = folder.join("frames");
+    let pictures = pictures.to_string_lossy();
+    // Millions of rays of all kinds a second, and seconds a frame.
+    let frame = |arguments: &[String]| -> Result<(f64, f64), Box<dyn Error>> {
+        let mut all = vec!["cave", "--eyes", "1", "--quiet", "--out", &pictures];
+        all.extend(arguments.iter().map(String::as_str));
+        let mut seconds = Vec::new();
+        let mut rays = 0.0;
+        for _ in 0..extent.rounds {
+            let report = shisen.report(&all)?;
+            seconds.push(report["seconds"].as_f64().ok_or("no seconds")?);
+            let counts = report["rays"].as_object().ok_or("no rays")?;
+            rays = counts.values().filter_map(serde_json::Value::as_f64).sum();
+        }
+        let seconds = median(&seconds);
+        Ok((1.0e-6 * rays / seconds, seconds))
+    };
+    let arguments = |of: &[&str]| of.iter().map(|&word| word.to_owned()).collect::<Vec<_>>();
+    let mut measure = |axis, places: &[usize], of: &dyn Fn(usize) -> Vec<String>| {
+        let (mut rates, mut times) = (Vec::new(), Vec::new());
+        for &place in places {
+            let (rate, seconds) = frame(&of(place))?;
+            rates.push((place as f64, rate));
+            times.push((place as f64, 1.0e3 * seconds));
+        }
+        let rates = [Curve {
+            name: "rays of all kinds",
+            points: rates,
+        }];
+        add(
+            report,
+            out,
+            axis,
+            ("rays a second", "Mrays/s"),
+            &rates,
+            Vec::new(),
+        )?;
+        let times = [Curve {
+            name: "a frame",
+            points: times,
+        }];
+        add(
+            report,
+            out,
+            axis,
+            ("time of a frame", "ms"),
+            &times,
+            Vec::new(),
+        )
+    };
+    let size = if extent.quick { "128" } else { "256" };
+    let lights: &[usize] = if extent.quick {
+        &[1, 4, 16]
+    } else {
+        &[1, 2, 4, 8, 16, 32, 64]
+    };
+    for &count in lights {
+        std::fs::write(folder.join(format!("lights-{count}.toml")), lit_by(count))?;
+    }
+    measure(("lights", "point lights"), lights, &|count| {
+        let scene = folder.join(format!("lights-{count}.toml"));
+        arguments(&[
+            "--threads",
+            "1",
+            "--size",
+            size,
+            "--scene",
+            &scene.to_string_lossy(),
+        ])
+    })?;
+    let edges: &[usize] = if extent.quick {
+        &[64, 256]
+    } else {
+        &[64, 128, 256, 512, 1024]
+    };
+    measure(("pixels", "pixels along a wall's edge"), edges, &|edge| {
+        arguments(&["--threads", "1", "--size", &edge.to_string()])
+    })?;
+    let most = available_parallelism().map_or(1, NonZeroUsize::get);
+    let threads: Vec<_> = (1..=most)
+        .filter(|n| n.is_power_of_two() || *n == most)
+        .collect();
+    measure(("threads", "threads"), &threads, &|count| {
+        arguments(&["--size", size, "--threads", &count.to_string()])
+    })
+}
+
+/// An animal on a floor, and so many lights around it.
+fn lit_by(lights: usize) -> String {
+    let mut scene =
+        "[meshes.animal]\nbuiltin = \"quadruped\"\n\n[meshes.floor]\nbuiltin = \"square\"\n\n\
+         [[object]]\nmesh = \"animal\"\nnormalise = true\nscale = 2\nposition = [0, 0, -3]\n\n\
+         [[object]]\nmesh = \"floor\"\nscale = 20\nposition = [0, -1, 0]\n"
+            .to_owned();
+    for light in 0..lights {
+        let (sine, cosine) = (std::f64::consts::TAU * light as f64 / lights as f64).sin_cos();
+        let bright = 1.0 / lights as f64;
+        // Writing to a string does not fail.
+        let _ = write!(
+            scene,
+            "\n[[light]]\ntype = \"point\"\nposition = [{}, 3, {}]\ncolour = [{bright}, {bright}, {bright}]\n",
+            3.0 * cosine,
+            3.0 * sine - 3.0
+        );
+    }
+    scene
+}
+
+/// Rows, and a chart with both axes logarithmic.
+fn add(
+    report: &mut Report,
+    out: &Path,
+    (axis, label): (&'static str, &'static str),
+    (quantity, unit): (&'static str, &'static str),
+    curves: &[Curve],
+    notes: Vec<Note>,
+) -> Result<(), Box<dyn Error>> {
+    for curve in curves {
+        for &(at, value) in &curve.points {
+            let mut row = row(&format!("{} by {axis}", curve.name), at, value, unit);
+            row.mode = quantity.to_owned();
+            report.rows.push(row);
+        }
+    }
+    let points = || curves.iter().flat_map(|curve| &curve.points);
+    let range = |of: fn(&(f64, f64)) -> f64| {
+        let low = points().map(of).fold(f64::INFINITY, f64::min);
+        let high = points().map(of).fold(0.0, f64::max);
+        0.8 * low..1.25 * high
+    };
+    let chart = Chart {
+        title: format!("{quantity}, by {label}"),
+        x: Axis {
+            name: axis,
+            label,
+            range: range(|point| point.0),
+            logarithmic: true,
+        },
+        y: Axis {
+            name: unit,
+            label: unit,
+            range: range(|point| point.1),
+            logarithmic: true,
+        },
+        lines: curves
+            .iter()
+            .enumerate()
+            .map(|(colour, curve)| Line {
+                name: curve.name.to_owned(),
+                points: curve.points.iter().map(|&(x, y)| (x, Some(y))).collect(),
+                colour,
+                faint: false,
+                dots: false,
+            })
+            .collect(),
+        names: Corner::LowerLeft,
+        notes,
+    };
+    let name = format!("{axis}-{}.svg", unit.replace('/', "-per-"));
+    chart.write_svg(&out.join(&name))?;
+    report.charts.push(name);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_logarithm_is_no_more_than_one() {
+        let places = (0..8).map(|i| f64::from(1 << (2 * i)));
+        let logarithm: Vec<_> = places.clone().map(|x| (x, 3.0 + 2.0 * x.ln())).collect();
+        assert!((beyond_logarithm(&logarithm) - 1.0).abs() < 1.0e-9);
+        let root: Vec<_> = places.map(|x| (x, x.sqrt())).collect();
+        assert!(beyond_logarithm(&root) > 2.0);
+    }
+
+    #[test]
+    fn caches_are_where_scenes_fill_them() {
+        let sizes = [(100.0, 1.0e3), (10_000.0, 1.0e5)];
+        let line = [(100.0, 40.0), (10_000.0, 10.0)];
+        let notes = cache_notes(&sizes, &[(1, 10_000), (3, 1 << 25)], &line);
+        assert_eq!(notes.len(), 1);
+        let (x, y) = notes[0].at;
+        assert!(
+            (x - 1000.0).abs() < 1.0e-6 && (y - 20.0).abs() < 1.0e-9,
+            "{x} {y}"
+        );
+    }
+
+    #[test]
+    fn every_light_is_in_the_scene() {
+        assert_eq!(lit_by(7).matches("[[light]]").count(), 7);
+    }
+}

@@ -1,0 +1,254 @@
+//! Ours beside other ray tracers, in one run: see `run` beside this.
+
+mod command;
+mod contender;
+mod growth;
+mod measure;
+#[path = "../../src/meshes.rs"]
+#[allow(dead_code, reason = "shared with the tests")]
+mod meshes;
+mod povray;
+mod product;
+#[path = "../../src/rays.rs"]
+#[allow(dead_code, reason = "shared with the tests")]
+mod rays;
+mod report;
+mod speed;
+mod watertight;
+
+use clap::{Parser, ValueEnum};
+use command::Shisen;
+use contender::{Contender, Subject};
+use report::{Missing, Report};
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Ours beside other ray tracers: rays a second and what hits differ
+///
+/// `run` builds what this needs and starts it. The exit code is 1 where a ray of ours is
+/// lost or paths of ours differ, and where something cannot be measured at all; speed
+/// that misses its mark is told, and no failure.
+///
+/// With --json, one object: processor, caches (level and bytes), rounds, seed, rows,
+/// marks, missing (peer and reason), failures and charts. A row has part, subject, what,
+/// peer, mode, version, simd, value, unit, `default_ratio` and `native_ratio` (how many
+/// times as fast as this row ours is, by build), differ (rays whose hits are not ours)
+/// and rays; a mark has what, measured, mark, `at_least` and met. The tables go to
+/// standard error then.
+#[derive(Debug, Parser)]
+struct Arguments {
+    /// OBJ, PLY or glTF files; without, an animal and a sphere that are made
+    #[arg(long, value_name = "FILE")]
+    mesh: Vec<PathBuf>,
+    /// Fewer rays and rounds
+    #[arg(long)]
+    quick: bool,
+    /// What is measured
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "PART,…",
+          default_values_t = Part::ALL)]
+    only: Vec<Part>,
+    /// Where random rays begin
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The folder for peers.csv, peers.json and charts
+    #[arg(long, value_name = "DIR", default_value = "shisen-out/peers")]
+    out: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+    /// Libraries of contenders
+    #[arg(long, value_name = "FILE")]
+    contenders: Vec<PathBuf>,
+    /// The command shisen
+    #[arg(long, value_name = "FILE", default_value = "shisen")]
+    shisen: PathBuf,
+    /// The program povray; without, pictures are not compared
+    #[arg(long, value_name = "FILE")]
+    povray: Option<PathBuf>,
+    /// Who is not there, and why
+    #[arg(long, value_name = "WHO=WHY")]
+    missing: Vec<String>,
+}
+
+/// A part of the measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Part {
+    /// Rays a second.
+    Rays,
+    /// Rays lost inside closed meshes.
+    Watertight,
+    /// Two threads, checking a scene and baking one.
+    Alone,
+    /// How cost grows with triangles, instances, lights, pixels and threads.
+    Growth,
+    /// Whole pictures, beside POV-Ray.
+    Pictures,
+}
+
+impl Part {
+    const ALL: [Self; 5] = [
+        Self::Rays,
+        Self::Watertight,
+        Self::Alone,
+        Self::Growth,
+        Self::Pictures,
+    ];
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    match run(&arguments) {
+        Ok(report) if report.failures.is_empty() => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("peers: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The mesh of a file, called as the file.
+fn load(path: &Path) -> Result<Subject, Box<dyn Error>> {
+    let mesh =
+        shisen::import::load(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    Ok(Subject::new(name, meshes::normalised(mesh, 10.0))?)
+}
+
+fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
+    let subjects = if arguments.mesh.is_empty() {
+        let made = [
+            ("animal", shisen::quadruped::quadruped()),
+            ("sphere", meshes::icosphere(5)),
+        ];
+        made.into_iter()
+            .map(|(name, mesh)| Ok(Subject::new(name, meshes::normalised(mesh, 10.0))?))
+            .collect::<Result<Vec<_>, Box<dyn Error>>>()?
+    } else {
+        arguments
+            .mesh
+            .iter()
+            .map(|path| load(path))
+            .collect::<Result<_, _>>()?
+    };
+    let mut contenders = Vec::new();
+    let mut report = Report {
+        processor: processor(),
+        caches: caches(),
+        rounds: if arguments.quick { 3 } else { 7 },
+        seed: arguments.seed,
+        ..Report::default()
+    };
+    for path in &arguments.contenders {
+        match Contender::load(path) {
+            Ok(loaded) => contenders.extend(loaded),
+            Err(reason) => report.missing.push(Missing {
+                peer: path.display().to_string(),
+                reason: reason.to_string(),
+            }),
+        }
+    }
+    for missing in &arguments.missing {
+        let (peer, reason) = missing.split_once('=').unwrap_or((missing, ""));
+        report.missing.push(Missing {
+            peer: peer.to_owned(),
+            reason: reason.to_owned(),
+        });
+    }
+    let asked = |part| arguments.only.contains(&part);
+    std::fs::create_dir_all(&arguments.out)?;
+    if asked(Part::Rays) {
+        let side = if arguments.quick { 512 } else { 1024 };
+        let size = (side, report.rounds, arguments.seed);
+        speed::measure(&contenders, &subjects, size, &mut report);
+    }
+    if asked(Part::Watertight) {
+        let count = if arguments.quick { 250_000 } else { 5_000_000 };
+        watertight::measure(&contenders, (count, arguments.seed), &mut report)?;
+    }
+    of_ours(arguments, &contenders, &subjects, &mut report)?;
+    report.write_csv(&arguments.out.join("peers.csv"))?;
+    let json = serde_json::to_string_pretty(&report)?;
+    shisen::output::write_atomically(&arguments.out.join("peers.json"), |file| {
+        file.write_all(json.as_bytes())
+    })?;
+    if arguments.json {
+        eprint!("{}", report.text());
+        println!("{json}");
+    } else {
+        print!("{}", report.text());
+    }
+    Ok(report)
+}
+
+/// The parts that no other one's library has a part in.
+fn of_ours(
+    arguments: &Arguments,
+    contenders: &[Contender],
+    subjects: &[Subject],
+    report: &mut Report,
+) -> Result<(), Box<dyn Error>> {
+    let asked = |part| arguments.only.contains(&part);
+    let shisen = Shisen(arguments.shisen.clone());
+    let folder = tempfile::tempdir()?;
+    let out = std::path::absolute(&arguments.out)?;
+    if asked(Part::Alone) {
+        for subject in subjects {
+            product::bake_and_check(subject, report)?;
+        }
+        if let Some(subject) = subjects.first() {
+            let count = if arguments.quick { 1 << 18 } else { 1 << 20 };
+            product::two_threads(&shisen, subject, (count, folder.path()), report)?;
+        }
+    }
+    if asked(Part::Growth) {
+        let extent = growth::Extent {
+            side: if arguments.quick { 256 } else { 512 },
+            quick: arguments.quick,
+            rounds: if arguments.quick { 1 } else { 3 },
+        };
+        growth::triangles(contenders, extent, &out, report)?;
+        growth::instances(extent, &out, report)?;
+        growth::frames(&shisen, extent, (folder.path(), &out), report)?;
+    }
+    if let (true, Some(povray), Some(subject)) =
+        (asked(Part::Pictures), &arguments.povray, subjects.first())
+    {
+        let size = if arguments.quick { 512 } else { 2048 };
+        povray::measure(&shisen, povray, subject, (size, &out), report)?;
+    }
+    Ok(())
+}
+
+/// The processor's name, where the system says it.
+fn processor() -> String {
+    let all = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = all.lines().find_map(|line| line.strip_prefix("model name"));
+    let name = name.map_or("", |name| name.trim_start_matches(['\t', ' ', ':']));
+    if name.is_empty() {
+        std::env::consts::ARCH.to_owned()
+    } else {
+        name.to_owned()
+    }
+}
+
+/// Levels and bytes of the caches that hold data, where the system says it.
+fn caches() -> Vec<(u32, u64)> {
+    let folder = Path::new("/sys/devices/system/cpu/cpu0/cache");
+    (0..8)
+        .filter_map(|index| {
+            let read = |file: &str| {
+                let path = folder.join(format!("index{index}")).join(file);
+                Some(std::fs::read_to_string(path).ok()?.trim().to_owned())
+            };
+            let size = read("size")?;
+            let (digits, factor) = match size.strip_suffix('K') {
+                Some(digits) => (digits, 1024),
+                None => (size.strip_suffix('M')?, 1024 * 1024),
+            };
+            let bytes = digits.parse::<u64>().ok()? * factor;
+            (read("type")? != "Instruction").then_some((read("level")?.parse().ok()?, bytes))
+        })
+        .collect()
+}

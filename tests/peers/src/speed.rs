@@ -1,0 +1,304 @@
+//! Rays a second, on the same rays in the same run.
+
+use super::contender::{Contender, Opened, RaySet, Subject};
+use super::measure::{cpu_seconds, faster, geometric_mean, interleaved, median};
+use super::rays::{Random, bounce, incoherent, pinhole};
+use super::report::{Report, Row};
+use shisen_peers_interface::{Hit, NONE, Task};
+
+/// How far hits of two may lie apart to count as the same, in units of the mesh, whose
+/// radius is 10.
+const SAME: f32 = 1.0e-4;
+
+/// Tangents of half the fields of pictures: of the whole object, and of little but it.
+const FIELDS: [(&str, f64); 2] = [("primary", 0.55), ("zoom", 0.12)];
+
+/// One who has a tree, and what it found.
+struct Runner<'s> {
+    contender: &'s Contender,
+    opened: Opened<'s>,
+    hits: Vec<Hit>,
+}
+
+/// Ratios of one kind of rays, by mesh: ours by them.
+struct Ratio {
+    task: Task,
+    what: &'static str,
+    peer: String,
+    default: Option<f64>,
+    native: Option<f64>,
+}
+
+/// The four kinds of rays.
+fn ray_sets(subject: &Subject, side: u32, seed: u64, ours: &Opened) -> Vec<RaySet> {
+    let pictures = FIELDS.map(|(name, half_width)| RaySet {
+        name,
+        rays: pinhole(side, half_width),
+        side: side as usize,
+    });
+    let mut random = Random::new(seed);
+    let count = (side * side) as usize;
+    let mut hits = vec![Hit::MISS; count];
+    ours.trace(&pictures[0], &mut hits);
+    let hits: Vec<_> = hits
+        .iter()
+        .map(|hit| (hit.triangle != NONE).then_some((hit.t, hit.triangle)))
+        .collect();
+    let others = [
+        ("incoherent", incoherent(&subject.mesh, count, &mut random)),
+        (
+            "bounce",
+            bounce(&subject.mesh, &pictures[0].rays, &hits, count, &mut random),
+        ),
+    ];
+    let others = others.map(|(name, rays)| RaySet {
+        name,
+        rays,
+        side: 0,
+    });
+    pictures.into_iter().chain(others).collect()
+}
+
+/// Measures all contenders on all meshes, and what they found.
+pub fn measure(
+    contenders: &[Contender],
+    subjects: &[Subject],
+    (side, rounds, seed): (u32, usize, u64),
+    report: &mut Report,
+) {
+    let mut ratios = Vec::new();
+    for subject in subjects {
+        let mut runners = open(contenders, subject, report);
+        let Some(first) = runners
+            .iter()
+            .position(|runner| runner.contender.is_default())
+        else {
+            continue;
+        };
+        let sets = ray_sets(subject, side, seed, &runners[first].opened);
+        for set in &sets {
+            for task in [Task::Nearest, Task::Any, Task::Picture] {
+                if task != Task::Picture || set.side != 0 {
+                    ratios.extend(one_kind(&mut runners, task, subject, set, rounds, report));
+                }
+            }
+        }
+    }
+    // By part, in the order of their first rows.
+    let parts: Vec<_> = report.rows.iter().map(|row| row.part).collect();
+    let first = |part| parts.iter().position(|other| *other == part);
+    report.rows.sort_by_key(|row| first(row.part));
+    marks(&ratios, report);
+}
+
+/// Everyone's tree, and what it took.
+fn open<'s>(
+    contenders: &'s [Contender],
+    subject: &'s Subject,
+    report: &mut Report,
+) -> Vec<Runner<'s>> {
+    let mut runners = Vec::new();
+    for contender in contenders {
+        let start = cpu_seconds();
+        let opened = contender.open(subject);
+        let seconds = cpu_seconds() - start;
+        let Some(opened) = opened else {
+            report.failures.push(format!(
+                "{} {}: no tree of {}",
+                contender.name, contender.mode, subject.name
+            ));
+            continue;
+        };
+        // Ours was baked before.
+        if !contender.is_ours() && contender.task == Task::Nearest {
+            report.rows.push(Row {
+                value: 1.0e3 * seconds,
+                unit: "cpu ms",
+                ..contender.row("build", &subject.name, "tree")
+            });
+        }
+        runners.push(Runner {
+            contender,
+            opened,
+            hits: Vec::new(),
+        });
+    }
+    runners
+}
+
+fn one_kind(
+    runners: &mut [Runner],
+    task: Task,
+    subject: &Subject,
+    set: &RaySet,
+    rounds: usize,
+    report: &mut Report,
+) -> Vec<Ratio> {
+    // What is compared with: nearest hits by the default build.
+    let truth = {
+        let ours = |runner: &&mut Runner| {
+            runner.contender.is_default() && runner.contender.task == Task::Nearest
+        };
+        let Some(runner) = runners.iter_mut().find(ours) else {
+            return Vec::new();
+        };
+        let mut hits = vec![Hit::MISS; set.rays.len()];
+        runner.opened.trace(set, &mut hits);
+        hits
+    };
+    let mut runners: Vec<_> = runners
+        .iter_mut()
+        .filter(|runner| runner.contender.task == task)
+        .collect();
+    let mut turns: Vec<Box<dyn FnMut() + '_>> = Vec::new();
+    for runner in &mut runners {
+        // The first time, pages are touched.
+        runner.hits = vec![Hit::MISS; set.rays.len()];
+        runner.opened.trace(set, &mut runner.hits);
+        let Runner { opened, hits, .. } = &mut **runner;
+        turns.push(Box::new(|| opened.trace(set, hits)));
+    }
+    let seconds = interleaved(&mut turns, rounds);
+    drop(turns);
+    let of_ours = |default: bool| {
+        let is = |runner: &&mut Runner| {
+            runner.contender.is_ours() && runner.contender.is_default() == default
+        };
+        runners
+            .iter()
+            .position(|runner| is(&runner))
+            .map(|i| &seconds[i])
+    };
+    let (default, native) = (of_ours(true), of_ours(false));
+    let mut ratios = Vec::new();
+    for (runner, theirs) in runners.iter().zip(&seconds) {
+        let contender = runner.contender;
+        let pairs = set.rays.iter().zip(truth.iter().zip(&runner.hits));
+        let differ = if contender.is_ours() {
+            pairs.filter(|(_, (a, b))| !is_exactly(task, a, b)).count()
+        } else {
+            pairs
+                .filter(|(ray, (a, b))| !is_about(task, ray, a, b))
+                .count()
+        };
+        if contender.is_ours() && differ != 0 {
+            report.failures.push(format!(
+                "{} {}: {differ} hits of {} {} rays are not those of single rays in the default build",
+                contender.name, contender.mode, subject.name, set.name
+            ));
+        }
+        let default_ratio = default.map(|ours| faster(ours, theirs));
+        let native_ratio = native.map(|ours| faster(ours, theirs));
+        let part = match task {
+            Task::Nearest => "nearest hit, single rays",
+            Task::Any => "any hit, single rays",
+            Task::Picture => "nearest hit, pictures",
+        };
+        report.rows.push(Row {
+            value: set.rays.len() as f64 / median(theirs) / 1.0e6,
+            default_ratio,
+            native_ratio,
+            differ: Some(differ as u64),
+            unit: "Mrays/s",
+            rays: Some(set.rays.len() as u64),
+            ..contender.row(part, &subject.name, set.name)
+        });
+        ratios.push(Ratio {
+            task,
+            what: set.name,
+            peer: format!("{} {}", contender.name, contender.mode),
+            default: default_ratio,
+            native: native_ratio,
+        });
+    }
+    ratios
+}
+
+/// Whether two paths of ours found the same, bit for bit.
+fn is_exactly(task: Task, a: &Hit, b: &Hit) -> bool {
+    match task {
+        Task::Any => (a.triangle == NONE) == (b.triangle == NONE),
+        Task::Nearest | Task::Picture => a.triangle == b.triangle && a.t.to_bits() == b.t.to_bits(),
+    }
+}
+
+/// Whether two found the same triangle, or hits in about the same place.
+fn is_about(task: Task, ray: &[f32; 6], a: &Hit, b: &Hit) -> bool {
+    if task == Task::Any || a.triangle == NONE || b.triangle == NONE {
+        return (a.triangle == NONE) == (b.triangle == NONE);
+    }
+    let length = ray[3..].iter().map(|c| c * c).sum::<f32>().sqrt();
+    a.triangle == b.triangle || (a.t - b.t).abs() * length <= SAME
+}
+
+/// The marks: geometric means of the meshes.
+fn marks(ratios: &[Ratio], report: &mut Report) {
+    let mean = |task: Task, what: &str, peer: &str, native: bool| {
+        let of = ratios
+            .iter()
+            .filter(|r| r.task == task && r.what == what && r.peer == peer)
+            .filter_map(|r| if native { r.native } else { r.default });
+        let of: Vec<_> = of.collect();
+        (!of.is_empty()).then(|| geometric_mean(&of))
+    };
+    let kinds = ["primary", "zoom", "incoherent", "bounce"];
+    for what in kinds {
+        if let Some(ratio) = mean(Task::Nearest, what, "Embree robust", false) {
+            let what = format!("{what} rays: default build / Embree robust, single rays");
+            report.at_least(what, ratio, 1.0);
+        }
+    }
+    for (what, mark) in kinds.into_iter().zip([0.95, 0.95, 1.0, 1.0]) {
+        let peer = "tinybvh BVH8_CPU, spatial splits";
+        if let Some(ratio) = mean(Task::Nearest, what, peer, true) {
+            let what = format!("{what} rays: native build / {peer}");
+            report.at_least(what, ratio, mark);
+        }
+    }
+    for what in kinds {
+        if let Some(ratio) = mean(Task::Nearest, what, "Shisen native build", false) {
+            let what = format!("{what} rays: default build / native build");
+            report.at_least(what, ratio, 0.9);
+        }
+    }
+    for what in ["primary", "zoom"] {
+        if let Some(ratio) = mean(Task::Picture, what, "Embree robust, packets of 16", false) {
+            let what =
+                format!("{what} rays in tiles: default build / Embree robust, packets of 16");
+            report.at_least(what, ratio, 1.0);
+        }
+    }
+    for what in kinds {
+        if let Some(ratio) = mean(Task::Any, what, "Embree robust", false) {
+            let what = format!("{what} rays, any hit: default build / Embree robust");
+            report.at_least(what, ratio, 1.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hits_in_about_the_same_place_are_the_same() {
+        let ray = [0.0, 0.0, 0.0, 0.0, 0.0, 2.0];
+        let hit = |triangle, t| Hit { triangle, t };
+        for (other, same) in [
+            (hit(1, 5.0), true),
+            (hit(1, 6.0), true),
+            (hit(2, 5.00004), true),
+            (hit(2, 5.00006), false),
+            (Hit::MISS, false),
+        ] {
+            assert_eq!(
+                is_about(Task::Nearest, &ray, &hit(1, 5.0), &other),
+                same,
+                "{other:?}"
+            );
+        }
+        assert!(is_about(Task::Any, &ray, &hit(1, 5.0), &hit(0, 0.0)));
+        assert!(!is_exactly(Task::Picture, &hit(1, 0.0), &hit(1, -0.0)));
+        assert!(is_exactly(Task::Any, &Hit::MISS, &Hit::MISS));
+    }
+}
