@@ -77,7 +77,7 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
         let hit = lanes.le(near, far);
         let hits = lanes.bits(hit);
         // An only child that is a node needs no order either.
-        if hits != 0 && hits & (hits - 1) == 0 {
+        if hits.is_power_of_two() {
             let child = node.child[hits.trailing_zeros() as usize & (W - 1)];
             if child & LEAF == 0 {
                 current = child;

@@ -7,7 +7,7 @@ use super::hid::{self, Features};
 use super::protocol::Protocol;
 use super::spec::{HidName, HidSpec, SerialSpec};
 use miette::Diagnostic;
-use shisen_tracker::command::{Action, Failure, Session, Watch};
+use shisen_tracker::command::{Action, Failure, Script, Session, Watch};
 use shisen_tracker::decoder::{Counts, Decoder, Event};
 use shisen_tracker::hid::device::Device;
 use shisen_tracker::hid::eye_tracker::LayoutError;
@@ -145,9 +145,9 @@ pub(super) struct Live {
     /// What an eye tracker said of itself, until that is announced.
     features: Option<Features>,
     session: Option<Session>,
-    /// The session before changes the line's speed: the one that makes the
-    /// device send is still to come.
-    starts_next: bool,
+    /// What is said after it: the line's speed is changed before the device is
+    /// set up.
+    then: Option<Script>,
     watch: Watch,
     /// There is trouble, and it was said.
     said: bool,
@@ -181,7 +181,7 @@ impl Live {
         let plugged = plug(&wanted)?;
         let mut live = Self {
             session: session(&wanted),
-            starts_next: changes_speed(&wanted),
+            then: script_after(&wanted),
             watch: watch(&wanted),
             wanted,
             port: Some(plugged.port),
@@ -244,9 +244,12 @@ impl Live {
         }
         let heard = self.listen(now, sink);
         let spoken = heard.and_then(|()| self.speak(now(), sink));
-        let spoken = spoken.and_then(|()| match self.is_resetting() {
-            true => Ok(()),
-            false => self.tell_again(now()),
+        let spoken = spoken.and_then(|()| {
+            if self.is_resetting() {
+                Ok(())
+            } else {
+                self.tell_again(now())
+            }
         });
         if let Err(reason) = spoken {
             self.port = None;
@@ -289,7 +292,8 @@ impl Live {
         let (watch, session) = (&mut self.watch, &mut self.session);
         let mut goes_on = false;
         let (again_at, held_back) = (&mut self.again_at, &mut self.held_back);
-        let has_said_all = session.as_ref().is_none_or(Session::has_said_all) && !self.starts_next;
+        let has_said_all =
+            session.as_ref().is_none_or(Session::has_said_all) && self.then.is_none();
         let set_up = has_said_all || now >= self.believed_at;
         self.decoder.feed(&buffer[..read], now, &mut |event| {
             watch.on_event(&event, now);
@@ -323,11 +327,8 @@ impl Live {
                 Action::Send(bytes) => port.write(bytes)?,
                 Action::Speed(baud) => port.set_speed(baud)?,
                 Action::Wait(_) => return Ok(()),
-                Action::Done if self.starts_next => {
-                    self.starts_next = false;
-                    if let Wanted::Serial(spec) = &self.wanted {
-                        *session = Session::new(spec.protocol.start(false));
-                    }
+                Action::Done if self.then.is_some() => {
+                    *session = Session::new(self.then.take().unwrap_or_default());
                 }
                 Action::Done => {
                     self.session = None;
@@ -336,7 +337,7 @@ impl Live {
                 }
                 Action::Failed(failure) => {
                     self.session = None;
-                    self.starts_next = false;
+                    self.then = None;
                     self.again_at = now.after(AGAIN);
                     // These two the watch says, and earlier.
                     let by_watch = matches!(
@@ -369,7 +370,7 @@ impl Live {
             }
             None => Session::new(spec.protocol.start(false)),
         });
-        self.starts_next = spec.speed.is_some();
+        self.then = script_after(&self.wanted);
         self.resets_since = None;
         self.again = true;
         self.believed_at = now.after(setting_up(&self.wanted));
@@ -388,7 +389,7 @@ impl Live {
                 self.features = plugged.features;
                 (self.port, self.path) = (Some(plugged.port), plugged.path);
                 self.session = session(&self.wanted);
-                self.starts_next = changes_speed(&self.wanted);
+                self.then = script_after(&self.wanted);
                 self.watch = watch(&self.wanted);
                 self.said = false;
                 self.announce = true;
@@ -464,9 +465,12 @@ fn session(wanted: &Wanted) -> Option<Session> {
     ))
 }
 
-/// Whether that changes the line's speed, and what makes it send comes then.
-fn changes_speed(wanted: &Wanted) -> bool {
-    matches!(wanted, Wanted::Serial(spec) if spec.speed.is_some())
+/// What is said after a change of the line's speed.
+fn script_after(wanted: &Wanted) -> Option<Script> {
+    match wanted {
+        Wanted::Serial(spec) if spec.speed.is_some() => Some(spec.protocol.start(false)),
+        _ => None,
+    }
 }
 
 /// Since when one is waited for that is told to restart when it is plugged in.
@@ -488,7 +492,7 @@ fn believed(wanted: &Wanted, now: Micros) -> Micros {
 
 /// How long its samples are held back.
 fn setting_up(wanted: &Wanted) -> Micros {
-    if changes_speed(wanted) {
+    if script_after(wanted).is_some() {
         SETTING_UP.after(CHANGING_SPEED)
     } else {
         SETTING_UP

@@ -188,7 +188,7 @@ fn a_line_is_changed_to_another_speed_and_left_silent() {
     assert_eq!(at(9_600), b"co576,N,8,0\r");
     let fast = String::from_utf8(at(57_600)).unwrap();
     assert!(fast.starts_with("ScfU"), "{fast}");
-    assert!(fast.ends_with("C"), "{fast}");
+    assert!(fast.ends_with('C'), "{fast}");
     told.clear();
     drop(live);
     serve(Micros::from_millis(2_000), &mut told);
