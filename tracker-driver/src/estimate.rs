@@ -474,6 +474,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         }
         let since = self.lost.map_or(time, |lost| lost.since);
         if self.lost.is_none() {
+            self.same_gaze.interrupt();
             sink(Event::BlinkStarted { at: time });
         }
         self.lost = Some(Lost {

@@ -143,6 +143,11 @@ fn shares(worst: &mut Worst, cos: f32, m: f32, n: f32) {
     } = refract(d, Vec3::Y, m, n);
     let found = direction.map(|_| (f64::from(reflectance), f64::from(transmittance)));
     worst.ours(error(found));
+    // What does not get through is all there.
+    if direction.is_none() {
+        worst.ours(f64::from(reflectance) - 1.0);
+        worst.ours(transmittance.into());
+    }
     let naive = textbook(d, Vec3::Y, m, n);
     worst.naive(error(naive.map(|(r, t, _)| (f64::from(r), f64::from(t)))));
 }

@@ -135,10 +135,13 @@ fn textbook(radii: [f32; 2], ray: &Ray) -> Option<[f32; 2]> {
     Some([(-b - root) / (2.0 * a), (-b + root) / (2.0 * a)])
 }
 
-/// Compares both with the truth: distances in `unit`s of radii where the
-/// verdict is right, and by how much the line passes the other side where it is
-/// wrong.
-fn check(worst: &mut Worst, radii: [f32; 2], ray: &Ray, unit: f64, verdict_unit: f64) {
+/// What a line has of a spheroid where no rounding excuses that it is missed.
+const BEYOND_DOUBT: f64 = 0.1;
+
+/// Compares both with the truth, in `unit`s of radii: distances where the verdict
+/// is right, and where it is wrong by how much the line passes the other side, or
+/// no number where that is beyond doubt.
+fn check(worst: &mut Worst, radii: [f32; 2], ray: &Ray, unit: f64) {
     let exact = Meeting::new(radii, ray);
     let error = |found: Option<[f32; 2]>| match (found, exact.t) {
         (None, None) => 0.0,
@@ -147,7 +150,8 @@ fn check(worst: &mut Worst, radii: [f32; 2], ray: &Ray, unit: f64, verdict_unit:
             // A NaN is not lost on the way.
             (error(0) + error(1)) * exact.speed / 2.0 / unit
         }
-        _ => exact.clearance.abs() / 2.0 / verdict_unit,
+        _ if exact.clearance.abs() >= BEYOND_DOUBT => f64::NAN,
+        _ => exact.clearance.abs() / 2.0 / unit,
     };
     let spheroid = Spheroid::new(radii[0], radii[1]);
     let ours = spheroid.and_then(|spheroid| spheroid.intersect(ray));
@@ -168,7 +172,7 @@ fn at_middle(worst: &mut Worst, inputs: &mut Inputs, radii: [f32; 2], distance: 
     // Rounded, the line may have gone elsewhere.
     if Meeting::new(radii, &ray).clearance >= 0.19 {
         let unit = UNIT * (1.0 + distance);
-        check(worst, radii, &ray, unit, UNIT);
+        check(worst, radii, &ray, unit);
     }
 }
 
@@ -238,7 +242,7 @@ fn from_surface(effort: Effort) -> Errors {
         let direction = single(inputs.direction());
         let cosine = f64::from(from.dot(direction)).abs();
         if let Some(ray) = Ray::new(from, direction).filter(|_| cosine > 1.0e-3) {
-            check(&mut worst, [1.0, 1.0], &ray, UNIT / cosine, UNIT);
+            check(&mut worst, [1.0, 1.0], &ray, UNIT / cosine);
         }
     }
     worst.0
@@ -254,7 +258,7 @@ fn from_inside(effort: Effort) -> Errors {
             continue;
         };
         let half = Meeting::new([1.0, 1.0], &ray).clearance.sqrt();
-        check(&mut worst, [1.0, 1.0], &ray, UNIT / half, UNIT);
+        check(&mut worst, [1.0, 1.0], &ray, UNIT / half);
     }
     worst.0
 }

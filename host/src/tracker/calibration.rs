@@ -44,6 +44,7 @@ use shisen_tracker::estimate::{
     RoomFromTracker, Screen, Sensors, Target,
 };
 use shisen_tracker::mock::Format;
+use shisen_tracker::time::Micros;
 use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -540,12 +541,29 @@ pub fn estimation(
         sensors: spec.head().map_or(Sensors::First, Sensors::Only),
         ..EstimatorConfig::default()
     };
+    if is_coarse(spec) {
+        config.stuck_after = Some(COARSE_STUCK_AFTER);
+    }
     if let Some(calibrated) = calibrated {
         calibrated.file.place(&mut config);
         [config.left, config.right, config.combined] = calibrated.fits;
     }
     config.resting_head = head;
     config
+}
+
+/// From when on a gaze of few digits is stuck: the longest fixations are no longer.
+const COARSE_STUCK_AFTER: Micros = Micros::from_millis(1_500);
+
+/// Whether a tracker gives whole numbers of its camera's, which may well stay what
+/// they are throughout a fixation.
+fn is_coarse(spec: &Spec) -> bool {
+    let protocol = match spec {
+        Spec::Serial(spec) => Some(&spec.protocol),
+        Spec::Mock(spec) => spec.protocol.as_ref(),
+        Spec::Hid(_) | Spec::Replay(_) => None,
+    };
+    protocol.is_some_and(|protocol| matches!(protocol.format(), Format::Asl(_) | Format::Iscan(_)))
 }
 
 /// The screen in front of the mock.

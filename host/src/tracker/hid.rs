@@ -43,8 +43,7 @@ impl Features {
         let mut unread = Vec::new();
         let mut said = |name, report: Option<(u8, usize)>| {
             let (id, bytes) = report?;
-            let mut buffer = vec![0; bytes.max(1)];
-            let read = device.feature(id, &mut buffer).map(<[u8]>::to_vec);
+            let read = device.feature(id, bytes);
             read.map_err(|reason| unread.push(format!("{name} ({id:#04x}): {reason}")))
                 .ok()
         };
@@ -104,8 +103,9 @@ pub(super) fn plug(spec: &HidSpec) -> Result<Plugged, LiveError> {
         reason,
     })?;
     let mut features = Features::of(&mut device, &tracker);
-    if let Some(request) = tracker.mode_request(Mode::ALL) {
-        let asked = device.set_feature(&request);
+    let [.., control] = tracker.feature_reports();
+    if let (Some((id, _)), Some(request)) = (control, tracker.mode_request(Mode::ALL)) {
+        let asked = device.set_feature(id, &request);
         features.refused = asked.err().map(|reason| reason.to_string());
     }
     Ok(Plugged {

@@ -1,7 +1,7 @@
 mod prediction;
 
 use super::*;
-use crate::sample::{Eye, GazeFrame, GazePoint, Reading};
+use crate::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading};
 use glam::{Quat, Vec2};
 use std::vec::Vec;
 
@@ -231,6 +231,75 @@ fn what_cannot_be_is_refused() {
     // None of it has moved the gaze.
     let forward = run.estimate().line_of_sight.forward();
     assert!(angle(forward, Vec3::new(0.1, 0.0, -1.0).normalize()) < 0.02);
+}
+
+/// Trackers that say no more than where they see the eye: what they say while they
+/// do not is a blink.
+#[test]
+fn eyes_that_their_decoder_says_are_not_seen_blink() {
+    use crate::decoder::{Decoder, Event as Decoded};
+    use crate::eye::{asl, iscan};
+    // A thousandth of the plane a metre ahead is 1.
+    let raw = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE];
+    let targets = raw.map(|place| Target {
+        measured: place * 1_000.0,
+        direction: place.extend(-1.0),
+    });
+    let config = EstimatorConfig {
+        combined: Calibration::fit(Model::Affine, &targets).ok(),
+        ..EstimatorConfig::default()
+    };
+    let decoded = |decoder: &mut dyn Decoder, bytes: &[u8]| {
+        let mut found = None;
+        decoder.feed(bytes, Micros(0), &mut |event| {
+            if let Decoded::Sample(sample) = event {
+                found = Some(sample);
+            }
+        });
+        found
+    };
+    let point = |point: Option<Vec2>| {
+        let mut sample = Sample::arrived(Micros(0));
+        sample.gaze_point = point.map(|point| Reading::tracked(GazePoint::Raw(point)));
+        sample.combined.pupil = point.map(|_| Pupil::Raw(50.0));
+        sample
+    };
+    let of_iscan = |sample: &Sample| {
+        let record = iscan::encode(sample, &iscan::Config::default());
+        // A record is handed over once the next has come.
+        decoded(
+            &mut iscan::Iscan::default(),
+            &[&record[..], &record].concat(),
+        )
+    };
+    let of_asl = |sample: &Sample| {
+        let frame = asl::encode(sample, asl::Layout::Numbered);
+        decoded(&mut asl::Asl::default(), &[&frame[..], &frame].concat())
+    };
+    let ways: [&dyn Fn(&Sample) -> Option<Sample>; 2] = [&of_iscan, &of_asl];
+    for way in ways {
+        let with_head = |i: u64, seen: Option<Vec2>| {
+            let mut sample = way(&point(seen))?;
+            sample.head = head_only(i).head;
+            Some(sample)
+        };
+        let mut run = Run::new(&config);
+        let open = run.run(300, &|i| {
+            with_head(i, Some(Vec2::new(100.0 + (i % 3) as f32, 50.0)))
+        });
+        assert_eq!((open.state, open.blink), (State::Fresh, false));
+        let shut = run.run(700, &|i| with_head(i, None));
+        assert_eq!((shut.state, shut.blink), (State::Hold, true));
+        let open = run.run(10, &|i| {
+            with_head(i, Some(Vec2::new(100.0 + (i % 3) as f32, 50.0)))
+        });
+        assert_eq!((open.state, open.blink), (State::Fresh, false));
+        let lasted = run.events.iter().find_map(|event| match event {
+            Event::BlinkEnded { lasted, .. } => Some(*lasted),
+            _ => None,
+        });
+        assert_eq!(lasted, Some(Micros(700_000)));
+    }
 }
 
 /// Whether a gaze was refused for being stuck; forgets what happened.

@@ -70,6 +70,12 @@ impl Unchanged {
         }
     }
 
+    /// Nothing was read: what is read next is new, whatever it is, unless it is
+    /// what it was stuck at.
+    pub(super) fn interrupt(&mut self) {
+        self.0 = self.0.filter(|since| since.stuck);
+    }
+
     /// When the reading was measured whose newest sample is of `newest`.
     pub(super) fn measured(&self, newest: Option<Micros>) -> Option<Micros> {
         let stuck = self.0.filter(|since| since.stuck);

@@ -261,14 +261,17 @@ fn sample(
         return Err(DropReason::OutOfRange);
     }
     let found = pupil > 0.0 || !config.zero_is_lost;
-    let point = GazePoint::Raw(Vec2::new(horizontal, vertical));
+    let point = Reading {
+        value: GazePoint::Raw(Vec2::new(horizontal, vertical)),
+        tracked: found,
+    };
     Ok(Sample {
         sequence: number,
         combined: Eye {
             pupil: (pupil > 0.0).then_some(Pupil::Raw(pupil)),
             ..Eye::default()
         },
-        gaze_point: found.then_some(Reading::tracked(point)),
+        gaze_point: Some(point),
         ..Sample::arrived(arrival)
     })
 }

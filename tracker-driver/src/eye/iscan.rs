@@ -313,7 +313,10 @@ fn sample(config: &Config, words: &[u8], arrival: Micros) -> Sample {
     let gaze = point(Output::GazeHorizontal, Output::GazeVertical);
     let pupil = point(Output::PupilHorizontal, Output::PupilVertical);
     let lost = [gaze, pupil].iter().flatten().any(|&(_, lost)| lost);
-    let gaze = gaze.or(pupil).filter(|_| !lost);
+    let reading = |(point, _)| Reading {
+        value: GazePoint::Raw(point),
+        tracked: !lost,
+    };
     Sample {
         combined: Eye {
             pupil: value(Output::PupilDiameter)
@@ -321,7 +324,7 @@ fn sample(config: &Config, words: &[u8], arrival: Micros) -> Sample {
                 .map(Pupil::Raw),
             ..Eye::default()
         },
-        gaze_point: gaze.map(|(point, _)| Reading::tracked(GazePoint::Raw(point))),
+        gaze_point: gaze.or(pupil).map(reading),
         ..Sample::arrived(arrival)
     }
 }

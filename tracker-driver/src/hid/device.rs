@@ -109,31 +109,71 @@ impl Device {
         }
     }
 
-    /// Sends a feature report, its id in front (0 where it has none).
+    /// Sends the feature report `id`: its bytes, its id in front where the device
+    /// uses ids, which are above 0.
     ///
     /// # Errors
     /// Those of the system: the device refuses it, or is gone.
-    pub fn set_feature(&mut self, report: &[u8]) -> io::Result<()> {
-        self.device.send_feature_report(report).map_err(system)
+    pub fn set_feature(&mut self, id: u8, report: &[u8]) -> io::Result<()> {
+        let sent = as_sent(id, report);
+        self.device.send_feature_report(&sent).map_err(system)
     }
 
-    /// Reads the feature report `id` into `report`: its bytes, its id among
-    /// them.
+    /// Reads the feature report `id` of `length` bytes at most: its bytes, its id
+    /// in front where the device uses ids.
     ///
     /// # Errors
     /// Those of the system: the device has none, or is gone.
-    pub fn feature<'r>(&mut self, id: u8, report: &'r mut [u8]) -> io::Result<&'r [u8]> {
+    pub fn feature(&mut self, id: u8, length: usize) -> io::Result<Vec<u8>> {
+        let mut report = as_sent(id, &[]);
+        report.resize(room(id, length), 0);
         if let Some(first) = report.first_mut() {
             *first = id;
         }
-        let length = self.device.get_feature_report(report).map_err(system)?;
-        Ok(report.get(..length).unwrap_or_default())
+        let read = self.device.get_feature_report(&mut report);
+        report.truncate(read.map_err(system)?);
+        Ok(as_read(id, length, report))
     }
+}
+
+/// The system wants an id before every report: 0 for those that have none.
+fn as_sent(id: u8, report: &[u8]) -> Vec<u8> {
+    let none: &[u8] = if id == 0 { &[0] } else { &[] };
+    [none, report].concat()
+}
+
+/// What that takes for a report of so many bytes.
+fn room(id: u8, length: usize) -> usize {
+    length.max(1) + usize::from(id == 0)
+}
+
+/// It gives it back, too; but not of every device.
+fn as_read(id: u8, length: usize, mut report: Vec<u8>) -> Vec<u8> {
+    if id == 0 && report.len() > length {
+        report.remove(0);
+    }
+    report
 }
 
 fn system(error: HidError) -> io::Error {
     match error {
         HidError::IoError { error } => error,
         other => io::Error::other(other),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reports_without_an_id_have_a_zero_before_them_on_the_way() {
+        assert_eq!(as_sent(7, &[7, 1]), [7, 1]);
+        assert_eq!(as_sent(0, &[1]), [0, 1]);
+        assert_eq!((room(7, 3), room(0, 3), room(7, 0)), (3, 4, 1));
+        assert_eq!(as_read(7, 3, [7, 1, 2].into()), [7, 1, 2]);
+        assert_eq!(as_read(0, 2, [0, 1, 2].into()), [1, 2]);
+        // As some drivers have it, and a report that ends early.
+        assert_eq!(as_read(0, 2, [1, 2].into()), [1, 2]);
     }
 }

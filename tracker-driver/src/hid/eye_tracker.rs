@@ -494,7 +494,7 @@ impl EyeTracker {
             gaze_frame: GazeFrame::Tracker,
             left: eye(left),
             right: eye(right),
-            gaze_point: gaze_point(*gaze_x, *gaze_y, body).map(Reading::tracked),
+            gaze_point: gaze_point(*gaze_x, *gaze_y, body),
             ..Sample::arrived(arrival)
         }
     }
@@ -572,17 +572,25 @@ fn read_status(group: &Group<2>, report: &[u8]) -> Result<Status, ReportError> {
     })
 }
 
-/// The gaze point; in the device's own units where it has no length.
-fn gaze_point(x: Option<Field>, y: Option<Field>, body: &[u8]) -> Option<GazePoint> {
-    let point = Field::read_metres(x, body).zip(Field::read_metres(y, body));
-    if let Some((x, y)) = point {
-        return Some(GazePoint::Plane(Vec2::new(x, y)));
-    }
-    if x?.is_length() || y?.is_length() {
+/// The gaze point; in the device's own units where it has no length. Where the
+/// device has one and says that it has no value, it is not tracked.
+fn gaze_point(x: Option<Field>, y: Option<Field>, body: &[u8]) -> Option<Reading<GazePoint>> {
+    let is_length = x?.is_length();
+    if y?.is_length() != is_length {
         return None;
     }
-    let (x, y) = Field::read_value(x, body).zip(Field::read_value(y, body))?;
-    Some(GazePoint::Raw(Vec2::new(x, y)))
+    let (point, place): (fn(Vec2) -> GazePoint, _) = if is_length {
+        let place = Field::read_metres(x, body).zip(Field::read_metres(y, body));
+        (GazePoint::Plane, place)
+    } else {
+        let place = Field::read_value(x, body).zip(Field::read_value(y, body));
+        (GazePoint::Raw, place)
+    };
+    let (x, y) = place.unwrap_or_default();
+    Some(Reading {
+        value: point(Vec2::new(x, y)),
+        tracked: place.is_some(),
+    })
 }
 
 /// A head that faces this way and holds its +X level; `None` for straight up

@@ -104,7 +104,8 @@ fn the_short_layout_has_no_frame_number() {
 fn an_eye_that_was_not_found_has_no_gaze() {
     let frame = encode(&looking_at(1, 0.0, 5.0, 6.0), Layout::Numbered);
     let found = sample_of(Asl::default(), &frame);
-    assert_eq!(found.gaze_point, None);
+    let point = GazePoint::Raw(Vec2::new(5.0, 6.0));
+    assert_eq!(found.gaze_point, Some(Reading::held(point)));
     assert_eq!(found.combined.pupil, None);
     let config = Config {
         zero_is_lost: false,
@@ -112,7 +113,7 @@ fn an_eye_that_was_not_found_has_no_gaze() {
     };
     let found = sample_of(Asl::new(config), &frame);
     assert_eq!(found.combined.pupil, None);
-    assert!(found.gaze_point.is_some());
+    assert_eq!(found.gaze_point, Some(Reading::tracked(point)));
 }
 
 #[test]

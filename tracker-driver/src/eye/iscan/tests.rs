@@ -128,7 +128,7 @@ fn an_eye_that_was_not_found_has_no_gaze() {
     ] {
         let bytes = [record(&words), record(&words)].concat();
         let found = samples(&mut Iscan::default(), &bytes);
-        assert_eq!(found[0].gaze_point.is_some(), gaze, "{words:?}");
+        assert_eq!(found[0].gaze_point.unwrap().tracked, gaze, "{words:?}");
         assert_eq!(found[0].combined.pupil.is_some(), pupil, "{words:?}");
     }
     let config = Config {

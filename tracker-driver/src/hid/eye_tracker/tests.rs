@@ -98,7 +98,8 @@ fn what_is_out_of_range_is_not_there() {
             }
             report[9 + 4 * place..13 + 4 * place].copy_from_slice(&value.to_le_bytes());
             let sample = samples(&mut tracker(), &report)[0];
-            assert_eq!(sample.gaze_point.is_some(), place >= 2);
+            let point = sample.gaze_point.unwrap();
+            assert_eq!(point.tracked, place >= 2);
             assert_eq!(sample.left.origin.is_some(), !(2..5).contains(&place));
             assert_eq!(sample.right.origin.is_some(), !(5..8).contains(&place));
             assert_eq!(sample.head.position.is_some(), !(8..11).contains(&place));
