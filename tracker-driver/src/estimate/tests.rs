@@ -276,8 +276,7 @@ fn eyes_that_their_decoder_says_are_not_seen_blink() {
         let frame = asl::encode(sample, asl::Layout::Numbered);
         decoded(&mut asl::Asl::default(), &[&frame[..], &frame].concat())
     };
-    let ways: [&dyn Fn(&Sample) -> Option<Sample>; 2] = [&of_iscan, &of_asl];
-    for way in ways {
+    for way in [&of_iscan as &dyn Fn(&Sample) -> Option<Sample>, &of_asl] {
         let with_head = |i: u64, seen: Option<Vec2>| {
             let mut sample = way(&point(seen))?;
             sample.head = head_only(i).head;
