@@ -108,12 +108,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 6512
+#define SHISEN_TRACKER_SIZE 6544
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a tracker's handle, whatever its protocol.
-#define SHISEN_TRACKER_SIZE 6800
+#define SHISEN_TRACKER_SIZE 6832
 #endif
 
 #if defined(SHISEN_POINTERS_32)
