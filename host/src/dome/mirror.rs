@@ -91,8 +91,8 @@ impl Mirror {
     /// The least β₁ that [`from_edge`](Self::from_edge) takes, radians.
     pub const LEAST_EDGE: f64 = 1.0e-3;
 
-    /// The least a·tan β₁ that [`from_slope`](Self::from_slope) takes: the
-    /// viewpoint is then 10⁻¹² of the mirror above its pole.
+    /// The least a·tan β₁ that [`from_slope`](Self::from_slope) takes: towards 0,
+    /// where the viewpoint is the pole, 1/d₁ has no end.
     pub const LEAST_SLOPE: f64 = 1.0e-6;
 
     /// Parallel projection: equations 38 to 40.
