@@ -31,9 +31,9 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let need = render(&views, Budget::UNLIMITED, u64::MAX)?.steps;
     let dearest = dearest(&views)?;
     let shares: &[u32] = bench.effort.pick(
-        &[1, 5, 10, 20, 35, 50, 70, 90, 100, 200],
+        &[1, 5, 10, 20, 35, 50, 70, 90, 100, 102, 200],
         &[
-            1, 2, 5, 10, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90, 95, 100, 110, 150, 200,
+            1, 2, 5, 10, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90, 95, 100, 101, 102, 110, 150, 200,
         ],
     );
     let steps = |share: u32| need * u64::from(share) / 100;
