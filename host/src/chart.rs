@@ -445,8 +445,22 @@ impl Axis {
         (a.min(b).max(0.0), a.max(b).min(1.0))
     }
 
+    /// Whether a tick of a logarithmic axis, other than 1, 2 and 5 times a power of
+    /// ten, has no room for its number beside its neighbours' ones.
+    fn is_crowded_at(&self, value: f64) -> bool {
+        let digit = value / 10f64.powf(value.log10().floor());
+        let is_round = [1.0, 2.0, 5.0, 10.0]
+            .into_iter()
+            .any(|round: f64| (digit - round).abs() < 1.0e-6);
+        let decades = (self.range.end / self.range.start).log10();
+        decades > 0.5 && !is_round
+    }
+
     /// What is written at a tick.
     fn tick(&self, value: f64) -> String {
+        if self.logarithmic && self.is_crowded_at(value) {
+            return String::new();
+        }
         if self.logarithmic && !(1.0e-3..1.0e5).contains(&value) {
             return format!("{value:.0e}");
         }
@@ -612,6 +626,11 @@ mod tests {
             assert_eq!(chart.x.tick(value), linear);
             assert_eq!(chart.y.tick(value), logarithmic);
         }
+        // Nine numbers a decade would lie on each other.
+        let mut wide = chart.clone();
+        wide.y.range = 5.0..80.0;
+        let found = [10.0, 20.0, 30.0, 40.0, 50.0, 70.0].map(|value| wide.y.tick(value));
+        assert_eq!(found, ["10", "20", "", "", "50", ""]);
         // All of an axis next to nothing.
         let mut chart = chart;
         chart.x.range = 0.0..5.0e-7;
