@@ -72,17 +72,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
             )
         });
     }
-    let about = format!(
-        "The frame of the first section by the paper's levels, {size}² pixels a wall, on one \
-         thread. It needs {need} steps; it may take a share of them, tiles of {TILE}² pixels from \
-         the line of sight outwards, and those that nothing is left for show the background. What \
-         is begun is traced to its end, which takes {dearest} steps at most here (the dearest \
-         pixel with the rays of its block); so many but one are set aside, {:.2} % of the need, \
-         and no frame takes more than it may. The \
-         truth is the same frame with all steps. Rings are those of the walls' own pixels: what \
-         is looked at comes first, and is whole with the least budgets.",
-        100.0 * set_aside(dearest) as f64 / need.max(1) as f64,
-    );
+    let about = about(size, need, dearest);
     let mut measures = MEASURES.to_vec();
     measures.push(measure("lacking_percent", "tiles that lack something, %"));
     measures.push(measure("spent_percent", "taken of what it may, %"));
@@ -124,6 +114,21 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         picture: room.unfold(&pictures(&truth).cloned().collect::<Vec<_>>())?,
     });
     Ok(section)
+}
+
+/// What is measured, and how.
+fn about(size: u32, need: u64, dearest: u64) -> String {
+    format!(
+        "The frame of the first section by the paper's levels, {size}² pixels a wall, on one \
+         thread. It needs {need} steps; it may take a share of them, tiles of {TILE}² pixels from \
+         the line of sight outwards, and those that nothing is left for show the background. What \
+         is begun is traced to its end, which takes {dearest} steps at most here (the dearest \
+         pixel with the rays of its block); so many but one are set aside, {:.2} % of the need, \
+         and no frame takes more than it may. The \
+         truth is the same frame with all steps. Rings are those of the walls' own pixels: what \
+         is looked at comes first, and is whole with the least budgets.",
+        100.0 * set_aside(dearest) as f64 / need.max(1) as f64,
+    )
 }
 
 /// The share of the steps with which each tile is whole, as colours.

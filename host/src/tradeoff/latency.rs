@@ -12,6 +12,7 @@ use shisen_core::gaze::VisualField;
 use shisen_tracker::estimate::{EstimatorConfig, GazeEstimator, GazePrediction, State};
 use shisen_tracker::mock::{Kind, Tracker, TrackerConfig, Viewer, ViewerConfig};
 use shisen_tracker::time::Micros;
+use std::fmt::Write as _;
 
 /// Samples a second.
 const RATE: u32 = 500;
@@ -185,11 +186,13 @@ fn choice(points: &[Point]) -> String {
         .map(|one| one.name.as_str())
         .collect();
     if !same.is_empty() {
-        text += &format!(" ({} are no nearer)", same.join(", "));
+        // Writing to a string does not fail.
+        let _ = write!(text, " ({} are no nearer)", same.join(", "));
     }
     let without = points.iter().find(|one| horizon(one) == Some(0));
     if let Some(without) = without.filter(|one| one.name != chosen.name) {
-        text += &format!("; with {}, {}", without.name, of(without));
+        // Writing to a string does not fail.
+        let _ = write!(text, "; with {}, {}", without.name, of(without));
     }
     text + "."
 }

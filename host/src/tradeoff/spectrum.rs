@@ -89,21 +89,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         }
         points.push(point);
     }
-    let about = format!(
-        "{} details of a ball of quartz on a checkered floor, {}² pixels each and no two pixels \
-         alike, of which {:.0} % meet glass; errors are of these: \
-         CIEDE2000 of what a display shows. The paper's method and fixed wavelengths are a \
-         picture for each wavelength, of a part of {SAMPLES} rays a pixel; of a comb each of \
-         {SAMPLES} rays takes one wavelength, or of fewer rays each several; split, each of \
-         {SPLIT_SAMPLES} rays takes all. The \
-         truth are {} rays a pixel, each split into {TRUE_WAVELENGTHS} wavelengths, in turns \
-         416, in the colours of the CIE's table; with a quarter fewer rays it is off by {own:.2} \
-         itself (95 %).",
-        details.len(),
-        details[0].size,
-        100.0 * share,
-        true_samples(bench),
-    );
+    let about = about(bench, &details, share, own);
     let measures = vec![
         measure("de2000_95", "95 % ΔE2000"),
         measure("de2000_95_deviation", "±, of details"),
@@ -147,6 +133,25 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         section.pictures.push(figure(caption, picture));
     }
     Ok(section)
+}
+
+/// What is measured, and how.
+fn about(bench: &Bench<'_>, details: &[Balls], share: f64, own: f64) -> String {
+    format!(
+        "{} details of a ball of quartz on a checkered floor, {}² pixels each and no two pixels \
+         alike, of which {:.0} % meet glass; errors are of these: \
+         CIEDE2000 of what a display shows. The paper's method and fixed wavelengths are a \
+         picture for each wavelength, of a part of {SAMPLES} rays a pixel; of a comb each of \
+         {SAMPLES} rays takes one wavelength, or of fewer rays each several; split, each of \
+         {SPLIT_SAMPLES} rays takes all. The \
+         truth are {} rays a pixel, each split into {TRUE_WAVELENGTHS} wavelengths, in turns \
+         416, in the colours of the CIE's table; with a quarter fewer rays it is off by {own:.2} \
+         itself (95 %).",
+        details.len(),
+        details[0].size,
+        100.0 * share,
+        true_samples(bench),
+    )
 }
 
 fn true_samples(bench: &Bench<'_>) -> u16 {

@@ -25,7 +25,7 @@ impl Light {
     fn draw(draw: &mut Inputs) -> Self {
         let first = 380.0 + draw.range(0.0, STEP.into()) as f32;
         let level = draw.unit();
-        let bumps: Vec<[f64; 3]> = (0..1 + draw.below(3))
+        let bumps: Vec<[f64; 3]> = (0..=draw.below(3))
             .map(|_| {
                 let height = draw.range(-level, 1.0);
                 [height, draw.range(400.0, 700.0), draw.range(10.0, 80.0)]
