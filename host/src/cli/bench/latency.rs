@@ -7,7 +7,7 @@ use super::super::print;
 use super::super::tracker::{Interrupt, protocol, whole};
 use clap::Args;
 use serde::Serialize;
-use shisen::chart::{Axis, Chart, Corner, Line};
+use shisen::chart::{Axis, Chart, Corner, Line, Names};
 use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
 use shisen::output::write_atomically;
 use shisen::render::Observer;
@@ -312,7 +312,7 @@ fn chart(runs: &[Run]) -> Chart {
             logarithmic: false,
         },
         lines,
-        names: Corner::LowerRight,
+        names: Names::In(Corner::LowerRight),
         notes: Vec::new(),
     }
 }
