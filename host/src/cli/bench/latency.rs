@@ -12,7 +12,7 @@ use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSetting
 use shisen::output::write_atomically;
 use shisen::render::Observer;
 use shisen::tracker::pty::Pty;
-use shisen::tracker::{MockSpec, Protocol, SerialSpec, Spec, serve, simulated};
+use shisen::tracker::{MockSpec, Protocol, SerialSpec, Spec, Times, serve, simulated};
 use shisen_core::gaze::HeadPose;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -195,6 +195,7 @@ impl Arguments {
             stop: false,
             head: None,
             rts: None,
+            times: Times::default(),
         }))?;
         let mut runs = Vec::new();
         for (latch, name) in LATCHES {
