@@ -149,7 +149,7 @@ fn listen(
         let now = feed.now();
         feed.poll(now, &mut |notice| {
             let sample = match &notice {
-                Notice::Decoded(event) => match **event {
+                Notice::Decoded(event) => match *event {
                     Event::Sample(sample) => sample,
                     _ => return tell(Happening::Feed(notice)),
                 },
