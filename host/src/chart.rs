@@ -1,11 +1,12 @@
 //! Charts of lines: as a picture for people and as numbers for programs.
 
 use crate::output::write_atomically;
+use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::element::{Circle, EmptyElement, PathElement, Text};
 use plotters::prelude::{
-    ChartBuilder, DrawingAreaErrorKind, IntoDrawingArea, IntoLogRange, LineSeries, RGBColor,
-    SVGBackend, SeriesLabelPosition,
+    ChartBuilder, DrawingArea, DrawingAreaErrorKind, IntoDrawingArea, IntoLogRange, LineSeries,
+    RGBColor, SVGBackend, SeriesLabelPosition,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{BLACK, Color, IntoTextStyle, ShapeStyle, WHITE};
@@ -23,6 +24,10 @@ const PARTS: u32 = 10;
 
 /// Of a line beside its name.
 const KEY: i32 = 22 * PARTS as i32;
+
+/// Names below a chart that stand beside each other, and the height of a row of them.
+const NAMES_A_ROW: usize = 3;
+const NAME_ROW: u32 = 20;
 
 /// Radius of a dot.
 const DOT: u32 = 5 * PARTS;
@@ -50,8 +55,8 @@ pub struct Chart {
     pub y: Axis,
     /// What it shows.
     pub lines: Vec<Line>,
-    /// Where there is room for the names of the lines.
-    pub names: Corner,
+    /// Where the names of the lines stand.
+    pub names: Names,
     /// What is written beside places of it.
     pub notes: Vec<Note>,
 }
@@ -65,6 +70,15 @@ pub struct Note {
     pub text: String,
     /// Where it stands from the place.
     pub side: Corner,
+}
+
+/// Where the names of the lines of a chart stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Names {
+    /// In a corner, over what is there.
+    In(Corner),
+    /// Below the chart, which is so much higher.
+    Below,
 }
 
 /// A corner of a chart.
@@ -143,13 +157,14 @@ impl Chart {
         text
     }
 
-    /// The picture, SVG, as text, with so many columns and rows. Letters have one
-    /// size in all.
+    /// The picture, SVG, as text, with so many columns and rows, and more rows for
+    /// names below it. Letters have one size in all.
     ///
     /// # Errors
     /// A range that no axis can have.
     pub fn svg(&self, size: (u32, u32)) -> io::Result<String> {
         let mut picture = String::new();
+        let size = (size.0, size.1 + self.names_height());
         let (x, y) = (self.x.range.clone(), self.y.range.clone());
         match (self.x.logarithmic, self.y.logarithmic) {
             (false, false) => self.draw((&mut picture, size), x, y),
@@ -183,6 +198,8 @@ impl Chart {
         let below = area
             .margin(10 * PARTS, 0, 0, 0)
             .titled(&self.title, ("sans-serif", 20 * PARTS))?;
+        let (below, names) =
+            below.split_vertically(below.dim_in_pixel().1 - self.names_height() * PARTS);
         let mut chart = ChartBuilder::on(&below)
             .margin(12 * PARTS)
             // Half of the last tick's number.
@@ -194,7 +211,7 @@ impl Chart {
             .configure_mesh()
             // Numbers of several digits have room beside each other.
             .x_labels((size.0 / 80).max(2) as usize)
-            .y_labels((size.1 / 40).max(2) as usize)
+            .y_labels(((size.1 - self.names_height()) / 40).max(2) as usize)
             .x_desc(self.x.label)
             .y_desc(self.y.label)
             .x_label_formatter(&|x| self.x.tick(*x))
@@ -207,12 +224,7 @@ impl Chart {
             .set_all_tick_mark_size(5 * PARTS)
             .draw()?;
         for line in &self.lines {
-            let colour = COLOURS[line.colour % COLOURS.len()];
-            let style = ShapeStyle {
-                color: colour.mix(if line.faint { 0.5 } else { 1.0 }),
-                filled: false,
-                stroke_width: if line.faint { PARTS } else { 2 * PARTS },
-            };
+            let style = line.style();
             let dots = self.dots(line);
             if !dots.is_empty() {
                 let dots = dots
@@ -254,10 +266,10 @@ impl Chart {
             EmptyElement::at(note.at)
                 + Text::new(note.text.clone(), (aside * parts, above * parts), style)
         }))?;
-        if self.lines.len() > 1 {
+        if let (Names::In(corner), true) = (self.names, self.lines.len() > 1) {
             chart
                 .configure_series_labels()
-                .position(match self.names {
+                .position(match corner {
                     Corner::UpperLeft => SeriesLabelPosition::UpperLeft,
                     Corner::UpperRight => SeriesLabelPosition::UpperRight,
                     Corner::LowerLeft => SeriesLabelPosition::LowerLeft,
@@ -270,7 +282,45 @@ impl Chart {
                 .border_style(BLACK.mix(0.2).stroke_width(PARTS))
                 .draw()?;
         }
+        self.draw_names(&names)?;
         area.present()
+    }
+
+    /// Rows of the names below it.
+    fn names_height(&self) -> u32 {
+        if self.names == Names::Below && self.lines.len() > 1 {
+            // And half of one to the edge.
+            NAME_ROW * self.lines.len().div_ceil(NAMES_A_ROW) as u32 + NAME_ROW / 2
+        } else {
+            0
+        }
+    }
+
+    /// The names below it, each beside what its line looks like.
+    fn draw_names(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), DrawingError> {
+        if self.names_height() == 0 {
+            return Ok(());
+        }
+        let (width, _) = area.dim_in_pixel();
+        let (indent, row) = (24 * PARTS as i32, (NAME_ROW * PARTS) as i32);
+        let column = (width as i32 - indent) / NAMES_A_ROW as i32;
+        let style = ("sans-serif", 14 * PARTS)
+            .into_text_style(area)
+            .pos(Pos::new(HPos::Left, VPos::Center));
+        for (number, line) in self.lines.iter().enumerate() {
+            let (below, beside) = (number / NAMES_A_ROW, number % NAMES_A_ROW);
+            let x = indent + column * beside as i32;
+            let y = row / 2 + row * below as i32;
+            if line.dots {
+                let dot = Circle::new((x + KEY / 2, y), DOT, line.style().filled());
+                area.draw(&dot)?;
+            } else {
+                area.draw(&PathElement::new([(x, y), (x + KEY, y)], line.style()))?;
+            }
+            let at = (x + KEY + 8 * PARTS as i32, y);
+            area.draw(&Text::new(line.name.clone(), at, style.clone()))?;
+        }
+        Ok(())
     }
 
     /// Circles that its picture has to have where nothing of it is outside its axes:
@@ -335,6 +385,17 @@ impl Chart {
     }
 }
 
+impl Line {
+    fn style(&self) -> ShapeStyle {
+        let colour = COLOURS[self.colour % COLOURS.len()];
+        ShapeStyle {
+            color: colour.mix(if self.faint { 0.5 } else { 1.0 }),
+            filled: false,
+            stroke_width: if self.faint { PARTS } else { 2 * PARTS },
+        }
+    }
+}
+
 type DrawingError = DrawingAreaErrorKind<io::Error>;
 
 impl Axis {
@@ -384,8 +445,22 @@ impl Axis {
         (a.min(b).max(0.0), a.max(b).min(1.0))
     }
 
+    /// Whether a tick of a logarithmic axis, other than 1, 2 and 5 times a power of
+    /// ten, has no room for its number beside its neighbours' ones.
+    fn is_crowded_at(&self, value: f64) -> bool {
+        let digit = value / 10f64.powf(value.log10().floor());
+        let is_round = [1.0, 2.0, 5.0, 10.0]
+            .into_iter()
+            .any(|round: f64| (digit - round).abs() < 1.0e-6);
+        let decades = (self.range.end / self.range.start).log10();
+        decades > 0.5 && !is_round
+    }
+
     /// What is written at a tick.
     fn tick(&self, value: f64) -> String {
+        if self.logarithmic && self.is_crowded_at(value) {
+            return String::new();
+        }
         if self.logarithmic && !(1.0e-3..1.0e5).contains(&value) {
             return format!("{value:.0e}");
         }
@@ -432,9 +507,39 @@ mod tests {
                 faint: false,
                 dots: false,
             }],
-            names: Corner::UpperLeft,
+            names: Names::In(Corner::UpperLeft),
             notes: Vec::new(),
         }
+    }
+
+    #[test]
+    fn names_below_a_chart_hide_nothing() {
+        let mut chart = chart(0.0..2.0, false, vec![(1.0, Some(1.0))]);
+        chart.lines[0].dots = true;
+        chart.lines = vec![chart.lines[0].clone(); 4];
+        chart.names = Names::Below;
+        let picture = chart.svg(SIZE).unwrap();
+        // Two rows of names, and the edge.
+        assert!(
+            picture.starts_with("<svg width=\"800\" height=\"550\" viewBox=\"0 0 8000 5500\""),
+            "{}",
+            &picture[..80]
+        );
+        let heights: Vec<f64> = picture
+            .split("<circle ")
+            .skip(1)
+            .filter_map(|one| one.split("cy=\"").nth(1)?.split('"').next()?.parse().ok())
+            .collect();
+        assert_eq!(heights.len(), chart.circles());
+        let (dots, names) = heights.split_at(4);
+        let lowest = dots.iter().copied().fold(0.0, f64::max);
+        assert!(
+            names.iter().all(|&name| name > lowest + 500.0),
+            "{heights:?}"
+        );
+        // A line alone needs no name.
+        chart.lines.truncate(1);
+        assert!(chart.svg(SIZE).unwrap().contains("height=\"500\""));
     }
 
     fn parts(chart: &Chart) -> Vec<Vec<(f64, f64)>> {
@@ -521,6 +626,11 @@ mod tests {
             assert_eq!(chart.x.tick(value), linear);
             assert_eq!(chart.y.tick(value), logarithmic);
         }
+        // Nine numbers a decade would lie on each other.
+        let mut wide = chart.clone();
+        wide.y.range = 5.0..80.0;
+        let found = [10.0, 20.0, 30.0, 40.0, 50.0, 70.0].map(|value| wide.y.tick(value));
+        assert_eq!(found, ["10", "20", "", "", "50", ""]);
         // All of an axis next to nothing.
         let mut chart = chart;
         chart.x.range = 0.0..5.0e-7;

@@ -17,6 +17,7 @@ mod recording;
 pub mod serve;
 mod settings;
 mod spec;
+mod times;
 
 pub use feed::{Feed, FeedClock, FeedError, Notice, PAUSE, Senses, simulated};
 pub use hid::{Features, features};
@@ -25,3 +26,4 @@ pub use protocol::{Protocol, UnknownProtocol};
 pub use recording::{Recorder, Recording, RecordingError, RecordingFormat};
 pub use settings::settings;
 pub use spec::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec, SpecError};
+pub use times::Times;

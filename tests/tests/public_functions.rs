@@ -15,6 +15,7 @@ mod geometry;
 mod host;
 mod numbers;
 mod records;
+mod scenes;
 mod seeing;
 mod sources;
 mod tracker;
@@ -34,6 +35,7 @@ fn all_cases() -> Vec<(&'static str, Case)> {
         records::CASES,
         host::CASES,
         formulas::CASES,
+        scenes::CASES,
     ]
     .concat()
 }
@@ -137,6 +139,11 @@ fn the_hosts_constructors() {
 #[test]
 fn the_hosts_formulas() {
     tormented(formulas::CASES, cases("mixtures a function", 100, 5_000));
+}
+
+#[test]
+fn scenes_of_the_host() {
+    tormented(scenes::CASES, cases("mixtures a function", 100, 5_000));
 }
 
 /// The C library is no library of Rust's: its cases stand in its own tests, each

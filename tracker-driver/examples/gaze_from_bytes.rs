@@ -50,6 +50,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let measured = clock.stamp(&sample, &mut |_| {});
                 gaze.push(&sample, measured.time, &mut |_| {});
             }
+            // Eyes that the device has lost, or that are shut.
+            Event::Message(message) => gaze.on_message(&message, &mut |_| {}),
             Event::Dropped(dropped) => {
                 lost += dropped.bytes;
                 println!("{} bytes dropped: {}", dropped.bytes, dropped.reason.name());

@@ -44,11 +44,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     for frame in 60..1_800 {
         let now = Micros(frame * 1_000_000 / 60);
         while let Some(chunk) = line.poll(now) {
-            reader.feed(chunk.bytes(), chunk.arrival, &mut |event| {
-                if let Event::Sample(sample) = event {
+            reader.feed(chunk.bytes(), chunk.arrival, &mut |event| match event {
+                Event::Sample(sample) => {
                     let measured = clock.stamp(&sample, &mut |_| {});
                     gaze.push(&sample, measured.time, &mut |_| {});
                 }
+                Event::Message(message) => gaze.on_message(&message, &mut |_| {}),
+                _ => {}
             });
         }
         let shown = now.after(AHEAD);

@@ -1,6 +1,6 @@
 //! What all decoders of byte streams have in common.
 
-use crate::sample::Sample;
+use crate::sample::{Parts, Sample};
 use crate::time::{DeviceTime, Micros};
 
 /// A state machine that bytes go into and events come out of.
@@ -122,6 +122,9 @@ pub enum Message {
     },
     /// The device found something in the eyes' movement by itself.
     Eyes(EyeEvent),
+    /// From the next sample on the device sends these parts, and others no longer,
+    /// without a value, since it does not measure them: an eye that is shut.
+    Unmeasured(Parts),
 }
 
 /// What a device found in the eyes' movement.

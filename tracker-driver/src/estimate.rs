@@ -12,6 +12,8 @@
 //! - **Fixation** is not predicted; **pursuit** goes on at its velocity; a
 //!   **saccade** goes on along the course fitted to it and lands where that
 //!   ends ([`Estimate::landing`]).
+//! - **Eyes that the device does not see** are a blink: by what its samples lack, and
+//!   by its own word ([`GazeEstimator::on_message`]).
 //! - **Stale data are not passed off as fresh**: [`Estimate::state`] says
 //!   which rung of the ladder is taken, and every change is an
 //!   [`Event::State`]. A gaze, or the head's position or orientation, that stops
@@ -28,6 +30,7 @@ mod config;
 mod fallback;
 mod gaze;
 mod head;
+mod hidden;
 mod least_squares;
 mod movement;
 mod one_euro;
@@ -48,6 +51,7 @@ pub(crate) use movement::minimum_jerk;
 pub use movement::{Landing, Movement, PursuitConfig, Saccade, SaccadeConfig};
 pub use one_euro::{OneEuro, OneEuroConfig};
 
+use crate::decoder::Message;
 use crate::rotation::{along, angle, rotate};
 use crate::sample::{Head, Sample};
 use crate::time::Micros;
@@ -55,6 +59,7 @@ use fallback::Age;
 use gaze::Gaze;
 use glam::Vec3;
 use head::{HeadTrack, forward};
+use hidden::Hidden;
 use movement::{Change, EyeTrack};
 use shisen_core::gaze::{HeadPose, LineOfSight};
 use shisen_core::numeric::{largest_magnitude, sin_cos};
@@ -244,6 +249,10 @@ pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
     /// The newest direction in the room, filtered.
     smooth: Vec3,
     lost: Option<Lost>,
+    /// By the device's own word.
+    hidden: Hidden,
+    /// The time of the newest sample.
+    heard: Micros,
     /// What decides the gaze.
     same_gaze: Unchanged,
     /// Its position and its orientation.
@@ -299,6 +308,8 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
             },
             smooth: Vec3::NEG_Z,
             lost: None,
+            hidden: Hidden::default(),
+            heard: Micros(0),
             same_gaze: Unchanged::default(),
             same_head: [Unchanged::default(); 2],
             still_said: false,
@@ -326,9 +337,12 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         if self.config.head_tracked {
             self.push_head(&sample.head, time, sink);
         }
+        self.heard = self.heard.max(time);
+        self.hidden
+            .look(sample, time, self.config.fallback.longest_blink);
         let mut reject = |reason| sink(Event::Rejected { at: time, reason });
         let head = self.head.at(time);
-        match gaze::of_sample(&self.config, sample, &head) {
+        match gaze::of_sample(&self.config, sample, &head, self.hidden.eyes()) {
             Gaze::None => {}
             Gaze::Uncalibrated => reject(Rejection::Uncalibrated),
             Gaze::Lost => self.lose(time, sink),
@@ -344,6 +358,23 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
                     self.push_gaze(direction, time, sink);
                 }
             }
+        }
+    }
+
+    /// Takes what the device says between its samples: which eyes are shut, or lost.
+    /// Where none is left of those that count this is a blink, from the time of the
+    /// sample before it on, and later samples have no gaze, whatever they say, until the
+    /// device says that an eye is back. A sample that has the eye's direction more than
+    /// [`FallbackConfig::longest_blink`] later brings it back too: the word of it may
+    /// have been lost on the line. Other messages are nothing to it.
+    #[inline(never)]
+    pub fn on_message(&mut self, message: &Message, sink: &mut dyn FnMut(Event)) {
+        let Message::Eyes(event) = message else {
+            return;
+        };
+        self.hidden.hear(event, self.heard);
+        if self.hidden.hides(self.config.eyes) {
+            self.lose(self.heard, sink);
         }
     }
 
@@ -533,6 +564,8 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
         self.head = HeadTrack::new(self.config.head, self.config.resting_head);
         self.eyes.clear();
         self.lost = None;
+        self.hidden = Hidden::default();
+        self.heard = Micros(0);
         self.same_gaze = Unchanged::default();
         self.same_head = [Unchanged::default(); 2];
         self.still_said = false;

@@ -24,6 +24,7 @@
 //! | 4 reply | u32 to which command, u32 result |
 //! | 5 state | u32 code |
 //! | 6 eyes | u8 event (0 blink, 1 closed, 2 opened, 3 lost, 4 found, 5 saccade, 6 fixation), u8 eye (0 either, 1 left, 2 right), u8 which there are: bit 0 u64 time, bit 1 u64 wraps at, bit 2 u64 duration, then those |
+//! | 7 unmeasured | u16 which parts, in the order of [`Part::ALL`](crate::sample::Part::ALL) |
 //! | 32 to 37, 48 to 51 | between a display controller and whoever watches it: [`display`] |
 //! | 16 command, to the device | u8 0 stop, 1 start, or 2 and u16 samples per second |
 //!
@@ -95,6 +96,7 @@ const FAULT: u8 = 3;
 const REPLY: u8 = 4;
 const STATE: u8 = 5;
 const EYES: u8 = 6;
+const UNMEASURED: u8 = 7;
 const COMMAND: u8 = 16;
 
 /// Version, kind and count.
@@ -162,6 +164,10 @@ impl Encoder {
             Message::Eyes(event) => {
                 content = self.begin(EYES);
                 write_eye_event(&mut content, event);
+            }
+            Message::Unmeasured(parts) => {
+                content = self.begin(UNMEASURED);
+                content.push(&parts.bits().to_le_bytes());
             }
         }
         content.finish()

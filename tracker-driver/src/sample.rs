@@ -6,6 +6,10 @@
 //! [`Reading`] that is not tracked: valid and tracked are two flags, as in
 //! `OpenXR`.
 
+mod parts;
+
+pub use parts::{Part, Parts};
+
 use crate::time::{DeviceTime, Micros};
 use glam::{Quat, Vec2, Vec3};
 

@@ -391,9 +391,13 @@ impl Tracker {
             if let Some(session) = setup {
                 session.on_event(&event);
             }
-            if let (true, Event::Sample(sample)) = (is_set_up, &event) {
-                let stamp = clock.stamp(sample, &mut |_| {});
-                gaze.push(sample, stamp.time, &mut |_| {});
+            match &event {
+                Event::Sample(sample) if is_set_up => {
+                    let stamp = clock.stamp(sample, &mut |_| {});
+                    gaze.push(sample, stamp.time, &mut |_| {});
+                }
+                Event::Message(message) => gaze.on_message(message, &mut |_| {}),
+                _ => {}
             }
         });
     }

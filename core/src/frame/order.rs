@@ -174,8 +174,10 @@ impl<'p> FrameJob<'p> {
             .fold(0, usize::saturating_add)
     }
 
-    /// A frame of some pictures, in tiles of `side`² pixels, that may take
-    /// `budget` steps. `places` is where it keeps their order. It is put in
+    /// A frame of some pictures, in tiles of `side`² pixels, that begins nothing
+    /// more when `budget` is spent. What it has begun then is finished: with P as in
+    /// [`render`](Self::render), a frame that may take N steps and no more is given
+    /// N − (P − 1). `places` is where it keeps their order. It is put in
     /// order here, which takes time for each tile, whatever the budget.
     ///
     /// # Errors

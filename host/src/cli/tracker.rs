@@ -39,6 +39,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Where there are several sensors (link, fastrak, liberty, flock, recordings),
 /// `head=N` takes sensor N for the viewer's head in place of the first that is seen:
 /// `replay:FILE?head=1`.
+///
+/// For commands that follow the gaze, every SPEC takes times in seconds: `stuck_after` and
+/// `head_stuck_after` (a gaze or a head that stays the same to the last bit for longer is
+/// stuck; or never), the gaze's ages `hold_after`, `widen_after`, `head_after` and
+/// `full_after`, the head's `head_hold_after`, `head_widen_after` and `head_full_after`,
+/// and `longest_blink`: `mock:hold_after=0.1&stuck_after=never`.
 #[derive(Debug, Subcommand)]
 #[command(after_long_help = settings_help())]
 pub(super) enum TrackerCommand {

@@ -1,5 +1,6 @@
 //! Where dome masters of a scene are taken, frame by frame.
 
+use crate::mesh::TriangleMesh;
 use glam::{DVec3, Mat3};
 use shisen_core::frame::DomePose;
 
@@ -83,6 +84,11 @@ pub enum CameraPathError {
         /// The key's number, from 0.
         key: usize,
     },
+    /// A key beyond [`TriangleMesh::FARTHEST`] on an axis.
+    Position {
+        /// The key's number, from 0.
+        key: usize,
+    },
     /// A key whose zenith and top point nowhere or the same way.
     Direction {
         /// The key's number, from 0.
@@ -103,6 +109,11 @@ impl CameraPath {
     /// See [`CameraPathError`].
     pub fn new(keys: Vec<CameraKey>) -> Result<Self, CameraPathError> {
         for (number, key) in keys.iter().enumerate() {
+            let farthest = key.camera.position.abs().max_element();
+            // A place that is no number is none that is near.
+            if !(key.camera.position.is_finite() && farthest <= f64::from(TriangleMesh::FARTHEST)) {
+                return Err(CameraPathError::Position { key: number });
+            }
             if !key.camera.is_usable() {
                 return Err(CameraPathError::Direction { key: number });
             }
@@ -247,6 +258,9 @@ mod tests {
         let new = CameraPath::new;
         let same = vec![key(4, 0.0), key(4, 1.0)];
         assert_eq!(new(same), Err(Error::Order { key: 1 }));
+        let mut far = key(1, 0.0);
+        far.camera.position.x = 1.0e300;
+        assert_eq!(new(vec![far]), Err(Error::Position { key: 0 }));
         let mut along = key(1, 0.0);
         along.camera.top = DVec3::NEG_Y;
         assert_eq!(new(vec![along]), Err(Error::Direction { key: 0 }));

@@ -300,6 +300,7 @@ fn read_path(
     CameraPath::new(keys).map_err(|error| {
         let (number, fault) = match error {
             CameraPathError::Order { key } => (key, SceneFault::CameraOrder),
+            CameraPathError::Position { key } => (key, SceneFault::CameraPosition),
             CameraPathError::Direction { key } => (key, SceneFault::CameraDirection),
             CameraPathError::Turn { key } => (key, SceneFault::CameraTurn),
         };

@@ -2,7 +2,7 @@
 
 use super::input::Inputs;
 use super::{Case, Effort, Errors, UNIT, Worst};
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 use shisen_core::trace::{Refraction, refract};
 
 const F64: &str = "Fresnel's equations in f64, by forms that do not cancel";
@@ -10,8 +10,13 @@ const TEXTBOOK: &str = "η·d + (η·cos θᵢ − cos θₜ)·n and 1 − R in 
 const OF_LIGHT: &str = "of the reflected and the transmitted share, relative; a wrong verdict \
                         on total reflection is infinite";
 
+const SNELL: &str = "Snell's law in f64";
+const OF_DIRECTION: &str =
+    "of the refracted ray, 2⁻²⁴ rad; a wrong verdict on total reflection is infinite";
+
 /// What the documentation of `refract` promises.
 const BOUND: f64 = 2.0e-6;
+const DIRECTION_BOUND: f64 = 3.0e-7 / UNIT;
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -21,7 +26,7 @@ pub(super) const CASES: &[Case] = &[
         reference: F64,
         naive: TEXTBOOK,
         bound: BOUND,
-        measure: at_critical,
+        measure: |effort| drawn(700, effort, at_critical, shares),
     },
     Case {
         name: "refraction-just-under-the-critical-angle",
@@ -30,7 +35,7 @@ pub(super) const CASES: &[Case] = &[
         reference: F64,
         naive: TEXTBOOK,
         bound: BOUND,
-        measure: under_critical,
+        measure: |effort| drawn(701, effort, under_critical, shares),
     },
     Case {
         name: "refraction-just-over-the-critical-angle",
@@ -39,7 +44,7 @@ pub(super) const CASES: &[Case] = &[
         reference: F64,
         naive: TEXTBOOK,
         bound: BOUND,
-        measure: over_critical,
+        measure: |effort| drawn(702, effort, over_critical, shares),
     },
     Case {
         name: "refraction-grazing",
@@ -48,7 +53,7 @@ pub(super) const CASES: &[Case] = &[
         reference: F64,
         naive: TEXTBOOK,
         bound: BOUND,
-        measure: grazing,
+        measure: |effort| drawn(703, effort, grazing, shares),
     },
     Case {
         name: "refraction-of-matched-media",
@@ -57,13 +62,40 @@ pub(super) const CASES: &[Case] = &[
         reference: F64,
         naive: TEXTBOOK,
         bound: BOUND,
-        measure: matched,
+        measure: |effort| drawn(704, effort, matched, shares),
+    },
+    Case {
+        name: "refracted-ray-at-the-critical-angle",
+        hard: "cosines that are the critical one to a hundredth over it: the ray leaves nearly level",
+        error: OF_DIRECTION,
+        reference: SNELL,
+        naive: TEXTBOOK,
+        bound: DIRECTION_BOUND,
+        measure: |effort| drawn(707, effort, next_to_critical, directions),
+    },
+    Case {
+        name: "refracted-ray-grazing",
+        hard: "cosines of incidence from 10⁻⁷ to 10⁻², into denser media",
+        error: OF_DIRECTION,
+        reference: SNELL,
+        naive: TEXTBOOK,
+        bound: DIRECTION_BOUND,
+        measure: |effort| drawn(708, effort, grazing, directions),
+    },
+    Case {
+        name: "refracted-ray-of-matched-media",
+        hard: "indices that differ by 10⁻⁷ to 10⁻³, from the normal to a cosine of 10⁻³",
+        error: OF_DIRECTION,
+        reference: SNELL,
+        naive: TEXTBOOK,
+        bound: DIRECTION_BOUND,
+        measure: |effort| drawn(709, effort, matched_at_any_angle, directions),
     },
     Case {
         name: "refraction-next-to-the-normal",
         hard: "rays within 10⁻⁷ to 10⁻² of the normal: the sine from a cosine of 1",
         error: "of the refracted ray's slope, relative, 2⁻²⁴",
-        reference: "Snell's law in f64",
+        reference: SNELL,
         naive: "angles: sin⁻¹(η·sin(cos⁻¹(−d·n))) in f32",
         bound: 8.0,
         measure: next_to_normal,
@@ -152,6 +184,38 @@ fn shares(worst: &mut Worst, cos: f32, m: f32, n: f32) {
     worst.naive(error(naive.map(|(r, t, _)| (f64::from(r), f64::from(t)))));
 }
 
+fn directions(worst: &mut Worst, cos: f32, m: f32, n: f32) {
+    let d = falling(cos);
+    let (cos, from, to) = (f64::from(cos), f64::from(m), f64::from(n));
+    let g2 = (to - from) * (to + from) + (from * cos) * (from * cos);
+    // Both parts in units of the index beyond: m·sin θᵢ = n·sin θₜ and n·cos θₜ.
+    let exact = (g2 > 0.0).then(|| DVec2::new(from * f64::from(d.x), -g2.sqrt()));
+    let error = |found: Option<Vec3>| match (found.map(Vec3::as_dvec3), exact) {
+        (None, None) => 0.0,
+        (Some(found), Some(exact)) => found.truncate().angle_to(exact) / UNIT + found.z.abs(),
+        _ => f64::INFINITY,
+    };
+    worst.ours(error(refract(d, Vec3::Y, m, n).direction));
+    worst.naive(error(textbook(d, Vec3::Y, m, n).map(|found| found.2)));
+}
+
+/// A cosine of incidence and the indices before and beyond the border.
+type Drawn = (f32, f32, f32);
+
+fn drawn(
+    seed: u64,
+    effort: Effort,
+    draw: fn(&mut Inputs) -> Drawn,
+    check: fn(&mut Worst, f32, f32, f32),
+) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
+    for _ in 0..effort.of(200_000) {
+        let (cos, m, n) = draw(&mut inputs);
+        check(&mut worst, cos, m, n);
+    }
+    worst.0
+}
+
 /// Water, glasses and diamond in air.
 fn index(inputs: &mut Inputs) -> f32 {
     [1.333_403, 1.458_464, 1.5168, 1.784_72, 2.417_486][inputs.below(5)]
@@ -163,69 +227,59 @@ fn critical(index: f32) -> f64 {
     (1.0 - sine * sine).sqrt()
 }
 
-fn at_critical(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(700), Worst::NONE);
-    for _ in 0..effort.of(200_000) {
-        let index = inputs.range(1.0003, 3.0) as f32;
-        let mut cos = critical(index) as f32;
-        for _ in 0..inputs.below(4) {
-            cos = cos.next_down();
-        }
-        for _ in 0..inputs.below(7) {
-            cos = cos.next_up();
-        }
-        shares(&mut worst, cos, index, 1.0);
+fn at_critical(inputs: &mut Inputs) -> Drawn {
+    let index = inputs.range(1.0003, 3.0) as f32;
+    let mut cos = critical(index) as f32;
+    for _ in 0..inputs.below(4) {
+        cos = cos.next_down();
     }
-    worst.0
+    for _ in 0..inputs.below(7) {
+        cos = cos.next_up();
+    }
+    (cos, index, 1.0)
 }
 
-fn under_critical(effort: Effort) -> Errors {
-    beside_critical(701, effort, 1.0)
+fn under_critical(inputs: &mut Inputs) -> Drawn {
+    beside_critical(inputs, 1.0)
 }
 
-fn over_critical(effort: Effort) -> Errors {
-    beside_critical(702, effort, -1.0)
+fn over_critical(inputs: &mut Inputs) -> Drawn {
+    beside_critical(inputs, -1.0)
 }
 
 /// A greater cosine is a steeper ray, of which some gets through.
-fn beside_critical(seed: u64, effort: Effort, side: f64) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
-    for _ in 0..effort.of(200_000) {
-        let index = index(&mut inputs);
-        let off = side * inputs.magnitude(-7.0, -2.0);
-        shares(
-            &mut worst,
-            (critical(index) * (1.0 + off)) as f32,
-            index,
-            1.0,
-        );
-    }
-    worst.0
+fn beside_critical(inputs: &mut Inputs, side: f64) -> Drawn {
+    let index = index(inputs);
+    let off = side * inputs.magnitude(-7.0, -2.0);
+    ((critical(index) * (1.0 + off)) as f32, index, 1.0)
 }
 
-fn grazing(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(703), Worst::NONE);
-    for _ in 0..effort.of(200_000) {
-        let cos = inputs.magnitude(-7.0, -2.0) as f32;
-        shares(&mut worst, cos, 1.0, index(&mut inputs));
+fn next_to_critical(inputs: &mut Inputs) -> Drawn {
+    match inputs.below(2) {
+        0 => at_critical(inputs),
+        _ => under_critical(inputs),
     }
-    worst.0
 }
 
-fn matched(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(704), Worst::NONE);
-    for _ in 0..effort.of(200_000) {
-        let m = index(&mut inputs);
-        let n = m * (1.0 + inputs.magnitude(-7.0, -3.0) as f32);
-        // Far from Brewster's angle, where one of two squares is 0.
-        let cos = inputs.range(0.8, 1.0) as f32;
-        if inputs.sign() < 0.0 {
-            shares(&mut worst, cos, m, n);
-        } else {
-            shares(&mut worst, cos, n, m);
-        }
-    }
-    worst.0
+fn grazing(inputs: &mut Inputs) -> Drawn {
+    (inputs.magnitude(-7.0, -2.0) as f32, 1.0, index(inputs))
+}
+
+/// Far from Brewster's angle, where one of two squares is 0.
+fn matched(inputs: &mut Inputs) -> Drawn {
+    let (m, n) = nearly_same(inputs);
+    (inputs.range(0.8, 1.0) as f32, m, n)
+}
+
+fn matched_at_any_angle(inputs: &mut Inputs) -> Drawn {
+    let (m, n) = nearly_same(inputs);
+    (inputs.magnitude(-3.0, 0.0) as f32, m, n)
+}
+
+fn nearly_same(inputs: &mut Inputs) -> (f32, f32) {
+    let m = index(inputs);
+    let n = m * (1.0 + inputs.magnitude(-7.0, -3.0) as f32);
+    if inputs.sign() < 0.0 { (m, n) } else { (n, m) }
 }
 
 fn next_to_normal(effort: Effort) -> Errors {

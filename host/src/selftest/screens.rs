@@ -9,6 +9,9 @@ const F64: &str = "the pixel's place less the eye, in f64";
 const MATRIX: &str = "an off-axis frustum (left, right, bottom, top at the near plane) and its \
                       inverse in f32";
 
+/// How far a ray may be off by a wall's corners, in the units of its case.
+const OF_A_WALL: f64 = 3.0;
+
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "screen-an-eye-next-to-it",
@@ -16,7 +19,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance",
         reference: F64,
         naive: MATRIX,
-        bound: 3.0,
+        bound: OF_A_WALL,
         measure: next_to_it,
     },
     Case {
@@ -35,7 +38,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the ray, radians, 2⁻²⁴ of the wall's size over the pixel's distance",
         reference: F64,
         naive: MATRIX,
-        bound: 3.0,
+        bound: OF_A_WALL,
         measure: very_wide,
     },
     Case {
@@ -45,7 +48,17 @@ pub(super) const CASES: &[Case] = &[
         reference: "a point has one direction",
         naive: MATRIX,
         bound: 8.0,
-        measure: seams,
+        measure: |effort| seams(802, effort, square),
+    },
+    Case {
+        name: "screen-seams-of-any-room",
+        hard: "the same where walls stand at 45° to 170°, lean, and are turned any way",
+        error: "between both rays, radians, 2⁻²⁴ of the farthest coordinate over the point's distance",
+        reference: "a point has one direction",
+        naive: MATRIX,
+        // Both rays as far off as either wall's may be.
+        bound: 2.0 * OF_A_WALL,
+        measure: |effort| seams(805, effort, crooked),
     },
     Case {
         name: "screen-of-many-pixels",
@@ -144,6 +157,13 @@ impl Wall {
             -1.0,
         );
         room_from_clip.project_point3(ndc) - eye
+    }
+
+    /// The farthest coordinate of its corners and the eye, metres.
+    fn reach(&self, eye: Vec3) -> f64 {
+        let all = [self.lower_left, self.lower_right, self.upper_left, eye];
+        let farthest = all.map(shisen_core::numeric::largest_magnitude);
+        f64::from(farthest.into_iter().fold(0.0, f32::max))
     }
 
     /// The longest side.
@@ -260,41 +280,98 @@ fn very_wide(effort: Effort) -> Errors {
     worst.0
 }
 
-fn seams(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(802), Worst::NONE);
+/// Two walls with a common edge, an eye, and what an error is measured in, radians.
+struct Seam {
+    /// Left and right of the edge.
+    walls: [Wall; 2],
+    eye: Vec3,
+    unit: fn(&Wall, Vec3, DVec3) -> f64,
+}
+
+/// Front and right wall of a room of any size, anywhere.
+fn square(inputs: &mut Inputs) -> Seam {
+    let size = inputs.magnitude(0.0, 1.0);
+    let middle = inputs.in_ball() * 2.0;
+    let corner = |x: f64, y: f64, z: f64| single(middle + DVec3::new(x, y, z) * size);
+    let size_px = [1 << (6 + inputs.below(6)); 2];
+    let front = Wall {
+        lower_left: corner(-1.0, -1.0, -1.0),
+        lower_right: corner(1.0, -1.0, -1.0),
+        upper_left: corner(-1.0, 1.0, -1.0),
+        size: size_px,
+    };
+    let right = Wall {
+        lower_left: corner(1.0, -1.0, -1.0),
+        lower_right: corner(1.0, -1.0, 1.0),
+        upper_left: corner(1.0, 1.0, -1.0),
+        size: size_px,
+    };
+    Seam {
+        walls: [front, right],
+        eye: single(middle + inputs.in_ball() * 0.6 * size),
+        unit: |_, _, _| UNIT,
+    }
+}
+
+/// Walls to both sides of an edge that stands any way.
+fn crooked(inputs: &mut Inputs) -> Seam {
+    let size = inputs.magnitude(0.0, 1.0);
+    let foot = inputs.in_ball() * 2.0;
+    let up = inputs.direction();
+    let away = inputs.across(up);
+    let side = away.cross(up);
+    // From the eye's side of the edge, half the angle between the walls to each.
+    let half = inputs.range(45.0, 170.0).to_radians() / 2.0;
+    let mut wall = |to: f64| {
+        let lean = up * inputs.range(-0.3, 0.3);
+        (side * half.sin() * to - away * half.cos() + lean) * 2.0 * size
+    };
+    let [left, right] = [wall(-1.0), wall(1.0)];
+    let top = foot + up * 2.0 * size;
+    let size_px = [1 << (6 + inputs.below(6)); 2];
+    let before = Wall {
+        lower_left: single(foot + left),
+        lower_right: single(foot),
+        upper_left: single(top + left),
+        size: size_px,
+    };
+    let after = Wall {
+        lower_left: single(foot),
+        lower_right: single(foot + right),
+        upper_left: single(top),
+        size: size_px,
+    };
+    let before_both = foot + up * size - away * inputs.range(0.5, 1.5) * size;
+    Seam {
+        walls: [before, after],
+        eye: single(before_both + inputs.in_ball() * 0.2 * size),
+        unit: |wall, eye, exact| UNIT * wall.reach(eye) / exact.length(),
+    }
+}
+
+fn seams(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Seam) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
     for _ in 0..effort.of(50_000) {
-        // Front and right wall share an edge of a room of any size, anywhere.
-        let size = inputs.magnitude(0.0, 1.0);
-        let middle = inputs.in_ball() * 2.0;
-        let corner = |x: f64, y: f64, z: f64| single(middle + DVec3::new(x, y, z) * size);
-        let pixels = [1 << (6 + inputs.below(6)); 2];
-        let front = Wall {
-            lower_left: corner(-1.0, -1.0, -1.0),
-            lower_right: corner(1.0, -1.0, -1.0),
-            upper_left: corner(-1.0, 1.0, -1.0),
-            size: pixels,
-        };
-        let right = Wall {
-            lower_left: corner(1.0, -1.0, -1.0),
-            lower_right: corner(1.0, -1.0, 1.0),
-            upper_left: corner(1.0, 1.0, -1.0),
-            size: pixels,
-        };
-        let eye = single(middle + inputs.in_ball() * 0.6 * size);
-        let row = inputs.below(pixels[1] as usize) as f32;
+        let Seam {
+            walls: [before, after],
+            eye,
+            unit,
+        } = draw(&mut inputs);
+        let row = inputs.below(before.size[1] as usize) as f32;
         // Half a pixel beyond the last, and before the first.
-        let (last, first) = (pixels[0] as f32 - 0.5, -0.5);
-        let between = |a: Vec3, b: Vec3| angle(a.as_dvec3(), b.as_dvec3()) / UNIT;
+        let (last, first) = (before.size[0] as f32 - 0.5, -0.5);
+        let unit = unit(&before, eye, before.exact(eye, last.into(), row.into()));
+        let between = |a: Vec3, b: Vec3| angle(a.as_dvec3(), b.as_dvec3()) / unit;
         let rays =
-            [(front, last), (right, first)].map(|(wall, x)| wall.view(eye)?.direction(x, row));
+            [(before, last), (after, first)].map(|(wall, x)| wall.view(eye)?.direction(x, row));
         let [Some(a), Some(b)] = rays else {
             worst.ours(f64::NAN);
             continue;
         };
         worst.ours(between(a, b));
         worst.naive(between(
-            front.by_matrix(eye, last, row),
-            right.by_matrix(eye, first, row),
+            before.by_matrix(eye, last, row),
+            after.by_matrix(eye, first, row),
         ));
     }
     worst.0

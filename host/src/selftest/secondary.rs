@@ -2,6 +2,7 @@
 
 use super::input::{Inputs, aimed, single};
 use super::meshes::ellipsoid;
+use super::refraction::{exact as exact_refraction, textbook as textbook_refraction};
 use super::{BROKEN, Case, Effort, Errors, Worst};
 use crate::bake::Baked;
 use crate::mesh::{Material, TriangleMesh};
@@ -51,7 +52,16 @@ pub(super) const CASES: &[Case] = &[
         reference: "Fresnel's series of the borders, ended as documented",
         naive: EPSILON,
         bound: 1.0e-6,
-        measure: slab,
+        measure: |_| slab(|_| Vec3::NEG_Z),
+    },
+    Case {
+        name: "glass-slab-at-an-angle",
+        hard: "the same slab, seen at up to 80° to its normal",
+        error: "of the light through it, of 1",
+        reference: "Fresnel's series of the borders, ended as documented",
+        naive: EPSILON,
+        bound: 1.0e-6,
+        measure: |_| slab(slanting),
     },
     Case {
         name: "mirror-ball-of-any-size",
@@ -339,7 +349,14 @@ fn hall(_: Effort) -> Errors {
     worst.0
 }
 
-fn slab(_: Effort) -> Errors {
+/// Down at up to 80°, any way round.
+fn slanting(inputs: &mut Inputs) -> Vec3 {
+    let (sin, cos) = libm::sincos(inputs.range(0.0, 80f64.to_radians()));
+    let across = inputs.across(DVec3::Z);
+    single(across * sin - DVec3::Z * cos).normalize()
+}
+
+fn slab(way: fn(&mut Inputs) -> Vec3) -> Errors {
     const THICK: f64 = 1.0e-5;
     let mut worst = Worst::NONE;
     for index in [1.33f32, 1.5, 2.4] {
@@ -352,45 +369,57 @@ fn slab(_: Effort) -> Errors {
         scene.ambient = [1.0; 3];
         let half = DVec3::new(0.5, 0.5, THICK / 2.0);
         add_mesh(&mut scene, cuboid(-half, half), glass);
-        let panel = [DVec3::new(-0.5, -0.5, -0.5), DVec3::new(0.5, 0.5, -0.4)];
+        // Wide enough to be seen through the slab at any of the angles.
+        let panel = [DVec3::new(-4.0, -4.0, -0.5), DVec3::new(4.0, 4.0, -0.4)];
         add_mesh(&mut scene, cuboid(panel[0], panel[1]), matt(1.0));
         let Ok(baked) = Baked::<8>::new(&scene) else {
             return BROKEN;
         };
-        let n = f64::from(index);
-        let r = ((n - 1.0) / (n + 1.0)).powi(2);
         let mut inputs = Inputs::new(403);
         for depth in 2..=8u8 {
             let mut eye = Eye::new(&baked, depth);
-            // Through after 2, 4, 6 … borders; what is not followed further
-            // inside leaves at once.
-            let (mut through, mut inside) = (0.0, 1.0 - r);
-            for borders in 2..=depth {
-                let stays = inside * r;
-                let least = f64::from(shisen_core::frame::LEAST_WEIGHT);
-                let followed = borders < depth && stays >= least;
-                let leaves = if followed { inside - stays } else { inside };
-                if borders % 2 == 0 {
-                    through += leaves;
-                }
-                inside -= leaves;
-            }
             for _ in 0..100 {
-                let at = DVec3::new(inputs.range(-0.4, 0.4), inputs.range(-0.4, 0.4), 0.5);
-                let Some(ray) = Ray::new(single(at), Vec3::NEG_Z) else {
+                let way = way(&mut inputs);
+                let middle = Vec3::new(
+                    inputs.range(-0.2, 0.2) as f32,
+                    inputs.range(-0.2, 0.2) as f32,
+                    0.0,
+                );
+                let Some(ray) = Ray::new(middle - way * 0.05, way) else {
                     continue;
                 };
+                let through = through(f64::from(-way.z), index.into(), depth);
                 worst.ours(f64::from(eye.sees(&ray).green) - through);
-                worst.naive(stepped(&mut eye, &ray, r, 1.0, depth) - through);
+                worst.naive(stepped(&mut eye, &ray, (1.0, index), 1.0, depth) - through);
             }
         }
     }
     worst.0
 }
 
-/// The light of a ray straight down through the slab to the panel, where every
-/// border starts both of its rays off itself.
-fn stepped(eye: &mut Eye<'_>, ray: &Ray, r: f64, weight: f64, depth: u8) -> f64 {
+/// What a slab of this index lets through to so many borders: after 2, 4, 6 … What is
+/// not followed further inside leaves at once.
+fn through(cos: f64, index: f64, depth: u8) -> f64 {
+    let Some((r, _)) = exact_refraction(cos, 1.0, index) else {
+        return f64::NAN;
+    };
+    let (mut through, mut inside) = (0.0, 1.0 - r);
+    for borders in 2..=depth {
+        let stays = inside * r;
+        let least = f64::from(shisen_core::frame::LEAST_WEIGHT);
+        let followed = borders < depth && stays >= least;
+        let leaves = if followed { inside - stays } else { inside };
+        if borders % 2 == 0 {
+            through += leaves;
+        }
+        inside -= leaves;
+    }
+    through
+}
+
+/// The light of a ray down through the slab to the panel, where every border starts both
+/// of its rays off itself; by the textbook, from one index of refraction into the other.
+fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), weight: f64, depth: u8) -> f64 {
     let Some((t, _)) = eye.nearest(ray) else {
         return 0.0;
     };
@@ -401,12 +430,20 @@ fn stepped(eye: &mut Eye<'_>, ray: &Ray, r: f64, weight: f64, depth: u8) -> f64 
     if depth == 0 {
         return 0.0;
     }
-    let along = Vec3::Z * ray.direction().z.signum();
-    let mut follow = |way: Vec3, part: f64| {
+    let normal = Vec3::NEG_Z * ray.direction().z.signum();
+    let mut follow = |way: Vec3, media: (f32, f32), part: f64| {
         let next = Ray::new(at + way * OFF, way);
-        next.map_or(0.0, |ray| stepped(eye, &ray, r, weight * part, depth - 1))
+        next.map_or(0.0, |ray| {
+            stepped(eye, &ray, media, weight * part, depth - 1)
+        })
     };
-    follow(along, 1.0 - r) + follow(-along, r)
+    let back = ray.direction() * Vec3::new(1.0, 1.0, -1.0);
+    match textbook_refraction(ray.direction(), normal, m, n) {
+        Some((r, t, onward)) => {
+            follow(onward, (n, m), f64::from(t)) + follow(back, (m, n), f64::from(r))
+        }
+        None => follow(back, (m, n), 1.0),
+    }
 }
 
 fn balls(effort: Effort) -> Errors {

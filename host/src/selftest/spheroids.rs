@@ -47,7 +47,8 @@ pub(super) const CASES: &[Case] = &[
     ),
     Case {
         name: "sphere-tangent",
-        hard: "lines within a millionth of a radius of touching, from 1 to 1,000 radii away",
+        hard: "lines within a millionth of a radius of touching balls, coins and needles of a millimetre \
+               to a kilometre, from 1 to 1,000 radii away",
         error: "how far past or inside the surface a wrong verdict was, parts of (1 + distance)·2⁻²⁴ radii",
         reference: EXACT,
         naive: TEXTBOOK,
@@ -65,7 +66,8 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "sphere-from-its-surface",
-        hard: "origin on the surface: one distance is 0, or next to it",
+        hard: "origin on the surface of balls, coins and needles of a millimetre to a kilometre: one \
+               distance is 0, or next to it",
         error: "of both distances, 2⁻²⁴ radii over the cosine of incidence",
         reference: EXACT,
         naive: TEXTBOOK,
@@ -74,7 +76,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "sphere-from-inside",
-        hard: "origin inside, next to the surface or at the centre",
+        hard: "origin inside such bodies, next to the surface or at the centre",
         error: "of both distances, 2⁻²⁴ radii over the chord's half",
         reference: EXACT,
         naive: TEXTBOOK,
@@ -186,12 +188,26 @@ fn from_far<const EXPONENT: i32>(effort: Effort) -> Errors {
     worst.0
 }
 
-/// A line that passes the unit sphere at 1 ± 10⁻⁶ radii.
-fn touching(inputs: &mut Inputs, distance: f64) -> Option<Ray> {
+/// Radii of balls, coins and needles, and what takes the unit sphere to them.
+fn body(inputs: &mut Inputs) -> ([f32; 2], DVec3) {
+    let size = inputs.magnitude(-3.0, 3.0) as f32;
+    let ratio = inputs.magnitude(-1.0, 1.0) as f32;
+    let radii = match inputs.below(3) {
+        0 => [size; 2],
+        _ => [size, size * ratio],
+    };
+    let [e, p] = radii.map(f64::from);
+    (radii, DVec3::new(e, p, e))
+}
+
+/// A line that passes a body at 1 ± 10⁻⁶ radii.
+fn touching(inputs: &mut Inputs, distance: f64) -> Option<([f32; 2], Ray)> {
+    let (radii, scale) = body(inputs);
     let side = inputs.direction();
     let along = inputs.across(side);
     let foot = side * (1.0 + inputs.sign() * inputs.magnitude(-9.0, -6.0));
-    aimed(foot - along * distance, foot)
+    let ray = aimed((foot - along * distance) * scale, foot * scale)?;
+    Some((radii, ray))
 }
 
 fn tangent(effort: Effort) -> Errors {
@@ -199,9 +215,8 @@ fn tangent(effort: Effort) -> Errors {
     let mut worst = Worst::NONE;
     for _ in 0..effort.of(20_000) {
         let distance = inputs.magnitude(0.0, 3.0);
-        if let Some(ray) = touching(&mut inputs, distance) {
-            let unit = UNIT * (1.0 + distance);
-            verdict(&mut worst, &ray, unit);
+        if let Some((radii, ray)) = touching(&mut inputs, distance) {
+            verdict(&mut worst, radii, &ray, UNIT * (1.0 + distance));
         }
     }
     worst.0
@@ -212,16 +227,16 @@ fn tangent_from_far(effort: Effort) -> Errors {
     let mut worst = Worst::NONE;
     for _ in 0..effort.of(20_000) {
         let distance = inputs.magnitude(4.0, 7.0);
-        if let Some(ray) = touching(&mut inputs, distance) {
-            verdict(&mut worst, &ray, UNIT);
+        if let Some((radii, ray)) = touching(&mut inputs, distance) {
+            verdict(&mut worst, radii, &ray, UNIT);
         }
     }
     worst.0
 }
 
 /// The verdict alone: next to a tangent the distance has half the digits.
-fn verdict(worst: &mut Worst, ray: &Ray, unit: f64) {
-    let exact = Meeting::new([1.0, 1.0], ray);
+fn verdict(worst: &mut Worst, radii: [f32; 2], ray: &Ray, unit: f64) {
+    let exact = Meeting::new(radii, ray);
     let error = |hit: bool| {
         if hit == exact.t.is_some() {
             0.0
@@ -229,20 +244,21 @@ fn verdict(worst: &mut Worst, ray: &Ray, unit: f64) {
             exact.clearance.abs() / 2.0 / unit
         }
     };
-    let ours = Spheroid::new(1.0, 1.0).and_then(|sphere| sphere.intersect(ray));
+    let ours = Spheroid::new(radii[0], radii[1]).and_then(|body| body.intersect(ray));
     worst.ours(error(ours.is_some()));
-    worst.naive(error(textbook([1.0, 1.0], ray).is_some()));
+    worst.naive(error(textbook(radii, ray).is_some()));
 }
 
 fn from_surface(effort: Effort) -> Errors {
     let mut inputs = Inputs::new(112);
     let mut worst = Worst::NONE;
     for _ in 0..effort.of(20_000) {
-        let from = single(inputs.direction());
-        let direction = single(inputs.direction());
-        let cosine = f64::from(from.dot(direction)).abs();
-        if let Some(ray) = Ray::new(from, direction).filter(|_| cosine > 1.0e-3) {
-            check(&mut worst, [1.0, 1.0], &ray, UNIT / cosine);
+        let (radii, scale) = body(&mut inputs);
+        let (from, direction) = (inputs.direction(), inputs.direction());
+        let cosine = from.dot(direction).abs();
+        let ray = Ray::new(single(from * scale), single(direction * scale));
+        if let Some(ray) = ray.filter(|_| cosine > 1.0e-3) {
+            check(&mut worst, radii, &ray, UNIT / cosine);
         }
     }
     worst.0
@@ -252,13 +268,14 @@ fn from_inside(effort: Effort) -> Errors {
     let mut inputs = Inputs::new(113);
     let mut worst = Worst::NONE;
     for _ in 0..effort.of(20_000) {
+        let (radii, scale) = body(&mut inputs);
         let depth = inputs.magnitude(-7.0, 0.0);
-        let from = single(inputs.direction() * (1.0 - depth));
-        let Some(ray) = Ray::new(from, single(inputs.direction())) else {
+        let from = inputs.direction() * (1.0 - depth) * scale;
+        let Some(ray) = Ray::new(single(from), single(inputs.direction() * scale)) else {
             continue;
         };
-        let half = Meeting::new([1.0, 1.0], &ray).clearance.sqrt();
-        check(&mut worst, [1.0, 1.0], &ray, UNIT / half);
+        let half = Meeting::new(radii, &ray).clearance.sqrt();
+        check(&mut worst, radii, &ray, UNIT / half);
     }
     worst.0
 }

@@ -25,26 +25,26 @@
 //! Of the targets the calibration is fitted anew whenever the file is read. The
 //! numbers of left, right and combined are [`Measured`]'s.
 
+mod estimation;
 mod gather;
 mod script;
 
+pub use estimation::estimation;
 pub use gather::{GatherError, Gatherer, SETTLE};
 pub(super) use script::scripted;
 pub use script::{ScriptError, TimedTarget, read_script};
 
 use super::hid::usb_id;
-use super::{HidName, Senses, Spec};
+use super::{HidName, Spec};
 use crate::description::{Located, Source};
 use glam::{Quat, Vec2, Vec3};
 use miette::Diagnostic;
 use serde::Deserialize;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::estimate::{
-    Calibration, CalibrationError, ConfigError, EstimatorConfig, Eyes, Measured, Model,
-    RoomFromTracker, Screen, Sensors, Target,
+    Calibration, CalibrationError, ConfigError, EstimatorConfig, Measured, Model, RoomFromTracker,
+    Screen, Target,
 };
-use shisen_tracker::mock::Format;
-use shisen_tracker::time::Micros;
 use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -514,71 +514,6 @@ impl Calibrated {
             position: self.file.head,
             ..HeadPose::IDENTITY
         }
-    }
-}
-
-/// How the gaze is estimated from what a tracker says: one whose origin is at
-/// `head`, unless its calibration knows better, and a viewer whose head is
-/// there as far as no tracker says.
-pub fn estimation(
-    spec: &Spec,
-    senses: Senses,
-    head: HeadPose,
-    calibrated: Option<&Calibrated>,
-) -> EstimatorConfig {
-    let mut config = EstimatorConfig {
-        room_from_tracker: RoomFromTracker {
-            position: head.position,
-            orientation: head.orientation,
-        },
-        head_tracked: senses.head,
-        eyes: if senses.eyes {
-            Eyes::Combined
-        } else {
-            Eyes::HeadOnly
-        },
-        screen: mock_screen(spec, head),
-        sensors: spec.head().map_or(Sensors::First, Sensors::Only),
-        ..EstimatorConfig::default()
-    };
-    if is_coarse(spec) {
-        config.stuck_after = Some(COARSE_STUCK_AFTER);
-    }
-    if let Some(calibrated) = calibrated {
-        calibrated.file.place(&mut config);
-        [config.left, config.right, config.combined] = calibrated.fits;
-    }
-    config.resting_head = head;
-    config
-}
-
-/// From when on a gaze of few digits is stuck: the longest fixations are no longer.
-const COARSE_STUCK_AFTER: Micros = Micros::from_millis(1_500);
-
-/// Whether a tracker gives whole numbers of its camera's, which may well stay what
-/// they are throughout a fixation.
-fn is_coarse(spec: &Spec) -> bool {
-    let protocol = match spec {
-        Spec::Serial(spec) => Some(&spec.protocol),
-        Spec::Mock(spec) => spec.protocol.as_ref(),
-        Spec::Hid(_) | Spec::Replay(_) => None,
-    };
-    protocol.is_some_and(|protocol| matches!(protocol.format(), Format::Asl(_) | Format::Iscan(_)))
-}
-
-/// The screen in front of the mock.
-fn mock_screen(spec: &Spec, head: HeadPose) -> Option<Screen> {
-    let Spec::Mock(mock) = spec else {
-        return None;
-    };
-    match mock.protocol.as_ref()?.format() {
-        Format::EyeTracker(screen, _) => Some(Screen {
-            corner: head.position + head.orientation * screen.corner,
-            right: head.orientation * screen.right,
-            down: head.orientation * screen.down,
-            ..*screen
-        }),
-        _ => None,
     }
 }
 

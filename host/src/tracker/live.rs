@@ -124,7 +124,7 @@ struct Refusal {
 
 enum Wanted {
     Serial(Box<SerialSpec>),
-    Hid(HidSpec),
+    Hid(Box<HidSpec>),
 }
 
 enum Port {
@@ -174,7 +174,7 @@ impl Live {
     }
 
     pub(super) fn hid(spec: HidSpec) -> Result<Self, LiveError> {
-        Self::open(Wanted::Hid(spec))
+        Self::open(Wanted::Hid(Box::new(spec)))
     }
 
     fn open(wanted: Wanted) -> Result<Self, LiveError> {

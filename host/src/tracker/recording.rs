@@ -375,6 +375,7 @@ mod tests {
         let spec = Spec::Replay(crate::tracker::ReplaySpec {
             path: path.clone(),
             head: None,
+            times: crate::tracker::Times::default(),
         });
         let mut recorder = Recorder::create(&path).unwrap();
         for i in 0..200 {

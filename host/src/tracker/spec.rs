@@ -2,7 +2,9 @@
 
 use super::protocol::{Protocol, UnknownProtocol};
 use super::settings::{Options, set_axes};
+use super::times::{self, Times};
 use miette::Diagnostic;
+use shisen_tracker::estimate::ConfigError;
 use shisen_tracker::head::fastrak::BAUD_RATES;
 use shisen_tracker::head::polhemus::ItemListError;
 use shisen_tracker::hid::eye_tracker::Axes;
@@ -35,6 +37,16 @@ impl Spec {
             Self::Replay(spec) => spec.head,
         }
     }
+
+    /// After how long data are stale, and count as stuck, where somebody says so.
+    pub const fn times(&self) -> &Times {
+        match self {
+            Self::Mock(spec) => &spec.times,
+            Self::Serial(spec) => &spec.times,
+            Self::Hid(spec) => &spec.times,
+            Self::Replay(spec) => &spec.times,
+        }
+    }
 }
 
 /// A simulated viewer and tracker.
@@ -54,6 +66,8 @@ pub struct MockSpec {
     pub targets: Option<PathBuf>,
     /// The sensor that is the viewer's head, as its samples name it: 0 alone comes.
     pub head: Option<u8>,
+    /// After how long its data are stale.
+    pub times: Times,
 }
 
 impl Default for MockSpec {
@@ -66,6 +80,7 @@ impl Default for MockSpec {
             still: false,
             targets: None,
             head: None,
+            times: Times::default(),
         }
     }
 }
@@ -91,6 +106,8 @@ pub struct SerialSpec {
     /// Whether the line's RTS is to be high; where nobody says so it is as
     /// [`Protocol::rts`] has it.
     pub rts: Option<bool>,
+    /// After how long its data are stale.
+    pub times: Times,
 }
 
 /// A recording.
@@ -101,6 +118,8 @@ pub struct ReplaySpec {
     /// The sensor that is the viewer's head, as its samples name it; the first
     /// that is seen where nobody says so.
     pub head: Option<u8>,
+    /// After how long its data are stale.
+    pub times: Times,
 }
 
 /// A human interface device.
@@ -110,6 +129,8 @@ pub struct HidSpec {
     pub name: HidName,
     /// The coordinates of an eye tracker; its descriptor does not say.
     pub axes: Axes,
+    /// After how long its data are stale.
+    pub times: Times,
 }
 
 /// Which human interface device.
@@ -145,7 +166,7 @@ impl fmt::Display for HidName {
 }
 
 /// A `SPEC` that names no tracker.
-#[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
+#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum SpecError {
     /// Another word in front.
@@ -201,6 +222,10 @@ pub enum SpecError {
         /// Those that it can have.
         allowed: &'static str,
     },
+    /// A time of the estimator's that it refuses.
+    #[error("{0}")]
+    #[diagnostic(help("the times are seconds: {}", times::ALLOWED))]
+    Times(ConfigError),
     /// A sensor is chosen where there is one.
     #[error("{of} has one sensor: head={head} chooses none")]
     #[diagnostic(help(
@@ -313,6 +338,7 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
         spec.protocol = Some(protocol);
     }
     spec.head = head(&mut options)?;
+    spec.times = Times::take(&mut options)?;
     one_sensor(spec.head, spec.protocol.as_ref(), "mock")?;
     // Whatever it speaks, it has sensor 0.
     if let Some(head @ 1..) = spec.head {
@@ -321,7 +347,7 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
     let protocol = spec.protocol.as_ref();
     let protocol = protocol.map(|protocol| (protocol.name(), protocol.format()));
     let allowed = "seed=N, rate=HZ, as=PROTOCOL, still=1, targets=FILE, head=N";
-    options.end("mock", allowed, protocol)?;
+    options.end("mock", &with_times(allowed), protocol)?;
     Ok(spec)
 }
 
@@ -335,6 +361,7 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     let reset = options.number("reset", (0_u8, 1), "0 or 1")? == Some(1);
     let head = head(&mut options)?;
     let rts = options.flag("rts")?;
+    let times = Times::take(&mut options)?;
     let Some(name) = options.take("protocol") else {
         return Err(SpecError::NoProtocol { path: path.into() });
     };
@@ -379,11 +406,8 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     }
     protocol.set(&mut options)?;
     let named = Some((protocol.name(), protocol.format()));
-    options.end(
-        "serial",
-        "protocol=NAME, baud=N, speed=N, reset=1, stop=1, head=N, rts=0|1",
-        named,
-    )?;
+    let allowed = "protocol=NAME, baud=N, speed=N, reset=1, stop=1, head=N, rts=0|1";
+    options.end("serial", &with_times(allowed), named)?;
     Ok(SerialSpec {
         path: path.into(),
         baud: baud.unwrap_or(protocol.baud()),
@@ -393,6 +417,7 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
         stop,
         head,
         rts,
+        times,
     })
 }
 
@@ -402,9 +427,11 @@ fn hid(text: &str) -> Result<HidSpec, SpecError> {
     let mut axes = Axes::default();
     set_axes(&mut axes, &mut options)?;
     one_sensor(head(&mut options)?, None, "hid")?;
-    options.end("hid", "axes=right,up,back, origin=X,Y,Z", None)?;
+    let times = Times::take(&mut options)?;
+    let allowed = with_times("axes=right,up,back, origin=X,Y,Z");
+    options.end("hid", &allowed, None)?;
     let name = hid_name(name)?;
-    Ok(HidSpec { name, axes })
+    Ok(HidSpec { name, axes, times })
 }
 
 /// A file's name may hold a `?`: options have a `=` behind it.
@@ -415,9 +442,15 @@ fn replay(text: &str) -> Result<ReplaySpec, SpecError> {
         .unwrap_or((text, ""));
     let mut options = Options::read(rest)?;
     let head = head(&mut options)?;
-    options.end("replay", "head=N", None)?;
+    let times = Times::take(&mut options)?;
+    options.end("replay", &with_times("head=N"), None)?;
     let path = path.into();
-    Ok(ReplaySpec { path, head })
+    Ok(ReplaySpec { path, head, times })
+}
+
+/// The keys of a kind of tracker, and those that all have.
+fn with_times(allowed: &str) -> String {
+    format!("{allowed}, {}", times::ALLOWED)
 }
 
 fn head(options: &mut Options<'_>) -> Result<Option<u8>, SpecError> {
@@ -509,6 +542,7 @@ mod tests {
             stop: false,
             head: None,
             rts: None,
+            times: Times::default(),
         };
         let spec = "serial:/dev/ttyUSB0?protocol=asl";
         assert_eq!(spec.parse(), Ok(Spec::Serial(serial.clone())));
@@ -531,7 +565,8 @@ mod tests {
         };
         let spec = "serial:/dev/ttyUSB0?protocol=fastrak&baud=9600&speed=115200&stop=1";
         assert_eq!(spec.parse(), Ok(Spec::Serial(faster)));
-        let hid = |name, axes| Ok(Spec::Hid(HidSpec { name, axes }));
+        let times = Times::default();
+        let hid = |name, axes| Ok(Spec::Hid(HidSpec { name, axes, times }));
         let id = HidName::Id(0x1532, 0x0B00);
         assert_eq!("hid:1532:0b00".parse(), hid(id, Axes::default()));
         let path = HidName::Path("/dev/hidraw0".into());
@@ -554,7 +589,10 @@ mod tests {
             ("replay:a?b?head=7", "a?b", Some(7)),
         ] {
             let path = path.into();
-            assert_eq!(text.parse(), Ok(Spec::Replay(ReplaySpec { path, head })));
+            assert_eq!(
+                text.parse(),
+                Ok(Spec::Replay(ReplaySpec { path, head, times }))
+            );
         }
     }
 

@@ -28,16 +28,17 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
             render::renderer(&scene, &observer, &room.options, Spectrum::Rgb)?,
         ));
     }
-    let need = render(&views, Budget::UNLIMITED)?.steps;
+    let need = render(&views, Budget::UNLIMITED, u64::MAX)?.steps;
+    let dearest = dearest(&views)?;
     let shares: &[u32] = bench.effort.pick(
-        &[1, 5, 10, 20, 35, 50, 70, 90, 100, 200],
+        &[1, 5, 10, 20, 35, 50, 70, 90, 100, 102, 200],
         &[
-            1, 2, 5, 10, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90, 95, 100, 110, 150, 200,
+            1, 2, 5, 10, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90, 95, 100, 101, 102, 110, 150, 200,
         ],
     );
     let steps = |share: u32| need * u64::from(share) / 100;
     let measured = bench.in_turns(shares, (0.0, 1.0), |&share| {
-        let (seconds, done) = timed(|| render(&views, Budget::steps(steps(share))));
+        let (seconds, done) = timed(|| render_within(&views, steps(share), dearest));
         Ok((seconds, done?))
     })?;
     let mut points = Vec::new();
@@ -54,6 +55,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         }
         let mut errors = room.error(done.pictures.iter(), &truth).errors();
         errors.push(Some(100.0 * lacking));
+        errors.push(Some(100.0 * done.steps as f64 / steps(share).max(1) as f64));
         points.push(Point {
             errors,
             seconds: time.median,
@@ -65,23 +67,20 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
                 [
                     ("budget_percent", share.into()),
                     ("budget_steps", steps(share).into()),
+                    ("set_aside_steps", set_aside(dearest).into()),
                 ],
             )
         });
     }
-    let about = format!(
-        "The frame of the first section by the paper's levels, {size}² pixels a wall, on one \
-         thread. It needs {need} steps; it gets a share of them, tiles of {TILE}² pixels from the \
-         line of sight outwards, and those that nothing is left for show the background. The \
-         truth is the same frame with all steps. Rings are those of the walls' own pixels: what \
-         is looked at comes first, and is whole with the least budgets."
-    );
+    let about = about(size, need, dearest);
     let mut measures = MEASURES.to_vec();
     measures.push(measure("lacking_percent", "tiles that lack something, %"));
+    measures.push(measure("spent_percent", "taken of what it may, %"));
     let mut comparison = Comparison::new(
         ("budgets", "How many steps a frame may take"),
-        "A budget ends at the first pixel that it does not reach; the rest of the frame costs \
-         next to nothing. Above 100 % nothing changes.",
+        "A budget ends at the first pixel that it may not reach; the rest of the frame costs \
+         next to nothing. Above the need and what is set aside nothing changes: at 100 % the \
+         last pixels may still lack.",
         measures,
         UNSEEN,
         points,
@@ -105,7 +104,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
             .to_owned(),
         picture: room.unfold(&map)?,
     });
-    let cut = render(&views, Budget::steps(steps(35)))?;
+    let cut = render_within(&views, steps(35), dearest)?;
     section.pictures.push(Figure {
         caption: "With 35 % of the steps".to_owned(),
         picture: room.unfold(&cut.pictures)?,
@@ -115,6 +114,21 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         picture: room.unfold(&pictures(&truth).cloned().collect::<Vec<_>>())?,
     });
     Ok(section)
+}
+
+/// What is measured, and how.
+fn about(size: u32, need: u64, dearest: u64) -> String {
+    format!(
+        "The frame of the first section by the paper's levels, {size}² pixels a wall, on one \
+         thread. It needs {need} steps; it may take a share of them, tiles of {TILE}² pixels from \
+         the line of sight outwards, and those that nothing is left for show the background. What \
+         is begun is traced to its end, which takes {dearest} steps at most here (the dearest \
+         pixel with the rays of its block); so many but one are set aside, {:.2} % of the need, \
+         and no frame takes more than it may. The \
+         truth is the same frame with all steps. Rings are those of the walls' own pixels: what \
+         is looked at comes first, and is whole with the least budgets.",
+        100.0 * set_aside(dearest) as f64 / need.max(1) as f64,
+    )
 }
 
 /// The share of the steps with which each tile is whole, as colours.
@@ -153,10 +167,31 @@ struct Done {
     /// In their order.
     tiles: Vec<TileOf>,
     steps: u64,
+    /// Of its calls.
+    dearest: u64,
 }
 
-/// Renders a frame on this thread as firmware does, tile by tile.
-fn render(views: &[(View, Renderer<'_>)], budget: Budget) -> Result<Done, Cause> {
+/// What of its steps a frame does not touch, so that what it finishes after them is
+/// within them.
+const fn set_aside(dearest: u64) -> u64 {
+    dearest.saturating_sub(1)
+}
+
+/// A frame that takes no more than so many steps.
+fn render_within(views: &[(View, Renderer<'_>)], steps: u64, dearest: u64) -> Result<Done, Cause> {
+    let budget = Budget::steps(steps.saturating_sub(set_aside(dearest)));
+    render(views, budget, u64::MAX)
+}
+
+/// The most steps that what is begun takes to its end: in slices of one step each
+/// pixel has a call of its own, with the rays of its block where it is the first.
+fn dearest(views: &[(View, Renderer<'_>)]) -> Result<u64, Cause> {
+    Ok(render(views, Budget::UNLIMITED, 1)?.dearest)
+}
+
+/// Renders a frame on this thread as firmware does, tile by tile, in calls of so many
+/// steps.
+fn render(views: &[(View, Renderer<'_>)], budget: Budget, slice: u64) -> Result<Done, Cause> {
     let parts: Vec<Part<'_, '_>> = views
         .iter()
         .map(|(view, renderer)| Part {
@@ -174,9 +209,12 @@ fn render(views: &[(View, Renderer<'_>)], budget: Budget) -> Result<Done, Cause>
     let mut workspace = Workspace::new();
     let mut job = FrameJob::new(&parts[..], TILE, budget, &mut places)?;
     let mut tiles = Vec::new();
+    let mut dearest = 0;
     loop {
-        let mut slice = Budget::UNLIMITED;
-        match job.render(&parts[..], &mut pixels, &mut slice, &mut workspace)? {
+        let (mut slice, before) = (Budget::steps(slice), workspace.statistics.steps);
+        let progress = job.render(&parts[..], &mut pixels, &mut slice, &mut workspace)?;
+        dearest = dearest.max(workspace.statistics.steps - before);
+        match progress {
             Progress::Tile { part, tile, .. } => {
                 tiles.push((part, tile.x, tile.y));
                 let rows = pixels.chunks_exact(tile.width as usize);
@@ -195,6 +233,7 @@ fn render(views: &[(View, Renderer<'_>)], budget: Budget) -> Result<Done, Cause>
         pictures,
         tiles,
         steps: workspace.statistics.steps,
+        dearest,
     })
 }
 
@@ -203,4 +242,50 @@ fn viridis(value: f64) -> [f32; 4] {
     let colour = VIRIDIS.eval_continuous(value);
     let linear = |channel: u8| (f32::from(channel) / 255.0).powf(2.2);
     [linear(colour.r), linear(colour.g), linear(colour.b), 1.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Effort;
+    use super::*;
+    use crate::quadruped::quadruped;
+
+    #[test]
+    fn no_frame_takes_more_steps_than_it_may() {
+        let bench = Bench {
+            effort: Effort::Quick,
+            threads: 1,
+            mesh: &quadruped(),
+            progress: &|_| (),
+        };
+        let room = Room::new(&bench, 48).unwrap();
+        let baked = baked(&bench).unwrap();
+        let mut views = Vec::new();
+        for (view, observer) in room.views(Way::PAPER.lod).unwrap() {
+            let scene = baked.scene();
+            let renderer = render::renderer(&scene, &observer, &room.options, Spectrum::Rgb);
+            views.push((view, renderer.unwrap()));
+        }
+        let need = render(&views, Budget::UNLIMITED, u64::MAX).unwrap().steps;
+        let dearest = dearest(&views).unwrap();
+        assert!(dearest > 1 && dearest < need, "{dearest} of {need}");
+        // Otherwise there would be nothing to set aside.
+        let over = |steps: u64| {
+            let done = render(&views, Budget::steps(steps), u64::MAX).unwrap();
+            done.steps > steps
+        };
+        let mut overrun = 0;
+        for part in 0..=120 {
+            let steps = need * part / 100;
+            let done = render_within(&views, steps, dearest).unwrap();
+            assert!(done.steps <= steps, "{} of {steps}", done.steps);
+            overrun += u32::from(over(steps));
+        }
+        assert!(overrun > 0);
+        for steps in 0..50 {
+            assert!(render_within(&views, steps, dearest).unwrap().steps <= steps);
+        }
+        let whole = render_within(&views, need + dearest, dearest).unwrap();
+        assert_eq!(whole.steps, need);
+    }
 }

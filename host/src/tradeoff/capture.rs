@@ -1,13 +1,18 @@
 //! Dome masters through mirrors: which mirror, how, how large.
 
+use super::frames::baked;
+use super::front::percent;
+use super::page::brief;
 use super::{
     Bench, Cause, Comparison, Limit, Measure, Point, Section, Time, Topic, measure, timed,
 };
 use crate::bake::Baked;
-use crate::dome::{Design, Mapping, Named, NearField, size_errors};
-use crate::render;
-use crate::scene::builtin::grid;
+use crate::dome::{Design, Mapping, Named, NearField, px_4096, size_errors};
+use crate::picture::{Picture, colour_differences};
+use crate::quantiles::quantile_of;
+use crate::render::{self, DomePicture};
 use crate::scene::camera::DomeCamera;
+use crate::selftest::Inputs;
 use glam::DVec2;
 use serde_json::Value;
 use shisen_core::frame::{DomeProjection, MirrorCamera, View};
@@ -21,19 +26,21 @@ const NEAREST: f32 = 0.1;
 const RADIUS: f32 = 1.0e-3;
 
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
-    let scene = Baked::new(&grid(NEAREST))?;
+    let scene = baked(bench)?;
     let about = format!(
-        "A dome master of meridians and parallels on a sphere about the screen's centre, by the \
-         paper's mirrors (paper-1 to paper-3, its Table 1) and the best ones, of {} mm: as the \
-         mirror shows it (mirror), with the mirror's point chosen for each pixel so that its \
-         direction is right (exact), and by a fisheye without a mirror (true). Errors are angles \
-         in pixels of a picture of 4,096².",
+        "Dome masters of the paper's scene A, upright in its middle, three bounces, by the \
+         paper's mirrors (paper-1 to paper-3, its Table 1) and the best ones, of {} mm. All are \
+         rendered; what differs is what each pixel's ray is. By the mapping mirror it is the one \
+         that a camera over the mirror has there, so that the picture is what a photograph of \
+         such a mirror would be; by exact it is the one of the mirror's rays that has the right \
+         direction, as if the photograph were unwarped; by true there is no mirror, and all rays \
+         start in one point. Errors are angles in pixels of a picture of 4,096².",
         1e3 * RADIUS
     );
     let comparisons = vec![
         mappings(bench, &scene)?,
         sizes(bench, &scene)?,
-        mirror_sizes(bench)?,
+        mirror_sizes(bench, &scene)?,
         precision(bench)?,
     ];
     let title = "Dome masters through a mirror";
@@ -73,6 +80,13 @@ impl Optics {
         )?)
     }
 
+    fn picture(&self, bench: &Bench<'_>, scene: &Baked) -> Result<DomePicture, Cause> {
+        let mut options = bench.options();
+        options.tile = 8;
+        let (view, quiet) = (self.view()?, |_, _| {});
+        Ok(render::dome(&scene.scene(), &view, None, &options, &quiet)?)
+    }
+
     fn point(&self, series: &'static str, name: String) -> Point {
         let mirror = match self.mapping {
             Mapping::True => Value::Null,
@@ -108,19 +122,16 @@ impl Optics {
     }
 }
 
-/// Each picture's time and steps.
+/// Each picture with its time and its steps.
 fn render(
     bench: &Bench<'_>,
     scene: &Baked,
     optics: &[Optics],
     share: (f64, f64),
-) -> Result<Vec<(Time, u64)>, Cause> {
-    let mut options = bench.options();
-    options.tile = 8;
+) -> Result<Vec<(Time, DomePicture)>, Cause> {
     bench.in_turns(optics, share, |one| {
-        let (view, quiet) = (one.view()?, |_, _| {});
-        let picture = render::dome(&scene.scene(), &view, None, &options, &quiet)?;
-        Ok((picture.seconds, picture.statistics.steps))
+        let picture = one.picture(bench, scene)?;
+        Ok((picture.seconds, picture))
     })
 }
 
@@ -158,7 +169,7 @@ fn mappings(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     let points = asked
         .iter()
         .zip(measured)
-        .map(|(one, (time, steps))| Point {
+        .map(|(one, (time, picture))| Point {
             errors: vec![
                 one.near_error(100.0),
                 Some(one.far_error()),
@@ -166,21 +177,62 @@ fn mappings(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
             ],
             seconds: time.median,
             spread: time.spread,
-            steps: Some(steps),
+            steps: Some(picture.statistics.steps),
             ..one.point(one.mapping.name(), one.name())
         });
     let limit = Limit {
         error: 0.5,
         because: "half a pixel",
     };
-    Ok(Comparison::new(
+    let mut comparison = Comparison::new(
         ("mappings", "Which mirror, and how it is looked at"),
         "The largest error over the picture, of surroundings at 100 and at 10 mirror radii and of \
          what is far away.",
         NEAR_ERRORS.to_vec(),
         limit,
         points.collect(),
-    ))
+    );
+    comparison.choice = choice(&comparison.points);
+    Ok(comparison)
+}
+
+/// For each mapping what to choose: which of them is not a matter of its price, but of
+/// what the picture has to be.
+fn choice(points: &[Point]) -> String {
+    let nearest = |mapping: Mapping| {
+        let of = points.iter().filter(|one| one.series == mapping.name());
+        of.min_by(|a, b| a.error().total_cmp(&b.error()))
+    };
+    let farthest = |mapping: Mapping| {
+        let of = points.iter().filter(|one| one.series == mapping.name());
+        of.max_by(|a, b| a.error().total_cmp(&b.error()))
+    };
+    let steps = |point: &Point| point.steps.unwrap_or(0) as f64;
+    let all = [Mapping::True, Mapping::Exact, Mapping::Mirror].map(nearest);
+    let ([Some(lens), Some(unwarped), Some(mirror)], Some(worst)) =
+        (all, farthest(Mapping::Mirror))
+    else {
+        return "Nothing was measured.".to_owned();
+    };
+    let off = |point: &Point| format!("{} px", brief(point.error()));
+    let to_lens = |point: &Point| percent(steps(point) / steps(lens).max(1.0));
+    format!(
+        "To render a dome, choose {}: off by {}, in {} million steps, and no mirror has to be \
+         there. Where the picture has to be what a mirror shows, as beside a photograph or a live \
+         camera over one, choose {}: {} ({} with {}), {} of the steps; where such a picture is \
+         unwarped, {}: {}, {} of the steps.",
+        lens.name,
+        off(lens),
+        brief(1e-6 * steps(lens)),
+        mirror.name,
+        off(mirror),
+        off(worst),
+        worst.name,
+        to_lens(mirror),
+        unwarped.name,
+        off(unwarped),
+        to_lens(unwarped),
+    )
 }
 
 fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
@@ -195,23 +247,23 @@ fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
         });
         asked.extend(of_size);
     }
+    let places = Places::new(bench, scene)?;
     let measured = render(bench, scene, &asked, (0.3, 0.7))?;
-    let points = asked.iter().zip(measured).map(|(one, (time, steps))| {
-        // Half a pixel's diagonal, of the picture from rim to rim.
-        let pixel = 4096.0 / f64::from(one.size) * std::f64::consts::FRAC_1_SQRT_2;
-        let off = pixel + one.far_error();
-        Point {
-            errors: vec![Some(off), Some(pixel), Some(one.far_error())],
+    let mut points = Vec::new();
+    for (one, (time, picture)) in asked.iter().zip(measured) {
+        points.push(Point {
+            errors: places.errors(one, &picture.picture)?,
             seconds: time.median,
             spread: time.spread,
-            steps: Some(steps),
+            steps: Some(picture.statistics.steps),
             ..one.point(one.mapping.name(), format!("{}, {}²", one.name(), one.size))
-        }
-    });
+        });
+    }
     let measures = vec![
-        measure("off_px", "error, px of 4,096"),
-        measure("pixel_px", "half a pixel, px"),
-        measure("far_px", "mirror, px"),
+        measure("off_px", "largest error, px of 4,096"),
+        measure("off_95_px", "95 %, px"),
+        measure("off_mean_px", "mean, px"),
+        measure("wrong_colour_percent", "in another colour, %"),
     ];
     let limit = Limit {
         error: 4.0,
@@ -219,18 +271,102 @@ fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     };
     let mut comparison = Comparison::new(
         ("sizes", "How large a picture"),
-        "How far from its place at most a pixel shows what is far away: half of its own diagonal \
-         and what the mirror is off, both computed from the formulas and not seen in the pictures, \
-         whose times and steps are measured.",
+        format!(
+            "In {} directions, drawn at random: the angle from each to the ray of the pixel that \
+             stands for it in the dome master, and how many have another colour there, by more \
+             than 1 of CIEDE2000, than in a true picture of {}².",
+            places.at.len(),
+            places.truth.size,
+        ),
         measures,
         limit,
-        points.collect(),
+        points,
     );
     comparison.logarithmic = true;
     Ok(comparison)
 }
 
-fn mirror_sizes(bench: &Bench<'_>) -> Result<Comparison, Cause> {
+/// Directions in which pictures are looked at, and what is seen there.
+struct Places {
+    truth: Optics,
+    view: View,
+    picture: Picture,
+    /// Columns and rows of the truth.
+    at: Vec<[u32; 2]>,
+}
+
+impl Places {
+    fn new(bench: &Bench<'_>, scene: &Baked) -> Result<Self, Cause> {
+        let truth = Optics {
+            mirror: Named::Best,
+            mapping: Mapping::True,
+            radius: RADIUS,
+            // No multiple of what it is the truth of: pixels do not coincide.
+            size: bench.effort.pick(1_500, 3_300),
+        };
+        let view = truth.view()?;
+        let mut draw = Inputs::new(55);
+        let mut at = Vec::new();
+        while at.len() < bench.effort.pick(20_000, 200_000) {
+            let place = [0; 2].map(|_| draw.below(truth.size as usize) as u32);
+            if view.direction(place[0] as f32, place[1] as f32).is_some() {
+                at.push(place);
+            }
+        }
+        Ok(Self {
+            picture: truth.picture(bench, scene)?.picture,
+            truth,
+            view,
+            at,
+        })
+    }
+
+    /// Of a picture in these directions: the largest angle, that of 95 %, the mean,
+    /// and the share in another colour.
+    fn errors(&self, optics: &Optics, picture: &Picture) -> Result<Vec<Option<f64>>, Cause> {
+        let view = optics.view()?;
+        let ratio = f64::from(optics.size) / f64::from(self.truth.size);
+        let mut angles = Vec::new();
+        let mut colours = [Vec::new(), Vec::new()];
+        for &[x, y] in &self.at {
+            // Where the direction belongs in the picture.
+            let pixel = |at: u32| {
+                let pixel = ((f64::from(at) + 0.5) * ratio) as u32;
+                pixel.min(optics.size - 1)
+            };
+            let (column, row) = (pixel(x), pixel(y));
+            let truth = self.view.direction(x as f32, y as f32);
+            let found = view.direction(column as f32, row as f32);
+            // Where a pixel's middle is outside the rim it shows nothing.
+            let (Some(truth), Some(found)) = (truth, found) else {
+                continue;
+            };
+            let (truth, found) = (truth.as_dvec3(), found.as_dvec3());
+            let angle = libm::atan2(truth.cross(found).length(), truth.dot(found));
+            angles.push(px_4096(angle));
+            colours[0].push(self.picture.pixel(x, y).unwrap_or_default());
+            colours[1].push(picture.pixel(column, row).unwrap_or_default());
+        }
+        let row = |pixels: &[[f32; 4]]| -> Result<Picture, Cause> {
+            let mut row = Picture::new(pixels.len() as u32, 1)?;
+            row.pixels.copy_from_slice(pixels);
+            Ok(row)
+        };
+        let apart = colour_differences(&row(&colours[0])?, &row(&colours[1])?);
+        let wrong = apart.iter().filter(|&&apart| apart > 1.0).count();
+        let count = angles.len().max(1) as f64;
+        Ok([
+            quantile_of(angles.clone(), 1.0),
+            quantile_of(angles.clone(), 0.95),
+            angles.iter().sum::<f64>() / count,
+            100.0 * wrong as f64 / count,
+        ]
+        .map(Some)
+        .to_vec())
+    }
+}
+
+fn mirror_sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     let size = bench.effort.pick(128, 512);
     let mut asked = Vec::new();
     for &part in bench.effort.pick(
@@ -252,9 +388,9 @@ fn mirror_sizes(bench: &Bench<'_>) -> Result<Comparison, Cause> {
         }
     }
     let optics: Vec<Optics> = asked.iter().map(|one| one.1).collect();
-    let measured = render(bench, &Baked::new(&grid(NEAREST))?, &optics, (0.7, 0.9))?;
+    let measured = render(bench, scene, &optics, (0.7, 0.9))?;
     let mut points = Vec::new();
-    for ((part, one), (time, steps)) in asked.iter().zip(measured) {
+    for ((part, one), (time, picture)) in asked.iter().zip(measured) {
         let near = NearField::new(one.mirror.mirror(), one.mapping);
         let errors = size_errors(&near, *part, 1.0)?;
         let sum = errors.near_field.map(|near| near + errors.rounding);
@@ -262,7 +398,7 @@ fn mirror_sizes(bench: &Bench<'_>) -> Result<Comparison, Cause> {
             errors: vec![sum, errors.near_field, Some(errors.rounding), errors.world],
             seconds: time.median,
             spread: time.spread,
-            steps: Some(steps),
+            steps: Some(picture.statistics.steps),
             ..one.point(
                 one.mapping.name(),
                 format!("{} of {part:e}", one.mapping.name()),

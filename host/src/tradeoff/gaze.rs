@@ -1,7 +1,7 @@
 //! Detail that follows the gaze, against full tracing.
 
 use super::frames::{Lod, RUNGS, Room, Way, pictures, scene, with_faces};
-use super::metrics::MEASURES;
+use super::metrics::{LEAST_PIXELS_PER_DEGREE, MEASURES};
 use super::{Bench, Cause, Comparison, Effort, Figure, Limit, Point, Section, Topic};
 use crate::bake::Baked;
 use crate::lod;
@@ -30,7 +30,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         "The paper's scene A (mirrors all round) on three walls of {size}² pixels, {:.1} pixels \
          a degree at the least, for two eyes that look at the animal above the middle of the \
          front wall. Errors are against full tracing of the same view: FLIP from 0 (equal) to 1, \
-         at the wall's pixels a degree, or 2 where these are fewer; the peak signal-to-noise \
+         at {}; the peak signal-to-noise \
          ratio, none where nothing differs; structural similarity up to 1 (equal). They are taken \
          over all pixels, in rings round the line of sight (the fovea to 1°, the parafovea to 5°, \
          the periphery beyond: Rayner 1998; the first two on a screen of their own with {} pixels \
@@ -40,6 +40,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
          all, how often they bounce, and what faces they see; and, of peripheral sampling, how many \
          pixels have a ray of their own.",
         room.pixels_per_degree(),
+        flip_at(room.pixels_per_degree()),
         room.close_up().pixels_in_the_fovea(),
     );
     let (methods, [full, paper]) = methods(bench, &room, &scenes)?;
@@ -54,6 +55,20 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     );
     section.pictures = figures(&room, &full, &paper)?;
     Ok(section)
+}
+
+/// At how many pixels a degree FLIP is taken of walls that have so many, for people.
+fn flip_at(pixels_per_degree: f32) -> String {
+    if pixels_per_degree < LEAST_PIXELS_PER_DEGREE {
+        format!(
+            "{LEAST_PIXELS_PER_DEGREE} pixels a degree, the fewest that it has filters for: these \
+             walls have fewer, and it is as if they were seen from {:.1} times as far, where \
+             detail counts for less",
+            LEAST_PIXELS_PER_DEGREE / pixels_per_degree
+        )
+    } else {
+        format!("the {pixels_per_degree:.1} of the walls")
+    }
 }
 
 /// Scene A with different polygon levels.
@@ -412,4 +427,19 @@ fn figures(room: &Room, full: &Frame, paper: &Frame) -> Result<Vec<Figure>, Caus
         })
     })
     .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_says_where_flip_is_taken_at_more_pixels_than_there_are() {
+        let few = flip_at(1.1);
+        assert!(
+            few.starts_with("2 pixels a degree, the fewest") && few.contains("1.8 times"),
+            "{few}"
+        );
+        assert_eq!(flip_at(2.25), "the 2.2 of the walls");
+    }
 }

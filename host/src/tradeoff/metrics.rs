@@ -24,7 +24,7 @@ use similarity::similarities;
 
 /// With fewer FLIP's filters of edges and points have no weights: a Gaussian's, of
 /// 0.041° in the middle of a pixel, are 0 in its neighbours.
-const LEAST_PIXELS_PER_DEGREE: f32 = 2.0;
+pub(super) const LEAST_PIXELS_PER_DEGREE: f32 = 2.0;
 
 /// A part of the field of view, by degrees from the line of sight: Rayner's, "Eye
 /// Movements in Reading and Information Processing", 1998.

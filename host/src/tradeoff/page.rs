@@ -5,7 +5,7 @@ mod notes;
 
 use super::table::plain;
 use super::{Comparison, Point, Report, Section};
-use crate::chart::{Axis, Chart, Corner, Line, Note};
+use crate::chart::{Axis, Chart, Line, Names, Note};
 use crate::selftest::Row;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -314,9 +314,7 @@ fn chart(
         .zip(&places)
         .filter(|(one, _)| one.3)
         .collect();
-    let corner = emptiest_corner(&places);
-    let names = lines.iter().map(|line| line.name.as_str());
-    let mut room = Room::new(&places, corner, names);
+    let mut room = Room::new(&places);
     let notes = best
         .iter()
         .filter_map(|((point, cost, error, _), place)| {
@@ -346,7 +344,7 @@ fn chart(
             logarithmic,
         },
         lines,
-        names: corner,
+        names: Names::Below,
         notes,
     })
 }
@@ -358,30 +356,6 @@ fn part(range: &Range<f64>, value: f64, logarithmic: bool) -> f64 {
     } else {
         (value - range.start) / (range.end - range.start)
     }
-}
-
-/// Where the fewest points are, by their places from the lower left, 0 to 1.
-fn emptiest_corner(places: &[(f64, f64)]) -> Corner {
-    let corners = [
-        (Corner::UpperRight, true, true),
-        (Corner::UpperLeft, false, true),
-        (Corner::LowerLeft, false, false),
-        (Corner::LowerRight, true, false),
-    ];
-    let inside = |right: bool, upper: bool| {
-        let taken = |&&(x, y): &&(f64, f64)| {
-            let (x, y) = (
-                if right { x } else { 1.0 - x },
-                if upper { y } else { 1.0 - y },
-            );
-            x > 0.55 && y > 0.5
-        };
-        places.iter().filter(taken).count()
-    };
-    let least = corners
-        .into_iter()
-        .min_by_key(|&(_, right, upper)| inside(right, upper));
-    least.map_or(Corner::UpperRight, |corner| corner.0)
 }
 
 /// Whether numbers above 0 are far enough apart for an axis whose ticks are at

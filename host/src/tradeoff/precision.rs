@@ -1,25 +1,24 @@
 //! What single precision loses, stage by stage: what is built in, the same in
 //! double precision, and the textbook's way in single.
 
+mod colour;
+mod double;
+
 use super::front::percent;
 use super::page::brief;
 use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, Topic, measure, timed};
 use crate::dome::Mirror;
 use crate::gaze_reference::{self, Limits};
 use crate::quantiles::quantile_of;
+use crate::selftest::Inputs;
 use crate::selftest::naive::{moller_trumbore, printed_level, textbook_refraction, traced_mirror};
-use crate::selftest::{Inputs, exact_refraction};
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use shisen_core::capture::{Mapping, SpheroidMirror};
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 use shisen_core::shape::{Ray, Triangle};
-use shisen_core::spectrum::rgb_from_xyz;
 use shisen_core::trace::refract;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::hint::black_box;
-
-/// Errors of a way at all inputs.
-type Errors = Vec<f64>;
 
 /// A way to do a stage: all inputs are worked through, and what came of each is
 /// held against the truth.
@@ -27,7 +26,8 @@ struct Way<'w> {
     name: &'static str,
     /// Works through the inputs and gives nothing: what is timed.
     run: Box<dyn Fn() + 'w>,
-    errors: Errors,
+    /// At all inputs, by [`Stage::parts`] and the largest of them first.
+    errors: Vec<Vec<f64>>,
 }
 
 /// A part of a ray's life.
@@ -37,7 +37,11 @@ struct Stage {
     about: &'static str,
     /// The largest error, in a unit, and the same of 95 % and of the mean.
     measures: [Measure; 3],
+    /// The largest of each of several errors, where there are several.
+    parts: &'static [Measure],
     limit: Limit,
+    /// Primitives tested, all inputs together; none where nothing is.
+    steps: Option<u64>,
 }
 
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
@@ -47,17 +51,22 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         mirror(bench, count, (0.2, 0.4))?,
         intersection(bench, count, (0.4, 0.6))?,
         refraction(bench, count, (0.6, 0.8))?,
-        colour(bench, count, (0.8, 1.0))?,
+        colour::colour(bench, count / colour::WAVELENGTHS, (0.8, 1.0))?,
     ];
     let about = format!(
-        "Each stage of a ray on {count} usual inputs, drawn at random and the same on every run, \
-         one after another on one thread: as it is built in, the textbook's formula in single \
-         precision, and double precision, which is the truth here and was written for clearness \
-         and not for speed. Times are of all inputs. What is not usual is among the hard cases \
-         below."
+        "Each stage of a ray on {count} usual inputs ({} spectra), drawn at random and the same \
+         on every run, one after another on one thread: as it is built in, the textbook's formula \
+         in single precision, and the same as what is built in in double precision, which is the \
+         truth here. Times are of all inputs. Steps are nodes visited and primitives tested: an \
+         intersection is one, in any precision; the other stages are formulas, which visit and \
+         test nothing, and have none. What is not usual is among the hard cases below.",
+        count / colour::WAVELENGTHS,
     );
+    let choice = choice_of_all(&comparisons);
     let title = "Single precision";
-    Ok(Section::new(Topic::Precision, title, about, comparisons))
+    let mut section = Section::new(Topic::Precision, title, about, comparisons);
+    section.choice = choice;
+    Ok(section)
 }
 
 /// Times the ways of a stage in turns.
@@ -69,22 +78,28 @@ fn compare(
 ) -> Result<Comparison, Cause> {
     let measured = bench.in_turns(&ways, share, |way| Ok(timed(|| (way.run)())))?;
     let points = ways.into_iter().zip(measured).map(|(way, (time, ()))| {
-        let errors = way.errors;
-        let largest = quantile_of(errors.clone(), 1.0);
-        let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
         let number = |x: f64| x.is_finite().then_some(x);
-        let of = [largest, quantile_of(errors, 0.95), mean];
+        let all = way.errors.first().cloned().unwrap_or_default();
+        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+        let mut errors = vec![
+            number(quantile_of(all.clone(), 1.0)),
+            number(quantile_of(all, 0.95)),
+            number(mean),
+        ];
+        let parts = way.errors.into_iter().skip(1);
+        errors.extend(parts.map(|part| number(quantile_of(part, 1.0))));
         Point {
-            errors: of.map(number).to_vec(),
+            errors,
             seconds: time.median,
             spread: time.spread,
+            steps: stage.steps,
             ..Point::new(stage.id, way.name, [("way", way.name.into())])
         }
     });
     let mut comparison = Comparison::new(
         (stage.id, stage.title),
         stage.about,
-        stage.measures.to_vec(),
+        [&stage.measures[..], stage.parts].concat(),
         stage.limit,
         points.collect(),
     );
@@ -93,48 +108,124 @@ fn compare(
     Ok(comparison)
 }
 
-/// What the points say of the way that is built in: the others are no settings.
-fn choice(comparison: &Comparison) -> String {
-    let [ours, naive, double] = &comparison.points[..] else {
-        return "Nothing was measured.".to_owned();
-    };
-    let largest = |point: &Point| match point.errors.first().copied().flatten() {
+/// The largest error, for people.
+fn largest(point: &Point) -> String {
+    match point.errors.first().copied().flatten() {
         Some(error) => brief(error),
         None => "no number".to_owned(),
+    }
+}
+
+/// What to choose for a stage: the fastest way that is true enough.
+fn choice(comparison: &Comparison) -> String {
+    let limit = &comparison.limit;
+    let enough = |point: &&Point| point.error() <= limit.error;
+    let by_time = |a: &&Point, b: &&Point| a.seconds.total_cmp(&b.seconds);
+    let Some(chosen) = comparison.points.iter().filter(enough).min_by(by_time) else {
+        return format!(
+            "No way has at most {} ({}).",
+            brief(limit.error),
+            limit.because
+        );
     };
-    let enough = if ours.error() <= comparison.limit.error {
-        "Single precision is enough"
-    } else {
-        "Single precision is not enough"
-    };
+    let others: Vec<String> = comparison
+        .points
+        .iter()
+        .filter(|point| point.name != chosen.name)
+        .map(|point| {
+            format!(
+                "{} by {}, in {} of its time",
+                point.name,
+                largest(point),
+                percent(point.seconds / chosen.seconds)
+            )
+        })
+        .collect();
     format!(
-        "{enough}: what is built in is off by {} at most, of {} ({}); the textbook's formula by \
-         {}, in {} of its time, and double precision takes {} of it.",
-        largest(ours),
-        brief(comparison.limit.error),
-        comparison.limit.because,
-        largest(naive),
-        percent(naive.seconds / ours.seconds),
-        percent(double.seconds / ours.seconds),
+        "Choose {}, the fastest of those that are off by {} ({}) or less: by {} at most; {}.",
+        chosen.name,
+        brief(limit.error),
+        limit.because,
+        largest(chosen),
+        others.join(", ")
     )
 }
 
-/// What is built in, the textbook's and the truth's way at all of `inputs`.
-fn ways<'w, I, T: Copy>(
+/// What to choose for all stages together: a program has one precision.
+fn choice_of_all(comparisons: &[Comparison]) -> String {
+    let titles = |of: &dyn Fn(&Comparison) -> bool| -> Vec<String> {
+        let those = comparisons.iter().filter(|one| of(one));
+        those.map(|one| one.title.to_lowercase()).collect()
+    };
+    let is_enough = |one: &Comparison, way: usize| {
+        let point = one.points.get(way);
+        point.is_some_and(|point| point.error() <= one.limit.error)
+    };
+    let lacking = titles(&|one| !is_enough(one, OURS));
+    if !lacking.is_empty() {
+        return format!(
+            "Choose double precision for: {}. What is built in is not true enough there.",
+            lacking.join(", ")
+        );
+    }
+    let naive = titles(&|one| !is_enough(one, NAIVE));
+    let naive = if naive.is_empty() {
+        "the textbook's formulas keep to them, too".to_owned()
+    } else {
+        format!(
+            "the textbook's formulas are not true enough for: {}",
+            naive.join(", ")
+        )
+    };
+    let seconds = |way: usize| -> f64 {
+        let points = comparisons.iter().filter_map(|one| one.points.get(way));
+        points.map(|point| point.seconds).sum()
+    };
+    let ratio = seconds(DOUBLE) / seconds(OURS);
+    let precision = if ratio > 1.0 {
+        "Choose single precision as it is built in"
+    } else {
+        "Choose double precision where rays go one by one on a processor like this; single \
+         precision, as it is built in, is enough"
+    };
+    format!(
+        "{precision}: all {} stages keep to their bounds, and double precision takes {} of their \
+         time together; {naive}.",
+        comparisons.len(),
+        percent(ratio),
+    )
+}
+
+/// Places of the ways of a stage.
+const OURS: usize = 0;
+const NAIVE: usize = 1;
+const DOUBLE: usize = 2;
+
+/// What is built in, the textbook's and the truth's way at all of `inputs`. Of
+/// several errors the largest counts.
+fn ways<'w, I, T, E, const N: usize>(
     inputs: &'w [I],
     ours: impl Fn(&I) -> T + 'w,
     naive: impl Fn(&I) -> T + 'w,
-    exact: impl Fn(&I) -> DVec3 + 'w,
-    error: impl Fn(T, DVec3) -> f64 + 'w,
+    exact: impl Fn(&I) -> E + 'w,
+    error: impl Fn(T, &E) -> [f64; N] + 'w,
 ) -> Vec<Way<'w>> {
-    let truth: Vec<DVec3> = inputs.iter().map(&exact).collect();
-    let errors = |of: &dyn Fn(&I) -> T| -> Errors {
-        let both = inputs.iter().zip(&truth);
-        both.map(|(input, &truth)| error(of(input), truth))
-            .collect()
+    let truth: Vec<E> = inputs.iter().map(&exact).collect();
+    let errors = |of: &dyn Fn(&I) -> T| {
+        let mut errors = vec![Vec::with_capacity(inputs.len()); parts_of(N)];
+        for (input, truth) in inputs.iter().zip(&truth) {
+            let found = error(of(input), truth);
+            let worst = |a: f64, b: f64| if b.is_nan() { b } else { a.max(b) };
+            let all = [found.into_iter().fold(0.0, worst)];
+            for (errors, one) in errors.iter_mut().zip(all.into_iter().chain(found)) {
+                // A NaN is as far off as can be.
+                errors.push(if one.is_nan() { f64::INFINITY } else { one });
+            }
+        }
+        errors
     };
     let (of_ours, of_naive) = (errors(&ours), errors(&naive));
-    let none = vec![0.0; inputs.len()];
+    let none = vec![vec![0.0; inputs.len()]; parts_of(N)];
     vec![
         Way {
             name: "built in, f32",
@@ -154,6 +245,11 @@ fn ways<'w, I, T: Copy>(
     ]
 }
 
+/// Columns of errors for so many kinds of them: one alone is the largest.
+const fn parts_of(kinds: usize) -> usize {
+    if kinds == 1 { 1 } else { 1 + kinds }
+}
+
 /// Works through the inputs for the sake of it.
 fn each<'w, I, T>(inputs: &'w [I], way: impl Fn(&I) -> T + 'w) -> Box<dyn Fn() + 'w> {
     Box::new(move || {
@@ -170,11 +266,6 @@ const fn in_unit(labels: [&'static str; 3]) -> [Measure; 3] {
         measure("percentile_95", most),
         measure("mean", mean),
     ]
-}
-
-/// A number, where vectors go.
-fn number(x: f64) -> DVec3 {
-    DVec3::new(x, 0.0, 0.0)
 }
 
 fn level(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Comparison, Cause> {
@@ -196,13 +287,10 @@ fn level(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Compariso
         |&d| single.level(d).unwrap_or(f32::NAN),
         |&d| printed_level(d),
         |&d| {
-            number(
-                double
-                    .sight(d.as_dvec3())
-                    .map_or(f64::NAN, |sight| sight.level),
-            )
+            let sight = double.sight(d.as_dvec3());
+            sight.map_or(f64::NAN, |sight| sight.level)
         },
-        |found, exact| (f64::from(found) - exact.x).abs(),
+        |found, exact| [(f64::from(found) - exact).abs()],
     );
     let stage = Stage {
         id: "level",
@@ -210,10 +298,12 @@ fn level(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Compariso
         about: "Equations 4 to 8 of Mochizuki and Makino in all directions, a hundredth of them \
                 straight up, against arc tangents in double precision.",
         measures: in_unit(["largest error of the level", "95 % are below", "mean"]),
+        parts: &[],
         limit: Limit {
             error: 1.0e-6,
             because: "it changes what one ray in a million does",
         },
+        steps: None,
     };
     compare(bench, stage, ways, share)
 }
@@ -246,21 +336,19 @@ fn mirror(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Comparis
                 .reflect(DVec2::new(f64::from(u), f64::from(v)) * b1)
                 .1
         },
-        |found, exact| {
-            let found = found.as_dvec3();
-            let angle = found.cross(exact).length().atan2(found.dot(exact));
-            angle / FRAC_PI_2 * 2048.0
-        },
+        |found, &exact| [angle(found.as_dvec3(), exact) / FRAC_PI_2 * 2048.0],
     );
     let stage = Stage {
         id: "mirror",
         title: "Ray off a mirror",
         about: "The best mirror's rays, over the whole dome master.",
         measures: in_unit(["largest error, pixels of 4096²", "95 % are below", "mean"]),
+        parts: &[],
         limit: Limit {
             error: 1.0e-3,
             because: "a thousandth of a pixel",
         },
+        steps: None,
     };
     compare(bench, stage, ways, share)
 }
@@ -291,118 +379,98 @@ fn intersection(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Co
         },
         |(corners, ray)| moller_trumbore(*corners, ray, None).unwrap_or(f32::NAN),
         |(corners, ray)| {
-            let [a, b, c] = corners.map(Vec3::as_dvec3);
-            let (o, d) = (ray.origin().as_dvec3(), ray.direction().as_dvec3());
-            let normal = (b - a).cross(c - a);
-            number(normal.dot(a - o) / normal.dot(d))
+            let hit = double::intersection(*corners, ray, 4.0);
+            // As is built in, where weights are computed and not asked for here.
+            hit.map_or(f64::NAN, |hit| {
+                black_box(hit.weights);
+                hit.t
+            })
         },
-        |found, exact| (f64::from(found) - exact.x).abs() / exact.x * 16_777_216.0,
+        |found, exact| [(f64::from(found) - exact).abs() / exact * 16_777_216.0],
     );
     let stage = Stage {
         id: "intersection",
         title: "Distance of a triangle",
-        about: "Triangles of 20 cm in a scene of 4 m, hit in the middle at 0.1 rad or more.",
+        about: "Triangles of 20 cm in a scene of 4 m, hit in the middle at 0.1 rad or more. What \
+                is built in makes a ray ready, decides by exact signs whether it is inside, and \
+                gives distance and weights; so does double precision, by the same formulas. The \
+                textbook's test is Möller and Trumbore's, which gives the distance alone.",
         measures: in_unit([
             "largest error, parts of 2⁻²⁴ of the distance",
             "95 % are below",
             "mean",
         ]),
+        parts: &[],
         limit: Limit {
             error: 32.0,
             because: "as far off do secondary rays start",
         },
+        steps: Some(inputs.len() as u64),
     };
     compare(bench, stage, ways, share)
 }
 
 fn refraction(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Comparison, Cause> {
     let mut draw = Inputs::new(53);
-    let inputs: Vec<(Vec3, f32)> = (0..count)
-        .map(|_| {
-            let cos = draw.range(1.0e-3, 1.0) as f32;
-            let sin = (1.0 - f64::from(cos) * f64::from(cos)).sqrt() as f32;
-            (Vec3::new(sin, -cos, 0.0), draw.range(1.1, 2.4) as f32)
-        })
-        .collect();
+    let mut inputs: Vec<(Vec3, [f32; 2])> = Vec::with_capacity(count);
+    while inputs.len() < count {
+        let cos = draw.range(1.0e-3, 1.0) as f32;
+        let sin = (1.0 - f64::from(cos) * f64::from(cos)).sqrt();
+        let glass = draw.range(1.1, 2.4) as f32;
+        let inwards = inputs.len().is_multiple_of(2);
+        // Out of glass what is well under the critical angle.
+        if inwards || sin * f64::from(glass) < 0.95 {
+            let media = if inwards { [1.0, glass] } else { [glass, 1.0] };
+            inputs.push((Vec3::new(sin as f32, -cos, 0.0), media));
+        }
+    }
     let ways = ways(
         &inputs,
-        |&(d, n)| {
-            let found = refract(d, Vec3::Y, 1.0, n);
-            [found.reflectance, found.transmittance]
+        |&(d, [m, n])| {
+            let found = refract(d, Vec3::Y, m, n);
+            let direction = found.direction.unwrap_or(Vec3::NAN);
+            (found.reflectance, found.transmittance, direction)
         },
-        |&(d, n)| {
-            let found = textbook_refraction(d, Vec3::Y, 1.0, n);
-            found.map_or([f32::NAN; 2], |(r, t, _)| [r, t])
+        |&(d, [m, n])| {
+            let found = textbook_refraction(d, Vec3::Y, m, n);
+            found.unwrap_or((f32::NAN, f32::NAN, Vec3::NAN))
         },
-        |&(d, n)| {
-            let shares = exact_refraction(f64::from(-d.y), 1.0, n.into());
-            shares.map_or(DVec3::NAN, |(r, t)| DVec3::new(r, t, 0.0))
-        },
-        |[r, t], exact| {
+        |&(d, [m, n])| double::refraction(d.as_dvec3(), DVec3::Y, m.into(), n.into()),
+        |(r, t, direction), &(exact_r, exact_t, exact)| {
             let relative = |found: f32, exact: f64| (f64::from(found) / exact - 1.0).abs();
-            relative(r, exact.x).max(relative(t, exact.y))
+            let shares = relative(r, exact_r).max(relative(t, exact_t));
+            [shares, angle(direction.as_dvec3(), exact)]
         },
     );
     let stage = Stage {
         id: "refraction",
         title: "Light at a border",
-        about: "Fresnel's equations from air into glass, at all angles: the reflected and the \
-                transmitted share, whichever is further off.",
-        measures: in_unit(["largest error, relative", "95 % are below", "mean"]),
+        about: "Fresnel's equations and Snell's law between air and glass, half of it inwards at \
+                all angles, half outwards up to 0.95 of the critical angle's sine: the reflected \
+                and the transmitted share and the direction, whichever is further off.",
+        measures: in_unit([
+            "largest error: relative, of a share, or rad, of the direction",
+            "95 % are below",
+            "mean",
+        ]),
+        parts: &PARTS_OF_LIGHT,
         limit: Limit {
             error: 2.0e-6,
-            because: "what the documentation promises, a thousandth of a step of 8 bits",
+            because: "what the documentation promises of shares, a thousandth of a step of 8 bits",
         },
+        steps: None,
     };
     compare(bench, stage, ways, share)
 }
 
-fn colour(bench: &Bench<'_>, count: usize, share: (f64, f64)) -> Result<Comparison, Cause> {
-    let exact = linear_srgb();
-    // As most pages print it.
-    let printed = [
-        Vec3::new(3.2406, -1.5372, -0.4986),
-        Vec3::new(-0.9689, 1.8758, 0.0415),
-        Vec3::new(0.0557, -0.2040, 1.0570),
-    ];
-    let mut draw = Inputs::new(54);
-    let inputs: Vec<Vec3> = (0..count)
-        .map(|_| {
-            // Colours that a display can show.
-            let rgb = DVec3::new(draw.unit(), draw.unit(), draw.unit());
-            (exact.inverse() * rgb).as_vec3()
-        })
-        .collect();
-    let ways = ways(
-        &inputs,
-        |&xyz| rgb_from_xyz(xyz),
-        |&xyz| Vec3::from_array(printed.map(|row| row.dot(xyz))),
-        move |&xyz| exact * xyz.as_dvec3(),
-        |found, exact| (found.as_dvec3() - exact).abs().max_element(),
-    );
-    let stage = Stage {
-        id: "colour",
-        title: "Colour",
-        about: "XYZ to linear sRGB of all colours that a display can show, against the matrix of \
-                its primaries and its white in double precision.",
-        measures: in_unit(["largest error of a channel", "95 % are below", "mean"]),
-        limit: Limit {
-            error: 1.0e-5,
-            because: "a thirtieth of the least step of 8 bits near black",
-        },
-    };
-    compare(bench, stage, ways, share)
-}
+const PARTS_OF_LIGHT: [Measure; 2] = [
+    measure("shares", "shares, largest, relative"),
+    measure("direction_rad", "direction, largest, rad"),
+];
 
-/// Of D65, as ASTM E308 has it.
-const WHITE: DVec3 = DVec3::new(0.950_47, 1.0, 1.088_83);
-
-/// Linear sRGB of XYZ, from the primaries of IEC 61966-2-1 and the white.
-fn linear_srgb() -> DMat3 {
-    let xyz = |x: f64, y: f64| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
-    let primaries = DMat3::from_cols(xyz(0.64, 0.33), xyz(0.30, 0.60), xyz(0.15, 0.06));
-    let shares = primaries.inverse() * WHITE;
-    (primaries * DMat3::from_diagonal(shares)).inverse()
+/// Between two directions of any length: radians.
+fn angle(a: DVec3, b: DVec3) -> f64 {
+    libm::atan2(a.cross(b).length(), a.dot(b))
 }
 
 #[cfg(test)]
@@ -411,16 +479,30 @@ mod tests {
     use super::*;
     use crate::quadruped::quadruped;
 
-    #[test]
-    fn what_is_built_in_is_within_its_limits_and_double_precision_is_the_truth() {
+    fn section_of(effort: Effort) -> Section {
         let bench = Bench {
-            effort: Effort::Quick,
+            effort,
             threads: 1,
             mesh: &quadruped(),
             progress: &|_| (),
         };
-        let section = section(&bench).unwrap();
+        section(&bench).unwrap()
+    }
+
+    #[test]
+    fn what_is_built_in_is_within_its_limits_and_double_precision_is_the_truth() {
+        let section = section_of(Effort::Quick);
         assert_eq!(section.comparisons.len(), 5);
+        let choice = &section.choice;
+        let bounds = "as it is built in";
+        assert!(
+            choice.starts_with("Choose ") && choice.contains(bounds),
+            "{choice}"
+        );
+        assert!(
+            choice.contains("all 5 stages keep to their bounds"),
+            "{choice}"
+        );
         for comparison in &section.comparisons {
             let [ours, naive, double] = &comparison.points[..] else {
                 panic!("{}", comparison.id);
@@ -434,7 +516,7 @@ mod tests {
             assert_eq!(largest(double), 0.0);
             let choice = &comparison.choice;
             assert!(
-                choice.starts_with("Single precision is enough: "),
+                choice.starts_with("Choose ") && choice.contains("or less: by "),
                 "{choice}"
             );
             assert!(comparison.points.iter().all(|point| point.seconds > 0.0));
@@ -446,15 +528,19 @@ mod tests {
     }
 
     #[test]
-    fn white_is_white() {
-        let white = linear_srgb() * WHITE;
-        assert!(
-            (white - DVec3::ONE).abs().max_element() < 1.0e-14,
-            "{white}"
-        );
-        // All of it is of the primaries: red alone has their red's colour.
-        let red = linear_srgb().inverse() * DVec3::X;
-        let sum = red.element_sum();
-        assert!((red.x / sum - 0.64).abs() < 1.0e-14 && (red.y / sum - 0.33).abs() < 1.0e-14);
+    fn a_primitive_is_a_step_and_formulas_have_none() {
+        let stages = |of: &Section| -> Vec<(&str, Option<u64>)> {
+            let all = of.comparisons.iter();
+            all.map(|one| (one.id, one.points[0].steps)).collect()
+        };
+        let found = stages(&section_of(Effort::Quick));
+        let expected = [
+            ("level", None),
+            ("mirror", None),
+            ("intersection", Some(20_000)),
+            ("refraction", None),
+            ("colour", None),
+        ];
+        assert_eq!(found, expected);
     }
 }

@@ -78,6 +78,7 @@ impl Viewer {
                 *records = records.saturating_add(1);
                 *newest = Some(arrival);
             }
+            Event::Message(message) => gaze.on_message(&message, &mut |_| {}),
             Event::Dropped(lost) => {
                 *dropped = dropped.saturating_add(lost.bytes);
                 say!(warn, "tracker: {}", lost);

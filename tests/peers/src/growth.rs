@@ -8,7 +8,7 @@ use super::rays::{Random, incoherent, pinhole};
 use super::report::{Report, Row};
 use glam::{DAffine3, DVec3};
 use shisen::bake::Baked;
-use shisen::chart::{Axis, Chart, Corner, Line, Note};
+use shisen::chart::{Axis, Chart, Corner, Line, Names, Note};
 use shisen::mesh::TriangleMesh;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen_core::Simd;
@@ -438,7 +438,7 @@ fn add(
                 dots: false,
             })
             .collect(),
-        names: Corner::LowerLeft,
+        names: Names::In(Corner::LowerLeft),
         notes,
     };
     let name = format!("{axis}-{}.svg", unit.replace('/', "-per-"));

@@ -48,7 +48,7 @@ impl Measured {
     /// Nothing is of an eye that is shut, not tracked or not among
     /// [`EstimatorConfig::eyes`]; calibrations that there are do not count.
     pub fn of(config: &EstimatorConfig, sample: &Sample, head: &HeadPose) -> Self {
-        let blink = both_shut(config, sample);
+        let blink = both_shut(config, sample, [false; 2]);
         let [left, right, combined] = eyes(config, sample).map(|(eye, _)| {
             let eye = eye.filter(|_| !blink)?;
             plane_of(direction_of(config, sample, eye, head)?)
@@ -90,8 +90,10 @@ fn shut(config: &EstimatorConfig, eye: &Eye) -> bool {
     eye.openness.is_some_and(|open| open < least)
 }
 
-fn both_shut(config: &EstimatorConfig, sample: &Sample) -> bool {
-    shut(config, &sample.left) && shut(config, &sample.right) || shut(config, &sample.combined)
+fn both_shut(config: &EstimatorConfig, sample: &Sample, [left, right]: [bool; 2]) -> bool {
+    let left = left || shut(config, &sample.left);
+    let right = right || shut(config, &sample.right);
+    left && right || shut(config, &sample.combined)
 }
 
 /// The direction of an eye that is open and tracked: a unit vector in the
@@ -115,8 +117,14 @@ fn direction_of(
     })
 }
 
-/// The gaze of a sample, with the head at `head` when it was measured.
-pub(super) fn of_sample(config: &EstimatorConfig, sample: &Sample, head: &HeadPose) -> Gaze {
+/// The gaze of a sample, with the head at `head` when it was measured and the left and
+/// the right eye hidden or not.
+pub(super) fn of_sample(
+    config: &EstimatorConfig,
+    sample: &Sample,
+    head: &HeadPose,
+    hidden: [bool; 2],
+) -> Gaze {
     if config.eyes == Eyes::HeadOnly {
         return Gaze::None;
     }
@@ -127,14 +135,17 @@ pub(super) fn of_sample(config: &EstimatorConfig, sample: &Sample, head: &HeadPo
     if !known && sample.gaze_point.is_none() {
         return Gaze::None;
     }
-    if both_shut(config, sample) {
+    if both_shut(config, sample, hidden) {
         return Gaze::Lost;
     }
-    let [left, right, combined] = eyes.map(|(eye, calibration)| {
+    let direction = |(eye, calibration): Chosen<'_>| {
         let direction = direction_of(config, sample, eye?, head)?;
         let reading = eye?.direction?.value;
         Some((calibrated(direction, calibration.as_ref())?, reading))
-    });
+    };
+    let [left, right, combined] = eyes.map(direction);
+    let [left, right] =
+        [(left, hidden[0]), (right, hidden[1])].map(|(seen, hidden)| seen.filter(|_| !hidden));
     let of_one =
         |(direction, reading): (Vec3, Vec3)| (direction, Fingerprint::of(&reading.to_array()));
     let of_both = || match (left, right) {

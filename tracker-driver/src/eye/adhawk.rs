@@ -32,6 +32,12 @@
 //! | 7 gaze on the screen | f32 x, y | `gaze_point`, 0 to 1 |
 //! | 8 inertial sensor | f32 x, y, z, w | `head.orientation` |
 //!
+//! NaN, as C writes it (0x7FC00000 or 0xFFC00000), stands for what was not measured:
+//! the headers say nothing of an eye that is not seen, and NaN is no measurement. What it stands in is then not tracked
+//! (a direction, a gaze point) or not there (the rest), the packet's other fields are
+//! as they are, and a [`Message::Unmeasured`] says so whenever it begins, changes or
+//! ends.
+//!
 //! Of two eyes the right one comes first; of one eye there is one value. +X
 //! is to the right, +Y up and +Z behind, as in a [`Head`](crate::sample::Head).
 //! The headers are silent about three things, for which there are defaults: that
@@ -41,7 +47,7 @@
 //! # How far the decoder can be trusted
 //!
 //! There is no checksum. A packet of eyes counts only where its fields fill
-//! it exactly, each at most once, and hold usable numbers. Random bytes pass for one
+//! it exactly, each at most once, and hold usable numbers or NaN. Random bytes pass for one
 //! with a probability below 2⁻⁸ (0xAA) 2⁻⁹ (header) 2⁻⁸ (stream) 2⁻⁶ (eyes)
 //! 2⁻⁵ (a field of fitting length) = 2⁻³⁶ at each byte; of 1.5 · 10⁸ none did
 //! (`SHISEN_HEAVY=1 cargo test -p shisen-tracker adhawk::tests::random_bytes`).
@@ -67,7 +73,7 @@ use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{
     Counts, Decoder, DropReason, Event, EyeEvent, EyeEventKind, Message, Reply, Side,
 };
-use crate::sample::{GazePoint, Pupil, Reading, Sample};
+use crate::sample::{GazePoint, Part, Parts, Pupil, Reading, Sample};
 use crate::stream::{Front, Step, Stream};
 use crate::time::{DeviceTime, Micros};
 use crate::valid;
@@ -276,6 +282,8 @@ pub fn spi_packets(frame: &[u8]) -> &[u8] {
 #[derive(Debug, Clone, Default)]
 pub struct AdHawk {
     stream: Stream<LONGEST_PACKET>,
+    /// What the last packet of eyes had no values of.
+    unmeasured: Parts,
 }
 
 impl AdHawk {
@@ -287,7 +295,9 @@ impl AdHawk {
 
 impl Decoder for AdHawk {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        self.stream.feed(bytes, sink, |front| step(front, arrival));
+        let unmeasured = &mut self.unmeasured;
+        self.stream
+            .feed(bytes, sink, |front| step(front, arrival, unmeasured));
     }
 
     fn counts(&self) -> &Counts {
@@ -296,10 +306,11 @@ impl Decoder for AdHawk {
 
     fn reset(&mut self) {
         self.stream.reset();
+        self.unmeasured = Parts::NONE;
     }
 }
 
-fn step(front: Front<'_>, arrival: Micros) -> Step {
+fn step(front: Front<'_>, arrival: Micros, unmeasured: &mut Parts) -> Step {
     let [START_OF_PACKET, rest @ ..] = front.bytes else {
         return Step::Skip(DropReason::OutOfStep);
     };
@@ -322,7 +333,14 @@ fn step(front: Front<'_>, arrival: Micros) -> Step {
     }
     let read = match begun {
         _ if !stream => response(begun, length, front.in_step),
-        [EYES, eyes @ ..] => eye_fields(eyes, arrival).map(Some),
+        [EYES, eyes @ ..] => match eye_fields(eyes, arrival) {
+            Ok((sample, parts)) => {
+                let changed = core::mem::replace(unmeasured, parts) != parts;
+                let said = changed.then_some(Message::Unmeasured(parts));
+                return Step::take(OVERHEAD + length, said, Event::Sample(sample));
+            }
+            Err(reason) => Err(reason),
+        },
         [EVENTS, event @ ..] => eye_event(event, length - 1),
         [kind, data @ ..] if front.in_step => Ok(other_stream(*kind, data)),
         _ => Err(DropReason::Unknown),
@@ -409,7 +427,7 @@ fn field_numbers(field: u8, eyes: usize) -> Option<usize> {
 }
 
 /// The stream of the eyes after its first byte.
-fn eye_fields(payload: &[u8], arrival: Micros) -> Result<Event, DropReason> {
+fn eye_fields(payload: &[u8], arrival: Micros) -> Result<(Sample, Parts), DropReason> {
     let Some((time, [eyes, fields @ ..])) = payload.split_first_chunk() else {
         return Err(DropReason::Length);
     };
@@ -427,6 +445,7 @@ fn eye_fields(payload: &[u8], arrival: Micros) -> Result<Event, DropReason> {
     };
     let mut rest = fields;
     let mut seen = 0_u16;
+    let mut unmeasured = Parts::NONE;
     while let [field, numbers @ ..] = rest {
         let wanted = 4 * field_numbers(*field, count).ok_or(DropReason::Field)?;
         if seen >> field & 1 != 0 {
@@ -434,14 +453,23 @@ fn eye_fields(payload: &[u8], arrival: Micros) -> Result<Event, DropReason> {
         }
         seen |= 1 << field;
         let (numbers, behind) = numbers.split_at_checked(wanted).ok_or(DropReason::Length)?;
-        read_field(&mut sample, *field, eyes, numbers)?;
+        unmeasured = read_field(&mut sample, *field, eyes, numbers, unmeasured)?;
         rest = behind;
     }
     // A packet without fields says when it was and nothing else.
     if seen == 0 {
         return Err(DropReason::Length);
     }
-    Ok(Event::Sample(sample))
+    // Of the two places that can be an eye's origin one is enough.
+    for (eye, part) in [
+        (&sample.left, Part::LeftOrigin),
+        (&sample.right, Part::RightOrigin),
+    ] {
+        if eye.origin.is_some() {
+            unmeasured = unmeasured.without(part);
+        }
+    }
+    Ok((sample, unmeasured))
 }
 
 /// The nth number of a field; its length was checked.
@@ -450,68 +478,134 @@ fn number(numbers: &[u8], n: usize) -> f32 {
     bytes.map_or(f32::NAN, |bytes| f32::from_le_bytes(*bytes))
 }
 
-fn vector(numbers: &[u8], n: usize) -> Vec3 {
-    Vec3::new(
-        number(numbers, 3 * n),
-        number(numbers, 3 * n + 1),
-        number(numbers, 3 * n + 2),
-    )
-}
+/// Of each eye, in the order of a packet: its origin, its direction, its pupil.
+const EYE_PARTS: [(u8, [Part; 3]); 2] = [
+    (
+        RIGHT,
+        [Part::RightOrigin, Part::RightDirection, Part::RightPupil],
+    ),
+    (
+        LEFT,
+        [Part::LeftOrigin, Part::LeftDirection, Part::LeftPupil],
+    ),
+];
 
-fn read_field(sample: &mut Sample, field: u8, eyes: u8, numbers: &[u8]) -> Result<(), DropReason> {
-    let both = [(RIGHT, &mut sample.right), (LEFT, &mut sample.left)];
-    let present = both.into_iter().filter(|(side, _)| eyes & side != 0);
-    let present = present.map(|(_, eye)| eye).enumerate();
-    let place = |n| {
-        let place = valid::place(vector(numbers, n) * MILLIMETRE, LARGEST_DISTANCE);
-        place.map(Reading::tracked)
-    };
+/// Puts a field into the sample; gives back the parts that are not measured, with
+/// those of this field.
+fn read_field(
+    sample: &mut Sample,
+    field: u8,
+    eyes: u8,
+    numbers: &[u8],
+    mut unmeasured: Parts,
+) -> Result<Parts, DropReason> {
+    let both = EYE_PARTS
+        .into_iter()
+        .zip([&mut sample.right, &mut sample.left]);
+    let present = both.filter(|((side, _), _)| eyes & side != 0);
+    let present = present.map(|((_, parts), eye)| (parts, eye)).enumerate();
+    let mut miss = |part| unmeasured = unmeasured.with(part);
     match field {
         1 => {
-            valid::within(number(numbers, 3), f32::MAX)?;
-            let direction = valid::direction(vector(numbers, 0))?;
-            sample.combined.direction = Some(Reading::tracked(direction));
+            let vergence = numbers.get(12..).unwrap_or_default();
+            let _ = measured::<1>(vergence, 0, f32::MAX)?;
+            let (direction, is_measured) = direction(numbers, 0)?;
+            sample.combined.direction = Some(direction);
+            if !is_measured {
+                miss(Part::CombinedDirection);
+            }
         }
         2 => {
-            for (n, eye) in present {
-                let direction = valid::direction(vector(numbers, n))?;
-                eye.direction = Some(Reading::tracked(direction));
+            for (n, ([_, part, _], eye)) in present {
+                let (direction, is_measured) = direction(numbers, n)?;
+                eye.direction = Some(direction);
+                if !is_measured {
+                    miss(part);
+                }
             }
         }
-        3 => {
-            for (n, eye) in present {
-                eye.origin = Some(place(n)?);
-            }
-        }
-        4 => {
-            for (n, eye) in present {
-                eye.origin = eye.origin.or(Some(place(n)?));
+        3 | 4 => {
+            for (n, ([part, ..], eye)) in present {
+                let Some(place) = measured(numbers, n, LARGEST_DISTANCE / MILLIMETRE)? else {
+                    miss(part);
+                    continue;
+                };
+                let place = Reading::tracked(Vec3::from_array(place) * MILLIMETRE);
+                eye.origin = eye.origin.filter(|_| field == 4).or(Some(place));
             }
         }
         5 => {
-            for (n, eye) in present {
-                let diameter = valid::within(number(numbers, n) * MILLIMETRE, LARGEST_PUPIL)?;
+            for (n, ([.., part], eye)) in present {
+                let Some([diameter]) = measured(numbers, n, LARGEST_PUPIL / MILLIMETRE)? else {
+                    miss(part);
+                    continue;
+                };
                 if diameter < 0.0 {
                     return Err(DropReason::OutOfRange);
                 }
+                let diameter = diameter * MILLIMETRE;
                 eye.pupil = (diameter > 0.0).then_some(Pupil::Diameter(diameter));
             }
         }
         7 => {
-            let x = valid::within(number(numbers, 0), LARGEST_SCREEN)?;
-            let y = valid::within(number(numbers, 1), LARGEST_SCREEN)?;
-            let point = GazePoint::Normalized(Vec2::new(x, y));
-            sample.gaze_point = Some(Reading::tracked(point));
+            let point = measured(numbers, 0, LARGEST_SCREEN)?;
+            if point.is_none() {
+                miss(Part::GazePoint);
+            }
+            let place = point.map_or(Vec2::ZERO, Vec2::from_array);
+            sample.gaze_point = Some(Reading {
+                value: GazePoint::Normalized(place),
+                tracked: point.is_some(),
+            });
         }
-        8 => {
-            let [x, y, z, w] = [0, 1, 2, 3].map(|n| number(numbers, n));
-            let turn = valid::rotation(Quat::from_xyzw(x, y, z, w), NORM_TOLERANCE)?;
-            sample.head.orientation = Some(Reading::tracked(turn));
-        }
+        8 => match measured(numbers, 0, f32::MAX)? {
+            Some(turn) => {
+                let turn = valid::rotation(Quat::from_array(turn), NORM_TOLERANCE)?;
+                sample.head.orientation = Some(Reading::tracked(turn));
+            }
+            None => miss(Part::HeadOrientation),
+        },
         // The scene camera's picture has no place in a sample.
         _ => (),
     }
-    Ok(())
+    Ok(unmeasured)
+}
+
+/// The nth `N` numbers of a field, none farther from zero than `limit`; `None` where
+/// one of them is not measured.
+fn measured<const N: usize>(
+    numbers: &[u8],
+    n: usize,
+    limit: f32,
+) -> Result<Option<[f32; N]>, DropReason> {
+    let mut found = [0.0; N];
+    let mut all = true;
+    for (i, found) in found.iter_mut().enumerate() {
+        let number = number(numbers, N * n + i);
+        if number.to_bits() & !SIGN == NOT_MEASURED {
+            all = false;
+        } else {
+            *found = valid::within(number, limit)?;
+        }
+    }
+    Ok(all.then_some(found))
+}
+
+/// NaN as C has it. Any other NaN is damage: a byte too many makes one of every sixth
+/// packet.
+pub(crate) const NOT_MEASURED: u32 = 0x7FC0_0000;
+const SIGN: u32 = 1 << 31;
+
+/// The nth direction of a field, and whether it is measured: one that is not is
+/// straight ahead, and not tracked.
+fn direction(numbers: &[u8], n: usize) -> Result<(Reading<Vec3>, bool), DropReason> {
+    Ok(match measured(numbers, n, f32::MAX)? {
+        Some(sent) => {
+            let direction = valid::direction(Vec3::from_array(sent))?;
+            (Reading::tracked(direction), true)
+        }
+        None => (Reading::held(Vec3::NEG_Z), false),
+    })
 }
 
 /// What an event's data is: its kind, its bytes, and what they begin with.

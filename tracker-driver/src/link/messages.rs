@@ -2,10 +2,11 @@
 
 use super::body::{Body, write_time};
 use super::frame::Content;
-use super::{EYES, FAULT, REPLY, STATE, TEXT};
+use super::{EYES, FAULT, REPLY, STATE, TEXT, UNMEASURED};
 use crate::decoder::{
     DropReason, EyeEvent, EyeEventKind, MOST_MESSAGE_BYTES, Message, Reply, Side, Text,
 };
+use crate::sample::Parts;
 use crate::time::Micros;
 
 const HAS_TIME: u8 = 1 << 0;
@@ -93,6 +94,10 @@ pub(super) fn read_message(kind: u8, body: &[u8]) -> Result<Message, DropReason>
             meaning: "",
         },
         EYES => Message::Eyes(read_eye_event(&mut body)?),
+        UNMEASURED => {
+            let bits = u16::from_le_bytes(body.take()?);
+            Message::Unmeasured(Parts::from_bits(bits).ok_or(DropReason::Field)?)
+        }
         // Commands too: they are none of the host's.
         _ => return Err(DropReason::Unknown),
     };

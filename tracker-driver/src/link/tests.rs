@@ -3,7 +3,7 @@ use super::messages::{EYE_EVENTS, SIDES};
 use super::*;
 use crate::command::{Action, Session};
 use crate::decoder::{EyeEvent, MOST_MESSAGE_BYTES, Reply, Text};
-use crate::sample::{Eye, GazeFrame, GazePoint, Head, Pupil, Reading};
+use crate::sample::{Eye, GazeFrame, GazePoint, Head, Part, Parts, Pupil, Reading};
 use crate::testing::{
     self, ARRIVAL, Random, any_split, dropped, events, every_fault, mock_records, samples,
 };
@@ -153,6 +153,8 @@ fn messages_survive_the_wire() {
             code: 7,
             meaning: "",
         },
+        Message::Unmeasured(Parts::NONE),
+        Message::Unmeasured(Parts::NONE.with(Part::LeftPupil).with(Part::GazePoint)),
         Message::State {
             code: u32::MAX,
             meaning: "",

@@ -7,12 +7,12 @@ use super::super::print;
 use super::super::tracker::{Interrupt, protocol, whole};
 use clap::Args;
 use serde::Serialize;
-use shisen::chart::{Axis, Chart, Corner, Line};
+use shisen::chart::{Axis, Chart, Corner, Line, Names};
 use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
 use shisen::output::write_atomically;
 use shisen::render::Observer;
 use shisen::tracker::pty::Pty;
-use shisen::tracker::{MockSpec, Protocol, SerialSpec, Spec, serve, simulated};
+use shisen::tracker::{MockSpec, Protocol, SerialSpec, Spec, Times, serve, simulated};
 use shisen_core::gaze::HeadPose;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -195,6 +195,7 @@ impl Arguments {
             stop: false,
             head: None,
             rts: None,
+            times: Times::default(),
         }))?;
         let mut runs = Vec::new();
         for (latch, name) in LATCHES {
@@ -312,7 +313,7 @@ fn chart(runs: &[Run]) -> Chart {
             logarithmic: false,
         },
         lines,
-        names: Corner::LowerRight,
+        names: Names::In(Corner::LowerRight),
         notes: Vec::new(),
     }
 }

@@ -144,7 +144,10 @@ impl Follower {
                     });
                     samples += 1;
                 }
-                Event::Message(message) => say(happenings.of_device(&message, now)),
+                Event::Message(message) => {
+                    estimator.on_message(&message, &mut |_| {});
+                    say(happenings.of_device(&message, now));
+                }
                 _ => {}
             },
             Notice::Trouble(failure) => troubles.push(failure),

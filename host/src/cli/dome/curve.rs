@@ -8,7 +8,7 @@ use super::figure::Figure;
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
-use shisen::chart::{Axis, Chart, Corner, Line};
+use shisen::chart::{Axis, Chart, Corner, Line, Names};
 use shisen::dome::{self, Design, Mapping, MirrorError, Projection};
 use std::fmt;
 use std::ops::Range;
@@ -235,7 +235,7 @@ fn errors(title: &str, shapes: &[Shape], ratios: &Range<f64>, range: Range<f64>)
         x: of_ratio(ratios),
         y: of_error(range),
         lines: both(shapes, |design| Some(design.error_percent)),
-        names: Corner::UpperRight,
+        names: Names::In(Corner::UpperRight),
         notes: Vec::new(),
     }
 }
@@ -256,7 +256,7 @@ fn viewpoints(
             logarithmic,
         },
         lines: both(shapes, |design| design.p),
-        names: Corner::UpperRight,
+        names: Names::In(Corner::UpperRight),
         notes: Vec::new(),
     }
 }
@@ -294,7 +294,7 @@ fn places(shapes: &[Shape]) -> Chart {
             line("towards the zenith", 0, &|degrees| degrees < 50.0),
             line("towards the rim", 1, &|degrees| degrees >= 50.0),
         ],
-        names: Corner::LowerRight,
+        names: Names::In(Corner::LowerRight),
         notes: Vec::new(),
     }
 }
@@ -321,7 +321,7 @@ fn parallel_errors(
             faint: false,
             dots: false,
         }],
-        names: Corner::LowerLeft,
+        names: Names::In(Corner::LowerLeft),
         notes: Vec::new(),
     })
 }

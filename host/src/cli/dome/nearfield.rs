@@ -8,7 +8,7 @@ use super::figure::Figure;
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use serde::Serialize;
-use shisen::chart::{Axis, Chart, Corner, Line};
+use shisen::chart::{Axis, Chart, Corner, Line, Names};
 use shisen::dome::{self, Design, NearField, NearestError, SizeErrors, Viewpoint, px_4096};
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
@@ -333,7 +333,7 @@ fn rings_chart(title: &str, viewpoint: ViewpointChoice, seen: &[(f64, NearField)
             logarithmic: false,
         },
         lines,
-        names: Corner::LowerLeft,
+        names: Names::In(Corner::LowerLeft),
         notes: Vec::new(),
     }
 }
@@ -382,7 +382,7 @@ fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
             logarithmic: true,
         },
         lines,
-        names: Corner::UpperRight,
+        names: Names::In(Corner::UpperRight),
         notes: Vec::new(),
     }
 }
@@ -425,7 +425,7 @@ fn size_chart(title: &str, sizes: &[SizeErrors]) -> Chart {
             logarithmic: true,
         },
         lines,
-        names: Corner::UpperRight,
+        names: Names::In(Corner::UpperRight),
         notes: Vec::new(),
     }
 }

@@ -31,7 +31,7 @@ struct Said {
 impl Happenings {
     /// What a device said at `now`, if it is to be said: its faults, states and
     /// texts, commands that it refused, and eyes that it lost or found. What the eyes
-    /// do otherwise the records tell.
+    /// do otherwise, and what it does not measure, the records tell.
     pub(in crate::cli) fn of_device(&mut self, message: &Message, now: Micros) -> Option<String> {
         let (kind, what) = match message {
             Message::Fault { code, meaning } => (

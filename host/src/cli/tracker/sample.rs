@@ -197,8 +197,11 @@ impl Records {
         self.described = Some(features.clone());
     }
 
-    /// Says what the device said.
+    /// Says what the device said, and minds it.
     pub(super) fn hear(&mut self, message: &Message, now: Micros) {
+        if let Some(sight) = &mut self.sight {
+            sight.on_message(message, &mut |_| {});
+        }
         if let Some(what) = self.happenings.of_device(message, now) {
             warn(&what);
         }
@@ -292,42 +295,44 @@ impl Records {
     }
 }
 
+/// Numbers that a tracker measured; that it did not, where it says so.
+fn write_value(
+    f: &mut fmt::Formatter<'_>,
+    name: &str,
+    value: Option<(&[f32], bool)>,
+    unit: &str,
+) -> fmt::Result {
+    let Some((numbers, tracked)) = value else {
+        return Ok(());
+    };
+    write!(f, "  {name}")?;
+    if !tracked {
+        return f.write_str(" not tracked");
+    }
+    for number in numbers {
+        write!(f, " {number:.3}")?;
+    }
+    f.write_str(unit)
+}
+
 impl fmt::Display for Record {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:10.3} s", self.arrival_us as f64 * 1.0e-6)?;
-        if let Some(Value {
-            value: [x, y, z], ..
-        }) = self.head.position
-        {
-            write!(f, "  head {x:.3} {y:.3} {z:.3} m")?;
-        }
-        if let Some(Value {
-            value: [x, y, z, w],
-            ..
-        }) = self.head.orientation
-        {
-            write!(f, "  turn {x:.3} {y:.3} {z:.3} {w:.3}")?;
-        }
+        let turn = self.head.orientation.as_ref();
+        let place = self.head.position.as_ref();
+        write_value(f, "head", place.map(|v| (&v.value[..], v.tracked)), " m")?;
+        write_value(f, "turn", turn.map(|v| (&v.value[..], v.tracked)), "")?;
         for (name, eye) in [
             ("left", &self.left),
             ("right", &self.right),
             ("gaze", &self.combined),
         ] {
-            if let Some(Value {
-                value: [x, y, z], ..
-            }) = eye.as_ref().and_then(|eye| eye.direction.as_ref())
-            {
-                write!(f, "  {name} {x:.3} {y:.3} {z:.3}")?;
-            }
+            let direction = eye.as_ref().and_then(|eye| eye.direction.as_ref());
+            write_value(f, name, direction.map(|v| (&v.value[..], v.tracked)), "")?;
         }
-        if let Some(Point {
-            kind,
-            value: [x, y],
-            ..
-        }) = self.gaze_point
-        {
-            write!(f, "  {kind} {x:.3} {y:.3}")?;
-        }
+        let point = self.gaze_point.as_ref();
+        let kind = point.map_or("", |point| point.kind);
+        write_value(f, kind, point.map(|p| (&p.value[..], p.tracked)), "")?;
         if let Some(Sight {
             direction: [x, y, z],
             state,
@@ -385,6 +390,17 @@ mod tests {
         let without = Records::new(None).next(&sample(0, None), &counts);
         assert_eq!((without.late_us, without.clock), (None, NO_CLOCK));
         assert!(without.to_string().ends_with("late unknown"), "{without}");
+    }
+
+    #[test]
+    fn what_is_not_tracked_is_no_number() {
+        let mut sample = sample(0, None);
+        sample.left.direction = Some(Reading::tracked(Vec3::NEG_Z));
+        sample.right.direction = Some(Reading::held(Vec3::NEG_Z));
+        sample.head.position = Some(Reading::held(Vec3::X));
+        let said = Records::new(None).next(&sample, &Counts::new()).to_string();
+        let expected = "  head not tracked  left 0.000 0.000 -1.000  right not tracked  0 Hz";
+        assert!(said.contains(expected), "{said}");
     }
 
     #[test]

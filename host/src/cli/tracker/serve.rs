@@ -10,7 +10,7 @@ use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::pty::Pty;
 use shisen::tracker::{
-    Feed, MockSpec, PAUSE, Protocol, Recording, ReplaySpec, Spec, serve, simulated,
+    Feed, MockSpec, PAUSE, Protocol, Recording, ReplaySpec, Spec, Times, serve, simulated,
 };
 use shisen_tracker::mock::{Format, Source};
 use shisen_tracker::sample::Sample;
@@ -120,7 +120,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
         protocol: arguments.protocol.clone(),
         still: arguments.still,
         targets: arguments.targets.clone(),
-        head: None,
+        ..MockSpec::default()
     };
     let Some(path) = &arguments.pty else {
         let mut feed = Feed::open(&Spec::Mock(spec))?;
@@ -142,6 +142,7 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
         let mut feed = Feed::open(&Spec::Replay(ReplaySpec {
             path: arguments.file.clone(),
             head: None,
+            times: Times::default(),
         }))?;
         return show(
             &mut feed,

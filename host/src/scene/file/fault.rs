@@ -1,7 +1,7 @@
 //! What can be wrong in a scene file, and the checks that find it.
 
 use crate::description::{Located, Source, suggestion};
-use crate::mesh::MeshError;
+use crate::mesh::{MeshError, TriangleMesh};
 use crate::texture::ImageError;
 use glam::DVec3;
 use miette::Diagnostic;
@@ -145,6 +145,13 @@ pub enum SceneFault {
         "give directions to the middle and to the top of the picture, such as [0, 1, 0] and [0, 0, 1]"
     ))]
     CameraDirection,
+    /// A camera too far away.
+    #[error("the camera's `position` is too far away")]
+    #[diagnostic(help(
+        "coordinates may be up to {:e} m; move the scene nearer to its origin",
+        TriangleMesh::FARTHEST
+    ))]
+    CameraPosition,
     /// A turn that could go either way.
     #[error("the camera's `zenith` or `top` is against that of the camera before it")]
     #[diagnostic(help("add a camera between the two that says which way to turn"))]

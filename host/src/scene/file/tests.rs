@@ -251,6 +251,12 @@ fn cameras_and_lines_are_checked_at_their_lines() {
             "point nowhere",
         ),
         (
+            "position = [0, 1.6, -2]",
+            "position = [0, 1.6, -2e12]",
+            second,
+            "too far away",
+        ),
+        (
             "zenith = [0, 1, -1]",
             "zenith = [0, -1, 0]",
             second,

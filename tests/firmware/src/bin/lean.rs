@@ -96,9 +96,17 @@ struct Behind {
 impl Behind {
     #[inline(never)]
     fn take(&mut self, event: &Event) {
-        let Event::Sample(sample) = event else {
-            black_box(event);
-            return;
+        let sample = match event {
+            Event::Sample(sample) => sample,
+            Event::Message(message) => {
+                return self.gaze.on_message(message, &mut |event| {
+                    black_box(event);
+                });
+            }
+            other => {
+                black_box(other);
+                return;
+            }
         };
         let stamp = self.clock.stamp(sample, &mut |event| {
             black_box(event);

@@ -2,14 +2,15 @@
 
 use super::{
     BOTH, Data, EVENTS, EYES, LEFT, LONGEST_PACKET, MILLIMETRE, NANOSECONDS_PER_MICROSECOND,
-    OVERHEAD, Packet, RIGHT, START_OF_PACKET, STREAM_BIT, event_layout,
+    NOT_MEASURED, OVERHEAD, Packet, RIGHT, START_OF_PACKET, STREAM_BIT, event_layout,
 };
 use crate::decoder::{EyeEvent, EyeEventKind, Side};
-use crate::sample::{Eye, GazePoint, Head, Pupil, Sample};
+use crate::sample::{Eye, GazePoint, Head, Pupil, Reading, Sample};
+use glam::{Vec2, Vec3};
 
 /// The packet of stream 0x01 that a device sends for a sample, with the
-/// fields 1, 2, 3, 5, 7 and 8 as far as the sample has them; a field of each
-/// eye only where every eye that the sample has anything of has it. `None`
+/// fields 1, 2, 3, 5, 7 and 8 as far as the sample has them. Of two eyes one of which
+/// lacks what the other has, and of what is not tracked, NaN is sent. `None`
 /// where nothing is left.
 pub fn encode(sample: &Sample) -> Option<Packet> {
     let mut eyes = 0;
@@ -27,40 +28,38 @@ pub fn encode(sample: &Sample) -> Option<Packet> {
     push(&mut payload, &[if eyes == 0 { BOTH } else { eyes }]);
     let before = payload.len();
     if let Some(direction) = sample.combined.direction {
-        let [x, y, z] = direction.value.to_array();
+        let [x, y, z] = measured(direction).to_array();
         push_numbers(&mut payload, 1, &[x, y, z, 0.0]);
     }
-    for field in [2, 3] {
+    let present = [(RIGHT, &sample.right), (LEFT, &sample.left)];
+    let present = present.into_iter().filter(|(side, _)| eyes & side != 0);
+    let present = present.map(|(_, eye)| eye);
+    for field in [2, 3, 5] {
         let read = |eye: &Eye| match field {
-            2 => Some(eye.direction?.value),
-            _ => Some(eye.origin?.value / MILLIMETRE),
+            2 => Some(measured(eye.direction?)),
+            3 => Some(measured(eye.origin?) / MILLIMETRE),
+            _ => match eye.pupil? {
+                Pupil::Diameter(diameter) => Some(Vec3::splat(diameter / MILLIMETRE)),
+                Pupil::Raw(_) => None,
+            },
         };
-        match present(sample, eyes).map(|eye| eye.and_then(read)) {
-            [Some(right), Some(left)] if eyes == BOTH => {
-                let [[a, b, c], [d, e, f]] = [right.to_array(), left.to_array()];
-                push_numbers(&mut payload, field, &[a, b, c, d, e, f]);
+        if present.clone().all(|eye| read(eye).is_none()) {
+            continue;
+        }
+        push(&mut payload, &[field]);
+        for eye in present.clone() {
+            let numbers = read(eye).unwrap_or(Vec3::NAN).to_array();
+            let count = if field == 5 { 1 } else { numbers.len() };
+            for number in numbers.iter().take(count) {
+                push(&mut payload, &bits(*number).to_le_bytes());
             }
-            [Some(one), None] | [None, Some(one)] if eyes != BOTH => {
-                push_numbers(&mut payload, field, &one.to_array());
-            }
-            _ => (),
         }
     }
-    let diameter = |eye: &Eye| match eye.pupil? {
-        Pupil::Diameter(diameter) => Some(diameter / MILLIMETRE),
-        Pupil::Raw(_) => None,
-    };
-    match present(sample, eyes).map(|eye| eye.and_then(diameter)) {
-        [Some(right), Some(left)] if eyes == BOTH => {
-            push_numbers(&mut payload, 5, &[right, left]);
-        }
-        [Some(one), None] | [None, Some(one)] if eyes != BOTH => {
-            push_numbers(&mut payload, 5, &[one]);
-        }
-        _ => (),
-    }
-    if let Some(GazePoint::Normalized(point)) = sample.gaze_point.map(|point| point.value) {
-        push_numbers(&mut payload, 7, &point.to_array());
+    if let Some(point) = sample.gaze_point
+        && let GazePoint::Normalized(place) = point.value
+    {
+        let place = if point.tracked { place } else { Vec2::NAN };
+        push_numbers(&mut payload, 7, &place.to_array());
     }
     if let Head {
         orientation: Some(turn),
@@ -72,12 +71,13 @@ pub fn encode(sample: &Sample) -> Option<Packet> {
     (payload.len() > before).then(|| packet(&payload, true))
 }
 
-/// The right and the left eye, where they are among these.
-fn present(sample: &Sample, eyes: u8) -> [Option<&Eye>; 2] {
-    [
-        (eyes & RIGHT != 0).then_some(&sample.right),
-        (eyes & LEFT != 0).then_some(&sample.left),
-    ]
+/// A vector that was measured, or NaN.
+fn measured(reading: Reading<Vec3>) -> Vec3 {
+    if reading.tracked {
+        reading.value
+    } else {
+        Vec3::NAN
+    }
 }
 
 /// The packet of stream 0x18 that a device sends for an event. What follows
@@ -127,7 +127,16 @@ pub fn encode_response(number: u16, kind: u8, result: u8, data: &[u8]) -> Packet
 fn push_numbers(payload: &mut Packet, field: u8, numbers: &[f32]) {
     push(payload, &[field]);
     for number in numbers {
-        push(payload, &number.to_le_bytes());
+        push(payload, &bits(*number).to_le_bytes());
+    }
+}
+
+/// The bits of a number, the same for every NaN.
+const fn bits(number: f32) -> u32 {
+    if number.is_nan() {
+        NOT_MEASURED
+    } else {
+        number.to_bits()
     }
 }
 

@@ -114,6 +114,132 @@ fn every_field_has_its_place() {
     assert_eq!(sample.head.orientation, Some(Reading::tracked(turn)));
 }
 
+/// A packet of both eyes with these fields.
+fn packet_of(fields: &[(u8, &[f32])]) -> List<u8> {
+    let mut bytes = List::from([0xAA, 0, 0x80, 0x01]);
+    bytes.extend(1_000_u64.to_le_bytes());
+    bytes.push(3);
+    for (field, numbers) in fields {
+        bytes.push(*field);
+        for number in *numbers {
+            bytes.extend(number.to_le_bytes());
+        }
+    }
+    bytes[1] = (bytes.len() - 3) as u8;
+    bytes
+}
+
+/// One field of one eye without a value, and each other field.
+#[test]
+fn what_was_not_measured_is_said_and_leaves_the_rest() {
+    let nan = f32::NAN;
+    let fields: [(u8, &[f32]); 6] = [
+        (1, &[0.0, 0.0, -1.0, nan]),
+        (2, &[0.0, 0.0, -1.0, 0.0, 1.0, 0.0]),
+        (3, &[30.0, 0.0, 1.0, -30.0, 0.0, 1.0]),
+        (5, &[3.0, 4.0]),
+        (7, &[0.25, 0.5]),
+        (8, &[0.0, 1.0, 0.0, 0.0]),
+    ];
+    let whole = samples(&mut AdHawk::new(), &packet_of(&fields))[0];
+    assert!(whole.right.direction.unwrap().tracked && whole.left.direction.unwrap().tracked);
+    // Of which field which numbers are missing, and what that is.
+    for (at, numbers, part) in [
+        (0, 0..3, Part::CombinedDirection),
+        (1, 0..3, Part::RightDirection),
+        (1, 3..6, Part::LeftDirection),
+        (1, 4..5, Part::LeftDirection),
+        (2, 0..3, Part::RightOrigin),
+        (2, 3..6, Part::LeftOrigin),
+        (3, 0..1, Part::RightPupil),
+        (3, 1..2, Part::LeftPupil),
+        (4, 0..2, Part::GazePoint),
+        (5, 0..4, Part::HeadOrientation),
+    ] {
+        let mut numbers_of = fields[at].1.to_vec();
+        numbers_of[numbers].fill(nan);
+        let mut damaged = fields;
+        damaged[at].1 = &numbers_of;
+        let packet = packet_of(&damaged);
+        let mut expected = whole;
+        match part {
+            Part::CombinedDirection => {
+                expected.combined.direction = Some(Reading::held(Vec3::NEG_Z));
+            }
+            Part::RightDirection => expected.right.direction = Some(Reading::held(Vec3::NEG_Z)),
+            Part::LeftDirection => expected.left.direction = Some(Reading::held(Vec3::NEG_Z)),
+            Part::RightOrigin => expected.right.origin = None,
+            Part::LeftOrigin => expected.left.origin = None,
+            Part::RightPupil => expected.right.pupil = None,
+            Part::LeftPupil => expected.left.pupil = None,
+            Part::GazePoint => {
+                expected.gaze_point = Some(Reading::held(GazePoint::Normalized(Vec2::ZERO)));
+            }
+            _ => expected.head.orientation = None,
+        }
+        // It is said when it begins and when it ends, not with each packet.
+        let stream = [&packet[..], &packet, &packet_of(&fields)].concat();
+        let said = |parts| Event::Message(Message::Unmeasured(parts));
+        let mut decoder = AdHawk::new();
+        assert_eq!(
+            events(&mut decoder, &stream),
+            [
+                said(Parts::NONE.with(part)),
+                Event::Sample(expected),
+                Event::Sample(expected),
+                said(Parts::NONE),
+                Event::Sample(whole),
+            ],
+            "{part:?}"
+        );
+        assert_eq!(decoder.counts().dropped_bytes, 0);
+    }
+    // Of two places that can be an origin the other is taken.
+    let two: [(u8, &[f32]); 2] = [
+        (3, &[nan, nan, nan, -31.0, 0.0, 2.0]),
+        (4, &[30.0, 0.0, 1.0, nan, nan, nan]),
+    ];
+    for fields in [two, [two[1], two[0]]] {
+        let found = events(&mut AdHawk::new(), &packet_of(&fields));
+        let [Event::Sample(sample)] = found[..] else {
+            panic!("{found:?}");
+        };
+        let place = |x, z| Some(Reading::tracked(Vec3::new(x, 0.0, z) * 1.0e-3));
+        assert_eq!(sample.right.origin, place(30.0, 1.0));
+        assert_eq!(sample.left.origin, place(-31.0, 2.0));
+    }
+}
+
+#[test]
+fn what_is_not_tracked_is_sent_without_a_value() {
+    let mut sent = sample(&mut Random(5), 1_000);
+    let held = |reading: Option<Reading<Vec3>>| reading.map(|r| Reading::held(r.value));
+    sent.left.direction = held(sent.left.direction);
+    sent.right.pupil = None;
+    sent.combined.direction = held(sent.combined.direction);
+    let found = events(&mut AdHawk::new(), &encode(&sent).unwrap());
+    let [
+        Event::Message(Message::Unmeasured(parts)),
+        Event::Sample(sample),
+    ] = found[..]
+    else {
+        panic!("{found:?}");
+    };
+    let expected = [
+        Part::LeftDirection,
+        Part::RightPupil,
+        Part::CombinedDirection,
+    ];
+    let expected = expected.into_iter().fold(Parts::NONE, Parts::with);
+    assert_eq!(parts, expected);
+    near(sample.right.direction, sent.right.direction);
+    assert!(!sample.left.direction.unwrap().tracked);
+    assert_eq!(
+        (sample.right.pupil, sample.left.pupil.is_some()),
+        (None, true)
+    );
+}
+
 #[test]
 fn events_become_messages() {
     let time = Some(DeviceTime::unwrapped(1_500_000));
@@ -295,7 +421,7 @@ fn damage_is_named() {
     assert_eq!(damaged(3, &[0x55])[0], DropReason::Unknown);
     assert_eq!(damaged(12, &[4])[0], DropReason::Field);
     assert_eq!(damaged(field, &[9])[0], DropReason::Field);
-    for bad in [f32::NAN, f32::INFINITY, 1e30] {
+    for bad in [f32::INFINITY, 1e30, f32::from_bits(NOT_MEASURED + 1)] {
         let bad = bad.to_le_bytes();
         assert_eq!(damaged(field + 1, &bad)[0], DropReason::OutOfRange);
     }

@@ -1,0 +1,198 @@
+//! After how long data are stale, and count as stuck, as `key=seconds` of a `SPEC`
+//! says it.
+
+use super::settings::Options;
+use super::spec::SpecError;
+use shisen_tracker::estimate::EstimatorConfig;
+use shisen_tracker::time::Micros;
+
+/// Times of an [`EstimatorConfig`] and its
+/// [`FallbackConfig`](shisen_tracker::estimate::FallbackConfig) that somebody gave; the
+/// keys are the names of their fields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Times([Option<Time>; KEYS.len()]);
+
+/// A time that was given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Time {
+    After(Micros),
+    /// What is compared with it is believed.
+    Never,
+}
+
+/// What a key sets.
+#[derive(Clone, Copy)]
+enum Field {
+    Time(fn(&mut EstimatorConfig) -> &mut Micros),
+    /// One that can be never, too.
+    Option(fn(&mut EstimatorConfig) -> &mut Option<Micros>),
+}
+
+const KEYS: [(&str, Field); 10] = [
+    ("stuck_after", Field::Option(|c| &mut c.stuck_after)),
+    (
+        "head_stuck_after",
+        Field::Option(|c| &mut c.head_stuck_after),
+    ),
+    ("hold_after", Field::Time(|c| &mut c.fallback.hold_after)),
+    ("widen_after", Field::Time(|c| &mut c.fallback.widen_after)),
+    ("head_after", Field::Time(|c| &mut c.fallback.head_after)),
+    ("full_after", Field::Time(|c| &mut c.fallback.full_after)),
+    (
+        "head_hold_after",
+        Field::Time(|c| &mut c.fallback.head_hold_after),
+    ),
+    (
+        "head_widen_after",
+        Field::Time(|c| &mut c.fallback.head_widen_after),
+    ),
+    (
+        "head_full_after",
+        Field::Time(|c| &mut c.fallback.head_full_after),
+    ),
+    (
+        "longest_blink",
+        Field::Time(|c| &mut c.fallback.longest_blink),
+    ),
+];
+
+/// The keys, for a person.
+pub(super) const ALLOWED: &str = "stuck_after=S|never, head_stuck_after=S|never, hold_after=S, \
+                                  widen_after=S, head_after=S, full_after=S, head_hold_after=S, \
+                                  head_widen_after=S, head_full_after=S, longest_blink=S";
+
+/// The longest time that any of them can be, seconds.
+const LONGEST: f64 = 60.0;
+
+impl Times {
+    /// Takes those of the options that are times.
+    ///
+    /// # Errors
+    /// A value that is no time, or one that the estimator refuses.
+    pub(super) fn take(options: &mut Options<'_>) -> Result<Self, SpecError> {
+        let mut times = Self::default();
+        for ((key, field), time) in KEYS.into_iter().zip(&mut times.0) {
+            let (can_never, allowed) = match field {
+                Field::Option(_) => (true, "seconds from 0.05 to 60, such as 0.25, or never"),
+                Field::Time(_) => (false, "seconds from 0 to 60, such as 0.25"),
+            };
+            *time = options.one_of(key, allowed, |value| {
+                if can_never && value == "never" {
+                    return Some(Time::Never);
+                }
+                let seconds: f64 = value.parse().ok()?;
+                // NaN is in no range.
+                let is_time = (0.0..=LONGEST).contains(&seconds);
+                is_time.then(|| Time::After(Micros((seconds * 1.0e6).round() as u64)))
+            })?;
+        }
+        let mut config = EstimatorConfig::default();
+        times.set(&mut config);
+        config.check().map_err(SpecError::Times)?;
+        Ok(times)
+    }
+
+    /// Puts those that were given into a configuration.
+    pub fn set(&self, config: &mut EstimatorConfig) {
+        for ((_, field), time) in KEYS.into_iter().zip(self.0) {
+            match (field, time) {
+                (Field::Time(field), Some(Time::After(time))) => *field(config) = time,
+                (Field::Option(field), Some(time)) => {
+                    *field(config) = match time {
+                        Time::After(time) => Some(time),
+                        Time::Never => None,
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::spec::Spec;
+    use super::*;
+    use miette::Diagnostic;
+
+    fn config_of(spec: &str) -> EstimatorConfig {
+        let spec: Spec = spec.parse().unwrap();
+        let mut config = EstimatorConfig::default();
+        spec.times().set(&mut config);
+        config
+    }
+
+    #[test]
+    fn each_key_sets_its_field_behind_every_kind_of_tracker() {
+        for tracker in [
+            "mock:",
+            "serial:/dev/ttyUSB0?protocol=fastrak&",
+            "hid:1532:0b00?",
+            "replay:a?",
+        ] {
+            let times = "stuck_after=1.5&head_stuck_after=never&hold_after=0.1&widen_after=0.25&\
+                         head_after=1&full_after=4&head_hold_after=0.01&head_widen_after=0.02&\
+                         head_full_after=0.75&longest_blink=0";
+            let config = config_of(&format!("{tracker}{times}"));
+            let mut expected = EstimatorConfig {
+                stuck_after: Some(Micros(1_500_000)),
+                head_stuck_after: None,
+                ..EstimatorConfig::default()
+            };
+            let fallback = &mut expected.fallback;
+            fallback.hold_after = Micros(100_000);
+            fallback.widen_after = Micros(250_000);
+            fallback.head_after = Micros(1_000_000);
+            fallback.full_after = Micros(4_000_000);
+            fallback.head_hold_after = Micros(10_000);
+            fallback.head_widen_after = Micros(20_000);
+            fallback.head_full_after = Micros(750_000);
+            fallback.longest_blink = Micros(0);
+            assert_eq!(config, expected, "{tracker}");
+            assert_eq!(
+                config_of(&tracker[..tracker.len() - 1]),
+                EstimatorConfig::default()
+            );
+        }
+        assert!(
+            KEYS.iter()
+                .all(|(key, _)| ALLOWED.contains(&format!("{key}=S")))
+        );
+    }
+
+    #[test]
+    fn slips_say_what_is_allowed() {
+        for (spec, message, help) in [
+            (
+                "mock:hold_after=soon",
+                "hold_after=\"soon\"",
+                "such as 0.25",
+            ),
+            ("mock:hold_after=", "hold_after", "such as 0.25"),
+            ("mock:hold_after=never", "hold_after", "0 to 60"),
+            ("mock:full_after=-1", "full_after", "0 to 60"),
+            ("mock:full_after=nan", "full_after", "0 to 60"),
+            ("mock:stuck_after=61", "stuck_after", "or never"),
+            ("mock:stuck_after=0.01", "10000 µs", "stuck_after"),
+            (
+                "mock:hold_after=0.3",
+                "the time to hold is above the time to widen",
+                "widen_after",
+            ),
+            ("replay:a?longest_blink=6", "the longest blink", "seconds"),
+            ("mock:hold=1", "no option \"hold\"", "hold_after=S"),
+            ("hid:1532:0b00?stuck=1", "no option", "stuck_after=S|never"),
+            ("replay:a?stuck=1", "no option", "stuck_after=S|never"),
+            (
+                "serial:/dev/tty?protocol=asl&stuck=1",
+                "no option",
+                "stuck_after=S|never",
+            ),
+        ] {
+            let error = spec.parse::<Spec>().unwrap_err();
+            assert!(error.to_string().contains(message), "{error}");
+            let said = Diagnostic::help(&error).unwrap().to_string();
+            assert!(said.contains(help), "{spec}: {said}");
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! What the core does, by the same formulas in double precision.
+
+use glam::{DVec3, Vec3};
+use shisen_core::shape::Ray;
+
+/// Where a ray meets a triangle.
+pub(super) struct Hit {
+    /// Distance in units of the ray's direction.
+    pub(super) t: f64,
+    /// Of the three corners, sum 1.
+    pub(super) weights: [f64; 3],
+}
+
+/// As `Triangle::intersect`: the triangle in the ray's sheared frame (Woop, Benthin
+/// & Wald 2013), on whose edges' signs it depends whether it is met, the distance,
+/// no less than where the ray enters the triangle's box within `extent`, and the
+/// weights.
+pub(super) fn intersection(corners: [Vec3; 3], ray: &Ray, extent: f64) -> Option<Hit> {
+    let (origin, d) = (ray.origin().as_dvec3(), ray.direction().as_dvec3());
+    let size = d.abs();
+    let [kx, ky, kz] = if size.x >= size.y && size.x >= size.z {
+        [1, 2, 0]
+    } else if size.y >= size.z {
+        [2, 0, 1]
+    } else {
+        [0, 1, 2]
+    };
+    let shear = [d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz]];
+    let corners = corners.map(Vec3::as_dvec3);
+    let from_eye = corners.map(|corner| corner - origin);
+    let z = from_eye.map(|at| at[kz]);
+    let [ax, bx, cx] = from_eye.map(|at| at[kx] - shear[0] * at[kz]);
+    let [ay, by, cy] = from_eye.map(|at| at[ky] - shear[1] * at[kz]);
+    let edges = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
+    let [u, v, w] = edges;
+    let same_side = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
+    let determinant = u + v + w;
+    if !same_side || determinant == 0.0 {
+        return None;
+    }
+    let t = (u * z[0] + v * z[1] + w * z[2]) / determinant * shear[2];
+    let [a, b, c] = corners;
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    let (near, far) = interval(origin, d, (low, high), extent);
+    (t >= 0.0 && far >= 0.0).then_some(Hit {
+        t: t.max(near),
+        weights: edges.map(|edge| edge / determinant),
+    })
+}
+
+/// Where a ray is in a box: its slabs are widened by what rounding moves a plane of
+/// coordinates up to `extent`.
+fn interval(origin: DVec3, d: DVec3, (low, high): (DVec3, DVec3), extent: f64) -> (f64, f64) {
+    let room = DVec3::splat(4.0 * f64::EPSILON * (extent + origin.abs().max_element()));
+    let inverse = d.recip();
+    let (first, last) = (
+        (low - room - origin) * inverse,
+        (high + room - origin) * inverse,
+    );
+    (first.min(last).max_element(), first.max(last).min_element())
+}
+
+/// As `trace::refract`, where not all is reflected: the reflected and the
+/// transmitted share and the direction, NaN where there is none.
+pub(super) fn refraction(d: DVec3, normal: DVec3, m: f64, n: f64) -> (f64, f64, DVec3) {
+    let cos = (-d.dot(normal)).clamp(0.0, 1.0);
+    let Some((reflected, transmitted)) = crate::selftest::exact_refraction(cos, m, n) else {
+        return (f64::NAN, f64::NAN, DVec3::NAN);
+    };
+    let g = ((n - m) * (n + m) + m * cos * (m * cos)).sqrt();
+    let along = d + normal * cos;
+    let direction = (along * m - normal * g).normalize();
+    (reflected, transmitted, direction)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::selftest::Inputs;
+    use shisen_core::shape::Triangle;
+
+    #[test]
+    fn triangles_are_met_and_missed_where_the_core_does() {
+        let mut draw = Inputs::new(56);
+        let (mut met, mut missed) = (0, 0);
+        for _ in 0..20_000 {
+            let corners = [0; 3].map(|_| draw.in_ball().as_vec3());
+            let origin = draw.direction() * 3.0;
+            let target = draw.in_ball();
+            let ray = Ray::new(origin.as_vec3(), (target - origin).as_vec3()).unwrap();
+            let core = Triangle(corners).intersect(&ray, 3.0);
+            match (intersection(corners, &ray, 3.0), core) {
+                (Some(found), Some(core)) => {
+                    met += 1;
+                    // Almost edge-on a distance has few digits.
+                    let off = (f64::from(core.t) - found.t).abs();
+                    assert!(off < 1.0e-2, "{off} {corners:?} {ray:?}");
+                    assert!((found.weights.iter().sum::<f64>() - 1.0).abs() < 1.0e-9);
+                }
+                (None, None) => missed += 1,
+                // The corners, rounded into the ray's frame, are a little beside.
+                (found, core) => {
+                    let weights = match (found, core) {
+                        (Some(found), _) => found.weights,
+                        (_, Some(core)) => core.weights.map(f64::from),
+                        _ => [1.0; 3],
+                    };
+                    let least = weights.into_iter().fold(1.0, f64::min);
+                    assert!(least < 1.0e-3, "{corners:?} {ray:?}");
+                }
+            }
+        }
+        assert!(met > 1_000 && missed > 1_000, "{met} {missed}");
+    }
+
+    #[test]
+    fn light_bends_as_snell_has_it() {
+        let (m, n) = (1.0, 1.5);
+        for degrees in [0.0, 10.0, 45.0, 80.0] {
+            let (sin, cos) = libm::sincos(f64::to_radians(degrees));
+            let (r, t, direction) = refraction(DVec3::new(sin, -cos, 0.0), DVec3::Y, m, n);
+            assert!((r + t - 1.0).abs() < 1.0e-14);
+            assert!((direction.x * n - sin * m).abs() < 1.0e-14, "{direction}");
+            assert!((direction.length() - 1.0).abs() < 1.0e-14 && direction.y < 0.0);
+        }
+        // All of it comes back.
+        let level = DVec3::new(0.9, -libm::sqrt(1.0 - 0.81), 0.0);
+        assert!(refraction(level, DVec3::Y, n, m).0.is_nan());
+    }
+}

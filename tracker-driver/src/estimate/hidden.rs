@@ -1,0 +1,140 @@
+//! Eyes of which the device itself says that it does not see them.
+
+use super::config::Eyes;
+use crate::decoder::{EyeEvent, EyeEventKind, Side};
+use crate::sample::{Eye, Sample};
+use crate::time::Micros;
+
+const LEFT: u8 = 1;
+const RIGHT: u8 = 2;
+const BOTH: u8 = LEFT | RIGHT;
+/// From an eye's bit for shut to that for lost.
+const LOST: u32 = 2;
+
+/// Which eyes are shut or lost by the device's events.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Hidden {
+    /// When it last said so.
+    since: Micros,
+    /// The lowest two bits are of eyes that are shut, the next of those that are lost.
+    bits: u8,
+}
+
+impl Hidden {
+    /// Takes an event that happened at `time`.
+    pub(super) fn hear(&mut self, event: &EyeEvent, time: Micros) {
+        let eyes = match event.eye {
+            None => BOTH,
+            Some(Side::Left) => LEFT,
+            Some(Side::Right) => RIGHT,
+        };
+        match event.kind {
+            EyeEventKind::Closed => self.bits |= eyes,
+            EyeEventKind::Lost => self.bits |= eyes << LOST,
+            EyeEventKind::Opened | EyeEventKind::Blink => self.bits &= !eyes,
+            EyeEventKind::Found => self.bits &= !(eyes | eyes << LOST),
+            // These it sees.
+            EyeEventKind::Saccade | EyeEventKind::Fixation => return,
+        }
+        if matches!(event.kind, EyeEventKind::Closed | EyeEventKind::Lost) {
+            self.since = time;
+        }
+    }
+
+    /// Looks at a sample: eyes that it has directions of longer than `most` after
+    /// they were hidden are seen, and the word of it went astray.
+    pub(super) fn look(&mut self, sample: &Sample, time: Micros, most: Micros) {
+        if self.bits == 0 || time.since(self.since) <= most {
+            return;
+        }
+        let seen = |eye: &Eye| eye.direction.is_some_and(|direction| direction.tracked);
+        let both = seen(&sample.combined) || sample.gaze_point.is_some_and(|p| p.tracked);
+        for (bit, eye) in [(LEFT, &sample.left), (RIGHT, &sample.right)] {
+            if seen(eye) || both && eye.direction.is_none() {
+                self.bits &= !(bit | bit << LOST);
+            }
+        }
+    }
+
+    /// Of the left and the right eye.
+    pub(super) const fn eyes(self) -> [bool; 2] {
+        let hidden = self.bits | self.bits >> LOST;
+        [hidden & LEFT != 0, hidden & RIGHT != 0]
+    }
+
+    /// Whether none is left of those that count.
+    pub(super) const fn hides(self, eyes: Eyes) -> bool {
+        let [left, right] = self.eyes();
+        match eyes {
+            Eyes::Combined => left && right,
+            Eyes::Left => left,
+            Eyes::Right => right,
+            Eyes::HeadOnly => false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::Reading;
+    use glam::Vec3;
+
+    fn event(kind: EyeEventKind, eye: Option<Side>) -> EyeEvent {
+        EyeEvent {
+            kind,
+            eye,
+            device_time: None,
+            duration: None,
+        }
+    }
+
+    #[test]
+    fn each_event_hides_its_eye_until_its_counterpart() {
+        use EyeEventKind::{Blink, Closed, Fixation, Found, Lost, Opened, Saccade};
+        let (left, right) = (Some(Side::Left), Some(Side::Right));
+        let mut hidden = Hidden::default();
+        for (kind, eye, expected) in [
+            (Saccade, None, [false; 2]),
+            (Closed, left, [true, false]),
+            (Lost, right, [true, true]),
+            (Fixation, None, [true, true]),
+            // An eye that opens is not found yet.
+            (Opened, right, [true, true]),
+            (Opened, left, [false, true]),
+            (Found, right, [false; 2]),
+            (Closed, None, [true; 2]),
+            (Blink, None, [false; 2]),
+            (Closed, left, [true, false]),
+            (Found, None, [false; 2]),
+        ] {
+            hidden.hear(&event(kind, eye), Micros(1));
+            assert_eq!(hidden.eyes(), expected, "{kind:?} {eye:?}");
+            assert_eq!(hidden.hides(Eyes::Left), expected[0]);
+            assert_eq!(hidden.hides(Eyes::Right), expected[1]);
+            assert_eq!(hidden.hides(Eyes::Combined), expected == [true; 2]);
+            assert!(!hidden.hides(Eyes::HeadOnly));
+        }
+    }
+
+    #[test]
+    fn an_eye_that_is_measured_for_long_is_not_hidden() {
+        let most = Micros(900_000);
+        let mut hidden = Hidden::default();
+        hidden.hear(&event(EyeEventKind::Closed, None), Micros(1_000));
+        let mut sample = Sample::arrived(Micros(0));
+        sample.left.direction = Some(Reading::tracked(Vec3::NEG_Z));
+        sample.right.direction = Some(Reading::held(Vec3::NEG_Z));
+        hidden.look(&sample, Micros(901_000), most);
+        assert_eq!(hidden.eyes(), [true, true]);
+        hidden.look(&sample, Micros(901_001), most);
+        assert_eq!(hidden.eyes(), [false, true]);
+        // The device's word for both is none for an eye that it says it lacks.
+        sample.combined.direction = sample.left.direction;
+        hidden.look(&sample, Micros(901_002), most);
+        assert_eq!(hidden.eyes(), [false, true]);
+        sample.right.direction = None;
+        hidden.look(&sample, Micros(901_003), most);
+        assert_eq!(hidden.eyes(), [false, false]);
+    }
+}
