@@ -48,11 +48,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let first = eyes(&gaze.estimate(Micros(0), &mut |_| {}));
     let options = Options::default();
     with_engine(
-        baked.scene(),
-        Spectrum::Rgb,
+        (baked.scene(), Spectrum::Rgb),
         &room,
         &first,
         &options,
+        None,
         Share::ALL,
         |engine| {
             for frame in 1..=60 {

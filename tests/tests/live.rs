@@ -61,11 +61,11 @@ fn with<R>(
     let cave = Cave::built_in(BuiltInCave::ThreeWall, [SIDE; 2]).expect("a room");
     let scene = baked.scene();
     with_engine(
-        scene,
-        Spectrum::default(),
+        (scene, Spectrum::default()),
         &cave,
         &eyes(0),
         options,
+        None,
         Share::ALL,
         run,
     )
@@ -118,9 +118,9 @@ fn shares_of_a_frame_are_the_frame() {
         let mut together = Vec::new();
         for rank in 0..ranks {
             let share = Share::new(rank, ranks).expect("a share");
-            let (scene, spectrum) = (baked.scene(), Spectrum::default());
+            let scene = (baked.scene(), Spectrum::default());
             let (eyes, options) = (eyes(17), options(1, 32));
-            let own = with_engine(scene, spectrum, &cave, &eyes, &options, share, |engine| {
+            let own = with_engine(scene, &cave, &eyes, &options, None, share, |engine| {
                 engine.render(&eyes, &Quality::FULL, None).expect("a frame");
                 engine.hashes().expect("pictures")
             });

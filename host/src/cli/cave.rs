@@ -133,11 +133,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let pose = arguments.room.head();
     let eyes = arguments.room.eyes(pose);
     let (forward, up) = arguments.room.directions(pose);
-    let observers = arguments.lod.observers(&eyes, (forward, up), 0.0)?;
+    let observers = arguments.lod.observers(eyes.clone(), (forward, up), 0.0)?;
     let wanted = arguments.fill.wanted(arguments.lod.is_on())?;
     arguments.room.check_stereo(arguments.stereo)?;
     // Seen before anything large is loaded or any file is written.
-    for &(_, position) in &eyes {
+    for (_, position) in eyes.clone() {
         cave.check_eye(position)?;
     }
     let cameras = arguments.cameras(&observers, (forward, up))?;
@@ -165,7 +165,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             let looked = look.basis();
             let before = arguments
                 .lod
-                .observers(&eyes, (looked.forward, looked.up), 0.0)?;
+                .observers(eyes.clone(), (looked.forward, looked.up), 0.0)?;
             let previous = frames.render(&before, Filling::Background)?;
             frames.render(&observers, Filling::Previous(&previous))?
         }
@@ -222,7 +222,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         folder: arguments.out.display().to_string(),
         walls: cave.walls.len(),
         domes: cave.domes.len(),
-        eyes: eyes.len(),
+        eyes: eyes.count(),
     };
     print(&report, arguments.json)
 }
@@ -257,8 +257,8 @@ fn follow(
         let (forward, up) = (sight.forward().as_dvec3(), sight.up().as_dvec3());
         let observers = arguments
             .lod
-            .observers(&eyes, (forward, up), estimate.widen)?;
-        for &(_, position) in &eyes {
+            .observers(eyes.clone(), (forward, up), estimate.widen)?;
+        for (_, position) in eyes {
             frames.cave.check_eye(position)?;
         }
         let cameras = arguments.cameras(&observers, (forward, up))?;

@@ -76,8 +76,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let eyes = arguments.room.eyes(pose);
     let directions = arguments.room.directions(pose);
     arguments.lod.check_that_every_pixel_has_rays()?;
-    let observers = arguments.lod.observers(&eyes, directions, 0.0)?;
-    for &(_, place) in &eyes {
+    let observers = arguments.lod.observers(eyes.clone(), directions, 0.0)?;
+    for (_, place) in eyes {
         cave.check_eye(place)?;
     }
     let source = Source::load(name, &arguments.model)?;

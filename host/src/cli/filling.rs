@@ -6,9 +6,9 @@ use shisen::cave::Wall;
 use shisen::look::ViewDirection;
 use shisen::render::CaptureOptions;
 
-/// How to capture the surroundings.
-#[derive(Debug, Args)]
-pub(super) struct CaptureArguments {
+/// How finely to capture the surroundings.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct CaptureDetail {
     /// With --fill capture, pixels along each side of a hemisphere [default:
     /// 128]
     #[arg(id = "fill-size", long = "fill-size", value_name = "PIXELS",
@@ -19,6 +19,31 @@ pub(super) struct CaptureArguments {
     /// mirrors show nothing at a level without bounces [default: 0.34]
     #[arg(id = "fill-level", long = "fill-level", value_name = "LEVEL", value_parser = level)]
     level: Option<f32>,
+}
+
+impl CaptureDetail {
+    /// What was asked for.
+    pub(super) fn options(&self) -> CaptureOptions {
+        let default = CaptureOptions::default();
+        CaptureOptions {
+            size: self.size.unwrap_or(default.size),
+            level: self.level.unwrap_or(default.level),
+            ..default
+        }
+    }
+
+    /// The first of them that was given.
+    pub(super) fn given(&self) -> Option<&'static str> {
+        let size = self.size.map(|_| "--fill-size");
+        size.or(self.level.map(|_| "--fill-level"))
+    }
+}
+
+/// How to capture the surroundings.
+#[derive(Debug, Args)]
+pub(super) struct CaptureArguments {
+    #[command(flatten)]
+    detail: CaptureDetail,
     /// With --fill capture, the most steps that it may take; what they do not
     /// reach shows the background [default: as many as it needs]
     #[arg(id = "fill-steps", long = "fill-steps", value_name = "N")]
@@ -35,23 +60,16 @@ fn level(text: &str) -> Result<f32, String> {
 impl CaptureArguments {
     /// What was asked for.
     pub(super) fn options(&self) -> CaptureOptions {
-        let default = CaptureOptions::default();
         CaptureOptions {
-            size: self.size.unwrap_or(default.size),
-            level: self.level.unwrap_or(default.level),
             steps: self.steps,
+            ..self.detail.options()
         }
     }
 
     /// The first of them that was given.
     fn given(&self) -> Option<&'static str> {
-        [
-            (self.size.is_some(), "--fill-size"),
-            (self.level.is_some(), "--fill-level"),
-            (self.steps.is_some(), "--fill-steps"),
-        ]
-        .into_iter()
-        .find_map(|(given, name)| given.then_some(name))
+        let steps = self.steps.map(|_| "--fill-steps");
+        self.detail.given().or(steps)
     }
 }
 

@@ -1,5 +1,7 @@
 //! What commands that render frames after a tracker have in common.
 
+#[cfg(all(test, unix))]
+mod allocations;
 mod interference;
 
 use super::arguments::{Model, SceneName};
@@ -20,7 +22,7 @@ use shisen::live::{
     SessionReport, SessionSettings, Share, Stage, SwapError, SwapLock, Table2, with_engine,
 };
 use shisen::picture::Picture;
-use shisen::render::{Observer, Options, frame_hash};
+use shisen::render::{CaptureOptions, Observer, Options, frame_hash};
 use shisen::scene::builtin::PaperScene;
 use shisen::spectrum::Dispersion;
 use shisen::tracker::calibration::{Calibrated, estimation};
@@ -65,6 +67,9 @@ pub(super) struct LiveArguments {
     /// refresh of --hz, or else paper-scaled]
     #[arg(long, value_name = "BUDGET")]
     budget: Option<FrameBudget>,
+    /// What shows where the gaze skips rays, if something was captured for that.
+    #[arg(skip)]
+    capture: Option<CaptureOptions>,
 }
 
 /// A scene and a room, ready.
@@ -81,7 +86,7 @@ pub(super) struct Prepared {
 }
 
 /// Something else to be shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     not(all(unix, feature = "window")),
     allow(dead_code, reason = "keys of a window ask for it")
@@ -91,6 +96,8 @@ pub(super) enum Change {
     Scene(PaperScene),
     /// The next in the list of what may follow the gaze.
     Detail,
+    /// Whether the surroundings are captured, and how.
+    Capture(Option<CaptureOptions>),
 }
 
 /// The newest frame.
@@ -190,6 +197,10 @@ impl LiveArguments {
                 lod: self.lod.next(),
                 ..self.clone()
             },
+            Change::Capture(capture) => Self {
+                capture,
+                ..self.clone()
+            },
         }
     }
 
@@ -248,7 +259,7 @@ fn said_of(happenings: &mut Happenings, happening: Happening) -> Option<String> 
             warn_of_sensors(&event);
             happenings.of_gaze(&event, at)
         }
-        Happening::Feed(Notice::Decoded(event)) => match *event {
+        Happening::Feed(Notice::Decoded(event)) => match event {
             Event::Message(message) => happenings.of_device(&message, Micros(0)),
             _ => None,
         },
@@ -349,10 +360,9 @@ impl Prepared {
         let mut storage = Vec::new();
         let spectrum = options.dispersion.spectrum(&mut storage);
         let pose = arguments.room.head();
-        let eyes = arguments.room.eyes(pose);
-        let eyes = arguments
-            .lod
-            .observers(&eyes, arguments.room.directions(pose), 0.0)?;
+        let places = arguments.room.eyes(pose);
+        let directions = arguments.room.directions(pose);
+        let eyes = arguments.lod.observers(places, directions, 0.0)?;
         let (ranks, pictures) = (share.ranks(), cave.screens().count() * eyes.len());
         if ranks > pictures {
             return Err(Failure::from_error(SwapError::TooMany { ranks, pictures }));
@@ -362,7 +372,8 @@ impl Prepared {
             cave,
             audience,
         };
-        with_engine(scene, spectrum, cave, &eyes, options, share, |engine| {
+        let (scene, capture) = ((scene, spectrum), arguments.capture);
+        with_engine(scene, cave, &eyes, options, capture, share, |engine| {
             part.play(engine, &mut stage)
         })
         .map_err(Failure::from_error)?
@@ -477,12 +488,12 @@ where
         let places = self.arguments.room.eyes(look.head);
         let directions = (look.forward.as_dvec3(), look.up.as_dvec3());
         let seen = places
-            .iter()
-            .all(|&(_, place)| self.cave.check_eye(place).is_ok());
-        let lod = &self.arguments.lod;
-        match lod.observers(&places, directions, look.widen) {
-            Ok(observers) if seen || eyes.is_empty() => *eyes = observers,
-            _ => {}
+            .clone()
+            .all(|(_, place)| self.cave.check_eye(place).is_ok());
+        if seen || eyes.is_empty() {
+            let lod = &self.arguments.lod;
+            // A line of sight that is none leaves the eyes as they were.
+            let _ = lod.observe(places, directions, look.widen, eyes);
         }
         seen
     }

@@ -132,10 +132,27 @@ impl LodArguments {
     /// Of usage: a line of sight that is none, or a gaze that nothing follows.
     pub(super) fn observers(
         &self,
-        eyes: &[(Eye, DVec3)],
-        (forward, up): (DVec3, DVec3),
+        eyes: impl Iterator<Item = (Eye, DVec3)> + Clone,
+        directions: (DVec3, DVec3),
         widen: f32,
     ) -> Result<Vec<Observer>, Failure> {
+        let mut observers = Vec::new();
+        self.observe(eyes, directions, widen, &mut observers)?;
+        Ok(observers)
+    }
+
+    /// The same in place of what is in `observers`, which takes no memory where as many
+    /// are there already, and stays where there is an error.
+    ///
+    /// # Errors
+    /// As there.
+    pub(super) fn observe(
+        &self,
+        eyes: impl Iterator<Item = (Eye, DVec3)> + Clone,
+        (forward, up): (DVec3, DVec3),
+        widen: f32,
+        observers: &mut Vec<Observer>,
+    ) -> Result<(), Failure> {
         let given = self.fixate.map(|_| "--fixate");
         if let (Some(argument), false) = (given.or(self.up.map(|_| "--up")), self.is_on()) {
             return Err(Failure::usage(&format!(
@@ -150,23 +167,25 @@ impl LodArguments {
             Choice::PaperEllipse => Some(Boundary::Ellipse),
         };
         let field = VisualField::PAPER.wider(widen);
-        eyes.iter()
-            .map(|&(eye, place)| {
-                let forward = self.fixate.map_or(forward, |point| point.0 - place);
-                let line = LineOfSight::new(place.as_vec3(), forward.as_vec3(), up.as_vec3())
-                    .map_err(|error| Failure::usage(&error.to_string()))?;
-                let lod = boundary.zip(field).map(|(boundary, field)| {
-                    LevelOfDetail::new(Gaze::new(line, field.with_boundary(boundary)))
-                });
-                Ok(match self.lod {
-                    Choice::Foveated => Observer::foveated(eye, place, line, widen),
-                    _ => Observer {
-                        lod,
-                        ..Observer::new(eye, place)
-                    },
-                })
+        let observer = |(eye, place): (Eye, DVec3)| -> Result<Observer, Failure> {
+            let forward = self.fixate.map_or(forward, |point| point.0 - place);
+            let line = LineOfSight::new(place.as_vec3(), forward.as_vec3(), up.as_vec3())
+                .map_err(|error| Failure::usage(&error.to_string()))?;
+            let lod = boundary.zip(field).map(|(boundary, field)| {
+                LevelOfDetail::new(Gaze::new(line, field.with_boundary(boundary)))
+            });
+            Ok(match self.lod {
+                Choice::Foveated => Observer::foveated(eye, place, line, widen),
+                _ => Observer {
+                    lod,
+                    ..Observer::new(eye, place)
+                },
             })
-            .collect()
+        };
+        eyes.clone().try_for_each(|eye| observer(eye).map(drop))?;
+        observers.clear();
+        observers.extend(eyes.flat_map(observer));
+        Ok(())
     }
 
     /// The same with what comes after it in the list of what may follow the gaze.

@@ -71,17 +71,20 @@ impl RoomArguments {
     }
 
     /// The eyes and where they are: metres, in the room.
-    pub(super) fn eyes(&self, pose: HeadPose) -> Vec<(Eye, DVec3)> {
+    pub(super) fn eyes(
+        &self,
+        pose: HeadPose,
+    ) -> impl Iterator<Item = (Eye, DVec3)> + Clone + use<> {
         let viewer = Viewer {
             pose,
             interpupillary_distance: self.ipd,
         };
-        let which: &[Eye] = if self.eyes == 1 {
+        let which: &'static [Eye] = if self.eyes == 1 {
             &[Eye::Centre]
         } else {
             &Eye::STEREO
         };
-        which.iter().map(|&eye| (eye, viewer.eye(eye))).collect()
+        which.iter().map(move |&eye| (eye, viewer.eye(eye)))
     }
 
     /// Whether there are the eyes that a pair of pictures is of.

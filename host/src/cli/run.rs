@@ -10,7 +10,8 @@ mod watch;
 mod watched;
 
 use super::failure::Failure;
-use super::live::LiveArguments;
+use super::filling::CaptureDetail;
+use super::live::{Change, LiveArguments};
 use super::print;
 use super::tracker::{Interrupt, TrackerName, whole};
 use clap::{Args, ValueEnum};
@@ -18,6 +19,7 @@ use frames::{Frames, Output};
 use log::Log;
 use report::{Around, Report, Together};
 use shisen::live::{Latch, SessionSettings, SwapLock};
+use shisen::render::CaptureOptions;
 use shisen::stereo::Stereo;
 use std::path::PathBuf;
 
@@ -36,9 +38,10 @@ use std::path::PathBuf;
 /// part of that), latch, seconds, frames, `late_frames` (not there at their refresh),
 /// `over_budget_frames` (more steps than allowed), `frames_with_unfinished_fovea` (a
 /// tile within 5° of the line of sight not finished), `frames_with_unfinished_tiles`,
-/// `lowered_share` (of the frames, those whose quality was lowered),
-/// `quality_changes`, rungs (depth, faces, field, sampling and frames of each quality, the best
-/// first), `blind_frames` (the head was where a screen is not seen), `median_steps`,
+/// `lowered_share` (of the frames, those whose quality was lowered), `spent_share`
+/// (of the budget, what frames took: the median; null without one),
+/// `quality_changes`, rungs (depth, faces, field, centre, sampling, capture and frames of each quality,
+/// the best first), `blind_frames` (the head was where a screen is not seen), `median_steps`,
 /// samples, `dropped_bytes`, `motion_to_wall_ms` (frames, least, p50, p95, p99, most;
 /// null without samples), stages (the same of `sample_to_arrive`, `arrive_to_latch`,
 /// `latch_to_first_ray`, `first_ray_to_done`, `done_to_present`,
@@ -84,9 +87,11 @@ pub(super) struct Arguments {
     /// right), side-by-side, top-bottom or anaglyph (for red-cyan glasses)
     #[arg(long, value_name = "FORMAT", default_value_t = Stereo::Mono)]
     stereo: Stereo,
-    /// What --view shows where the gaze skips rays
+    /// What shows where the gaze skips rays
     #[arg(long, value_enum, default_value = "background")]
     fill: FillName,
+    #[command(flatten)]
+    capture: CaptureDetail,
     /// Folder of the pictures of --view png, and of the window's; made where it does
     /// not exist
     #[arg(long, value_name = "DIR", default_value = "shisen-out")]
@@ -136,8 +141,11 @@ enum View {
 enum FillName {
     /// What a ray sees that meets nothing
     Background,
-    /// What the frame before shows there
+    /// With --view, what the frame before shows there
     Previous,
+    /// The surroundings, captured through mirrored spheroids at the head within the
+    /// budget: anew in each frame, or, where quality is lowered, a part of them
+    Capture,
 }
 
 impl FillName {
@@ -146,6 +154,16 @@ impl FillName {
         match self {
             Self::Background => "background",
             Self::Previous => "previous",
+            Self::Capture => "capture",
+        }
+    }
+
+    /// The next in their list.
+    const fn next(self) -> Self {
+        match self {
+            Self::Background => Self::Previous,
+            Self::Previous => Self::Capture,
+            Self::Capture => Self::Background,
         }
     }
 }
@@ -154,6 +172,17 @@ impl Arguments {
     /// What is asked for together can be had together.
     fn check(&self) -> Result<(), Failure> {
         let stereo = self.stereo;
+        if self.fill == FillName::Capture && !self.live.lod.is_on() {
+            return Err(Failure::usage(
+                "--fill capture is for --lod paper, paper-ellipse or foveated: with --lod off no \
+                 ray is skipped",
+            ));
+        }
+        if let (Some(argument), true) = (self.capture.given(), self.fill != FillName::Capture) {
+            return Err(Failure::usage(&format!(
+                "{argument} is for --fill capture: nothing else is captured"
+            )));
+        }
         if self.cluster && self.view == View::Window {
             return Err(Failure::usage(
                 "--cluster is for --view none or png: a window would show a part of the walls",
@@ -174,6 +203,16 @@ impl Arguments {
             )));
         }
         self.live.room.check_stereo(stereo)
+    }
+
+    /// What is shown at first.
+    fn live(&self) -> LiveArguments {
+        self.live.changed(Change::Capture(self.fills(self.fill)))
+    }
+
+    /// How to capture the surroundings for a fill.
+    fn fills(&self, fill: FillName) -> Option<CaptureOptions> {
+        (fill == FillName::Capture).then(|| self.capture.options())
     }
 
     fn latch(&self) -> Latch {
@@ -197,7 +236,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Follows the machine that leads.
 fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
-    let prepared = arguments.live.prepare()?;
+    let prepared = arguments.live().prepare()?;
     let output = Output::open(arguments, &prepared, lock.share())?;
     let interrupt = Interrupt::new();
     let mut frames = Frames::new(arguments, &interrupt, None, output);
@@ -209,7 +248,7 @@ fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
 /// Follows the tracker.
 fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let log = arguments.record.as_deref().map(Log::create).transpose()?;
-    let mut prepared = arguments.live.prepare()?;
+    let mut prepared = arguments.live().prepare()?;
     let output = Output::open(arguments, &prepared, lock.share())?;
     let interrupt = Interrupt::new();
     let tracker = arguments.live.listen(&arguments.tracker.spec)?;

@@ -7,20 +7,27 @@
 //! further rounds. All of that is a function of steps alone, so a frame is the
 //! same on any number of threads, whatever the clock says.
 
+mod capture;
+mod deal;
+mod threads;
+
 use super::quality::Quality;
 use super::swap::Share;
 use crate::cave::{Cave, Eye, Screen};
 use crate::picture::Picture;
-use crate::render::{self, Observer, Options, RenderError};
+use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
+use capture::LiveCapture;
+use deal::{Dealer, Group};
 use glam::Vec3;
 use shisen_core::frame::{
-    Budget, Fill, Outcome, Pixel, Renderer, Spectrum, Statistics, Tile, TileJob, View, Workspace,
+    Fill, Pixel, Renderer, Spectrum, Statistics, Tile, TileJob, View, Workspace,
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Barrier, Mutex, MutexGuard, PoisonError, RwLock};
+use std::sync::atomic::Ordering;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
+use threads::{Shared, lock};
 
 /// The part of a frame that is never to be missing: this close to the line of
 /// sight, radians (5°).
@@ -29,12 +36,8 @@ pub const FOVEA: f32 = 0.087_266_46;
 /// In how many rounds a budget is dealt out at most.
 const MOST_ROUNDS: u32 = 8;
 
-/// Steps that a tile may take above its allotment, until more has been seen: the
-/// dearest block's primary rays, or a pixel's whole tree.
-const LEAST_EXCESS: u64 = 2_048;
-
-/// The same where squares of pixels share their samples: the dearest square's.
-const LEAST_EXCESS_OF_SQUARES: u64 = 2 * LEAST_EXCESS;
+/// Below all angles' cosines: what comes after all tiles of screens.
+const AT_LAST: f32 = -3.0;
 
 /// Steps that a pixel is expected to take of which nothing is known.
 const UNKNOWN_PIXEL: u64 = 16;
@@ -48,8 +51,7 @@ pub struct Engine<'e, 's, const W: usize> {
     spectrum: Spectrum<'s>,
     workspace: Workspace,
     share: Share,
-    /// The most that a call took above its allotment.
-    excess: u64,
+    dealer: Dealer,
 }
 
 /// What a frame came to.
@@ -79,26 +81,18 @@ pub struct Rendered {
     pub done: Instant,
 }
 
-/// What all threads see.
-struct Shared<'s, const W: usize> {
-    epoch: Instant,
-    frame: RwLock<Plan<'s, W>>,
-    tiles: Vec<Mutex<LiveTile>>,
-    /// The next in the order of the plan.
-    next: AtomicUsize,
-    /// Nanoseconds after the epoch; all ones before a frame's first ray.
-    first_ray: AtomicU64,
-    statistics: Mutex<Statistics>,
-    begin: Barrier,
-    end: Barrier,
-    over: AtomicBool,
-}
-
 /// A frame.
 struct Plan<'s, const W: usize> {
+    /// By screen, then eye; then the hemispheres of a capture.
     parts: Vec<(View, Renderer<'s, W>)>,
-    /// Indices of tiles, from the line of sight outwards.
+    /// Indices of tiles, from the line of sight outwards; at last those of a capture
+    /// that are taken anew.
     order: Vec<(f32, u32)>,
+    /// What threads take, of the order.
+    groups: Vec<Group>,
+    capture: Option<LiveCapture>,
+    /// Tiles are filled, not traced.
+    fills: bool,
 }
 
 /// A tile and its pixels.
@@ -106,14 +100,23 @@ struct LiveTile {
     part: usize,
     job: TileJob,
     pixels: Vec<Pixel>,
-    /// What it may take in this round.
-    allotment: u64,
     /// What it took in this frame.
     spent: u64,
     /// What it is expected to take in this frame.
     expected: u64,
-    /// What the last call took above its allotment.
-    excess: u64,
+}
+
+impl LiveTile {
+    fn new(part: usize, tile: Tile) -> Self {
+        let area = tile.width as usize * tile.height as usize;
+        Self {
+            part,
+            job: TileJob::new(tile),
+            pixels: vec![Pixel::default(); area],
+            spent: 0,
+            expected: area as u64 * UNKNOWN_PIXEL,
+        }
+    }
 }
 
 /// The pairs of a screen and an eye that a share has.
@@ -133,15 +136,18 @@ fn pairs<'c>(
 }
 
 /// Has an engine for as long as `run` takes, which renders a share of what `eyes` see.
+/// With a capture, that shows where their gaze skips rays, as in
+/// [`Filling::Capture`](crate::render::Filling::Capture), but for its steps, which are
+/// the frame's.
 ///
 /// # Errors
-/// An eye that does not see a screen.
+/// An eye that does not see a screen; a capture of a size that there is not.
 pub fn with_engine<'s, const W: usize, R>(
-    scene: Scene<'s, W>,
-    spectrum: Spectrum<'s>,
+    (scene, spectrum): (Scene<'s, W>, Spectrum<'s>),
     cave: &Cave,
     eyes: &[Observer],
     options: &Options,
+    capture: Option<CaptureOptions>,
     share: Share,
     run: impl FnOnce(&mut Engine<'_, 's, W>) -> R,
 ) -> Result<R, RenderError>
@@ -153,35 +159,29 @@ where
     for (screen, observer) in pairs(cave, eyes, share) {
         let view = render::view(screen, observer)?;
         let part = parts.len();
-        tiles.extend(render::tiles(&view, options.tile).map(|tile| {
-            let area = tile.width as usize * tile.height as usize;
-            Mutex::new(LiveTile {
-                part,
-                job: TileJob::new(tile),
-                pixels: vec![Pixel::default(); area],
-                allotment: 0,
-                spent: 0,
-                expected: area as u64 * UNKNOWN_PIXEL,
-                excess: 0,
-            })
-        }));
+        let places = render::tiles(&view, options.tile);
+        tiles.extend(places.map(|tile| Mutex::new(LiveTile::new(part, tile))));
         parts.push((view, render::renderer(&scene, observer, options, spectrum)?));
     }
-    let threads = options.threads.max(1);
-    let shared = Shared {
-        epoch: Instant::now(),
-        frame: RwLock::new(Plan {
-            parts,
-            order: (0..tiles.len() as u32).map(|tile| (0.0, tile)).collect(),
-        }),
-        tiles,
-        next: AtomicUsize::new(0),
-        first_ray: AtomicU64::new(u64::MAX),
-        statistics: Mutex::new(Statistics::default()),
-        begin: Barrier::new(threads),
-        end: Barrier::new(threads),
-        over: AtomicBool::new(false),
+    let follows = eyes.iter().any(|eye| eye.lod.is_some());
+    let capture = match capture.filter(|_| follows && !parts.is_empty()) {
+        Some(how) => {
+            let capture = LiveCapture::new(how, parts.len(), tiles.len());
+            parts.extend(capture.views(eyes, &scene, options, spectrum)?);
+            tiles.extend(capture.tiles().map(Mutex::new));
+            Some(capture)
+        }
+        None => None,
     };
+    let threads = options.threads.max(1);
+    let plan = Plan {
+        parts,
+        order: Vec::with_capacity(tiles.len()),
+        groups: Vec::with_capacity(tiles.len()),
+        capture,
+        fills: false,
+    };
+    let shared = Shared::new(plan, tiles, threads);
     std::thread::scope(|scope| {
         for _ in 1..threads {
             scope.spawn(|| shared.serve());
@@ -196,7 +196,7 @@ where
             spectrum,
             workspace: Workspace::new(),
             share,
-            excess: LEAST_EXCESS,
+            dealer: Dealer::new(),
         }))
     })
 }
@@ -225,38 +225,63 @@ where
         quality: &Quality,
         steps: Option<u64>,
     ) -> Result<Rendered, RenderError> {
-        self.plan(eyes, quality)?;
+        self.plan(eyes, quality, steps)?;
         if eyes.iter().any(|eye| eye.acuity.is_some()) {
-            self.excess = self.excess.max(LEAST_EXCESS_OF_SQUARES);
+            self.dealer.expect_squares();
         }
         self.shared.first_ray.store(u64::MAX, Ordering::SeqCst);
         let (mut rounds, mut tracing) = (0, Duration::ZERO);
         loop {
             let spent = self.spent();
-            let unfinished = match steps {
-                None => self.deal_everything(),
-                Some(steps) => self.deal(steps.saturating_sub(spent)),
-            };
-            if unfinished == 0 || rounds == MOST_ROUNDS {
+            let left = steps.map(|steps| steps.saturating_sub(spent));
+            if !self.deal(left) || rounds == MOST_ROUNDS {
                 break;
             }
             rounds += 1;
             let begun = Instant::now();
-            self.shared.next.store(0, Ordering::SeqCst);
-            self.shared.begin.wait();
-            self.shared.work(&mut self.workspace);
-            self.shared.end.wait();
+            self.have_done();
             tracing += begun.elapsed();
-            self.look_at_excess();
+            self.dealer.look_at(&self.shared.excess);
         }
+        let rendered = self.finish(rounds);
+        self.fill();
         Ok(Rendered {
             tracing,
-            ..self.finish(rounds)
+            done: Instant::now(),
+            ..rendered
         })
     }
 
+    /// Has all threads do what is planned.
+    fn have_done(&mut self) {
+        self.shared.next.store(0, Ordering::SeqCst);
+        self.shared.begin.wait();
+        self.shared.work(&mut self.workspace);
+        self.shared.end.wait();
+    }
+
+    /// Fills what the gaze skipped, where there is a capture.
+    fn fill(&mut self) {
+        let shared = self.shared;
+        let set = |fills: bool| {
+            let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
+            let whole = plan.capture.as_ref().is_some_and(LiveCapture::is_whole);
+            plan.fills = fills && whole;
+            plan.fills
+        };
+        if set(true) {
+            self.have_done();
+            set(false);
+        }
+    }
+
     /// Lays out the next frame.
-    fn plan(&mut self, eyes: &[Observer], quality: &Quality) -> Result<(), RenderError> {
+    fn plan(
+        &mut self,
+        eyes: &[Observer],
+        quality: &Quality,
+        steps: Option<u64>,
+    ) -> Result<(), RenderError> {
         let Self {
             shared,
             cave,
@@ -269,8 +294,16 @@ where
         let mut options = *options;
         options.settings.depth = options.settings.depth.min(quality.depth);
         let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
-        let Plan { parts, order } = &mut *plan;
-        if pairs(cave, eyes, *share).count() != parts.len() {
+        let Plan {
+            parts,
+            order,
+            capture,
+            ..
+        } = &mut *plan;
+        let screens = capture
+            .as_ref()
+            .map_or(parts.len(), LiveCapture::first_part);
+        if pairs(cave, eyes, *share).count() != screens {
             return Err(RenderError::Previous);
         }
         for ((screen, observer), part) in pairs(cave, eyes, *share).zip(parts.iter_mut()) {
@@ -279,13 +312,27 @@ where
             let renderer = quality.lower(*observer).follow(&renderer);
             *part = (render::view(screen, observer)?, renderer);
         }
-        for (cosine, tile) in order.iter_mut() {
-            let mut one = lock(&shared.tiles[*tile as usize]);
-            let tile = one.job.tile();
-            let (view, renderer) = &parts[one.part];
-            *cosine = towards(renderer, view, tile);
-            one.job = TileJob::new(tile);
+        order.clear();
+        let own = capture.as_ref().map(LiveCapture::first_tile);
+        for (number, tile) in shared.tiles.iter().enumerate() {
+            let mut one = lock(tile);
+            one.job = TileJob::new(one.job.tile());
             one.spent = 0;
+            if own.is_none_or(|own| number < own) {
+                let (view, renderer) = &parts[one.part];
+                order.push((towards(renderer, view, one.job.tile()), number as u32));
+            }
+        }
+        if let Some(capture) = capture {
+            let views = capture.views(eyes, scene, &options, *spectrum)?;
+            parts.truncate(screens);
+            parts.extend(views);
+            let part = if steps.is_none() {
+                1.0
+            } else {
+                quality.capture
+            };
+            order.extend(capture.due(part).map(|tile| (AT_LAST, tile as u32)));
         }
         order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         Ok(())
@@ -296,58 +343,41 @@ where
         self.shared.tiles.iter().map(|tile| lock(tile).spent).sum()
     }
 
-    fn deal_everything(&mut self) -> usize {
-        let mut unfinished = 0;
-        for tile in &self.shared.tiles {
-            let mut tile = lock(tile);
-            tile.allotment = u64::MAX;
-            unfinished += usize::from(!tile.job.is_finished());
-        }
-        unfinished
-    }
-
-    /// Gives unfinished tiles what they are expected to need, from the line of
-    /// sight outwards, as long as there is something left. Each may take a little
-    /// more than it is given, so that much is set aside for it. How many have
-    /// something.
-    fn deal(&mut self, mut left: u64) -> usize {
+    /// Deals out what is left, if there is an end of it; whether anybody has anything.
+    fn deal(&mut self, left: Option<u64>) -> bool {
         let shared = self.shared;
-        let plan = shared.frame.read().unwrap_or_else(PoisonError::into_inner);
-        let mut given = 0;
-        for &(_, tile) in &plan.order {
-            let mut tile = lock(&shared.tiles[tile as usize]);
-            tile.allotment = 0;
-            if tile.job.is_finished() || left <= self.excess {
-                continue;
-            }
-            // One that had too little shows that the frame before says little.
-            if tile.spent >= tile.expected {
-                tile.expected = 2 * tile.spent;
-            }
-            tile.allotment = (tile.expected - tile.spent).min(left - self.excess);
-            left -= tile.allotment + self.excess;
-            given += 1;
+        let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
+        let Plan { order, groups, .. } = &mut *plan;
+        let tiles = order.iter().map(|&(_, tile)| &shared.tiles[tile as usize]);
+        match left {
+            None => deal::everything(tiles, groups),
+            Some(left) => self.dealer.deal(left, tiles, groups),
         }
-        given
-    }
-
-    fn look_at_excess(&mut self) {
-        let most = self.shared.tiles.iter().map(|tile| lock(tile).excess).max();
-        // What comes next may be half as dear again.
-        self.excess = self.excess.max(most.unwrap_or(0) * 3 / 2);
+        !groups.is_empty()
     }
 
     /// Gives up what is not finished, and says what there is.
     fn finish(&mut self, rounds: u32) -> Rendered {
         let shared = self.shared;
-        let plan = shared.frame.read().unwrap_or_else(PoisonError::into_inner);
+        let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
+        let Plan {
+            parts,
+            order,
+            capture,
+            ..
+        } = &mut *plan;
         let begun = Instant::now();
-        let (mut steps, mut need, mut unfinished) = (0, 0, 0);
+        let (mut steps, mut need, mut unfinished, mut tiles) = (0, 0, 0, 0);
         let mut unfinished_fovea = false;
-        for tile in &shared.tiles {
-            let mut tile = lock(tile);
+        for &(_, number) in order.iter() {
+            let mut tile = lock(&shared.tiles[number as usize]);
             let tile = &mut *tile;
-            let (view, renderer) = &plan.parts[tile.part];
+            if let Some(capture) = capture.as_mut().filter(|one| one.has(number as usize)) {
+                capture.take(number as usize, tile);
+            } else {
+                tiles += 1;
+            }
+            let (view, renderer) = &parts[tile.part];
             steps += tile.spent;
             if tile.job.is_finished() {
                 // A gaze that moves on makes it a little dearer.
@@ -356,6 +386,10 @@ where
             } else {
                 tile.expected = tile.expected.max(tile.spent);
                 need += tile.expected;
+                // What a capture has of it is older, and stays.
+                if capture.as_ref().is_some_and(|one| one.has(number as usize)) {
+                    continue;
+                }
                 unfinished += 1;
                 unfinished_fovea |= is_foveal(renderer, view, tile.job.tile());
                 let given_up = tile.job.give_up(renderer, view, &mut tile.pixels);
@@ -376,7 +410,7 @@ where
         Rendered {
             steps,
             need,
-            tiles: shared.tiles.len(),
+            tiles,
             unfinished,
             unfinished_fovea,
             rounds,
@@ -418,7 +452,7 @@ where
             .read()
             .unwrap_or_else(PoisonError::into_inner);
         let sizes = plan
-            .parts
+            .screens()
             .iter()
             .map(|(view, _)| (view.columns(), view.rows()));
         sizes
@@ -468,73 +502,23 @@ where
             .frame
             .read()
             .unwrap_or_else(PoisonError::into_inner);
+        let screens = plan.screens().len();
         tiles.clear();
-        tiles.extend(plan.order.iter().map(|&(_, number)| {
+        tiles.extend(plan.order.iter().filter_map(|&(_, number)| {
             let tile = lock(&self.shared.tiles[number as usize]);
-            (tile.part, tile.job.tile())
+            (tile.part < screens).then(|| (tile.part, tile.job.tile()))
         }));
     }
 }
 
-impl<const W: usize> Shared<'_, W>
-where
-    Simd: Runs<W>,
-{
-    /// A thread's life.
-    fn serve(&self) {
-        let mut workspace = Workspace::new();
-        loop {
-            self.begin.wait();
-            if self.over.load(Ordering::SeqCst) {
-                return;
-            }
-            self.work(&mut workspace);
-            let mut statistics = self
-                .statistics
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
-            statistics.add(&workspace.statistics);
-            workspace.statistics = Statistics::default();
-            drop(statistics);
-            self.end.wait();
-        }
+impl<'s, const W: usize> Plan<'s, W> {
+    /// Of the parts, those of screens.
+    fn screens(&self) -> &[(View, Renderer<'s, W>)] {
+        let count = self.capture.as_ref().map(LiveCapture::first_part);
+        self.parts
+            .get(..count.unwrap_or(usize::MAX))
+            .unwrap_or(&self.parts)
     }
-
-    /// Takes tiles until there are none left.
-    fn work(&self, workspace: &mut Workspace) {
-        let plan = self.frame.read().unwrap_or_else(PoisonError::into_inner);
-        loop {
-            let number = self.next.fetch_add(1, Ordering::SeqCst);
-            let Some(&(_, tile)) = plan.order.get(number) else {
-                return;
-            };
-            if number == 0 {
-                let now = self.epoch.elapsed().as_nanos() as u64;
-                self.first_ray.fetch_min(now, Ordering::SeqCst);
-            }
-            let mut tile = lock(&self.tiles[tile as usize]);
-            let tile = &mut *tile;
-            tile.excess = 0;
-            if tile.allotment == 0 || tile.job.is_finished() {
-                continue;
-            }
-            let (view, renderer) = &plan.parts[tile.part];
-            let mut budget = Budget::steps(tile.allotment);
-            let before = workspace.statistics.steps;
-            let job = &mut tile.job;
-            let outcome = job.render(renderer, view, &mut tile.pixels, &mut budget, workspace);
-            debug_assert!(outcome.is_ok(), "its own tile");
-            let spent = workspace.statistics.steps - before;
-            tile.spent += spent;
-            if let Ok(Outcome::BudgetSpent) = outcome {
-                tile.excess = spent.saturating_sub(tile.allotment);
-            }
-        }
-    }
-}
-
-fn lock<T>(one: &Mutex<T>) -> MutexGuard<'_, T> {
-    one.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Of the angle between the line of sight and a tile's centre.

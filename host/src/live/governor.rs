@@ -2,15 +2,26 @@
 //!
 //! What a frame will need is what the frames before it needed: the most of the
 //! last few, at the quality they had, times what the qualities are known to cost
-//! beside each other. Time becomes steps by the rate of late, the slowest of it.
+//! beside each other. Time becomes steps by the rate of late, the median of it, less
+//! what frames took longer than by that rate: not a part of their time, as threads that
+//! are held up lose as much of a short frame as of a long one.
 //! Quality falls at once, as far as it has to, and rises by one rung after a
 //! while in which there was room for more; so it does not flicker.
 
 use super::quality::Quality;
 use std::time::Duration;
 
-/// How many frames are remembered.
-const REMEMBERED: usize = 32;
+/// How many frames' speeds are remembered.
+const REMEMBERED: usize = 128;
+
+/// How many of these may have taken longer than the next is given: a frame that takes
+/// all of its steps is late with a probability of 2 in 129, as far as what holds frames
+/// up stays as it is.
+const SLOWER: usize = 1;
+
+/// The part of a time above which a delay is not provided for: no quality makes up for
+/// that.
+const LONGEST_DELAY: f64 = 0.5;
 
 /// How many of these say what the next one will need.
 const RECENT: usize = 6;
@@ -25,13 +36,14 @@ const ROOM_TO_RISE: f64 = 0.75;
 /// How many frames have to have had room before quality rises by a rung.
 const CALM: u32 = 20;
 
-/// The part of a time that is kept for what is not tracing, and for threads that
-/// are held up.
-const KEPT: f64 = 0.12;
+/// The part of a time that is kept for what changes from frame to frame.
+const KEPT: f64 = 0.03;
 
-/// What the qualities of the ladder cost beside the best, before anything is known:
-/// the steps of scene A, looked at from the front.
-const COSTS: [f64; Quality::LADDER.len()] = [1.0, 0.98, 0.95, 0.85, 0.75, 0.5, 0.4, 0.25];
+/// What the qualities of the ladder are taken to cost beside the best before anything is
+/// known: a guess, with which the first frames begin. What they do cost is learned.
+const COSTS: [f64; Quality::LADDER.len()] = [
+    1.0, 0.98, 0.95, 0.85, 0.75, 0.6, 0.4, 0.3, 0.25, 0.2, 0.12, 0.06,
+];
 
 /// Chooses qualities.
 #[derive(Debug, Clone)]
@@ -46,8 +58,8 @@ pub struct Governor {
     newest: usize,
     /// The rung and the need of the newest frame.
     last: Option<(usize, f64)>,
-    /// Steps per second of the newest frames, a ring.
-    rates: [f64; REMEMBERED],
+    /// Steps and seconds of the newest frames, a ring.
+    speeds: [(f64, f64); REMEMBERED],
     rated: usize,
     calm: u32,
 }
@@ -94,7 +106,7 @@ impl Governor {
             needs: [0.0; RECENT],
             newest: 0,
             last: None,
-            rates: [0.0; REMEMBERED],
+            speeds: [(0.0, 0.0); REMEMBERED],
             rated: 0,
             calm: 0,
         }
@@ -108,14 +120,37 @@ impl Governor {
         }
     }
 
-    /// Steps per second, as far as they can be relied on: all but the slowest tenth
-    /// of the newest frames were faster. `None` before the first.
-    pub fn rate(&self) -> Option<f64> {
+    /// Of the frames that are remembered, the one with so many below it.
+    fn ranked(
+        &self,
+        of: impl Fn((f64, f64)) -> f64,
+        below: impl Fn(usize) -> usize,
+    ) -> Option<f64> {
         let count = self.rated.min(REMEMBERED);
-        let mut rates = self.rates;
-        let known = rates.get_mut(..count)?;
+        let mut all = [0.0; REMEMBERED];
+        for (one, speed) in all.iter_mut().zip(self.speeds) {
+            *one = of(speed);
+        }
+        let known = all.get_mut(..count)?;
         known.sort_unstable_by(f64::total_cmp);
-        known.get(count / 10).copied()
+        known.get(below(count)).copied()
+    }
+
+    /// Steps per second: the median of the newest frames. `None` before the first.
+    pub fn rate(&self) -> Option<f64> {
+        self.ranked(|(steps, seconds)| steps / seconds, |count| count / 2)
+    }
+
+    /// What the next frame may take longer than by the [rate](Self::rate): seconds.
+    /// Of the newest frames all but one took no more. Delays above `most` are left out.
+    fn delay(&self, most: f64) -> f64 {
+        let Some(rate) = self.rate() else { return 0.0 };
+        let delay = |(steps, seconds): (f64, f64)| {
+            let delay = (seconds - steps / rate).max(0.0);
+            if delay > most { 0.0 } else { delay }
+        };
+        let delay = self.ranked(delay, |count| count.saturating_sub(1 + SLOWER));
+        delay.unwrap_or(0.0)
     }
 
     /// For the next frame.
@@ -127,7 +162,9 @@ impl Governor {
             // second of a slow machine finds out.
             Allowance::Time(time) => {
                 let rate = self.rate().unwrap_or(1.0e7);
-                Some((time.as_secs_f64() * (1.0 - KEPT) * rate) as u64)
+                let time = time.as_secs_f64() * (1.0 - KEPT);
+                let delay = self.delay(LONGEST_DELAY * time);
+                Some(((time - delay) * rate) as u64)
             }
         };
         if let (Some(steps), true) = (steps, self.governs) {
@@ -185,7 +222,7 @@ impl Governor {
         self.needs[self.newest] = need / self.costs[decision.rung];
         let rate = steps as f64 / seconds;
         if rate > 0.0 && rate.is_finite() {
-            self.rates[self.rated % REMEMBERED] = rate;
+            self.speeds[self.rated % REMEMBERED] = (steps as f64, seconds);
             self.rated += 1;
         }
     }
@@ -216,7 +253,9 @@ mod tests {
     use super::*;
 
     /// What the rungs really cost.
-    const TRUE: [f64; 8] = [1.0, 0.9, 0.8, 0.6, 0.5, 0.3, 0.2, 0.1];
+    const TRUE: [f64; Quality::LADDER.len()] = [
+        1.0, 0.9, 0.8, 0.6, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.07, 0.04,
+    ];
 
     /// Plays frames of such needs; rungs, and how many took more than there was.
     fn play(
@@ -249,7 +288,7 @@ mod tests {
         let settled = &rungs[100..];
         assert!(changes(settled) <= 1, "{settled:?}");
         assert!(
-            settled.iter().all(|&rung| (4..=5).contains(&rung)),
+            settled.iter().all(|&rung| (5..=6).contains(&rung)),
             "{settled:?}"
         );
     }
@@ -303,19 +342,77 @@ mod tests {
         assert!(rungs.iter().all(|&rung| rung == 0));
     }
 
-    #[test]
-    fn time_becomes_steps_by_the_slow_frames() {
+    /// Plays frames of a million steps that take so many seconds each.
+    fn timed(seconds: impl Iterator<Item = f64>) -> Governor {
         let mut governor = Governor::new();
         let decision = governor.decide(Allowance::Unlimited);
         assert_eq!(decision.steps, None);
-        for frame in 0..40 {
-            // One in eight takes twice the time.
-            let seconds = if frame % 8 == 0 { 2.0e-2 } else { 1.0e-2 };
+        for seconds in seconds {
             governor.learn(&decision, 1_000_000, 1_000_000, seconds);
         }
+        governor
+    }
+
+    #[test]
+    fn time_becomes_steps_by_the_rate_less_the_delays() {
+        // One in eight takes 5 ms more.
+        let slow = |frame: u32| {
+            if frame.is_multiple_of(8) {
+                1.5e-2
+            } else {
+                1.0e-2
+            }
+        };
+        let mut governor = timed((0..200).map(slow));
         let rate = governor.rate().unwrap();
-        assert!((rate - 0.5e8).abs() < 1.0, "{rate}");
+        assert!((rate - 1.0e8).abs() < 1.0, "{rate}");
+        assert!((governor.delay(1.0) - 5.0e-3).abs() < 1.0e-9);
         let decision = governor.decide(Allowance::Time(Duration::from_millis(100)));
-        assert_eq!(decision.steps, Some((0.1 * (1.0 - KEPT) * 0.5e8) as u64));
+        let steps = (0.1 * (1.0 - KEPT) - 5.0e-3) * 1.0e8;
+        assert!((decision.steps.unwrap() as f64 - steps).abs() < 2.0);
+        // The same delay is as long where frames are short.
+        let decision = governor.decide(Allowance::Time(Duration::from_millis(12)));
+        let steps = (0.012 * (1.0 - KEPT) - 5.0e-3) * 1.0e8;
+        assert!((decision.steps.unwrap() as f64 - steps).abs() < 2.0);
+    }
+
+    #[test]
+    fn one_long_delay_costs_nothing_and_two_do() {
+        let with = |late: &'static [u32]| {
+            timed((0..128).map(move |frame| {
+                if late.contains(&frame) {
+                    1.4e-2
+                } else {
+                    1.0e-2
+                }
+            }))
+        };
+        assert!(with(&[70]).delay(1.0) < 1.0e-9);
+        assert!((with(&[20, 70]).delay(1.0) - 4.0e-3).abs() < 1.0e-9);
+        // What is longer than half of a frame's time is not made up for.
+        assert!(with(&[20, 70]).delay(3.0e-3) < 1.0e-9);
+    }
+
+    #[test]
+    fn delays_do_not_feed_on_themselves() {
+        // Frames take 1 ms for each 100,000 steps, and every tenth 3 ms more, whatever
+        // their size. Where that made the rate, each frame would get fewer steps than
+        // the one before.
+        let mut governor = Governor::new();
+        let allowance = Allowance::Time(Duration::from_millis(16));
+        let mut last = 0;
+        for frame in 0..400u32 {
+            let decision = governor.decide(allowance);
+            let need = (8.0e6 * TRUE[decision.rung]) as u64;
+            let steps = need.min(decision.steps.unwrap());
+            let delay = if frame.is_multiple_of(10) {
+                3.0e-3
+            } else {
+                0.0
+            };
+            governor.learn(&decision, need, steps, steps as f64 * 1.0e-8 + delay);
+            last = decision.steps.unwrap();
+        }
+        assert!((1.15e6..1.3e6).contains(&(last as f64)), "{last}");
     }
 }

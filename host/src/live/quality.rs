@@ -1,5 +1,6 @@
 //! What a frame may leave out to be in time.
 
+use super::engine::FOVEA;
 use crate::render::Observer;
 use shisen_core::frame::{LevelOfDetail, MAX_DEPTH};
 use shisen_core::gaze::{VisualField, VisualFieldLimits};
@@ -15,10 +16,21 @@ pub struct Quality {
     /// How far the visual field reaches beyond its centre, as a part of how far it
     /// does as it is: above 0, at most 1.
     pub field: f32,
+    /// How far the centre of the field reaches, in which everything is in full, as a
+    /// part of how far it does as it is: above 0, at most 1, and never so near that
+    /// the [`FOVEA`] is not in it.
+    pub centre: f32,
     /// How much coarser the periphery is sampled than the eye sees, 1 or more: times
     /// the slope of its acuity. Only where sampling follows the gaze at all.
     pub sampling: f32,
+    /// The part of a capture of the surroundings that is taken anew in a frame, above 0,
+    /// at most 1. Only where there is a capture.
+    pub capture: f32,
 }
+
+/// The least radius of the central field: radians. By equation 7 as it is printed a
+/// field of so much has all its detail to 0.958 of that at least.
+const LEAST_CENTRE: f32 = FOVEA / 0.95;
 
 impl Quality {
     /// Nothing is left out.
@@ -26,43 +38,56 @@ impl Quality {
         depth: MAX_DEPTH,
         faces: 1.0,
         field: 1.0,
+        centre: 1.0,
         sampling: 1.0,
+        capture: 1.0,
     };
 
     /// From the best to the least: what is noticed least goes first. Bounces of
-    /// bounces, then faces, then the rim of the field, then the first bounce; and,
-    /// where the gaze says which pixels have rays, fewer of these from rung to rung.
-    pub const LADDER: [Self; 8] = {
-        const fn of(depth: u8, faces: f32, field: f32, sampling: f32) -> Quality {
+    /// bounces, then faces, then the rim of the field, then the first bounce, and at
+    /// last the centre's own rim; and, where the gaze says which pixels have rays, fewer
+    /// of these from rung to rung.
+    pub const LADDER: [Self; 12] = {
+        const fn of(depth: u8, faces: f32, [field, centre]: [f32; 2], sampling: f32) -> Quality {
             Quality {
                 depth,
                 faces,
                 field,
+                centre,
                 sampling,
+                // The surroundings stay where they are: what is older is nearly as good.
+                capture: if depth > 1 { 0.5 } else { 0.25 },
             }
+        }
+        const fn seldom(quality: Quality, capture: f32) -> Quality {
+            Quality { capture, ..quality }
         }
         [
             Self::FULL,
-            of(2, 1.0, 1.0, 1.25),
-            of(1, 1.0, 1.0, 1.5),
-            of(1, 0.5, 0.9, 2.0),
-            of(1, 0.25, 0.75, 3.0),
-            of(0, 0.25, 0.6, 4.0),
-            of(0, 0.1, 0.4, 6.0),
-            of(0, 0.0, 0.1, 8.0),
+            of(2, 1.0, [1.0, 1.0], 1.25),
+            of(1, 1.0, [1.0, 1.0], 1.5),
+            of(1, 0.5, [0.9, 1.0], 2.0),
+            of(1, 0.25, [0.75, 1.0], 3.0),
+            seldom(of(1, 0.25, [0.5, 0.8], 4.0), 0.125),
+            seldom(of(0, 0.25, [0.5, 0.8], 4.0), 0.125),
+            seldom(of(0, 0.1, [0.35, 0.7], 6.0), 0.0625),
+            seldom(of(0, 0.0, [0.2, 0.6], 8.0), 0.0625),
+            seldom(of(0, 0.0, [0.1, 0.45], 8.0), 0.03125),
+            seldom(of(0, 0.0, [0.05, 0.3], 8.0), 0.03125),
+            seldom(of(0, 0.0, [0.02, 0.18], 8.0), 0.03125),
         ]
     };
 
     /// A level of detail whose field reaches as far as this says.
     #[must_use]
     pub fn narrow(&self, lod: LevelOfDetail) -> LevelOfDetail {
-        if self.field >= 1.0 {
+        if self.field >= 1.0 && self.centre >= 1.0 {
             return lod;
         }
         let field = lod.gaze.visual_field();
         let limits = field.limits();
-        let central = limits.central;
-        let less = |limit: f32| central + (limit - central) * self.field;
+        let central = (limits.central * self.centre).max(LEAST_CENTRE.min(limits.central));
+        let less = |limit: f32| central + (limit - limits.central) * self.field;
         let limits = VisualFieldLimits {
             central,
             up: less(limits.up),
@@ -103,7 +128,9 @@ mod tests {
             assert!(worse.depth <= better.depth);
             assert!(worse.faces <= better.faces);
             assert!(worse.field <= better.field);
+            assert!(worse.centre <= better.centre);
             assert!(worse.sampling >= better.sampling);
+            assert!(worse.capture <= better.capture && worse.capture > 0.0);
             assert_ne!(worse, better);
         }
         assert_eq!(Quality::LADDER[0], Quality::FULL);
@@ -131,25 +158,31 @@ mod tests {
     }
 
     #[test]
-    fn the_centre_of_the_field_stays() {
+    fn what_is_looked_at_stays() {
         let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).unwrap();
         let lod = LevelOfDetail::new(Gaze::new(sight, VisualField::PAPER));
         assert_eq!(Quality::FULL.narrow(lod), lod);
         for quality in Quality::LADDER {
             let narrow = quality.narrow(lod);
-            for degrees in 0..30 {
-                let angle = (degrees as f32).to_radians();
-                let direction = Vec3::new(angle.sin(), 0.0, -angle.cos());
-                assert_eq!(narrow.gaze.level(direction), Some(1.0));
-            }
-            // At the side the field ends at 100°, or that much nearer.
-            let end = 30.0 + 70.0 * quality.field;
-            let at = |degrees: f32| {
+            let at = |degrees: f32, around: f32| {
                 let angle = degrees.to_radians();
-                let direction = Vec3::new(angle.sin(), 0.0, -angle.cos());
+                let (x, y) = (angle.sin() * around.cos(), angle.sin() * around.sin());
+                let direction = Vec3::new(x, y, -angle.cos());
                 narrow.gaze.level(direction).unwrap_or(0.0)
             };
-            assert!(at(end - 0.1) > 0.0 && at(end + 0.1) == 0.0, "{quality:?}");
+            // All around: by the printed equation the centre is no circle.
+            let centre = (0.95 * 30.0 * quality.centre).max(FOVEA.to_degrees());
+            for around in 0..72 {
+                let around = (5.0 * around as f32).to_radians();
+                for part in 0..=20 {
+                    assert_eq!(at(centre * part as f32 / 20.0, around), 1.0, "{quality:?}");
+                }
+            }
+            // At the side the field ends at 100°, or that much nearer.
+            let centre = (30.0 * quality.centre).max(LEAST_CENTRE.to_degrees());
+            let end = centre + 70.0 * quality.field;
+            let (before, after) = (at(end - 0.1, 0.0), at(end + 0.1, 0.0));
+            assert!(before > 0.0 && after == 0.0, "{quality:?}");
         }
     }
 }

@@ -20,11 +20,15 @@ use thiserror::Error;
 /// Frames without level of detail that a scaled budget is measured by.
 const PLAIN_FRAMES: usize = 5;
 
-/// Frames whose tracing says how late the gaze may be taken.
-const REMEMBERED: usize = 32;
+/// Frames whose tracing says how late the gaze may be taken: one of which the next is
+/// slower with a probability of 1 in 129.
+const REMEMBERED: usize = 128;
 
 /// Steps that are told apart.
 const MOST_STEPS: u64 = 1_000_000_000_000;
+
+/// Millionths of a budget that are told apart.
+const MOST_SPENT: u64 = 1_000_000_000;
 
 /// What is kept between the expected end of tracing and the refresh.
 const MARGIN: Duration = Duration::from_micros(700);
@@ -151,6 +155,9 @@ pub struct SessionReport {
     pub plain_seconds: Option<f64>,
     /// Steps of a frame, the median.
     pub median_steps: u64,
+    /// Of the budget, what frames took of it, the median: of time from taking the gaze
+    /// to the last pixel, or of steps. `None` where there was no end.
+    pub spent_share: Option<f64>,
     /// The last allowance that was made.
     pub allowance: Allowance,
     /// What each stage took.
@@ -217,6 +224,7 @@ where
         traced: [Duration::ZERO; REMEMBERED],
         besides: Duration::ZERO,
         steps: Histogram::new_with_bounds(1, MOST_STEPS, 3).ok(),
+        spent: Histogram::new_with_bounds(1, MOST_SPENT, 3).ok(),
         report: SessionReport::new(),
         rung: 0,
     };
@@ -232,6 +240,9 @@ where
     session.report.median_steps = session
         .steps
         .map_or(0, |steps| steps.value_at_quantile(0.5));
+    let spent = session.spent.filter(|spent| !spent.is_empty());
+    let median = spent.map(|spent| spent.value_at_quantile(0.5));
+    session.report.spent_share = median.map(|millionths| millionths as f64 * 1.0e-6);
     Ok(session.report)
 }
 
@@ -311,6 +322,7 @@ impl SessionReport {
             samples: 0,
             plain_seconds: None,
             median_steps: 0,
+            spent_share: None,
             allowance: Allowance::Unlimited,
             latencies: Latencies::new(),
             seconds: 0.0,
@@ -333,6 +345,8 @@ struct Session<'s> {
     /// little.
     besides: Duration,
     steps: Option<Histogram<u64>>,
+    /// Millionths of the budget.
+    spent: Option<Histogram<u64>>,
     report: SessionReport,
     rung: usize,
 }
@@ -444,6 +458,9 @@ impl Session<'_> {
             self.report.last = Some(order);
         }
         let traced = rendered.done - begun;
+        if purpose == Purpose::Shown {
+            self.note_spent(gathered.slowest.steps, traced);
+        }
         self.traced.rotate_right(1);
         self.traced[0] = traced;
         // What a frame takes besides is no matter of steps: the fewer it has, the
@@ -462,6 +479,18 @@ impl Session<'_> {
         rendered.unfinished = all.unfinished;
         rendered.unfinished_fovea = all.unfinished_fovea;
         Ok(rendered)
+    }
+
+    /// Notes what a frame took of its budget: its steps, and its time.
+    fn note_spent(&mut self, steps: u64, time: Duration) {
+        let share = match self.report.allowance {
+            Allowance::Unlimited => return,
+            Allowance::Steps(allowed) => steps as f64 / allowed as f64,
+            Allowance::Time(allowed) => time.as_secs_f64() / allowed.as_secs_f64(),
+        };
+        if let Some(spent) = &mut self.spent {
+            spent.saturating_record((share * 1.0e6) as u64);
+        }
     }
 
     /// Has all machines render the last frame once more, without an end of steps, for
@@ -510,7 +539,10 @@ impl Session<'_> {
         let mut goes_on = true;
         while goes_on && self.settings.frames != Some(self.report.frames) {
             if self.settings.latch == Latch::Late {
-                let slowest = self.traced.iter().max().copied().unwrap_or_default();
+                // Those that take longer than a refresh are late whenever they begin.
+                let known = self.traced.iter().filter(|traced| !traced.is_zero());
+                let in_time = known.filter(|traced| **traced < period);
+                let slowest = in_time.max().copied().unwrap_or(period);
                 let needed = slowest + slowest / 10 + MARGIN;
                 if let Some(begin) = due.checked_sub(needed) {
                     sleep_until(begin);

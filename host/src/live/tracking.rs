@@ -149,15 +149,11 @@ fn listen(
         let now = feed.now();
         feed.poll(now, &mut |notice| {
             let sample = match &notice {
-                Notice::Decoded(event) => match &**event {
-                    Event::Sample(sample) => *sample,
-                    other => {
-                        if let Event::Message(message) = other {
-                            lock(following).estimator.on_message(message, &mut |_| {});
-                        }
-                        return tell(Happening::Feed(notice));
-                    }
-                },
+                Notice::Decoded(Event::Sample(sample)) => *sample,
+                Notice::Decoded(Event::Message(message)) => {
+                    lock(following).estimator.on_message(message, &mut |_| {});
+                    return tell(Happening::Feed(notice));
+                }
                 _ => return tell(Happening::Feed(notice)),
             };
             let mut following = lock(following);

@@ -18,9 +18,13 @@ use thiserror::Error;
 
 /// Something that a feed has to say.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "nearly all are samples, and none of these is to take memory of its own"
+)]
 pub enum Notice {
     /// A decoder handed this over.
-    Decoded(Box<Event>),
+    Decoded(Event),
     /// The device is there, at this path.
     Plugged(String),
     /// An eye tracker says what it is, right after it was plugged in.
@@ -142,7 +146,7 @@ impl Replay {
             }
             if let Some((event, counts)) = self.events.pop_front() {
                 self.counts = counts;
-                sink(Notice::Decoded(Box::new(event)));
+                sink(Notice::Decoded(event));
             }
         }
     }
@@ -262,13 +266,13 @@ impl Feed {
             Kind::Samples(tracker, counts) => {
                 while let Some(sample) = tracker.poll(until) {
                     counts.samples += 1;
-                    sink(Notice::Decoded(Box::new(Event::Sample(sample))));
+                    sink(Notice::Decoded(Event::Sample(sample)));
                 }
             }
             Kind::Bytes(wire, decoder) => {
                 while let Some(chunk) = wire.poll(until) {
                     decoder.feed(chunk.bytes(), chunk.arrival, &mut |event| {
-                        sink(Notice::Decoded(Box::new(event)));
+                        sink(Notice::Decoded(event));
                     });
                 }
             }

@@ -305,7 +305,7 @@ impl Live {
                 session.on_event(&event);
             }
             if set_up || !matches!(event, Event::Sample(_)) {
-                sink(Notice::Decoded(Box::new(event)));
+                sink(Notice::Decoded(event));
             } else {
                 *held_back += 1;
             }

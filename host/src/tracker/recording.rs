@@ -343,7 +343,7 @@ mod tests {
         feed.poll(Micros::from_millis(2_000), &mut |notice| {
             if let Notice::Decoded(event) = notice {
                 recorder.push(&event, 0).unwrap();
-                events.push(*event);
+                events.push(event);
             }
         });
         recorder.finish().unwrap();

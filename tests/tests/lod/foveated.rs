@@ -315,11 +315,11 @@ fn an_eye_that_is_still_sees_the_same_in_every_frame() {
     let options = Options::default();
     let spectrum = Spectrum::default();
     with_engine(
-        baked.scene(),
-        spectrum,
+        (baked.scene(), spectrum),
         &cave,
         &still,
         &options,
+        None,
         Share::ALL,
         |engine| {
             let mut picture = |eyes: &[Observer]| {
@@ -347,11 +347,11 @@ fn a_budget_of_the_live_loop_is_kept() {
             let eyes = foveated(GAZES[0], COARSE);
             let spectrum = Spectrum::default();
             with_engine(
-                baked.scene(),
-                spectrum,
+                (baked.scene(), spectrum),
                 &cave,
                 &eyes,
                 &options,
+                None,
                 Share::ALL,
                 |engine| {
                     let mut frames = Vec::new();

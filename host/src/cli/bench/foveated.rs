@@ -130,11 +130,11 @@ where
     }
     let spectrum = Spectrum::default();
     with_engine(
-        scene,
-        spectrum,
+        (scene, spectrum),
         cave,
         &eyes,
         options,
+        None,
         Share::ALL,
         |engine| measure(engine, &sights, look, repeat),
     )

@@ -132,7 +132,7 @@ impl Follower {
         };
         let now = feed.now();
         feed.poll(until, &mut |notice| match notice {
-            Notice::Decoded(event) => match *event {
+            Notice::Decoded(event) => match event {
                 Event::Sample(sample) => {
                     let arrival = sample.arrival;
                     let stamp = clock.stamp(&sample, &mut |event| {

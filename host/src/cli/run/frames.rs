@@ -172,12 +172,15 @@ impl<'s> Frames<'s> {
                     return false;
                 }
                 Command::Fill => {
-                    self.fill = match self.fill {
-                        FillName::Background => FillName::Previous,
-                        FillName::Previous => FillName::Background,
-                    };
+                    let before = self.arguments.fills(self.fill);
+                    self.fill = self.fill.next();
                     self.pictures.clear();
                     watch.set_fill(self.fill.name());
+                    let capture = self.arguments.fills(self.fill);
+                    if capture != before {
+                        self.change = Some(Change::Capture(capture));
+                        return false;
+                    }
                 }
                 Command::End => return false,
             }

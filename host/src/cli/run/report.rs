@@ -1,7 +1,7 @@
 //! What `shisen run` says at its end.
 
 use super::watched::Watched;
-use super::{Arguments, LatchName};
+use super::{Arguments, FillName, LatchName};
 use crate::cli::live::{Interference, Played, Prepared};
 use serde::Serialize;
 use shisen::live::{Allowance, Leg, Quality, SessionReport, SessionSettings, Share, Summary};
@@ -34,6 +34,7 @@ pub(super) struct Report {
     frames_with_unfinished_fovea: u64,
     frames_with_unfinished_tiles: u64,
     lowered_share: f64,
+    spent_share: Option<f64>,
     quality_changes: u64,
     rungs: Vec<Rung>,
     blind_frames: u64,
@@ -132,7 +133,9 @@ struct Rung {
     depth: u8,
     faces: f32,
     field: f32,
+    centre: f32,
     sampling: f32,
+    capture: f32,
     frames: u64,
 }
 
@@ -185,6 +188,7 @@ impl Report {
             frames_with_unfinished_fovea: of.frames_with_unfinished_fovea,
             frames_with_unfinished_tiles: of.frames_with_unfinished_tiles,
             lowered_share: part(of.lowered_frames),
+            spent_share: of.spent_share,
             quality_changes: of.quality_changes,
             rungs: Quality::LADDER
                 .iter()
@@ -193,8 +197,14 @@ impl Report {
                     depth: quality.depth.min(depth),
                     faces: quality.faces,
                     field: quality.field,
+                    centre: quality.centre,
                     sampling: if arguments.live.lod.is_foveated() {
                         quality.sampling
+                    } else {
+                        1.0
+                    },
+                    capture: if arguments.fill == FillName::Capture {
+                        quality.capture
                     } else {
                         1.0
                     },
@@ -245,14 +255,23 @@ impl fmt::Display for Report {
             100.0 * self.lowered_share,
             self.quality_changes
         )?;
+        if let Some(share) = self.spent_share {
+            writeln!(
+                f,
+                "{:.0}% of the budget spent, at the median",
+                100.0 * share
+            )?;
+        }
         for rung in self.rungs.iter().filter(|rung| rung.frames > 0) {
             writeln!(
                 f,
-                "  {:6} frames: {} bounces, faces of level {}, field to {:.0}%",
+                "  {:6} frames: {} bounces, faces of level {}, field to {:.0}%, its centre to \
+                 {:.0}%",
                 rung.frames,
                 rung.depth,
                 rung.faces,
-                100.0 * rung.field
+                100.0 * rung.field,
+                100.0 * rung.centre
             )?;
         }
         if let Some(together) = &self.around.cluster {

@@ -4,7 +4,7 @@ use crate::cli::live::Change;
 use serde::Serialize;
 
 /// What a key asks of the loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     not(all(unix, feature = "window")),
     allow(dead_code, reason = "without a window there are no keys")

@@ -144,7 +144,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let end = gatherer.targets().last().map_or(Micros(0), |last| last.end);
         feed.poll(end, &mut |notice| {
             if let Notice::Decoded(event) = notice
-                && let Event::Sample(sample) = *event
+                && let Event::Sample(sample) = event
             {
                 gatherer.push(&sample, &mut |event| warn_of_sensors(&event));
             }

@@ -80,8 +80,8 @@ pub(super) fn follow(
         feed.poll(now, &mut |notice| match notice {
             Notice::Decoded(event) => {
                 if !full(samples) {
-                    samples += u64::from(matches!(*event, Event::Sample(_)));
-                    heard.events.push(*event);
+                    samples += u64::from(matches!(event, Event::Sample(_)));
+                    heard.events.push(event);
                 }
             }
             Notice::Plugged(path) => say(&format!("{path} is plugged in")),

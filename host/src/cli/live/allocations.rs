@@ -1,0 +1,134 @@
+//! That frames take no memory after the first ones: counted by the allocator of this
+//! program's tests.
+//!
+//! It counts what all threads take, from a simulated tracker and from a decoder. A serial
+//! port is not among them: `serialport` makes an error of each two milliseconds in which
+//! nothing came, and errors take memory.
+//! Tests run beside one another, so the one here has
+//! its frames rendered by a process of its own.
+
+use super::{Audience, LiveArguments, Newest};
+use clap::Parser;
+use shisen::live::{Alone, FrameRecord, SessionSettings};
+use shisen::render::Observer;
+use shisen::tracker::Spec;
+use shisen_core::gaze::HeadPose;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::process::Command;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The system's, with a count.
+struct Counting;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// How often memory was taken.
+static TAKEN: AtomicU64 = AtomicU64::new(0);
+
+#[allow(unsafe_code, reason = "an allocator is unsafe, whatever it does")]
+// SAFETY: all is the system's.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        TAKEN.fetch_add(1, Ordering::SeqCst);
+        // SAFETY: as the caller promises.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: as the caller promises.
+        unsafe { System.dealloc(memory, layout) }
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        TAKEN.fetch_add(1, Ordering::SeqCst);
+        // SAFETY: as the caller promises.
+        unsafe { System.realloc(memory, layout, size) }
+    }
+}
+
+/// Frames before memory is counted, and while it is.
+const WARM_UP: u64 = 60;
+const COUNTED: u64 = 120;
+
+/// Set for the process that renders.
+const ALONE: &str = "SHISEN_COUNTS_ALLOCATIONS";
+
+/// Whoever looks at how much memory frames take.
+struct Auditor {
+    frames: u64,
+    before: u64,
+    taken: u64,
+}
+
+impl Audience for Auditor {
+    fn see(&mut self, _: &dyn Newest, _: HeadPose, _: &[Observer]) {}
+
+    fn hear(&mut self, _: &FrameRecord) -> bool {
+        self.frames += 1;
+        let taken = TAKEN.load(Ordering::SeqCst);
+        if self.frames == WARM_UP {
+            self.before = taken;
+        }
+        self.taken = taken - self.before;
+        self.frames < WARM_UP + COUNTED
+    }
+}
+
+#[derive(Parser)]
+#[command(mut_arg("lod", |lod| lod.default_value("paper")))]
+struct Line {
+    #[command(flatten)]
+    live: LiveArguments,
+}
+
+/// How often frames took memory that follow a tracker.
+fn taken(arguments: &[&str], tracker: &Spec) -> u64 {
+    let usual = ["frames", "--size", "64", "--threads", "2", "--hz", "200"];
+    let line = Line::parse_from(usual.iter().chain(arguments));
+    let prepared = line.live.prepare().unwrap();
+    let tracker = line.live.listen(tracker).unwrap();
+    let settings = prepared.settings(SessionSettings::default());
+    let mut auditor = Auditor {
+        frames: 0,
+        before: 0,
+        taken: 0,
+    };
+    let played = prepared.play(&tracker, &settings, &mut auditor, &mut Alone);
+    let report = played.unwrap().report;
+    assert_eq!(report.frames, WARM_UP + COUNTED);
+    assert!(report.samples > 0, "nothing was said");
+    auditor.taken
+}
+
+#[test]
+fn frames_take_no_memory() {
+    if std::env::var_os(ALONE).is_none() {
+        let own = std::env::current_exe().unwrap();
+        let name = "cli::live::allocations::frames_take_no_memory";
+        let child = Command::new(own)
+            .args(["--exact", name, "--test-threads=1", "--nocapture"])
+            .env(ALONE, "1")
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&child.stdout);
+        assert!(said.contains("1 passed"), "{said}{child:?}");
+        return;
+    }
+    let so_far = || TAKEN.load(Ordering::SeqCst);
+    let before = so_far();
+    drop(Box::new(before));
+    assert!(so_far() > before, "it counts");
+    let mock: Spec = "mock:seed=4".parse().unwrap();
+    for arguments in [
+        &["--lod", "paper"][..],
+        &["--lod", "paper-ellipse", "--budget", "40000steps"],
+        &["--lod", "foveated", "--budget", "40000steps"],
+        &["--lod", "off", "--budget", "off"],
+        &["--budget", "paper-scaled"],
+    ] {
+        assert_eq!(taken(arguments, &mock), 0, "{arguments:?}");
+    }
+    let bytes: Spec = "mock:as=fastrak".parse().unwrap();
+    assert_eq!(taken(&[], &bytes), 0, "from a decoder");
+}

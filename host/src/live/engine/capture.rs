@@ -1,0 +1,160 @@
+//! The surroundings, for what the gaze skips: taken anew tile by tile, and kept.
+
+use super::LiveTile;
+use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
+use glam::{DVec3, Mat3, Vec3};
+use shisen_core::frame::{
+    DomePose, Pixel, Renderer, Settings, Spectrum, Surroundings, SurroundingsError, Tile, View,
+};
+use shisen_core::scene::Scene;
+use shisen_core::{Runs, Simd};
+
+/// A part of a frame: a picture, and what renders it.
+type Part<'s, const W: usize> = (View, Renderer<'s, W>);
+
+/// A capture of all directions from between the eyes, along the room's axes: what an
+/// older frame has of it stays right, but for how far the head has moved since.
+pub(super) struct LiveCapture {
+    options: CaptureOptions,
+    /// Of the first hemisphere, among the parts.
+    part: usize,
+    /// Of the first tile, among the tiles.
+    tile: usize,
+    count: usize,
+    /// The first of the tiles to be taken anew next.
+    next: usize,
+    /// Tiles that were never taken.
+    missing: Vec<bool>,
+    pose: DomePose,
+    hemispheres: [Vec<Pixel>; 2],
+}
+
+/// Pixels a side of its tiles.
+const SIDE: u32 = 16;
+
+impl LiveCapture {
+    /// After so many parts and tiles of screens.
+    pub(super) fn new(options: CaptureOptions, part: usize, tile: usize) -> Self {
+        let area = options.size as usize * options.size as usize;
+        let count = 2 * (options.size.div_ceil(SIDE) as usize).pow(2);
+        Self {
+            options,
+            part,
+            tile,
+            count,
+            next: 0,
+            missing: vec![true; count],
+            pose: DomePose {
+                position: Vec3::ZERO,
+                room_from_capture: Mat3::IDENTITY,
+            },
+            hemispheres: [vec![Pixel::default(); area], vec![Pixel::default(); area]],
+        }
+    }
+
+    /// The number of the first hemisphere.
+    pub(super) const fn first_part(&self) -> usize {
+        self.part
+    }
+
+    /// The number of its first tile.
+    pub(super) const fn first_tile(&self) -> usize {
+        self.tile
+    }
+
+    /// Whether a tile is its own.
+    pub(super) const fn has(&self, tile: usize) -> bool {
+        tile >= self.tile
+    }
+
+    /// Whether all of it was taken.
+    pub(super) fn is_whole(&self) -> bool {
+        !self.missing.contains(&true)
+    }
+
+    /// Its tiles.
+    pub(super) fn tiles(&self) -> impl Iterator<Item = LiveTile> {
+        let (size, part) = (self.options.size, self.part);
+        let starts = move || (0..size).step_by(SIDE as usize);
+        let places = starts().flat_map(move |y| starts().map(move |x| (x, y)));
+        let places: Vec<_> = places.collect();
+        [part, part + 1].into_iter().flat_map(move |part| {
+            let tile = move |(x, y)| Tile {
+                x,
+                y,
+                width: SIDE.min(size - x),
+                height: SIDE.min(size - y),
+            };
+            let places = places.clone();
+            places
+                .into_iter()
+                .map(move |place| LiveTile::new(part, tile(place)))
+        })
+    }
+
+    /// The hemispheres from between the eyes.
+    ///
+    /// # Errors
+    /// A size that there is not.
+    pub(super) fn views<'s, const W: usize>(
+        &self,
+        eyes: &[Observer],
+        scene: &Scene<'s, W>,
+        options: &Options,
+        spectrum: Spectrum<'s>,
+    ) -> Result<[Part<'s, W>; 2], RenderError>
+    where
+        Simd: Runs<W>,
+    {
+        let middle = eyes.iter().map(|eye| eye.place).sum::<DVec3>() / eyes.len() as f64;
+        let pose = DomePose {
+            position: middle.as_vec3(),
+            ..self.pose
+        };
+        // A ray a pixel: of several, some would pass the rim.
+        let options = Options {
+            settings: Settings {
+                samples: 1,
+                ..options.settings
+            },
+            ..*options
+        };
+        let renderer = render::in_full(scene, &options, spectrum)?.at_level(self.options.level);
+        let views = Surroundings::views(pose, self.options.size);
+        let views = views.map_err(SurroundingsError::from)?;
+        Ok(views.map(|view| (view, renderer)))
+    }
+
+    /// The tiles that are to be taken anew, which are a part of all, in turns; all, as
+    /// long as one is missing.
+    pub(super) fn due(&mut self, part: f32) -> impl Iterator<Item = usize> + use<> {
+        let (tile, count, next) = (self.tile, self.count, self.next);
+        let due = if self.is_whole() {
+            ((part * count as f32).ceil() as usize).clamp(1, count)
+        } else {
+            count
+        };
+        self.next = (next + due) % count;
+        (next..next + due).map(move |number| tile + number % count)
+    }
+
+    /// Takes a tile that was rendered, as far as it was.
+    pub(super) fn take(&mut self, number: usize, tile: &LiveTile) {
+        let place = tile.job.tile();
+        let hemisphere = &mut self.hemispheres[tile.part - self.part];
+        let rows = tile.pixels.chunks_exact(place.width as usize);
+        for (y, row) in (place.y..).zip(rows) {
+            let start = (y * self.options.size + place.x) as usize;
+            hemisphere[start..start + row.len()].copy_from_slice(row);
+        }
+        if tile.job.is_finished() {
+            self.missing[number - self.tile] = false;
+        }
+    }
+
+    /// What is seen in all directions, if all of it was taken.
+    pub(super) fn surroundings(&self) -> Option<Surroundings<'_>> {
+        let hemispheres = self.hemispheres.each_ref().map(Vec::as_slice);
+        Surroundings::new(self.pose, self.options.size, hemispheres).ok()
+    }
+}

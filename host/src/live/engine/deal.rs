@@ -1,0 +1,120 @@
+//! Steps for tiles.
+
+use super::LiveTile;
+use super::threads::lock;
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Steps that a group may take above its allotment, until more has been seen: the
+/// dearest block's primary rays, or a pixel's whole tree.
+const LEAST_EXCESS: u64 = 2_048;
+
+/// The same where squares of pixels share their samples: the dearest square's.
+const LEAST_EXCESS_OF_SQUARES: u64 = 2 * LEAST_EXCESS;
+
+/// What a group is dealt, in what is set aside for it: so much of a budget is not in
+/// use at once.
+const SHARE_OF_EXCESS: u64 = 8;
+
+/// In how many groups a budget is dealt out at least, where they are smaller than
+/// that: for threads to share.
+const LEAST_GROUPS: u64 = 32;
+
+/// Tiles next to each other in the order, that one thread renders one after another:
+/// what one leaves is the next one's.
+#[derive(Debug, Clone)]
+pub(super) struct Group {
+    /// Of the order. Those that are finished are skipped.
+    pub(super) tiles: Range<usize>,
+    /// What they may take together.
+    pub(super) allotment: u64,
+}
+
+/// Deals out all that each unfinished tile may need, to each on its own.
+pub(super) fn everything<'t>(
+    tiles: impl Iterator<Item = &'t Mutex<LiveTile>>,
+    groups: &mut Vec<Group>,
+) {
+    groups.clear();
+    for (at, tile) in tiles.enumerate() {
+        if !lock(tile).job.is_finished() {
+            groups.push(Group {
+                tiles: at..at + 1,
+                allotment: u64::MAX,
+            });
+        }
+    }
+}
+
+/// Deals out a budget.
+pub(super) struct Dealer {
+    /// The most that a group may take above its allotment.
+    excess: u64,
+}
+
+impl Dealer {
+    pub(super) const fn new() -> Self {
+        Self {
+            excess: LEAST_EXCESS,
+        }
+    }
+
+    /// Squares of pixels share their samples.
+    pub(super) fn expect_squares(&mut self) {
+        self.excess = self.excess.max(LEAST_EXCESS_OF_SQUARES);
+    }
+
+    /// Takes notice of what was taken too much.
+    pub(super) fn look_at(&mut self, excess: &AtomicU64) {
+        // What comes next may be half as dear again.
+        let most = excess.load(Ordering::SeqCst) * 3 / 2;
+        self.excess = self.excess.max(most);
+    }
+
+    /// Gives unfinished tiles what they are expected to need, from the first on, as
+    /// long as there is something left. A budget is looked at before each block or
+    /// square only, so that a group may take a little more than it is given: that much
+    /// is set aside for each.
+    pub(super) fn deal<'t>(
+        &self,
+        mut left: u64,
+        tiles: impl Iterator<Item = &'t Mutex<LiveTile>>,
+        groups: &mut Vec<Group>,
+    ) {
+        groups.clear();
+        let full = (SHARE_OF_EXCESS * self.excess).min(left / LEAST_GROUPS);
+        let mut open = false;
+        for (at, tile) in tiles.enumerate() {
+            let mut tile = lock(tile);
+            if tile.job.is_finished() {
+                continue;
+            }
+            if !open {
+                if left <= self.excess {
+                    return;
+                }
+                left -= self.excess;
+                groups.push(Group {
+                    tiles: at..at,
+                    allotment: 0,
+                });
+            }
+            let Some(group) = groups.last_mut() else {
+                return;
+            };
+            // One that had too little shows that the frame before says little.
+            if tile.spent >= tile.expected {
+                tile.expected = 2 * tile.spent;
+            }
+            let allotment = (tile.expected - tile.spent).min(left);
+            left -= allotment;
+            group.tiles.end = at + 1;
+            group.allotment += allotment;
+            open = group.allotment < full;
+            if left == 0 {
+                return;
+            }
+        }
+    }
+}

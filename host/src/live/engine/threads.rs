@@ -1,0 +1,132 @@
+//! Threads that stay, and what they do of a frame.
+
+use super::{LiveTile, Plan};
+use shisen_core::frame::{Budget, Fill, Statistics, Workspace};
+use shisen_core::{Runs, Simd};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Barrier, Mutex, MutexGuard, PoisonError, RwLock};
+use std::time::Instant;
+
+/// What all threads see.
+pub(super) struct Shared<'s, const W: usize> {
+    pub(super) epoch: Instant,
+    pub(super) frame: RwLock<Plan<'s, W>>,
+    pub(super) tiles: Vec<Mutex<LiveTile>>,
+    /// The next of the plan's groups, or of the tiles to be filled.
+    pub(super) next: AtomicUsize,
+    /// Nanoseconds after the epoch; all ones before a frame's first ray.
+    pub(super) first_ray: AtomicU64,
+    /// The most that a group took above its allotment.
+    pub(super) excess: AtomicU64,
+    pub(super) statistics: Mutex<Statistics>,
+    pub(super) begin: Barrier,
+    pub(super) end: Barrier,
+    pub(super) over: AtomicBool,
+}
+
+impl<'s, const W: usize> Shared<'s, W>
+where
+    Simd: Runs<W>,
+{
+    pub(super) fn new(plan: Plan<'s, W>, tiles: Vec<Mutex<LiveTile>>, threads: usize) -> Self {
+        Self {
+            epoch: Instant::now(),
+            frame: RwLock::new(plan),
+            tiles,
+            next: AtomicUsize::new(0),
+            first_ray: AtomicU64::new(u64::MAX),
+            excess: AtomicU64::new(0),
+            statistics: Mutex::new(Statistics::default()),
+            begin: Barrier::new(threads),
+            end: Barrier::new(threads),
+            over: AtomicBool::new(false),
+        }
+    }
+
+    /// A thread's life.
+    pub(super) fn serve(&self) {
+        let mut workspace = Workspace::new();
+        loop {
+            self.begin.wait();
+            if self.over.load(Ordering::SeqCst) {
+                return;
+            }
+            self.work(&mut workspace);
+            let mut statistics = lock(&self.statistics);
+            statistics.add(&workspace.statistics);
+            workspace.statistics = Statistics::default();
+            drop(statistics);
+            self.end.wait();
+        }
+    }
+
+    /// Takes what there is to do until there is nothing left.
+    pub(super) fn work(&self, workspace: &mut Workspace) {
+        let plan = self.frame.read().unwrap_or_else(PoisonError::into_inner);
+        if plan.fills {
+            self.fill(&plan);
+        } else {
+            self.trace(&plan, workspace);
+        }
+    }
+
+    fn trace(&self, plan: &Plan<'_, W>, workspace: &mut Workspace) {
+        loop {
+            let number = self.next.fetch_add(1, Ordering::SeqCst);
+            let Some(group) = plan.groups.get(number) else {
+                return;
+            };
+            if number == 0 {
+                let now = self.epoch.elapsed().as_nanos() as u64;
+                self.first_ray.fetch_min(now, Ordering::SeqCst);
+            }
+            let mut budget = Budget::steps(group.allotment);
+            let begun = workspace.statistics.steps;
+            let tiles = plan.order.get(group.tiles.clone()).unwrap_or_default();
+            for &(_, tile) in tiles {
+                if budget.is_spent() {
+                    break;
+                }
+                let mut tile = lock(&self.tiles[tile as usize]);
+                let tile = &mut *tile;
+                if tile.job.is_finished() {
+                    continue;
+                }
+                let (view, renderer) = &plan.parts[tile.part];
+                let before = workspace.statistics.steps;
+                let pixels = &mut tile.pixels;
+                let outcome = tile
+                    .job
+                    .render(renderer, view, pixels, &mut budget, workspace);
+                debug_assert!(outcome.is_ok(), "its own tile");
+                tile.spent += workspace.statistics.steps - before;
+            }
+            let spent = workspace.statistics.steps - begun;
+            let excess = spent.saturating_sub(group.allotment);
+            self.excess.fetch_max(excess, Ordering::SeqCst);
+        }
+    }
+
+    /// Fills tiles of screens from the capture.
+    fn fill(&self, plan: &Plan<'_, W>) {
+        let surroundings = plan.capture.as_ref().and_then(|one| one.surroundings());
+        let Some(surroundings) = surroundings else {
+            return;
+        };
+        let screens = plan.screens();
+        while let Some(tile) = self.tiles.get(self.next.fetch_add(1, Ordering::SeqCst)) {
+            let mut tile = lock(tile);
+            let tile = &mut *tile;
+            let Some((view, renderer)) = screens.get(tile.part) else {
+                return;
+            };
+            let fill = Fill::Surroundings(surroundings);
+            let filled = renderer.fill(view, tile.job.tile(), &fill, &mut tile.pixels);
+            debug_assert!(filled.is_ok(), "its own pixels");
+        }
+    }
+}
+
+pub(super) fn lock<T>(one: &Mutex<T>) -> MutexGuard<'_, T> {
+    one.lock().unwrap_or_else(PoisonError::into_inner)
+}
