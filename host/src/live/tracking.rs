@@ -35,6 +35,10 @@ struct Following {
 
 /// Something to be told about a tracker.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "as of a notice: none of these is to take memory of its own"
+)]
 pub enum Happening {
     /// The feed's own: a device that comes and goes, and what is no sample.
     Feed(Notice),

@@ -16,11 +16,14 @@ use shisen::scene::builtin::{PrismBench, grid};
 use shisen::scene::camera::DomeCamera;
 use shisen::spectrum::{Dispersion, Method, minimum_deviation};
 use shisen::stereo::anaglyph;
+use shisen::tracker::calibration::estimation;
+use shisen::tracker::{Senses, Spec};
 use shisen::tradeoff::{Ring, pareto_front};
 use shisen::viewer::ViewerCamera;
 use shisen::warp::{Aim, Lens, Projector, Throw};
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Acuity, Boundary, Gaze, HeadPose, LineOfSight, VisualField};
+use shisen_tracker::estimate::EstimatorConfig;
 
 pub(super) fn wall(n: &mut Numbers) -> Option<Wall> {
     let corners = [[-1.0, 0.0, -1.5], [1.0, 0.0, -1.5], [-1.0, 2.0, -1.5]];
@@ -255,6 +258,32 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let degrees = n.next(3.0);
         let ring = Ring::of(degrees);
         assert!(degrees <= 5.0 || ring == Ring::Periphery);
+    }),
+    ("host tracker::calibration::estimation::estimation", |n| {
+        let senses = Senses {
+            head: true,
+            eyes: true,
+        };
+        let head = HeadPose {
+            position: n.vec3([0.0, 1.6, 0.0]),
+            orientation: n.quat(),
+        };
+        let spec: Spec = "mock".parse().expect("a tracker");
+        let config = estimation(&spec, senses, head, None);
+        // What is no place is refused by the estimator.
+        assert!(config.check().is_err() || head.position.is_finite());
+        assert!(config.check().is_ok() || !n.are_sane());
+    }),
+    ("host tracker::times::Times::set", |n| {
+        let spec = format!("mock:stuck_after={}", n.wide(0.5)).parse::<Spec>();
+        match spec {
+            Ok(spec) => {
+                let mut config = EstimatorConfig::default();
+                spec.times().set(&mut config);
+                assert!(config.check().is_ok());
+            }
+            Err(error) => assert!(!n.are_sane() && !error.to_string().is_empty(), "{error}"),
+        }
     }),
     ("host viewer::ViewerCamera::new", |n| {
         let eye = n.dvec3([0.0, 1.6, 3.0]);
@@ -498,7 +527,6 @@ pub(super) const EXEMPT: &[(&str, &[&str])] = &[
             "host tracker::calibration::gather::Gatherer::push",
             "host tracker::calibration::CalibrationFile::residuals",
             "host tracker::calibration::device_name",
-            "host tracker::calibration::estimation",
             "host tracker::feed::simulated",
             "host tracker::feed::Feed::open",
             "host tracker::feed::Feed::senses",

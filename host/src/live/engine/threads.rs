@@ -1,5 +1,6 @@
 //! Threads that stay, and what they do of a frame.
 
+use super::capture::LiveCapture;
 use super::{LiveTile, Plan};
 use shisen_core::frame::{Budget, Fill, Statistics, Workspace};
 use shisen_core::{Runs, Simd};
@@ -109,7 +110,7 @@ where
 
     /// Fills tiles of screens from the capture.
     fn fill(&self, plan: &Plan<'_, W>) {
-        let surroundings = plan.capture.as_ref().and_then(|one| one.surroundings());
+        let surroundings = plan.capture.as_ref().and_then(LiveCapture::surroundings);
         let Some(surroundings) = surroundings else {
             return;
         };
