@@ -172,7 +172,7 @@ fn another_protocol_on_the_line_is_told() {
     let _mock = mock(folder.path(), "hatire");
     let output = shisen(folder.path())
         .args(["tracker", "monitor", "serial:tracker?protocol=adhawk"])
-        .args(["--json", "--seconds", "2"])
+        .args(["--json", "--seconds", "2.5"])
         .assert()
         .code(1);
     let output = output.get_output();
@@ -543,11 +543,11 @@ fn numbers_out_of_range_are_told_the_range() {
         ),
         (
             &["tracker", "monitor", "mock", "--seconds", "nan"],
-            "from 1 to 86400",
+            "from 0.001 to 86400",
         ),
         (
             &["tracker", "record", "mock", "a.csv", "--seconds", "0"],
-            "from 1 to 86400",
+            "from 0.001 to 86400",
         ),
         (&["tracker", "mock", "--rate", "1e12"], "from 60 to 1000"),
         (&["tracker", "mock", "--rate", "-5"], "from 60 to 1000"),

@@ -17,6 +17,7 @@ use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::time::Duration;
 
 /// The most threads that can be asked for.
 const MOST_THREADS: u64 = 1024;
@@ -341,6 +342,13 @@ pub(super) fn interpupillary_distance(text: &str) -> Result<f64, String> {
     number_within(text, 0.0, 1.0).ok_or_else(|| "give metres from 0 to 1, such as 0.064".into())
 }
 
+/// How long something goes on, in seconds.
+pub(super) fn span(text: &str) -> Result<Duration, String> {
+    number_within(text, 0.001, 86_400.0)
+        .map(Duration::from_secs_f64)
+        .ok_or_else(|| "give seconds from 0.001 to 86400, such as 1.5".into())
+}
+
 /// A perspective view's field: degrees.
 pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
     number_within(text, 1.0, 179.0).ok_or_else(|| "give degrees from 1 to 179, such as 90".into())
@@ -451,6 +459,10 @@ mod tests {
             assert!(interpupillary_distance(text).is_err(), "{text}");
         }
         assert_eq!(interpupillary_distance("0"), Ok(0.0));
+        for text in ["nan", "0", "-1", "86401", "1s", ""] {
+            assert!(span(text).is_err(), "{text}");
+        }
+        assert_eq!(span("1.5"), Ok(Duration::from_millis(1_500)));
         for text in ["nan", "0", "180", ""] {
             assert!(field_of_view(text).is_err(), "{text}");
         }

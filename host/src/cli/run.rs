@@ -9,6 +9,7 @@ mod together;
 mod watch;
 mod watched;
 
+use super::arguments::span;
 use super::failure::Failure;
 use super::filling::CaptureDetail;
 use super::live::{Change, LiveArguments};
@@ -22,6 +23,7 @@ use shisen::live::{Latch, SessionSettings, SwapLock};
 use shisen::render::CaptureOptions;
 use shisen::stereo::Stereo;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Follows a tracker frame after frame, within a budget
 ///
@@ -74,8 +76,8 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value = "late")]
     latch: LatchName,
     /// End after so many seconds
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = whole::<1, 86_400>)]
-    seconds: Option<u64>,
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = span)]
+    seconds: Option<Duration>,
     /// End after so many frames
     #[arg(long, value_name = "N", allow_negative_numbers = true,
           value_parser = whole::<1, { u64::MAX }>)]

@@ -1,5 +1,6 @@
 //! `shisen bench latency`: from the eye's movement to the wall.
 
+use super::super::arguments::span;
 use super::super::failure::Failure;
 use super::super::live::{Audience, Interference, LiveArguments, Newest, Played, Prepared};
 use super::super::picture_files::make_writable;
@@ -51,9 +52,9 @@ pub(in crate::cli) struct Arguments {
           value_parser = whole::<60, 1_000>)]
     rates: Vec<u64>,
     /// Of each run
-    #[arg(long, value_name = "S", default_value_t = 10, allow_negative_numbers = true,
-          value_parser = whole::<1, 3_600>)]
-    seconds: u64,
+    #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true,
+          value_parser = span)]
+    seconds: Duration,
     /// Write the histograms and a chart to this folder; made where it does not exist
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -74,7 +75,7 @@ struct Report {
     hz: u32,
     budget: String,
     protocol: &'static str,
-    seconds: u64,
+    seconds: f64,
     runs: Vec<Run>,
     gains: Vec<Gain>,
     files: Vec<String>,
@@ -139,7 +140,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         hz: prepared.hz,
         budget: prepared.budget.to_string(),
         protocol: arguments.protocol.name(),
-        seconds: arguments.seconds,
+        seconds: arguments.seconds.as_secs_f64(),
         scene: prepared.scene,
         mesh: prepared.mesh,
         runs,
@@ -204,7 +205,7 @@ impl Arguments {
                 ..SessionSettings::default()
             });
             let mut clock = StopWatch {
-                span: Duration::from_secs(self.seconds),
+                span: self.seconds,
                 end: None,
                 interrupt,
             };

@@ -14,7 +14,7 @@ use shisen::live::{FrameRecord, Share};
 use shisen::picture::Picture;
 use shisen::render::Observer;
 use shisen_core::gaze::HeadPose;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Where they go.
 pub(super) enum Output {
@@ -215,8 +215,10 @@ impl Audience for Frames<'_> {
             watch.hear(record);
         }
         let now = Instant::now();
-        let span = self.arguments.seconds.map(Duration::from_secs);
-        let end = span.map(|span| *self.end.get_or_insert(now + span));
+        let end = self
+            .arguments
+            .seconds
+            .map(|span| *self.end.get_or_insert(now + span));
         let over = end.is_some_and(|end| now >= end)
             || self.arguments.frames == Some(self.shown)
             || self.failure.is_some()

@@ -1,5 +1,6 @@
 //! Listening to a feed until somebody has enough.
 
+use super::super::arguments::span;
 use super::super::failure::Failure;
 use super::super::warn;
 use super::features::FeatureReport;
@@ -26,8 +27,15 @@ pub(super) struct EndArguments {
     pub(super) frames: Option<u64>,
     /// End after so many seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true,
-          value_parser = whole::<1, 86_400>)]
-    pub(super) seconds: Option<u64>,
+          value_parser = span)]
+    pub(super) seconds: Option<Duration>,
+}
+
+impl EndArguments {
+    /// After how long.
+    pub(super) fn span(&self) -> Option<Micros> {
+        self.seconds.map(|span| Micros(span.as_micros() as u64))
+    }
 }
 
 /// Nothing came in all the time.
@@ -36,15 +44,15 @@ enum NoSample {
     /// And that is wrong.
     #[error("no sample came in {0} s")]
     #[diagnostic(help("check the device, its protocol and its speed, as said above"))]
-    Silent(u64),
+    Silent(f64),
     /// Since it had no time to.
     #[error("no sample came in {0} s: the device is still restarting")]
     #[diagnostic(help("give --seconds more time, or leave reset=1 out"))]
-    Restarting(u64),
+    Restarting(f64),
     /// Since nothing was recorded then.
     #[error("no sample came in {0} s: the recording holds none in that time")]
     #[diagnostic(help("give --seconds more time"))]
-    Pause(u64),
+    Pause(f64),
 }
 
 /// What events are handed to.
@@ -67,8 +75,7 @@ pub(super) fn follow(
     take: &mut Take<'_>,
 ) -> Result<(), Failure> {
     let interrupt = Interrupt::new();
-    let span = end.seconds.map(|s| Micros::from_millis(1_000 * s));
-    let last = span.map(|span| feed.begin().after(span));
+    let last = end.span().map(|span| feed.begin().after(span));
     let mut samples = 0;
     let mut heard = Heard::default();
     let mut troubles = Vec::new();
@@ -104,9 +111,10 @@ pub(super) fn follow(
         if !more || full(samples) || feed.is_over() || interrupt.came() {
             return Ok(());
         }
-        if let (Some(last), Some(seconds)) = (last, end.seconds)
+        if let (Some(last), Some(span)) = (last, end.seconds)
             && now >= last
         {
+            let seconds = span.as_secs_f64();
             return if samples == 0 {
                 Err(if feed.is_resetting() {
                     NoSample::Restarting(seconds)

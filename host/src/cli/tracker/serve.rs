@@ -271,7 +271,7 @@ fn line(
         path.display(),
         pty.name().display()
     ));
-    let last = end.seconds.map(|s| Micros::from_millis(1_000 * s));
+    let last = end.span();
     let over = over.map(|over| over.after(LINGER));
     serve::serve(&mut pty, source, protocol, &mut |now, sent| {
         let past = |end: Option<Micros>| end.is_some_and(|end| now >= end);
