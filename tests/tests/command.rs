@@ -558,7 +558,9 @@ fn assert_cell(cell: &Value, scene: &str, state: u64) {
     assert_eq!(
         keys(cell),
         [
+            "asked_ratio",
             "bookkeeping",
+            "bound_ratio",
             "cut_seconds",
             "lod_rays",
             "lod_seconds",
@@ -623,6 +625,12 @@ fn the_papers_table_is_measured() {
     for (cell, expected) in [(0, 2.078 / 1.641), (5, 0.243 / 0.875)] {
         assert!((ratio(cell) - expected).abs() < 1e-9);
     }
+    for cell in cells {
+        let number = |key: &str| cell[key].as_f64().unwrap();
+        let [asked, bound] = ["asked_ratio", "bound_ratio"].map(number);
+        // What is asked for can be reached.
+        assert!(bound < asked && asked <= 1.03, "{cell}");
+    }
     // Nothing of C and D is to be seen by who looks at the floor.
     for cell in [5, 7] {
         let steps = cells[cell]["steps_ratio"].as_f64().unwrap();
@@ -635,6 +643,7 @@ fn the_papers_table_is_measured() {
         "32 × 32 pixels",
         "A1",
         "D2",
+        "asked for, at most",
         "ratio of steps",
         "shadow, plain",
     ] {
