@@ -369,6 +369,11 @@ fn latency_is_measured_over_a_line() {
     let output = command.assert().success();
     let report: Value = serde_json::from_slice(&output.get_output().stdout).expect("an object");
     let runs = report["runs"].as_array().expect("runs");
+    // Linux says so of each thread, as long as it is there.
+    if cfg!(target_os = "linux") {
+        let told = |run: &Value| run["involuntary_switches"].is_u64();
+        assert!(runs.iter().all(told), "{report}");
+    }
     let ways: Vec<(&Value, &Value)> = runs
         .iter()
         .map(|run| (&run["tracker_hz"], &run["latch"]))

@@ -305,9 +305,7 @@ impl Prepared {
             settings,
             lock,
         };
-        let before = Interference::so_far();
-        let report = self.engage(share, audience, leads)?;
-        let interference = Interference::so_far().since(&before);
+        let (report, interference) = self.engage(share, audience, leads)?;
         let repeats = report.last.filter(|_| share.ranks() > 1).map(Repeats);
         let alone = repeats.map(|repeats| self.engage(Share::ALL, audience, repeats));
         Ok(Played {
@@ -403,17 +401,20 @@ struct Leads<'s> {
 }
 
 impl Part for Leads<'_> {
-    type Output = SessionReport;
+    type Output = (SessionReport, Interference);
 
     fn play<const W: usize>(
         self,
         engine: &mut Engine<'_, '_, W>,
         stage: &mut dyn Stage<W>,
-    ) -> Result<SessionReport, SessionError>
+    ) -> Result<Self::Output, SessionError>
     where
         Simd: Runs<W>,
     {
-        shisen::live::run(engine, self.tracker, self.settings, stage, self.lock)
+        // While the engine's threads are there: what they were kept from goes with them.
+        let before = Interference::so_far();
+        let report = shisen::live::run(engine, self.tracker, self.settings, stage, self.lock)?;
+        Ok((report, Interference::so_far().since(&before)))
     }
 }
 

@@ -36,7 +36,10 @@ impl Interference {
 fn involuntary_switches() -> Option<u64> {
     let mut all = 0;
     for task in fs::read_dir("/proc/self/task").ok()? {
-        let status = fs::read_to_string(task.ok()?.path().join("status")).ok()?;
+        // One that has ended meanwhile has nothing to say.
+        let Ok(status) = fs::read_to_string(task.ok()?.path().join("status")) else {
+            continue;
+        };
         let mut lines = status.lines();
         let count = lines.find_map(|line| line.strip_prefix("nonvoluntary_ctxt_switches:"));
         all += count?.trim().parse::<u64>().ok()?;
