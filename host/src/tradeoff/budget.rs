@@ -126,7 +126,7 @@ fn about(size: u32, need: u64, dearest: u64) -> String {
          pixel with the rays of its block); so many but one are set aside, {:.2} % of the need, \
          and no frame takes more than it may. The \
          truth is the same frame with all steps. Rings are those of the walls' own pixels: what \
-         is looked at comes first, and is whole with the least budgets.",
+         is looked at comes first.",
         100.0 * set_aside(dearest) as f64 / need.max(1) as f64,
     )
 }
