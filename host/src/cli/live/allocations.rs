@@ -3,9 +3,8 @@
 //!
 //! It counts what all threads take, from a simulated tracker and from a decoder. A serial
 //! port is not among them: `serialport` makes an error of each two milliseconds in which
-//! nothing came, and errors take memory.
-//! Tests run beside one another, so the one here has
-//! its frames rendered by a process of its own.
+//! nothing came, and errors take memory. Tests run beside one another, so the frames here
+//! are rendered by a process of its own.
 
 use super::{Audience, LiveArguments, Newest};
 use clap::Parser;
