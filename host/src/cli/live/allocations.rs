@@ -6,10 +6,10 @@
 //! nothing came, and errors take memory. Tests run beside one another, so the frames here
 //! are rendered by a process of its own.
 
-use super::{Audience, LiveArguments, Newest};
+use super::{Audience, Change, LiveArguments, Newest};
 use clap::Parser;
 use shisen::live::{Alone, FrameRecord, SessionSettings};
-use shisen::render::Observer;
+use shisen::render::{CaptureOptions, Observer};
 use shisen::tracker::Spec;
 use shisen_core::gaze::HeadPose;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -82,11 +82,12 @@ struct Line {
 }
 
 /// How often frames took memory that follow a tracker.
-fn taken(arguments: &[&str], tracker: &Spec) -> u64 {
+fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) -> u64 {
     let usual = ["frames", "--size", "64", "--threads", "2", "--hz", "200"];
     let line = Line::parse_from(usual.iter().chain(arguments));
-    let prepared = line.live.prepare().unwrap();
-    let tracker = line.live.listen(tracker).unwrap();
+    let live = line.live.changed(Change::Capture(capture));
+    let prepared = live.prepare().unwrap();
+    let tracker = live.listen(tracker).unwrap();
     let settings = prepared.settings(SessionSettings::default());
     let mut auditor = Auditor {
         frames: 0,
@@ -126,8 +127,13 @@ fn frames_take_no_memory() {
         &["--lod", "off", "--budget", "off"],
         &["--budget", "paper-scaled"],
     ] {
-        assert_eq!(taken(arguments, &mock), 0, "{arguments:?}");
+        assert_eq!(taken(arguments, None, &mock), 0, "{arguments:?}");
     }
+    let capture = CaptureOptions {
+        size: 16,
+        ..CaptureOptions::default()
+    };
+    assert_eq!(taken(&[], Some(capture), &mock), 0, "with a capture");
     let bytes: Spec = "mock:as=fastrak".parse().unwrap();
-    assert_eq!(taken(&[], &bytes), 0, "from a decoder");
+    assert_eq!(taken(&[], None, &bytes), 0, "from a decoder");
 }
