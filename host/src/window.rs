@@ -6,6 +6,8 @@
 
 use crate::dashboard::{Canvas, Colour};
 use miette::Diagnostic;
+use std::sync::mpsc::sync_channel;
+use std::time::Duration;
 use thiserror::Error;
 use x11rb::connection::{Connection, RequestConnection};
 use x11rb::errors::{ConnectError, ConnectionError, ReplyError, ReplyOrIdError};
@@ -91,6 +93,13 @@ pub enum WindowError {
         /// Of its screen.
         depth: u8,
     },
+    /// Something takes the connection, and says nothing.
+    #[error("there is no window: the X server does not answer for {ANSWER_SECONDS} s")]
+    #[diagnostic(help(
+        "a server that hangs, or is stopped, is to be started again; or set DISPLAY to that of \
+         another, or take --view png, which writes the frames to files"
+    ))]
+    Silent,
     /// The server has gone, or does not answer as it should.
     #[error("the window system has gone: {reason}")]
     Gone {
@@ -141,6 +150,9 @@ impl From<ReplyOrIdError> for WindowError {
     }
 }
 
+/// How long a server may take to show a window.
+const ANSWER_SECONDS: u64 = 5;
+
 /// What the server calls Escape, and what it calls letters is their own code.
 const ESCAPE: u32 = 0xFF1B;
 
@@ -148,8 +160,29 @@ impl Window {
     /// Shows a window of so many columns and rows on the server that `DISPLAY` names.
     ///
     /// # Errors
-    /// No server, or one whose pixels are other ones.
-    pub fn open(title: &str, [width, height]: [u32; 2]) -> Result<Self, WindowError> {
+    /// No server, one that does not answer, or one whose pixels are other ones.
+    pub fn open(title: &str, size: [u32; 2]) -> Result<Self, WindowError> {
+        let (send, receive) = sync_channel(1);
+        let title = title.to_owned();
+        // The protocol's library waits for answers without an end: where none comes, a
+        // thread is left behind that waits.
+        std::thread::Builder::new()
+            .name("window".to_owned())
+            .spawn(move || {
+                // Nobody waits any more where this fails.
+                let _ = send.send(Self::on_server(&title, size));
+            })
+            .map_err(|error| WindowError::Gone {
+                reason: error.to_string(),
+            })?;
+        match receive.recv_timeout(Duration::from_secs(ANSWER_SECONDS)) {
+            Ok(window) => window,
+            Err(_) => Err(WindowError::Silent),
+        }
+    }
+
+    /// As [`open`](Self::open), however long that takes.
+    fn on_server(title: &str, [width, height]: [u32; 2]) -> Result<Self, WindowError> {
         let (connection, number) = x11rb::connect(None)?;
         let setup = connection.setup();
         let (first_key, last_key) = (setup.min_keycode, setup.max_keycode);

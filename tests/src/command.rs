@@ -1,8 +1,10 @@
 //! The `shisen` command as a person runs it.
 
 use assert_cmd::Command;
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use tempfile::TempDir;
 
 /// The command, with `folder` to work in.
 ///
@@ -25,6 +27,25 @@ pub fn example(name: &str, folder: &Path) -> Command {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     let built = BUILT.get_or_init(|| build(&["--examples"]));
     executable(&built.join("examples").join(name), folder)
+}
+
+/// A folder for the command to work in, which goes when it is dropped.
+///
+/// # Panics
+/// Where there is none to be had.
+pub fn folder() -> TempDir {
+    tempfile::tempdir().expect("a folder")
+}
+
+/// Runs a command that must succeed, and reads the one JSON object that it prints.
+///
+/// # Panics
+/// Where it fails, or prints anything else.
+pub fn report(command: &mut Command) -> Value {
+    let output = command.arg("--json").assert().success();
+    let text = String::from_utf8(output.get_output().stdout.clone()).expect("text");
+    assert_eq!(text.lines().count(), 1, "{text}");
+    serde_json::from_str(&text).expect("an object")
 }
 
 fn executable(path: &Path, folder: &Path) -> Command {

@@ -5,3 +5,4 @@ pub mod meshes;
 pub mod paths;
 pub mod rays;
 pub mod sizes;
+pub mod ways;

@@ -2,33 +2,14 @@
 
 use assert_cmd::Command;
 use serde_json::Value;
-use shisen_tests::command::shisen;
+use shisen_tests::command::{folder, report, shisen};
 use shisen_tracker::head::osvr_hdk::{Payload, Report, encode};
 use std::fs;
 use std::path::Path;
-use tempfile::TempDir;
 
 /// Two triangles in the planes z = 0 and z = -1.
 const TWO_TRIANGLES: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 -1\nv 4 0 -1\nv 0 4 -1\n\
                              f 1 2 3\nf 4 5 6\n";
-
-fn folder() -> TempDir {
-    tempfile::tempdir().unwrap()
-}
-
-/// Runs a command that must succeed, and reads the one JSON object that it
-/// prints.
-fn report(command: &mut Command) -> Value {
-    let output = command
-        .arg("--json")
-        .assert()
-        .success()
-        .get_output()
-        .clone();
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(text.lines().count(), 1, "{text}");
-    serde_json::from_str(&text).unwrap()
-}
 
 /// A small frame.
 fn cave(folder: &Path, arguments: &[&str]) -> Value {

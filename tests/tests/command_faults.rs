@@ -2,16 +2,11 @@
 //! that was not there before.
 
 use assert_cmd::Command;
-use shisen_tests::command::shisen;
+use shisen_tests::command::{folder, shisen};
 use std::fs;
 use std::path::{Path, PathBuf};
-use tempfile::TempDir;
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-
-fn folder() -> TempDir {
-    tempfile::tempdir().unwrap()
-}
 
 /// All files and folders below `folder`, and the files' contents.
 fn contents(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {

@@ -15,6 +15,7 @@ use shisen_core::frame::{
 };
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::{icosphere, meshes};
+use shisen_tests::ways::{assert_same, options};
 use std::sync::Arc;
 
 const MODES: [Mode; 2] = [Mode::Single, Mode::Tile];
@@ -62,29 +63,11 @@ where
     cave(&baked.scene(), &room, &eyes, options, &|_, _| {}).expect("a frame")
 }
 
-fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
-    Options {
-        threads,
-        tile,
-        simd,
-        settings: Settings {
-            mode,
-            ..Settings::default()
-        },
-        ..Options::default()
-    }
-}
-
 /// Renders the scene in every way and compares; `side` pixels a wall.
 fn assert_one_hash(name: &str, scene: &Scene, side: u32, tiles: &[u32]) {
     let fast = Baked::<8>::new(scene).expect("a scene");
     let compact = Baked::<4>::new(scene).expect("a scene");
     let reference = frame(&fast, side, &options(1, 32, Mode::Single, Simd::PORTABLE));
-    let rays = |statistics: &Statistics| Statistics {
-        steps: 0,
-        deepest_stack: 0,
-        ..*statistics
-    };
     let mut ways = Vec::new();
     for mode in MODES {
         for simd in [Simd::detect(), Simd::PORTABLE] {
@@ -99,15 +82,7 @@ fn assert_one_hash(name: &str, scene: &Scene, side: u32, tiles: &[u32]) {
             (4, frame(&compact, side, &options)),
         ] {
             let way = format!("{name}, {width} wide, {options:?}");
-            assert_eq!(found.hash(), reference.hash(), "{way}");
-            assert_eq!(
-                rays(&found.statistics),
-                rays(&reference.statistics),
-                "{way}"
-            );
-            if width == 8 && mode == Mode::Single {
-                assert_eq!(found.statistics, reference.statistics, "{way}");
-            }
+            assert_same(&way, &found, &reference, (width, mode));
         }
     }
 }

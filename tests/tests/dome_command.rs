@@ -1,14 +1,9 @@
 //! `shisen dome` against the reference's tables, and its bad input.
 
 use serde_json::Value;
-use shisen_tests::command::shisen;
+use shisen_tests::command::{folder, shisen};
 use std::fs;
 use std::path::Path;
-use tempfile::TempDir;
-
-fn folder() -> TempDir {
-    tempfile::tempdir().unwrap()
-}
 
 /// What `shisen dome` prints with `--json`.
 fn dome(folder: &Path, arguments: &[&str]) -> Value {

@@ -2,7 +2,6 @@
 //! compiled in, the right picture with fewer carried out, and a ledger that
 //! adds up.
 
-use assert_cmd::Command;
 use glam::{DAffine3, DVec3, Vec3};
 use serde_json::Value;
 use shisen::bake::Baked;
@@ -24,7 +23,7 @@ use shisen_core::shape::Ray;
 use shisen_core::spectrum::{Matching, Medium, SpectralSample, SpectralTable, Wavelengths};
 use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
-use shisen_tests::command::shisen;
+use shisen_tests::command::{folder, report, shisen};
 use shisen_tests::meshes::icosphere;
 use std::mem::offset_of;
 use std::path::Path;
@@ -524,24 +523,6 @@ fn scenes_ask_for_what_their_records_ask_for() {
         let expected = SceneError::Effects { stored, asked };
         assert_eq!(Baked::<8>::from_bytes(&bytes).map(|_| ()), Err(expected));
     }
-}
-
-fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().unwrap()
-}
-
-/// Runs a command that must succeed, and reads the one JSON object that it
-/// prints.
-fn report(command: &mut Command) -> Value {
-    let output = command
-        .arg("--json")
-        .assert()
-        .success()
-        .get_output()
-        .clone();
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(text.lines().count(), 1, "{text}");
-    serde_json::from_str(&text).unwrap()
 }
 
 fn explain(folder: &Path, arguments: &[&str]) -> Value {

@@ -3,13 +3,14 @@
 use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
+use shisen::live::{Engine, Quality, Share, with_engine};
 use shisen::lod::OutsideError;
 use shisen::quadruped::quadruped;
 use shisen::render::{self, CaptureOptions, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::simplify::PolygonLevels;
 use shisen_core::Simd;
-use shisen_core::frame::{BLEND, LevelOfDetail, Mode};
+use shisen_core::frame::{BLEND, LevelOfDetail, Mode, Spectrum};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 
 const SIZE: u32 = 64;
@@ -85,11 +86,13 @@ impl Setting {
     }
 }
 
-const CAPTURE: Filling<'static> = Filling::Capture(CaptureOptions {
+const HOW: CaptureOptions = CaptureOptions {
     size: 64,
     level: 0.34,
     steps: None,
-});
+};
+
+const CAPTURE: Filling<'static> = Filling::Capture(HOW);
 
 #[test]
 fn only_what_the_gaze_skips_is_filled_and_its_border_blended() {
@@ -207,6 +210,34 @@ fn a_filled_frame_is_the_same_bits_however_it_is_made() {
             );
         }
     }
+}
+
+/// With all the steps that it takes; and again after frames in which only parts of the
+/// surroundings were taken, and those with less detail.
+#[test]
+fn the_live_loop_fills_as_one_frame_does() {
+    let setting = Setting::new();
+    let options = Options::default();
+    let once = setting.frame(&options, CAPTURE);
+    let once: Vec<u64> = once.pictures.iter().map(|one| one.picture.hash()).collect();
+    let scene = (setting.baked.scene(), Spectrum::default());
+    let (cave, eyes) = (&setting.cave, &setting.eyes);
+    let live = |engine: &mut Engine<'_, '_, 8>| {
+        for (quality, steps, same) in [
+            (Quality::FULL, None, true),
+            (Quality::LADDER[4], Some(u64::MAX), false),
+            (Quality::LADDER[11], Some(u64::MAX), false),
+            (Quality::FULL, Some(u64::MAX), true),
+            (Quality::LADDER[11], Some(40_000), false),
+            (Quality::FULL, None, true),
+        ] {
+            let frame = engine.render(eyes, &quality, steps).expect("a frame");
+            assert!(steps.is_none_or(|steps| frame.steps <= steps));
+            let hashes = engine.hashes().expect("pictures");
+            assert_eq!(hashes == once, same, "{quality:?}, {steps:?}");
+        }
+    };
+    with_engine(scene, cave, eyes, &options, Some(HOW), Share::ALL, live).expect("an engine");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use assert_cmd::Command;
 use serde_json::Value;
-use shisen_tests::command::shisen;
+use shisen_tests::command::{folder, shisen};
 use shisen_tests::rays::Random;
 use std::collections::HashSet;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
@@ -13,11 +13,6 @@ use std::path::Path;
 use std::process::Stdio;
 use std::sync::mpsc;
 use std::time::Duration;
-use tempfile::TempDir;
-
-fn folder() -> TempDir {
-    tempfile::tempdir().unwrap()
-}
 
 fn keys(value: &Value) -> Vec<&str> {
     let object = value.as_object().unwrap();

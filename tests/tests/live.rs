@@ -16,6 +16,8 @@ use shisen_tests::command::shisen;
 use shisen_tests::meshes::icosphere;
 use shisen_tests::sizes::cases;
 use std::fs;
+#[cfg(unix)]
+use std::{net::TcpListener, time::Duration};
 
 const SIDE: u32 = 64;
 
@@ -198,6 +200,55 @@ fn half_of_what_is_needed_finishes_what_is_looked_at() {
     });
 }
 
+/// Walls as large as people have them, at a half and a tenth of what they need.
+#[test]
+fn large_walls_are_finished_where_one_looks() {
+    let baked = baked();
+    let cave = Cave::built_in(BuiltInCave::ThreeWall, [1024; 2]).expect("a room");
+    let viewer = Viewer::default();
+    let foveated = |frame: u32| -> Vec<Observer> {
+        let sights = eyes(frame).into_iter().filter_map(|eye| eye.lod);
+        let pairs = sights.zip(Eye::STEREO);
+        let see = pairs.map(|(lod, eye)| {
+            Observer::foveated(eye, viewer.eye(eye), lod.gaze.line_of_sight(), 0.0)
+        });
+        see.collect()
+    };
+    let scene = (baked.scene(), Spectrum::default());
+    for (name, eyes) in [
+        ("paper", &eyes as &dyn Fn(u32) -> _),
+        ("foveated", &foveated),
+    ] {
+        let play = |engine: &mut Engine<'_, '_, 8>| {
+            let full = engine.render(&eyes(0), &Quality::FULL, None);
+            let need = full.expect("a frame").steps;
+            for part in [2, 10] {
+                let steps = need / part;
+                let mut governor = Governor::new();
+                let mut rung = 0;
+                for number in 0..8 {
+                    let decision = governor.decide(Allowance::Steps(steps));
+                    let frame = engine.render(&eyes(number), &decision.quality, decision.steps);
+                    let frame = frame.expect("a frame");
+                    assert!(
+                        frame.steps <= steps,
+                        "{name}, {part}, frame {number}: {frame:?}"
+                    );
+                    assert!(
+                        !frame.unfinished_fovea,
+                        "{name}, {part}, frame {number}: {frame:?}"
+                    );
+                    governor.learn(&decision, frame.need, frame.steps, 1.0e-3);
+                    rung = decision.rung;
+                }
+                assert!(rung > 0, "{name}, {part}");
+            }
+        };
+        let (eyes, options) = (eyes(0), options(2, 32));
+        with_engine(scene, &cave, &eyes, &options, None, Share::ALL, play).expect("an engine");
+    }
+}
+
 #[test]
 fn fewer_faces_are_those_of_a_level() {
     let baked = baked();
@@ -329,6 +380,60 @@ fn a_time_that_is_too_short_is_used_all_the_same() {
     let output = command.assert().success();
     let report: Value = serde_json::from_slice(&output.get_output().stdout).expect("an object");
     assert!(report["median_steps"].as_u64() > Some(1_000), "{report}");
+}
+
+/// Half of the time that frames take without a budget, frame after frame.
+#[test]
+fn frames_at_half_of_their_time_are_in_time() {
+    let run = |arguments: &[&str]| -> Value {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut command = shisen(folder.path());
+        let command = command.args(["run", "--size", "512", "--json"]);
+        let output = command.args(arguments).assert().success();
+        serde_json::from_slice(&output.get_output().stdout).expect("an object")
+    };
+    let free = run(&["--budget", "off", "--hz", "10", "--frames", "30"]);
+    let median = free["stages"]["first_ray_to_done"]["p50"].as_f64();
+    let half = 0.5 * median.expect("a time");
+    let (hz, budget) = (((1.0e3 / half) as u32).clamp(1, 1_000), format!("{half}ms"));
+    let frames = cases("frames by the clock", 100, 10_000);
+    let report = run(&[
+        "--budget",
+        &budget,
+        "--hz",
+        &hz.to_string(),
+        "--frames",
+        &frames.to_string(),
+    ]);
+    println!(
+        "{frames} frames of {budget}: {} late; the processor taken away {} times, {} s stolen",
+        report["late_frames"], report["involuntary_switches"], report["stolen_seconds"]
+    );
+    assert_eq!(report["over_budget_frames"], 0, "{report}");
+    assert_eq!(report["frames_with_unfinished_fovea"], 0, "{report}");
+    let lowered = report["lowered_share"].as_f64().expect("a share");
+    assert!(lowered > 0.5, "{report}");
+    // So few frames, beside other tests, say nothing of the clock.
+    if frames == 10_000 {
+        assert!(report["late_frames"].as_u64() <= Some(100), "{report}");
+    }
+}
+
+/// Of an X server that takes the connection and says nothing.
+#[cfg(unix)]
+#[test]
+fn a_window_system_that_hangs_is_told() {
+    let port = |listener: &TcpListener| listener.local_addr().expect("an address").port();
+    let silent = TcpListener::bind(("127.0.0.1", 0)).expect("a port");
+    let display = port(&silent).checked_sub(6_000).expect("a high port");
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = shisen(folder.path());
+    let command = command.args(["run", "--view", "window", "--size", "16", "--frames", "1"]);
+    let command = command.env("DISPLAY", format!("127.0.0.1:{display}"));
+    let output = command.timeout(Duration::from_mins(1)).assert().code(1);
+    let words = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+    let words: Vec<&str> = words.split_whitespace().collect();
+    assert!(words.join(" ").contains("does not answer"), "{words:?}");
 }
 
 #[test]

@@ -1,13 +1,18 @@
 //! Samples of a square of pixels, and what lies between them.
 
-use super::block::{BLOCK, Sum, Target, offset};
+mod batch;
+mod grid;
+
+use super::block::{BLOCK, Target, offset};
 use super::foveation::Piece;
 use super::view::{Kind, Screen, View};
 use super::{LevelOfDetail, Renderer};
 use crate::gaze::Region;
 use crate::numeric::{max, min};
 use crate::simd::{Runs, Simd};
-use crate::trace::{Budget, Hit, NOT_TRACED, Pixel, RayDetail, Sample, TileRays, Workspace};
+use crate::trace::{Budget, Hit, Pixel, RayDetail, Workspace};
+use batch::{Batch, TOGETHER};
+use grid::Grid;
 
 /// Most steps of the finest samples along a square's side.
 const STEPS: usize = 16;
@@ -20,9 +25,6 @@ const HALVINGS: u32 = 2;
 /// which is never seen.
 const CONTRAST: f32 = 0.15;
 const UNSEEN: f32 = 0.01;
-
-/// Samples that are traced together.
-const TOGETHER: usize = 64;
 
 /// What a sample sees.
 #[derive(Debug, Clone, Copy)]
@@ -38,27 +40,11 @@ const MISSED: u32 = u32::MAX;
 /// Outside the visual field, or a dome master's rim.
 const SKIPPED: u32 = u32::MAX - 1;
 
-/// The samples of a square, by row, then column of the finest.
+/// The samples of a square.
 pub(super) struct Lattice {
+    grid: Grid,
+    /// By row, then column of the finest.
     nodes: [[Node; STEPS + 1]; STEPS + 1],
-    /// A bit for each that is there, by row, from the lowest.
-    known: [u32; STEPS + 1],
-    /// Those to be traced, likewise.
-    wanted: [u32; STEPS + 1],
-    piece: Piece,
-    /// Pixels between the finest.
-    unit: u32,
-}
-
-/// Samples to be traced.
-struct Wanted {
-    count: usize,
-    /// Column and row among a square's finest.
-    nodes: [(u8, u8); TOGETHER],
-    /// Column and row of the pixel in the view.
-    places: [(u32, u32); TOGETHER],
-    details: [RayDetail; TOGETHER],
-    seen: [Node; TOGETHER],
 }
 
 /// Which pixels of a square are traced.
@@ -125,28 +111,25 @@ impl Lattice {
         if seeing.region == Region::Outside {
             return;
         }
-        let finest = (piece.stride >> HALVINGS).max(piece.side / STEPS as u32);
-        let mut lattice = Self {
-            nodes: [[Node::SKIPPED; STEPS + 1]; STEPS + 1],
-            known: [0; STEPS + 1],
-            wanted: [0; STEPS + 1],
-            piece,
-            unit: finest.max(1),
-        };
-        let steps = (piece.side / lattice.unit) as usize;
-        let mut step = (piece.stride / lattice.unit) as usize;
+        let mut grid = Grid::new(piece);
+        let steps = (piece.side / grid.unit) as usize;
+        let mut step = (piece.stride / grid.unit) as usize;
         let mut blocks = [0u16; STEPS];
         for row in (0..steps).step_by(step) {
             for column in (0..steps).step_by(step) {
-                lattice.ask_for((column, row), step, &mut blocks);
+                grid.ask_for((column, row), step, &mut blocks);
             }
         }
         if let (Kind::Screen(screen), Some(_)) = (view.kind(), renderer.together)
-            && !lattice.may_hit(renderer, screen, budget, workspace)
+            && !piece.may_hit(renderer, screen, budget, workspace)
         {
-            workspace.statistics.primary += lattice.rays(&seeing);
+            workspace.statistics.primary += grid.rays(&seeing);
             return;
         }
+        let mut lattice = Self {
+            grid,
+            nodes: [[Node::SKIPPED; STEPS + 1]; STEPS + 1],
+        };
         let field = seeing.field(&piece);
         loop {
             lattice.trace(&seeing, budget, workspace);
@@ -160,7 +143,7 @@ impl Lattice {
                     if half > 0 && lattice.differs((column, row), step) {
                         for (right, below) in [(0, 0), (half, 0), (0, half), (half, half)] {
                             let part = (column + right, row + below);
-                            lattice.ask_for(part, half, &mut parts);
+                            lattice.grid.ask_for(part, half, &mut parts);
                         }
                     } else {
                         lattice.fill((column, row), step, &field, target);
@@ -172,30 +155,6 @@ impl Lattice {
             }
             (blocks, step) = (parts, half);
         }
-    }
-
-    /// Wants the corners of a block of so many steps a side, if the piece has a
-    /// part of it.
-    fn ask_for(&mut self, (column, row): (usize, usize), step: usize, blocks: &mut [u16; STEPS]) {
-        let side = step as u32 * self.unit;
-        let meets =
-            |start: u32, first: u32, count: u32| start < first + count && first < start + side;
-        let (x, y) = self.place(column, row);
-        let piece = &self.piece;
-        if !meets(x, piece.x, piece.columns) || !meets(y, piece.y, piece.rows) {
-            return;
-        }
-        blocks[row % STEPS] |= 1 << column;
-        let both = 1 << column | 1 << (column + step);
-        for row in [row, row + step] {
-            self.wanted[row % (STEPS + 1)] |= both;
-        }
-    }
-
-    /// The pixel of a node: it may be past the view's borders.
-    fn place(&self, column: usize, row: usize) -> (u32, u32) {
-        let (x, y) = self.piece.corner;
-        (x + column as u32 * self.unit, y + row as u32 * self.unit)
     }
 
     fn node(&self, column: usize, row: usize) -> &Node {
@@ -213,56 +172,6 @@ impl Lattice {
         ]
     }
 
-    /// Whether any sample of the square may hit anything.
-    fn may_hit<const W: usize>(
-        &self,
-        renderer: &Renderer<'_, W>,
-        screen: &Screen,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) -> bool
-    where
-        Simd: Runs<W>,
-    {
-        let piece = &self.piece;
-        let tracer = &renderer.tracer;
-        (0..renderer.settings.samples).any(|sample| {
-            let (dx, dy) = offset(sample, renderer.settings.samples);
-            let corners = piece
-                .corners()
-                .map(|(x, y)| screen.direction(x as f32 + dx, y as f32 + dy));
-            tracer.may_hit(screen.eye(), &corners, budget, workspace)
-        })
-    }
-
-    /// The column and row of a node that is wanted and not there, which then is;
-    /// from a row on, which is moved along.
-    fn next(&mut self, row: &mut usize) -> Option<(usize, usize)> {
-        while let (Some(known), Some(wanted)) = (self.known.get_mut(*row), self.wanted.get(*row)) {
-            let missing = wanted & !*known;
-            if missing != 0 {
-                let column = missing.trailing_zeros();
-                *known |= 1 << column;
-                return Some((column as usize, *row));
-            }
-            *row += 1;
-        }
-        None
-    }
-
-    /// How many rays what is wanted takes.
-    fn rays<const W: usize>(&mut self, seeing: &Seeing<'_, '_, W>) -> u64
-    where
-        Simd: Runs<W>,
-    {
-        let (mut rays, mut from) = (0, 0);
-        while let Some((column, row)) = self.next(&mut from) {
-            let detail = seeing.detail(self.place(column, row));
-            rays += u64::from(detail.is_some());
-        }
-        rays * u64::from(seeing.renderer.settings.samples)
-    }
-
     /// Traces what is wanted.
     fn trace<const W: usize>(
         &mut self,
@@ -272,10 +181,10 @@ impl Lattice {
     ) where
         Simd: Runs<W>,
     {
-        let mut batch = Wanted::NONE;
+        let mut batch = Batch::NONE;
         let mut from = 0;
-        while let Some((column, row)) = self.next(&mut from) {
-            let place = self.place(column, row);
+        while let Some((column, row)) = self.grid.next(&mut from) {
+            let place = self.grid.place(column, row);
             if let Some(detail) = seeing.detail(place) {
                 batch.push((column as u8, row as u8), place, detail);
             }
@@ -289,7 +198,7 @@ impl Lattice {
     }
 
     /// Takes what a batch has seen.
-    fn take(&mut self, batch: &mut Wanted) {
+    fn take(&mut self, batch: &mut Batch) {
         for (&(column, row), seen) in batch.nodes.iter().zip(&batch.seen).take(batch.count) {
             let (column, row) = (usize::from(column), usize::from(row));
             self.nodes[row % (STEPS + 1)][column % (STEPS + 1)] = *seen;
@@ -336,9 +245,9 @@ impl Lattice {
             return;
         }
         let alike = corners.iter().all(|node| node.class == corners[0].class);
-        let side = step as u32 * self.unit;
-        let (x, y) = self.place(column, row);
-        let piece = &self.piece;
+        let Grid { piece, unit, .. } = &self.grid;
+        let side = step as u32 * unit;
+        let (x, y) = self.grid.place(column, row);
         let (left, right) = (x.max(piece.x), (x + side).min(piece.x + piece.columns));
         let (top, bottom) = (y.max(piece.y), (y + side).min(piece.y + piece.rows));
         let share = 1.0 / side as f32;
@@ -430,6 +339,27 @@ impl Piece {
         [(x, y), (x + side, y), (x, y + side), (x + side, y + side)]
     }
 
+    /// Whether any sample of the square may hit anything.
+    fn may_hit<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        screen: &Screen,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> bool
+    where
+        Simd: Runs<W>,
+    {
+        let tracer = &renderer.tracer;
+        (0..renderer.settings.samples).any(|sample| {
+            let (dx, dy) = offset(sample, renderer.settings.samples);
+            let corners = self
+                .corners()
+                .map(|(x, y)| screen.direction(x as f32 + dx, y as f32 + dy));
+            tracer.may_hit(screen.eye(), &corners, budget, workspace)
+        })
+    }
+
     /// Where the samples of its square lie in the field.
     fn region(&self, lod: &LevelOfDetail, view: &View) -> Region {
         let Kind::Screen(screen) = view.kind() else {
@@ -509,134 +439,6 @@ impl Field {
                 let block = blocks[(row / BLOCK) as usize % 4][(column / BLOCK) as usize % 4];
                 block >> (BLOCK * (row % BLOCK) + column % BLOCK) & 1 != 0
             }
-        }
-    }
-}
-
-impl Wanted {
-    const NONE: Self = Self {
-        count: 0,
-        nodes: [(0, 0); TOGETHER],
-        places: [(0, 0); TOGETHER],
-        details: [RayDetail {
-            depth: 0,
-            rung: 0,
-            wavelengths: 0,
-        }; TOGETHER],
-        seen: [Node::SKIPPED; TOGETHER],
-    };
-
-    fn push(&mut self, node: (u8, u8), place: (u32, u32), detail: RayDetail) {
-        let at = self.count % TOGETHER;
-        self.nodes[at] = node;
-        self.places[at] = place;
-        self.details[at] = detail;
-        self.seen[at] = Node::SKIPPED;
-        self.count = at + 1;
-    }
-
-    /// Sees what there is to see.
-    fn trace<const W: usize>(
-        &mut self,
-        seeing: &Seeing<'_, '_, W>,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) where
-        Simd: Runs<W>,
-    {
-        let renderer = seeing.renderer;
-        match (seeing.view.kind(), renderer.together) {
-            _ if self.count == 0 => {}
-            (Kind::Screen(screen), Some(_)) => {
-                self.trace_together(renderer, screen, budget, workspace);
-            }
-            _ => self.trace_singly(seeing, budget, workspace),
-        }
-    }
-
-    fn trace_singly<const W: usize>(
-        &mut self,
-        seeing: &Seeing<'_, '_, W>,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) where
-        Simd: Runs<W>,
-    {
-        let tracer = &seeing.renderer.tracer;
-        let samples = seeing.renderer.settings.samples;
-        for at in 0..self.count.min(TOGETHER) {
-            let ((x, y), detail) = (self.places[at], self.details[at]);
-            let mut sum = Sum::NONE;
-            for sample in 0..samples {
-                let (dx, dy) = offset(sample, samples);
-                let Some(ray) = seeing.view.ray(x as f32 + dx, y as f32 + dy) else {
-                    continue;
-                };
-                let hit = tracer.nearest_on(detail.rung, &ray, budget, workspace);
-                if sample == 0 {
-                    self.seen[at].class = Node::class_of(hit.as_ref());
-                }
-                let of = Sample::new(x, y, sample, samples);
-                let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
-                sum.add(seen, workspace);
-            }
-            self.seen[at].pixel = sum.mean(samples);
-        }
-    }
-
-    /// Its rays go through the scene together.
-    // Not a part of its callers, whose stack it would add to.
-    #[inline(never)]
-    fn trace_together<const W: usize>(
-        &mut self,
-        renderer: &Renderer<'_, W>,
-        screen: &Screen,
-        budget: &mut Budget,
-        workspace: &mut Workspace,
-    ) where
-        Simd: Runs<W>,
-    {
-        let tracer = &renderer.tracer;
-        let samples = renderer.settings.samples;
-        let count = self.count.min(TOGETHER);
-        let mut rungs = [[NOT_TRACED; BLOCK as usize]; BLOCK as usize];
-        for (rung, detail) in rungs
-            .as_flattened_mut()
-            .iter_mut()
-            .zip(&self.details)
-            .take(count)
-        {
-            *rung = detail.rung;
-        }
-        let mut sums = [Sum::NONE; TOGETHER];
-        for sample in 0..samples {
-            let (dx, dy) = offset(sample, samples);
-            let rays = TileRays::new(screen.eye(), |column, row| {
-                // Those that there are not are like the first.
-                let at = BLOCK as usize * row + column;
-                let (x, y) = self.places[if at < count { at } else { 0 }];
-                screen.direction(x as f32 + dx, y as f32 + dy)
-            });
-            let rays = rays.on_rungs(&rungs);
-            let hits = tracer.nearest_of_tile(&rays, budget, workspace);
-            for (at, sum) in sums.iter_mut().enumerate().take(count) {
-                let (column, row) = (at % BLOCK as usize, at / BLOCK as usize);
-                let hit = hits.at(column, row);
-                let Some(ray) = rays.at(column, row) else {
-                    continue;
-                };
-                if sample == 0 {
-                    self.seen[at].class = Node::class_of(hit.as_ref());
-                }
-                let (x, y) = self.places[at];
-                let of = Sample::new(x, y, sample, samples);
-                let detail = self.details[at];
-                let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
-                sum.add(seen, workspace);
-            }
-        }
-        for (seen, sum) in self.seen.iter_mut().zip(sums).take(count) {
-            seen.pixel = sum.mean(samples);
         }
     }
 }

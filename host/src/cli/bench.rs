@@ -1,5 +1,6 @@
 //! `shisen bench`: how fast it is.
 
+mod cells;
 mod fill;
 mod foveated;
 mod frames;

@@ -19,6 +19,7 @@ use clap::{Args, ValueEnum};
 use frames::{Frames, Output};
 use log::Log;
 use report::{Around, Report, Together};
+use serde::Serialize;
 use shisen::live::{Latch, SessionSettings, SwapLock};
 use shisen::render::CaptureOptions;
 use shisen::stereo::Stereo;
@@ -50,7 +51,7 @@ use std::time::Duration;
 /// `arrive_to_first_ray` and `motion_to_wall`), `involuntary_switches` (how often the
 /// system took the processor away) and `stolen_seconds` (of all processors, by
 /// whatever this machine runs on); null where the system does not say; stereo
-/// (format and `eye_order`, the first eye first), fill, window (null without one:
+/// (format and `eye_order`, the first eye first), fill (by now, where keys changed it), window (null without one:
 /// shown and dropped (frames), and `is_open`, whether it was at the end), cluster (null
 /// without --cluster or with one process: ranks, `frame_hash` of the last frame's
 /// pictures as all processes render it without an end of steps, `frame_hash_alone` as
@@ -139,7 +140,8 @@ enum View {
 }
 
 /// `--fill`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
 enum FillName {
     /// What a ray sees that meets nothing
     Background,
@@ -277,8 +279,10 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             }
             continue;
         }
+        let fill = frames.fill();
         let window = frames.finish()?;
         let around = Around {
+            fill,
             threads: prepared.options.threads,
             simd: prepared.simd().name(),
             dropped_bytes: tracker.counts().dropped_bytes,

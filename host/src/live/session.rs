@@ -1,9 +1,11 @@
 //! Frame after frame, each for a refresh of the display.
 
+mod report;
+
 use super::budget::{FrameBudget, Table2};
 use super::engine::{Engine, Rendered};
 use super::governor::{Allowance, Decision, Governor};
-use super::latency::{Latencies, Stamps};
+use super::latency::Stamps;
 use super::quality::Quality;
 use super::swap::{Done, Look, Order, Purpose, SwapError, SwapLock};
 use super::tracking::{Latched, LiveTracker};
@@ -11,7 +13,7 @@ use crate::quantiles::median;
 use crate::render::{Observer, RenderError};
 use glam::Vec3;
 use hdrhistogram::Histogram;
-use serde::Serialize;
+pub use report::{FrameRecord, SessionReport};
 use shisen_core::{Runs, Simd};
 use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
@@ -82,96 +84,6 @@ pub enum SessionError {
     /// Machines that no longer show the same.
     #[error(transparent)]
     Swap(#[from] SwapError),
-}
-
-/// A frame, as it was. Times are microseconds since the tracker was opened.
-#[derive(Debug, Clone, Default, Serialize)]
-pub struct FrameRecord {
-    /// From 0.
-    pub frame: u64,
-    /// When it was to be on the walls.
-    pub due_us: u64,
-    /// When its newest sample was measured.
-    pub sample_us: Option<u64>,
-    /// When that came.
-    pub arrive_us: Option<u64>,
-    /// When the gaze was taken.
-    pub latch_us: u64,
-    /// When the first ray started.
-    pub first_ray_us: u64,
-    /// When the last pixel was there.
-    pub done_us: u64,
-    /// When it was on the walls.
-    pub present_us: u64,
-    /// Whether that was after it was due.
-    pub late: bool,
-    /// Between the eyes: metres, in the room.
-    pub position: [f32; 3],
-    /// The line of sight.
-    pub forward: [f32; 3],
-    /// How much of the gaze could be relied on.
-    pub state: &'static str,
-    /// Steps that it might take; null where there was no end.
-    pub budget_steps: Option<u64>,
-    /// Steps that it took.
-    pub steps: u64,
-    /// Steps that all of it would have taken, as far as is known.
-    pub need_steps: u64,
-    /// The rung of quality, from 0.
-    pub rung: usize,
-    /// Tiles.
-    pub tiles: usize,
-    /// Tiles that the budget did not finish.
-    pub unfinished_tiles: usize,
-    /// Whether one of these is within 5° of the line of sight.
-    pub unfinished_fovea: bool,
-}
-
-/// What a session came to.
-#[derive(Debug, Clone)]
-pub struct SessionReport {
-    /// Frames shown.
-    pub frames: u64,
-    /// Frames that were not there at their refresh.
-    pub late_frames: u64,
-    /// Frames that took more steps than they might.
-    pub over_budget_frames: u64,
-    /// Frames with a tile within 5° of the line of sight that was not finished.
-    pub frames_with_unfinished_fovea: u64,
-    /// Frames with any tile that was not finished.
-    pub frames_with_unfinished_tiles: u64,
-    /// Frames in which quality was lowered.
-    pub lowered_frames: u64,
-    /// How often quality changed from a frame to the next.
-    pub quality_changes: u64,
-    /// Frames by rung.
-    pub rungs: [u64; Quality::LADDER.len()],
-    /// Frames in which the viewer could not see a screen, and the eyes stayed where
-    /// they were.
-    pub blind_frames: u64,
-    /// Samples of the tracker.
-    pub samples: u64,
-    /// A frame without level of detail, where a budget was scaled by it: seconds.
-    pub plain_seconds: Option<f64>,
-    /// Steps of a frame, the median.
-    pub median_steps: u64,
-    /// Of the budget, what frames took of it, the median: of time from taking the gaze
-    /// to the last pixel, or of steps. `None` where there was no end.
-    pub spent_share: Option<f64>,
-    /// The last allowance that was made.
-    pub allowance: Allowance,
-    /// What each stage took.
-    pub latencies: Latencies,
-    /// From the first frame to the last: seconds.
-    pub seconds: f64,
-    /// The last frame that was shown.
-    pub last: Option<Order>,
-    /// What the pictures of all machines hash to where that frame is rendered without
-    /// an end of steps; none where there is one machine.
-    pub hashes: Vec<u64>,
-    /// How long the others were waited for: microseconds; `None` where there is one
-    /// machine.
-    pub waited: Option<Histogram<u64>>,
 }
 
 /// Whatever is done with frames.
@@ -305,32 +217,6 @@ where
         },
     };
     Ok((done, rendered))
-}
-
-impl SessionReport {
-    fn new() -> Self {
-        Self {
-            frames: 0,
-            late_frames: 0,
-            over_budget_frames: 0,
-            frames_with_unfinished_fovea: 0,
-            frames_with_unfinished_tiles: 0,
-            lowered_frames: 0,
-            quality_changes: 0,
-            rungs: [0; Quality::LADDER.len()],
-            blind_frames: 0,
-            samples: 0,
-            plain_seconds: None,
-            median_steps: 0,
-            spent_share: None,
-            allowance: Allowance::Unlimited,
-            latencies: Latencies::new(),
-            seconds: 0.0,
-            last: None,
-            hashes: Vec::new(),
-            waited: None,
-        }
-    }
 }
 
 struct Session<'s> {
@@ -596,32 +482,17 @@ impl Session<'_> {
     ) -> FrameRecord {
         let nanos = |time: Micros| Duration::from_micros(time.0);
         let at = |instant: Instant| nanos(tracker.at(instant));
-        let report = &mut self.report;
-        report.latencies.record(&Stamps {
+        let stamps = Stamps {
             sample: latched.sample.map(nanos),
             arrive: latched.arrive.map(nanos),
             latch: nanos(latched.latch),
             first_ray: at(rendered.first_ray),
             done: at(rendered.done),
             present: at(present),
-        });
+        };
         let ranks = self.lock.share().ranks() as u64;
-        let steps = decision.steps.map(|steps| steps * ranks);
-        let over = steps.is_some_and(|steps| rendered.steps > steps);
-        report.late_frames += u64::from(late);
-        report.over_budget_frames += u64::from(over);
-        report.frames_with_unfinished_fovea += u64::from(rendered.unfinished_fovea);
-        report.frames_with_unfinished_tiles += u64::from(rendered.unfinished > 0);
-        report.lowered_frames += u64::from(decision.rung > 0);
-        report.quality_changes += u64::from(decision.rung != self.rung);
-        report.rungs[decision.rung] += 1;
-        report.samples = latched.samples;
-        self.rung = decision.rung;
-        if let Some(steps) = &mut self.steps {
-            steps.saturating_record(rendered.steps);
-        }
         let record = FrameRecord {
-            frame: report.frames,
+            frame: self.report.frames,
             due_us: tracker.at(due).0,
             sample_us: latched.sample.map(|time| time.0),
             arrive_us: latched.arrive.map(|time| time.0),
@@ -633,7 +504,7 @@ impl Session<'_> {
             position: look.position.to_array(),
             forward: look.forward.to_array(),
             state: latched.estimate.state.name(),
-            budget_steps: steps,
+            budget_steps: decision.steps.map(|steps| steps * ranks),
             steps: rendered.steps,
             need_steps: rendered.need,
             rung: decision.rung,
@@ -641,7 +512,15 @@ impl Session<'_> {
             unfinished_tiles: rendered.unfinished,
             unfinished_fovea: rendered.unfinished_fovea,
         };
-        report.frames += 1;
+        let report = &mut self.report;
+        report.count(&record);
+        report.latencies.record(&stamps);
+        report.samples = latched.samples;
+        report.quality_changes += u64::from(decision.rung != self.rung);
+        self.rung = decision.rung;
+        if let Some(steps) = &mut self.steps {
+            steps.saturating_record(rendered.steps);
+        }
         record
     }
 }

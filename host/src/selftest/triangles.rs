@@ -188,23 +188,28 @@ fn slivers_distance(effort: Effort) -> Errors {
             continue;
         };
         let unit = UNIT * extent(corners, &ray) * slimness;
-        let off = |t: f32| {
-            let point = ray.origin().as_dvec3() + ray.direction().as_dvec3() * f64::from(t);
-            (point - a).dot(normal) / unit
-        };
-        match ours(corners, &ray) {
-            Some(t) => worst.ours(off(t)),
-            // So far inside none may miss.
-            None if margin(corners, &ray) > 8.0 * UNIT * extent(corners, &ray) => {
-                worst.ours(f64::INFINITY);
-            }
-            None => {}
-        }
-        if let Some(t) = moller_trumbore(corners, &ray, LEAST) {
-            worst.naive(off(t));
-        }
+        off_the_plane(&mut worst, corners, normal, (&ray, unit));
     }
     worst.0
+}
+
+/// How far the hits of a ray are off a triangle's plane, of a unit normal, in units.
+fn off_the_plane(worst: &mut Worst, corners: [Vec3; 3], normal: DVec3, (ray, unit): (&Ray, f64)) {
+    let off = |t: f32| {
+        let point = ray.origin().as_dvec3() + ray.direction().as_dvec3() * f64::from(t);
+        (point - corners[0].as_dvec3()).dot(normal) / unit
+    };
+    match ours(corners, ray) {
+        Some(t) => worst.ours(off(t)),
+        // So far inside none may miss.
+        None if margin(corners, ray) > 8.0 * UNIT * extent(corners, ray) => {
+            worst.ours(f64::INFINITY);
+        }
+        None => {}
+    }
+    if let Some(t) = moller_trumbore(corners, ray, LEAST) {
+        worst.naive(off(t));
+    }
 }
 
 fn distance(effort: Effort) -> Errors {
@@ -227,21 +232,7 @@ fn distance(effort: Effort) -> Errors {
             continue;
         };
         let unit = UNIT * extent(corners, &ray);
-        let off = |t: f32| {
-            let point = ray.origin().as_dvec3() + ray.direction().as_dvec3() * f64::from(t);
-            (point - a).dot(normal) / unit
-        };
-        match ours(corners, &ray) {
-            Some(t) => worst.ours(off(t)),
-            // So far inside none may miss.
-            None if margin(corners, &ray) > 8.0 * UNIT * extent(corners, &ray) => {
-                worst.ours(f64::INFINITY);
-            }
-            None => {}
-        }
-        if let Some(t) = moller_trumbore(corners, &ray, LEAST) {
-            worst.naive(off(t));
-        }
+        off_the_plane(&mut worst, corners, normal, (&ray, unit));
     }
     worst.0
 }

@@ -16,6 +16,7 @@ use shisen_core::frame::{
 };
 use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
 use shisen_tests::meshes::icosphere;
+use shisen_tests::ways::options;
 
 /// In pictures of a few pixels, as far apart as in large ones by what eyes see.
 const COARSE: f32 = 6.0;
@@ -47,19 +48,6 @@ fn renderer<'a>(baked: &'a Baked<8>, mode: Mode, eye: &Observer) -> Renderer<'a>
     let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
     let (lod, acuity) = (eye.lod.expect("a gaze"), eye.acuity.expect("an acuity"));
     renderer.with_foveation(lod, acuity)
-}
-
-fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
-    Options {
-        threads,
-        tile,
-        simd,
-        settings: Settings {
-            mode,
-            ..Settings::default()
-        },
-        ..Options::default()
-    }
 }
 
 #[test]

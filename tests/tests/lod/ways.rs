@@ -3,7 +3,6 @@
 use super::{GAZES, direction, eyes, frame, levels, lod, mixed_scene, scenes};
 use glam::Vec3;
 use shisen::bake::Baked;
-use shisen::render::Options;
 use shisen::scene::Scene;
 use shisen_core::frame::{
     Budget, Mode, Outcome, Pixel, Renderer, Settings, Statistics, Tile, TileJob, View, Workspace,
@@ -12,21 +11,9 @@ use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::meshes;
 use shisen_tests::rays::Random;
 use shisen_tests::sizes::cases;
+use shisen_tests::ways::{assert_same, options};
 
 const MODES: [Mode; 2] = [Mode::Single, Mode::Tile];
-
-fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
-    Options {
-        threads,
-        tile,
-        simd,
-        settings: Settings {
-            mode,
-            ..Settings::default()
-        },
-        ..Options::default()
-    }
-}
 
 fn assert_one_hash(name: &str, scene: &Scene, gaze: (Vec3, Vec3), size: [u32; 2]) {
     let fast = Baked::<8>::with_levels(scene, &levels()).expect("a scene");
@@ -36,11 +23,6 @@ fn assert_one_hash(name: &str, scene: &Scene, gaze: (Vec3, Vec3), size: [u32; 2]
     // Once: a scene is checked whenever it is taken out of its bytes.
     let (fast, compact) = (fast.scene(), compact.scene());
     let reference = frame(&fast, size, &eyes, &single);
-    let rays = |statistics: &Statistics| Statistics {
-        steps: 0,
-        deepest_stack: 0,
-        ..*statistics
-    };
     for mode in MODES {
         for (threads, tile, simd) in [
             (1, 8, Simd::detect()),
@@ -56,15 +38,7 @@ fn assert_one_hash(name: &str, scene: &Scene, gaze: (Vec3, Vec3), size: [u32; 2]
                 (4, frame(&compact, size, &eyes, &options)),
             ] {
                 let way = format!("{name}, {gaze:?}, {width} wide, {options:?}");
-                assert_eq!(found.hash(), reference.hash(), "{way}");
-                assert_eq!(
-                    rays(&found.statistics),
-                    rays(&reference.statistics),
-                    "{way}"
-                );
-                if width == 8 && mode == Mode::Single {
-                    assert_eq!(found.statistics, reference.statistics, "{way}");
-                }
+                assert_same(&way, &found, &reference, (width, mode));
             }
         }
     }

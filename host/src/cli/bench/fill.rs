@@ -4,6 +4,7 @@
 use super::super::failure::Failure;
 use super::super::filling::CaptureArguments;
 use super::super::print;
+use super::cells::{self, Rows, Title};
 use super::frames::{FrameArguments, Frames, Look, Way};
 use super::table2::STATES;
 use clap::Args;
@@ -213,54 +214,44 @@ impl Frames {
     }
 }
 
+impl cells::Cell for Cell {
+    fn scene(&self) -> &str {
+        self.scene
+    }
+
+    fn state(&self) -> usize {
+        self.state
+    }
+}
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let plural = if self.threads == 1 { "" } else { "s" };
+        let title = Title {
+            mesh: &self.mesh,
+            size: self.size,
+            threads: self.threads,
+        };
         writeln!(
             f,
-            "{}, {size} × {size} pixels × 6, {} thread{plural}, hemispheres of {fill}² pixels, \
-             {}° turned; milliseconds a frame, and codes of 255 from full tracing outside the field",
-            self.mesh,
-            self.threads,
-            self.turn,
-            size = self.size,
-            fill = self.fill_size,
+            "{title}, hemispheres of {}² pixels, {}° turned; milliseconds a frame, and codes of \
+             255 from full tracing outside the field",
+            self.fill_size, self.turn
         )?;
-        write!(f, "{:22}", "")?;
-        for cell in &self.cells {
-            write!(f, "{:>9}", format!("{}{}", cell.scene, cell.state))?;
-        }
-        let mut row = |name: &str, value: &dyn Fn(&Cell) -> Option<f64>, digits: usize| {
-            write!(f, "\n{name:22}")?;
-            self.cells.iter().try_for_each(|cell| match value(cell) {
-                Some(value) => write!(f, "{value:>9.digits$}"),
-                None => write!(f, "{:>9}", "-"),
-            })
-        };
         let fill = |cell: &Cell, number: usize, of: fn(&Fill) -> Option<f64>| {
             cell.fills.get(number).and_then(of)
         };
-        row("plain", &|cell| Some(1e3 * cell.plain_seconds), 2)?;
+        let mut table = Rows::new(f, &self.cells, 22)?;
+        table.numbers("plain", 2, |c| Some(1e3 * c.plain_seconds))?;
         for (number, mode) in MODES.into_iter().enumerate() {
-            row(
-                mode,
-                &|cell| fill(cell, number, |f| Some(1e3 * f.seconds)),
-                2,
-            )?;
+            table.numbers(mode, 2, |c| fill(c, number, |f| Some(1e3 * f.seconds)))?;
         }
-        row(
-            "of which the capture",
-            &|cell| fill(cell, 1, |f| Some(1e3 * f.capture_seconds)),
-            2,
-        )?;
+        table.numbers("of which the capture", 2, |c| {
+            fill(c, 1, |f| Some(1e3 * f.capture_seconds))
+        })?;
         for (number, mode) in MODES.into_iter().enumerate() {
             let name = format!("error, {mode}");
-            row(&name, &|cell| fill(cell, number, |f| f.outside_rms), 1)?;
+            table.numbers(&name, 1, |c| fill(c, number, |f| f.outside_rms))?;
         }
-        row(
-            "pixels outside",
-            &|cell| Some(cell.outside_pixels as f64),
-            0,
-        )
+        table.numbers("pixels outside", 0, |c| Some(c.outside_pixels as f64))
     }
 }

@@ -3,6 +3,7 @@
 use super::super::failure::Failure;
 use super::super::print;
 use super::super::ray_counts::RayCounts;
+use super::cells::{self, Rows, Title};
 use super::frames::{FrameArguments, Frames, Look, Way};
 use super::table2::STATES;
 use clap::Args;
@@ -190,50 +191,41 @@ where
     Ok([plain, paper, foveated])
 }
 
+impl cells::Cell for Cell {
+    fn scene(&self) -> &str {
+        self.scene
+    }
+
+    fn state(&self) -> usize {
+        self.state
+    }
+}
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            threads,
-            size,
-            mesh,
-            cells,
-        } = self;
-        let plural = if *threads == 1 { "" } else { "s" };
-        writeln!(
-            f,
-            "{mesh}, {size} × {size} pixels × 6, {threads} thread{plural}; milliseconds a frame"
-        )?;
-        write!(f, "{:26}", "")?;
-        for cell in cells {
-            write!(f, "{:>9}", format!("{}{}", cell.scene, cell.state))?;
-        }
-        let mut row = |name: &str, value: &dyn Fn(&Cell) -> String| {
-            write!(f, "\n{name:26}")?;
-            cells
-                .iter()
-                .try_for_each(|cell| write!(f, "{:>9}", value(cell)))
+        let title = Title {
+            mesh: &self.mesh,
+            size: self.size,
+            threads: self.threads,
         };
-        let milliseconds = |of: &Measured| format!("{:.1}", 1e3 * of.seconds);
-        row("plain", &|c| milliseconds(&c.plain))?;
-        row("paper", &|c| milliseconds(&c.paper))?;
-        row("foveated", &|c| milliseconds(&c.foveated))?;
-        row("plain by foveated", &|c| format!("{:.2}", c.time_ratio))?;
-        row("primary rays, plain", &|c| c.plain.rays.primary.to_string())?;
-        row("primary rays, paper", &|c| c.paper.rays.primary.to_string())?;
-        row("primary rays, foveated", &|c| {
+        writeln!(f, "{title}; milliseconds a frame")?;
+        let mut table = Rows::new(f, &self.cells, 26)?;
+        table.numbers("plain", 1, |c| Some(1e3 * c.plain.seconds))?;
+        table.numbers("paper", 1, |c| Some(1e3 * c.paper.seconds))?;
+        table.numbers("foveated", 1, |c| Some(1e3 * c.foveated.seconds))?;
+        table.numbers("plain by foveated", 2, |c| Some(c.time_ratio))?;
+        table.row("primary rays, plain", |c| c.plain.rays.primary.to_string())?;
+        table.row("primary rays, paper", |c| c.paper.rays.primary.to_string())?;
+        table.row("primary rays, foveated", |c| {
             c.foveated.rays.primary.to_string()
         })?;
-        row("plain by foveated", &|c| format!("{:.2}", c.primary_ratio))?;
-        row("steps, plain by foveated", &|c| {
-            format!("{:.2}", c.steps_ratio)
+        table.numbers("plain by foveated", 2, |c| Some(c.primary_ratio))?;
+        table.numbers("steps, plain by foveated", 2, |c| Some(c.steps_ratio))?;
+        table.numbers("FLIP by acuity, paper", 5, |c| Some(c.paper.flip_weighted))?;
+        table.numbers("FLIP by acuity, foveated", 5, |c| {
+            Some(c.foveated.flip_weighted)
         })?;
-        row("FLIP by acuity, paper", &|c| {
-            format!("{:.5}", c.paper.flip_weighted)
-        })?;
-        row("FLIP by acuity, foveated", &|c| {
-            format!("{:.5}", c.foveated.flip_weighted)
-        })?;
-        row("FLIP, paper", &|c| format!("{:.5}", c.paper.flip))?;
-        row("FLIP, foveated", &|c| format!("{:.5}", c.foveated.flip))
+        table.numbers("FLIP, paper", 5, |c| Some(c.paper.flip))?;
+        table.numbers("FLIP, foveated", 5, |c| Some(c.foveated.flip))
     }
 }

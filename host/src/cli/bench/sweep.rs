@@ -2,6 +2,7 @@
 
 use super::super::failure::Failure;
 use super::super::print;
+use super::cells::Title;
 use super::frames::{FrameArguments, Frames, Way};
 use clap::Args;
 use glam::DVec3;
@@ -177,19 +178,17 @@ fn direction(number: u32, of: u32) -> DVec3 {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            threads,
-            size,
-            mesh,
-            directions,
-            scenes,
-        } = self;
+        let title = Title {
+            mesh: &self.mesh,
+            size: self.size,
+            threads: self.threads,
+        };
         write!(
             f,
-            "{mesh}, {size} × {size} pixels × 6, threads: {threads}, {directions} directions; \
-             level of detail against plain tracing"
+            "{title}, {} directions; level of detail against plain tracing",
+            self.directions
         )?;
-        for scene in scenes {
+        for scene in &self.scenes {
             let at = |worst: &Worst| {
                 let [x, y, z] = worst.look;
                 format!("{:.3} (looking along {x:.2}, {y:.2}, {z:.2})", worst.ratio)

@@ -3,6 +3,7 @@
 use super::super::failure::Failure;
 use super::super::print;
 use super::super::ray_counts::RayCounts;
+use super::cells::{self, Rows, Title};
 use super::frames::{FrameArguments, Way};
 use clap::Args;
 use glam::Vec3;
@@ -133,52 +134,42 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.json)
 }
 
+impl cells::Cell for Cell {
+    fn scene(&self) -> &str {
+        self.scene
+    }
+
+    fn state(&self) -> usize {
+        self.state
+    }
+}
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            threads,
-            size,
-            mesh,
-            cells,
-        } = self;
-        let plural = if *threads == 1 { "" } else { "s" };
-        writeln!(
-            f,
-            "{mesh}, {size} × {size} pixels × 6, {threads} thread{plural}; milliseconds a frame"
-        )?;
-        write!(f, "{:22}", "")?;
-        for cell in cells {
-            write!(f, "{:>9}", format!("{}{}", cell.scene, cell.state))?;
-        }
-        let mut row = |name: &str, value: &dyn Fn(&Cell) -> String| {
-            write!(f, "\n{name:22}")?;
-            cells
-                .iter()
-                .try_for_each(|cell| write!(f, "{:>9}", value(cell)))
+        let title = Title {
+            mesh: &self.mesh,
+            size: self.size,
+            threads: self.threads,
         };
-        row("level of detail", &|c| {
-            format!("{:.2}", 1e3 * c.lod_seconds)
-        })?;
-        row("its rays in full", &|c| {
-            format!("{:.2}", 1e3 * c.cut_seconds)
-        })?;
-        row("plain", &|c| format!("{:.2}", 1e3 * c.plain_seconds))?;
-        row("ratio", &|c| format!("{:.3}", c.ratio))?;
-        row("ratio in the paper", &|c| format!("{:.3}", c.paper_ratio))?;
-        row("asked for, at most", &|c| format!("{:.2}", c.asked_ratio))?;
-        row("bound, misses free", &|c| format!("{:.2}", c.bound_ratio))?;
-        row("ratio of steps", &|c| format!("{:.3}", c.steps_ratio))?;
-        row("bookkeeping", &|c| match c.bookkeeping {
+        writeln!(f, "{title}; milliseconds a frame")?;
+        let mut table = Rows::new(f, &self.cells, 22)?;
+        table.numbers("level of detail", 2, |c| Some(1e3 * c.lod_seconds))?;
+        table.numbers("its rays in full", 2, |c| Some(1e3 * c.cut_seconds))?;
+        table.numbers("plain", 2, |c| Some(1e3 * c.plain_seconds))?;
+        table.numbers("ratio", 3, |c| Some(c.ratio))?;
+        table.numbers("ratio in the paper", 3, |c| Some(c.paper_ratio))?;
+        table.numbers("asked for, at most", 2, |c| Some(c.asked_ratio))?;
+        table.numbers("bound, misses free", 2, |c| Some(c.bound_ratio))?;
+        table.numbers("ratio of steps", 3, |c| Some(c.steps_ratio))?;
+        table.row("bookkeeping", |c| match c.bookkeeping {
             Some(share) => format!("{:.1}%", 1e2 * share),
             None => "-".to_owned(),
         })?;
-        row("primary rays", &|c| c.lod_rays.primary.to_string())?;
-        row("secondary rays", &|c| c.lod_rays.secondary().to_string())?;
-        row("shadow rays", &|c| c.lod_rays.shadow.to_string())?;
-        row("primary, plain", &|c| c.plain_rays.primary.to_string())?;
-        row("secondary, plain", &|c| {
-            c.plain_rays.secondary().to_string()
-        })?;
-        row("shadow, plain", &|c| c.plain_rays.shadow.to_string())
+        table.row("primary rays", |c| c.lod_rays.primary.to_string())?;
+        table.row("secondary rays", |c| c.lod_rays.secondary().to_string())?;
+        table.row("shadow rays", |c| c.lod_rays.shadow.to_string())?;
+        table.row("primary, plain", |c| c.plain_rays.primary.to_string())?;
+        table.row("secondary, plain", |c| c.plain_rays.secondary().to_string())?;
+        table.row("shadow, plain", |c| c.plain_rays.shadow.to_string())
     }
 }

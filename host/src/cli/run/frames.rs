@@ -102,6 +102,11 @@ impl<'s> Frames<'s> {
         }
     }
 
+    /// What shows where the gaze skips rays, by now.
+    pub(super) const fn fill(&self) -> FillName {
+        self.fill
+    }
+
     /// What was asked for last, if it is not shown yet.
     pub(super) fn change(&mut self) -> Option<Change> {
         self.change.take()

@@ -4,7 +4,9 @@ use super::watched::Watched;
 use super::{Arguments, FillName, LatchName};
 use crate::cli::live::{Interference, Played, Prepared};
 use serde::Serialize;
-use shisen::live::{Allowance, Leg, Quality, SessionReport, SessionSettings, Share, Summary};
+use shisen::live::{
+    Allowance, FrameBudget, Leg, Quality, SessionReport, SessionSettings, Share, Summary,
+};
 use shisen::render::frame_hash;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -26,7 +28,6 @@ pub(super) struct Report {
     plain_ms: Option<f64>,
     latch: &'static str,
     stereo: Eyes,
-    fill: &'static str,
     seconds: f64,
     frames: u64,
     late_frames: u64,
@@ -47,6 +48,8 @@ pub(super) struct Report {
 /// What a session does not know of itself.
 #[derive(Debug, Serialize)]
 pub(super) struct Around {
+    /// The last that a key asked for, if any did.
+    pub(super) fill: FillName,
     pub(super) threads: usize,
     pub(super) simd: &'static str,
     pub(super) dropped_bytes: u64,
@@ -149,6 +152,7 @@ impl Report {
     ) -> Self {
         let part = |count: u64| count as f64 / (of.frames.max(1)) as f64;
         let depth = arguments.live.tracing.depth;
+        let fill = around.fill;
         Self {
             around,
             scene: prepared.scene.clone(),
@@ -162,9 +166,10 @@ impl Report {
                 Allowance::Time(time) => Some(1.0e3 * time.as_secs_f64()),
                 Allowance::Unlimited | Allowance::Steps(_) => None,
             },
-            budget_steps: match of.allowance {
-                Allowance::Steps(steps) => Some(steps),
-                Allowance::Unlimited | Allowance::Time(_) => None,
+            // Of all machines.
+            budget_steps: match settings.budget {
+                FrameBudget::Steps(steps) => Some(steps),
+                _ => None,
             },
             plain_ms: of.plain_seconds.map(|seconds| 1.0e3 * seconds),
             latch: match arguments.latch {
@@ -180,7 +185,6 @@ impl Report {
                     .map(|eye| eye.name())
                     .collect(),
             },
-            fill: arguments.fill.name(),
             seconds: of.seconds,
             frames: of.frames,
             late_frames: of.late_frames,
@@ -203,7 +207,7 @@ impl Report {
                     } else {
                         1.0
                     },
-                    capture: if arguments.fill == FillName::Capture {
+                    capture: if fill == FillName::Capture {
                         quality.capture
                     } else {
                         1.0

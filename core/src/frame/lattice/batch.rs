@@ -1,0 +1,150 @@
+//! Samples that are traced together.
+
+use super::{Node, Seeing};
+use crate::frame::Renderer;
+use crate::frame::block::{BLOCK, Sum, offset};
+use crate::frame::view::{Kind, Screen};
+use crate::simd::{Runs, Simd};
+use crate::trace::{Budget, NOT_TRACED, RayDetail, Sample, TileRays, Workspace};
+
+/// As many as there are at most.
+pub(super) const TOGETHER: usize = 64;
+
+/// Samples to be traced.
+pub(super) struct Batch {
+    pub(super) count: usize,
+    /// Column and row among a square's finest.
+    pub(super) nodes: [(u8, u8); TOGETHER],
+    /// Column and row of the pixel in the view.
+    places: [(u32, u32); TOGETHER],
+    details: [RayDetail; TOGETHER],
+    pub(super) seen: [Node; TOGETHER],
+}
+
+impl Batch {
+    pub(super) const NONE: Self = Self {
+        count: 0,
+        nodes: [(0, 0); TOGETHER],
+        places: [(0, 0); TOGETHER],
+        details: [RayDetail {
+            depth: 0,
+            rung: 0,
+            wavelengths: 0,
+        }; TOGETHER],
+        seen: [Node::SKIPPED; TOGETHER],
+    };
+
+    pub(super) fn push(&mut self, node: (u8, u8), place: (u32, u32), detail: RayDetail) {
+        let at = self.count % TOGETHER;
+        self.nodes[at] = node;
+        self.places[at] = place;
+        self.details[at] = detail;
+        self.seen[at] = Node::SKIPPED;
+        self.count = at + 1;
+    }
+
+    /// Sees what there is to see.
+    pub(super) fn trace<const W: usize>(
+        &mut self,
+        seeing: &Seeing<'_, '_, W>,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) where
+        Simd: Runs<W>,
+    {
+        let renderer = seeing.renderer;
+        match (seeing.view.kind(), renderer.together) {
+            _ if self.count == 0 => {}
+            (Kind::Screen(screen), Some(_)) => {
+                self.trace_together(renderer, screen, budget, workspace);
+            }
+            _ => self.trace_singly(seeing, budget, workspace),
+        }
+    }
+
+    fn trace_singly<const W: usize>(
+        &mut self,
+        seeing: &Seeing<'_, '_, W>,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) where
+        Simd: Runs<W>,
+    {
+        let tracer = &seeing.renderer.tracer;
+        let samples = seeing.renderer.settings.samples;
+        for at in 0..self.count.min(TOGETHER) {
+            let ((x, y), detail) = (self.places[at], self.details[at]);
+            let mut sum = Sum::NONE;
+            for sample in 0..samples {
+                let (dx, dy) = offset(sample, samples);
+                let Some(ray) = seeing.view.ray(x as f32 + dx, y as f32 + dy) else {
+                    continue;
+                };
+                let hit = tracer.nearest_on(detail.rung, &ray, budget, workspace);
+                if sample == 0 {
+                    self.seen[at].class = Node::class_of(hit.as_ref());
+                }
+                let of = Sample::new(x, y, sample, samples);
+                let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
+                sum.add(seen, workspace);
+            }
+            self.seen[at].pixel = sum.mean(samples);
+        }
+    }
+
+    /// Its rays go through the scene together.
+    // Not a part of its callers, whose stack it would add to.
+    #[inline(never)]
+    fn trace_together<const W: usize>(
+        &mut self,
+        renderer: &Renderer<'_, W>,
+        screen: &Screen,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) where
+        Simd: Runs<W>,
+    {
+        let tracer = &renderer.tracer;
+        let samples = renderer.settings.samples;
+        let count = self.count.min(TOGETHER);
+        let mut rungs = [[NOT_TRACED; BLOCK as usize]; BLOCK as usize];
+        for (rung, detail) in rungs
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(&self.details)
+            .take(count)
+        {
+            *rung = detail.rung;
+        }
+        let mut sums = [Sum::NONE; TOGETHER];
+        for sample in 0..samples {
+            let (dx, dy) = offset(sample, samples);
+            let rays = TileRays::new(screen.eye(), |column, row| {
+                // Those that there are not are like the first.
+                let at = BLOCK as usize * row + column;
+                let (x, y) = self.places[if at < count { at } else { 0 }];
+                screen.direction(x as f32 + dx, y as f32 + dy)
+            });
+            let rays = rays.on_rungs(&rungs);
+            let hits = tracer.nearest_of_tile(&rays, budget, workspace);
+            for (at, sum) in sums.iter_mut().enumerate().take(count) {
+                let (column, row) = (at % BLOCK as usize, at / BLOCK as usize);
+                let hit = hits.at(column, row);
+                let Some(ray) = rays.at(column, row) else {
+                    continue;
+                };
+                if sample == 0 {
+                    self.seen[at].class = Node::class_of(hit.as_ref());
+                }
+                let (x, y) = self.places[at];
+                let of = Sample::new(x, y, sample, samples);
+                let detail = self.details[at];
+                let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
+                sum.add(seen, workspace);
+            }
+        }
+        for (seen, sum) in self.seen.iter_mut().zip(sums).take(count) {
+            seen.pixel = sum.mean(samples);
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Which samples of a square there are.
+
+use super::{HALVINGS, STEPS, Seeing};
+use crate::frame::foveation::Piece;
+use crate::simd::{Runs, Simd};
+
+/// The places of a square's samples, and which are there.
+pub(super) struct Grid {
+    /// A bit for each that is there, by row, from the lowest.
+    known: [u32; STEPS + 1],
+    /// Those to be traced, likewise.
+    wanted: [u32; STEPS + 1],
+    pub(super) piece: Piece,
+    /// Pixels between the finest.
+    pub(super) unit: u32,
+}
+
+impl Grid {
+    /// Without a sample.
+    pub(super) fn new(piece: Piece) -> Self {
+        let finest = (piece.stride >> HALVINGS).max(piece.side / STEPS as u32);
+        Self {
+            known: [0; STEPS + 1],
+            wanted: [0; STEPS + 1],
+            piece,
+            unit: finest.max(1),
+        }
+    }
+
+    /// Wants the corners of a block of so many steps a side, if the piece has a
+    /// part of it.
+    pub(super) fn ask_for(
+        &mut self,
+        (column, row): (usize, usize),
+        step: usize,
+        blocks: &mut [u16; STEPS],
+    ) {
+        let side = step as u32 * self.unit;
+        let meets =
+            |start: u32, first: u32, count: u32| start < first + count && first < start + side;
+        let (x, y) = self.place(column, row);
+        let piece = &self.piece;
+        if !meets(x, piece.x, piece.columns) || !meets(y, piece.y, piece.rows) {
+            return;
+        }
+        blocks[row % STEPS] |= 1 << column;
+        let both = 1 << column | 1 << (column + step);
+        for row in [row, row + step] {
+            self.wanted[row % (STEPS + 1)] |= both;
+        }
+    }
+
+    /// The pixel of a node: it may be past the view's borders.
+    pub(super) fn place(&self, column: usize, row: usize) -> (u32, u32) {
+        let (x, y) = self.piece.corner;
+        (x + column as u32 * self.unit, y + row as u32 * self.unit)
+    }
+
+    /// The column and row of a node that is wanted and not there, which then is;
+    /// from a row on, which is moved along.
+    pub(super) fn next(&mut self, row: &mut usize) -> Option<(usize, usize)> {
+        while let (Some(known), Some(wanted)) = (self.known.get_mut(*row), self.wanted.get(*row)) {
+            let missing = wanted & !*known;
+            if missing != 0 {
+                let column = missing.trailing_zeros();
+                *known |= 1 << column;
+                return Some((column as usize, *row));
+            }
+            *row += 1;
+        }
+        None
+    }
+
+    /// How many rays what is wanted takes.
+    pub(super) fn rays<const W: usize>(&mut self, seeing: &Seeing<'_, '_, W>) -> u64
+    where
+        Simd: Runs<W>,
+    {
+        let (mut rays, mut from) = (0, 0);
+        while let Some((column, row)) = self.next(&mut from) {
+            let detail = seeing.detail(self.place(column, row));
+            rays += u64::from(detail.is_some());
+        }
+        rays * u64::from(seeing.renderer.settings.samples)
+    }
+}

@@ -1,0 +1,80 @@
+//! Tables with a column for each of the paper's scenes and gazes.
+
+use std::fmt;
+
+/// What frames were rendered, as a table's first line begins.
+pub(super) struct Title<'a> {
+    pub(super) mesh: &'a str,
+    /// Pixels along each side of a wall.
+    pub(super) size: u32,
+    pub(super) threads: usize,
+}
+
+impl fmt::Display for Title<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            mesh,
+            size,
+            threads,
+        } = self;
+        let plural = if *threads == 1 { "" } else { "s" };
+        write!(
+            f,
+            "{mesh}, {size} × {size} pixels × 6, {threads} thread{plural}"
+        )
+    }
+}
+
+/// A scene looked at one way.
+pub(super) trait Cell {
+    /// The scene's letter.
+    fn scene(&self) -> &str;
+
+    /// 1 or 2.
+    fn state(&self) -> usize;
+}
+
+/// The rows of a table, as they are written.
+pub(super) struct Rows<'f, 'b, 'c, C> {
+    f: &'f mut fmt::Formatter<'b>,
+    cells: &'c [C],
+    /// Characters of a row's name.
+    width: usize,
+}
+
+impl<'f, 'b, 'c, C: Cell> Rows<'f, 'b, 'c, C> {
+    /// Writes the columns' names.
+    pub(super) fn new(
+        f: &'f mut fmt::Formatter<'b>,
+        cells: &'c [C],
+        width: usize,
+    ) -> Result<Self, fmt::Error> {
+        write!(f, "{:width$}", "")?;
+        for cell in cells {
+            write!(f, "{:>9}", format!("{}{}", cell.scene(), cell.state()))?;
+        }
+        Ok(Self { f, cells, width })
+    }
+
+    /// Writes a row.
+    pub(super) fn row(&mut self, name: &str, value: impl Fn(&C) -> String) -> fmt::Result {
+        let Self { f, cells, width } = self;
+        write!(f, "\n{name:width$}", width = *width)?;
+        cells
+            .iter()
+            .try_for_each(|cell| write!(f, "{:>9}", value(cell)))
+    }
+
+    /// The same of numbers: `-` where there is none.
+    pub(super) fn numbers(
+        &mut self,
+        name: &str,
+        digits: usize,
+        value: impl Fn(&C) -> Option<f64>,
+    ) -> fmt::Result {
+        self.row(name, |cell| match value(cell) {
+            Some(value) => format!("{value:.digits$}"),
+            None => "-".to_owned(),
+        })
+    }
+}

@@ -1,0 +1,137 @@
+//! What frames were, and what all of them came to.
+
+use crate::live::governor::Allowance;
+use crate::live::latency::Latencies;
+use crate::live::quality::Quality;
+use crate::live::swap::Order;
+use hdrhistogram::Histogram;
+use serde::Serialize;
+
+/// A frame, as it was. Times are microseconds since the tracker was opened.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct FrameRecord {
+    /// From 0.
+    pub frame: u64,
+    /// When it was to be on the walls.
+    pub due_us: u64,
+    /// When its newest sample was measured.
+    pub sample_us: Option<u64>,
+    /// When that came.
+    pub arrive_us: Option<u64>,
+    /// When the gaze was taken.
+    pub latch_us: u64,
+    /// When the first ray started.
+    pub first_ray_us: u64,
+    /// When the last pixel was there.
+    pub done_us: u64,
+    /// When it was on the walls.
+    pub present_us: u64,
+    /// Whether that was after it was due.
+    pub late: bool,
+    /// Between the eyes: metres, in the room.
+    pub position: [f32; 3],
+    /// The line of sight.
+    pub forward: [f32; 3],
+    /// How much of the gaze could be relied on.
+    pub state: &'static str,
+    /// Steps that it might take; null where there was no end.
+    pub budget_steps: Option<u64>,
+    /// Steps that it took.
+    pub steps: u64,
+    /// Steps that all of it would have taken, as far as is known.
+    pub need_steps: u64,
+    /// The rung of quality, from 0.
+    pub rung: usize,
+    /// Tiles.
+    pub tiles: usize,
+    /// Tiles that the budget did not finish.
+    pub unfinished_tiles: usize,
+    /// Whether one of these is within 5° of the line of sight.
+    pub unfinished_fovea: bool,
+}
+
+/// What a session came to.
+#[derive(Debug, Clone)]
+pub struct SessionReport {
+    /// Frames shown.
+    pub frames: u64,
+    /// Frames that were not there at their refresh.
+    pub late_frames: u64,
+    /// Frames that took more steps than they might.
+    pub over_budget_frames: u64,
+    /// Frames with a tile within 5° of the line of sight that was not finished.
+    pub frames_with_unfinished_fovea: u64,
+    /// Frames with any tile that was not finished.
+    pub frames_with_unfinished_tiles: u64,
+    /// Frames in which quality was lowered.
+    pub lowered_frames: u64,
+    /// How often quality changed from a frame to the next.
+    pub quality_changes: u64,
+    /// Frames by rung.
+    pub rungs: [u64; Quality::LADDER.len()],
+    /// Frames in which the viewer could not see a screen, and the eyes stayed where
+    /// they were.
+    pub blind_frames: u64,
+    /// Samples of the tracker.
+    pub samples: u64,
+    /// A frame without level of detail, where a budget was scaled by it: seconds.
+    pub plain_seconds: Option<f64>,
+    /// Steps of a frame, the median.
+    pub median_steps: u64,
+    /// Of the budget, what frames took of it, the median: of time from taking the gaze
+    /// to the last pixel, or of steps. `None` where there was no end.
+    pub spent_share: Option<f64>,
+    /// The last allowance that was made.
+    pub allowance: Allowance,
+    /// What each stage took.
+    pub latencies: Latencies,
+    /// From the first frame to the last: seconds.
+    pub seconds: f64,
+    /// The last frame that was shown.
+    pub last: Option<Order>,
+    /// What the pictures of all machines hash to where that frame is rendered without
+    /// an end of steps; none where there is one machine.
+    pub hashes: Vec<u64>,
+    /// How long the others were waited for: microseconds; `None` where there is one
+    /// machine.
+    pub waited: Option<Histogram<u64>>,
+}
+
+impl SessionReport {
+    /// Before the first frame.
+    pub(super) fn new() -> Self {
+        Self {
+            frames: 0,
+            late_frames: 0,
+            over_budget_frames: 0,
+            frames_with_unfinished_fovea: 0,
+            frames_with_unfinished_tiles: 0,
+            lowered_frames: 0,
+            quality_changes: 0,
+            rungs: [0; Quality::LADDER.len()],
+            blind_frames: 0,
+            samples: 0,
+            plain_seconds: None,
+            median_steps: 0,
+            spent_share: None,
+            allowance: Allowance::Unlimited,
+            latencies: Latencies::new(),
+            seconds: 0.0,
+            last: None,
+            hashes: Vec::new(),
+            waited: None,
+        }
+    }
+
+    /// Counts a frame that was shown.
+    pub(super) fn count(&mut self, frame: &FrameRecord) {
+        let over = frame.budget_steps.is_some_and(|steps| frame.steps > steps);
+        self.frames += 1;
+        self.late_frames += u64::from(frame.late);
+        self.over_budget_frames += u64::from(over);
+        self.frames_with_unfinished_fovea += u64::from(frame.unfinished_fovea);
+        self.frames_with_unfinished_tiles += u64::from(frame.unfinished_tiles > 0);
+        self.lowered_frames += u64::from(frame.rung > 0);
+        self.rungs[frame.rung] += 1;
+    }
+}

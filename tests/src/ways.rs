@@ -1,0 +1,38 @@
+//! Ways to render a frame, all of which make the same.
+
+use shisen::render::{Frame, Options};
+use shisen_core::Simd;
+use shisen_core::frame::{Mode, Settings, Statistics};
+
+/// Of so many threads, in tiles of so many pixels a side.
+pub fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
+    Options {
+        threads,
+        tile,
+        simd,
+        settings: Settings {
+            mode,
+            ..Settings::default()
+        },
+        ..Options::default()
+    }
+}
+
+/// Holds a frame of a scene so many lanes `wide` against another: pixels and rays,
+/// and all that was counted where both went through the scene ray by ray.
+///
+/// # Panics
+/// Where they differ.
+pub fn assert_same(way: &str, found: &Frame, reference: &Frame, (wide, mode): (usize, Mode)) {
+    let rays = |statistics: &Statistics| Statistics {
+        steps: 0,
+        deepest_stack: 0,
+        ..*statistics
+    };
+    let (of, expected) = (&found.statistics, &reference.statistics);
+    assert_eq!(found.hash(), reference.hash(), "{way}");
+    assert_eq!(rays(of), rays(expected), "{way}");
+    if wide == 8 && mode == Mode::Single {
+        assert_eq!(of, expected, "{way}");
+    }
+}
