@@ -9,7 +9,7 @@ use shisen_tracker::decoder::Decoder;
 use shisen_tracker::eye::{adhawk, asl, iscan};
 use shisen_tracker::head::{fastrak, flock, hatire, liberty};
 use shisen_tracker::link;
-use shisen_tracker::mock::{Format, Reader};
+use shisen_tracker::mock::{Device, Format, Reader};
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -113,6 +113,16 @@ impl Protocol {
     pub fn decoder(&self) -> Option<Box<dyn Decoder + Send>> {
         let reader = Reader::new(&self.format)?;
         Some(Box::new(reader))
+    }
+
+    /// The device, simulated: as many birds of a Flock as were set.
+    pub fn device(&self) -> Device {
+        Device::new(&self.format).with_birds(self.asked.first_bird, self.asked.birds)
+    }
+
+    /// Whether its device is told what to send; others send of themselves.
+    pub fn is_told(&self) -> bool {
+        self.start(false).says_anything()
     }
 
     /// What makes its device send; a reset is a part of it only where `reset`

@@ -392,6 +392,11 @@ fn response(begun: &[u8], length: usize, in_step: bool) -> Result<Option<Event>,
         (begun.len() == length).then_some(Event::Message(Message::Reply(Reply {
             to: u32::from(kind),
             result: u32::from(result),
+            meaning: if result == 0 {
+                ""
+            } else {
+                result_name(u32::from(result))
+            },
         }))),
     )
 }
