@@ -11,6 +11,7 @@ use shisen_tracker::head::{fastrak, flock, hatire, liberty};
 use shisen_tracker::link;
 use shisen_tracker::mock::{Device, Format, Reader};
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -202,6 +203,18 @@ impl Protocol {
             self.format,
             Format::Link | Format::Fastrak(_) | Format::Liberty(_) | Format::Flock(_)
         )
+    }
+
+    /// The sensors of its [`device`](Self::device), the first and the last.
+    pub(super) const fn simulated_sensors(&self) -> RangeInclusive<u8> {
+        match &self.format {
+            Format::Flock(config) if config.group => {
+                let first = self.asked.first_bird - 1;
+                first..=first + (self.asked.birds - 1)
+            }
+            Format::Flock(_) => self.asked.first_bird - 1..=self.asked.first_bird - 1,
+            _ => 0..=0,
+        }
     }
 
     /// Whether its devices measure the head.

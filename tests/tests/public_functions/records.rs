@@ -30,7 +30,7 @@ use shisen_tracker::uart::{DeviceEnd, Due, HostEnd};
 use std::convert::Infallible;
 
 pub(super) const CASES: &[(&str, Case)] = &[
-    ("tracker eye::adhawk::start", |n| {
+    ("tracker eye::adhawk::request::start", |n| {
         finite(&adhawk::start(0xff, n.next(120.0)));
     }),
     ("tracker eye::adhawk::encode::encode", |n| {

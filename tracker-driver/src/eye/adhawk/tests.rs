@@ -1,9 +1,13 @@
+use super::fields::{NOT_MEASURED, field_numbers};
 use super::*;
 use crate::command::{Action, Failure, Session};
 use crate::sample::Eye;
+use crate::sample::{GazePoint, Part, Pupil, Reading, Sample};
 use crate::testing::{
     self, ARRIVAL, Random, any_split, dropped, events, every_fault, mock_records, samples,
 };
+use crate::time::DeviceTime;
+use glam::{Quat, Vec2, Vec3};
 use proptest::prelude::*;
 use std::vec::Vec as List;
 
