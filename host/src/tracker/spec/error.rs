@@ -67,7 +67,7 @@ pub enum SpecError {
     },
     /// A time of the estimator's that it refuses.
     #[error("{0}")]
-    #[diagnostic(help("the times are seconds: {}", times::ALLOWED))]
+    #[diagnostic(help("the times are seconds: {}", crate::tracker::times::ALLOWED))]
     Times(ConfigError),
     /// A sensor is chosen where there is one.
     #[error("{of} has one sensor: head={head} chooses none")]
