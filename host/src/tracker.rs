@@ -19,7 +19,7 @@ mod settings;
 mod spec;
 mod times;
 
-pub use feed::{Feed, FeedClock, FeedError, Notice, PAUSE, Senses, simulated};
+pub use feed::{Feed, FeedClock, FeedError, Notice, PAUSE, Senses, Trouble, simulated};
 pub use hid::{Features, features};
 pub use live::LiveError;
 pub use protocol::{Protocol, UnknownProtocol};

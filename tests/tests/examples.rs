@@ -79,6 +79,14 @@ fn a_line_of_sight_from_bytes() {
     );
 }
 
+#[test]
+fn a_firmware_loop() {
+    assert_eq!(
+        printed("uart_loop"),
+        "set up after 301 ms; 323 samples since, 0 bytes dropped\n"
+    );
+}
+
 /// The same numbers from the same seeds.
 #[test]
 fn a_simulated_tracker() {

@@ -49,6 +49,28 @@ fn mock(folder: &Path, protocol: &str) -> Running {
     mock
 }
 
+/// Reads whatever comes on a line, once it is there, until it is gone.
+pub(super) fn reader(folder: &Path, line: &str) -> std::thread::JoinHandle<usize> {
+    let path = folder.join(line);
+    // What is left of one before leads nowhere.
+    let _ = std::fs::remove_file(&path);
+    std::thread::spawn(move || {
+        let begun = Instant::now();
+        let mut file = loop {
+            match std::fs::File::open(&path) {
+                Ok(file) => break file,
+                Err(error) => assert!(begun.elapsed() < Duration::from_secs(20), "{error}"),
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        };
+        let (mut buffer, mut read) = ([0; 256], 0);
+        while let Ok(count @ 1..) = file.read(&mut buffer) {
+            read += count;
+        }
+        read
+    })
+}
+
 pub(super) fn lines(output: &[u8]) -> Vec<Value> {
     let text = std::str::from_utf8(output).unwrap();
     let lines = text.lines().map(serde_json::from_str);
@@ -425,6 +447,7 @@ fn a_recording_is_not_made_up() {
         ),
         ("hatire", "they are left out"),
     ] {
+        let _reader = reader(folder, "line");
         let output = shisen(folder)
             .args(arguments)
             .args([protocol, "--frames", "70"])
@@ -721,4 +744,215 @@ fn drops_are_counted_by_reason() {
         (&last["clock"], &last["late_us"]),
         (&"none".into(), &Value::Null)
     );
+}
+
+/// A replay on the line `tracker` in `folder`, once that is there.
+fn replay(folder: &Path, protocol: &str) -> Running {
+    let _ = std::fs::remove_file(folder.join("tracker"));
+    let arguments = ["tracker", "replay", "a.csv", "--to", "tracker", "--as"];
+    let replay = start(folder, &[&arguments[..], &[protocol]].concat());
+    let begun = Instant::now();
+    while !folder.join("tracker").exists() {
+        assert!(begun.elapsed() < Duration::from_secs(10), "{protocol}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    replay
+}
+
+/// However late a reader comes, the first record is the first that was recorded.
+#[test]
+fn a_replay_waits_for_its_reader() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    shisen(folder)
+        .args(["tracker", "record", "mock:seed=3", "a.csv"])
+        .args(["--frames", "300"])
+        .assert()
+        .success();
+    for protocol in SERIAL {
+        // What a mock of the same viewer sends.
+        let output = shisen(folder)
+            .args(["tracker", "monitor", "--json", "--frames", "1"])
+            .arg(format!("mock:seed=3&as={protocol}"))
+            .assert()
+            .success();
+        let expected = lines(&output.get_output().stdout).remove(0);
+        let mut replay = replay(folder, protocol);
+        std::thread::sleep(Duration::from_millis(700));
+        let output = shisen(folder)
+            .args(["tracker", "monitor", "--json"])
+            .args(["--frames", "200", "--seconds", "20"])
+            .arg(format!("serial:tracker?protocol={protocol}"))
+            .assert()
+            .success();
+        let records = lines(&output.get_output().stdout);
+        assert_eq!(records.len(), 200, "{protocol}");
+        for part in [
+            "head",
+            "left",
+            "right",
+            "combined",
+            "gaze_point",
+            "sequence",
+        ] {
+            assert_eq!(records[0][part], expected[part], "{protocol} {part}");
+        }
+        assert_eq!(records[199]["held_back"], 0, "{protocol}");
+        assert_eq!(records[199]["dropped"], 0, "{protocol}");
+        let mut said = String::new();
+        let mut stderr = replay.0.stderr.take().unwrap();
+        stderr.read_to_string(&mut said).unwrap();
+        let waits = said.find("waiting until somebody opens tracker");
+        let opened = said.find("tracker was opened");
+        let begins = said.find("the recording begins");
+        assert!(
+            waits.is_some() && waits < opened && opened < begins,
+            "{said}"
+        );
+        assert_eq!(said.contains("is told what to send"), protocol != "asl");
+        assert!(replay.0.wait().unwrap().success(), "{said}");
+    }
+}
+
+/// A reader that says nothing gets the recording all the same, after a while that is said.
+#[test]
+fn a_replay_does_not_wait_for_a_reader_that_says_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    shisen(folder)
+        .args(["tracker", "record", "mock:seed=3", "a.csv"])
+        .args(["--frames", "100"])
+        .assert()
+        .success();
+    let mut replay = replay(folder, "fastrak");
+    let mut line = std::fs::File::open(folder.join("tracker")).unwrap();
+    let begun = Instant::now();
+    let mut first = [0; 3];
+    line.read_exact(&mut first).unwrap();
+    assert_eq!(&first, b"01 ");
+    assert!(begun.elapsed() >= Duration::from_millis(2_900));
+    let mut said = String::new();
+    replay
+        .0
+        .stderr
+        .take()
+        .unwrap()
+        .read_to_string(&mut said)
+        .unwrap();
+    assert!(said.contains("nothing is said for 3 s"), "{said}");
+    let output = shisen(folder)
+        .args(["tracker", "replay", "--help"])
+        .assert()
+        .success();
+    let help = String::from_utf8(output.get_output().stdout.clone()).unwrap();
+    let plain: Vec<&str> = help.split_whitespace().collect();
+    let plain = plain.join(" ");
+    assert!(
+        plain.contains("said nothing for 3 s (0.4 s where"),
+        "{help}"
+    );
+}
+
+/// What a device refuses, and what it says of the eyes, over the line.
+#[test]
+fn what_a_device_says_is_told_in_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let monitor = |protocol: &str, spec: &str, frames: &str| {
+        let _mock = mock(folder, protocol);
+        let output = shisen(folder)
+            .args(["tracker", "monitor", spec, "--json", "--frames", frames])
+            .args(["--seconds", "20"])
+            .assert()
+            .success();
+        let output = output.get_output();
+        let said = String::from_utf8(output.stderr.clone()).unwrap();
+        (lines(&output.stdout), said)
+    };
+    let all_said = |records: &[Value]| -> Vec<Value> {
+        let said = records
+            .iter()
+            .map(|record| record["said"].as_array().unwrap());
+        said.flatten().cloned().collect()
+    };
+    // One station more than there are.
+    let (records, said) = monitor(
+        "fastrak?stations=1",
+        "serial:tracker?protocol=fastrak&stations=2",
+        "50",
+    );
+    let refused = "the device refused command 'O': a field is out of range (code 3)";
+    assert!(said.contains(refused), "{said}");
+    let reply = serde_json::json!({
+        "kind": "reply", "command": 79, "result": 3, "meaning": "a field is out of range"
+    });
+    assert!(all_said(&records).contains(&reply), "{records:?}");
+    // A Flock is asked what was wrong, since it does not say so of itself.
+    let (records, said) = monitor("flock", "serial:tracker?protocol=flock&letter=%", "50");
+    let fault = "the device reports fault 6: a command that does not exist";
+    assert!(said.contains(fault), "{said}");
+    assert_eq!(records[49]["dropped_bytes"], records[0]["dropped_bytes"]);
+    // Blinks, of which there are 15 a minute.
+    for protocol in ["adhawk", "link"] {
+        let spec = format!("serial:tracker?protocol={protocol}&rate=250");
+        let (records, _) = monitor(protocol, &spec, "3000");
+        let said = all_said(&records);
+        let of = |event: &str| said.iter().filter(|said| said["event"] == event).count();
+        assert!(of("blink") > 0, "{protocol}: {said:?}");
+        let (closed, opened) = (of("closed"), of("opened"));
+        assert!(closed >= 2 && closed.abs_diff(opened) <= 2, "{said:?}");
+        for said in said.iter().filter(|said| said["event"] == "blink") {
+            let duration = said["duration_us"].as_u64().unwrap();
+            assert!((20_000..900_000).contains(&duration), "{said}");
+            assert!(
+                said["eye"].is_null() && said["device_us"].is_u64(),
+                "{said}"
+            );
+        }
+        assert!(said.iter().any(|said| said["eye"] == "left"), "{said:?}");
+    }
+}
+
+/// A list that is not the device's is told apart from a wrong speed as far as it can be.
+#[test]
+fn outputs_that_are_not_the_devices_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let _mock = mock(folder, "iscan?outputs=gaze-x,gaze-y,pupil-diameter");
+    let output = shisen(folder)
+        .args(["tracker", "monitor", "serial:tracker?protocol=iscan"])
+        .args(["--json", "--seconds", "2"])
+        .assert()
+        .code(1);
+    let said = String::from_utf8(output.get_output().stderr.clone()).unwrap();
+    for expected in [
+        "no record among them",
+        "another baud rate",
+        "list of items, outputs, format",
+        "records of 3 outputs seem to come in",
+    ] {
+        assert!(said.contains(expected), "{expected}: {said}");
+    }
+}
+
+/// Each bird of a group is a sensor of its own.
+#[test]
+fn a_group_of_birds_is_heard() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let _mock = mock(folder, "flock?group=1&birds=3");
+    let on_a_line = "serial:tracker?protocol=flock&group=1&birds=3";
+    for spec in [on_a_line, "mock:as=flock&group=1&birds=3"] {
+        let output = shisen(folder)
+            .args(["tracker", "monitor", spec, "--json", "--frames", "60"])
+            .args(["--seconds", "20"])
+            .assert()
+            .success();
+        let records = lines(&output.get_output().stdout);
+        for sensor in 0..3 {
+            let of = records.iter().filter(|record| record["sensor"] == sensor);
+            assert_eq!(of.count(), 20, "{spec} {sensor}");
+        }
+        assert_eq!(records[59]["dropped"], records[0]["dropped"], "{spec}");
+    }
 }

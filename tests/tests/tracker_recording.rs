@@ -1,7 +1,7 @@
 //! `shisen tracker record` and `replay`: what is written, and how it is played.
 #![cfg(unix)]
 
-use super::tracker_command::{lines, start};
+use super::tracker_command::{lines, reader, start};
 use serde_json::Value;
 use shisen_tests::command::shisen;
 use std::fs;
@@ -147,6 +147,7 @@ fn a_pause_in_a_recording_is_told_and_waited_for() {
     let said = String::from_utf8(output.get_output().stderr.clone()).unwrap();
     let expected = "Warning: the recording holds nothing for the next 2.5 s: it goes on then\n";
     assert_eq!(said, expected);
+    let _reader = reader(folder, "line");
     let output = shisen(folder)
         .args(["tracker", "replay", "pause.csv", "--to", "line"])
         .args(["--frames", "10"])

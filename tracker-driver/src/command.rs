@@ -174,6 +174,11 @@ impl Script {
         })
     }
 
+    /// Whether it says anything at all, and does not only wait.
+    pub fn says_anything(&self) -> bool {
+        !self.bytes.is_empty()
+    }
+
     /// Whether all of it had room; a [`Session`] refuses one that had not.
     pub const fn is_complete(&self) -> bool {
         !self.cut
@@ -279,6 +284,7 @@ impl Session {
                     self.refused.get_or_insert(Failure::Refused {
                         command: reply.to,
                         result: reply.result,
+                        meaning: reply.meaning,
                     });
                 }
             }

@@ -19,6 +19,19 @@ pub trait Decoder {
     /// stream: the device was unplugged, or the line's speed changed. The
     /// counts stay.
     fn reset(&mut self);
+
+    /// Takes note of a command that was sent at `now`: some devices answer in
+    /// bytes that only the question tells from garbage (a
+    /// [`Flock`](crate::head::flock::Flock)'s answers to `O`). Most have nothing
+    /// to note.
+    fn on_sent(&mut self, _command: &[u8], _now: Micros) {}
+
+    /// How many fields the records have that come in, where these are not as many as
+    /// were told to the decoder and it can tell: an ISCAN's outputs. `None` where
+    /// records are read, and of other devices.
+    fn fields_seen(&self) -> Option<usize> {
+        None
+    }
 }
 
 /// What a decoder found.
@@ -210,6 +223,9 @@ pub struct Reply {
     pub to: u32,
     /// 0 where the device agrees.
     pub result: u32,
+    /// What the manual says about the result; empty where it says nothing, and where
+    /// the device agrees.
+    pub meaning: &'static str,
 }
 
 /// What became of the bytes that a decoder took. The counts stop at their

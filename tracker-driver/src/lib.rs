@@ -28,8 +28,9 @@
 //! [`estimate`] makes the line of sight at the time of display. The feature
 //! `mock` has a simulated viewer in front of any of these devices.
 //!
-//! The folder `examples` has all of it: `gaze_from_bytes` for a device on a serial line,
-//! `mock_tracker` for the simulated viewer.
+//! The folder `examples` has all of it: `gaze_from_bytes` for what a device on a serial
+//! line says, `uart_loop` for a firmware's loop over a port that also tells the device what
+//! to send (`uart::HostEnd`), `mock_tracker` for the simulated viewer.
 //!
 //! The transports are here too, each behind a feature: in firmware `i2c`
 //! (`i2c-hid`) for HID over I²C and `uart` (`uart`) for a serial port; on a

@@ -139,8 +139,8 @@ impl Encoder {
         content.finish()
     }
 
-    /// The frame of a message. The meaning of a fault or a state is not sent,
-    /// only its code.
+    /// The frame of a message. The meaning of a fault, a state or a reply is not
+    /// sent, only its code.
     pub fn message(&mut self, message: &Message) -> Frame {
         let mut content;
         match message {

@@ -16,6 +16,7 @@
 //! machine and however it is polled. Memory is bounded, nothing is allocated.
 
 mod device;
+mod eye_events;
 mod faults;
 mod line;
 mod movement;

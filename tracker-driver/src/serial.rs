@@ -1,8 +1,13 @@
 //! Serial ports of a host, by `serialport`.
 
+#[cfg(unix)]
+mod input;
+
 use serialport::{ClearBuffer, ErrorKind, SerialPort, SerialPortType};
 use std::boxed::Box;
-use std::io::{self, Read, Write};
+#[cfg(not(unix))]
+use std::io::Read;
+use std::io::{self, Write};
 use std::string::String;
 use std::time::Duration;
 use std::vec::Vec;
@@ -13,6 +18,10 @@ const READ_WAIT: Duration = Duration::from_millis(2);
 /// A serial port: 8 bits, no parity, one stop bit, no handshake.
 pub struct Serial {
     port: Box<dyn SerialPort>,
+    /// The same port, to read from: what `serialport` makes of a wait in vain takes memory,
+    /// each time.
+    #[cfg(unix)]
+    input: std::fs::File,
 }
 
 impl Serial {
@@ -26,7 +35,11 @@ impl Serial {
     /// of the system's.
     pub fn open(path: &str, baud: u32) -> io::Result<Self> {
         // What serialport makes of a failure does not tell these apart.
+        #[cfg(not(unix))]
         std::fs::metadata(path)?;
+        // Before serialport does, which keeps others out.
+        #[cfg(unix)]
+        let input = input::open(path)?;
         let port = serialport::new(path, baud).timeout(READ_WAIT).open();
         let port = port.map_err(|error| match error.kind() {
             ErrorKind::Io(kind) => io::Error::new(kind, error.description),
@@ -37,16 +50,25 @@ impl Serial {
             ErrorKind::Unknown => io::Error::other(error.description),
         })?;
         port.clear(ClearBuffer::Input)?;
-        Ok(Self { port })
+        Ok(Self {
+            port,
+            #[cfg(unix)]
+            input,
+        })
     }
 
     /// What has come in, after a wait of 2 ms at most for some; 0 where
-    /// nothing has.
+    /// nothing has. A byte that comes in ends the wait at once; on Unix it takes no
+    /// memory.
     ///
     /// # Errors
     /// Those of the system: the port is gone.
     pub fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        match self.port.read(buffer) {
+        #[cfg(unix)]
+        let read = input::read(&mut self.input, buffer, READ_WAIT);
+        #[cfg(not(unix))]
+        let read = self.port.read(buffer);
+        match read {
             // A port that is there never is at its end.
             Ok(0) => Err(io::ErrorKind::BrokenPipe.into()),
             Err(error) if is_wait(&error) => Ok(0),

@@ -227,6 +227,7 @@ mod tests {
                     let reply = Reply {
                         to: u32::from(count),
                         result: u32::from(front.in_step),
+                        meaning: "",
                     };
                     Step::Take(
                         1 + usize::from(count),
@@ -240,7 +241,11 @@ mod tests {
                     code: 6,
                     meaning: "",
                 };
-                let reply = Reply { to: 6, result: 0 };
+                let reply = Reply {
+                    to: 6,
+                    result: 0,
+                    meaning: "",
+                };
                 Step::TakeBoth(1, state, Event::Message(Message::Reply(reply)))
             }
             _ => Step::Skip(DropReason::OutOfStep),
@@ -259,7 +264,11 @@ mod tests {
     }
 
     fn taken(to: u32, result: u32) -> Event {
-        Event::Message(Message::Reply(Reply { to, result }))
+        Event::Message(Message::Reply(Reply {
+            to,
+            result,
+            meaning: "",
+        }))
     }
 
     #[test]

@@ -1,11 +1,20 @@
-//! A serial port on `embedded-io`, read without waiting; and the other end of
-//! its line, played by a simulated device ([`DeviceEnd`], with the feature `mock`).
+//! A serial port on `embedded-io`, served without waiting.
+//!
+//! - [`HostEnd`] is the whole of it, a step of a loop at a time: the device is told what
+//!   to send, and read;
+//! - [`drain`] only reads, where there is nothing to say or nothing to say it with;
+//! - `DeviceEnd`, with the feature `mock`, is the other end of the line, played by a
+//!   simulated device.
 
 #[cfg(any(feature = "mock", test))]
 mod device_end;
+#[cfg(test)]
+mod doubles;
+mod host_end;
 
 #[cfg(any(feature = "mock", test))]
 pub use device_end::DeviceEnd;
+pub use host_end::{Due, HostEnd};
 
 use crate::decoder::{Decoder, Event};
 use crate::time::Micros;

@@ -123,7 +123,7 @@
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for setting a device up.
-#define SHISEN_SETUP_SIZE 1384
+#define SHISEN_SETUP_SIZE 1400
 #endif
 
 // Most bytes that shisen_tracker_poll writes at once.

@@ -226,4 +226,8 @@ impl Decoder for Device {
     fn reset(&mut self) {
         by_its_decoder!(self, decoder => decoder.reset());
     }
+
+    fn on_sent(&mut self, command: &[u8], now: Micros) {
+        by_its_decoder!(self, decoder => decoder.on_sent(command, now));
+    }
 }

@@ -25,7 +25,7 @@ pub const SHISEN_TRACKER_SIZE: usize = 6848;
 pub const SHISEN_SETUP_SIZE: usize = 1376;
 /// Bytes of memory for setting a device up.
 #[cfg(target_pointer_width = "64")]
-pub const SHISEN_SETUP_SIZE: usize = 1384;
+pub const SHISEN_SETUP_SIZE: usize = 1400;
 
 /// Most bytes that shisen_tracker_poll writes at once.
 pub const SHISEN_MOST_COMMAND_BYTES: usize = 48;
@@ -571,6 +571,7 @@ pub unsafe extern "C" fn shisen_tracker_poll(
                 }
                 found.action = SetupAction::Send as u32;
                 found.length = bytes.len();
+                tracker.device.on_sent(room, now);
             }
             Action::Speed(baud) => {
                 found.action = SetupAction::Speed as u32;

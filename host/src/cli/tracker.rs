@@ -7,6 +7,7 @@ mod happenings;
 mod list;
 mod monitor;
 mod record;
+mod said;
 mod sample;
 #[cfg(unix)]
 mod serve;

@@ -9,10 +9,11 @@ use super::spec::{MockSpec, Spec};
 use miette::Diagnostic;
 use shisen_tracker::command::Failure;
 use shisen_tracker::decoder::{Counts, Decoder, Event};
-use shisen_tracker::mock::{MockError, Source, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::mock::{Line, MockError, Source, Tracker, TrackerConfig, Viewer, ViewerConfig};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::collections::VecDeque;
+use std::fmt;
 use std::time::Instant;
 use thiserror::Error;
 
@@ -43,11 +44,34 @@ pub enum Notice {
         reason: String,
     },
     /// Nothing comes that can be understood.
-    Trouble(Failure),
+    Trouble(Trouble),
     /// The device was told to restart, and says nothing for so long at most.
     Restarting(Micros),
     /// A recording holds nothing for so long, which is waited for.
     Pause(Micros),
+}
+
+/// What is wrong with a device or its line, and what may help.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Trouble {
+    /// What is wrong.
+    pub failure: Failure,
+    /// How many fields the records have that come in, where these are not as many as the
+    /// decoder was told ([`Decoder::fields_seen`]).
+    pub fields_seen: Option<usize>,
+}
+
+impl fmt::Display for Trouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.failure.fmt(f)?;
+        match self.fields_seen {
+            None => Ok(()),
+            Some(fields) => write!(
+                f,
+                "; records of {fields} outputs seem to come in: name as many in SPEC (outputs=)"
+            ),
+        }
+    }
 }
 
 /// Why there is no feed.
@@ -98,7 +122,7 @@ pub struct Feed {
 enum Kind {
     /// Samples as they are, and how many so far.
     Samples(Box<Tracker<'static>>, Counts),
-    Bytes(Box<Wire<Tracker<'static>>>, Box<dyn Decoder + Send>),
+    Bytes(Box<Line<Tracker<'static>>>, Box<dyn Decoder + Send>),
     Replay(Replay),
     Live(Box<Live>),
 }
@@ -188,8 +212,8 @@ impl Feed {
                 let tracker = simulated(spec)?;
                 match spec.protocol.as_ref().and_then(|p| Some((p, p.decoder()?))) {
                     Some((protocol, decoder)) => {
-                        let wire = Wire::new(tracker, protocol.format().clone());
-                        Kind::Bytes(Box::new(wire), decoder)
+                        let line = Line::of(tracker, protocol.device());
+                        Kind::Bytes(Box::new(line), decoder)
                     }
                     None => Kind::Samples(Box::new(tracker), Counts::new()),
                 }
@@ -269,8 +293,8 @@ impl Feed {
                     sink(Notice::Decoded(Event::Sample(sample)));
                 }
             }
-            Kind::Bytes(wire, decoder) => {
-                while let Some(chunk) = wire.poll(until) {
+            Kind::Bytes(line, decoder) => {
+                while let Some(chunk) = line.poll(until) {
                     decoder.feed(chunk.bytes(), chunk.arrival, &mut |event| {
                         sink(Notice::Decoded(event));
                     });

@@ -2,7 +2,7 @@
 
 mod permission;
 
-use super::feed::Notice;
+use super::feed::{Notice, Trouble};
 use super::hid::{self, Features};
 use super::protocol::Protocol;
 use super::spec::{HidName, HidSpec, SerialSpec};
@@ -267,9 +267,16 @@ impl Live {
         }
         let trouble = self.watch.trouble(now());
         if let Some(trouble) = trouble.filter(|_| !self.said) {
-            sink(Notice::Trouble(trouble));
+            sink(self.trouble(trouble));
         }
         self.said = trouble.is_some();
+    }
+
+    fn trouble(&self, failure: Failure) -> Notice {
+        Notice::Trouble(Trouble {
+            failure,
+            fields_seen: self.decoder.fields_seen(),
+        })
     }
 
     fn listen(&mut self, now: impl Fn() -> Micros, sink: &mut dyn FnMut(Notice)) -> io::Result<()> {
@@ -324,7 +331,10 @@ impl Live {
         };
         loop {
             match session.poll(now) {
-                Action::Send(bytes) => port.write(bytes)?,
+                Action::Send(bytes) => {
+                    port.write(bytes)?;
+                    self.decoder.on_sent(bytes, now);
+                }
                 Action::Speed(baud) => port.set_speed(baud)?,
                 Action::Wait(_) => return Ok(()),
                 Action::Done if self.then.is_some() => {
@@ -345,7 +355,7 @@ impl Live {
                         Failure::Silent | Failure::NoRecord { .. } | Failure::Unusable { .. }
                     );
                     if !by_watch && !self.again {
-                        sink(Notice::Trouble(failure));
+                        sink(self.trouble(failure));
                     }
                     return Ok(());
                 }

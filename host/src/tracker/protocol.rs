@@ -9,8 +9,9 @@ use shisen_tracker::decoder::Decoder;
 use shisen_tracker::eye::{adhawk, asl, iscan};
 use shisen_tracker::head::{fastrak, flock, hatire, liberty};
 use shisen_tracker::link;
-use shisen_tracker::mock::{Format, Reader};
+use shisen_tracker::mock::{Device, Format, Reader};
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -115,6 +116,16 @@ impl Protocol {
         Some(Box::new(reader))
     }
 
+    /// The device, simulated: as many birds of a Flock as were set.
+    pub fn device(&self) -> Device {
+        Device::new(&self.format).with_birds(self.asked.first_bird, self.asked.birds)
+    }
+
+    /// Whether its device is told what to send; others send of themselves.
+    pub fn is_told(&self) -> bool {
+        self.start(false).says_anything()
+    }
+
     /// What makes its device send; a reset is a part of it only where `reset`
     /// says so.
     pub fn start(&self, reset: bool) -> Script {
@@ -192,6 +203,18 @@ impl Protocol {
             self.format,
             Format::Link | Format::Fastrak(_) | Format::Liberty(_) | Format::Flock(_)
         )
+    }
+
+    /// The sensors of its [`device`](Self::device), the first and the last.
+    pub(super) const fn simulated_sensors(&self) -> RangeInclusive<u8> {
+        match &self.format {
+            Format::Flock(config) if config.group => {
+                let first = self.asked.first_bird - 1;
+                first..=first + (self.asked.birds - 1)
+            }
+            Format::Flock(_) => self.asked.first_bird - 1..=self.asked.first_bird - 1,
+            _ => 0..=0,
+        }
     }
 
     /// Whether its devices measure the head.

@@ -1,6 +1,8 @@
 //! A pseudo-terminal: a serial port without a wire, for a simulated device.
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use std::fs::{self, File};
@@ -14,7 +16,7 @@ use std::path::{Path, PathBuf};
 pub struct Pty {
     device: File,
     /// Held open, so that the line stays while nobody reads it.
-    _line: File,
+    line: Option<File>,
     name: PathBuf,
     link: Option<PathBuf>,
 }
@@ -41,11 +43,7 @@ impl Pty {
         let name = PathBuf::from(name.to_string_lossy().into_owned());
         let flags = fcntl_getfl(&device)?;
         fcntl_setfl(&device, flags | OFlags::NONBLOCK)?;
-        let line = rustix::fs::open(
-            &name,
-            OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC,
-            rustix::fs::Mode::empty(),
-        )?;
+        let line = other_end(&name)?;
         // Bytes, not lines, and none of them sent back.
         let mut termios = tcgetattr(line.as_fd())?;
         termios.make_raw();
@@ -56,7 +54,7 @@ impl Pty {
         symlink(&name, link)?;
         Ok(Self {
             device: device.into(),
-            _line: line.into(),
+            line: Some(line),
             name,
             link: Some(link.to_owned()),
         })
@@ -74,6 +72,28 @@ impl Pty {
     /// Those of the system.
     pub fn speed(&self) -> io::Result<u32> {
         Ok(tcgetattr(self.device.as_fd())?.output_speed())
+    }
+
+    /// Lets go of the other end, so that [`is_read`](Self::is_read) can tell whether
+    /// somebody else holds it.
+    pub fn release(&mut self) {
+        self.line = None;
+    }
+
+    /// Whether somebody has opened the other end, once it was released. Where somebody has,
+    /// it is held open again, as far as the reader lets others have it.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn is_read(&mut self) -> io::Result<bool> {
+        let at_once = Timespec::default();
+        let mut ready = [PollFd::new(&self.device, PollFlags::empty())];
+        poll(&mut ready, Some(&at_once))?;
+        let is_read = !ready[0].revents().contains(PollFlags::HUP);
+        if is_read && self.line.is_none() {
+            self.line = other_end(&self.name).ok();
+        }
+        Ok(is_read)
     }
 
     /// Sends what there is room for, which is all of it unless nobody reads: a
@@ -112,14 +132,49 @@ impl Drop for Pty {
     }
 }
 
+fn other_end(name: &Path) -> io::Result<File> {
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+    Ok(rustix::fs::open(name, flags, rustix::fs::Mode::empty())?.into())
+}
+
+/// Whether nobody reads, or says anything, at the moment; nobody at all is an error of
+/// input and output.
 fn is_wait(error: &io::Error) -> bool {
     use io::ErrorKind::{Interrupted, WouldBlock};
-    matches!(error.kind(), WouldBlock | Interrupted)
+    let nobody = error.raw_os_error() == Some(Errno::IO.raw_os_error());
+    nobody || matches!(error.kind(), WouldBlock | Interrupted)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reader_is_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tracker");
+        let mut pty = Pty::open(&path).unwrap();
+        assert!(pty.is_read().unwrap(), "its own end");
+        pty.release();
+        for _ in 0..2 {
+            assert!(!pty.is_read().unwrap());
+            assert!(!pty.send(b"lost").unwrap());
+            assert_eq!(pty.receive(&mut [0; 8]).unwrap(), 0);
+        }
+        let open = || fs::OpenOptions::new().read(true).write(true).open(&path);
+        let mut reader = open().unwrap();
+        assert!(pty.is_read().unwrap());
+        // Still raw: no echo, no lines.
+        assert!(pty.send(b"\x03a\n").unwrap());
+        let mut found = [0; 3];
+        reader.read_exact(&mut found).unwrap();
+        assert_eq!(&found, b"\x03a\n");
+        assert_eq!(pty.receive(&mut [0; 8]).unwrap(), 0);
+        // The line stays when it goes.
+        drop(reader);
+        assert!(pty.is_read().unwrap());
+        assert!(pty.send(b"b").unwrap());
+    }
 
     #[test]
     fn bytes_pass_both_ways_and_the_name_goes_with_the_line() {

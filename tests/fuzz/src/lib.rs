@@ -84,6 +84,9 @@ pub fn stream(name: &'static str, bytes: &[u8]) {
         return;
     };
     let mut line = Line::new(name);
+    // A question, which few decoders make something of.
+    let question = [b'O', size % 40];
+    line.decoder.on_sent(&question, Micros(1));
     for piece in bytes.chunks(usize::from(size) + 1) {
         line.feed(piece);
     }
@@ -94,6 +97,7 @@ pub fn stream(name: &'static str, bytes: &[u8]) {
     if !matches!(name, "osvr-hdk" | "hid") {
         let mut samples = 0;
         let mut whole = decoder(&Format::named(name).expect("a name of the list"));
+        whole.on_sent(&question, Micros(1));
         let mut count = |event| samples += u64::from(matches!(event, Event::Sample(_)));
         whole.feed(bytes, Micros(1), &mut count);
         whole.feed(&intact, Micros(1), &mut count);

@@ -59,7 +59,7 @@ pub(super) fn assert_usable(name: &str, sample: &Sample) {
 /// A decoder and what stands behind it.
 pub(super) struct Line {
     name: &'static str,
-    decoder: Reader,
+    pub(super) decoder: Reader,
     clock: ClockEstimator,
     gaze: GazeEstimator,
     now: Micros,

@@ -8,6 +8,7 @@ mod uhid;
 use hidapi::{HidApi, HidDevice};
 use shisen_tracker::decoder::{Decoder, DropReason, Event, Message};
 use shisen_tracker::head::osvr_hdk;
+use shisen_tracker::hid::device;
 use shisen_tracker::hid::eye_tracker::documented;
 use shisen_tracker::hid::eye_tracker::{
     Axes, Capabilities, Configuration, EyeTracker, Mode, Status,
@@ -54,6 +55,26 @@ const PLACE_ALONE: [u8; 41] = [
     0xC0, 0xC0, 0xC0, // ends
 ];
 
+/// An eye tracker of usage page 0x12 without report ids: its head's place, as above, is the
+/// one input report; how it is, how often it samples, and its control are the one feature
+/// report.
+const WITHOUT_IDS: [u8; 85] = [
+    0x05, 0x12, 0x09, 0x01, 0xA1, 0x01, // eye tracker
+    0x09, 0x10, 0xA1, 0x00, // tracking data
+    0x09, 0x27, 0xA1, 0x00, // head position
+    0x16, 0x00, 0x80, 0x26, 0xFF, 0x7F, // ±32,767
+    0x65, 0x11, 0x55, 0x0F, // 10⁻¹ cm
+    0x75, 0x10, 0x95, 0x03, 0x09, 0x21, 0x09, 0x22, 0x09, 0x23, 0x81, 0x02, // x, y, z
+    0xC0, 0xC0, // ends
+    0x09, 0x13, 0xA1, 0x02, // status
+    0x65, 0x00, 0x55, 0x00, 0x15, 0x00, 0x25, 0x04, // no unit, 0 to 4
+    0x75, 0x08, 0x95, 0x01, 0x0A, 0x01, 0x03, 0xB1, 0x02, // how it is
+    0x66, 0x01, 0xF0, 0x25, 0x7F, 0x0A, 0x00, 0x03, 0xB1, 0x02, // samples per second
+    0xC0, 0x09, 0x14, 0xA1, 0x02, // ends; control
+    0x65, 0x00, 0x25, 0x07, 0x0A, 0x00, 0x04, 0xB1, 0x02, // what it is to send
+    0xC0, 0xC0, // ends
+];
+
 const ABILITIES: Capabilities = Capabilities {
     quality: Some(1),
     nearest: Some(0.5),
@@ -87,9 +108,9 @@ fn eye_tracker_that(serial: &str, settable: bool) -> Result<Device, Box<dyn Erro
         id: documented::USB_ID,
         descriptor: &documented::DESCRIPTOR,
         features: vec![
-            documented::capabilities(&ABILITIES).to_vec(),
-            documented::configuration(&SET_UP).to_vec(),
-            documented::status(&READY).to_vec(),
+            (0x11, documented::capabilities(&ABILITIES).to_vec()),
+            (0x12, documented::configuration(&SET_UP).to_vec()),
+            (0x13, documented::status(&READY).to_vec()),
         ],
         settable,
     })?)
@@ -250,6 +271,59 @@ fn reads_features(api: &mut HidApi) -> Outcome {
     // What the device refuses is an error, and soon.
     let refused = feature(&opened, 0x14);
     ensure!(refused.is_err(), "{refused:?}");
+    Ok(())
+}
+
+/// Where there are no ids, the system has a 0 before every report that it is asked for or
+/// told to set, and the device's driver may hand one back or not.
+fn features_without_ids(api: &mut HidApi) -> Outcome {
+    for answer in [&[0, 1, 100, 0][..], &[1, 100, 0]] {
+        let mut device = Device::new(&Description {
+            name: "Eye Tracker without ids",
+            serial: "ET-0",
+            id: documented::USB_ID,
+            descriptor: &WITHOUT_IDS,
+            features: vec![(0, answer.to_vec())],
+            settable: true,
+        })?;
+        let devices = wait_for(api, documented::USB_ID, 1)?;
+        let mut opened = device::Device::open(&devices[0][0])?;
+        let mut tracker = EyeTracker::new(&opened.descriptor()?, Axes::default())?;
+        let reports = tracker.feature_reports();
+        ensure!(
+            reports == [None, None, Some((0, 3)), Some((0, 3))],
+            "{reports:?}"
+        );
+        let report = opened.feature(0, 3)?;
+        ensure!(report == [1, 100, 0], "{report:?} of {answer:?}");
+        let status = tracker.status(&report)?;
+        ensure!(status == READY, "{status:?}");
+        let request = tracker.mode_request(Mode::ALL).ok_or("no control report")?;
+        opened.set_feature(0, &request)?;
+        let set = device.seen().set;
+        ensure!(set == [[0, 0, 0, 7]], "{set:02x?}");
+        // And an input report, all of which is data.
+        device.send(&[100, 0, 200, 0, 0x2C, 0x01])?;
+        let mut bytes = [0; 64];
+        let start = Instant::now();
+        let length = loop {
+            match opened.read(&mut bytes)? {
+                0 => ensure!(start.elapsed() < SLOW, "nothing was read"),
+                length => break length,
+            }
+        };
+        let mut place = None;
+        tracker.feed(&bytes[..length], Micros(1), &mut |event| {
+            if let Event::Sample(sample) = event {
+                place = sample.head.position.map(|place| place.value.to_array());
+            }
+        });
+        let off = place.map(|[x, y, z]| (x - 0.1).abs() + (y - 0.2).abs() + (z - 0.3).abs());
+        ensure!(off.is_some_and(|off| off < 1e-6), "{place:?}");
+        drop(opened);
+        drop(device);
+        wait_for(api, documented::USB_ID, 0)?;
+    }
     Ok(())
 }
 
@@ -604,13 +678,17 @@ fn follows(api: &mut HidApi, spec: &str) -> Outcome {
 /// A name, and what it does.
 type Check = (&'static str, fn(&mut HidApi) -> Outcome);
 
-const CHECKS: [Check; 13] = [
+const CHECKS: [Check; 14] = [
     (
         "an eye tracker is listed, opened and described",
         lists_and_opens,
     ),
     ("its features are read", reads_features),
     ("its mode is set", asks_for_a_mode),
+    (
+        "features without report ids are read and set",
+        features_without_ids,
+    ),
     ("its tracking data are decoded", decodes_tracking_data),
     ("it is unplugged and plugged in again", survives_replugging),
     ("two of them are told apart", tells_two_apart),

@@ -29,8 +29,10 @@ pub struct Description<'a> {
     pub serial: &'a str,
     pub id: (u16, u16),
     pub descriptor: &'a [u8],
-    /// Feature reports that can be read, each with its id in front.
-    pub features: Vec<Vec<u8>>,
+    /// Feature reports that can be read, by their ids: 0 of a device that has none. The
+    /// bytes are what the device's driver hands over: with the id in front where there
+    /// are ids, and where not, with a 0 in front as USB's does, or without.
+    pub features: Vec<(u8, Vec<u8>)>,
     /// Whether feature reports can be set.
     pub settable: bool,
 }
@@ -40,7 +42,7 @@ pub struct Description<'a> {
 pub struct Seen {
     pub opened: u32,
     pub closed: u32,
-    /// Feature reports that were set, each with its id in front.
+    /// Feature reports that were set, each with its id, or 0, in front.
     pub set: Vec<Vec<u8>>,
 }
 
@@ -112,7 +114,7 @@ fn put(to: &mut [u8], at: usize, bytes: &[u8]) {
 }
 
 /// Answers the kernel until the device is gone.
-fn answer(mut file: File, features: &[Vec<u8>], settable: bool, seen: &Mutex<Seen>) {
+fn answer(mut file: File, features: &[(u8, Vec<u8>)], settable: bool, seen: &Mutex<Seen>) {
     let mut event = [0; EVENT_BYTES];
     while file.read(&mut event).is_ok_and(|length| length >= 4) {
         let word = |at: usize| u32::from_le_bytes(event[at..at + 4].try_into().expect("4 bytes"));
@@ -129,9 +131,9 @@ fn answer(mut file: File, features: &[Vec<u8>], settable: bool, seen: &Mutex<See
                 continue;
             }
             GET_REPORT => {
-                let found = features.iter().find(|report| report[0] == event[8]);
+                let found = features.iter().find(|(id, _)| *id == event[8]);
                 let error = if found.is_some() { 0 } else { EIO };
-                let report = found.map_or(&[][..], |report| report);
+                let report = found.map_or(&[][..], |(_, report)| report);
                 let mut reply = [&GET_REPORT_REPLY.to_le_bytes()[..], &id].concat();
                 reply.extend(error.to_le_bytes());
                 reply.extend((report.len() as u16).to_le_bytes());

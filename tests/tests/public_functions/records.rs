@@ -26,11 +26,11 @@ use shisen_tracker::mock::{
 };
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
-use shisen_tracker::uart::DeviceEnd;
+use shisen_tracker::uart::{DeviceEnd, Due, HostEnd};
 use std::convert::Infallible;
 
 pub(super) const CASES: &[(&str, Case)] = &[
-    ("tracker eye::adhawk::start", |n| {
+    ("tracker eye::adhawk::request::start", |n| {
         finite(&adhawk::start(0xff, n.next(120.0)));
     }),
     ("tracker eye::adhawk::encode::encode", |n| {
@@ -381,6 +381,19 @@ pub(super) const CASES: &[(&str, Case)] = &[
             assert_eq!(device.sent(), u64::from(!port.0.is_empty()));
             reads(&format, &port.0);
         }
+    }),
+    ("tracker uart::host_end::HostEnd::new", |n| {
+        let script = adhawk::start(2, n.next(120.0));
+        let tracker = HostEnd::new(adhawk::AdHawk::new(), script);
+        assert!(!tracker.has_said_all());
+    }),
+    ("tracker uart::host_end::HostEnd::serve", |n| {
+        let script = adhawk::start(2, n.next(120.0));
+        let mut tracker = HostEnd::new(adhawk::AdHawk::new(), script);
+        let mut port = Port::default();
+        let Ok(due) = tracker.serve(&mut port, Micros(2), 64, &mut |_| {});
+        assert!(matches!(due, Due::Wait(_)), "{due:?}");
+        assert!(!port.0.is_empty());
     }),
     ("tracker mock::reader::Reader::new", |n| {
         let format = a_format(n);

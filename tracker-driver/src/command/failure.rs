@@ -10,8 +10,8 @@ use core::fmt;
 pub enum Failure {
     /// Nothing comes in.
     Silent,
-    /// Bytes come in, and none is part of a record: the line's speed, or the
-    /// protocol, is not the device's.
+    /// Bytes come in, and none is part of a record: the line's speed, the
+    /// protocol or what it is set up to is not the device's.
     NoRecord {
         /// How many bytes.
         bytes: u64,
@@ -47,8 +47,10 @@ pub enum Failure {
     Refused {
         /// The command, as the protocol numbers it.
         command: u32,
-        /// The device's reason.
+        /// The device's reason, by its number.
         result: u32,
+        /// What the manual says about that; empty where it says nothing.
+        meaning: &'static str,
     },
     /// The script has more steps or bytes than a session plays.
     TooLong,
@@ -64,14 +66,15 @@ impl fmt::Display for Failure {
             ),
             Self::NoRecord { bytes } => write!(
                 f,
-                "{bytes} bytes came in, and no record among them: the line's speed or the \
-                 protocol is not the device's; try another baud rate"
+                "{bytes} bytes came in, and no record among them: the line's speed, the protocol \
+                 or its settings (list of items, outputs, format) are not the device's; try \
+                 another baud rate, and compare the settings with the device's"
             ),
             Self::Unlike { dropped, bytes } => write!(
                 f,
                 "{dropped} of {bytes} bytes in a second belong to no record: the protocol, its \
-                 settings (list, format, units) or the line's speed is not the device's, or the \
-                 line is disturbed"
+                 settings (list of items, outputs, format) or the line's speed is not the \
+                 device's, or the line is disturbed"
             ),
             Self::Unusable { records, reason } => write!(
                 f,
@@ -99,9 +102,19 @@ impl fmt::Display for Failure {
                     )
                 }
             },
-            Self::Refused { command, result } => {
+            Self::Refused {
+                command,
+                result,
+                meaning,
+            } => {
                 let command = Named(command);
-                write!(f, "the device refused command {command} with code {result}")
+                if meaning.is_empty() {
+                    return write!(f, "the device refused command {command} with code {result}");
+                }
+                write!(
+                    f,
+                    "the device refused command {command}: {meaning} (code {result})"
+                )
             }
             Self::TooLong => write!(
                 f,

@@ -66,19 +66,24 @@
 //! | mock | 0.000 | 0.730 | 0.000 | 0.000 | 1 |
 
 mod encode;
+mod fields;
+mod request;
 
 pub use encode::{encode, encode_event, encode_response};
+#[cfg(any(feature = "mock", test))]
+pub(crate) use request::{
+    EYE_TRACKING, GET_TRACKER_STATUS, PROPERTY_EVENTS, PROPERTY_FIELDS, PROPERTY_RATE,
+    SET_PROPERTY, SYSTEM_CONTROL,
+};
+pub use request::{Request, start, stop};
 
-use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{
     Counts, Decoder, DropReason, Event, EyeEvent, EyeEventKind, Message, Reply, Side,
 };
-use crate::sample::{GazePoint, Part, Parts, Pupil, Reading, Sample};
+use crate::sample::Parts;
 use crate::stream::{Front, Step, Stream};
 use crate::time::{DeviceTime, Micros};
-use crate::valid;
-use encode::{packet, push};
-use glam::{Quat, Vec2, Vec3};
+use fields::{eye_fields, number};
 use heapless::Vec;
 
 /// Most bytes of a packet.
@@ -115,125 +120,6 @@ const BOTH: u8 = 3;
 
 const MILLIMETRE: f32 = 1.0e-3;
 const NANOSECONDS_PER_MICROSECOND: u64 = 1_000;
-/// Nothing of a face is further from the tracker: metres.
-const LARGEST_DISTANCE: f32 = 10.0;
-/// No pupil is wider: metres.
-const LARGEST_PUPIL: f32 = 0.05;
-/// No gaze is further outside a screen: screens.
-const LARGEST_SCREEN: f32 = 100.0;
-
-/// What the host asks of the device.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Request {
-    /// Start tracking the eyes, or stop.
-    Tracking(bool),
-    /// Whether it is ready: the result says.
-    Status,
-    /// Which fields of the stream 0x01 it sends: bit 1 is field 1.
-    Fields {
-        /// The fields that this is about.
-        mask: u32,
-        /// Whether they are sent.
-        enable: bool,
-    },
-    /// How often it sends them.
-    Rate {
-        /// Samples per second.
-        hertz: f32,
-    },
-    /// Which events it sends: bit 0 blinks, 1 eyes that open and close, 2
-    /// eyes lost and found, 3 saccades, 9 fixations.
-    Events {
-        /// The events that this is about.
-        mask: u32,
-        /// Whether they are sent.
-        enable: bool,
-    },
-}
-
-/// The property numbers of [`SET_PROPERTY`].
-pub(crate) const PROPERTY_EVENTS: u8 = 5;
-pub(crate) const PROPERTY_RATE: u8 = 13;
-pub(crate) const PROPERTY_FIELDS: u8 = 14;
-pub(crate) const GET_TRACKER_STATUS: u8 = 0x90;
-pub(crate) const SET_PROPERTY: u8 = 0x9B;
-pub(crate) const SYSTEM_CONTROL: u8 = 0x9C;
-pub(crate) const EYE_TRACKING: u8 = 1;
-
-impl Request {
-    /// What the response calls it ([`Reply::to`]).
-    pub const fn kind(&self) -> u8 {
-        match self {
-            Self::Tracking(_) => SYSTEM_CONTROL,
-            Self::Status => GET_TRACKER_STATUS,
-            Self::Fields { .. } | Self::Rate { .. } | Self::Events { .. } => SET_PROPERTY,
-        }
-    }
-
-    /// The packet that asks; `number` comes back in the response.
-    pub fn encode(&self, number: u16) -> Packet {
-        let mut payload = Packet::new();
-        push(&mut payload, &number.to_le_bytes());
-        push(&mut payload, &[self.kind()]);
-        match *self {
-            Self::Tracking(on) => push(&mut payload, &[EYE_TRACKING, u8::from(on)]),
-            Self::Status => (),
-            Self::Fields { mask, enable } => {
-                push(&mut payload, &[PROPERTY_FIELDS]);
-                push(&mut payload, &mask.to_le_bytes());
-                push(&mut payload, &[u8::from(enable)]);
-            }
-            Self::Rate { hertz } => {
-                push(&mut payload, &[PROPERTY_RATE]);
-                push(&mut payload, &hertz.to_le_bytes());
-            }
-            Self::Events { mask, enable } => {
-                push(&mut payload, &[PROPERTY_EVENTS]);
-                push(&mut payload, &mask.to_le_bytes());
-                push(&mut payload, &[u8::from(enable)]);
-            }
-        }
-        packet(&payload, false)
-    }
-}
-
-/// What makes the device send these fields of the stream 0x01 so many times a
-/// second, and all its events: bit 1 of `fields` is field 1.
-pub fn start(fields: u32, hertz: f32) -> Script {
-    let requests = [
-        Request::Tracking(true),
-        Request::Fields {
-            mask: fields,
-            enable: true,
-        },
-        Request::Events {
-            mask: ALL_EVENTS,
-            enable: true,
-        },
-        Request::Rate { hertz },
-    ];
-    let mut script = Script::new();
-    for (request, number) in requests.iter().zip(1..) {
-        let reply = Awaited::Reply(u32::from(request.kind()));
-        script
-            .send(&request.encode(number))
-            .expect(reply, RESPONSE_TIMEOUT);
-    }
-    script.expect(Awaited::Sample, PATIENCE);
-    script
-}
-
-/// What makes it stop.
-pub fn stop() -> Script {
-    let request = Request::Tracking(false);
-    let reply = Awaited::Reply(u32::from(request.kind()));
-    let mut script = Script::sending(&request.encode(1));
-    script.expect(reply, RESPONSE_TIMEOUT);
-    script
-}
-
-/// The events that [`Request::Events`] numbers.
-const ALL_EVENTS: u32 = 0b10_0000_1111;
 
 /// What a response's result means.
 pub fn result_name(result: u32) -> &'static str {
@@ -392,6 +278,11 @@ fn response(begun: &[u8], length: usize, in_step: bool) -> Result<Option<Event>,
         (begun.len() == length).then_some(Event::Message(Message::Reply(Reply {
             to: u32::from(kind),
             result: u32::from(result),
+            meaning: if result == 0 {
+                ""
+            } else {
+                result_name(u32::from(result))
+            },
         }))),
     )
 }
@@ -413,199 +304,6 @@ fn other_stream(kind: u8, data: &[u8]) -> Option<Event> {
         _ => return None,
     };
     Some(Event::Message(state))
-}
-
-/// How many numbers a field holds, for so many eyes.
-fn field_numbers(field: u8, eyes: usize) -> Option<usize> {
-    Some(match field {
-        1 | 6 | 8 => 4,
-        2..=4 => 3 * eyes,
-        5 => eyes,
-        7 => 2,
-        _ => return None,
-    })
-}
-
-/// The stream of the eyes after its first byte.
-fn eye_fields(payload: &[u8], arrival: Micros) -> Result<(Sample, Parts), DropReason> {
-    let Some((time, [eyes, fields @ ..])) = payload.split_first_chunk() else {
-        return Err(DropReason::Length);
-    };
-    let eyes = *eyes;
-    let count = match eyes {
-        RIGHT | LEFT => 1,
-        BOTH => 2,
-        _ => return Err(DropReason::Field),
-    };
-    let mut sample = Sample {
-        device_time: Some(DeviceTime::unwrapped(
-            u64::from_le_bytes(*time) / NANOSECONDS_PER_MICROSECOND,
-        )),
-        ..Sample::arrived(arrival)
-    };
-    let mut rest = fields;
-    let mut seen = 0_u16;
-    let mut unmeasured = Parts::NONE;
-    while let [field, numbers @ ..] = rest {
-        let wanted = 4 * field_numbers(*field, count).ok_or(DropReason::Field)?;
-        if seen >> field & 1 != 0 {
-            return Err(DropReason::Field);
-        }
-        seen |= 1 << field;
-        let (numbers, behind) = numbers.split_at_checked(wanted).ok_or(DropReason::Length)?;
-        unmeasured = read_field(&mut sample, *field, eyes, numbers, unmeasured)?;
-        rest = behind;
-    }
-    // A packet without fields says when it was and nothing else.
-    if seen == 0 {
-        return Err(DropReason::Length);
-    }
-    // Of the two places that can be an eye's origin one is enough.
-    for (eye, part) in [
-        (&sample.left, Part::LeftOrigin),
-        (&sample.right, Part::RightOrigin),
-    ] {
-        if eye.origin.is_some() {
-            unmeasured = unmeasured.without(part);
-        }
-    }
-    Ok((sample, unmeasured))
-}
-
-/// The nth number of a field; its length was checked.
-fn number(numbers: &[u8], n: usize) -> f32 {
-    let bytes = numbers.get(4 * n..).and_then(<[u8]>::first_chunk);
-    bytes.map_or(f32::NAN, |bytes| f32::from_le_bytes(*bytes))
-}
-
-/// Of each eye, in the order of a packet: its origin, its direction, its pupil.
-const EYE_PARTS: [(u8, [Part; 3]); 2] = [
-    (
-        RIGHT,
-        [Part::RightOrigin, Part::RightDirection, Part::RightPupil],
-    ),
-    (
-        LEFT,
-        [Part::LeftOrigin, Part::LeftDirection, Part::LeftPupil],
-    ),
-];
-
-/// Puts a field into the sample; gives back the parts that are not measured, with
-/// those of this field.
-fn read_field(
-    sample: &mut Sample,
-    field: u8,
-    eyes: u8,
-    numbers: &[u8],
-    mut unmeasured: Parts,
-) -> Result<Parts, DropReason> {
-    let both = EYE_PARTS
-        .into_iter()
-        .zip([&mut sample.right, &mut sample.left]);
-    let present = both.filter(|((side, _), _)| eyes & side != 0);
-    let present = present.map(|((_, parts), eye)| (parts, eye)).enumerate();
-    let mut miss = |part| unmeasured = unmeasured.with(part);
-    match field {
-        1 => {
-            let vergence = numbers.get(12..).unwrap_or_default();
-            let _ = measured::<1>(vergence, 0, f32::MAX)?;
-            let (direction, is_measured) = direction(numbers, 0)?;
-            sample.combined.direction = Some(direction);
-            if !is_measured {
-                miss(Part::CombinedDirection);
-            }
-        }
-        2 => {
-            for (n, ([_, part, _], eye)) in present {
-                let (direction, is_measured) = direction(numbers, n)?;
-                eye.direction = Some(direction);
-                if !is_measured {
-                    miss(part);
-                }
-            }
-        }
-        3 | 4 => {
-            for (n, ([part, ..], eye)) in present {
-                let Some(place) = measured(numbers, n, LARGEST_DISTANCE / MILLIMETRE)? else {
-                    miss(part);
-                    continue;
-                };
-                let place = Reading::tracked(Vec3::from_array(place) * MILLIMETRE);
-                eye.origin = eye.origin.filter(|_| field == 4).or(Some(place));
-            }
-        }
-        5 => {
-            for (n, ([.., part], eye)) in present {
-                let Some([diameter]) = measured(numbers, n, LARGEST_PUPIL / MILLIMETRE)? else {
-                    miss(part);
-                    continue;
-                };
-                if diameter < 0.0 {
-                    return Err(DropReason::OutOfRange);
-                }
-                let diameter = diameter * MILLIMETRE;
-                eye.pupil = (diameter > 0.0).then_some(Pupil::Diameter(diameter));
-            }
-        }
-        7 => {
-            let point = measured(numbers, 0, LARGEST_SCREEN)?;
-            if point.is_none() {
-                miss(Part::GazePoint);
-            }
-            let place = point.map_or(Vec2::ZERO, Vec2::from_array);
-            sample.gaze_point = Some(Reading {
-                value: GazePoint::Normalized(place),
-                tracked: point.is_some(),
-            });
-        }
-        8 => match measured(numbers, 0, f32::MAX)? {
-            Some(turn) => {
-                let turn = valid::rotation(Quat::from_array(turn), NORM_TOLERANCE)?;
-                sample.head.orientation = Some(Reading::tracked(turn));
-            }
-            None => miss(Part::HeadOrientation),
-        },
-        // The scene camera's picture has no place in a sample.
-        _ => (),
-    }
-    Ok(unmeasured)
-}
-
-/// The nth `N` numbers of a field, none farther from zero than `limit`; `None` where
-/// one of them is not measured.
-fn measured<const N: usize>(
-    numbers: &[u8],
-    n: usize,
-    limit: f32,
-) -> Result<Option<[f32; N]>, DropReason> {
-    let mut found = [0.0; N];
-    let mut all = true;
-    for (i, found) in found.iter_mut().enumerate() {
-        let number = number(numbers, N * n + i);
-        if number.to_bits() & !SIGN == NOT_MEASURED {
-            all = false;
-        } else {
-            *found = valid::within(number, limit)?;
-        }
-    }
-    Ok(all.then_some(found))
-}
-
-/// NaN as C has it. Any other NaN is damage: a byte too many makes one of every sixth
-/// packet.
-pub(crate) const NOT_MEASURED: u32 = 0x7FC0_0000;
-const SIGN: u32 = 1 << 31;
-
-/// The nth direction of a field, and whether it is measured: one that is not is
-/// straight ahead, and not tracked.
-fn direction(numbers: &[u8], n: usize) -> Result<(Reading<Vec3>, bool), DropReason> {
-    Ok(match measured(numbers, n, f32::MAX)? {
-        Some(sent) => {
-            let direction = valid::direction(Vec3::from_array(sent))?;
-            (Reading::tracked(direction), true)
-        }
-        None => (Reading::held(Vec3::NEG_Z), false),
-    })
 }
 
 /// What an event's data is: its kind, its bytes, and what they begin with.

@@ -228,6 +228,40 @@ pub struct Iscan {
     stream: Stream<{ LONGEST_RECORD + 2 }>,
     /// When the last byte came of what is a record if a header follows.
     whole: Option<Micros>,
+    strangers: Strangers,
+}
+
+/// Records of another number of outputs than was told.
+#[derive(Debug, Clone, Copy, Default)]
+struct Strangers {
+    /// Bytes that were thrown away from the last header on.
+    skipped: Option<u8>,
+    /// Outputs between the last two headers.
+    outputs: Option<u8>,
+}
+
+impl Strangers {
+    /// Takes note of what was made of the front of the stream.
+    fn note(&mut self, front: &[u8], step: &Step) {
+        match step {
+            Step::Skip(_) => {
+                // Within a word of a header, it is half of that one and of the word.
+                let is_header = self.skipped.is_none_or(|bytes| bytes >= 4);
+                self.skipped = if is_header && front.starts_with(&[HEADER; 2]) {
+                    let words = self.skipped.and_then(|bytes| bytes.checked_sub(2));
+                    let words = words.filter(|bytes| bytes.is_multiple_of(2));
+                    let outputs = words.map(|bytes| bytes / 2);
+                    let possible = |count: &u8| (1..=MOST_OUTPUTS as u8).contains(count);
+                    self.outputs = outputs.filter(possible).or(self.outputs);
+                    Some(1)
+                } else {
+                    self.skipped.and_then(|bytes| bytes.checked_add(1))
+                };
+            }
+            Step::More => {}
+            Step::Take(..) | Step::TakeBoth(..) | Step::Discard(..) => *self = Self::default(),
+        }
+    }
 }
 
 impl Iscan {
@@ -243,8 +277,10 @@ impl Iscan {
 impl Decoder for Iscan {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
         let (config, whole) = (&self.config, &mut self.whole);
+        let strangers = &mut self.strangers;
         self.stream.feed(bytes, sink, |front| {
             let step = step(config, front, whole.unwrap_or(arrival));
+            strangers.note(front.bytes, &step);
             // With the record there is no more to wait for than a header.
             *whole = match step {
                 Step::More if front.bytes.len() >= config.outputs.record_length() => {
@@ -263,6 +299,12 @@ impl Decoder for Iscan {
     fn reset(&mut self) {
         self.stream.reset();
         self.whole = None;
+        self.strangers = Strangers::default();
+    }
+
+    /// The outputs between the last two headers, where no record is read.
+    fn fields_seen(&self) -> Option<usize> {
+        self.strangers.outputs.map(usize::from)
     }
 }
 

@@ -488,10 +488,12 @@ fn error_record(body: &[u8]) -> Event {
                     code.saturating_mul(10).saturating_add(digit)
                 })
         });
+    // An error without a number is still one.
+    let result = code.filter(|&code| code != 0).unwrap_or(99);
     Event::Message(Message::Reply(Reply {
         to: u32::from(command),
-        // An error without a number is still one.
-        result: code.filter(|&code| code != 0).unwrap_or(99),
+        result,
+        meaning: error_meaning(result),
     }))
 }
 

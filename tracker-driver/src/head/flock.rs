@@ -25,8 +25,24 @@
 //! known, not from those two sources: [`Config::letter`] and
 //! [`Config::half_turn`] are for a device that has others.
 //!
-//! The birds' answers to `O` (examine) are bare bytes without a start; the
-//! decoder drops them as out of step.
+//! # Answers
+//!
+//! The birds' answers to `O` (examine) are bare bytes without a start, which only the
+//! question tells from garbage: the decoder reads them where it is told of it
+//! ([`Decoder::on_sent`](crate::decoder::Decoder::on_sent)) and they come within
+//! [`PATIENCE`], and drops them as out of step
+//! otherwise. While a record may come it does; but for `O` 36, whose answer begins as a
+//! record does, no answer is taken for one, nor a record for an answer: ask that one
+//! while no records come. Each answer is a [`Reply`] to `O` with
+//! result 0, and before it:
+//!
+//! | Parameter | Bytes | Message |
+//! |---|---|---|
+//! | 0, status | 2 | [`Message::State`], the word |
+//! | 2, crystal | 2 | |
+//! | 10, error | 1 | [`Message::Fault`] where there was one, of [`error_meaning`] |
+//! | 16, error and its unit | 2 | as 10 |
+//! | 36, all units | 14 | |
 //!
 //! # The line's RTS
 //!
@@ -125,7 +141,7 @@
 use super::axes::{self, Axes};
 use super::polhemus::{from_seven_bits, nearest_word, to_seven_bits};
 use crate::command::{Awaited, PATIENCE, Script};
-use crate::decoder::{Counts, Decoder, DropReason, Event};
+use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Reply};
 use crate::rotation::inverse;
 use crate::sample::{Head, Reading, Sample};
 use crate::stream::{Front, Step, Stream};
@@ -398,7 +414,7 @@ impl Config {
     /// being asked; in group mode they have the addresses from
     /// `first_address` on (2, where a transmitter alone has address 1). They
     /// configure themselves first only where `reset` says so, which takes a
-    /// second and a half.
+    /// second and a half. At last they are asked for the error that they met, if any.
     pub fn start(&self, first_address: u8, birds: u8, reset: bool) -> Script {
         // The guide asks for 300 ms before and after.
         let settle = Micros::from_millis(300);
@@ -423,7 +439,11 @@ impl Config {
         } else {
             script.send(&[mode]);
         }
-        script.send(b"@").expect(Awaited::Sample, PATIENCE);
+        script
+            .send(&[EXAMINE, ERROR])
+            .pause(Micros::from_millis(50))
+            .send(b"@")
+            .expect(Awaited::Sample, PATIENCE);
         script
     }
 }
@@ -436,6 +456,36 @@ const AUTO_CONFIGURE: u8 = 50;
 pub(crate) const GROUP_MODE: u8 = 35;
 /// The next command goes to the bird whose address is added.
 pub(crate) const TO_BIRD: u8 = 0xF0;
+
+/// Asks for a parameter.
+pub(crate) const EXAMINE: u8 = b'O';
+/// The parameters that are asked for, and how long their answers are.
+pub(crate) const STATUS: u8 = 0;
+pub(crate) const CRYSTAL: u8 = 2;
+pub(crate) const ERROR: u8 = 10;
+pub(crate) const EXPANDED_ERROR: u8 = 16;
+pub(crate) const ALL_UNITS: u8 = 36;
+/// Bytes that [`ALL_UNITS`] is answered with: one for each unit.
+pub(crate) const UNITS: usize = 14;
+
+/// How long the answer is; `None` of a parameter that is not known here.
+const fn answer_bytes(parameter: u8) -> Option<usize> {
+    match parameter {
+        ERROR => Some(1),
+        STATUS | CRYSTAL | EXPANDED_ERROR => Some(2),
+        ALL_UNITS => Some(UNITS),
+        _ => None,
+    }
+}
+
+/// Bytes of a command with what belongs to it, by its first.
+pub(crate) const fn command_bytes(first: u8) -> usize {
+    match first {
+        b'P' | b'L' => 3,
+        EXAMINE => 2,
+        _ => 1,
+    }
+}
 
 /// What ends the stream of records and puts the birds to sleep.
 pub fn stop() -> Script {
@@ -488,6 +538,8 @@ pub struct Flock {
     config: Config,
     /// When the last byte came of the record that waits for the next one.
     whole: Option<Micros>,
+    /// A parameter that was asked for, and when.
+    asked: Option<(u8, Micros)>,
 }
 
 impl Flock {
@@ -497,14 +549,23 @@ impl Flock {
             stream: Stream::default(),
             config,
             whole: None,
+            asked: None,
         }
     }
 }
 
 impl Decoder for Flock {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        let (config, whole) = (&self.config, &mut self.whole);
+        let (config, whole, asked) = (&self.config, &mut self.whole, &mut self.asked);
+        *asked = asked.filter(|&(_, at)| arrival.since(at) <= PATIENCE);
         self.stream.feed(bytes, sink, |front| {
+            let awaited = asked.and_then(|(parameter, _)| answer(parameter, front.bytes));
+            if let Some(step) = awaited {
+                if step != Step::More {
+                    *asked = None;
+                }
+                return step;
+            }
             let step = config.step(front, whole.unwrap_or(arrival));
             *whole = match step {
                 Step::More if front.bytes.len() >= config.record_bytes() => {
@@ -522,8 +583,54 @@ impl Decoder for Flock {
 
     fn reset(&mut self) {
         self.stream.reset();
-        self.whole = None;
+        (self.whole, self.asked) = (None, None);
     }
+
+    /// The last question counts.
+    fn on_sent(&mut self, command: &[u8], now: Micros) {
+        let mut rest = command;
+        while let Some(&first) = rest.first() {
+            if let [EXAMINE, parameter, ..] = *rest {
+                self.asked = Some((parameter, now));
+            }
+            rest = rest.get(command_bytes(first)..).unwrap_or_default();
+        }
+    }
+}
+
+/// What is made of bytes that may be the answer to a question; `None` where a record
+/// begins, or the answer's length is not known.
+fn answer(parameter: u8, bytes: &[u8]) -> Option<Step> {
+    let length = answer_bytes(parameter)?;
+    let &first = bytes.first()?;
+    if parameter != ALL_UNITS && first & PHASE != 0 {
+        return None;
+    }
+    let Some(answer) = bytes.get(..length) else {
+        return Some(Step::More);
+    };
+    let second = answer.get(1).copied().unwrap_or_default();
+    let first_said = match parameter {
+        STATUS => Some(Message::State {
+            code: u32::from(u16::from_le_bytes([first, second])),
+            meaning: "",
+        }),
+        ERROR | EXPANDED_ERROR if first != 0 => Some(Message::Fault {
+            code: u32::from(first),
+            meaning: error_meaning(first),
+        }),
+        _ => None,
+    };
+    let reply = Reply {
+        to: u32::from(EXAMINE),
+        result: 0,
+        meaning: "",
+    };
+    Some(Step::take(
+        length,
+        first_said,
+        Event::Message(Message::Reply(reply)),
+    ))
 }
 
 impl Config {

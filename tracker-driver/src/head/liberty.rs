@@ -355,6 +355,7 @@ fn reply(command: u8, error: u8) -> Event {
     Event::Message(Message::Reply(Reply {
         to: u32::from(command),
         result,
+        meaning: "",
     }))
 }
 

@@ -88,6 +88,7 @@ pub(super) fn read_message(kind: u8, body: &[u8]) -> Result<Message, DropReason>
         REPLY => Message::Reply(Reply {
             to: body.u32()?,
             result: body.u32()?,
+            meaning: "",
         }),
         STATE => Message::State {
             code: body.u32()?,

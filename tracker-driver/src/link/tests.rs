@@ -162,6 +162,7 @@ fn messages_survive_the_wire() {
         Message::Reply(Reply {
             to: 0x9C,
             result: 3,
+            meaning: "",
         }),
     ]);
     for kind in EYE_EVENTS {

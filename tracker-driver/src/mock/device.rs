@@ -8,6 +8,7 @@ mod hatire;
 mod liberty;
 
 use super::wire::Format;
+use crate::decoder::EyeEventKind;
 use crate::eye::iscan;
 use crate::head::polhemus::{Family, Format as Written, ItemList, ItemListError, MOST_ITEMS};
 use crate::link;
@@ -136,6 +137,17 @@ impl Device {
         self.streams
     }
 
+    /// Whether a record is due of what it measures at `now`: it streams, or one was asked
+    /// for, and it does not restart.
+    pub fn is_to_send(&self, now: Micros) -> bool {
+        (self.streams || self.asked > 0) && !self.restarts(now)
+    }
+
+    /// Whether it restarts, and is neither heard nor hears.
+    pub fn restarts(&self, now: Micros) -> bool {
+        self.away_until.is_some_and(|until| now < until)
+    }
+
     /// The samples per second that the host asked for, if it did.
     pub const fn rate(&self) -> Option<u32> {
         self.rate
@@ -145,7 +157,7 @@ impl Device {
     /// nothing: it was stopped, restarts, or is to send fewer.
     pub fn measure(&mut self, sample: &Sample) -> Option<Sample> {
         let now = sample.arrival;
-        if self.is_away(now) {
+        if self.restarts(now) {
             return None;
         }
         if self.asked > 0 {
@@ -188,7 +200,7 @@ impl Device {
             });
         }
         for &byte in bytes {
-            if self.is_away(now) {
+            if self.restarts(now) {
                 return;
             }
             if self.overlong {
@@ -236,6 +248,17 @@ impl Device {
         }
     }
 
+    /// Whether it says that this happened to the eyes: our own link does, an `AdHawk` where
+    /// the host asked for it.
+    pub(super) fn tells(&self, kind: EyeEventKind, now: Micros) -> bool {
+        let has_it = match self.format {
+            Format::Link => true,
+            Format::AdHawk => self.adhawk.tells(kind),
+            _ => false,
+        };
+        has_it && self.streams && !self.restarts(now)
+    }
+
     fn set(&mut self, byte: u8, start: u8, stop: u8) {
         if byte == start || byte == stop {
             self.streams = byte == start;
@@ -256,10 +279,6 @@ impl Device {
         (self.clock, self.front) = (Zero::None, Zero::None);
         self.away_until = Some(now.after(Micros(usual.0 / 10 * 9)));
         Heard::Took(self.heard.len())
-    }
-
-    fn is_away(&self, now: Micros) -> bool {
-        self.away_until.is_some_and(|until| now < until)
     }
 }
 

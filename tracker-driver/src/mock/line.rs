@@ -2,24 +2,42 @@
 //! host's commands in.
 
 use super::device::Device;
+use super::eye_events::{EyeEvents, MOST_AT_ONCE};
 use super::faults::{Chunk, Source};
 use super::wire::{Format, Wire};
+use crate::decoder::{EyeEvent, Message};
 use crate::sample::Sample;
 use crate::time::Micros;
+use heapless::Deque;
 
 /// A simulated tracker that is told by a host what to send, and how.
 #[derive(Debug, Clone)]
 pub struct Line<S> {
     wire: Wire<S>,
     device: Device,
+    eyes: EyeEvents,
+    /// What happened to the eyes and is not sent yet, and when.
+    events: Deque<EyeEvent, MOST_AT_ONCE>,
+    /// A sample, and the first of the sensors that have not sent theirs of it.
+    due: Option<(Sample, u8)>,
+    now: Micros,
 }
 
 impl<S: Source<Item = Sample>> Line<S> {
     /// A device that measures `source` and streams records of this format.
     pub fn new(source: S, format: &Format) -> Self {
+        Self::of(source, Device::new(format))
+    }
+
+    /// This device, measuring `source`.
+    pub fn of(source: S, device: Device) -> Self {
         Self {
-            wire: Wire::new(source, format.clone()),
-            device: Device::new(format),
+            wire: Wire::new(source, device.format().clone()),
+            device,
+            eyes: EyeEvents::default(),
+            events: Deque::new(),
+            due: None,
+            now: Micros(0),
         }
     }
 
@@ -35,6 +53,26 @@ impl<S: Source<Item = Sample>> Line<S> {
             self.wire.set_format(self.device.format().clone());
         }
     }
+
+    /// The next record of what was measured last.
+    fn due(&mut self) -> Option<Chunk> {
+        while let Some(event) = self.events.pop_front() {
+            let message = Message::Eyes(event);
+            if let Some(chunk) = self.wire.encode_message(&message, self.now) {
+                return Some(chunk);
+            }
+        }
+        while let Some((sample, n)) = self.due.take() {
+            let Some(measured) = self.device.nth_sensor(&sample, n) else {
+                break;
+            };
+            self.due = Some((sample, n.saturating_add(1)));
+            if let Some(chunk) = self.wire.encode(&measured) {
+                return Some(chunk);
+            }
+        }
+        None
+    }
 }
 
 impl<S: Source<Item = Sample>> Source for Line<S> {
@@ -42,12 +80,21 @@ impl<S: Source<Item = Sample>> Source for Line<S> {
 
     /// The next record that it sends at `until` or before.
     fn poll(&mut self, until: Micros) -> Option<Chunk> {
-        while let Some(sample) = self.wire.source().poll(until) {
-            let measured = self.device.measure(&sample);
-            if let Some(chunk) = measured.and_then(|sample| self.wire.encode(&sample)) {
+        loop {
+            if let Some(chunk) = self.due() {
                 return Some(chunk);
             }
+            let sample = self.wire.source().poll(until)?;
+            self.now = sample.arrival;
+            let (device, events) = (&self.device, &mut self.events);
+            self.eyes.see(&sample, &mut |event| {
+                if device.tells(event.kind, sample.arrival) {
+                    // There is room for all that one sample can say.
+                    let _ = events.push_back(event);
+                }
+            });
+            let measured = self.device.measure(&sample);
+            self.due = measured.map(|sample| (sample, 0));
         }
-        None
     }
 }

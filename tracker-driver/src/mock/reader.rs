@@ -91,4 +91,15 @@ impl Decoder for Reader {
     fn reset(&mut self) {
         self.decoder().reset();
     }
+
+    fn on_sent(&mut self, command: &[u8], now: Micros) {
+        self.decoder().on_sent(command, now);
+    }
+
+    fn fields_seen(&self) -> Option<usize> {
+        match &self.0 {
+            Kind::Iscan(decoder) => decoder.fields_seen(),
+            _ => None,
+        }
+    }
 }

@@ -85,7 +85,7 @@ impl core::error::Error for MockError {}
 /// Half of the distance between the eyes, metres.
 const HALF_DISTANCE: f32 = 0.032;
 /// How far open an eye has to be for the tracker to see its pupil.
-const LEAST_OPENNESS: f32 = 0.3;
+pub(super) const LEAST_OPENNESS: f32 = 0.3;
 
 /// A tracker that measures a viewer, sample after sample.
 #[derive(Debug, Clone)]

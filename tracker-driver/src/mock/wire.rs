@@ -1,6 +1,7 @@
 //! From samples to the bytes that a device would have sent for them.
 
 use super::faults::{Chunk, Source};
+use crate::decoder::Message;
 use crate::estimate::{Screen, plane_of};
 use crate::eye::{adhawk, asl, iscan};
 use crate::head::hatire::{self, Translation};
@@ -182,6 +183,20 @@ impl<S: Source<Item = Sample>> Wire<S> {
                 let seen = in_axes(&on_screen(sample, screen), axes);
                 chunk(&documented::tracking(&seen))
             }
+        }
+    }
+}
+
+impl<S> Wire<S> {
+    /// The bytes of something that the device says beside its samples, at `now`; `None`
+    /// where the protocol has none for it.
+    pub(super) fn encode_message(&mut self, message: &Message, now: Micros) -> Option<Chunk> {
+        match (&self.format, message) {
+            (Format::Link, message) => Some(Chunk::new(now, &self.link.message(message))),
+            (Format::AdHawk, Message::Eyes(event)) => {
+                Some(Chunk::new(now, &adhawk::encode_event(event)))
+            }
+            _ => None,
         }
     }
 }

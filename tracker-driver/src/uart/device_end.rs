@@ -18,6 +18,12 @@ const WAITING: usize = 512;
 #[derive(Debug, Clone)]
 pub struct DeviceEnd<S> {
     line: Line<S>,
+    queue: Queue,
+}
+
+/// What waits for the port, and what became of all that was to be sent.
+#[derive(Debug, Clone)]
+struct Queue {
     waiting: Deque<u8, WAITING>,
     sent: u64,
     dropped: u64,
@@ -28,9 +34,11 @@ impl<S: Source<Item = Sample>> DeviceEnd<S> {
     pub const fn new(line: Line<S>) -> Self {
         Self {
             line,
-            waiting: Deque::new(),
-            sent: 0,
-            dropped: 0,
+            queue: Queue {
+                waiting: Deque::new(),
+                sent: 0,
+                dropped: 0,
+            },
         }
     }
 
@@ -41,12 +49,12 @@ impl<S: Source<Item = Sample>> DeviceEnd<S> {
 
     /// Records and answers that were handed to the port, or wait for it.
     pub const fn sent(&self) -> u64 {
-        self.sent
+        self.queue.sent
     }
 
     /// Records and answers that there was no room for.
     pub const fn dropped(&self) -> u64 {
-        self.dropped
+        self.queue.dropped
     }
 
     /// Reads what the port has received by `now`, at most `most` bytes or a few
@@ -59,6 +67,7 @@ impl<S: Source<Item = Sample>> DeviceEnd<S> {
     where
         P: Read + ReadReady + Write + WriteReady,
     {
+        let Self { line, queue } = self;
         let mut heard = 0;
         let mut chunk = [0; CHUNK];
         while heard < most && port.read_ready()? {
@@ -67,26 +76,29 @@ impl<S: Source<Item = Sample>> DeviceEnd<S> {
                 break;
             }
             heard += read;
-            let (waiting, sent, dropped) = (&mut self.waiting, &mut self.sent, &mut self.dropped);
             let bytes = chunk.get(..read).unwrap_or_default();
-            self.line.hear(bytes, now, &mut |answer| {
-                *(if queue(waiting, answer) {
-                    &mut *sent
-                } else {
-                    &mut *dropped
-                }) += 1;
-            });
+            line.hear(bytes, now, &mut |answer| queue.push(answer));
         }
-        self.write(port)?;
-        while let Some(record) = self.line.poll(now) {
-            if queue(&mut self.waiting, record.bytes()) {
-                self.sent += 1;
-            } else {
-                self.dropped += 1;
-            }
-            self.write(port)?;
+        queue.write(port)?;
+        while let Some(record) = line.poll(now) {
+            queue.push(record.bytes());
+            queue.write(port)?;
         }
         Ok(())
+    }
+}
+
+impl Queue {
+    /// Has all of it wait, or, where it has no room, none.
+    fn push(&mut self, bytes: &[u8]) {
+        if bytes.len() > WAITING - self.waiting.len() {
+            self.dropped += 1;
+            return;
+        }
+        self.sent += 1;
+        for &byte in bytes {
+            let _ = self.waiting.push_back(byte);
+        }
     }
 
     fn write<P: Write + WriteReady>(&mut self, port: &mut P) -> Result<(), P::Error> {
@@ -106,82 +118,18 @@ impl<S: Source<Item = Sample>> DeviceEnd<S> {
     }
 }
 
-/// Whether all of it had room; if not, none of it waits.
-fn queue(waiting: &mut Deque<u8, WAITING>, bytes: &[u8]) -> bool {
-    if bytes.len() > WAITING - waiting.len() {
-        return false;
-    }
-    bytes.iter().all(|&byte| waiting.push_back(byte).is_ok())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::{Action, Session};
+    use crate::command::Script;
     use crate::decoder::{Decoder, Event};
     use crate::head::fastrak::{self, Fastrak};
     use crate::head::polhemus::{Family, Format as Written, ItemList};
     use crate::mock::{Format, Tracker, TrackerConfig, Viewer, ViewerConfig};
-    use crate::uart::drain;
-    use embedded_io::{ErrorKind, ErrorType};
-    use std::collections::VecDeque;
+    use crate::uart::doubles::End;
+    use crate::uart::{Due, HostEnd, drain};
+    use embedded_io::ErrorKind;
     use std::vec::Vec;
-
-    /// One end of a line that takes `room` more bytes.
-    #[derive(Default)]
-    struct End {
-        received: VecDeque<u8>,
-        sent: VecDeque<u8>,
-        room: usize,
-        broken: bool,
-    }
-
-    impl ErrorType for End {
-        type Error = ErrorKind;
-    }
-
-    impl ReadReady for End {
-        fn read_ready(&mut self) -> Result<bool, ErrorKind> {
-            Ok(!self.received.is_empty())
-        }
-    }
-
-    impl Read for End {
-        fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
-            assert!(
-                !self.received.is_empty(),
-                "the port was read while it was not ready"
-            );
-            let count = buffer.len().min(self.received.len());
-            for byte in &mut buffer[..count] {
-                *byte = self.received.pop_front().unwrap();
-            }
-            Ok(count)
-        }
-    }
-
-    impl WriteReady for End {
-        fn write_ready(&mut self) -> Result<bool, ErrorKind> {
-            Ok(self.room > 0 || self.broken)
-        }
-    }
-
-    impl Write for End {
-        fn write(&mut self, bytes: &[u8]) -> Result<usize, ErrorKind> {
-            if self.broken {
-                return Err(ErrorKind::BrokenPipe);
-            }
-            assert!(self.room > 0, "the port was written while it was not ready");
-            let count = bytes.len().min(self.room);
-            self.sent.extend(&bytes[..count]);
-            self.room -= count;
-            Ok(count)
-        }
-
-        fn flush(&mut self) -> Result<(), ErrorKind> {
-            Ok(())
-        }
-    }
 
     /// Position and quaternion, in binary.
     fn config() -> fastrak::Config {
@@ -201,42 +149,83 @@ mod tests {
         let config = config();
         let mut device = device(&config);
         let (mut far, mut near) = (End::default(), End::default());
-        let mut decoder = Fastrak::new(config.clone());
-        let mut session = Session::new(config.start(false));
+        let mut host = HostEnd::new(Fastrak::new(config.clone()), config.start(false));
         let mut samples = Vec::new();
         let mut stopped_at = None;
+        let mut due = Due::Room;
         for ms in 0..3_000 {
             let now = Micros::from_millis(ms);
-            if let Action::Send(bytes) = session.poll(now) {
-                far.received.extend(bytes);
-            }
-            // 115,200 baud.
-            far.room = 11;
+            // 115,200 baud, in both directions.
+            (far.room, near.room) = (11, 11);
             device.serve(&mut far, now, 64).unwrap();
             near.received.append(&mut far.sent);
-            drain(&mut near, &mut decoder, now, 64, &mut |event| {
-                session.on_event(&event);
+            let served = host.serve(&mut near, now, 64, &mut |event| {
                 if let Event::Sample(sample) = event {
                     samples.push(sample.arrival);
                 }
-            })
-            .unwrap();
+            });
+            due = served.unwrap();
+            far.received.append(&mut near.sent);
             if ms == 2_000 {
-                assert_eq!(session.poll(now), Action::Done);
+                assert_eq!(due, Due::Nothing);
                 assert!(device.line().device().streams());
-                session = Session::new(fastrak::stop());
+                host.say(fastrak::stop());
             }
             if !device.line().device().streams() && ms > 2_000 {
                 stopped_at = stopped_at.or(Some(now));
             }
         }
+        assert_eq!(due, Due::Nothing);
         let stopped = stopped_at.unwrap();
-        assert!(stopped <= Micros::from_millis(2_002), "{stopped:?}");
+        assert!(stopped <= Micros::from_millis(2_003), "{stopped:?}");
         assert!(samples.len() > 200, "{}", samples.len());
         // What waited is all that came after it.
         let last = *samples.last().unwrap();
         assert!(last < stopped.after(Micros::from_millis(60)), "{last:?}");
-        assert_eq!(decoder.counts().dropped_bytes, 0);
+        assert_eq!(host.decoder().counts().dropped_bytes, 0);
+    }
+
+    /// A command is written as the port takes it, none of it twice, and a device that
+    /// does not answer is told of.
+    #[test]
+    fn a_host_does_not_wait_for_its_port() {
+        let mut script = Script::sending(b"first");
+        script.speed(9_600).send(b"second");
+        script.expect(crate::command::Awaited::Sample, crate::command::PATIENCE);
+        let mut host = HostEnd::new(Fastrak::new(config()), script);
+        let mut near = End::default();
+        let mut ms = 0;
+        let mut serve = |near: &mut End| {
+            ms += 1;
+            host.serve(near, Micros::from_millis(ms), 64, &mut |_| {})
+        };
+        let said = |near: &mut End| {
+            std::mem::take(&mut near.sent)
+                .into_iter()
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(serve(&mut near), Ok(Due::Room));
+        near.room = 3;
+        assert_eq!(serve(&mut near), Ok(Due::Room));
+        assert_eq!(said(&mut near), b"fir");
+        near.broken = true;
+        assert_eq!(serve(&mut near), Err(ErrorKind::BrokenPipe));
+        (near.broken, near.room) = (false, 3);
+        // All is with the port: only now may its speed be changed.
+        assert_eq!(serve(&mut near), Ok(Due::Speed(9_600)));
+        assert_eq!(said(&mut near), b"st");
+        near.room = 1_000;
+        assert_eq!(serve(&mut near), Ok(Due::Wait(Micros::from_millis(1_005))));
+        assert_eq!(said(&mut near), b"second");
+        let failed = loop {
+            match serve(&mut near).unwrap() {
+                Due::Failed(failure) => break failure,
+                Due::Wait(_) | Due::Speed(_) => {}
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(failed, crate::command::Failure::Silent);
+        assert_eq!(said(&mut near), b"firstsecond".repeat(2));
     }
 
     /// A line that is too slow loses whole records, none of them in part.

@@ -168,8 +168,14 @@ impl Arguments {
         let over = AtomicBool::new(false);
         std::thread::scope(|scope| {
             let served = scope.spawn(|| {
-                let mut goes_on = |_, _| !over.load(Ordering::Relaxed);
-                serve::serve(&mut line, source, &self.protocol, &mut goes_on)
+                let mut goes_on = |_| !over.load(Ordering::Relaxed);
+                serve::serve(
+                    &mut line,
+                    source,
+                    &self.protocol,
+                    serve::Begin::AtOnce,
+                    &mut goes_on,
+                )
             });
             let runs = self.runs(rate, path.display().to_string(), prepared, interrupt);
             over.store(true, Ordering::Relaxed);

@@ -150,11 +150,11 @@ impl Follower {
                 }
                 _ => {}
             },
-            Notice::Trouble(failure) => troubles.push(failure),
+            Notice::Trouble(trouble) => troubles.push(trouble),
             other => say(Happenings::of_feed(&other)),
         });
-        for failure in troubles {
-            warn(&with_drops(&failure, &feed.counts()));
+        for trouble in troubles {
+            warn(&with_drops(&trouble, &feed.counts()));
         }
         samples
     }

@@ -1,9 +1,8 @@
 //! That frames take no memory after the first ones: counted by the allocator of this
 //! program's tests.
 //!
-//! It counts what all threads take, from a simulated tracker and from a decoder. A serial
-//! port is not among them: `serialport` makes an error of each two milliseconds in which
-//! nothing came, and errors take memory. Tests run beside one another, so the frames here
+//! It counts what all threads take, from a simulated tracker, from a decoder and from a
+//! serial port. Tests run beside one another, so the frames here
 //! are rendered by a process of its own.
 
 use super::{Audience, Change, LiveArguments, Newest};
@@ -101,6 +100,72 @@ fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) ->
     auditor.taken
 }
 
+/// Serial ports, by way of pseudo-terminals.
+#[cfg(unix)]
+mod line {
+    use super::{Spec, TAKEN, taken};
+    use shisen::tracker::pty::Pty;
+    use shisen::tracker::serve::{Begin, serve};
+    use shisen::tracker::{Feed, MockSpec, Notice, simulated};
+    use shisen_tracker::decoder::Event;
+    use shisen_tracker::serial::Serial;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::time::{Duration, Instant};
+
+    /// A port that is read while nothing comes, and while something does; a feed of it;
+    /// and frames that follow that.
+    pub(super) fn take_no_memory() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tracker");
+        let mut pty = Pty::open(&path).unwrap();
+        let mut port = Serial::open(path.to_str().unwrap(), 115_200).unwrap();
+        let mut buffer = [0; 64];
+        let begun = Instant::now();
+        let before = TAKEN.load(Ordering::SeqCst);
+        for _ in 0..50 {
+            assert_eq!(port.read(&mut buffer).unwrap(), 0);
+        }
+        // Each of them waited.
+        assert!(begun.elapsed() >= Duration::from_millis(100));
+        for _ in 0..50 {
+            assert!(pty.send(b"what came").unwrap());
+            assert_eq!(port.read(&mut buffer).unwrap(), 9);
+        }
+        let after = TAKEN.load(Ordering::SeqCst);
+        assert_eq!(after - before, 0, "by a port");
+        drop((port, pty));
+        let mut pty = Pty::open(&path).unwrap();
+        let over = AtomicBool::new(false);
+        let spec: Spec = format!("serial:{}?protocol=hatire", path.display())
+            .parse()
+            .unwrap();
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                let tracker = simulated(&MockSpec::default()).unwrap();
+                let protocol = "hatire".parse().unwrap();
+                let goes_on = &mut |_| !over.load(Ordering::SeqCst);
+                serve(&mut pty, tracker, &protocol, Begin::AtOnce, goes_on).unwrap();
+            });
+            let mut feed = Feed::open(&spec).unwrap();
+            let mut samples = 0;
+            let mut before = 0;
+            while samples < 400 {
+                let now = feed.now();
+                feed.poll(now, &mut |notice| {
+                    samples += u64::from(matches!(notice, Notice::Decoded(Event::Sample(_))));
+                });
+                if samples <= 200 {
+                    before = TAKEN.load(Ordering::SeqCst);
+                }
+            }
+            assert_eq!(TAKEN.load(Ordering::SeqCst) - before, 0, "by a feed");
+            drop(feed);
+            assert_eq!(taken(&[], None, &spec), 0, "from a serial port");
+            over.store(true, Ordering::SeqCst);
+        });
+    }
+}
+
 #[test]
 fn frames_take_no_memory() {
     if std::env::var_os(ALONE).is_none() {
@@ -136,4 +201,6 @@ fn frames_take_no_memory() {
     assert_eq!(taken(&[], Some(capture), &mock), 0, "with a capture");
     let bytes: Spec = "mock:as=fastrak".parse().unwrap();
     assert_eq!(taken(&[], None, &bytes), 0, "from a decoder");
+    #[cfg(unix)]
+    line::take_no_memory();
 }

@@ -9,10 +9,9 @@ use super::sample::{ByReason, by_reason};
 use super::{Interrupt, whole};
 use clap::Args;
 use miette::Diagnostic;
-use shisen::tracker::{Feed, Notice};
+use shisen::tracker::{Feed, Notice, Trouble};
 use shisen_tracker::decoder::{Counts, Event};
 use shisen_tracker::time::Micros;
-use std::fmt;
 use std::io::Write;
 use std::time::Duration;
 use thiserror::Error;
@@ -97,15 +96,15 @@ pub(super) fn follow(
                 say(&format!("it says of itself: {features}"));
                 heard.features = Some(features);
             }
-            Notice::Trouble(failure) => troubles.push(failure),
+            Notice::Trouble(trouble) => troubles.push(trouble),
             other => {
                 if let Some(told) = Happenings::of_feed(&other) {
                     warn(&told);
                 }
             }
         });
-        for failure in troubles.drain(..) {
-            warn(&with_drops(&failure, &feed.counts()));
+        for trouble in troubles.drain(..) {
+            warn(&with_drops(&trouble, &feed.counts()));
         }
         let more = take(feed, &heard)?;
         if !more || full(samples) || feed.is_over() || interrupt.came() {
@@ -136,12 +135,12 @@ pub(super) fn follow(
 
 /// What is wrong, and what became of the bytes so far: of damaged records others are
 /// wrong than of a wrong speed.
-pub(in crate::cli) fn with_drops(failure: &impl fmt::Display, counts: &Counts) -> String {
+pub(in crate::cli) fn with_drops(trouble: &Trouble, counts: &Counts) -> String {
     let reasons = by_reason(counts);
     if reasons.is_empty() {
-        return failure.to_string();
+        return trouble.to_string();
     }
-    format!("{failure}; thrown away so far:{}", ByReason(&reasons))
+    format!("{trouble}; thrown away so far:{}", ByReason(&reasons))
 }
 
 /// Says something on standard error.

@@ -3,6 +3,7 @@
 
 use shisen::tracker::Notice;
 use shisen_tracker::clock::ClockEvent;
+use shisen_tracker::command::Failure;
 use shisen_tracker::decoder::{EyeEventKind, Message, Side};
 use shisen_tracker::estimate::{Event, HeadPart, Rejection};
 use shisen_tracker::time::Micros;
@@ -48,10 +49,12 @@ impl Happenings {
             ),
             Message::Reply(reply) if reply.result != 0 => (
                 ("reply", reply.to),
-                format!(
-                    "the device refuses command {:#x}, with result {:#x}",
-                    reply.to, reply.result
-                ),
+                Failure::Refused {
+                    command: reply.to,
+                    result: reply.result,
+                    meaning: reply.meaning,
+                }
+                .to_string(),
             ),
             Message::Eyes(event) => {
                 let eye = match event.eye {
@@ -79,7 +82,7 @@ impl Happenings {
                 format!("{path} is gone ({reason}); waiting for it")
             }
             Notice::Refused { reason } => format!("{reason}; trying again"),
-            Notice::Trouble(failure) => failure.to_string(),
+            Notice::Trouble(trouble) => trouble.to_string(),
             Notice::Restarting(most) => format!(
                 "the device restarts: it says nothing for up to {:.0} s",
                 most.seconds()
@@ -280,14 +283,21 @@ mod tests {
                 duration: None,
             })
         };
-        let reply = |result| Message::Reply(Reply { to: 0x9A, result });
+        let reply = |to, result, meaning| {
+            Message::Reply(Reply {
+                to,
+                result,
+                meaning,
+            })
+        };
         let mut said = Vec::new();
         for (ms, message) in [
             (0, fault(107, "signal low")),
             (10, fault(107, "signal low")),
             (20, fault(9_007, "")),
-            (30, reply(0)),
-            (40, reply(3)),
+            (30, reply(0x9A, 0, "")),
+            (40, reply(0x9A, 3, "tracker not ready")),
+            (45, reply(u32::from(b'O'), 42, "")),
             (50, eyes(EyeEventKind::Saccade)),
             (60, eyes(EyeEventKind::Lost)),
             (1_000, fault(107, "signal low")),
@@ -299,7 +309,8 @@ mod tests {
             [
                 "at 0.000 s the device reports fault 107: signal low",
                 "at 0.020 s the device reports fault 9007",
-                "at 0.040 s the device refuses command 0x9a, with result 0x3",
+                "at 0.040 s the device refused command 0x9a: tracker not ready (code 3)",
+                "at 0.045 s the device refused command 'O' with code 42",
                 "at 0.060 s the device has lost the left eye",
                 "at 1.000 s the device reports fault 107: signal low (and 1 times before)",
             ]

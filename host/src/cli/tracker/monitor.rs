@@ -36,9 +36,14 @@ use thiserror::Error;
 /// position (metres) and direction in the room, and state, as `shisen cave` has
 /// it), `rate_hz`, lost, `held_back` (samples that came before the device was told what
 /// to send, and are not used), dropped, `dropped_by` (how often, by reason),
-/// `dropped_bytes`, and device: null but in the first record after an eye tracker of
+/// `dropped_bytes`, device: null but in the first record after an eye tracker of
 /// usage page 0x12 was plugged in, which has what `shisen tracker list` has as its
-/// features.
+/// features, and said: what the device said since the record before, 64 things at most,
+/// each with its kind: fault and state (code, and meaning, as its manual has it), text
+/// (text), reply (to a command, by its number; result, 0 where it agrees; meaning) and eyes
+/// (event: blink, closed, opened, lost, found, saccade or fixation; eye: left, right or null
+/// for both; `device_us`; `duration_us`, null but of what is over). The plain line ends with
+/// what happened to the eyes.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Which tracker: see `shisen tracker --help`

@@ -3,6 +3,7 @@
 use super::super::warn;
 use super::features::FeatureReport;
 use super::happenings::Happenings;
+use super::said::Said;
 use glam::{Quat, Vec2, Vec3};
 use serde::Serialize;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator, StampSource};
@@ -44,7 +45,12 @@ pub(super) struct Record {
     dropped_bytes: u64,
     /// What the device says of itself, in the first record after it was plugged in.
     device: Option<FeatureReport>,
+    /// What it said since the record before.
+    said: Vec<Said>,
 }
+
+/// Most that is kept of what a device says between two samples.
+const MOST_SAID: usize = 64;
 
 /// What the clock of a device does, as a record says it.
 const NO_CLOCK: &str = "none";
@@ -175,6 +181,7 @@ pub(super) struct Records {
     shown: Option<DeviceTime>,
     /// Of the next record.
     described: Option<FeatureReport>,
+    said: Vec<Said>,
 }
 
 impl Records {
@@ -189,6 +196,7 @@ impl Records {
             recent: VecDeque::new(),
             shown: None,
             described: None,
+            said: Vec::new(),
         }
     }
 
@@ -204,6 +212,9 @@ impl Records {
         }
         if let Some(what) = self.happenings.of_device(message, now) {
             warn(&what);
+        }
+        if self.said.len() < MOST_SAID {
+            self.said.extend(Said::of(message));
         }
     }
 
@@ -258,6 +269,7 @@ impl Records {
         self.count += 1;
         Record {
             device: self.described.take(),
+            said: std::mem::take(&mut self.said),
             number,
             arrival_us: arrival.0,
             device_us: sample.device_time.map(|time| time.microseconds),
@@ -353,7 +365,8 @@ impl fmt::Display for Record {
             (Some(late), _) => write!(f, "  late {:.1} ms", late as f64 * 1.0e-3),
             (None, STANDS_STILL) => write!(f, "  late unknown: the device's clock stands still"),
             (None, _) => write!(f, "  late unknown"),
-        }
+        }?;
+        self.said.iter().try_for_each(|said| said.fmt(f))
     }
 }
 

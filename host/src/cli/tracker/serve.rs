@@ -9,6 +9,7 @@ use super::{Interrupt, protocol, whole};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::pty::Pty;
+use shisen::tracker::serve::{Begin, SILENT, Stage};
 use shisen::tracker::{
     Feed, MockSpec, PAUSE, Protocol, Recording, ReplaySpec, Spec, Times, serve, simulated,
 };
@@ -60,7 +61,10 @@ pub(in crate::cli) struct MockArguments {
 /// Plays a recording
 ///
 /// With --to it is behind a serial line, as `shisen tracker mock` is; without,
-/// its samples are printed, as monitor does.
+/// its samples are printed, as monitor does. Behind a line it waits for whoever reads it,
+/// so that the first record is not lost: it begins once somebody has opened the line and
+/// told the device what to send, or has said nothing for 3 s (0.4 s where devices are told
+/// nothing). --frames counts from there, --seconds from the command's start.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct ReplayArguments {
     /// What `shisen tracker record` wrote
@@ -133,7 +137,7 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     };
     let protocol = on_a_line(spec.protocol.take())?;
     let tracker = simulated(&spec)?;
-    line(path, tracker, &protocol, &arguments.end, None)
+    line(path, tracker, &protocol, &arguments.end, Play::AtOnce)
 }
 
 /// Runs `shisen tracker replay`.
@@ -157,9 +161,10 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     check(&samples, &protocol, &arguments.file)?;
     tell_pauses(&samples);
     let samples = from_the_first(samples);
-    let over = samples.last().map(|last| last.arrival);
+    let over = samples.last().map_or(Micros(0), |last| last.arrival);
     let samples = Samples(samples.into_iter().peekable());
-    line(path, samples, &protocol, &arguments.end, over)
+    let play = Play::ToReader { over };
+    line(path, samples, &protocol, &arguments.end, play)
 }
 
 /// Warns of every time in which nothing is sent since nothing was recorded.
@@ -223,6 +228,21 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
     Ok(())
 }
 
+/// Says what a recording waits for.
+fn tell_stage(stage: Stage, path: &Path, protocol: &Protocol) {
+    let path = path.display();
+    super::follow::say(&match stage {
+        Stage::Unread => format!("waiting until somebody opens {path}"),
+        Stage::Untold if protocol.is_told() => format!(
+            "{path} was opened; waiting until the device is told what to send, or nothing is \
+             said for {} s",
+            SILENT.as_secs()
+        ),
+        Stage::Untold => format!("{path} was opened"),
+        Stage::Begun => "the recording begins".to_owned(),
+    });
+}
+
 fn on_a_line(protocol: Option<Protocol>) -> Result<Protocol, Failure> {
     match protocol {
         Some(protocol) => Ok(protocol),
@@ -244,12 +264,22 @@ impl Source for Samples {
 /// How long a line stays after its last record, for whoever reads it.
 const LINGER: Micros = Micros::from_millis(500);
 
+/// When a line begins and when it is over.
+#[derive(Clone, Copy)]
+enum Play {
+    AtOnce,
+    /// Once somebody reads; it is over so long after that.
+    ToReader {
+        over: Micros,
+    },
+}
+
 fn line(
     path: &Path,
     source: impl Source<Item = Sample>,
     protocol: &Protocol,
     end: &EndArguments,
-    over: Option<Micros>,
+    play: Play,
 ) -> Result<(), Failure> {
     if !protocol.is_serial() {
         return Err(Failure::usage(&format!(
@@ -272,11 +302,18 @@ fn line(
         pty.name().display()
     ));
     let last = end.span();
-    let over = over.map(|over| over.after(LINGER));
-    serve::serve(&mut pty, source, protocol, &mut |now, sent| {
-        let past = |end: Option<Micros>| end.is_some_and(|end| now >= end);
-        let enough = end.frames.is_some_and(|most| sent >= most);
-        !(interrupt.came() || enough || past(last) || past(over))
+    let mut reached = |stage| tell_stage(stage, path, protocol);
+    let (begin, over) = match play {
+        Play::AtOnce => (Begin::AtOnce, None),
+        Play::ToReader { over } => (Begin::WithReader(&mut reached), Some(over.after(LINGER))),
+    };
+    serve::serve(&mut pty, source, protocol, begin, &mut |turn| {
+        let enough = end.frames.is_some_and(|most| turn.sent >= most);
+        let late = last.is_some_and(|last| turn.now >= last);
+        let over = over
+            .zip(turn.played)
+            .is_some_and(|(over, played)| played >= over);
+        !(interrupt.came() || enough || late || over)
     })
     .map_err(|reason| LineError::Broken {
         path: path.into(),

@@ -1,8 +1,9 @@
 //! What a device sends, for the mock and a bridge board.
 
+use super::fields::NOT_MEASURED;
 use super::{
     BOTH, Data, EVENTS, EYES, LEFT, LONGEST_PACKET, MILLIMETRE, NANOSECONDS_PER_MICROSECOND,
-    NOT_MEASURED, OVERHEAD, Packet, RIGHT, START_OF_PACKET, STREAM_BIT, event_layout,
+    OVERHEAD, Packet, RIGHT, START_OF_PACKET, STREAM_BIT, event_layout,
 };
 use crate::decoder::{EyeEvent, EyeEventKind, Side};
 use crate::sample::{Eye, GazePoint, Head, Pupil, Reading, Sample};

@@ -1,9 +1,13 @@
+use super::fields::{NOT_MEASURED, field_numbers};
 use super::*;
 use crate::command::{Action, Failure, Session};
 use crate::sample::Eye;
+use crate::sample::{GazePoint, Part, Pupil, Reading, Sample};
 use crate::testing::{
     self, ARRIVAL, Random, any_split, dropped, events, every_fault, mock_records, samples,
 };
+use crate::time::DeviceTime;
+use glam::{Quat, Vec2, Vec3};
 use proptest::prelude::*;
 use std::vec::Vec as List;
 
@@ -352,8 +356,16 @@ fn it_is_started_by_requests_that_are_agreed_to() {
     assert_eq!(failure, None);
     assert_eq!(asked, [0x9C, 0x9B, 0x9B, 0x9B]);
     let (asked, failure) = play(Session::new(start(0b10_1110, 250.0)), Some(0x9C));
-    let (command, result) = (0x9C, 15);
-    assert_eq!(failure, Some(Failure::Refused { command, result }));
+    let refused = Failure::Refused {
+        command: 0x9C,
+        result: 15,
+        meaning: "busy",
+    };
+    assert_eq!(failure, Some(refused));
+    assert_eq!(
+        std::format!("{refused}"),
+        "the device refused command 0x9c: busy (code 15)"
+    );
     assert_eq!(asked, [0x9C; 3]);
     assert_eq!(play(Session::new(stop()), None), (List::from([0x9C]), None));
 }
@@ -365,6 +377,7 @@ fn responses_and_states_become_messages() {
     let expected = Reply {
         to: 0x90,
         result: 3,
+        meaning: "tracker not ready",
     };
     assert_eq!(found, [Event::Message(Message::Reply(expected))]);
     assert_eq!(result_name(3), "tracker not ready");
@@ -391,7 +404,8 @@ fn responses_and_states_become_messages() {
         [
             Event::Message(Message::Reply(Reply {
                 to: 0x9A,
-                result: 0
+                result: 0,
+                meaning: "",
             })),
             state(2, "trackers ready"),
             state(15, "busy"),

@@ -268,3 +268,30 @@ fn a_record_that_waited_has_its_own_arrival() {
         assert_eq!(found, [last(1), last(2), last(3), last(4), last(5)]);
     }
 }
+
+/// A device that has another number of outputs chosen than was told is told apart from
+/// one at another speed.
+#[test]
+fn outputs_of_another_number_are_counted() {
+    let of = |count: usize| Config {
+        outputs: Outputs::new(&[Output::GazeHorizontal; MOST_OUTPUTS][..count]).unwrap(),
+        ..Config::default()
+    };
+    let mut seen = Sample::arrived(Micros(0));
+    // 0x0344 in tenths: half a header in every word.
+    let point = GazePoint::Raw(Vec2::splat(83.6));
+    seen.gaze_point = Some(Reading::tracked(point));
+    for told in 1..=MOST_OUTPUTS {
+        for sent in 1..=MOST_OUTPUTS {
+            let mut decoder = Iscan::new(of(told));
+            for _ in 0..3 {
+                decoder.feed(&encode(&seen, &of(sent)), Micros(0), &mut |_| {});
+            }
+            let found = decoder.fields_seen();
+            assert_eq!(found, (told != sent).then_some(sent), "{told} {sent}");
+            assert_eq!(decoder.counts().samples > 0, told == sent);
+            decoder.reset();
+            assert_eq!(decoder.fields_seen(), None);
+        }
+    }
+}

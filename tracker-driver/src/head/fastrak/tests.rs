@@ -217,10 +217,10 @@ fn answers_are_told_from_records() {
         reply,
         Reply {
             to: u32::from(b'O'),
-            result: 3
+            result: 3,
+            meaning: "a field is out of range",
         }
     );
-    assert_eq!(error_meaning(reply.result), "a field is out of range");
     assert_eq!(Status::from_text("21S3"), None);
     assert_eq!(Status::from_text("2DS3F0"), None);
 }

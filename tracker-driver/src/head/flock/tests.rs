@@ -142,8 +142,8 @@ fn letters_and_the_scale_of_angles_can_be_others() {
         }
         said
     };
-    assert_eq!(said(usual), b"BFY@");
-    assert_eq!(said(whole), b"BFy@");
+    assert_eq!(said(usual), b"BFYO\x0A@");
+    assert_eq!(said(whole), b"BFyO\x0A@");
 }
 
 #[test]
@@ -197,10 +197,10 @@ fn start_and_stop_say_what_the_guide_says() {
         }
     };
     let alone = config(Mode::PositionQuaternion, false).start(1, 1, false);
-    assert_eq!(said(alone).0, b"BF]@");
+    assert_eq!(said(alone).0, b"BF]O\x0A@");
     let flock = config(Mode::PositionQuaternion, true).start(2, 2, true);
     let expected = [
-        b'B', b'P', 50, 3, b'B', b'F', b'P', 35, 1, 0xF2, b']', 0xF3, b']', b'@',
+        b'B', b'P', 50, 3, b'B', b'F', b'P', 35, 1, 0xF2, b']', 0xF3, b']', b'O', 10, b'@',
     ];
     assert_eq!(said(flock).0, expected);
     let most = config(Mode::PositionMatrix, true).start(255, 255, true);
@@ -351,4 +351,69 @@ fn a_confirmed_record_has_its_own_arrival() {
         }
     }
     assert_eq!(found, [Micros(13), Micros(50_013)]);
+}
+
+/// What was asked for is no garbage, among records or without them; what was not asked
+/// for, or comes too late, is.
+#[test]
+fn answers_are_read_where_they_were_asked_for() {
+    let config = Config::default();
+    let record = config.encode(&moving_head(1)[0]);
+    let said = |message| Event::Message(message);
+    let reply = said(Message::Reply(Reply {
+        to: u32::from(b'O'),
+        result: 0,
+        meaning: "",
+    }));
+    let fault = said(Message::Fault {
+        code: 6,
+        meaning: "a command that does not exist",
+    });
+    let state = said(Message::State {
+        code: 0xD011,
+        meaning: "",
+    });
+    for (question, answer, expected) in [
+        (&b"O\x00"[..], &[0x11, 0xD0][..], &[state, reply][..]),
+        (b"BFO\x02", &[40, 0], &[reply]),
+        // The parameter's value is no question.
+        (b"P\x4F\x0AO\x0A", &[6], &[fault, reply]),
+        (b"O\x0A", &[0], &[reply]),
+        (b"O\x10", &[6, 1], &[fault, reply]),
+    ] {
+        let mut decoder = Flock::new(config);
+        let mut heard = StdVec::new();
+        let mut feed = |decoder: &mut Flock, bytes: &[u8], now| {
+            decoder.feed(bytes, now, &mut |event| heard.push(event));
+        };
+        // A record is under way when the question is put, and one is before the answer.
+        feed(&mut decoder, &record[..5], Micros(0));
+        decoder.on_sent(question, Micros(0));
+        feed(&mut decoder, &record[5..], Micros(10));
+        feed(&mut decoder, &record, Micros(20));
+        for byte in answer {
+            feed(&mut decoder, &[*byte], Micros(30));
+        }
+        feed(&mut decoder, &record, Micros(40));
+        assert_eq!(&heard[2..2 + expected.len()], expected);
+        let samples = heard.iter().filter(|e| matches!(e, Event::Sample(_)));
+        assert_eq!(samples.count(), 3, "{heard:?}");
+        assert_eq!(decoder.counts().dropped_bytes, 0);
+        // Nobody asked again, and then too long ago.
+        decoder.feed(answer, Micros(50), &mut |_| {});
+        decoder.on_sent(question, Micros(60));
+        let late = Micros(61).after(PATIENCE);
+        decoder.feed(answer, late, &mut |_| {});
+        decoder.feed(&record, late, &mut |_| {});
+        let dropped = decoder.counts().dropped_bytes;
+        assert_eq!(dropped, 2 * answer.len() as u64, "{question:?}");
+    }
+    // As a record begins.
+    let mut decoder = Flock::new(config);
+    let mut heard = StdVec::new();
+    decoder.on_sent(b"BO\x24", Micros(0));
+    let units = [0xE0, 0xC0, 0xE0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    decoder.feed(&units, Micros(1), &mut |event| heard.push(event));
+    assert_eq!(heard, [reply]);
+    assert_eq!(decoder.counts().dropped_bytes, 0);
 }

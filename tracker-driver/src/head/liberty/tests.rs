@@ -129,7 +129,13 @@ fn errors_answers_and_other_lists_are_told_apart() {
     ]
     .concat();
     let dropped = |bytes, reason| Event::Dropped(Dropped { bytes, reason });
-    let reply = |to, result| Event::Message(Message::Reply(Reply { to, result }));
+    let reply = |to, result| {
+        Event::Message(Message::Reply(Reply {
+            to,
+            result,
+            meaning: "",
+        }))
+    };
     let found = events(&mut Liberty::new(config(&[2, 7, 8, 0])), &stream);
     let fault = Event::Message(Message::Fault {
         code: u32::from(b'f'),

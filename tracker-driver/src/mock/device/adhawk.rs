@@ -1,6 +1,7 @@
 //! What an `AdHawk` does when it is told something.
 
 use super::{Device, Heard, MOST_HEARD};
+use crate::decoder::EyeEventKind;
 use crate::eye::adhawk::{
     EYE_TRACKING, GET_TRACKER_STATUS, PROPERTY_EVENTS, PROPERTY_FIELDS, PROPERTY_RATE,
     SET_PROPERTY, START_OF_PACKET, SYSTEM_CONTROL, encode_response,
@@ -122,6 +123,18 @@ impl Properties {
             _ => return UNSUPPORTED,
         }
         DONE
+    }
+
+    /// Whether the host asked for such events.
+    pub(super) const fn tells(&self, kind: EyeEventKind) -> bool {
+        let bit = match kind {
+            EyeEventKind::Blink => 0,
+            EyeEventKind::Closed | EyeEventKind::Opened => 1,
+            EyeEventKind::Lost | EyeEventKind::Found => 2,
+            EyeEventKind::Saccade => 3,
+            EyeEventKind::Fixation => 9,
+        };
+        self.events >> bit & 1 != 0
     }
 
     /// Takes the fields out of a sample that are not to be sent.

@@ -1,18 +1,14 @@
 //! What a Flock of Birds does when it is told something.
 
 use super::{Device, Heard};
-use crate::head::flock::{GROUP_MODE, Mode, TO_BIRD};
+use crate::head::flock::{
+    ALL_UNITS, CRYSTAL, ERROR, EXPANDED_ERROR, GROUP_MODE, MOST_BIRDS, Mode, STATUS, TO_BIRD,
+    UNITS, command_bytes,
+};
 use crate::mock::wire::Format;
+use crate::sample::Sample;
+use glam::Vec3;
 
-/// Parameters that are examined.
-const STATUS: u8 = 0;
-const CRYSTAL: u8 = 2;
-const ERROR: u8 = 10;
-const EXPANDED_ERROR: u8 = 16;
-const ALL_UNITS: u8 = 36;
-
-/// Bytes that [`ALL_UNITS`] is answered with.
-const UNITS: usize = 14;
 /// Of a unit.
 const ACCESSIBLE: u8 = 1 << 7;
 const RUNNING: u8 = 1 << 6;
@@ -24,26 +20,68 @@ const MEGAHERTZ: u16 = 40;
 /// The code of a command that does not exist.
 const NO_COMMAND: u8 = 6;
 
+/// How far the birds of a group are from one another: metres to the right.
+const APART: f32 = 0.1;
+
 /// What else a bird remembers.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct State {
     asleep: bool,
     /// The last error that was not asked for yet.
     error: u8,
+    /// The address of the first bird.
+    first: u8,
+    /// How many there are.
+    birds: u8,
+}
+
+impl Default for State {
+    /// One bird, at address 1.
+    fn default() -> Self {
+        Self {
+            asleep: false,
+            error: 0,
+            first: 1,
+            birds: 1,
+        }
+    }
 }
 
 impl Device {
+    /// A Flock of Birds of so many birds, 1 to [`MOST_BIRDS`], with the addresses from
+    /// `first` on; in group mode it sends a record of each, 0.1 m to the right of the one
+    /// before. Other devices stay as they are.
+    #[must_use]
+    pub fn with_birds(mut self, first: u8, birds: u8) -> Self {
+        let birds = birds.clamp(1, MOST_BIRDS);
+        self.flock.first = first.clamp(1, MOST_BIRDS + 1 - birds);
+        self.flock.birds = birds;
+        self
+    }
+
+    /// What its `n`th sensor, from 0, measures; `None` where it has fewer that send.
+    pub(in crate::mock) fn nth_sensor(&self, sample: &Sample, n: u8) -> Option<Sample> {
+        let birds = match &self.format {
+            Format::Flock(config) if config.group => self.flock.birds,
+            _ => 1,
+        };
+        let mut measured = *sample;
+        if let Format::Flock(_) = self.format {
+            let address = self.flock.first.saturating_add(n);
+            measured.sensor = measured.sensor.saturating_add(address.saturating_sub(1));
+            if let Some(place) = &mut measured.head.position {
+                place.value += Vec3::X * (APART * f32::from(n));
+            }
+        }
+        (n < birds).then_some(measured)
+    }
+
     pub(super) fn flock(&mut self, first: u8, answer: &mut dyn FnMut(&[u8])) -> Heard {
         let streams = self.streams;
         let Format::Flock(config) = &mut self.format else {
             return Heard::Took(1);
         };
-        // Bytes of the command and what belongs to it.
-        let length = match first {
-            b'P' | b'L' => 3,
-            b'O' => 2,
-            _ => 1,
-        };
+        let length = command_bytes(first);
         let Some(command) = self.heard.get(..length) else {
             return Heard::More;
         };
@@ -64,8 +102,12 @@ impl Device {
             [_, ALL_UNITS] => {
                 let mut units = [0; UNITS];
                 let running = if state.asleep { 0 } else { RUNNING };
-                // The one bird, at address 1.
-                units[0] = ACCESSIBLE | running | RECEIVER;
+                let State { first, birds, .. } = *state;
+                for (unit, address) in units.iter_mut().zip(1..first.saturating_add(birds)) {
+                    // Before the birds there are transmitters.
+                    let receiver = if address < first { 0 } else { RECEIVER };
+                    *unit = ACCESSIBLE | running | receiver;
+                }
                 answer(&units);
             }
             [_, _] => state.error = NO_COMMAND,
@@ -78,7 +120,7 @@ impl Device {
             [b'@'] => (self.streams, state.asleep) = (true, false),
             [b'G'] => (self.streams, state.asleep) = (false, true),
             [b'F'] => state.asleep = false,
-            // The next command goes to a bird: there is one.
+            // The next command goes to a bird; those of a group are set up alike.
             [TO_BIRD..=u8::MAX] => {}
             _ => match mode {
                 Some(mode) => config.mode = mode,

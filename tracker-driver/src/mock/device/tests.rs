@@ -6,7 +6,7 @@ use crate::head::flock::Mode;
 use crate::head::polhemus::Units;
 use crate::head::{fastrak, flock, hatire, liberty};
 use crate::mock::Source;
-use crate::mock::{Reader, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use crate::mock::{Line, Reader, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
 
 /// Plays a script against the device, to its end.
 fn play(device: &mut Device, script: Script) {
@@ -566,5 +566,111 @@ fn an_adhawk_answers_each_request() {
         (0x80, &[], 8),
     ] {
         assert_eq!(ask(&mut bench, kind, arguments), [result], "{kind:x}");
+    }
+}
+
+/// What a line of these birds sends within a second, by the sensor.
+fn of_birds(birds: u8, first: u8, stopped: bool) -> std::vec::Vec<Sample> {
+    let config = flock::Config {
+        group: true,
+        ..flock::Config::default()
+    };
+    let viewer = Viewer::new(ViewerConfig::default(), 5);
+    let measured = TrackerConfig {
+        rate: 100,
+        ..TrackerConfig::default()
+    };
+    let tracker = Tracker::new(measured, viewer, 5).unwrap();
+    let device = Device::new(&Format::Flock(config)).with_birds(first, birds);
+    let mut line = Line::of(tracker, device);
+    if stopped {
+        // One record of each.
+        line.hear(b"BB", Micros(0), &mut |_| {});
+    }
+    let mut decoder = flock::Flock::new(config);
+    let mut samples = std::vec::Vec::new();
+    while let Some(chunk) = line.poll(Micros::from_millis(1_000)) {
+        decoder.feed(chunk.bytes(), chunk.arrival, &mut |event| match event {
+            Event::Sample(sample) => samples.push(sample),
+            other => panic!("{other:?}"),
+        });
+    }
+    samples
+}
+
+#[test]
+fn every_bird_of_a_group_sends() {
+    for (birds, first) in [(1, 1), (3, 1), (2, 2), (14, 1), (200, 9)] {
+        let birds_there = birds.min(flock::MOST_BIRDS);
+        let first_there = first.min(flock::MOST_BIRDS + 1 - birds_there);
+        let samples = of_birds(birds, first, false);
+        assert_eq!(samples.len(), 100 * usize::from(birds_there));
+        for group in samples.chunks(usize::from(birds_there)) {
+            let place = |sample: &Sample| sample.head.position.unwrap().value;
+            for (n, sample) in (0..).zip(group) {
+                assert_eq!(sample.sensor, first_there - 1 + n, "{birds} {first}");
+                assert_eq!(sample.arrival, group[0].arrival);
+                // Farther than 36 inches a bird's words do not reach.
+                let right = place(sample).x - place(&group[0]).x;
+                let expected = (0.1 * f32::from(n)).min(0.9144 - place(&group[0]).x);
+                assert!((right - expected).abs() < 1e-3, "{right} {expected}");
+            }
+        }
+    }
+    // B is asked for twice: two of each.
+    assert_eq!(of_birds(3, 1, true).len(), 6);
+    let mut units: std::vec::Vec<u8> = std::vec::Vec::new();
+    let mut device = Device::new(&Format::named("flock").unwrap()).with_birds(2, 3);
+    device.feed(b"O\x24", Micros(0), &mut |answer| units.extend(answer));
+    assert_eq!(units[..5], [0xC0, 0xE0, 0xE0, 0xE0, 0]);
+}
+
+/// As the mock's samples have it, and as far as the host asked.
+#[test]
+fn an_adhawk_tells_what_the_eyes_do_where_it_is_asked_to() {
+    use crate::decoder::EyeEventKind::{Blink, Closed, Found, Lost, Opened};
+    let heard = |mask: u32| {
+        let viewer = Viewer::new(ViewerConfig::default(), 5);
+        let tracker = Tracker::new(TrackerConfig::default(), viewer, 5).unwrap();
+        let mut line = Line::new(tracker, &Format::AdHawk);
+        let enable = true;
+        let ask = adhawk::Request::Events { mask, enable }.encode(1);
+        line.hear(&ask, Micros(0), &mut |_| {});
+        let mut reader = Reader::new(&Format::AdHawk).unwrap();
+        let mut kinds = std::vec::Vec::new();
+        while let Some(chunk) = line.poll(Micros::from_millis(30_000)) {
+            reader.feed(chunk.bytes(), chunk.arrival, &mut |event| match event {
+                Event::Message(Message::Eyes(event)) => kinds.push(event),
+                Event::Sample(_) | Event::Message(Message::Unmeasured(_)) => {}
+                other => panic!("{other:?}"),
+            });
+        }
+        kinds
+    };
+    assert_eq!(heard(0), []);
+    let count = |events: &[crate::decoder::EyeEvent], kind| {
+        events.iter().filter(|event| event.kind == kind).count()
+    };
+    let all = heard(u32::MAX);
+    let blinks = count(&all, Blink);
+    // 15 a minute.
+    assert!((3..20).contains(&blinks), "{blinks}");
+    assert!(count(&all, Lost) > 0, "{all:?}");
+    for event in &all {
+        match event.kind {
+            Blink => assert!(event.duration.unwrap() < Micros(900_000), "{event:?}"),
+            kind => assert!(event.eye.is_some(), "{kind:?}"),
+        }
+    }
+    for (mask, kinds) in [
+        (1, &[Blink][..]),
+        (2, &[Closed, Opened]),
+        (4, &[Lost, Found]),
+    ] {
+        let some = heard(mask);
+        for &kind in kinds {
+            assert_eq!(count(&some, kind), count(&all, kind), "{kind:?}");
+        }
+        assert!(some.iter().all(|event| kinds.contains(&event.kind)));
     }
 }

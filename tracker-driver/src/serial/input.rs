@@ -1,0 +1,27 @@
+//! Waiting for a port's bytes by its descriptor.
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{Mode, OFlags};
+use std::fs::File;
+use std::io::{self, Read};
+use std::time::Duration;
+
+/// The port at `path`, to be read without waiting.
+pub(super) fn open(path: &str) -> io::Result<File> {
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    Ok(File::from(rustix::fs::open(path, flags, Mode::empty())?))
+}
+
+/// What has come in, after a wait for some; [`io::ErrorKind::TimedOut`] where nothing
+/// has. Neither takes memory.
+pub(super) fn read(port: &mut File, buffer: &mut [u8], wait: Duration) -> io::Result<usize> {
+    let wait = Timespec {
+        tv_sec: wait.as_secs() as i64,
+        tv_nsec: wait.subsec_nanos().into(),
+    };
+    let mut ready = [PollFd::new(&*port, PollFlags::IN)];
+    match poll(&mut ready, Some(&wait))? {
+        0 => Err(io::ErrorKind::TimedOut.into()),
+        _ => port.read(buffer),
+    }
+}
