@@ -220,12 +220,15 @@ fn large_walls_are_finished_where_one_looks() {
         ("foveated", &foveated),
     ] {
         let play = |engine: &mut Engine<'_, '_, 8>| {
-            let full = engine.render(&eyes(0), &Quality::FULL, None);
-            let need = full.expect("a frame").steps;
             for part in [2, 10] {
+                let full = engine.render(&eyes(0), &Quality::FULL, None);
+                let need = full.expect("a frame").steps;
                 let steps = need / part;
                 let mut governor = Governor::new();
                 let mut rung = 0;
+                // As a session begins: what a frame takes is known.
+                let all = governor.decide(Allowance::Unlimited);
+                governor.learn(&all, need, need, 1.0e-3);
                 for number in 0..8 {
                     let decision = governor.decide(Allowance::Steps(steps));
                     let frame = engine.render(&eyes(number), &decision.quality, decision.steps);

@@ -138,7 +138,8 @@ fn pairs<'c>(
 /// Has an engine for as long as `run` takes, which renders a share of what `eyes` see.
 /// With a capture, that shows where their gaze skips rays, as in
 /// [`Filling::Capture`](crate::render::Filling::Capture), but for its steps, which are
-/// the frame's.
+/// the frame's, and its axes, which are the room's: what it has from older frames stays
+/// where it is.
 ///
 /// # Errors
 /// An eye that does not see a screen; a capture of a size that there is not.
