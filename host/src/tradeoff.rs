@@ -239,6 +239,9 @@ pub struct Report {
 pub struct Build {
     /// Cargo's, and the level of optimisation.
     pub profile: String,
+    /// Whether its times are those of a program in use: optimised for speed, and
+    /// without the checks of one in development. Where not, nothing is chosen by them.
+    pub optimised: bool,
     /// What `SHISEN_COMMIT` was when the program was built.
     pub commit: Option<&'static str>,
     /// Of the processor that runs it, as far as the program asks for them.
@@ -246,6 +249,10 @@ pub struct Build {
 }
 
 impl Build {
+    /// [`Build::optimised`] of this program.
+    const OPTIMISED: bool =
+        matches!(env!("SHISEN_OPT_LEVEL").as_bytes(), b"2" | b"3") && !cfg!(debug_assertions);
+
     /// Of this program, here.
     pub fn this() -> Self {
         #[cfg(target_arch = "x86_64")]
@@ -261,6 +268,7 @@ impl Build {
         let level = env!("SHISEN_OPT_LEVEL");
         Self {
             profile: format!("{}, opt-level {level}", env!("SHISEN_PROFILE")),
+            optimised: Self::OPTIMISED,
             commit: option_env!("SHISEN_COMMIT"),
             cpu_features: features
                 .iter()
@@ -381,7 +389,7 @@ const fn measure(id: &'static str, label: &'static str) -> Measure {
 }
 
 /// A setting: how far off it is, and what it costs.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Point {
     /// Which settings go together.
     pub series: &'static str,

@@ -1,5 +1,10 @@
 //! One frame, one hash: whatever the threads, tiles, layout, instruction set
 //! and mode, and however often rendering is interrupted.
+//!
+//! Instruction sets are AVX2, where the processor has it, and what the compiler makes
+//! of portable code, on x86-64 SSE2. One number at a time, `tests/capi/run` compares
+//! a frame and a dome master by the same hash: of a build without vectors, and on a
+//! Cortex-M7.
 
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;

@@ -29,7 +29,8 @@ use std::time::Instant;
 /// does nothing else.
 ///
 /// With --json, what is in tradeoff.json, and the paths of the files. One object:
-/// version, quick, threads, simd, build (profile, commit, where `SHISEN_COMMIT` told
+/// version, quick, threads, simd, build (profile, optimised: whether anything is chosen by
+/// its times, commit, where `SHISEN_COMMIT` told
 /// it to the build, and `cpu_features`), mesh, seconds (of the whole run), html, csv
 /// and json (paths), sections: id, title, about, choice (a sentence) and comparisons:
 /// id, title, about, choice, limit (error, of the first measure, that counts as

@@ -32,7 +32,7 @@ pub(super) const CASES: &[Case] = &[
         error: PIXELS,
         reference: F64,
         naive: TRACED,
-        bound: BOUND,
+        bound: 5.0e-5,
         measure: centre,
     },
     Case {

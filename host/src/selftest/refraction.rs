@@ -323,3 +323,71 @@ fn inside_out(effort: Effort) -> Errors {
     }
     worst.0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By the angles themselves: the laws of sines and of tangents, and what an
+    /// amplitude lets through by sin 2θᵢ·sin 2θₜ.
+    fn by_angles(cos: f64, m: f64, n: f64) -> Shares {
+        let incidence = libm::acos(cos);
+        let sine = m / n * libm::sin(incidence);
+        if sine >= 1.0 {
+            return None;
+        }
+        let beyond = libm::asin(sine);
+        let (sum, difference) = (incidence + beyond, incidence - beyond);
+        let rs = libm::sin(difference) / libm::sin(sum);
+        let rp = libm::tan(difference) / libm::tan(sum);
+        let ts = libm::sin(2.0 * incidence) * libm::sin(2.0 * beyond);
+        let (sin, cos) = (libm::sin(sum), libm::cos(difference));
+        let tp = ts / (sin * sin * cos * cos);
+        let ts = ts / (sin * sin);
+        Some((f64::midpoint(rs * rs, rp * rp), f64::midpoint(ts, tp)))
+    }
+
+    /// The reference shares its form with what is built in: Fresnel's own equations,
+    /// which have other digits to lose, say the same wherever they have these.
+    #[test]
+    fn the_reference_is_what_the_laws_of_angles_say() {
+        let mut inputs = Inputs::new(710);
+        let (mut reflected, mut refracted) = (0, 0);
+        for draw in [
+            at_critical,
+            under_critical,
+            over_critical,
+            grazing,
+            matched,
+            matched_at_any_angle,
+        ] {
+            for _ in 0..20_000 {
+                let (cos, m, n) = draw(&mut inputs);
+                let (cos, m, n) = (f64::from(cos), f64::from(m), f64::from(n));
+                // What angles lose: of a sine next to 1, and of a difference of angles.
+                let g2 = ((n - m) * (n + m) + (m * cos) * (m * cos)).abs() / (m * m);
+                let lost = 1.0e-15 * (1.0 / g2 + 1.0 / (cos * cos) + n / (n - m).abs() / cos);
+                if lost > 1.0e-7 {
+                    continue;
+                }
+                match (exact(cos, m, n), by_angles(cos, m, n)) {
+                    (None, None) => reflected += 1,
+                    (Some((r, t)), Some((angle_r, angle_t))) => {
+                        let off = [(r, angle_r), (t, angle_t)].map(|(a, b)| (a - b).abs());
+                        // Near Brewster's angle one of two squares is 0: of what light
+                        // there is, not of it alone.
+                        let least = ((n - m) / (n + m)) * ((n - m) / (n + m));
+                        assert!(off[0] < 10.0 * lost * r.max(least), "{cos} {m} {n}");
+                        assert!(off[1] < 10.0 * lost * t, "{cos} {m} {n}");
+                        refracted += 1;
+                    }
+                    found => panic!("{cos} {m} {n}: {found:?}"),
+                }
+            }
+        }
+        assert!(
+            reflected > 15_000 && refracted > 60_000,
+            "{reflected} {refracted}"
+        );
+    }
+}

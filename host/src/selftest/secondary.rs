@@ -51,7 +51,7 @@ pub(super) const CASES: &[Case] = &[
         error: "of the light through it, of 1",
         reference: "Fresnel's series of the borders, ended as documented",
         naive: EPSILON,
-        bound: 1.0e-6,
+        bound: 2.0e-7,
         measure: |_| slab(|_| Vec3::NEG_Z),
     },
     Case {

@@ -61,7 +61,9 @@ pub(super) const CASES: &[Case] = &[
         error: "how far past or inside the surface a wrong verdict was, 2⁻²⁴ radii",
         reference: EXACT,
         naive: TEXTBOOK,
-        bound: 4.0,
+        // From there f32 has few lines so near the surface that a verdict could be wrong
+        // by as little as it may be from near.
+        bound: 2.0,
         measure: tangent_from_far,
     },
     Case {

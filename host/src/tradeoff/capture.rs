@@ -1,19 +1,19 @@
 //! Dome masters through mirrors: which mirror, how, how large.
 
+mod places;
+
 use super::frames::baked;
 use super::front::percent;
 use super::page::brief;
 use super::{
-    Bench, Cause, Comparison, Limit, Measure, Point, Section, Time, Topic, measure, timed,
+    Bench, Build, Cause, Comparison, Limit, Measure, Point, Section, Time, Topic, measure, timed,
 };
 use crate::bake::Baked;
-use crate::dome::{Design, Mapping, Named, NearField, px_4096, size_errors};
-use crate::picture::{Picture, colour_differences};
-use crate::quantiles::quantile_of;
+use crate::dome::{Design, Mapping, Named, NearField, size_errors};
 use crate::render::{self, DomePicture};
 use crate::scene::camera::DomeCamera;
-use crate::selftest::Inputs;
 use glam::DVec2;
+use places::Places;
 use serde_json::Value;
 use shisen_core::frame::{DomeProjection, MirrorCamera, View};
 use std::f32::consts::PI;
@@ -286,86 +286,6 @@ fn sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     Ok(comparison)
 }
 
-/// Directions in which pictures are looked at, and what is seen there.
-struct Places {
-    truth: Optics,
-    view: View,
-    picture: Picture,
-    /// Columns and rows of the truth.
-    at: Vec<[u32; 2]>,
-}
-
-impl Places {
-    fn new(bench: &Bench<'_>, scene: &Baked) -> Result<Self, Cause> {
-        let truth = Optics {
-            mirror: Named::Best,
-            mapping: Mapping::True,
-            radius: RADIUS,
-            // No multiple of what it is the truth of: pixels do not coincide.
-            size: bench.effort.pick(1_500, 3_300),
-        };
-        let view = truth.view()?;
-        let mut draw = Inputs::new(55);
-        let mut at = Vec::new();
-        while at.len() < bench.effort.pick(20_000, 200_000) {
-            let place = [0; 2].map(|_| draw.below(truth.size as usize) as u32);
-            if view.direction(place[0] as f32, place[1] as f32).is_some() {
-                at.push(place);
-            }
-        }
-        Ok(Self {
-            picture: truth.picture(bench, scene)?.picture,
-            truth,
-            view,
-            at,
-        })
-    }
-
-    /// Of a picture in these directions: the largest angle, that of 95 %, the mean,
-    /// and the share in another colour.
-    fn errors(&self, optics: &Optics, picture: &Picture) -> Result<Vec<Option<f64>>, Cause> {
-        let view = optics.view()?;
-        let ratio = f64::from(optics.size) / f64::from(self.truth.size);
-        let mut angles = Vec::new();
-        let mut colours = [Vec::new(), Vec::new()];
-        for &[x, y] in &self.at {
-            // Where the direction belongs in the picture.
-            let pixel = |at: u32| {
-                let pixel = ((f64::from(at) + 0.5) * ratio) as u32;
-                pixel.min(optics.size - 1)
-            };
-            let (column, row) = (pixel(x), pixel(y));
-            let truth = self.view.direction(x as f32, y as f32);
-            let found = view.direction(column as f32, row as f32);
-            // Where a pixel's middle is outside the rim it shows nothing.
-            let (Some(truth), Some(found)) = (truth, found) else {
-                continue;
-            };
-            let (truth, found) = (truth.as_dvec3(), found.as_dvec3());
-            let angle = libm::atan2(truth.cross(found).length(), truth.dot(found));
-            angles.push(px_4096(angle));
-            colours[0].push(self.picture.pixel(x, y).unwrap_or_default());
-            colours[1].push(picture.pixel(column, row).unwrap_or_default());
-        }
-        let row = |pixels: &[[f32; 4]]| -> Result<Picture, Cause> {
-            let mut row = Picture::new(pixels.len() as u32, 1)?;
-            row.pixels.copy_from_slice(pixels);
-            Ok(row)
-        };
-        let apart = colour_differences(&row(&colours[0])?, &row(&colours[1])?);
-        let wrong = apart.iter().filter(|&&apart| apart > 1.0).count();
-        let count = angles.len().max(1) as f64;
-        Ok([
-            quantile_of(angles.clone(), 1.0),
-            quantile_of(angles.clone(), 0.95),
-            angles.iter().sum::<f64>() / count,
-            100.0 * wrong as f64 / count,
-        ]
-        .map(Some)
-        .to_vec())
-    }
-}
-
 fn mirror_sizes(bench: &Bench<'_>, scene: &Baked) -> Result<Comparison, Cause> {
     let size = bench.effort.pick(128, 512);
     let mut asked = Vec::new();
@@ -504,5 +424,82 @@ fn precision(bench: &Bench<'_>) -> Result<Comparison, Cause> {
         points.collect(),
     );
     comparison.logarithmic = true;
+    comparison.choice = precision_choice(&comparison, Build::OPTIMISED);
     Ok(comparison)
+}
+
+/// A precision for each mapping: which mapping there is to be is another matter.
+fn precision_choice(comparison: &Comparison, times_count: bool) -> String {
+    let limit = &comparison.limit;
+    let point = |precision: &str, mapping: Mapping| {
+        let name = format!("{precision} {}", mapping.name());
+        comparison.points.iter().find(|point| point.name == name)
+    };
+    let mut found = Vec::new();
+    let mut enough = true;
+    for mapping in [Mapping::Mirror, Mapping::Exact] {
+        let (Some(single), Some(double)) = (point("f32", mapping), point("f64", mapping)) else {
+            return "Nothing was measured.".to_owned();
+        };
+        enough &= single.error() <= limit.error;
+        let mut text = format!("{} px by {}", brief(single.error()), mapping.name());
+        if times_count {
+            let part = percent(double.seconds / single.seconds);
+            text += &format!(" (f64 takes {part} of its time)");
+        }
+        found.push(text);
+    }
+    let precision = if enough { "f32" } else { "f64" };
+    let told = if times_count {
+        ""
+    } else {
+        " What f64 takes is not told by this build, which is not optimised."
+    };
+    format!(
+        "Choose {precision}: f32 is off by {}, and up to {} ({}) counts as none.{told}",
+        found.join(", "),
+        brief(limit.error),
+        limit.because,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_precision_is_chosen_for_each_mapping_by_what_it_loses() {
+        let says = |error: f64, times_count: bool| {
+            let points = [
+                ("f32 mirror", error, 1.0),
+                ("f64 mirror", 0.0, 0.9),
+                ("f32 exact", 0.5 * error, 1.0),
+                ("f64 exact", 0.0, 30.0),
+            ];
+            let points = points.map(|(name, error, seconds)| Point {
+                errors: vec![Some(error)],
+                seconds,
+                ..Point::new("one", name, [])
+            });
+            let limit = Limit {
+                error: 0.01,
+                because: "a hundredth of a pixel",
+            };
+            let of = ("precision", "Precision");
+            let measures = vec![measure("rounding_px", "px")];
+            let comparison = Comparison::new(of, "", measures, limit, points.into());
+            precision_choice(&comparison, times_count)
+        };
+        let found = says(2.0e-4, true);
+        let expected = "Choose f32: f32 is off by 0.0002 px by mirror (f64 takes 90 % of its \
+            time), 0.0001 px by exact (f64 takes 3000 % of its time), and up to 0.01 (a hundredth \
+            of a pixel) counts as none.";
+        assert_eq!(found, expected);
+        let found = says(2.0e-4, false);
+        assert!(
+            found.ends_with("which is not optimised.") && !found.contains('%'),
+            "{found}"
+        );
+        assert!(says(0.1, true).starts_with("Choose f64: "));
+    }
 }

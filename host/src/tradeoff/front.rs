@@ -1,7 +1,7 @@
 //! Which points are worth choosing.
 
 use super::page::{brief, time};
-use super::{Comparison, Limit, Measure, Point};
+use super::{Build, Comparison, Limit, Measure, Point};
 use std::cmp::Ordering;
 use std::fmt::Write as _;
 
@@ -60,7 +60,7 @@ impl Comparison {
                 first.best_by_time = true;
             }
         }
-        let choice = choice(&points, measures[0].label, &limit);
+        let choice = choice(&points, measures[0].label, &limit, Build::OPTIMISED);
         Self {
             id,
             title,
@@ -78,8 +78,8 @@ impl Comparison {
 /// The cheapest point within the limit, beside the one that is nearest to the
 /// truth and the next cheaper one: by steps where all points have them, which are
 /// exact, else by time, where what chance may have put before another is not
-/// before it.
-fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
+/// before it, and where the build's times tell nothing, none is chosen by them.
+fn choice(points: &[Point], measure: &str, limit: &Limit, times_count: bool) -> String {
     let cost = if points.iter().all(|point| point.steps.is_some()) {
         Cost::Steps
     } else {
@@ -95,6 +95,15 @@ fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
         limit.because
     );
     let inside = numbers().filter(|point| point.error() <= limit.error);
+    if matches!(cost, Cost::Time) && !times_count {
+        let those = inside.map(|one| format!("{} ({})", one.name, brief(one.error())));
+        let those = match those.collect::<Vec<_>>() {
+            none if none.is_empty() => "No setting has".to_owned(),
+            one if one.len() == 1 => format!("{} has", one[0]),
+            several => format!("{} have", several.join(", ")),
+        };
+        return format!("{those} {within}. {UNDECIDED}");
+    }
     let Some(cheapest) = inside.clone().min_by(|a, b| cost.order(a, b)) else {
         return format!(
             "No setting has {within}: choose {}, the nearest, with {} in {}.",
@@ -144,6 +153,10 @@ fn choice(points: &[Point], measure: &str, limit: &Limit) -> String {
     }
     text
 }
+
+/// Where times would choose, and those of this build do not count.
+pub(super) const UNDECIDED: &str = "Choose by the times of an optimised build (cargo build \
+    --release): this one is not, and its times do not tell which is the fastest.";
 
 fn by_error(a: &Point, b: &Point) -> Ordering {
     a.error().total_cmp(&b.error())
@@ -319,7 +332,7 @@ mod tests {
 
     #[test]
     fn without_steps_times_choose_beyond_their_spread() {
-        let says = |spread: f64| {
+        let says_of = |spread: f64, times_count: bool| {
             let mut points = vec![
                 point("true", 0.0, 1.00),
                 point("near", 0.1, 0.52),
@@ -329,8 +342,13 @@ mod tests {
             for point in &mut points {
                 (point.steps, point.spread) = (None, spread);
             }
-            comparison(0.5, points).choice
+            let limit = Limit {
+                error: 0.5,
+                because: "a bound",
+            };
+            choice(&points, "error", &limit, times_count)
         };
+        let says = |spread: f64| says_of(spread, true);
         let found = says(0.001);
         assert!(
             found.starts_with("Choose far, the fastest of all"),
@@ -349,5 +367,12 @@ mod tests {
         );
         // Nothing can be told apart.
         assert!(says(0.6).starts_with("Choose true"));
+        // A build whose times are not those of one in use chooses nothing by them.
+        let found = says_of(0.001, false);
+        assert!(
+            found.starts_with("true (0), near (0.1), far (0.2) have at most 0.5")
+                && found.ends_with(UNDECIDED),
+            "{found}"
+        );
     }
 }

@@ -54,6 +54,9 @@ pub fn html(report: &Report) -> io::Result<String> {
         escaped(&report.build.cpu_features.join(", ")),
     );
     page.push_str(&head);
+    if !report.build.optimised {
+        page.push_str(UNOPTIMISED);
+    }
     page.push_str("<table class=\"choices\">\n<caption>What to choose</caption>\n<tbody>\n");
     for section in &report.sections {
         // Writing to a string does not fail.
@@ -72,6 +75,10 @@ pub fn html(report: &Report) -> io::Result<String> {
     page.push_str("</main>\n</body>\n</html>\n");
     Ok(page)
 }
+
+/// Where times are not those of a program in use.
+const UNOPTIMISED: &str = "<p><strong>This build is not optimised.</strong> Errors and steps are \
+    those of any build, but its times are not: nothing is chosen by them.</p>\n";
 
 fn write_section(page: &mut String, section: &Section) -> io::Result<()> {
     let _ = writeln!(
@@ -242,6 +249,9 @@ fn charts(comparison: &Comparison) -> Vec<Chart> {
     [by_time, by_steps].into_iter().flatten().collect()
 }
 
+/// So many points at most are all named.
+const FEW: usize = 6;
+
 /// The points in the colours of their series, with the front through those that
 /// are on it; `None` where no point has a cost.
 fn chart(
@@ -309,17 +319,18 @@ fn chart(
         (along, part(&y, height(error), logarithmic))
     };
     let places: Vec<(f64, f64)> = placed.iter().map(|one| place(one.1, one.2)).collect();
-    let best: Vec<_> = placed
-        .iter()
-        .zip(&places)
-        .filter(|(one, _)| one.3)
-        .collect();
+    // Those on the front first, and the others where there are few.
+    let few = placed.len() <= FEW;
+    let named = |best: bool| {
+        let all = placed.iter().zip(&places);
+        all.filter(move |(one, _)| one.3 == best && (best || few))
+    };
     let mut room = Room::new(&places);
-    let notes = best
-        .iter()
+    let notes = named(true)
+        .chain(named(false))
         .filter_map(|((point, cost, error, _), place)| {
             Some(Note {
-                side: room.take(**place, &point.name)?,
+                side: room.take(*place, &point.name)?,
                 at: (*cost, height(*error)),
                 text: point.name.clone(),
             })
@@ -373,20 +384,23 @@ fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
     )
 }
 
-/// What shows some numbers with room around them; `None` where there are none.
+/// What shows some numbers with room around them; `None` where there are none, or
+/// none that can be shown.
 fn axis(numbers: &[f64], logarithmic: bool) -> Option<Range<f64>> {
     let shown = numbers.iter().copied();
     let [least, most] = ends(shown.filter(|number| !logarithmic || *number > 0.0));
     if !(least <= most) {
         return None;
     }
-    Some(if logarithmic {
+    let range = if logarithmic {
         let room = libm::pow((most / least).max(1.5), 0.12);
         least / room..most * room
     } else {
         let room = (most - least.min(0.0)).max(1e-9);
         least.min(0.0) - 0.04 * room..most + 0.12 * room
-    })
+    };
+    // Of numbers that no scale holds there is no chart.
+    (range.start.is_finite() && range.end.is_finite() && range.start < range.end).then_some(range)
 }
 
 /// Three digits, more where they are whole.

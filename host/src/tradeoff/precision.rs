@@ -1,12 +1,13 @@
 //! What single precision loses, stage by stage: what is built in, the same in
 //! double precision, and the textbook's way in single.
 
+mod choice;
 mod colour;
 mod double;
 
-use super::front::percent;
-use super::page::brief;
-use super::{Bench, Cause, Comparison, Limit, Measure, Point, Section, Topic, measure, timed};
+use super::{
+    Bench, Build, Cause, Comparison, Limit, Measure, Point, Section, Topic, measure, timed,
+};
 use crate::dome::Mirror;
 use crate::gaze_reference::{self, Limits};
 use crate::quantiles::quantile_of;
@@ -62,7 +63,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
          test nothing, and have none. What is not usual is among the hard cases below.",
         count / colour::WAVELENGTHS,
     );
-    let choice = choice_of_all(&comparisons);
+    let choice = choice::of_all(&comparisons, Build::OPTIMISED);
     let title = "Single precision";
     let mut section = Section::new(Topic::Precision, title, about, comparisons);
     section.choice = choice;
@@ -104,96 +105,8 @@ fn compare(
         points.collect(),
     );
     comparison.logarithmic = true;
-    comparison.choice = choice(&comparison);
+    comparison.choice = choice::of_one(&comparison, Build::OPTIMISED);
     Ok(comparison)
-}
-
-/// The largest error, for people.
-fn largest(point: &Point) -> String {
-    match point.errors.first().copied().flatten() {
-        Some(error) => brief(error),
-        None => "no number".to_owned(),
-    }
-}
-
-/// What to choose for a stage: the fastest way that is true enough.
-fn choice(comparison: &Comparison) -> String {
-    let limit = &comparison.limit;
-    let enough = |point: &&Point| point.error() <= limit.error;
-    let by_time = |a: &&Point, b: &&Point| a.seconds.total_cmp(&b.seconds);
-    let Some(chosen) = comparison.points.iter().filter(enough).min_by(by_time) else {
-        return format!(
-            "No way has at most {} ({}).",
-            brief(limit.error),
-            limit.because
-        );
-    };
-    let others: Vec<String> = comparison
-        .points
-        .iter()
-        .filter(|point| point.name != chosen.name)
-        .map(|point| {
-            format!(
-                "{} by {}, in {} of its time",
-                point.name,
-                largest(point),
-                percent(point.seconds / chosen.seconds)
-            )
-        })
-        .collect();
-    format!(
-        "Choose {}, the fastest of those that are off by {} ({}) or less: by {} at most; {}.",
-        chosen.name,
-        brief(limit.error),
-        limit.because,
-        largest(chosen),
-        others.join(", ")
-    )
-}
-
-/// What to choose for all stages together: a program has one precision.
-fn choice_of_all(comparisons: &[Comparison]) -> String {
-    let titles = |of: &dyn Fn(&Comparison) -> bool| -> Vec<String> {
-        let those = comparisons.iter().filter(|one| of(one));
-        those.map(|one| one.title.to_lowercase()).collect()
-    };
-    let is_enough = |one: &Comparison, way: usize| {
-        let point = one.points.get(way);
-        point.is_some_and(|point| point.error() <= one.limit.error)
-    };
-    let lacking = titles(&|one| !is_enough(one, OURS));
-    if !lacking.is_empty() {
-        return format!(
-            "Choose double precision for: {}. What is built in is not true enough there.",
-            lacking.join(", ")
-        );
-    }
-    let naive = titles(&|one| !is_enough(one, NAIVE));
-    let naive = if naive.is_empty() {
-        "the textbook's formulas keep to them, too".to_owned()
-    } else {
-        format!(
-            "the textbook's formulas are not true enough for: {}",
-            naive.join(", ")
-        )
-    };
-    let seconds = |way: usize| -> f64 {
-        let points = comparisons.iter().filter_map(|one| one.points.get(way));
-        points.map(|point| point.seconds).sum()
-    };
-    let ratio = seconds(DOUBLE) / seconds(OURS);
-    let precision = if ratio > 1.0 {
-        "Choose single precision as it is built in"
-    } else {
-        "Choose double precision where rays go one by one on a processor like this; single \
-         precision, as it is built in, is enough"
-    };
-    format!(
-        "{precision}: all {} stages keep to their bounds, and double precision takes {} of their \
-         time together; {naive}.",
-        comparisons.len(),
-        percent(ratio),
-    )
 }
 
 /// Places of the ways of a stage.
@@ -514,7 +427,7 @@ mod tests {
             );
             assert!(largest(naive) > largest(ours), "{naive:?} {ours:?}");
             assert_eq!(largest(double), 0.0);
-            let choice = &comparison.choice;
+            let choice = choice::of_one(comparison, true);
             assert!(
                 choice.starts_with("Choose ") && choice.contains("or less: by "),
                 "{choice}"

@@ -67,6 +67,7 @@ pub(in crate::tradeoff) fn report() -> Report {
         simd: "portable".to_owned(),
         build: Build {
             profile: "release, opt-level 3".to_owned(),
+            optimised: true,
             commit: Some("1f"),
             cpu_features: vec!["sse2", "avx2"],
         },
@@ -121,6 +122,11 @@ fn the_page_is_well_formed_and_needs_nothing_else() {
     ] {
         assert!(page.contains(text), "{text}");
     }
+    let said = "This build is not optimised.";
+    assert!(!page.contains(said));
+    let mut report = report();
+    report.build.optimised = false;
+    assert!(html(&report).unwrap().contains(said));
 }
 
 #[test]
