@@ -368,6 +368,14 @@ pub(super) const CASES: &[(&str, Case)] = &[
         }
         assert_eq!(line.poll(Micros(2)), None);
     }),
+    ("tracker mock::line::Line::of", |n| {
+        let format = a_format(n);
+        let device = Device::new(&format).with_birds(2, 3);
+        let mut line = Line::of(Once(Some(a_sample(n))), device);
+        while let Some(record) = line.poll(Micros(2)) {
+            reads(&format, record.bytes());
+        }
+    }),
     ("tracker uart::device_end::DeviceEnd::new", |n| {
         let device = DeviceEnd::new(Line::new(Once(Some(a_sample(n))), &a_format(n)));
         assert_eq!((device.sent(), device.dropped()), (0, 0));
