@@ -781,12 +781,12 @@ fn a_replay_waits_for_its_reader() {
         std::thread::sleep(Duration::from_millis(700));
         let output = shisen(folder)
             .args(["tracker", "monitor", "--json"])
-            .args(["--frames", "200", "--seconds", "20"])
+            .args(["--frames", "100", "--seconds", "20"])
             .arg(format!("serial:tracker?protocol={protocol}"))
             .assert()
             .success();
         let records = lines(&output.get_output().stdout);
-        assert_eq!(records.len(), 200, "{protocol}");
+        assert_eq!(records.len(), 100, "{protocol}");
         for part in [
             "head",
             "left",
@@ -797,8 +797,8 @@ fn a_replay_waits_for_its_reader() {
         ] {
             assert_eq!(records[0][part], expected[part], "{protocol} {part}");
         }
-        assert_eq!(records[199]["held_back"], 0, "{protocol}");
-        assert_eq!(records[199]["dropped"], 0, "{protocol}");
+        assert_eq!(records[99]["held_back"], 0, "{protocol}");
+        assert_eq!(records[99]["dropped"], 0, "{protocol}");
         let mut said = String::new();
         let mut stderr = replay.0.stderr.take().unwrap();
         stderr.read_to_string(&mut said).unwrap();
