@@ -442,12 +442,13 @@ fn precision_choice(comparison: &Comparison, times_count: bool) -> String {
             return "Nothing was measured.".to_owned();
         };
         enough &= single.error() <= limit.error;
-        let mut text = format!("{} px by {}", brief(single.error()), mapping.name());
-        if times_count {
-            let part = percent(double.seconds / single.seconds);
-            text += &format!(" (f64 takes {part} of its time)");
-        }
-        found.push(text);
+        let text = format!("{} px by {}", brief(single.error()), mapping.name());
+        let part = percent(double.seconds / single.seconds);
+        found.push(if times_count {
+            format!("{text} (f64 takes {part} of its time)")
+        } else {
+            text
+        });
     }
     let precision = if enough { "f32" } else { "f64" };
     let told = if times_count {

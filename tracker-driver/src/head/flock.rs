@@ -29,8 +29,7 @@
 //!
 //! The birds' answers to `O` (examine) are bare bytes without a start, which only the
 //! question tells from garbage: the decoder reads them where it is told of it
-//! ([`Decoder::on_sent`](crate::decoder::Decoder::on_sent)) and they come within
-//! [`PATIENCE`], and drops them as out of step
+//! ([`Decoder::on_sent`]) and they come within [`PATIENCE`], and drops them as out of step
 //! otherwise. While a record may come it does; but for `O` 36, whose answer begins as a
 //! record does, no answer is taken for one, nor a record for an answer: ask that one
 //! while no records come. Each answer is a [`Reply`] to `O` with

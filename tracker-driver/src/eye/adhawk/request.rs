@@ -43,7 +43,7 @@ pub(crate) const SYSTEM_CONTROL: u8 = 0x9C;
 pub(crate) const EYE_TRACKING: u8 = 1;
 
 impl Request {
-    /// What the response calls it ([`Reply::to`]).
+    /// What the response calls it ([`Reply::to`](crate::decoder::Reply::to)).
     pub const fn kind(&self) -> u8 {
         match self {
             Self::Tracking(_) => SYSTEM_CONTROL,
