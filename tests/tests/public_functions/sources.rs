@@ -140,6 +140,12 @@ impl Sources {
                         self.exported.insert(name);
                     }
                 }
+                // What it stands for is in it.
+                Item::Type(alias) => {
+                    let name = alias.ident.to_string();
+                    let of_name = self.types.entry(name).or_default();
+                    of_name.push((module.to_owned(), vec![*alias.ty]));
+                }
                 _ => {}
             }
         }
@@ -309,8 +315,9 @@ struct Context<'a> {
     bounds: HashMap<String, Vec<&'a TypeParamBound>>,
 }
 
-/// Integers, truth values, text; traits of what has bytes in and out.
-const WITHOUT_FLOATS: [&str; 23] = [
+/// Integers, truth values, text, paths and times of the standard library; traits of
+/// what has bytes in and out, and of threads.
+const WITHOUT_FLOATS: [&str; 34] = [
     "u8",
     "u16",
     "u32",
@@ -334,11 +341,25 @@ const WITHOUT_FLOATS: [&str; 23] = [
     "SevenBitAddress",
     "Decoder",
     "Sized",
+    "String",
+    "Path",
+    "PathBuf",
+    "Instant",
+    "Duration",
+    // Why the system refused something.
+    "Error",
+    "Write",
+    "WriteSeek",
+    "Seek",
+    "Send",
+    "Sync",
 ];
 
 /// What holds no more than its arguments do.
-const MADE_OF: [&str; 6] = [
+const MADE_OF: [&str; 8] = [
     "Option",
+    "Result",
+    "Box",
     "Range",
     "RangeInclusive",
     "Vec",
