@@ -110,7 +110,13 @@ fn every_function_that_takes_numbers_has_a_case() {
 fn tormented(cases_of: &[(&str, Case)], mixtures: usize) {
     let wrong: Vec<String> = cases_of
         .iter()
-        .filter_map(|&(name, case)| {
+        .enumerate()
+        .filter_map(|(number, &(name, case))| {
+            // One case of several functions is run once.
+            let is_same = |other: &(&str, Case)| std::ptr::fn_addr_eq(other.1, case);
+            if cases_of[..number].iter().any(is_same) {
+                return None;
+            }
             let wrong = torment(case, mixtures).err()?;
             Some(format!("{name}: {wrong}"))
         })

@@ -327,9 +327,9 @@ mod tests {
         let found = choice(&points);
         assert!(found.starts_with("Choose up to 60 ms: "), "{found}");
         // Without an error nothing is chosen.
-        points
-            .iter_mut()
-            .for_each(|point| point.errors[ERROR] = None);
+        for point in &mut points {
+            point.errors[ERROR] = None;
+        }
         assert_eq!(choice(&points), "Nothing was measured.");
     }
 }

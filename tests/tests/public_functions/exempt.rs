@@ -24,7 +24,6 @@ pub(super) const EXEMPT: &[Exempt] = &[
             "host live::session::Stage::present",
             "host live::session::follow",
             "host live::session::run",
-            "host live::swap::SwapLock::gather",
             "host live::swap::SwapLock::order",
             "host live::swap::cluster::Cluster::new",
             "host live::tracking::LiveTracker::start",
@@ -38,6 +37,7 @@ pub(super) const EXEMPT: &[Exempt] = &[
             "host dashboard::Dashboard::direction",
             "host dashboard::Dashboard::draw",
             "host dashboard::Dashboard::new",
+            "host dashboard::Dashboard::wait",
         ],
     },
     Exempt {
@@ -72,6 +72,7 @@ pub(super) const EXEMPT: &[Exempt] = &[
             "host/src/cli/live.rs",
         ],
         names: &[
+            "host tracker::calibration::Calibrated::load",
             "host tracker::calibration::device_name",
             "host tracker::feed::simulated",
             "host tracker::feed::Feed::open",
@@ -83,5 +84,27 @@ pub(super) const EXEMPT: &[Exempt] = &[
         why: "it measures for seconds; of its numbers there is a mesh alone, which Baked::new checks",
         run_by: &["host/src/cli/tradeoff.rs"],
         names: &["host tradeoff::Topic::measure"],
+    },
+    Exempt {
+        why: "what they take only looks like numbers: hashes, one of two eyes, colours of 8 bits",
+        run_by: &[
+            "host/src/render.rs",
+            "host/src/cli/run/files.rs",
+            "host/src/cli/run/watch/presenter.rs",
+        ],
+        names: &[
+            "host render::frame_hash",
+            "host stereo::Stereo::metadata",
+            "host window::Window::show",
+        ],
+    },
+    Exempt {
+        why: "their trait is the module's own: pictures of wavelengths are what calls them, whose \
+              weights are those of spectra that have cases",
+        run_by: &["host/src/render/images.rs"],
+        names: &[
+            "host render::images::Image::add",
+            "host render::images::Image::weigh",
+        ],
     },
 ];

@@ -11,7 +11,7 @@ use shisen::bake::tree::{Bounds, Effort, build};
 use shisen::cave::{BuiltInCave, Cave, Eye};
 use shisen::dashboard::Coordinates;
 use shisen::dome::{Mirror, Projection, local_optima, optimum};
-use shisen::firmware::flat_screen;
+use shisen::firmware::{self, flat_screen};
 use shisen::live::{Engine, Quality, Share, eyes_of, with_engine};
 use shisen::lod::{Coverage, OutsideError, levels, polygons, sampling};
 use shisen::mesh::{Material, TriangleMesh};
@@ -396,6 +396,12 @@ pub(super) const CASES: &[(&str, Case)] = &[
                 finite(&screen);
             }
         }
+    }),
+    ("host firmware::hash", |n| {
+        let one = picture(n);
+        // Of the bits, whatever they mean.
+        let twice = [0; 2].map(|_| firmware::hash(std::slice::from_ref(&one)));
+        assert_eq!(twice[0], twice[1]);
     }),
     ("host dome::design::optimum", |n| {
         assert!(searched(n.wide(1.2)) || !n.are_sane());

@@ -324,12 +324,10 @@ pub(super) const CASES: &[(&str, Case)] = &[
         }
     }),
     ("host live::governor::Governor::learn", |n| {
-        let rate = governor(n).rate();
+        let mut governor = governor(n);
+        let rate = governor.rate();
         finite(&rate);
         assert!(rate.is_none_or(|rate| rate > 0.0), "{rate:?}");
-    }),
-    ("host live::governor::Governor::decide", |n| {
-        let mut governor = governor(n);
         for allowance in [
             Allowance::Unlimited,
             Allowance::Steps(0),
