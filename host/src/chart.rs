@@ -123,6 +123,16 @@ pub struct Line {
     pub dots: bool,
 }
 
+/// Largest number of an axis.
+const LARGEST: f64 = 1.0e300;
+
+/// Whether an axis can have a range: the charts' library would go without an end from a
+/// power of ten that is 0 to the next.
+pub(crate) fn is_drawable(range: &Range<f64>, logarithmic: bool) -> bool {
+    let least = if logarithmic { 1.0 / LARGEST } else { -LARGEST };
+    least <= range.start && range.start < range.end && range.end <= LARGEST
+}
+
 impl Chart {
     /// Writes the picture, SVG.
     ///
@@ -163,6 +173,24 @@ impl Chart {
     /// # Errors
     /// A range that no axis can have.
     pub fn svg(&self, size: (u32, u32)) -> io::Result<String> {
+        for Axis {
+            name,
+            range,
+            logarithmic,
+            ..
+        } in [&self.x, &self.y]
+        {
+            if !is_drawable(range, *logarithmic) {
+                let scale = if *logarithmic { "logarithmic " } else { "" };
+                return Err(io::Error::new(
+                    io::ErrorKind::InvalidInput,
+                    format!(
+                        "no {scale}axis goes from {} to {}: {name}",
+                        range.start, range.end
+                    ),
+                ));
+            }
+        }
         let mut picture = String::new();
         let size = (size.0, size.1 + self.names_height());
         let (x, y) = (self.x.range.clone(), self.y.range.clone());

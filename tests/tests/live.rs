@@ -412,12 +412,14 @@ fn frames_at_half_of_their_time_are_in_time() {
         "{frames} frames of {budget}: {} late; the processor taken away {} times, {} s stolen",
         report["late_frames"], report["involuntary_switches"], report["stolen_seconds"]
     );
+    assert_eq!(report["frames"], frames as u64, "{report}");
     assert_eq!(report["over_budget_frames"], 0, "{report}");
-    assert_eq!(report["frames_with_unfinished_fovea"], 0, "{report}");
-    let lowered = report["lowered_share"].as_f64().expect("a share");
-    assert!(lowered > 0.5, "{report}");
-    // So few frames, beside other tests, say nothing of the clock.
+    // So few frames, beside other tests that take the time they were measured by, say
+    // nothing of the clock.
     if frames == 10_000 {
+        assert_eq!(report["frames_with_unfinished_fovea"], 0, "{report}");
+        let lowered = report["lowered_share"].as_f64().expect("a share");
+        assert!(lowered > 0.5, "{report}");
         assert!(report["late_frames"].as_u64() <= Some(100), "{report}");
     }
 }

@@ -80,20 +80,23 @@ impl Pty {
         self.line = None;
     }
 
-    /// Whether somebody has opened the other end, once it was released. Where somebody has,
-    /// it is held open again, as far as the reader lets others have it.
+    /// Holds the other end open again, as far as whoever reads it lets others have it:
+    /// the line stays when its reader goes.
+    pub fn hold(&mut self) {
+        if self.line.is_none() {
+            self.line = other_end(&self.name).ok();
+        }
+    }
+
+    /// Whether somebody holds the other end open: a reader, once it was released.
     ///
     /// # Errors
     /// Those of the system.
-    pub fn is_read(&mut self) -> io::Result<bool> {
+    pub fn is_read(&self) -> io::Result<bool> {
         let at_once = Timespec::default();
         let mut ready = [PollFd::new(&self.device, PollFlags::empty())];
         poll(&mut ready, Some(&at_once))?;
-        let is_read = !ready[0].revents().contains(PollFlags::HUP);
-        if is_read && self.line.is_none() {
-            self.line = other_end(&self.name).ok();
-        }
-        Ok(is_read)
+        Ok(!ready[0].revents().contains(PollFlags::HUP))
     }
 
     /// Sends what there is room for, which is all of it unless nobody reads: a
@@ -169,7 +172,13 @@ mod tests {
         reader.read_exact(&mut found).unwrap();
         assert_eq!(&found, b"\x03a\n");
         assert_eq!(pty.receive(&mut [0; 8]).unwrap(), 0);
-        // The line stays when it goes.
+        // It goes, and another comes.
+        drop(reader);
+        assert!(!pty.is_read().unwrap());
+        let reader = open().unwrap();
+        assert!(pty.is_read().unwrap());
+        // The line stays when that goes.
+        pty.hold();
         drop(reader);
         assert!(pty.is_read().unwrap());
         assert!(pty.send(b"b").unwrap());

@@ -5,7 +5,7 @@ mod notes;
 
 use super::table::plain;
 use super::{Comparison, Point, Report, Section};
-use crate::chart::{Axis, Chart, Line, Names, Note};
+use crate::chart::{Axis, Chart, Line, Names, Note, is_drawable};
 use crate::selftest::Row;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -400,7 +400,7 @@ fn axis(numbers: &[f64], logarithmic: bool) -> Option<Range<f64>> {
         least.min(0.0) - 0.04 * room..most + 0.12 * room
     };
     // Of numbers that no scale holds there is no chart.
-    (range.start.is_finite() && range.end.is_finite() && range.start < range.end).then_some(range)
+    is_drawable(&range, logarithmic).then_some(range)
 }
 
 /// Three digits, more where they are whole.

@@ -194,3 +194,21 @@ fn numbers_are_short() {
         "0 999 1\u{2009}000 1\u{2009}234\u{2009}567"
     );
 }
+
+#[test]
+fn numbers_that_no_scale_holds_have_no_axis() {
+    for (numbers, logarithmic, has) in [
+        (&[1.0, 2.0][..], true, true),
+        (&[1.0e-9, 1.0e9], true, true),
+        (&[5.0e-324, 1.0], true, false),
+        (&[1.0, f64::MAX], true, false),
+        (&[0.0, -1.0], true, false),
+        (&[0.0, -1.0], false, true),
+        (&[f64::MIN, f64::MAX], false, false),
+        (&[f64::NAN], false, false),
+        (&[], false, false),
+    ] {
+        let found = axis(numbers, logarithmic);
+        assert_eq!(found.is_some(), has, "{numbers:?}: {found:?}");
+    }
+}
