@@ -819,43 +819,6 @@ fn a_replay_waits_for_its_reader() {
     }
 }
 
-/// A reader that asks for each record is never silent for long, and gets them at once.
-#[test]
-fn a_replay_does_not_wait_for_a_reader_that_asks_for_each_record() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    shisen(folder)
-        .args(["tracker", "record", "mock:seed=3", "a.csv"])
-        .args(["--frames", "100"])
-        .assert()
-        .success();
-    let replay = replay(folder, "fastrak");
-    let open = || {
-        std::fs::OpenOptions::new()
-            .read(true)
-            .write(true)
-            .open(folder.join("tracker"))
-    };
-    let mut line = open().unwrap();
-    let mut asking = line.try_clone().unwrap();
-    // No records unasked, and one asked for ten times a second.
-    asking.write_all(b"c").unwrap();
-    let asks = std::thread::spawn(move || {
-        for _ in 0..40 {
-            std::thread::sleep(Duration::from_millis(100));
-            // The line may be gone.
-            let _ = asking.write_all(b"P");
-        }
-    });
-    let begun = Instant::now();
-    let mut first = [0; 3];
-    line.read_exact(&mut first).unwrap();
-    assert_eq!(&first, b"01 ");
-    assert!(begun.elapsed() < Duration::from_millis(3_000));
-    drop(replay);
-    asks.join().unwrap();
-}
-
 /// A reader that says nothing gets the recording all the same, after a while that is said.
 #[test]
 fn a_replay_does_not_wait_for_a_reader_that_says_nothing() {

@@ -14,9 +14,9 @@ use std::time::{Duration, Instant};
 pub enum Begin<'a> {
     /// At once, whether or not somebody reads.
     AtOnce,
-    /// When a reader is there and has told the device what to send, asked for a record, or
-    /// said nothing for [`SILENT`]; that of a device that is told nothing once it is there
-    /// for [`SETTLED`]. It is called with every stage that is reached.
+    /// When a reader is there and has told the device what to send, or has said nothing for
+    /// [`SILENT`]; that of a device that is told nothing once it is there for [`SETTLED`].
+    /// It is called with every stage that is reached.
     WithReader(&'a mut dyn FnMut(Stage)),
 }
 
@@ -178,10 +178,7 @@ impl<'a> Audience<'a> {
         let over = |since: Option<Micros>, wait: Duration| {
             since.is_some_and(|since| now.since(since) >= Micros(wait.as_micros() as u64))
         };
-        // One that asks for each record has said all that it wants.
-        let is_asked = device.is_to_send(now) && !device.streams();
         let ready = match self.heard {
-            _ if is_asked => true,
             Some(_) => over(self.heard, SETTLED) && device.is_to_send(now),
             None => over(self.since, if self.is_told { SILENT } else { SETTLED }),
         };

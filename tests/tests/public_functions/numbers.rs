@@ -151,13 +151,13 @@ pub(super) fn finite_or_error<T: Debug, E: std::error::Error>(result: Result<T, 
     }
 }
 
-/// Runs a case with sane numbers, with each hostile one in all positions and
-/// in each alone, and with mixtures. What goes wrong first, if anything does.
-pub(super) fn torment(case: Case, mixtures: usize) -> Result<(), String> {
+/// Runs a case with sane numbers, with each hostile one in all positions and, if it is
+/// to be, in each alone, and with mixtures. What goes wrong first, if anything does.
+pub(super) fn torment(case: Case, alone: bool, mixtures: usize) -> Result<(), String> {
     let positions = run(case, &Plan::Sane)?;
     for number in HOSTILE {
         run(case, &Plan::All(number))?;
-        for position in 0..positions {
+        for position in (0..positions).filter(|_| alone) {
             run(case, &Plan::One(position, number))?;
         }
     }
