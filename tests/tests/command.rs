@@ -586,6 +586,27 @@ fn assert_cell(cell: &Value, scene: &str, state: u64) {
     assert_eq!(reflected > 0, scene == "A" || scene == "C", "{cell}");
 }
 
+/// Rays are saved, and what acuity asks for is traced all the same.
+#[test]
+fn coarse_peripheries_are_measured_against_their_bound() {
+    let folder = folder();
+    let mut command = shisen(folder.path());
+    let command = command.args(["bench", "foveated", "--size", "256"]);
+    let found = report(command.args(["--repeat", "1", "--threads", "1"]));
+    let cells = found["cells"].as_array().unwrap();
+    assert_eq!(cells.len(), 8);
+    for cell in cells {
+        let steps = |way: &str| cell[way]["steps"].as_u64().unwrap() as f64;
+        let ratio = |name: &str| cell[name].as_f64().unwrap();
+        assert!((ratio("steps_ratio") - steps("plain") / steps("foveated")).abs() < 1e-9);
+        assert!(ratio("primary_ratio") > 3.0, "{cell}");
+        let least = cell["least_steps"].as_u64().unwrap() as f64;
+        // A sample is a corner of its square, which need not cost what the rest does.
+        assert!(0.9 * least <= steps("foveated"), "{cell}");
+        assert!(least < 0.95 * steps("plain"), "{cell}");
+    }
+}
+
 #[test]
 fn the_papers_table_is_measured() {
     let folder = folder();

@@ -107,6 +107,27 @@ fn raw_gaze_becomes_a_line_of_sight() {
     assert!(off(&sight["direction"], there) < 1.0, "{sight}");
 }
 
+/// The file that the README shows is the mock's screen.
+#[test]
+fn the_screen_of_the_readme_is_looked_at() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let readme = include_str!("../../README.md");
+    let (_, file) = readme.split_once("```text\n[room_from_tracker]").unwrap();
+    let (file, _) = file.split_once("```").unwrap();
+    let file = format!("[room_from_tracker]{file}");
+    assert!(file.contains("[screen]"), "{file}");
+    std::fs::write(folder.join("screen.toml"), file).unwrap();
+    let output = shisen(folder)
+        .args(["tracker", "monitor", "mock:as=hid", "--json"])
+        .args(["--calibration", "screen.toml", "--frames", "1000"])
+        .assert()
+        .success();
+    let text = String::from_utf8(output.get_output().stdout.clone()).unwrap();
+    let fresh = text.matches("\"state\":\"fresh\"").count();
+    assert!(fresh > 900, "{fresh}");
+}
+
 #[test]
 fn directions_are_calibrated_with_the_head_that_turns() {
     let folder = tempfile::tempdir().unwrap();

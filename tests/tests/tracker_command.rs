@@ -245,8 +245,8 @@ fn settings_go_over_the_line() {
             "liberty&size=big&records=any",
         ),
         (
-            "flock?letter=q&half_turn=360&format=position-angles",
-            "flock&letter=q&half_turn=360&format=position-angles",
+            "flock?letter=q&run=E&half_turn=360&format=position-angles",
+            "flock&letter=q&run=E&half_turn=360&format=position-angles",
         ),
     ] {
         let records = read(protocol, &format!("serial:tracker?protocol={settings}"));
@@ -286,6 +286,8 @@ fn the_help_has_every_setting() {
         "units",
         "stations",
         "reset_s",
+        "word_metres",
+        "word_degrees",
         "model",
         "range",
         "group",
@@ -294,6 +296,7 @@ fn the_help_has_every_setting() {
         "inverse",
         "confirm",
         "letter",
+        "run",
         "half_turn",
         "records",
         "size",
@@ -341,6 +344,7 @@ fn what_is_no_tracker_is_refused() {
         ("mock:as=mouse", 2, "osvr-hdk"),
         ("serial:/dev/nowhere", 2, "?protocol=NAME"),
         ("serial:/dev/nowhere?protocol=asl", 1, "/dev/nowhere"),
+        ("serial:/dev/null?protocol=asl", 1, "it is no serial port"),
         ("hid:fffe:fffd", 1, "fffe:fffd"),
         ("replay:nothing.csv", 1, "nothing.csv"),
     ] {
@@ -856,6 +860,67 @@ fn a_replay_does_not_wait_for_a_reader_that_says_nothing() {
         plain.contains("said nothing for 3 s (0.4 s where"),
         "{help}"
     );
+}
+
+/// A Flock that was left in group mode is taken out of it: its second bird is no viewer.
+#[test]
+fn one_bird_is_read_where_one_was_meant() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let _mock = mock(folder, "flock?group=1&birds=2");
+    let output = shisen(folder)
+        .args(["tracker", "monitor", "serial:tracker?protocol=flock"])
+        .args(["--json", "--frames", "200", "--seconds", "20"])
+        .assert()
+        .success();
+    let records = lines(&output.get_output().stdout);
+    let across: Vec<f64> = records
+        .iter()
+        .map(|record| record["head"]["position"]["value"][0].as_f64().unwrap())
+        .collect();
+    assert_eq!(across.len(), 200);
+    for pair in across.windows(2) {
+        // The birds are 0.1 m apart.
+        assert!((pair[1] - pair[0]).abs() < 0.05, "{pair:?}");
+    }
+    assert_eq!(records[199]["dropped"], records[0]["dropped"]);
+}
+
+/// A host that asks for record after record gets the recording, too.
+#[test]
+fn a_replay_begins_for_a_host_that_polls() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    shisen(folder)
+        .args(["tracker", "record", "mock:seed=3", "a.csv"])
+        .args(["--frames", "300"])
+        .assert()
+        .success();
+    for (protocol, poll) in [("fastrak", b"P"), ("liberty", b"P"), ("flock", b"B")] {
+        let replay = replay(folder, protocol);
+        let line = std::fs::OpenOptions::new()
+            .read(true)
+            .write(true)
+            .open(folder.join("tracker"))
+            .unwrap();
+        let begun = Instant::now();
+        let mut reader = line.try_clone().unwrap();
+        let first = std::thread::spawn(move || {
+            reader.read_exact(&mut [0; 14]).unwrap();
+            begun.elapsed()
+        });
+        while !first.is_finished() && begun.elapsed() < Duration::from_secs(10) {
+            (&line).write_all(poll).unwrap();
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        assert!(first.is_finished(), "{protocol}");
+        let waited = first.join().unwrap();
+        assert!(
+            waited < Duration::from_millis(2_500),
+            "{protocol}: {waited:?}"
+        );
+        drop(replay);
+    }
 }
 
 /// What a device refuses, and what it says of the eyes, over the line.

@@ -31,8 +31,8 @@ impl Serial {
     /// # Errors
     /// [`io::ErrorKind::NotFound`] where there is no such port,
     /// [`io::ErrorKind::PermissionDenied`] where it may not be used,
-    /// [`io::ErrorKind::ResourceBusy`] where somebody else has it, and others
-    /// of the system's.
+    /// [`io::ErrorKind::ResourceBusy`] where somebody else has it,
+    /// [`io::ErrorKind::InvalidInput`] where it is no port, and others of the system's.
     pub fn open(path: &str, baud: u32) -> io::Result<Self> {
         // What serialport makes of a failure does not tell these apart.
         #[cfg(not(unix))]

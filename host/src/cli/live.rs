@@ -10,15 +10,14 @@ use super::lod::LodArguments;
 use super::room::RoomArguments;
 use super::source::Source;
 use super::tracing::TracingArguments;
-use super::tracker::{Happenings, warn_of_sensors, whole};
-use super::warn;
+use super::tracker::{Happenings, whole};
 use clap::Args;
 use glam::Vec3;
 pub(super) use interference::Interference;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::Cave;
 use shisen::live::{
-    Engine, FrameBudget, FrameRecord, Happening, LiveTracker, Look, Order, Quality, SessionError,
+    Engine, FrameBudget, FrameRecord, LiveTracker, Look, Order, Quality, SessionError,
     SessionReport, SessionSettings, Share, Stage, SwapError, SwapLock, Table2, with_engine,
 };
 use shisen::picture::Picture;
@@ -26,15 +25,13 @@ use shisen::render::{CaptureOptions, Observer, Options, frame_hash};
 use shisen::scene::builtin::PaperScene;
 use shisen::spectrum::Dispersion;
 use shisen::tracker::calibration::{Calibrated, estimation};
-use shisen::tracker::{Feed, Notice, Spec};
+use shisen::tracker::{Feed, Spec};
 use shisen_core::frame::Tile;
 use shisen_core::gaze::HeadPose;
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
-use shisen_tracker::decoder::Event;
 use shisen_tracker::estimate::GazeEstimator;
-use shisen_tracker::time::Micros;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -242,28 +239,8 @@ impl LiveArguments {
         let estimator = GazeEstimator::new(config).map_err(Failure::from_error)?;
         let clock = ClockEstimator::new(ClockConfig::default()).map_err(Failure::from_error)?;
         let mut happenings = Happenings::default();
-        let tell = move |happening: Happening| {
-            if let Some(said) = said_of(&mut happenings, happening) {
-                warn(&said);
-            }
-        };
+        let tell = move |happening| happenings.tell(happening);
         LiveTracker::start(feed, clock, estimator, tell).map_err(Failure::from_error)
-    }
-}
-
-/// What is to be said of something that happened to a tracker, if anything is.
-fn said_of(happenings: &mut Happenings, happening: Happening) -> Option<String> {
-    match happening {
-        Happening::Clock(event, at) => happenings.of_clock(&event, at),
-        Happening::Gaze(event, at) => {
-            warn_of_sensors(&event);
-            happenings.of_gaze(&event, at)
-        }
-        Happening::Feed(Notice::Decoded(event)) => match event {
-            Event::Message(message) => happenings.of_device(&message, Micros(0)),
-            _ => None,
-        },
-        Happening::Feed(notice) => Happenings::of_feed(&notice),
     }
 }
 

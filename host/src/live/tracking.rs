@@ -1,8 +1,8 @@
 //! A tracker that is listened to while frames are rendered.
 
-use crate::tracker::{Feed, FeedClock, Notice};
+use crate::tracker::{Feed, FeedClock, Notice, Trouble};
 use shisen_tracker::clock::{self, ClockEstimator};
-use shisen_tracker::decoder::{Counts, Event};
+use shisen_tracker::decoder::{Counts, Event, Message};
 use shisen_tracker::estimate::{self, Estimate, GazeEstimator};
 use shisen_tracker::time::Micros;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -40,8 +40,12 @@ struct Following {
     reason = "as of a notice: none of these is to take memory of its own"
 )]
 pub enum Happening {
-    /// The feed's own: a device that comes and goes, and what is no sample.
+    /// The feed's own: a device that comes and goes.
     Feed(Notice),
+    /// What a device said then.
+    Device(Message, Micros),
+    /// What is wrong, and what became of the bytes until then.
+    Trouble(Trouble, Counts),
     /// Of the device's clock, for a sample that came then.
     Clock(clock::ClockEvent, Micros),
     /// Of the gaze, for a sample that came then.
@@ -151,13 +155,16 @@ fn listen(
     let is_live = feed.is_live();
     while !over.load(Ordering::SeqCst) {
         let now = feed.now();
+        let mut troubles = Vec::new();
         feed.poll(now, &mut |notice| {
             let sample = match &notice {
                 Notice::Decoded(Event::Sample(sample)) => *sample,
                 Notice::Decoded(Event::Message(message)) => {
                     lock(following).estimator.on_message(message, &mut |_| {});
-                    return tell(Happening::Feed(notice));
+                    return tell(Happening::Device(*message, now));
                 }
+                Notice::Decoded(_) => return,
+                Notice::Trouble(trouble) => return troubles.push(*trouble),
                 _ => return tell(Happening::Feed(notice)),
             };
             let mut following = lock(following);
@@ -180,7 +187,11 @@ fn listen(
             *newest = Some((stamp.time, came));
             *samples += 1;
         });
-        lock(following).counts = feed.counts();
+        let counts = feed.counts();
+        for trouble in troubles {
+            tell(Happening::Trouble(trouble, counts));
+        }
+        lock(following).counts = counts;
         if !is_live {
             std::thread::sleep(PAUSE);
         }

@@ -17,6 +17,8 @@ pub struct Pty {
     device: File,
     /// Held open, so that the line stays while nobody reads it.
     line: Option<File>,
+    /// The rest of what there was room for only in part.
+    rest: Vec<u8>,
     name: PathBuf,
     link: Option<PathBuf>,
 }
@@ -55,6 +57,7 @@ impl Pty {
         Ok(Self {
             device: device.into(),
             line: Some(line),
+            rest: Vec::new(),
             name,
             link: Some(link.to_owned()),
         })
@@ -99,16 +102,30 @@ impl Pty {
         Ok(!ready[0].revents().contains(PollFlags::HUP))
     }
 
-    /// Sends what there is room for, which is all of it unless nobody reads: a
-    /// line does not wait. Whether all of it was sent.
+    /// Sends it whole, or not at all where there is no room for more, as when nobody reads:
+    /// a line does not wait. What there is room for only in part is sent in part, and its
+    /// rest before anything else. Whether it was sent.
     ///
     /// # Errors
     /// Those of the system.
     pub fn send(&mut self, bytes: &[u8]) -> io::Result<bool> {
-        match self.device.write(bytes) {
-            Ok(sent) => Ok(sent == bytes.len()),
-            Err(error) if is_wait(&error) => Ok(false),
-            Err(error) => Err(error),
+        let before = self.write(&self.rest)?;
+        self.rest.drain(..before);
+        if !self.rest.is_empty() {
+            return Ok(false);
+        }
+        let sent = self.write(bytes)?;
+        if sent > 0 {
+            self.rest.extend_from_slice(&bytes[sent..]);
+        }
+        Ok(sent > 0 || bytes.is_empty())
+    }
+
+    /// Writes what there is room for, and says how much.
+    fn write(&self, bytes: &[u8]) -> io::Result<usize> {
+        match (&self.device).write(bytes) {
+            Err(error) if is_wait(&error) => Ok(0),
+            written => written,
         }
     }
 
@@ -201,8 +218,21 @@ mod tests {
         other.write_all(b"c\r\x03").unwrap();
         assert_eq!(pty.receive(&mut buffer).unwrap(), 3);
         assert_eq!(&buffer[..3], b"c\r\x03");
-        // Nobody reads: it does not wait.
-        while pty.send(&all).unwrap() {}
+        // Nobody reads: it does not wait, and what it took is whole.
+        let mut taken = 0;
+        while pty.send(&all).unwrap() {
+            taken += 1;
+        }
+        for n in 0..taken {
+            if n == taken - 1 {
+                // There is room for the rest of the last one now.
+                assert!(pty.send(&[7]).unwrap());
+            }
+            other.read_exact(&mut found).unwrap();
+            assert_eq!(found, all, "{n} of {taken}");
+        }
+        other.read_exact(&mut found[..1]).unwrap();
+        assert_eq!(found[0], 7);
         // Another device does not take the name over while this one is there.
         let error = Pty::open(&path).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::ResourceBusy);

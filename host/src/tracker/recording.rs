@@ -333,6 +333,7 @@ impl Times {
 mod tests {
     use super::*;
     use crate::tracker::{Feed, Notice, Spec};
+    use shisen_tracker::decoder::DropReason;
 
     fn recorded(spec: &str, name: &str) -> (Vec<Event>, Vec<Event>) {
         let folder = tempfile::tempdir().unwrap();
@@ -413,6 +414,32 @@ mod tests {
         assert_eq!(found.bytes, damaged.len() as u64);
         assert!(found.dropped.iter().sum::<u32>() >= 3, "{found:?}");
         assert!(found.samples >= 195 && events > found.samples);
+    }
+
+    /// A table whose writer was ended while it wrote.
+    #[test]
+    fn a_table_that_was_cut_off_is_read_up_to_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        let head = table::header().join(",");
+        let line = |at| table::cells(&Sample::arrived(Micros(at))).join(",");
+        let read = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            Recording::read(&path)
+        };
+        let cut = format!("{head}\n{}\n{}\n7,,,", line(5), line(6));
+        let found = read(&cut).unwrap();
+        assert_eq!(found.events.len(), 2);
+        let counts = found.counts[1];
+        assert_eq!(counts.dropped_for(DropReason::Truncated), 1);
+        assert_eq!((counts.dropped_bytes, counts.samples), (4, 2));
+        // A line that is whole needs no end; one that has an end was not cut off.
+        let whole = format!("{head}\n{}\n{}", line(5), line(6));
+        assert_eq!(read(&whole).unwrap().events.len(), 2);
+        let said = read(&format!("{cut}\n")).unwrap_err().to_string();
+        assert!(said.contains("line 4"), "{said}");
+        let said = read(&format!("{head}\n5,,,")).unwrap_err().to_string();
+        assert!(said.contains("line 2"), "{said}");
     }
 
     #[test]

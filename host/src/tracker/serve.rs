@@ -14,8 +14,9 @@ use std::time::{Duration, Instant};
 pub enum Begin<'a> {
     /// At once, whether or not somebody reads.
     AtOnce,
-    /// When a reader is there and has told the device what to send, or has said nothing for
-    /// [`SILENT`]; that of a device that is told nothing once it is there for [`SETTLED`].
+    /// When a reader is there and has told the device what to send, has asked for
+    /// [`POLLED`] records one by one, or has said nothing for [`SILENT`]; that of a device
+    /// that is told nothing once it is there for [`SETTLED`].
     /// It is called with every stage that is reached.
     WithReader(&'a mut dyn FnMut(Stage)),
 }
@@ -38,6 +39,10 @@ pub const SILENT: Duration = Duration::from_secs(3);
 /// How long a reader has said nothing more when it has told a device all: longer than any
 /// device is given between two commands, shorter than any is waited for after the last.
 pub const SETTLED: Duration = Duration::from_millis(400);
+
+/// So many records are asked for by a host that polls; one that sets a device up asks for
+/// two at most.
+pub const POLLED: u8 = 3;
 
 /// How a line that is served stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -179,6 +184,7 @@ impl<'a> Audience<'a> {
             since.is_some_and(|since| now.since(since) >= Micros(wait.as_micros() as u64))
         };
         let ready = match self.heard {
+            _ if device.asked() >= POLLED => true,
             Some(_) => over(self.heard, SETTLED) && device.is_to_send(now),
             None => over(self.since, if self.is_told { SILENT } else { SETTLED }),
         };

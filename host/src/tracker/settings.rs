@@ -136,6 +136,7 @@ pub(super) const fn allowed_for(format: &Format) -> &'static str {
         Format::Link | Format::AdHawk => "rate=HZ",
         Format::Fastrak(_) => {
             "items=2,11,0, format=binary|ascii, units=inches|cm, stations=N, reset_s=S, \
+             word_metres=3, word_degrees=180, \
              frame=forward,right,down, sensor=forward,right,down"
         }
         Format::Liberty(_) => {
@@ -146,7 +147,7 @@ pub(super) const fn allowed_for(format: &Format) -> &'static str {
         Format::Flock(_) => {
             "format=position-quaternion|position-angles|position-matrix|quaternion|angles|matrix|\
              position, range=36|72|144, group=0|1, birds=N, first=N, inverse=0|1, confirm=0|1, \
-             letter=C, half_turn=180, \
+             letter=C, run=F, half_turn=180, \
              frame=forward,right,down, sensor=forward,right,down"
         }
         Format::Hatire(_) => {
@@ -238,6 +239,12 @@ fn set_fastrak(config: &mut fastrak::Config, options: &mut Options<'_>) -> Resul
     if let Some(seconds) = reset {
         config.reset_time = Micros::from_millis(1_000 * seconds);
     }
+    let metres = "the metres that are 1 in item 18, 0.1 to 100";
+    let metres = options.number("word_metres", (0.1, 100.0), metres)?;
+    config.word_metres = metres.unwrap_or(config.word_metres);
+    let degrees = "the degrees that are 1 in item 19, 1 to 360";
+    let degrees = options.number("word_degrees", (1.0, 360.0), degrees)?;
+    config.word_degrees = degrees.unwrap_or(config.word_degrees);
     config.axes = frames(config.axes, options)?;
     Ok(())
 }
@@ -315,18 +322,25 @@ fn set_flock(
     let letter = options.one_of(
         "letter",
         "the one character that chooses the format",
-        |value| {
-            let one = <[u8; 1]>::try_from(value.as_bytes()).ok();
-            one.filter(|[letter]| letter.is_ascii_graphic())
-        },
+        character,
     )?;
-    config.letter = letter.map(|[letter]| letter).or(config.letter);
+    config.letter = letter.or(config.letter);
+    let run = options.one_of("run", "the one character that wakes the birds", character)?;
+    config.run = run.unwrap_or(config.run);
     let degrees = "the degrees that an angle's 32768 stands for, 1 to 360";
     let half_turn = options.number("half_turn", (1.0, 360.0), degrees)?;
     config.half_turn = half_turn.unwrap_or(config.half_turn);
     config.confirm = options.flag("confirm")?.unwrap_or(config.confirm);
     config.axes = frames(config.axes, options)?;
     Ok(())
+}
+
+/// A command of one character.
+fn character(value: &str) -> Option<u8> {
+    match *value.as_bytes() {
+        [one] if one.is_ascii_graphic() => Some(one),
+        _ => None,
+    }
 }
 
 fn set_hatire(config: &mut hatire::Config, options: &mut Options<'_>) -> Result<(), SpecError> {

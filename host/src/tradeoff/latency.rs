@@ -204,11 +204,11 @@ const MEASURES: [Measure; 12] = [
     measure("pursuit_95_degrees", "pursuit, 95 %, °"),
     measure("saccade_95_degrees", "saccade, 95 %, °"),
     measure("landing_95_degrees", "landing, 95 %, °"),
-    measure("widening_95_degrees", "widening for 95 % of frames, °"),
+    measure("widening_95_degrees", "wider for 95 % of frames, °"),
     measure("widening_99_degrees", "for 99 %, °"),
-    measure("held_95_percent", "others' frames held by the former, %"),
-    measure("estimate_us", "an estimate, µs"),
-    measure("steps_99_millions", "steps for 99 %, millions"),
+    measure("held_95_percent", "others' frames held, %"),
+    measure("estimate_us", "estimate, µs"),
+    measure("steps_99_millions", "10⁶ steps for 99 %"),
 ];
 
 /// What the eyes do, and how far off the gaze is then.

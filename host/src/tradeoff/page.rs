@@ -129,7 +129,16 @@ fn write_comparison(page: &mut String, comparison: &Comparison) -> io::Result<()
 fn write_points(page: &mut String, comparison: &Comparison) {
     let has_steps = comparison.points.iter().any(|point| point.steps.is_some());
     page.push_str("<details open=\"\"><summary>Numbers</summary>\n<div class=\"wide\"><table>\n");
-    page.push_str("<thead><tr><th></th><th>Series</th><th>Setting</th>");
+    // Of one series, its name would be the same in every row.
+    let has_series = comparison
+        .points
+        .iter()
+        .any(|point| point.series != comparison.points[0].series);
+    page.push_str("<thead><tr><th></th>");
+    if has_series {
+        page.push_str("<th>Series</th>");
+    }
+    page.push_str("<th>Setting</th>");
     page.push_str("<th class=\"number\">Time, ms</th>");
     if has_steps {
         page.push_str("<th class=\"number\">Steps</th>");
@@ -146,7 +155,7 @@ fn write_points(page: &mut String, comparison: &Comparison) {
             .collect();
         let _ = write!(
             page,
-            "<tr{}><td class=\"best\">{}{}</td><td>{}</td><td title=\"{}\">{}</td>",
+            "<tr{}><td class=\"best\">{}{}</td>",
             if point.best_by_time {
                 " class=\"front\""
             } else {
@@ -154,7 +163,13 @@ fn write_points(page: &mut String, comparison: &Comparison) {
             },
             if point.best_by_time { "●" } else { "" },
             if point.best_by_steps { "○" } else { "" },
-            escaped(point.series),
+        );
+        if has_series {
+            let _ = write!(page, "<td>{}</td>", escaped(point.series));
+        }
+        let _ = write!(
+            page,
+            "<td title=\"{}\">{}</td>",
             escaped(&settings.join(", ")),
             escaped(&point.name),
         );

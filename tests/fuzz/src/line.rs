@@ -62,7 +62,7 @@ pub(super) struct Line {
     pub(super) decoder: Reader,
     clock: ClockEstimator,
     gaze: GazeEstimator,
-    now: Micros,
+    pub(super) now: Micros,
     dropped: u64,
     /// That came of the bytes so far.
     pub(super) samples: u64,

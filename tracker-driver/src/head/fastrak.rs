@@ -89,7 +89,9 @@
 //! [manual]: https://manualshive.com/ru/manual/polhemus/3space-fastrak/1573695
 
 use super::axes::Axes;
-use super::polhemus::{Format, ItemList, MOST_RECORD_BYTES, Misread, Pose, Scale, Units};
+use super::polhemus::{
+    Format, ItemList, MOST_RECORD_BYTES, Misread, Pose, Scale, Units, WORD_DEGREES, WORD_METRES,
+};
 use crate::command::{Awaited, Bytes, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Reply, Text};
 use crate::sample::Sample;
@@ -124,6 +126,10 @@ pub struct Config {
     /// How long a device is away after a reset: a FASTRAK 10 s, an IS-900
     /// 20 s.
     pub reset_time: Micros,
+    /// What 1 stands for in item 18: metres, above 0.
+    pub word_metres: f32,
+    /// What 1 stands for in item 19: degrees, above 0.
+    pub word_degrees: f32,
 }
 
 impl Config {
@@ -135,6 +141,8 @@ impl Config {
             stations: 4,
             axes: Axes::FORWARD_RIGHT_DOWN,
             reset_time: Micros::from_millis(10_000),
+            word_metres: WORD_METRES,
+            word_degrees: WORD_DEGREES,
         }
     }
 
@@ -146,6 +154,8 @@ impl Config {
     fn scale(&self) -> Scale<'_> {
         Scale {
             units: self.units,
+            word_metres: self.word_metres,
+            word_degrees: self.word_degrees,
             axes: &self.axes,
         }
     }

@@ -21,8 +21,8 @@
 //! A word is a two's complement number of 16 bits whose lowest two are not
 //! sent. 32768 stands for [`Config::range`], [`Config::half_turn`] (180°) or 1.
 //!
-//! The first four commands and the scale of the angles are as generally
-//! known, not from those two sources: [`Config::letter`] and
+//! The first four commands, the one that wakes the birds and the scale of the angles are
+//! as generally known, not from those two sources: [`Config::letter`], [`Config::run`] and
 //! [`Config::half_turn`] are for a device that has others.
 //!
 //! # Answers
@@ -42,6 +42,12 @@
 //! | 10, error | 1 | [`Message::Fault`] where there was one, of [`error_meaning`] |
 //! | 16, error and its unit | 2 | as 10 |
 //! | 36, all units | 14 | |
+//!
+//! A record behind an answer that was cut short is not taken for its rest, nor noise for
+//! an answer that it cannot be: an error's code is one of 36 and has no noise before it, a
+//! crystal and an error's unit have no highest bit. Nothing else guards them: of random
+//! bytes right after a question more than a quarter pass for an error's code. A status may have one, as the master's
+//! does: where it says that records stream, its answer waits for the byte behind it.
 //!
 //! # The line's RTS
 //!
@@ -267,6 +273,8 @@ pub struct Config {
     /// The command that chooses the mode, where it is not
     /// [`Mode::command`]'s.
     pub letter: Option<u8>,
+    /// The command that wakes the birds: `F`.
+    pub run: u8,
     /// What 32768 stands for in an angle: degrees, above 0 and up to 360.
     pub half_turn: f32,
     /// What the device's axes are.
@@ -286,6 +294,7 @@ impl Default for Config {
             range: Range::default(),
             reversed: true,
             letter: None,
+            run: b'F',
             half_turn: 180.0,
             axes: Axes::FORWARD_RIGHT_DOWN,
             confirm: false,
@@ -427,10 +436,15 @@ impl Config {
                 .send(&[b'P', AUTO_CONFIGURE, units])
                 .pause(Micros::from_millis(1_000));
         }
-        script.once_only().send(b"B").pause(settle).send(b"F");
+        script
+            .once_only()
+            .send(b"B")
+            .pause(settle)
+            .send(&[self.run]);
         let mode = self.letter.unwrap_or(self.mode.command());
+        // A bird that was left in group mode would send the others' records with its own.
+        script.send(&[b'P', GROUP_MODE, self.group.into()]);
         if self.group {
-            script.send(&[b'P', GROUP_MODE, 1]);
             for bird in 0..birds {
                 let address = first_address.saturating_add(bird).min(0x0F);
                 script.send(&[TO_BIRD + address, mode]);
@@ -464,6 +478,10 @@ pub(crate) const CRYSTAL: u8 = 2;
 pub(crate) const ERROR: u8 = 10;
 pub(crate) const EXPANDED_ERROR: u8 = 16;
 pub(crate) const ALL_UNITS: u8 = 36;
+/// The highest code of an error.
+const HIGHEST_ERROR: u8 = 35;
+/// In a status' low byte: records come without being asked for.
+const STREAMS: u8 = 1;
 /// Bytes that [`ALL_UNITS`] is answered with: one for each unit.
 pub(crate) const UNITS: usize = 14;
 
@@ -539,6 +557,8 @@ pub struct Flock {
     whole: Option<Micros>,
     /// A parameter that was asked for, and when.
     asked: Option<(u8, Micros)>,
+    /// What came last, since that was asked, belongs to nothing.
+    noisy: bool,
 }
 
 impl Flock {
@@ -549,16 +569,23 @@ impl Flock {
             config,
             whole: None,
             asked: None,
+            noisy: false,
         }
     }
 }
 
 impl Decoder for Flock {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        let (config, whole, asked) = (&self.config, &mut self.whole, &mut self.asked);
+        let Self {
+            stream,
+            config,
+            whole,
+            asked,
+            noisy,
+        } = self;
         *asked = asked.filter(|&(_, at)| arrival.since(at) <= PATIENCE);
-        self.stream.feed(bytes, sink, |front| {
-            let awaited = asked.and_then(|(parameter, _)| answer(parameter, front.bytes));
+        stream.feed(bytes, sink, |front| {
+            let awaited = asked.and_then(|(parameter, _)| answer(parameter, front, !*noisy));
             if let Some(step) = awaited {
                 if step != Step::More {
                     *asked = None;
@@ -572,6 +599,9 @@ impl Decoder for Flock {
                 }
                 _ => None,
             };
+            if step != Step::More {
+                *noisy = matches!(step, Step::Skip(_));
+            }
             step
         });
     }
@@ -583,6 +613,7 @@ impl Decoder for Flock {
     fn reset(&mut self) {
         self.stream.reset();
         (self.whole, self.asked) = (None, None);
+        self.noisy = false;
     }
 
     /// The last question counts.
@@ -590,28 +621,39 @@ impl Decoder for Flock {
         let mut rest = command;
         while let Some(&first) = rest.first() {
             if let [EXAMINE, parameter, ..] = *rest {
-                self.asked = Some((parameter, now));
+                (self.asked, self.noisy) = (Some((parameter, now)), false);
             }
             rest = rest.get(command_bytes(first)..).unwrap_or_default();
         }
     }
 }
 
-/// What is made of bytes that may be the answer to a question; `None` where a record
-/// begins, or the answer's length is not known.
-fn answer(parameter: u8, bytes: &[u8]) -> Option<Step> {
+/// What is made of bytes that may be the answer to a question; `None` where they are not,
+/// or the answer's length is not known.
+fn answer(parameter: u8, front: Front<'_>, alone: bool) -> Option<Step> {
+    let bytes = front.bytes;
     let length = answer_bytes(parameter)?;
     let &first = bytes.first()?;
-    if parameter != ALL_UNITS && first & PHASE != 0 {
+    let second = bytes.get(1).copied();
+    let second_begins = second.is_some_and(|byte| byte & PHASE != 0);
+    // A status' high byte may be a record's first, which the byte behind it tells.
+    let unclear = parameter == STATUS && first & STREAMS != 0 && second_begins;
+    let is_one = match parameter {
+        ALL_UNITS => true,
+        _ if first & PHASE != 0 => false,
+        ERROR | EXPANDED_ERROR if !alone || first > HIGHEST_ERROR => false,
+        CRYSTAL | EXPANDED_ERROR => !second_begins,
+        _ => !unclear || bytes.get(2).is_none_or(|byte| byte & PHASE != 0),
+    };
+    if !is_one {
         return None;
     }
-    let Some(answer) = bytes.get(..length) else {
+    if bytes.len() < length + usize::from(unclear) {
         return Some(Step::More);
-    };
-    let second = answer.get(1).copied().unwrap_or_default();
-    let first_said = match parameter {
+    }
+    let said = match parameter {
         STATUS => Some(Message::State {
-            code: u32::from(u16::from_le_bytes([first, second])),
+            code: u32::from(u16::from_le_bytes([first, second.unwrap_or_default()])),
             meaning: "",
         }),
         ERROR | EXPANDED_ERROR if first != 0 => Some(Message::Fault {
@@ -627,7 +669,7 @@ fn answer(parameter: u8, bytes: &[u8]) -> Option<Step> {
     };
     Some(Step::take(
         length,
-        first_said,
+        said,
         Event::Message(Message::Reply(reply)),
     ))
 }

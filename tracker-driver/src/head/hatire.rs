@@ -330,12 +330,17 @@ impl Decoder for Hatire {
     }
 }
 
+/// More samples than this cannot be missing: the count began anew, or does not count.
+const LARGEST_GAP: u16 = 250;
+
 /// How many samples are missing before the one that has this count.
 fn missing(last: &mut Option<u16>, code: u16) -> u16 {
     // opentrack takes 1000, which no device sends.
     let code = code % COUNTS;
-    last.replace(code)
-        .map_or(0, |last| (code + COUNTS - 1 - last) % COUNTS)
+    let gap = last
+        .replace(code)
+        .map_or(0, |last| (code + COUNTS - 1 - last) % COUNTS);
+    if gap <= LARGEST_GAP { gap } else { 0 }
 }
 
 /// Whether a frame holds letters, white space and what fills the rest, and not

@@ -63,7 +63,9 @@
 //! | 7,0 | 0.000 | 0.474 | 0.000 | 0.000 | 0 |
 
 use super::axes::Axes;
-use super::polhemus::{ItemList, MOST_RECORD_BYTES, Misread, Pose, Scale, Units};
+use super::polhemus::{
+    ItemList, MOST_RECORD_BYTES, Misread, Pose, Scale, Units, WORD_DEGREES, WORD_METRES,
+};
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Reply};
 use crate::sample::Sample;
@@ -161,6 +163,8 @@ impl Config {
     fn scale(&self) -> Scale<'_> {
         Scale {
             units: self.units,
+            word_metres: WORD_METRES,
+            word_degrees: WORD_DEGREES,
             axes: &self.axes,
         }
     }

@@ -19,7 +19,8 @@ use crate::sample::Head;
 use crate::time::DeviceTime;
 use glam::{Quat, Vec3};
 use heapless::Vec;
-use item::{Content, Form, Item, WORD_DEGREES, WORD_METRES};
+use item::{Content, Form, Item};
+pub(crate) use item::{WORD_DEGREES, WORD_METRES};
 use numbers::{push_number, word_bytes, write_extended, write_fixed, write_whole};
 use values::Values;
 
@@ -103,6 +104,10 @@ pub(crate) struct Pose {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scale<'a> {
     pub(crate) units: Units,
+    /// Metres that are 1 in item 18.
+    pub(crate) word_metres: f32,
+    /// Degrees that are 1 in item 19.
+    pub(crate) word_degrees: f32,
     pub(crate) axes: &'a Axes,
 }
 
@@ -246,9 +251,9 @@ impl ItemList {
             let word = item.form == Form::Word;
             for place in 0..item.values() {
                 let value = match item.content {
-                    Content::Position if word => position[place.min(2)] / WORD_METRES,
+                    Content::Position if word => position[place.min(2)] / scale.word_metres,
                     Content::Position => position[place.min(2)] / scale.units.metres(),
-                    Content::Euler if word => euler[place.min(2)] / WORD_DEGREES,
+                    Content::Euler if word => euler[place.min(2)] / scale.word_degrees,
                     Content::Euler => euler[place.min(2)],
                     Content::Cosines(row) => columns[place.min(2)][usize::from(row.min(2))],
                     Content::Quaternion => {

@@ -137,6 +137,11 @@ impl Device {
         self.streams
     }
 
+    /// Records that were asked for one by one, and are due.
+    pub const fn asked(&self) -> u8 {
+        self.asked
+    }
+
     /// Whether a record is due of what it measures at `now`: it streams, or one was asked
     /// for, and it does not restart.
     pub fn is_to_send(&self, now: Micros) -> bool {

@@ -2,14 +2,21 @@
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
+use rustix::termios::isatty;
 use std::fs::File;
 use std::io::{self, Read};
 use std::time::Duration;
 
-/// The port at `path`, to be read without waiting.
+/// The port at `path`, to be read without waiting; [`io::ErrorKind::InvalidInput`] where
+/// something else is there.
 pub(super) fn open(path: &str) -> io::Result<File> {
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    Ok(File::from(rustix::fs::open(path, flags, Mode::empty())?))
+    let port = File::from(rustix::fs::open(path, flags, Mode::empty())?);
+    if !isatty(&port) {
+        let what = "it is no serial port";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+    }
+    Ok(port)
 }
 
 /// What has come in, after a wait for some; [`io::ErrorKind::TimedOut`] where nothing

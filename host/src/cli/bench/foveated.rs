@@ -15,8 +15,9 @@ use shisen::quantiles::median;
 use shisen::render::{self, Observer};
 use shisen::scene::builtin::PaperScene;
 use shisen::tradeoff::{PictureError, Sight};
-use shisen_core::frame::Spectrum;
+use shisen_core::frame::{Spectrum, Tile, TileJob};
 use shisen_core::scene::Scene;
+use shisen_core::trace::{Budget, Pixel, Workspace};
 use shisen_core::{Runs, Simd};
 use std::fmt;
 
@@ -28,10 +29,15 @@ use std::fmt;
 /// against full tracing, from 0 (equal) to 1, weighted by the part of the visual
 /// cortex that sees a pixel, as in `shisen tradeoff`.
 ///
+/// What such sampling saves at most is what it would with samples nowhere nearer to each
+/// other than acuity asks for: the steps of full tracing, those of each square by the
+/// pixels that a sample stands for.
+///
 /// With --json, one object: threads, size, mesh and cells: for each scene and state
 /// plain, paper and foveated, each with seconds, steps, rays (primary, reflected,
-/// refracted, shadow), `flip_weighted` and flip (of all pixels alike); and
-/// `primary_ratio`, `steps_ratio` and `time_ratio`, plain by foveated.
+/// refracted, shadow), `flip_weighted` and flip (of all pixels alike);
+/// `primary_ratio`, `steps_ratio` and `time_ratio`, plain by foveated; and
+/// `least_steps`, those that acuity asks for.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
@@ -61,6 +67,7 @@ struct Cell {
     plain: Measured,
     paper: Measured,
     foveated: Measured,
+    least_steps: u64,
     primary_ratio: f64,
     steps_ratio: f64,
     time_ratio: f64,
@@ -85,9 +92,9 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let of_scene = frames.frames(scene)?;
         for (state, (forward, up)) in (1..).zip(STATES) {
             let look = Look { forward, up };
-            let [plain, paper, foveated] = match &of_scene.scene {
-                BakedScene::Fast(baked) => ways(baked.scene(), &of_scene, look, frames.repeat),
-                BakedScene::Compact(baked) => ways(baked.scene(), &of_scene, look, frames.repeat),
+            let ([plain, paper, foveated], least_steps) = match &of_scene.scene {
+                BakedScene::Fast(baked) => cell(baked.scene(), &of_scene, look, frames.repeat),
+                BakedScene::Compact(baked) => cell(baked.scene(), &of_scene, look, frames.repeat),
             }?;
             cells.push(Cell {
                 scene: scene.name(),
@@ -95,6 +102,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 plain,
                 paper,
                 foveated,
+                least_steps,
                 primary_ratio: plain.rays.primary as f64 / foveated.rays.primary as f64,
                 steps_ratio: plain.steps as f64 / foveated.steps as f64,
                 time_ratio: plain.seconds / foveated.seconds,
@@ -108,6 +116,65 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         cells,
     };
     print(&report, arguments.json)
+}
+
+/// All ways of one frame, and the steps that acuity asks for.
+fn cell<const W: usize>(
+    scene: Scene<'_, W>,
+    frames: &Frames,
+    look: Look,
+    repeat: u32,
+) -> Result<([Measured; WAYS.len()], u64), Failure>
+where
+    Simd: Runs<W>,
+{
+    let bound = least_steps(&scene, frames, look)?;
+    Ok((ways(scene, frames, look, repeat)?, bound))
+}
+
+/// Pixels a side of the smallest squares that choose how far apart their samples are.
+const SQUARE: u32 = 16;
+
+fn least_steps<const W: usize>(
+    scene: &Scene<'_, W>,
+    frames: &Frames,
+    look: Look,
+) -> Result<u64, Failure>
+where
+    Simd: Runs<W>,
+{
+    let of = |observer: &Observer| {
+        render::renderer(scene, observer, &frames.options, Spectrum::default())
+            .map_err(Failure::from_error)
+    };
+    let (mut workspace, mut least) = (Workspace::new(), 0.0);
+    let mut pixels = [Pixel::default(); (SQUARE * SQUARE) as usize];
+    let plain = Frames::observers(Way::Plain, look)?;
+    let foveated = Frames::observers(Way::Foveated, look)?;
+    for screen in frames.cave.screens() {
+        for (eye, foveated) in plain.iter().zip(&foveated) {
+            let view = render::view(screen, eye).map_err(Failure::from_error)?;
+            let (renderer, chooses) = (of(eye)?, of(foveated)?);
+            for y in (0..view.rows()).step_by(SQUARE as usize) {
+                for x in (0..view.columns()).step_by(SQUARE as usize) {
+                    let tile = Tile {
+                        x,
+                        y,
+                        width: SQUARE.min(view.columns() - x),
+                        height: SQUARE.min(view.rows() - y),
+                    };
+                    let pixels = &mut pixels[..(tile.width * tile.height) as usize];
+                    let (before, mut budget) = (workspace.statistics.steps, Budget::UNLIMITED);
+                    TileJob::new(tile)
+                        .render(&renderer, &view, pixels, &mut budget, &mut workspace)
+                        .map_err(Failure::from_error)?;
+                    let stride = f64::from(chooses.stride(&view, x, y));
+                    least += (workspace.statistics.steps - before) as f64 / (stride * stride);
+                }
+            }
+        }
+    }
+    Ok(least as u64)
 }
 
 /// All ways of one frame.
@@ -221,6 +288,9 @@ impl fmt::Display for Report {
         })?;
         table.numbers("plain by foveated", 2, |c| Some(c.primary_ratio))?;
         table.numbers("steps, plain by foveated", 2, |c| Some(c.steps_ratio))?;
+        table.numbers("the same, at most", 2, |c| {
+            (c.least_steps > 0).then(|| c.plain.steps as f64 / c.least_steps as f64)
+        })?;
         table.numbers("FLIP by acuity, paper", 5, |c| Some(c.paper.flip_weighted))?;
         table.numbers("FLIP by acuity, foveated", 5, |c| {
             Some(c.foveated.flip_weighted)

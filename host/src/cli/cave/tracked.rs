@@ -1,13 +1,11 @@
 //! Frames that follow a tracker.
 
 use super::super::failure::{Failure, Fault};
-use super::super::tracker::{
-    Happenings, Interrupt, TrackerName, warn_of_sensors, whole, with_drops,
-};
-use super::super::warn;
+use super::super::tracker::{Happenings, Interrupt, TrackerName, whole};
 use clap::Args;
 use miette::Diagnostic;
 use serde::Serialize;
+use shisen::live::{Happening, LiveTracker};
 use shisen::tracker::calibration::{Calibrated, estimation};
 use shisen::tracker::{Feed, Notice};
 use shisen_core::gaze::HeadPose;
@@ -54,18 +52,28 @@ struct Nothing {
 /// How long a device may take to say something; after its reset, if it is reset.
 const PATIENCE: Micros = Micros::from_millis(5_000);
 
-/// How often a device is read before a frame, if it always has more to say.
-const MOST_READS: usize = 64;
-
 /// Where the viewer looks, frame after frame.
 pub(super) struct Follower {
+    source: Source,
+    hz: u64,
+    /// When frame 0 is due.
+    start: Micros,
+}
+
+/// Where samples come from.
+enum Source {
+    /// A device, which is read while frames are traced: what waits in a line is of times
+    /// that nobody knows any more.
+    Device(LiveTracker),
+    /// What is simulated or recorded, up to whatever time is asked for.
+    Given(Box<Given>),
+}
+
+struct Given {
     feed: Feed,
     clock: ClockEstimator,
     estimator: GazeEstimator,
     happenings: Happenings,
-    hz: u64,
-    /// When frame 0 is due.
-    start: Micros,
 }
 
 impl Follower {
@@ -86,77 +94,41 @@ impl Follower {
         let calibrated = calibrated.transpose()?;
         let feed = Feed::open(spec)?;
         let config = estimation(spec, feed.senses(spec), head, calibrated.as_ref());
-        let estimator = GazeEstimator::new(config).map_err(Failure::from_error)?;
-        let clock = ClockEstimator::new(ClockConfig::default()).map_err(Failure::from_error)?;
-        let mut follower = Self {
-            start: feed.begin(),
+        let mut given = Given {
             feed,
-            clock,
-            estimator,
+            estimator: GazeEstimator::new(config).map_err(Failure::from_error)?,
+            clock: ClockEstimator::new(ClockConfig::default()).map_err(Failure::from_error)?,
             happenings: Happenings::default(),
-            hz: arguments.hz,
         };
-        if follower.feed.is_live() {
-            let mut since = Micros(0);
-            while follower.listen(Micros(0)) == 0 && !interrupt.came() {
-                if follower.feed.is_resetting() {
-                    since = follower.feed.now();
-                }
-                if follower.feed.now().since(since) > PATIENCE {
-                    return Err(Nothing {
-                        spec: name.to_string(),
-                    }
-                    .into());
-                }
-            }
-            follower.start = follower.feed.now();
+        let hz = arguments.hz;
+        if !given.feed.is_live() {
+            let (start, source) = (given.feed.begin(), Source::Given(Box::new(given)));
+            return Ok(Self { source, hz, start });
         }
-        Ok(follower)
-    }
-
-    /// Takes what came by then; how many samples there were.
-    fn listen(&mut self, until: Micros) -> u64 {
-        let Self {
+        let mut since = Micros(0);
+        while given.listen(Micros(0)) == 0 && !interrupt.came() {
+            if given.feed.is_resetting() {
+                since = given.feed.now();
+            }
+            if given.feed.now().since(since) > PATIENCE {
+                return Err(Nothing {
+                    spec: name.to_string(),
+                }
+                .into());
+            }
+        }
+        let start = given.feed.now();
+        let Given {
             feed,
             clock,
             estimator,
-            happenings,
-            ..
-        } = self;
-        let mut samples = 0;
-        let mut troubles = Vec::new();
-        let say = |what: Option<String>| {
-            if let Some(what) = what {
-                warn(&what);
-            }
-        };
-        let now = feed.now();
-        feed.poll(until, &mut |notice| match notice {
-            Notice::Decoded(event) => match event {
-                Event::Sample(sample) => {
-                    let arrival = sample.arrival;
-                    let stamp = clock.stamp(&sample, &mut |event| {
-                        say(happenings.of_clock(&event, arrival));
-                    });
-                    estimator.push(&sample, stamp.time, &mut |event| {
-                        warn_of_sensors(&event);
-                        say(happenings.of_gaze(&event, arrival));
-                    });
-                    samples += 1;
-                }
-                Event::Message(message) => {
-                    estimator.on_message(&message, &mut |_| {});
-                    say(happenings.of_device(&message, now));
-                }
-                _ => {}
-            },
-            Notice::Trouble(trouble) => troubles.push(trouble),
-            other => say(Happenings::of_feed(&other)),
-        });
-        for trouble in troubles {
-            warn(&with_drops(&trouble, &feed.counts()));
-        }
-        samples
+            mut happenings,
+        } = given;
+        let tell = move |happening| happenings.tell(happening);
+        let tracker =
+            LiveTracker::start(feed, clock, estimator, tell).map_err(Failure::from_error)?;
+        let source = Source::Device(tracker);
+        Ok(Self { source, hz, start })
     }
 
     /// Where the viewer looks when frame `number` is shown: of all samples
@@ -165,24 +137,61 @@ impl Follower {
         let refresh = |count: u64| Micros(count * 1_000_000 / self.hz);
         let due = self.start.after(refresh(number));
         let shown = self.start.after(refresh(number + 1));
-        // A device that sent while the last frame was traced has more to say
-        // than one read takes.
-        for _ in 0..MOST_READS {
-            if self.listen(due) == 0 {
-                break;
+        match &mut self.source {
+            Source::Device(tracker) => {
+                while tracker.now() < due {
+                    std::thread::sleep(Duration::from_micros(200));
+                }
+                // A frame that could not be begun in time is shown later.
+                let late = tracker.now().since(due);
+                tracker.latch(shown.after(late)).estimate
+            }
+            Source::Given(given) => {
+                while given.listen(due) > 0 {}
+                given.estimator.estimate(shown, &mut |_| {})
             }
         }
-        while self.feed.is_live() && self.feed.now() < due {
-            self.listen(due);
-            std::thread::sleep(Duration::from_micros(200));
+    }
+}
+
+impl Given {
+    /// Takes what came by then; how many samples there were.
+    fn listen(&mut self, until: Micros) -> u64 {
+        let Self {
+            feed,
+            clock,
+            estimator,
+            happenings,
+        } = self;
+        let mut samples = 0;
+        let mut troubles = Vec::new();
+        let now = feed.now();
+        feed.poll(until, &mut |notice| match notice {
+            Notice::Decoded(event) => match event {
+                Event::Sample(sample) => {
+                    let arrival = sample.arrival;
+                    let stamp = clock.stamp(&sample, &mut |event| {
+                        happenings.tell(Happening::Clock(event, arrival));
+                    });
+                    estimator.push(&sample, stamp.time, &mut |event| {
+                        happenings.tell(Happening::Gaze(event, arrival));
+                    });
+                    samples += 1;
+                }
+                Event::Message(message) => {
+                    estimator.on_message(&message, &mut |_| {});
+                    happenings.tell(Happening::Device(message, now));
+                }
+                _ => {}
+            },
+            Notice::Trouble(trouble) => troubles.push(trouble),
+            other => happenings.tell(Happening::Feed(other)),
+        });
+        let counts = feed.counts();
+        for trouble in troubles {
+            happenings.tell(Happening::Trouble(trouble, counts));
         }
-        // A frame that could not be begun in time is shown later.
-        let late = if self.feed.is_live() {
-            self.feed.now().since(due)
-        } else {
-            Micros(0)
-        };
-        self.estimator.estimate(shown.after(late), &mut |_| {})
+        samples
     }
 }
 
@@ -281,15 +290,77 @@ pub(super) fn folder(folder: &std::path::Path, number: u64) -> Result<std::path:
 mod tests {
     use super::*;
     use shisen::tracker::pty::Pty;
+    use shisen::tracker::serve::{Begin, serve};
+    use shisen::tracker::{MockSpec, Protocol, simulated};
+    use shisen_tracker::estimate::State;
     use shisen_tracker::head::hatire::{Config, FRAME_BYTES};
     use shisen_tracker::sample::Sample;
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    /// All that has come while the last frame was traced counts for the next, also
-    /// where one read does not take it.
+    /// Frames that take longer than a tracker's samples are apart, by far: what comes in
+    /// the meantime keeps its times.
     #[test]
-    fn a_frame_has_all_that_has_come() {
+    fn what_comes_during_a_slow_frame_keeps_its_times() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("line");
+        let mut pty = Pty::open(&path).unwrap();
+        let over = Arc::new(AtomicBool::new(false));
+        let until = Arc::clone(&over);
+        let device = std::thread::spawn(move || {
+            let spec = MockSpec {
+                rate: 250,
+                seed: 4,
+                ..MockSpec::default()
+            };
+            let protocol: Protocol = "link".parse().unwrap();
+            let source = simulated(&spec).unwrap();
+            serve(&mut pty, source, &protocol, Begin::AtOnce, &mut |_| {
+                !until.load(Ordering::Relaxed)
+            })
+        });
+        let name = format!("serial:{}?protocol=link", path.display());
+        let name: TrackerName = name.parse().unwrap();
+        let arguments = TrackerArguments {
+            tracker: None,
+            calibration: None,
+            frames: 1,
+            hz: 60,
+        };
+        let interrupt = Interrupt::new();
+        let follower = Follower::new(&name, &arguments, HeadPose::IDENTITY, &interrupt);
+        let Ok(mut follower) = follower else {
+            panic!("it says something");
+        };
+        let Source::Device(tracker) = &follower.source else {
+            panic!("it is a device");
+        };
+        let mut samples = tracker.latch(tracker.now()).samples;
+        for number in 0..4 {
+            std::thread::sleep(Duration::from_millis(1_300));
+            let estimate = follower.frame(number);
+            let Source::Device(tracker) = &follower.source else {
+                panic!("it is a device");
+            };
+            let so_far = tracker.latch(tracker.now()).samples;
+            assert!(so_far > samples + 200, "{so_far} {samples}");
+            samples = so_far;
+            // The mock blinks.
+            if !estimate.blink {
+                assert!(
+                    matches!(estimate.state, State::Fresh | State::Hold),
+                    "{estimate:?}"
+                );
+            }
+        }
+        over.store(true, Ordering::Relaxed);
+        device.join().unwrap().unwrap();
+    }
+
+    /// All that comes in one burst while a frame is traced counts, also where one read
+    /// does not take it.
+    #[test]
+    fn a_burst_counts_whole() {
         const RECORDS: u64 = 400;
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("line");
@@ -314,19 +385,27 @@ mod tests {
         };
         let interrupt = Interrupt::new();
         let follower = Follower::new(&name, &arguments, HeadPose::IDENTITY, &interrupt);
-        let Ok(mut follower) = follower else {
-            panic!("it says something");
+        let Ok(Follower {
+            source: Source::Device(tracker),
+            ..
+        }) = follower
+        else {
+            panic!("it is a device, and says something");
         };
         begun.store(true, Ordering::Relaxed);
         let mut pty = device.join().unwrap();
-        follower.frame(0);
-        let before = follower.feed.counts().samples;
+        // What is still on the line.
+        std::thread::sleep(Duration::from_millis(200));
+        let before = tracker.counts().samples;
         for _ in 0..RECORDS {
             assert!(pty.send(&record).unwrap());
         }
         // One read takes 4096 bytes.
         assert!(RECORDS * FRAME_BYTES as u64 > 2 * 4_096);
-        follower.frame(0);
-        assert_eq!(follower.feed.counts().samples, before + RECORDS);
+        let sent = std::time::Instant::now();
+        while tracker.counts().samples < before + RECORDS && sent.elapsed().as_secs() < 5 {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert_eq!(tracker.counts().samples, before + RECORDS);
     }
 }

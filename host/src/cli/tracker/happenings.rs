@@ -1,6 +1,10 @@
 //! What a tracker says of itself, and what happens to its clock and to the gaze, in
 //! words.
 
+use super::super::warn;
+use super::warn_of_sensors;
+use super::with_drops;
+use shisen::live::Happening;
 use shisen::tracker::Notice;
 use shisen_tracker::clock::ClockEvent;
 use shisen_tracker::command::Failure;
@@ -30,6 +34,23 @@ struct Said {
 }
 
 impl Happenings {
+    /// Says what happened on standard error, if it is to be said.
+    pub(in crate::cli) fn tell(&mut self, happening: Happening) {
+        let said = match happening {
+            Happening::Clock(event, at) => self.of_clock(&event, at),
+            Happening::Gaze(event, at) => {
+                warn_of_sensors(&event);
+                self.of_gaze(&event, at)
+            }
+            Happening::Device(message, at) => self.of_device(&message, at),
+            Happening::Trouble(trouble, counts) => Some(with_drops(&trouble, &counts)),
+            Happening::Feed(notice) => Self::of_feed(&notice),
+        };
+        if let Some(said) = said {
+            warn(&said);
+        }
+    }
+
     /// What a device said at `now`, if it is to be said: its faults, states and
     /// texts, commands that it refused, and eyes that it lost or found. What the eyes
     /// do otherwise, and what it does not measure, the records tell.

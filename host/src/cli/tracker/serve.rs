@@ -63,7 +63,7 @@ pub(in crate::cli) struct MockArguments {
 /// With --to it is behind a serial line, as `shisen tracker mock` is; without,
 /// its samples are printed, as monitor does. Behind a line it waits for whoever reads it,
 /// so that the first record is not lost: it begins once somebody has opened the line and
-/// told the device what to send, or has said nothing for 3 s (0.4 s where devices are told
+/// told the device what to send, has asked for three records one by one, or has said nothing for 3 s (0.4 s where devices are told
 /// nothing). --frames counts from there, --seconds from the command's start.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct ReplayArguments {
@@ -137,7 +137,8 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     };
     let protocol = on_a_line(spec.protocol.take())?;
     let tracker = simulated(&spec)?;
-    line(path, tracker, &protocol, &arguments.end, Play::AtOnce)
+    line(path, tracker, &protocol, &arguments.end, Play::AtOnce)?;
+    Ok(())
 }
 
 /// Runs `shisen tracker replay`.
@@ -162,9 +163,18 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     tell_pauses(&samples);
     let samples = from_the_first(samples);
     let over = samples.last().map_or(Micros(0), |last| last.arrival);
+    let recorded = samples.len() as u64;
     let samples = Samples(samples.into_iter().peekable());
     let play = Play::ToReader { over };
-    line(path, samples, &protocol, &arguments.end, play)
+    let played = line(path, samples, &protocol, &arguments.end, play)?;
+    if played.whole && played.sent < recorded {
+        warn(&format!(
+            "{} of {recorded} samples were not sent: the host asked for fewer, or did not read \
+             them in time, or they lack what {protocol} says",
+            recorded - played.sent
+        ));
+    }
+    Ok(())
 }
 
 /// Warns of every time in which nothing is sent since nothing was recorded.
@@ -274,13 +284,21 @@ enum Play {
     },
 }
 
+/// What went over a line.
+struct Played {
+    /// Records.
+    sent: u64,
+    /// Nothing ended it before it was over.
+    whole: bool,
+}
+
 fn line(
     path: &Path,
     source: impl Source<Item = Sample>,
     protocol: &Protocol,
     end: &EndArguments,
     play: Play,
-) -> Result<(), Failure> {
+) -> Result<Played, Failure> {
     if !protocol.is_serial() {
         return Err(Failure::usage(&format!(
             "{protocol} does not go over a serial line: its devices are HID. Choose another \
@@ -307,17 +325,25 @@ fn line(
         Play::AtOnce => (Begin::AtOnce, None),
         Play::ToReader { over } => (Begin::WithReader(&mut reached), Some(over.after(LINGER))),
     };
+    let mut played = Played {
+        sent: 0,
+        whole: false,
+    };
     serve::serve(&mut pty, source, protocol, begin, &mut |turn| {
         let enough = end.frames.is_some_and(|most| turn.sent >= most);
         let late = last.is_some_and(|last| turn.now >= last);
         let over = over
             .zip(turn.played)
             .is_some_and(|(over, played)| played >= over);
+        played = Played {
+            sent: turn.sent,
+            whole: over,
+        };
         !(interrupt.came() || enough || late || over)
     })
     .map_err(|reason| LineError::Broken {
         path: path.into(),
         reason,
     })?;
-    Ok(())
+    Ok(played)
 }

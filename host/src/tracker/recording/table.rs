@@ -2,7 +2,7 @@
 
 use super::{Recording, RecordingError};
 use glam::{Quat, Vec2, Vec3};
-use shisen_tracker::decoder::{Counts, Decoder, Event};
+use shisen_tracker::decoder::{Counts, Decoder, DropReason, Event};
 use shisen_tracker::link;
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
@@ -125,7 +125,8 @@ impl Cells {
     }
 }
 
-/// Reads a table, which came from that path.
+/// Reads a table, which came from that path. A last line that was cut off while it was
+/// written is thrown away, and counted.
 ///
 /// # Errors
 /// Another header, and the first cell that cannot be used.
@@ -140,14 +141,30 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, RecordingErro
     }
     let (mut events, mut counts) = (Vec::new(), Vec::new());
     let mut last = Micros(0);
-    for (number, record) in table.records().enumerate() {
-        let line = number as u64 + 2;
+    let mut record = csv::StringRecord::new();
+    for line in 2.. {
         let wrong = |what: String| RecordingError::Line {
             path: path.into(),
             line,
             what,
         };
-        let record = record.map_err(|error| wrong(error.to_string()))?;
+        match table.read_record(&mut record) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(_)
+                if table.position().byte() == bytes.len() as u64
+                    && !bytes.ends_with(b"\n")
+                    && !events.is_empty() =>
+            {
+                let begin = bytes.iter().rposition(|&byte| byte == b'\n');
+                let cut = bytes.len() - begin.map_or(0, |begin| begin + 1);
+                if let Some(last) = counts.last_mut() {
+                    cut_off(last, cut as u64);
+                }
+                break;
+            }
+            Err(error) => return Err(wrong(error.to_string())),
+        }
         let mut cells = Reader {
             cells: record.iter(),
             names: names.iter(),
@@ -164,6 +181,12 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, RecordingErro
         });
     }
     Ok(Recording { events, counts })
+}
+
+/// Counts the bytes of a line that was cut off.
+fn cut_off(counts: &mut Counts, bytes: u64) {
+    counts.dropped[DropReason::Truncated as usize] += 1;
+    counts.dropped_bytes += bytes;
 }
 
 /// A sample that our link takes.

@@ -51,7 +51,7 @@ fn point(sample: &Sample) -> Option<glam::Vec2> {
 
 /// Each setting, and whether the bytes themselves show that it is another than
 /// the usual one.
-const SETTINGS: [(&str, bool); 50] = [
+const SETTINGS: [(&str, bool); 52] = [
     ("fastrak?items=2,4,1", true),
     ("fastrak?items=11,1", true),
     ("fastrak?items=18,19", true),
@@ -62,6 +62,7 @@ const SETTINGS: [(&str, bool); 50] = [
     ("fastrak?units=inches", false),
     ("fastrak?stations=1", false),
     ("fastrak?reset_s=20", false),
+    ("fastrak?items=18,19&word_metres=1.5&word_degrees=360", true),
     ("fastrak?frame=back,left,down", false),
     ("fastrak?sensor=up,back,right", false),
     ("liberty?items=2,7,0", true),
@@ -88,6 +89,7 @@ const SETTINGS: [(&str, bool); 50] = [
     ("flock?inverse=0", false),
     ("flock?confirm=1", false),
     ("flock?letter=q", false),
+    ("flock?run=E", false),
     ("flock?format=position-angles&half_turn=360", true),
     ("flock?format=angles&half_turn=90.5", true),
     ("flock?frame=back,left,down", false),

@@ -142,8 +142,8 @@ fn letters_and_the_scale_of_angles_can_be_others() {
         }
         said
     };
-    assert_eq!(said(usual), b"BFYO\x0A@");
-    assert_eq!(said(whole), b"BFyO\x0A@");
+    assert_eq!(said(usual), b"BFP\x23\x00YO\x0A@");
+    assert_eq!(said(whole), b"BFP\x23\x00yO\x0A@");
 }
 
 #[test]
@@ -197,7 +197,7 @@ fn start_and_stop_say_what_the_guide_says() {
         }
     };
     let alone = config(Mode::PositionQuaternion, false).start(1, 1, false);
-    assert_eq!(said(alone).0, b"BF]O\x0A@");
+    assert_eq!(said(alone).0, b"BFP\x23\x00]O\x0A@");
     let flock = config(Mode::PositionQuaternion, true).start(2, 2, true);
     let expected = [
         b'B', b'P', 50, 3, b'B', b'F', b'P', 35, 1, 0xF2, b']', 0xF3, b']', b'O', 10, b'@',
@@ -416,4 +416,34 @@ fn answers_are_read_where_they_were_asked_for() {
     decoder.feed(&units, Micros(1), &mut |event| heard.push(event));
     assert_eq!(heard, [reply]);
     assert_eq!(decoder.counts().dropped_bytes, 0);
+}
+
+/// Noise that cannot be the answer, and an answer that was cut short: neither is told as
+/// one, and the record behind it is not touched.
+#[test]
+fn what_cannot_be_an_answer_is_none() {
+    let config = Config::default();
+    let record = config.encode(&moving_head(1)[0]);
+    for (question, noise) in [
+        (b"O\x0A", &[98][..]),
+        (b"O\x0A", &[98, 5]),
+        (b"O\x0A", &[36]),
+        (b"O\x10", &[98, 0]),
+        (b"O\x10", &[6]),
+        (b"O\x02", &[40]),
+        (b"O\x00", &[0x11]),
+    ] {
+        let mut decoder = Flock::new(config);
+        decoder.on_sent(question, Micros(0));
+        let mut heard = StdVec::new();
+        let stream = [noise, &record].concat();
+        decoder.feed(&stream, Micros(1), &mut |event| heard.push(event));
+        let reason = DropReason::OutOfStep;
+        let bytes = noise.len() as u32;
+        assert_eq!(heard[0], Event::Dropped(Dropped { bytes, reason }));
+        assert!(
+            matches!(heard[1..], [Event::Sample(_)]),
+            "{question:?} {noise:?}: {heard:?}"
+        );
+    }
 }

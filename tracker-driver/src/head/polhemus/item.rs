@@ -41,10 +41,10 @@ pub(super) enum Form {
     Bytes(u8),
 }
 
-/// Metres that are 1 in item 18.
-pub(super) const WORD_METRES: f32 = 3.0;
-/// Degrees that are 1 in item 19.
-pub(super) const WORD_DEGREES: f32 = 180.0;
+/// Metres that are 1 in item 18, usually.
+pub(crate) const WORD_METRES: f32 = 3.0;
+/// Degrees that are 1 in item 19, usually.
+pub(crate) const WORD_DEGREES: f32 = 180.0;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Item {

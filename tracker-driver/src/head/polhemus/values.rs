@@ -1,7 +1,7 @@
 //! From a record's numbers to a pose.
 
 use super::super::axes;
-use super::item::{Content, Form, Item, WORD_DEGREES, WORD_METRES};
+use super::item::{Content, Form, Item};
 use super::numbers::{read_extended, read_fixed, read_whole, word_value};
 use super::{Misread, Pose, Scale};
 use crate::decoder::DropReason;
@@ -13,7 +13,7 @@ use glam::Vec3;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Values {
     position: Option<[f32; 3]>,
-    /// The position is in parts of [`WORD_METRES`].
+    /// The position is in parts of [`Scale::word_metres`], angles of its degrees.
     words: bool,
     euler: Option<[f32; 3]>,
     cosines: [Option<[f32; 3]>; 3],
@@ -68,7 +68,7 @@ impl Values {
 
     pub(super) fn pose(&self, tracked: bool, scale: Scale) -> Result<Pose, Misread> {
         let metres = if self.words {
-            WORD_METRES
+            scale.word_metres
         } else {
             scale.units.metres()
         };
@@ -80,7 +80,13 @@ impl Values {
         let euler = self
             .euler
             .map(|angles| {
-                let [a, e, r] = angles.map(|a| if self.words { a * WORD_DEGREES } else { a });
+                let [a, e, r] = angles.map(|a| {
+                    if self.words {
+                        a * scale.word_degrees
+                    } else {
+                        a
+                    }
+                });
                 axes::from_euler_degrees(a, e, r)
             })
             .transpose()?;

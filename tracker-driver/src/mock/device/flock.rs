@@ -119,7 +119,7 @@ impl Device {
             }
             [b'@'] => (self.streams, state.asleep) = (true, false),
             [b'G'] => (self.streams, state.asleep) = (false, true),
-            [b'F'] => state.asleep = false,
+            [run] if run == config.run => state.asleep = false,
             // The next command goes to a bird; those of a group are set up alike.
             [TO_BIRD..=u8::MAX] => {}
             _ => match mode {
