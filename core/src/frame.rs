@@ -73,7 +73,8 @@ impl Default for Settings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
-    /// One at a time: the finest budget and the least memory.
+    /// One at a time: the finest budget and the least memory. Of a screen, one test
+    /// of a block of 8×8 pixels spares the rays of those that see past everything.
     Single,
     /// Blocks of 8×8 pixels of a view together: a node or a primitive counts
     /// one step for the whole block. Rays of dome masters start apart: rows

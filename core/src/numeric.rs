@@ -106,6 +106,12 @@ pub fn largest_magnitude(v: Vec3) -> f32 {
     max(v.x.abs(), max(v.y.abs(), v.z.abs()))
 }
 
+/// [`largest_magnitude`] of components that are not NaN, by [`greater`].
+#[inline(always)]
+pub(crate) fn largest_number(v: Vec3) -> f32 {
+    greater(v.x.abs(), greater(v.y.abs(), v.z.abs()))
+}
+
 /// `v` scaled to unit length without overflow or underflow on the way, or
 /// `None` where it is zero or not finite. Error of each component ≤ 4 ulp
 /// of 1.

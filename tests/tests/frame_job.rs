@@ -70,12 +70,25 @@ fn parts<'r, 'a>(renderer: &'r Renderer<'a, 4>) -> Vec<Part<'r, 'a, 4>> {
         .collect()
 }
 
+/// Where there is next to nothing to be seen.
+fn ceiling<'r, 'a>(renderer: &'r Renderer<'a, 4>) -> Part<'r, 'a, 4> {
+    let [lower_left, lower_right, upper_left] =
+        [[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, 1.0]]
+            .map(|corner| 1.5 * Vec3::from_array(corner));
+    let screen = FlatScreen::from_corners(lower_left, lower_right, upper_left, SIZE);
+    Part {
+        view: screen.view_from(EYE).expect("a view"),
+        renderer,
+    }
+}
+
 /// What a frame was handed over in.
 struct Seen {
     tiles: Vec<(usize, Tile, bool)>,
     pictures: Vec<Vec<Pixel>>,
     calls: usize,
     steps: u64,
+    primary: u64,
 }
 
 fn run(parts: &[Part<'_, '_, 4>], budget: Budget, slice: u64) -> Seen {
@@ -118,6 +131,7 @@ fn run(parts: &[Part<'_, '_, 4>], budget: Budget, slice: u64) -> Seen {
         pictures,
         calls,
         steps: workspace.statistics.steps,
+        primary: workspace.statistics.primary,
     }
 }
 
@@ -217,6 +231,38 @@ fn how_a_frame_is_cut_into_calls_changes_no_bit_of_it() {
             assert_eq!(other.steps, first.steps);
             assert!(slice > 1 || share == 0 || other.calls > first.calls);
         }
+    }
+}
+
+/// One by one, too, rays are spared where all of a block see past everything.
+#[test]
+fn blocks_that_see_nothing_take_one_test() {
+    let baked = baked();
+    for samples in [1, 4] {
+        let settings = Settings {
+            depth: 0,
+            samples,
+            ..Settings::default()
+        };
+        // Without effects only primary rays take steps.
+        let renderer = Renderer::single::<0>(baked.scene(), Simd::detect(), settings);
+        let parts = [ceiling(&renderer)];
+        let seen = run(&parts, Budget::UNLIMITED, u64::MAX);
+        let mut workspace = Workspace::new();
+        for Part { view, renderer } in &parts {
+            for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
+                let ray = view.ray(x as f32, y as f32).expect("a ray");
+                let budget = &mut Budget::UNLIMITED.clone();
+                renderer.tracer().nearest(&ray, budget, &mut workspace);
+            }
+        }
+        let alone = u64::from(samples) * workspace.statistics.steps;
+        assert!(2 * seen.steps < alone, "{} of {alone}", seen.steps);
+        let together = Renderer::for_effects::<0>(baked.scene(), Simd::detect(), settings);
+        let same = run(&[ceiling(&together)], Budget::UNLIMITED, u64::MAX);
+        assert!(bits(&seen.pictures) == bits(&same.pictures));
+        let primary = u64::from(samples * SIZE[0] as u16 * SIZE[1] as u16);
+        assert_eq!((seen.primary, same.primary), (primary, primary));
     }
 }
 

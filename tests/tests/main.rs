@@ -39,6 +39,7 @@ mod tracker_calibration;
 mod tracker_command;
 mod tracker_fuzz;
 mod tracker_recording;
+mod tracker_replay;
 mod tradeoff_command;
 mod watertight;
 mod window;

@@ -5,7 +5,7 @@
 use serde_json::Value;
 use shisen_tests::command::shisen;
 use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -22,8 +22,11 @@ struct Server {
 
 impl Server {
     fn start() -> Self {
+        // A server starts anew when its last client goes, and drops who connects just then:
+        // xdotool comes and goes while the window is waited for.
         let mut child = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1280x1024x24"])
+            .arg("-noreset")
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -96,7 +99,12 @@ impl Run {
             .expect("shisen");
         let search = ["search", "--onlyvisible", "--name", "^Shisen$"];
         let window = until(|| {
-            assert_eq!(child.try_wait().expect("a state"), None, "it has ended");
+            if let Some(status) = child.try_wait().expect("a state") {
+                let mut said = String::new();
+                let stderr = child.stderr.take().expect("what it says");
+                let _ = BufReader::new(stderr).read_to_string(&mut said);
+                panic!("it has ended ({status}): {said}");
+            }
             server.xdotool(&search)
         });
         let mut run = Self {

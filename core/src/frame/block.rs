@@ -95,18 +95,69 @@ impl Block {
     where
         Simd: Runs<W>,
     {
+        // What begins is at least a pixel further when it ends.
+        let mut goes_on = !budget.is_spent();
+        if let (Kind::Screen(screen), 0, true) = (view.kind(), first, goes_on)
+            && !self.ever_reaches(renderer, screen, budget, workspace)
+        {
+            self.see_past(renderer, view, budget, workspace, target);
+            return self.columns * self.rows;
+        }
         let detail = renderer.block_detail(self.patch, view, self.x, self.y);
         let mut done = 0;
         for at in self.places_from(first) {
-            if budget.is_spent() {
+            if !goes_on {
                 break;
             }
             let own = detail.at(self.x % BLOCK + at.0, self.y % BLOCK + at.1);
             let pixel = self.pixel(renderer, view.kind(), at, own, budget, workspace);
             target.write(at.0, at.1, pixel);
             done += 1;
+            goes_on = !budget.is_spent();
         }
         done
+    }
+
+    /// Whether any sample of any pixel is traced and may hit anything: one test for all,
+    /// where most walls are mostly background.
+    fn ever_reaches<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        screen: &Screen,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> bool
+    where
+        Simd: Runs<W>,
+    {
+        // A single sample is in the middle of its pixel, others are all over it.
+        let around = if renderer.settings.samples == 1 {
+            0.0
+        } else {
+            0.5
+        };
+        let offsets = [(-around, -around), (around, around)];
+        self.reaches(renderer, screen, offsets, budget, workspace)
+    }
+
+    /// All of its pixels, none of which sees anything.
+    fn see_past<const W: usize>(
+        &self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        target: &mut Target<'_>,
+    ) where
+        Simd: Runs<W>,
+    {
+        for at in self.places_from(0) {
+            let pixel = self.pixel(renderer, view.kind(), at, None, budget, workspace);
+            target.write(at.0, at.1, pixel);
+        }
+        let traced = renderer.block_traced(self.patch, view, self.x, self.y);
+        let samples = u64::from(renderer.settings.samples);
+        workspace.statistics.primary += samples * self.count(traced);
     }
 
     /// Columns and rows of its pixels from number `first` on, in rows.
@@ -181,7 +232,7 @@ impl Block {
     {
         let samples = renderer.settings.samples;
         let offset = offset(0, samples);
-        let reaches = self.reaches(renderer, screen, offset, budget, workspace);
+        let reaches = self.reaches(renderer, screen, [offset; 2], budget, workspace);
         if samples == 1 && !reaches {
             // Its mean is the sample itself.
             let past = self.past(renderer, screen, offset);
@@ -195,12 +246,13 @@ impl Block {
         self.render_samples(renderer, (view, screen), reaches, budget, workspace, target)
     }
 
-    /// Whether a sample of any pixel is traced and may hit anything.
+    /// Whether a sample of any pixel is traced and may hit anything, where samples lie
+    /// between two places in their pixels.
     fn reaches<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
         screen: &Screen,
-        offset: (f32, f32),
+        offsets: [(f32, f32); 2],
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> bool
@@ -208,7 +260,7 @@ impl Block {
         Simd: Runs<W>,
     {
         self.patch != Region::Outside && {
-            let corners = self.corners(screen, offset);
+            let corners = self.corners(screen, offsets);
             let tracer = &renderer.tracer;
             tracer.may_hit(screen.eye(), &corners, budget, workspace)
         }
@@ -237,7 +289,7 @@ impl Block {
             let offset = offset(sample, samples);
             let last = sample + 1 == samples;
             if sample > 0 {
-                reaches = self.reaches(renderer, screen, offset, budget, workspace);
+                reaches = self.reaches(renderer, screen, [offset; 2], budget, workspace);
             }
             let found = reaches.then(|| {
                 let detail = &*detail.get_or_insert_with(|| self.detail(renderer, view));
@@ -339,18 +391,15 @@ impl Block {
         Sample::new(self.x + column, self.y + row, index, count)
     }
 
-    /// Towards the four pixels at the block's corners.
-    fn corners(&self, screen: &Screen, offset: (f32, f32)) -> [Vec3; 4] {
-        let (right, below) = (self.columns - 1, self.rows - 1);
-        let corner = |column, row| {
-            let (x, y) = self.at(column, row, offset);
-            screen.direction(x, y)
-        };
+    /// Towards the block's corners: a place in its first pixel, one in its last.
+    fn corners(&self, screen: &Screen, [first, last]: [(f32, f32); 2]) -> [Vec3; 4] {
+        let (left, above) = self.at(0, 0, first);
+        let (right, below) = self.at(self.columns - 1, self.rows - 1, last);
         [
-            corner(0, 0),
-            corner(right, 0),
-            corner(0, below),
-            corner(right, below),
+            screen.direction(left, above),
+            screen.direction(right, above),
+            screen.direction(left, below),
+            screen.direction(right, below),
         ]
     }
 

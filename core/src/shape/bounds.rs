@@ -1,5 +1,5 @@
 use super::Ray;
-use crate::numeric::{UNIT_ROUNDOFF, greater, largest_magnitude, lesser, max};
+use crate::numeric::{UNIT_ROUNDOFF, greater, largest_number, lesser};
 use glam::Vec3;
 
 /// A ray made ready for slab tests against boxes, conservatively: a box whose
@@ -45,10 +45,10 @@ impl Slabs {
     #[inline(always)]
     pub fn new(ray: &Ray, extent: f32) -> Self {
         let (o, d) = (ray.origin(), ray.direction());
-        let least = max(largest_magnitude(d) * 1.0e-18, Self::LEAST_COMPONENT);
-        let clamped = |d: f32| max(d.abs(), least).copysign(d);
+        let least = greater(largest_number(d) * 1.0e-18, Self::LEAST_COMPONENT);
+        let clamped = |d: f32| greater(d.abs(), least).copysign(d);
         let reciprocal = Vec3::new(1.0 / clamped(d.x), 1.0 / clamped(d.y), 1.0 / clamped(d.z));
-        let delta = Self::SLACK * UNIT_ROUNDOFF * max(extent, largest_magnitude(o));
+        let delta = Self::SLACK * UNIT_ROUNDOFF * greater(extent, largest_number(o));
         let centre = o * reciprocal;
         let slack = reciprocal.abs() * delta;
         let sign = |d: f32| usize::from(d.is_sign_negative());

@@ -1,4 +1,4 @@
-use crate::numeric::largest_magnitude;
+use crate::numeric::largest_number;
 use glam::Vec3;
 
 /// A half-line.
@@ -28,9 +28,9 @@ impl Ray {
     /// [`LONGEST_DIRECTION`](Self::LONGEST_DIRECTION).
     #[inline]
     pub fn new(origin: Vec3, direction: Vec3) -> Option<Self> {
-        let far = largest_magnitude(origin);
-        let long = largest_magnitude(direction);
-        // NaN can hide from the maximum, but not from the sum.
+        // NaN can hide from these, but not from the sum.
+        let far = largest_number(origin);
+        let long = largest_number(direction);
         let sum = origin.element_sum() + direction.element_sum();
         let usable = far <= Self::FARTHEST
             && (Self::SHORTEST_DIRECTION..=Self::LONGEST_DIRECTION).contains(&long)

@@ -257,23 +257,22 @@ where
     }
 
     /// Whether any ray may meet anything that starts at `origin` and whose
-    /// direction lies between four `corners`, component by component. False
-    /// only where none does.
-    pub(crate) fn may_hit(
+    /// direction lies between four `corners`, component by component: the rays
+    /// of a part of a flat screen, between those of its corners. False only where
+    /// none does, whatever their rungs; true, too, where the corners' components
+    /// differ in sign, or are no numbers. At most 16 steps.
+    pub fn may_hit(
         &self,
         origin: Vec3,
         corners: &[Vec3; 4],
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> bool {
-        let (may_hit, steps) = <Simd as Runs<8>>::run(
-            self.simd,
-            MayHit::<W> {
-                scene: &self.scene,
-                origin,
-                corners,
-            },
-        );
+        let (may_hit, steps) = self.simd.run(MayHit {
+            scene: &self.scene,
+            origin,
+            corners,
+        });
         workspace.account(Work { steps, deepest: 0 }, budget);
         may_hit
     }

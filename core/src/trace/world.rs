@@ -8,7 +8,7 @@ use crate::numeric::{max, min};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, flag, kind};
 use crate::shape::{Ray, Slabs, Spheroid};
-use crate::simd::{Kernel, Lanes};
+use crate::simd::{Kernel, Lanes, Simd};
 use glam::Vec3;
 
 /// A point or a direction through a baked map: columns, then translation.
@@ -63,15 +63,16 @@ fn on_spheroid(instance: &Instance, ray: &Ray, start: f32) -> Option<MeshHit> {
     })
 }
 
-impl<const W: usize, S: Sought> Visitor<W> for InWorld<'_, '_, W, S> {
+impl<const W: usize, S: Sought> InWorld<'_, '_, W, S> {
+    /// Looks into an instance that the ray enters at `near`. True where the search is over.
     #[inline(always)]
-    fn limit(&self) -> f32 {
-        self.limit
-    }
-
-    #[inline(always)]
-    fn leaf<L: Lanes<W>>(&mut self, lanes: L, child: u32, near: f32, path: &mut Path<'_>) -> bool {
-        let number = leaf_index(child);
+    fn instance<L: Lanes<W>>(
+        &mut self,
+        lanes: L,
+        number: u32,
+        near: f32,
+        path: &mut Path<'_>,
+    ) -> bool {
         let Some(instance) = self.scene.instances.get(number as usize) else {
             return false;
         };
@@ -112,6 +113,35 @@ impl<const W: usize, S: Sought> Visitor<W> for InWorld<'_, '_, W, S> {
         }
         self.take_nearer(number, on);
         false
+    }
+
+    /// The same, not a part of its caller: most rays meet no instance, and what a search in
+    /// one needs would have to be kept in memory all through theirs.
+    #[inline(never)]
+    fn instance_apart<L: Lanes<W>>(
+        &mut self,
+        lanes: L,
+        number: u32,
+        near: f32,
+        path: &mut Path<'_>,
+    ) -> bool {
+        self.instance(lanes, number, near, path)
+    }
+}
+
+impl<const W: usize, S: Sought> Visitor<W> for InWorld<'_, '_, W, S> {
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.limit
+    }
+
+    #[inline(always)]
+    fn leaf<L: Lanes<W>>(&mut self, lanes: L, child: u32, near: f32, path: &mut Path<'_>) -> bool {
+        if Simd::HAS_VECTORS {
+            self.instance(lanes, leaf_index(child), near, path)
+        } else {
+            self.instance_apart(lanes, leaf_index(child), near, path)
+        }
     }
 }
 
@@ -181,7 +211,7 @@ impl<const W: usize> Kernel<W> for SearchInstance<'_, '_, W> {
             let (near, far) = slabs.interval(instance.low.into(), instance.high.into());
             let near = max(near, 0.0);
             if near <= min(far, visitor.limit) {
-                visitor.leaf(lanes, self.instance, near, &mut path);
+                visitor.instance(lanes, self.instance, near, &mut path);
             }
         }
         (visitor.best, path.work)

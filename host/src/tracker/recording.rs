@@ -76,7 +76,7 @@ pub enum RecordingError {
     /// A cell cannot be used.
     #[error("{}: line {line}: {what}", path.display())]
     #[diagnostic(help(
-        "numbers are finite, directions and quaternions have length 1, and a cell is empty where there is nothing"
+        "each line has a cell for each column, empty where there is nothing; numbers are finite, directions and quaternions have length 1"
     ))]
     Line {
         /// Which.

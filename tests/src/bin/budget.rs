@@ -45,7 +45,7 @@ const fn varying(key: &'static str, what: &'static str) -> Row {
     }
 }
 
-const ROWS: [Row; 16] = [
+const ROWS: [Row; 17] = [
     row(
         "flash",
         "Flash: one protocol, all effects but dispersion, bytes",
@@ -64,6 +64,7 @@ const ROWS: [Row; 16] = [
         "primary_ray",
         "Primary ray of scene A in full, before shading, mean of the front wall",
     ),
+    row("primary_ray_alone", "The same without a test of its block"),
     row("primary_ray_that_hits", "The same where it hits"),
     row("primary_ray_that_misses", "The same where it misses"),
     row(

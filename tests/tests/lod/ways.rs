@@ -38,7 +38,7 @@ fn assert_one_hash(name: &str, scene: &Scene, gaze: (Vec3, Vec3), size: [u32; 2]
                 (4, frame(&compact, size, &eyes, &options)),
             ] {
                 let way = format!("{name}, {gaze:?}, {width} wide, {options:?}");
-                assert_same(&way, &found, &reference, (width, mode));
+                assert_same(&way, &found, &reference, (width, &options));
             }
         }
     }

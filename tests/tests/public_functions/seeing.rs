@@ -20,6 +20,7 @@ use shisen_core::gaze::{
 };
 use shisen_core::scene::format::{Header, Material};
 use shisen_core::scene::{EffectSet, Records};
+use shisen_core::shape::Ray;
 use shisen_core::spectrum::{Matching, SpectralSample, SpectralTable, Wavelengths};
 use shisen_core::trace::{MeshTracer, Spectrum, TileRays, Tracer, TraversalStack};
 use shisen_core::{Runs, Simd};
@@ -342,7 +343,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
         of_a_scene(n, |scene| {
             for mesh in [0, 1, usize::MAX] {
                 if let Some(tracer) = MeshTracer::new(&scene, mesh, Simd::detect()) {
-                    let ray = shisen_core::shape::Ray::new(Vec3::Z * 4.0, Vec3::NEG_Z);
+                    let ray = Ray::new(Vec3::Z * 4.0, Vec3::NEG_Z);
                     let ray = ray.expect("a ray");
                     finite(&tracer.nearest(&ray, &mut TraversalStack::EMPTY.clone()));
                 }
@@ -410,6 +411,25 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let hits =
             tracer().nearest_of_tile(&rays, &mut Budget::UNLIMITED.clone(), &mut Workspace::new());
         each_place(|column, row| finite(&hits.at(column, row)));
+    }),
+    ("core trace::tracer::Tracer::may_hit", |n| {
+        let origin = n.vec3([0.1, 0.2, 0.3]);
+        let corners = [0.05, 0.06, 0.07, 0.08].map(|x| n.vec3([x, -0.02, -1.0]));
+        let (budget, workspace) = (&mut Budget::UNLIMITED.clone(), &mut Workspace::new());
+        let may_hit = tracer().may_hit(origin, &corners, budget, workspace);
+        assert!(workspace.statistics.steps <= 16);
+        // What lies between the corners, component by component.
+        let (low, high) = corners[1..]
+            .iter()
+            .fold((corners[0], corners[0]), |(low, high), &corner| {
+                (low.min(corner), high.max(corner))
+            });
+        for direction in [low, high, 0.5 * (low + high)].into_iter().chain(corners) {
+            if let Some(ray) = Ray::new(origin, direction) {
+                let hit = tracer().nearest(&ray, budget, workspace);
+                assert!(may_hit || hit.is_none(), "{origin} {corners:?} {ray:?}");
+            }
+        }
     }),
     ("core trace::tracer::Tracer::is_occluded", |n| {
         let limit = n.next(5.0);

@@ -1,4 +1,3 @@
-use super::EIGHT;
 use super::slabs::Span;
 use super::walk::Interval;
 use crate::scene::Scene;
@@ -24,14 +23,14 @@ pub(in crate::trace) struct MayHit<'r, 'a, const W: usize> {
 const DEPTH: usize = 6;
 
 /// Nodes to look into before the answer is that rays may.
-const MOST_NODES: u64 = 64;
+const MOST_NODES: u64 = 16;
 
-impl<const W: usize> Kernel<EIGHT> for MayHit<'_, '_, W> {
+impl<const W: usize> Kernel<W> for MayHit<'_, '_, W> {
     /// The answer, and how many nodes it took.
     type Output = (bool, u64);
 
     #[inline(always)]
-    fn run<L: Lanes<EIGHT>>(self, l: L) -> (bool, u64) {
+    fn run<L: Lanes<W>>(self, l: L) -> (bool, u64) {
         let header = self.scene.header;
         let Some(span) = Span::between(self.origin, self.corners, header.extent) else {
             return (true, 0);

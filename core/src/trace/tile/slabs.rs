@@ -1,6 +1,6 @@
 use super::{EIGHT, PerRay, TileRays};
-use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, min};
-use crate::shape::Slabs;
+use crate::numeric::{UNIT_ROUNDOFF, largest_number, map3, max, min};
+use crate::shape::{Ray, Slabs};
 use crate::simd::Lanes;
 use glam::Vec3;
 
@@ -16,11 +16,13 @@ pub(super) struct Span {
 
 impl Span {
     /// Of all rays whose directions lie between those of `corners`, component
-    /// by component; `None` where their signs differ, or one is next to zero.
+    /// by component; `None` where their signs differ, or one is next to zero, and
+    /// where one is no [`Ray`].
     pub(super) fn between(origin: Vec3, corners: &[Vec3; 4], extent: f32) -> Option<Self> {
         let mut largest = 0.0;
         for corner in corners {
-            largest = max(largest, largest_magnitude(*corner));
+            let ray = Ray::new(origin, *corner)?;
+            largest = max(largest, largest_number(ray.direction()));
         }
         // No ray's own component is replaced by a least one: see TileSlabs.
         let least = max(largest * LEAST_SHARE, Slabs::LEAST_COMPONENT);
@@ -68,7 +70,7 @@ const LEAST_SHARE: f32 = 1.0e-18;
 /// What rounding may move a plane by, as [`Slabs`] has it.
 #[inline(always)]
 fn delta(origin: Vec3, extent: f32) -> f32 {
-    Slabs::SLACK * UNIT_ROUNDOFF * max(extent, largest_magnitude(origin))
+    Slabs::SLACK * UNIT_ROUNDOFF * max(extent, largest_number(origin))
 }
 
 /// [`Slabs`] of all rays of a tile, and the interval that those span that may

@@ -13,15 +13,15 @@ pub(super) trait TileVisitor {
     fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>);
 }
 
-/// A node's planes as eight lanes, those past its width empty.
+/// A node's planes as so many lanes, those past its width empty.
 #[inline(always)]
-fn widened<const W: usize>(planes: &[[f32; W]; 6], plane: usize) -> [f32; EIGHT] {
+fn widened<const W: usize, const N: usize>(planes: &[[f32; W]; 6], plane: usize) -> [f32; N] {
     let empty = if plane & 1 == 0 {
         f32::INFINITY
     } else {
         f32::NEG_INFINITY
     };
-    let mut lanes = [empty; EIGHT];
+    let mut lanes = [empty; N];
     for (lane, &value) in lanes.iter_mut().zip(&planes[plane % 6]) {
         *lane = value;
     }
@@ -37,7 +37,7 @@ pub(super) struct Interval<F> {
 
 impl<F: Copy> Interval<F> {
     #[inline(always)]
-    pub(super) fn new<L: Lanes<EIGHT, F = F>>(l: L, span: &Span) -> Self {
+    pub(super) fn new<const N: usize, L: Lanes<N, F = F>>(l: L, span: &Span) -> Self {
         Self {
             origin: map3(span.origin, |o| l.splat(o)),
             reciprocal: map3(span.interval, |(low, high, _)| {
@@ -50,13 +50,13 @@ impl<F: Copy> Interval<F> {
     /// The children that a ray may enter before `limit`, a bit a lane, and a
     /// lower bound of where.
     #[inline(always)]
-    pub(super) fn children<const W: usize, L: Lanes<EIGHT, F = F>>(
+    pub(super) fn children<const W: usize, const N: usize, L: Lanes<N, F = F>>(
         &self,
         l: L,
         node: &Node<W>,
         span: &Span,
         limit: f32,
-    ) -> (u32, [f32; EIGHT]) {
+    ) -> (u32, [f32; N]) {
         let (mut near, mut far) = (l.splat(0.0), l.splat(limit));
         for axis in 0..3 {
             let (low, high) = self.reciprocal[axis];
@@ -64,10 +64,11 @@ impl<F: Copy> Interval<F> {
             let n = l.load(&widened(&node.planes, 2 * axis + negative));
             let f = l.load(&widened(&node.planes, 2 * axis + 1 - negative));
             let (n, f) = (l.sub(n, self.origin[axis]), l.sub(f, self.origin[axis]));
-            let n = l.min(l.mul(n, low), l.mul(n, high));
-            let f = l.max(l.mul(f, low), l.mul(f, high));
-            near = l.max(near, l.sub(n, self.slack[axis]));
-            far = l.min(far, l.add(f, self.slack[axis]));
+            // Only compared, and never NaN: reciprocals are not 0, slack is finite.
+            let n = l.lesser(l.mul(n, low), l.mul(n, high));
+            let f = l.greater(l.mul(f, low), l.mul(f, high));
+            near = l.greater(near, l.sub(n, self.slack[axis]));
+            far = l.lesser(far, l.add(f, self.slack[axis]));
         }
         (l.bits(l.le(near, far)), l.store(near))
     }

@@ -21,6 +21,10 @@ const SHARE_OF_EXCESS: u64 = 8;
 /// that: for threads to share.
 const LEAST_GROUPS: u64 = 32;
 
+/// What a group is dealt all the same, in what is set aside for it: of a small budget
+/// at most a third is set aside.
+const LEAST_SHARE: u64 = 2;
+
 /// Tiles next to each other in the order, that one thread renders one after another:
 /// what one leaves is the next one's.
 #[derive(Debug, Clone)]
@@ -83,7 +87,8 @@ impl Dealer {
         groups: &mut Vec<Group>,
     ) {
         groups.clear();
-        let full = (SHARE_OF_EXCESS * self.excess).min(left / LEAST_GROUPS);
+        let full =
+            (left / LEAST_GROUPS).clamp(LEAST_SHARE * self.excess, SHARE_OF_EXCESS * self.excess);
         let mut open = false;
         for (at, tile) in tiles.enumerate() {
             let mut tile = lock(tile);
@@ -114,6 +119,54 @@ impl Dealer {
             open = group.allotment < full;
             if left == 0 {
                 return;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shisen_core::frame::Tile;
+
+    fn tiles(count: u32, expected: u64) -> Vec<Mutex<LiveTile>> {
+        let tile = |number| {
+            let mut tile = LiveTile::new(
+                0,
+                Tile {
+                    x: 16 * number,
+                    y: 0,
+                    width: 16,
+                    height: 16,
+                },
+            );
+            tile.expected = expected;
+            Mutex::new(tile)
+        };
+        (0..count).map(tile).collect()
+    }
+
+    #[test]
+    fn what_is_set_aside_leaves_most_of_a_budget() {
+        let tiles = tiles(54, 900);
+        let dealer = Dealer::new();
+        let mut groups = Vec::new();
+        for budget in (4 * LEAST_EXCESS..400_000).step_by(997) {
+            dealer.deal(budget, tiles.iter(), &mut groups);
+            let dealt: u64 = groups.iter().map(|group| group.allotment).sum();
+            let aside = groups.len() as u64 * dealer.excess;
+            assert!(dealt + aside <= budget, "{dealt} and {aside} of {budget}");
+            let needed = 54 * 900;
+            let least = (budget / 2).min(needed);
+            assert!(
+                dealt >= least,
+                "{dealt} of {budget} in {} groups",
+                groups.len()
+            );
+            let mut next = 0;
+            for group in &groups {
+                assert_eq!(group.tiles.start, next, "{groups:?}");
+                next = group.tiles.end;
             }
         }
     }

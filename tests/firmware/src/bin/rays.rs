@@ -110,6 +110,53 @@ impl Wall<'_> {
     }
 }
 
+impl Wall<'_> {
+    /// Whether the rays of a block of pixels may hit anything, by one test.
+    fn reaches(&self, (x, y): (u32, u32), workspace: &mut Workspace) -> bool {
+        let tracer = self.renderer.tracer();
+        let corner = |dx, dy| {
+            let (x, y) = ((x + dx) as f32, (y + dy) as f32);
+            self.view.direction(x, y).unwrap_or(Vec3::ZERO)
+        };
+        let end = BLOCK - 1;
+        let corners = [corner(0, 0), corner(end, 0), corner(0, end), corner(end, end)];
+        tracer.may_hit(Vec3::ZERO, &corners, &mut { Budget::UNLIMITED }, workspace)
+    }
+
+    /// Instructions of a ray as the renderer traces it: blocks that see nothing by one
+    /// test each.
+    fn per_ray_in_blocks(&self) -> u32 {
+        let mut workspace = self.workspace.clone();
+        let mut reached = [false; (SIDE * SIDE / BLOCK / BLOCK) as usize];
+        let each = |number: usize| {
+            let (number, row) = (number as u32, SIDE / BLOCK);
+            (number % row * BLOCK, number / row * BLOCK)
+        };
+        let rays = |(x, y): (u32, u32)| {
+            (0..BLOCK * BLOCK).filter_map(move |number| {
+                let (x, y) = (x + number % BLOCK, y + number / BLOCK);
+                self.view.ray(x as f32, y as f32)
+            })
+        };
+        let with = instructions(|| {
+            for (number, reached) in reached.iter_mut().enumerate() {
+                *reached = self.reaches(each(number), &mut workspace);
+                if *reached {
+                    rays(each(number)).for_each(|ray| nearest(self, &ray, &mut workspace));
+                }
+            }
+        });
+        let without = instructions(|| {
+            for (number, _) in reached.iter().enumerate().filter(|(_, reached)| **reached) {
+                rays(each(number)).for_each(|ray| {
+                    black_box(ray);
+                });
+            }
+        });
+        with.saturating_sub(without) / (SIDE * SIDE)
+    }
+}
+
 fn nearest(wall: &Wall<'_>, ray: &Ray, workspace: &mut Workspace) {
     let tracer = wall.renderer.tracer();
     black_box(tracer.nearest(black_box(ray), &mut { Budget::UNLIMITED }, workspace));
@@ -149,7 +196,8 @@ fn measure(workspace: &mut Workspace) -> Option<()> {
     }
     hprintln!("rays_that_hit {}", hits.iter().filter(|&&hit| hit).count());
     let found = wall.per_ray(Some(true), &hits, nearest);
-    hprintln!("primary_ray {}", wall.per_ray(None, &hits, nearest));
+    hprintln!("primary_ray {}", wall.per_ray_in_blocks());
+    hprintln!("primary_ray_alone {}", wall.per_ray(None, &hits, nearest));
     hprintln!("primary_ray_that_hits {found}");
     hprintln!(
         "primary_ray_that_misses {}",
