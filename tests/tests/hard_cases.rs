@@ -148,12 +148,25 @@ fn the_readmes_table_is_of_these_cases() {
     assert_eq!(found, expected, "write it anew: {BEGIN}");
     // What is printed is of all inputs; a run of fewer finds no more, and, where what
     // is rare does not count alone, something of that size.
-    for (cells, outcome) in rows(table).iter().zip(run(effort(), "", || ())) {
+    let effort = effort();
+    let full = effort == Effort::Full;
+    for (cells, outcome) in rows(table).iter().zip(run(effort, "", || ())) {
         let [ours, bound]: [f64; 2] = [cells[2], cells[3]].map(|n| n.parse().unwrap());
         assert!(ours <= bound, "{cells:?}");
         let found = outcome.errors.ours;
         assert!(found <= 1.5 * ours, "{found:e}, {cells:?}");
         assert!(ours <= 10.0 * found, "{found:e}, {cells:?}");
+        // The naive way's, too, where it is a number; what is rare in it is rarer in a
+        // run of fewer.
+        let naive = cells[4].trim_end_matches(" (control)");
+        if let Ok(naive) = naive.parse::<f64>() {
+            let found = outcome.errors.naive;
+            assert!(found <= 1.5 * naive, "{found:e}, {cells:?}");
+            let least = if full { 0.5 * naive } else { 1e-3 * naive };
+            assert!(found >= least, "{found:e}, {cells:?}");
+        } else {
+            assert_eq!(naive, "wrong", "{cells:?}");
+        }
         // Of fewer inputs the naive way may be within the bound by chance.
         let is_control = cells[4].ends_with("(control)");
         assert!(!is_control || outcome.is_control(), "{cells:?}");

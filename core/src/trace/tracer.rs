@@ -261,6 +261,8 @@ where
     /// of a part of a flat screen, between those of its corners. False only where
     /// none does, whatever their rungs; true, too, where the corners' components
     /// differ in sign, or are no numbers. At most 16 steps.
+    // Nor a part of its caller: what it needs is not in the way of those that go deeper.
+    #[inline(never)]
     pub fn may_hit(
         &self,
         origin: Vec3,

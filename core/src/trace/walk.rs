@@ -1,4 +1,9 @@
 //! The walk down one tree, closest children first.
+//!
+//! Children are tested all at once on machines without vector registers, too: on a
+//! Cortex-M7, one after the other and each left at the first axis that rules it out, a
+//! primary ray took 1,123 instructions for 1,007 (`tests/firmware/run`, before blocks were
+//! tested). Of a node that is reached most children are entered.
 
 use super::stack::{TraversalStack, Work};
 use crate::numeric::map3;

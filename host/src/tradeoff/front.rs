@@ -185,7 +185,7 @@ impl Cost {
     /// apart than the times that they are of.
     fn is_less(self, one: &Point, other: &Point) -> bool {
         let doubt = match self {
-            // What is within a hundredth costs the same to anybody.
+            // What is within a hundredth costs the same to anybody: `best` says so.
             Self::Steps => 0.01 * self.number(one).max(self.number(other)),
             Self::Time => one.spread.max(other.spread),
         };
@@ -201,14 +201,14 @@ impl Cost {
 
     const fn best(self) -> &'static str {
         match self {
-            Self::Steps => "of the fewest steps",
-            Self::Time => "the fastest",
+            Self::Steps => "within a hundredth of the fewest steps",
+            Self::Time => "within the spread of times the fastest",
         }
     }
 
     const fn nothing_less(self) -> &'static str {
         match self {
-            Self::Steps => "nothing takes fewer",
+            Self::Steps => "nothing takes fewer by more than that",
             Self::Time => "nothing is faster beyond the spread of times",
         }
     }
@@ -297,11 +297,11 @@ mod tests {
         };
         let says = |limit: f64, third: f64| comparison(limit, points(third)).choice;
         let found = says(0.3, 0.25);
-        assert!(found.starts_with("Choose half, of the fewest steps"));
+        assert!(found.starts_with("Choose half, within a hundredth of the fewest steps of all"));
         assert!(found.contains("in 0.5 million steps, 50 % of that of full (0)"));
         assert!(found.ends_with("; rough would take 50 % of it, with 1."));
         let found = says(1.0, 0.1);
-        assert!(found.starts_with("Choose rough") && found.ends_with("nothing takes fewer."));
+        assert!(found.starts_with("Choose rough") && found.ends_with("fewer by more than that."));
         assert!(says(0.0, 0.1).starts_with("Choose full"));
         // More steps than what is truer: never chosen, whatever the limit.
         assert!(says(9.0, 0.6).starts_with("Choose half"));
@@ -327,7 +327,7 @@ mod tests {
         (points[0].steps, points[1].steps) = (Some(7), Some(7));
         let found = comparison(0.5, points).choice;
         assert!(found.starts_with("Choose near"), "{found}");
-        assert!(found.ends_with("nothing takes fewer."), "{found}");
+        assert!(found.ends_with("fewer by more than that."), "{found}");
     }
 
     #[test]
@@ -351,7 +351,7 @@ mod tests {
         let says = |spread: f64| says_of(spread, true);
         let found = says(0.001);
         assert!(
-            found.starts_with("Choose far, the fastest of all"),
+            found.starts_with("Choose far, within the spread of times the fastest of all"),
             "{found}"
         );
         assert!(
