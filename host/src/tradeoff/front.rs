@@ -202,7 +202,7 @@ impl Cost {
     const fn best(self) -> &'static str {
         match self {
             Self::Steps => "within a hundredth of the fewest steps",
-            Self::Time => "within the spread of times the fastest",
+            Self::Time => "the fastest",
         }
     }
 
@@ -351,7 +351,7 @@ mod tests {
         let says = |spread: f64| says_of(spread, true);
         let found = says(0.001);
         assert!(
-            found.starts_with("Choose far, within the spread of times the fastest of all"),
+            found.starts_with("Choose far, the fastest of all"),
             "{found}"
         );
         assert!(
