@@ -63,8 +63,8 @@ pub(in crate::cli) struct MockArguments {
 /// With --to it is behind a serial line, as `shisen tracker mock` is; without,
 /// its samples are printed, as monitor does. Behind a line it waits for whoever reads it,
 /// so that the first record is not lost: it begins once somebody has opened the line and
-/// told the device what to send, has asked for three records one by one, or has said nothing for 3 s (0.4 s where devices are told
-/// nothing). --frames counts from there, --seconds from the command's start.
+/// told the device what to send, has asked for three records one by one, or has said
+/// nothing for 3 s (0.4 s where devices are told nothing). --frames counts from there, --seconds from the command's start.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct ReplayArguments {
     /// What `shisen tracker record` wrote
