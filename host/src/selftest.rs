@@ -7,6 +7,7 @@
 
 mod boxes;
 mod capture;
+mod distant;
 mod exact;
 mod frames;
 mod gaze;
@@ -151,10 +152,11 @@ pub struct Row {
 }
 
 /// All groups of cases and their names, in the order of a ray's life.
-pub const GROUPS: [(&str, &[Case]); 12] = [
+pub const GROUPS: [(&str, &[Case]); 13] = [
     ("spheroids", spheroids::CASES),
     ("triangles", triangles::CASES),
     ("meshes", meshes::CASES),
+    ("distant meshes", distant::CASES),
     ("boxes", boxes::CASES),
     ("secondary rays", secondary::CASES),
     ("visual field", gaze::CASES),

@@ -5,16 +5,19 @@
 //!
 //! The functions are read from the sources. Those that take nothing but
 //! integers, truth values, text, bytes and types made of these have no number
-//! that could be NaN; every other one must have a case, or, of the host's, a stated
+//! that could be NaN, nor has what a constructor has checked; every other one must have
+//! a case, or, of the host's, a stated
 //! reason why it has none. Functions of traits that are not the crates' own, such as
 //! operators and conversions, are not among them.
 
 mod colour;
 mod exempt;
+mod fields;
 mod formulas;
 mod frames;
 mod geometry;
 mod host;
+mod live;
 mod numbers;
 mod records;
 mod scenes;
@@ -39,6 +42,8 @@ fn all_cases() -> Vec<(&'static str, Case)> {
         formulas::CASES,
         scenes::CASES,
         frames::CASES,
+        live::CASES,
+        fields::CASES,
     ]
     .concat()
 }
@@ -179,6 +184,18 @@ fn frames_and_reports_of_the_host() {
     all_tormented(frames::CASES, mixtures == 5_000, mixtures);
 }
 
+#[test]
+fn what_runs_by_itself_and_what_reads_files() {
+    let mixtures = cases("mixtures a function", 20, 5_000);
+    all_tormented(live::CASES, mixtures == 5_000, mixtures);
+}
+
+#[test]
+fn methods_of_what_nobody_has_checked() {
+    let mixtures = cases("mixtures a function", 50, 5_000);
+    all_tormented(fields::CASES, true, mixtures);
+}
+
 /// The C library is no library of Rust's: its cases stand in its own tests, each
 /// under the name of its function.
 #[test]
@@ -254,6 +271,9 @@ fn only_what_holds_no_float_is_exempt() {
         }
         impl Inside { pub fn inside(a: f32) {} }
         impl Place { pub fn only_itself(&self) {} pub fn with(self, other: Self) {} }
+        pub struct Bare { pub at: f32 }
+        impl Bare { pub fn unchecked(&self) {} }
+        impl Either { pub fn unchecked(&self) {} }
         pub trait Open { fn open(&self, a: f32); fn shut(&self, a: u8); }
     ";
     let functions = functions_of(text);
@@ -292,6 +312,8 @@ fn only_what_holds_no_float_is_exempt() {
             "giver",
             "Count::scaled",
             "Place::with",
+            "Bare::unchecked",
+            "Either::unchecked",
             "Open::open"
         ]
     );

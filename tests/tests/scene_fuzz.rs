@@ -74,6 +74,22 @@ fn numbers(text: &str) -> Vec<(usize, usize)> {
     found
 }
 
+/// A scene file with other numbers.
+pub(super) fn scene_of(mut other: impl FnMut(&str) -> String) -> String {
+    let (mut text, mut from) = (String::new(), 0);
+    for (start, end) in numbers(SCENE) {
+        text += &SCENE[from..start];
+        text += &other(&SCENE[start..end]);
+        from = end;
+    }
+    text + &SCENE[from..]
+}
+
+/// Whether a text is a scene, whose pixels are numbers then.
+pub(super) fn is_scene(text: &str) -> bool {
+    scenes::file(text)
+}
+
 fn apply(damage: &Damage, text: &mut String) {
     if text.is_empty() {
         return;

@@ -1,24 +1,18 @@
-//! Rays and closed meshes, and meshes far away.
+//! Rays and closed meshes: none gets through a seam.
 
 use super::input::{Inputs, aimed, single};
 use super::triangles::{LEAST, moller_trumbore};
-use super::{BROKEN, Case, Effort, Errors, UNIT, Worst};
+use super::{BROKEN, Case, Effort, Errors};
 use crate::bake::{Baked, lone_mesh};
 use crate::mesh::TriangleMesh;
-use crate::quadruped::quadruped;
-use crate::scene::{Object, Scene};
-use glam::{DAffine3, DVec3, Vec3};
+use crate::scene::Scene;
+use glam::{DVec3, Vec3};
 use shisen_core::Simd;
-use shisen_core::shape::Ray;
 use shisen_core::trace::{Budget, MeshTracer, Tracer, TraversalStack, Workspace};
 use std::collections::{BTreeMap, HashMap};
 
 const LOST: &str = "rays lost";
 const CLOSED: &str = "from inside a closed mesh every ray meets it";
-const MOVED: &str = "of the distance, 2⁻²⁴ of how far the object is away; a wrong verdict is \
-                     infinite where the ray is clear of every edge";
-const MOVED_REFERENCE: &str = "every triangle in f64, where the object is in f64";
-const MOVED_NAIVE: &str = "vertices moved in f32, Möller and Trumbore's test of each";
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -48,25 +42,6 @@ pub(super) const CASES: &[Case] = &[
         bound: 0.0,
         measure: t_junctions,
     },
-    Case {
-        name: "mesh-of-millimetres-far-away",
-        hard: "a mesh of triangles of a millimetre, 100 km away from the origin, seen from 5 cm",
-        error: MOVED,
-        reference: MOVED_REFERENCE,
-        naive: MOVED_NAIVE,
-        // Where the object is, a few roundings of 5 cm are this part of one of 100 km.
-        bound: 5.0e-5,
-        measure: far_millimetres,
-    },
-    Case {
-        name: "mesh-a-million-metres-away",
-        hard: "an animal of 2 m moved by 1,000 km, seen from 3 m",
-        error: MOVED,
-        reference: MOVED_REFERENCE,
-        naive: MOVED_NAIVE,
-        bound: 5.0e-4,
-        measure: moved_mesh,
-    },
 ];
 
 /// The triangles at each edge or vertex of a closed mesh, and where to aim.
@@ -75,7 +50,7 @@ struct Target {
     triangles: Vec<[Vec3; 3]>,
 }
 
-fn positions(mesh: &TriangleMesh, triangle: [u32; 3]) -> [Vec3; 3] {
+pub(super) fn positions(mesh: &TriangleMesh, triangle: [u32; 3]) -> [Vec3; 3] {
     triangle.map(|v| Vec3::from(mesh.positions[v as usize]))
 }
 
@@ -259,117 +234,4 @@ fn t_junctions(effort: Effort) -> Errors {
         }
     }
     lost
-}
-
-fn moved_mesh(effort: Effort) -> Errors {
-    let away = DVec3::new(1.0e6, -0.5e6, 0.75e6);
-    moved(207, effort, &quadruped(), away)
-}
-
-fn far_millimetres(effort: Effort) -> Errors {
-    let mut mesh = ellipsoid();
-    for p in &mut mesh.positions {
-        *p = p.map(|x| x * 0.02);
-    }
-    moved(209, effort, &mesh, DVec3::new(-1.0e5, 1.0e5, 0.5e5))
-}
-
-/// A mesh moved by whole metres.
-fn moved(seed: u64, effort: Effort, mesh: &TriangleMesh, away: DVec3) -> Errors {
-    let moved = Scene {
-        objects: vec![Object {
-            world_from_object: DAffine3::from_translation(away),
-            ..lone_mesh(mesh.clone()).objects[0].clone()
-        }],
-        ..lone_mesh(mesh.clone())
-    };
-    let Ok(baked) = Baked::<8>::new(&moved) else {
-        return BROKEN;
-    };
-    let tracer = Tracer::new(baked.scene(), Simd::detect(), 0);
-    let mut workspace = Workspace::new();
-    let in_world: Vec<[Vec3; 3]> = mesh
-        .triangles
-        .iter()
-        .map(|&t| positions(mesh, t).map(|p| single(p.as_dvec3() + away)))
-        .collect();
-    let exact: Vec<[DVec3; 3]> = mesh
-        .triangles
-        .iter()
-        .map(|&t| positions(mesh, t).map(|p| p.as_dvec3() + away))
-        .collect();
-    let (low, high) = mesh.bounds();
-    let middle = (Vec3::from(low) + Vec3::from(high)).as_dvec3() / 2.0 + away;
-    let size = (Vec3::from(high) - Vec3::from(low)).as_dvec3().length();
-    let unit = UNIT * away.abs().max_element();
-    let mut inputs = Inputs::new(seed);
-    let mut worst = Worst::NONE;
-    for _ in 0..effort.of(5_000) {
-        let from = middle + inputs.direction() * 1.5 * size;
-        // The origin as f32 has it: both sides are given the same.
-        let from = single(from);
-        let target = middle + inputs.in_ball() * 0.5 * size;
-        let Some(ray) = Ray::new(from, single((target - from.as_dvec3()).normalize())) else {
-            continue;
-        };
-        let (truth, clear) = nearest(&exact, &ray, 1.0e-4 * size);
-        let error = |found: Option<f32>| match (found, truth) {
-            (None, None) => 0.0,
-            (Some(found), Some(t)) => {
-                if clear {
-                    (f64::from(found) - t).abs() / unit
-                } else {
-                    0.0
-                }
-            }
-            _ => {
-                if clear {
-                    f64::INFINITY
-                } else {
-                    0.0
-                }
-            }
-        };
-        let hit = tracer.nearest(&ray, &mut Budget::UNLIMITED.clone(), &mut workspace);
-        worst.ours(error(hit.map(|hit| hit.on.t)));
-        let naive = in_world
-            .iter()
-            .filter_map(|&t| moller_trumbore(t, &ray, LEAST));
-        worst.naive(error(naive.min_by(f32::total_cmp)));
-    }
-    worst.0
-}
-
-/// The nearest distance in f64, and whether it is clear which triangle that
-/// is: the ray passes by all edges before it by `doubt` or more, metres.
-fn nearest(triangles: &[[DVec3; 3]], ray: &Ray, doubt: f64) -> (Option<f64>, bool) {
-    let (o, d) = (ray.origin().as_dvec3(), ray.direction().as_dvec3());
-    let mut best: Option<f64> = None;
-    let mut doubtful = f64::INFINITY;
-    for &[a, b, c] in triangles {
-        let normal = (b - a).cross(c - a);
-        let slope = normal.dot(d);
-        if slope == 0.0 {
-            continue;
-        }
-        let t = normal.dot(a - o) / slope;
-        let point = o + d * t;
-        let inside = [[a, b], [b, c], [c, a]].map(|[p, q]| {
-            let across = (q - p).cross(normal);
-            -(point - p).dot(across) / across.length()
-        });
-        let inside = inside.into_iter().fold(f64::INFINITY, f64::min);
-        if t < 0.0 || inside < -doubt {
-            continue;
-        }
-        // Seen along its plane it is doubtful as a whole.
-        if inside < doubt || slope.abs() < 0.05 * normal.length() {
-            doubtful = doubtful.min(t);
-        }
-        if inside >= 0.0 && best.is_none_or(|best| t < best) {
-            best = Some(t);
-        }
-    }
-    let clear = best.map_or(doubtful == f64::INFINITY, |best| doubtful > best);
-    (best, clear)
 }

@@ -105,12 +105,7 @@ fn choice(points: &[Point], measure: &str, limit: &Limit, times_count: bool) -> 
         return format!("{those} {within}. {UNDECIDED}");
     }
     let Some(cheapest) = inside.clone().min_by(|a, b| cost.order(a, b)) else {
-        return format!(
-            "No setting has {within}: choose {}, the nearest, with {} in {}.",
-            truest.name,
-            brief(truest.error()),
-            cost.of(truest),
-        );
+        return nearest(points, truest, cost, &within);
     };
     // Of those that cost the same as far as can be told, the nearest to the truth.
     let Some(chosen) = inside
@@ -151,6 +146,33 @@ fn choice(points: &[Point], measure: &str, limit: &Limit, times_count: bool) -> 
             let _ = write!(text, "; {}.", cost.nothing_less());
         }
     }
+    text
+}
+
+/// The choice where nothing is within the limit: of what is as near to the truth as
+/// the nearest, as far as can be told, the one that costs least.
+fn nearest(points: &[Point], truest: &Point, cost: Cost, within: &str) -> String {
+    let as_near = points
+        .iter()
+        .filter(|point| point.error() - point.doubt <= truest.error());
+    let Some(chosen) = as_near.min_by(|a, b| cost.order(a, b)) else {
+        return "Nothing was measured.".to_owned();
+    };
+    let mut text = format!("No setting has {within}: choose {}, ", chosen.name);
+    let (error, price) = (brief(chosen.error()), cost.of(chosen));
+    // Writing to a string does not fail.
+    let _ = if chosen.name == truest.name {
+        write!(text, "the nearest, with {error} in {price}.")
+    } else {
+        write!(
+            text,
+            "with {error} ± {} as near as can be told, in {price}, {} of that of the nearest, {} ({}).",
+            brief(chosen.doubt),
+            percent(cost.number(chosen) / cost.number(truest)),
+            truest.name,
+            brief(truest.error()),
+        )
+    };
     text
 }
 
@@ -309,6 +331,17 @@ mod tests {
         assert!(
             none.contains("choose full, the nearest, with 0 in 1 million steps"),
             "{none}"
+        );
+        // What may be as near, and costs less.
+        let mut unsure = points(0.1);
+        (unsure[1].doubt, unsure[2].doubt) = (0.25, 0.9);
+        let found = comparison(-1.0, unsure).choice;
+        assert!(
+            found.ends_with(
+                "choose half, with 0.2 ± 0.25 as near as can be told, in 0.5 million steps, 50 % of \
+                 that of the nearest, full (0)."
+            ),
+            "{found}"
         );
     }
 

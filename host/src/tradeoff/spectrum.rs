@@ -39,6 +39,9 @@ const SPLIT_SAMPLES: u16 = 8;
 /// wavelengths there are.
 const RAYS_OF_EACH: u16 = 8;
 
+/// Rays a pixel of which each takes all wavelengths, where edges are to be smooth, too.
+const MANY_SAMPLES: u16 = 64;
+
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let details = LOWER_LEFT[..bench.effort.pick(3, LOWER_LEFT.len())].iter();
     let details: Vec<Balls> = details
@@ -65,16 +68,25 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         }
         Ok((frames.iter().map(|frame| frame.seconds).sum(), frames))
     })?;
+    let errors: Vec<Differences> = measured
+        .iter()
+        .map(|(_, frames)| {
+            let pairs = seen.iter().zip(frames);
+            let errors: Vec<Vec<f64>> = pairs
+                .map(|(seen, frame)| seen.differences(&frame.pictures[0].picture))
+                .collect();
+            Differences::new(&errors)
+        })
+        .collect();
+    let nearest = errors
+        .iter()
+        .min_by(|a, b| a.most_of_them.total_cmp(&b.most_of_them));
     let mut points = Vec::new();
     let mut best: Option<(f64, String, Picture)> = None;
-    for (one, (time, frames)) in asked.iter().zip(measured) {
-        let pairs = seen.iter().zip(&frames);
-        let errors: Vec<Vec<f64>> = pairs
-            .map(|(seen, frame)| seen.differences(&frame.pictures[0].picture))
-            .collect();
-        let errors = Differences::new(&errors);
+    for ((one, (time, frames)), errors) in asked.iter().zip(&measured).zip(&errors) {
         let point = Point {
             errors: errors.all(),
+            doubt: nearest.map_or(0.0, |nearest| errors.doubt(nearest)),
             seconds: time.median,
             spread: time.spread,
             steps: Some(frames.iter().map(|frame| frame.statistics.steps).sum()),
@@ -107,7 +119,8 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
          method and fixed wavelengths, which have a picture of it. At equal rays more wavelengths \
          are not always nearer: each has fewer rays, 8 at 7 wavelengths and one or two at 40, and \
          edges that are drawn by so few have colours of their own. Where each wavelength has 8 \
-         rays, however many there are, it is the number of wavelengths alone that differs. What \
+         rays, however many there are, it is the number of wavelengths alone that differs; where \
+         64 rays take all wavelengths, edges have little to add. What \
          is less than the standard deviation between details (±) is chance.",
         measures,
         limit,
@@ -155,7 +168,7 @@ fn about(bench: &Bench<'_>, details: &[Balls], share: f64, own: f64) -> String {
 }
 
 fn true_samples(bench: &Bench<'_>) -> u16 {
-    bench.effort.pick(64, 160)
+    bench.effort.pick(160, 256)
 }
 
 /// The scene before one wall, for one eye.
@@ -168,7 +181,7 @@ struct Balls {
 
 impl Balls {
     fn new(bench: &Bench<'_>, [x, y]: [f64; 2]) -> Result<Self, Cause> {
-        let size = bench.effort.pick(40, 96);
+        let size = bench.effort.pick(32, 64);
         // A square window 1 m before the eye.
         let corner = |right: f64, up: f64| DVec3::new(SIDE * right + x, SIDE * up + y, -1.0);
         let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)];
@@ -264,6 +277,15 @@ fn asked(bench: &Bench<'_>) -> Result<Vec<Asked>, Cause> {
             dispersion: clamped(Dispersion::of(Method::Paper, count, None)?)?,
         });
     }
+    for &count in bench.effort.pick(&[14][..], &[7, 14, 28]) {
+        asked.push(Asked {
+            method: Method::Split,
+            count,
+            each: None,
+            rays: Some(MANY_SAMPLES),
+            dispersion: clamped(Dispersion::of(Method::Split, count, None)?)?,
+        });
+    }
     for each in [2, 4, 7] {
         let count = Dispersion::WAVELENGTHS;
         let wavelengths = Wavelengths::new(count, Wavelengths::RANGE)?;
@@ -311,15 +333,18 @@ impl Asked {
     fn point(&self) -> Point {
         let mut name = format!("{} {}", self.method.name(), self.count);
         if let Some(each) = self.each {
-            // Writing to a string does not fail.
+            // Writing to a string does not fail, nor below.
             let _ = write!(name, ", {each} each");
         }
-        if self.rays.is_some() {
-            let _ = write!(name, ", {RAYS_OF_EACH} rays each");
-        }
-        let series = match (self.each, self.rays) {
-            (Some(_), _) => "comb, several each",
-            (_, Some(_)) => "paper, 8 rays for each",
+        let _ = match (self.method, self.rays) {
+            (_, None) => Ok(()),
+            (Method::Split, Some(rays)) => write!(name, ", {rays} rays"),
+            (_, Some(_)) => write!(name, ", {RAYS_OF_EACH} rays each"),
+        };
+        let series = match (self.method, self.each, self.rays) {
+            (_, Some(_), _) => "comb, several each",
+            (Method::Split, _, Some(_)) => "split, 64 rays",
+            (_, _, Some(_)) => "paper, 8 rays for each",
             _ => self.method.name(),
         };
         Point::new(
@@ -358,25 +383,30 @@ struct Differences {
     largest: f64,
     /// Standard deviations of the means and of the 95 % of details.
     deviations: [f64; 2],
+    /// The 95 % of each detail.
+    most_of_each: Vec<f64>,
 }
 
 impl Differences {
     fn new(details: &[Vec<f64>]) -> Self {
-        let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len().max(1) as f64;
-        let deviation = |of: Vec<f64>| {
-            let middle = mean(&of);
-            let squares = of.iter().map(|one| (one - middle) * (one - middle));
-            libm::sqrt(squares.sum::<f64>() / (of.len().max(2) - 1) as f64)
-        };
         let most = details.iter().map(|own| quantile_of(own.clone(), 0.95));
-        let means = details.iter().map(|own| mean(own));
+        let most: Vec<f64> = most.collect();
+        let means: Vec<f64> = details.iter().map(|own| mean(own)).collect();
         let all = details.concat();
         Self {
-            deviations: [deviation(means.collect()), deviation(most.collect())],
+            deviations: [deviation(&means), deviation(&most)],
+            most_of_each: most,
             mean: mean(&all),
             largest: all.iter().copied().fold(0.0, f64::max),
             most_of_them: quantile_of(all, 0.95),
         }
+    }
+
+    /// Twice the standard error of by how much it is above another, of the same details.
+    fn doubt(&self, other: &Self) -> f64 {
+        let pairs = self.most_of_each.iter().zip(&other.most_of_each);
+        let above: Vec<f64> = pairs.map(|(own, other)| own - other).collect();
+        2.0 * deviation(&above) / libm::sqrt(above.len().max(1) as f64)
     }
 
     fn all(&self) -> Vec<Option<f64>> {
@@ -385,6 +415,17 @@ impl Differences {
             .map(Some)
             .into()
     }
+}
+
+fn mean(of: &[f64]) -> f64 {
+    of.iter().sum::<f64>() / of.len().max(1) as f64
+}
+
+/// The standard deviation.
+fn deviation(of: &[f64]) -> f64 {
+    let middle = mean(of);
+    let squares = of.iter().map(|one| (one - middle) * (one - middle));
+    libm::sqrt(squares.sum::<f64>() / (of.len().max(2) - 1) as f64)
 }
 
 #[cfg(test)]
@@ -405,5 +446,10 @@ mod tests {
                 .all(|one| (one - root).abs() < 1.0e-12)
         );
         assert_eq!(Differences::new(&even[..1]).deviations, [0.0; 2]);
+        // What is worse by the same in each detail is worse beyond doubt.
+        let worse = Differences::new(&[vec![2.0; 99], vec![4.0; 101]]);
+        assert!(worse.doubt(&found).abs() < 1.0e-12);
+        let other = Differences::new(&[vec![4.0; 99], vec![2.0; 101]]);
+        assert!((other.doubt(&found) - 4.0).abs() < 1.0e-12);
     }
 }

@@ -90,7 +90,7 @@ fn check(frame: Result<Frame, RenderError>, sane: bool) {
 }
 
 /// 2×2 pixels of any light.
-fn picture(n: &mut Numbers) -> Picture {
+pub(super) fn picture(n: &mut Numbers) -> Picture {
     let pixels = (0..4).map(|_| [0.1, 0.5, 0.9, 1.0].map(|light| n.next(light)));
     Picture::from_pixels(2, 2, pixels.collect()).expect("a picture")
 }
@@ -162,6 +162,7 @@ fn report(n: &mut Numbers) -> Report {
         errors: vec![Some(n.wide(0.5)), None],
         seconds: n.wide(0.01),
         spread: n.wide(0.001),
+        doubt: n.wide(0.1),
         steps: Some(1_000),
         best_by_time: true,
         best_by_steps: true,
@@ -514,7 +515,7 @@ fn finite_page(page: std::io::Result<String>) -> Option<String> {
     }
 }
 
-fn plain(n: &mut Numbers) -> Material {
+pub(super) fn plain(n: &mut Numbers) -> Material {
     Material {
         diffuse: [0.3; 3].map(|light| n.next(light)),
         shininess: n.next(20.0),
@@ -522,7 +523,7 @@ fn plain(n: &mut Numbers) -> Material {
     }
 }
 
-fn square(n: &mut Numbers) -> TriangleMesh {
+pub(super) fn square(n: &mut Numbers) -> TriangleMesh {
     let mut mesh = TriangleMesh::square();
     for place in &mut mesh.positions {
         *place = place.map(|x| n.next(x));

@@ -556,7 +556,7 @@ fn takes(decoder: &mut dyn Decoder, record: &[u8]) {
     });
 }
 
-fn items(family: Family) -> ItemList {
+pub(super) fn items(family: Family) -> ItemList {
     let numbers: &[u8] = match family {
         Family::Fastrak => &[2, 11, 0],
         Family::Liberty => &[2, 7, 0],
@@ -578,7 +578,7 @@ fn flock_modes() -> [flock::Mode; 7] {
 }
 
 /// Of these numbers where they are rotations.
-fn axes(n: &mut Numbers) -> Axes {
+pub(super) fn axes(n: &mut Numbers) -> Axes {
     Axes::new(n.quat(), n.quat()).unwrap_or(Axes::FORWARD_RIGHT_DOWN)
 }
 

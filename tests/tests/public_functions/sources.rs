@@ -13,7 +13,8 @@ use syn::{
 pub(super) struct Function {
     /// `crate module::Type::name`.
     pub(super) name: String,
-    /// Whether any of its parameters, besides `self`, can hold such a number.
+    /// Whether any of its parameters can hold such a number; `self` counts where
+    /// anybody can put one into it, which no constructor has checked.
     pub(super) takes_floats: bool,
 }
 
@@ -40,6 +41,9 @@ pub(super) fn functions_of(text: &str) -> Vec<Function> {
 struct Sources {
     /// Types of the crates by name: the module of each, and its fields.
     types: HashMap<String, Vec<(String, Vec<Type>)>>,
+    /// Those of them that anybody can make of anything: enums, and structures with
+    /// public fields alone.
+    unchecked: HashSet<(String, String)>,
     /// What `pub use` names: all that is public of private modules.
     exported: HashSet<String>,
     /// Traits, private ones too.
@@ -128,6 +132,14 @@ impl Sources {
                 Item::Struct(made) => {
                     let name = made.ident.to_string();
                     self.add_type(module, &name, &made.fields);
+                    let unchecked = made.fields.iter().all(|field| is_public(&field.vis))
+                        && !made
+                            .attrs
+                            .iter()
+                            .any(|of| of.path().is_ident("non_exhaustive"));
+                    if unchecked {
+                        self.unchecked.insert((module.to_owned(), name.clone()));
+                    }
                     if open && is_public(&made.vis) {
                         self.exported.insert(name);
                     }
@@ -136,6 +148,7 @@ impl Sources {
                     let name = made.ident.to_string();
                     let fields = made.variants.iter().flat_map(|variant| &variant.fields);
                     self.add_type(module, &name, fields);
+                    self.unchecked.insert((module.to_owned(), name.clone()));
                     if open && is_public(&made.vis) {
                         self.exported.insert(name);
                     }
@@ -209,7 +222,18 @@ impl Sources {
             bounds,
         };
         found.signature.inputs.iter().any(|input| match input {
-            FnArg::Receiver(_) => false,
+            FnArg::Receiver(_) => {
+                let of = context.of;
+                let is_here = |module: &str| module == found.module;
+                let known = self.types.get(of).into_iter().flatten();
+                let mut modules = known.map(|(module, _)| module.as_str());
+                let here = modules.clone().any(is_here);
+                let unchecked = modules.any(|module| {
+                    (!here || is_here(module))
+                        && self.unchecked.contains(&(module.to_owned(), of.to_owned()))
+                });
+                unchecked && self.type_holds_floats(of, &context, &mut HashSet::new())
+            }
             FnArg::Typed(parameter) => {
                 self.holds_floats(&parameter.ty, &context, &mut HashSet::new())
             }
@@ -257,7 +281,11 @@ impl Sources {
                 .into_iter()
                 .any(|of| self.holds_floats(of, context, seen));
         }
-        let Some(known) = self.types.get(&name) else {
+        self.type_holds_floats(&name, context, seen)
+    }
+
+    fn type_holds_floats(&self, name: &str, context: &Context, seen: &mut HashSet<String>) -> bool {
+        let Some(known) = self.types.get(name) else {
             return true;
         };
         // A name that is another module's may be any of these.
@@ -265,7 +293,7 @@ impl Sources {
         known.iter().any(|(module, fields)| {
             let inner = Context {
                 module,
-                of: &name,
+                of: name,
                 bounds: HashMap::new(),
             };
             let meant = !here || module == context.module;

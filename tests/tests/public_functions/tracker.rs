@@ -167,7 +167,7 @@ const SCREEN: Screen = Screen {
     size: Vec2::new(1.0, 0.8),
 };
 
-fn a_screen(n: &mut Numbers) -> Screen {
+pub(super) fn a_screen(n: &mut Numbers) -> Screen {
     Screen {
         corner: n.vec3(SCREEN.corner.to_array()),
         right: n.vec3(SCREEN.right.to_array()),
@@ -276,7 +276,7 @@ fn filters(n: &mut Numbers, way: fn(&mut Numbers) -> Vec3, step: fn(&mut Numbers
     }
 }
 
-fn a_config(n: &mut Numbers) -> EstimatorConfig {
+pub(super) fn a_config(n: &mut Numbers) -> EstimatorConfig {
     let default = EstimatorConfig::default();
     let (head, saccades, fallback) = (
         HeadConfig::default(),
