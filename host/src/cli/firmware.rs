@@ -52,12 +52,14 @@ pub(super) enum Firmware {
 /// included), `instructions_per_record` (of the tracker, decoding and estimating;
 /// null without any), `latency_instructions` (the longest from the last byte of
 /// a new gaze to the first tile; null without any), `gaze_to_tile_instructions` (the
-/// longest part of one once the frame before was over), tracker (records,
+/// longest part of one once the frame before was over), `restart_latency_instructions`
+/// (as `latency_instructions`, of frames before which one was cut short), tracker (records,
 /// `dropped_bytes`, `overrun_bytes`), frames (number, kind, state and widen of
 /// the gaze, hash, `host_hash`, `tiles_whole`, `tiles_given_up`, steps,
 /// `primary_rays`, rays, instructions, `preparation_instructions`,
 /// `latency_instructions`, of these `waiting_instructions` while the frame before
-/// was finished, and `sent_instructions` from the byte until the tile was sent),
+/// was finished, `sent_instructions` from the byte until the tile was sent, and
+/// `cut_short`: left because the viewer looked elsewhere, its first tiles are compared),
 /// slices (of all frames: frame, instructions, steps,
 /// `ended_tile`), log (lines) and images (paths).
 #[derive(Debug, Args)]
@@ -110,6 +112,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "STEPS", default_value_t = 10_000,
           value_parser = clap::value_parser!(u32).range(1..))]
     slice: u32,
+    /// Degrees that the line of sight may move while a frame is rendered: if by more, it
+    /// is cut short and the next begun; 0 finishes each
+    #[arg(long, value_name = "DEGREES", default_value_t = 5.0, value_parser = restart_angle)]
+    restart: f32,
     /// Frames of the walls
     #[arg(long, value_name = "N", default_value_t = 3,
           value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -215,6 +221,7 @@ pub(super) fn run(firmware: &Firmware) -> Result<(), Failure> {
             0.0
         },
         display_delay: 20_000,
+        restart_angle: arguments.restart.to_radians(),
     };
     let watched = watch(Run {
         image: &image,
@@ -302,7 +309,15 @@ impl Compared<'_> {
     }
 }
 
-/// Writes the last frame of the walls, and the dome master.
+/// Degrees of `--restart`.
+fn restart_angle(text: &str) -> Result<f32, String> {
+    let degrees = text.parse().ok();
+    degrees
+        .filter(|degrees| (0.0..=180.0).contains(degrees))
+        .ok_or_else(|| "give degrees from 0 to 180".to_owned())
+}
+
+/// Writes the last frame of the walls that is whole, or the last, and the dome master.
 fn write(folder: &Path, watched: &Watched, cave: &Cave, eyes: u8) -> Result<Vec<String>, Failure> {
     let mut images = Vec::new();
     let mut write = |name: String, picture: &Picture| {
@@ -315,7 +330,9 @@ fn write(folder: &Path, watched: &Watched, cave: &Cave, eyes: u8) -> Result<Vec<
         Ok::<(), Failure>(())
     };
     let is_screens = |frame: &&ShownFrame| frame.start.subject == Subject::Screens;
-    if let Some(frame) = watched.frames.iter().rfind(is_screens) {
+    let is_whole = |frame: &&ShownFrame| frame.done.is_some_and(|done| !done.cut_short);
+    let walls = || watched.frames.iter().filter(is_screens);
+    if let Some(frame) = walls().rfind(is_whole).or(walls().last()) {
         let eyes: &[&str] = if eyes == 2 {
             &["left", "right"]
         } else {

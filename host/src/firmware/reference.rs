@@ -53,8 +53,9 @@ pub enum ReferenceError {
 }
 
 /// The pictures of a controller's frame, from the scene that it has, its
-/// screens, and what it says that the frame is made of. A controller that has no
-/// code for wavelengths is `without_dispersion`.
+/// screens, and what it says that the frame is made of. One that was cut short has its
+/// first tiles only. A controller that has no code for wavelengths is
+/// `without_dispersion`.
 ///
 /// # Errors
 /// What cannot be: see [`ReferenceError`].
@@ -104,7 +105,9 @@ pub fn reference(
             renderer: &renderers[0],
         }],
     };
-    render(&parts, Budget::steps(start.budget))
+    let cut = shown.done.filter(|done| done.cut_short);
+    let tiles = cut.map_or(u32::MAX, |done| done.whole.saturating_add(done.given_up));
+    render(&parts, Budget::steps(start.budget), tiles)
 }
 
 /// What follows the gaze of an eye, where something does.
@@ -150,7 +153,12 @@ fn dome(place: Vec3, size: u16) -> Result<View, DomeError> {
     View::dome(DomeProjection::Mirror(camera), pose, size.into())
 }
 
-fn render(parts: &[Part<'_, '_, 4>], budget: Budget) -> Result<Vec<Picture>, ReferenceError> {
+/// So many tiles of a frame, or all.
+fn render(
+    parts: &[Part<'_, '_, 4>],
+    budget: Budget,
+    tiles_wanted: u32,
+) -> Result<Vec<Picture>, ReferenceError> {
     let size = |part: &Part<'_, '_, 4>| [part.view.columns(), part.view.rows()];
     let tiles = FrameJob::tiles_of(parts.iter().map(size), TILE);
     let mut places = vec![Place::default(); tiles];
@@ -161,12 +169,14 @@ fn render(parts: &[Part<'_, '_, 4>], budget: Budget) -> Result<Vec<Picture>, Ref
     let mut pixels = [Pixel::default(); (TILE * TILE) as usize];
     let mut workspace = Workspace::new();
     let mut job = FrameJob::new(parts, TILE, budget, &mut places)?;
-    loop {
+    let mut tiles_left = tiles_wanted;
+    while tiles_left > 0 {
         let mut slice = Budget::UNLIMITED;
         match job.render(parts, &mut pixels, &mut slice, &mut workspace)? {
-            Progress::Finished => return Ok(pictures),
+            Progress::Finished => break,
             Progress::BudgetSpent => {}
             Progress::Tile { part, tile, .. } => {
+                tiles_left -= 1;
                 let picture = &mut pictures[part];
                 let rows = pixels.chunks_exact(tile.width as usize);
                 for (y, row) in (tile.y..tile.y + tile.height).zip(rows) {
@@ -183,4 +193,5 @@ fn render(parts: &[Part<'_, '_, 4>], budget: Budget) -> Result<Vec<Picture>, Ref
             }
         }
     }
+    Ok(pictures)
 }

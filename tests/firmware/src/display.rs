@@ -14,6 +14,10 @@ pub const TILE: u32 = 16;
 /// Pixels a side of the screens that nobody has told of.
 const SIDE: u32 = 64;
 
+/// Radians that the gaze may move in a frame unless told otherwise: 5°, beyond which the
+/// centre of the retina sees what was rendered for its surroundings.
+const RESTART_ANGLE: f32 = 0.087_266_46;
+
 /// What is shown, and how.
 pub struct Display {
     screens: Vec<FlatScreen, MOST_SCREENS>,
@@ -62,6 +66,7 @@ impl Display {
                 lod: true,
                 eye_distance: 0.0,
                 display_delay: 20_000,
+                restart_angle: RESTART_ANGLE,
             },
             orders: 0,
             capture: None,

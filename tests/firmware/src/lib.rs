@@ -10,6 +10,8 @@ pub mod line;
 #[cfg(feature = "log")]
 mod log;
 #[cfg(feature = "controller")]
+pub mod restart;
+#[cfg(feature = "controller")]
 pub mod scene;
 #[cfg(feature = "controller")]
 pub mod viewer;

@@ -107,6 +107,11 @@ impl Viewer {
         self.newest.take()
     }
 
+    /// Records that came so far.
+    pub const fn records(&self) -> u32 {
+        self.records
+    }
+
     /// What came so far.
     pub fn state(&self) -> TrackerState {
         TrackerState {

@@ -45,7 +45,7 @@ const fn varying(key: &'static str, what: &'static str) -> Row {
     }
 }
 
-const ROWS: [Row; 17] = [
+const ROWS: [Row; 18] = [
     row(
         "flash",
         "Flash: one protocol, all effects but dispersion, bytes",
@@ -87,6 +87,10 @@ const ROWS: [Row; 17] = [
     ),
     varying("latency_at_120_hz", "Both together, tracker at 120 Hz"),
     varying("latency_at_1000_hz", "Both together, tracker at 1,000 Hz"),
+    varying(
+        "restart",
+        "Both together, where the eyes leap by more than 5° while a frame is rendered",
+    ),
 ];
 
 const BEGIN: &str = "<!-- budget sheet: SHISEN_REWRITE=1 SHISEN_COW=cow.obj tests/firmware/run -->";

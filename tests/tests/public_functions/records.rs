@@ -274,6 +274,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
                 lod: true,
                 eye_distance: n.next(0.064),
                 display_delay: 5,
+                restart_angle: n.next(0.1),
             }),
             Order::Capture {
                 size: 64,

@@ -7,11 +7,11 @@
 //! | 33 frame | u32 number, u8 orders obeyed, u8 pictures, u8 state of the gaze (255 none), u16 pixels a side of a dome master (0: screens), u64 budget in steps, f32 x, y, z of the left eye, of the right eye, of the line of sight and of up, f32 radians by which the field is wider |
 //! | 34 pixels | u8 picture, u16 column, u16 row, then up to 8 pixels to the right: f32 red, green, blue, alpha |
 //! | 35 slice | u32 frame, u32 instructions, u32 steps, u8 whether it ended a tile, u64 the controller's clock, microseconds |
-//! | 36 frame done | u32 number, u32 whole tiles, u32 tiles given up, u64 steps, u64 primary rays, u64 all rays, u64 instructions of its slices, u32 instructions before the first slice, u32 instructions from the last byte of a new gaze to the first tile (0 none), u32 of these until the frame was begun, u32 until the tile was sent |
+//! | 36 frame done | u32 number, u8 whether it was cut short, u32 whole tiles, u32 tiles given up, u64 steps, u64 primary rays, u64 all rays, u64 instructions of its slices, u32 instructions before the first slice, u32 instructions from the last byte of a new gaze to the first tile (0 none), u32 of these until the frame was begun, u32 until the tile was sent |
 //! | 37 tracker | u32 records, u32 bytes dropped, u32 bytes that found no room, u64 instructions of decoding and estimating, u32 bytes of stack used so far |
 //! | 48 screens, to the controller | u8 how many there are |
 //! | 49 screen, to the controller | u8 which, u16 columns, u16 rows, f32 x, y, z of the first pixel's centre, of the step to the right and of the step down, metres in the room |
-//! | 50 rendering, to the controller | u64 steps a frame, u32 steps a slice, u8 depth, u8 wavelengths, u8 whether detail follows the gaze, f32 metres from eye to eye (0: one eye), u32 microseconds from the gaze to the light |
+//! | 50 rendering, to the controller | u64 steps a frame, u32 steps a slice, u8 depth, u8 wavelengths, u8 whether detail follows the gaze, f32 metres from eye to eye (0: one eye), u32 microseconds from the gaze to the light, f32 radians that the gaze may move before a frame is cut short (0: any) |
 //! | 51 capture, to the controller | u16 pixels a side of a dome master, f32 x, y, z of its place |
 //!
 //! All numbers keep their bits, so that who knows the scene and the screens can
@@ -133,6 +133,9 @@ pub struct Slice {
 pub struct FrameDone {
     /// Its number.
     pub number: u32,
+    /// Whether it was left before its last tile, because the viewer looks elsewhere
+    /// by now. The tiles that it has are as they would be in a whole frame.
+    pub cut_short: bool,
     /// Tiles all of whose pixels were traced.
     pub whole: u32,
     /// Tiles that the budget did not finish.
@@ -208,6 +211,10 @@ pub struct Rendering {
     pub eye_distance: f32,
     /// From the choice of the gaze to the light of the frame, microseconds.
     pub display_delay: u32,
+    /// Radians by which the line of sight may move while a frame is rendered. One
+    /// that it leaves by more is cut short, so that the next one begins where the
+    /// viewer looks. 0 or less: none is.
+    pub restart_angle: f32,
 }
 
 /// What a controller is told, in force from the next frame on.
@@ -285,9 +292,10 @@ impl Encoder {
                 content.u64(it.time.0);
             }
             Report::FrameDone(it) => {
-                for number in [it.number, it.whole, it.given_up] {
-                    content.u32(number);
-                }
+                content.u32(it.number);
+                content.push(&[u8::from(it.cut_short)]);
+                content.u32(it.whole);
+                content.u32(it.given_up);
                 for number in [it.steps, it.primary, it.rays, it.instructions] {
                     content.u64(number);
                 }
@@ -338,6 +346,7 @@ impl Encoder {
                 content.push(&[it.depth, it.wavelengths, u8::from(it.lod)]);
                 content.f32(it.eye_distance);
                 content.u32(it.display_delay);
+                content.f32(it.restart_angle);
             }
             Order::Capture { size, place } => {
                 content.push(&size.to_le_bytes());

@@ -19,6 +19,7 @@ pub(super) struct FrameReport {
     host_hash: String,
     tiles_whole: u32,
     tiles_given_up: u32,
+    cut_short: bool,
     steps: u64,
     primary_rays: u64,
     rays: u64,
@@ -50,6 +51,7 @@ impl FrameReport {
             host_hash: hexadecimal(host_hash),
             tiles_whole: done.map_or(0, |done| done.whole),
             tiles_given_up: done.map_or(0, |done| done.given_up),
+            cut_short: done.is_some_and(|done| done.cut_short),
             steps: done.map_or(0, |done| done.steps),
             primary_rays: done.map_or(0, |done| done.primary),
             rays: done.map_or(0, |done| done.rays),
@@ -102,6 +104,7 @@ pub(super) struct Report {
     instructions_per_record: Option<f64>,
     latency_instructions: Option<u32>,
     gaze_to_tile_instructions: Option<u32>,
+    restart_latency_instructions: Option<u32>,
     tracker: Option<TrackerReport>,
     frames: Vec<FrameReport>,
     slices: Vec<SliceReport>,
@@ -144,6 +147,7 @@ impl Report {
             gaze_to_tile_instructions: walls()
                 .filter_map(|frame| Some(frame.latency_instructions? - frame.waiting_instructions?))
                 .max(),
+            restart_latency_instructions: restarted(&frames).max(),
             tracker: watched.tracker.map(|tracker| TrackerReport {
                 records: tracker.records,
                 dropped_bytes: tracker.dropped,
@@ -165,6 +169,15 @@ impl Report {
             images,
         }
     }
+}
+
+/// Instructions from the last byte of a new gaze to the first tile, of the frames that
+/// were begun before the one before was finished.
+fn restarted(frames: &[FrameReport]) -> impl Iterator<Item = u32> {
+    let pairs = frames.iter().zip(frames.iter().skip(1));
+    pairs
+        .filter(|(before, after)| before.cut_short && after.number == before.number + 1)
+        .filter_map(|(_, after)| after.latency_instructions)
 }
 
 impl fmt::Display for Report {
@@ -198,10 +211,10 @@ impl fmt::Display for Report {
                 frame.rays,
                 frame.instructions,
                 frame.hash,
-                if frame.is_equal() {
-                    "as the host's"
-                } else {
-                    "NOT THE HOST'S"
+                match (frame.is_equal(), frame.cut_short) {
+                    (true, false) => "as the host's",
+                    (true, true) => "as the host's, cut short: the viewer looks elsewhere",
+                    (false, _) => "NOT THE HOST'S",
                 },
             )?;
         }
@@ -233,6 +246,13 @@ impl fmt::Display for Report {
                  {:.2} ms at 400 MHz; of these {tile}, {:.2} ms, once the frame before was over",
                 f64::from(latency) / 400e3,
                 f64::from(tile) / 400e3
+            )?;
+        }
+        if let Some(latency) = self.restart_latency_instructions {
+            writeln!(
+                f,
+                "the same where a frame was cut short for it: {latency} at most, {:.2} ms",
+                f64::from(latency) / 400e3
             )?;
         }
         let slowest = self.slices.iter().max_by_key(|slice| slice.instructions);

@@ -27,6 +27,7 @@ use shisen_core::{
 use shisen_firmware::board::{self, Board, DISPLAY};
 use shisen_firmware::display::{Display, Shown, TILE, level_of_detail};
 use shisen_firmware::line::Line;
+use shisen_firmware::restart::Restart;
 use shisen_firmware::viewer::Viewer;
 use shisen_firmware::{say, scene};
 use shisen_tracker::estimate::State;
@@ -189,24 +190,24 @@ fn spectrum(count: u8, samples: &mut [SpectralSample]) -> Option<Spectrum<'_>> {
     Some(Spectrum::Comb { table, each: 1 })
 }
 
-/// Renders a frame slice by slice, listening in between.
+/// Renders a frame slice by slice, listening in between. Whether it was cut short.
 #[inline(never)]
 fn frame(
     start: &FrameStart,
     newest: Option<u64>,
     began: u64,
     shown: &Shown<'_, '_>,
-    slice: u32,
+    (slice, mut restart): (u32, Option<Restart>),
     (pixels, places, workspace): (&mut [Pixel], &mut [Place], &mut Workspace),
     ports: &mut Ports,
-) {
+) -> bool {
     let budget = Budget::steps(start.budget);
     let mut job = match FrameJob::new(shown, TILE, budget, places) {
         Ok(job) => job,
         Err(_error) => {
             say!(error, "no frame: {}", _error);
             ports.listen();
-            return;
+            return false;
         }
     };
     let ordered = board::ticks();
@@ -216,6 +217,7 @@ fn frame(
     }));
     let mut done = FrameDone {
         number: start.number,
+        cut_short: false,
         whole: 0,
         given_up: 0,
         steps: 0,
@@ -264,6 +266,12 @@ fn frame(
             first = false;
         }
         ports.listen();
+        if let Some(restart) = &mut restart
+            && restart.is_due(&mut ports.viewer)
+        {
+            done.cut_short = true;
+            break;
+        }
     }
     let Tiles { whole, given_up } = job.tiles();
     ports.out.report(&Report::FrameDone(FrameDone {
@@ -275,6 +283,7 @@ fn frame(
         ..done
     }));
     ports.out.report(&Report::Tracker(ports.viewer.state()));
+    done.cut_short
 }
 
 /// A dome master of everything around a place, as the best mirror shows it.
@@ -328,6 +337,7 @@ fn run(scene: Result<Scene<'static, 4>, u32>, ports: &mut Ports, memory: &mut Me
     let mut display = Display::new();
     let mut eyes = [HeadPose::IDENTITY.position; 2];
     let mut number = 0u32;
+    let mut cut_short = 0u8;
     loop {
         while let Some(order) = ports.waiting.pop_front() {
             display.obey(&order);
@@ -365,16 +375,21 @@ fn run(scene: Result<Scene<'static, 4>, u32>, ports: &mut Ports, memory: &mut Me
                 Shown::Capture([Part { view, renderer }])
             }
         };
-        let slice = display.rendering.slice;
-        frame(
+        let restart = Restart::new(&start, &display.rendering, &ports.viewer, cut_short);
+        let was_cut = frame(
             &start,
             newest,
             began,
             &shown,
-            slice,
+            (display.rendering.slice, restart),
             (pixels, places, workspace),
             ports,
         );
+        cut_short = if was_cut {
+            cut_short.saturating_add(1)
+        } else {
+            0
+        };
     }
 }
 

@@ -44,8 +44,18 @@ fn panic(info: &PanicInfo<'_>) -> ! {
 /// list, form and bound.
 const FASTRAKS: [(&str, &[u8], polhemus::Format, u32); 4] = [
     ("fastrak", &[2, 11, 0], polhemus::Format::Binary, 3_500),
-    ("fastrak-angles", &[2, 4, 0], polhemus::Format::Binary, 3_750),
-    ("fastrak-matrix", &[2, 5, 6, 7, 0], polhemus::Format::Binary, 4_100),
+    (
+        "fastrak-angles",
+        &[2, 4, 0],
+        polhemus::Format::Binary,
+        3_750,
+    ),
+    (
+        "fastrak-matrix",
+        &[2, 5, 6, 7, 0],
+        polhemus::Format::Binary,
+        4_100,
+    ),
     ("fastrak-text", &[2, 4, 0], polhemus::Format::Ascii, 5_000),
 ];
 

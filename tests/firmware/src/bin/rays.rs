@@ -119,7 +119,12 @@ impl Wall<'_> {
             self.view.direction(x, y).unwrap_or(Vec3::ZERO)
         };
         let end = BLOCK - 1;
-        let corners = [corner(0, 0), corner(end, 0), corner(0, end), corner(end, end)];
+        let corners = [
+            corner(0, 0),
+            corner(end, 0),
+            corner(0, end),
+            corner(end, end),
+        ];
         tracer.may_hit(Vec3::ZERO, &corners, &mut { Budget::UNLIMITED }, workspace)
     }
 

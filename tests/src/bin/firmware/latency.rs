@@ -1,7 +1,12 @@
 //! From the last byte of a new gaze to the first tile that follows it.
 
 use crate::{Bench, PaperScene, Wrong, check, paper};
-use shisen_tracker::mock::{Format, Wire};
+use glam::Vec3;
+use shisen_tracker::link::Encoder;
+use shisen_tracker::link::display::FrameDone;
+use shisen_tracker::mock::{Chunk, Format, Source, Wire};
+use shisen_tracker::sample::{Reading, Sample};
+use shisen_tracker::time::{DeviceTime, Micros};
 
 /// Instructions of a millisecond of a processor of 400 MHz that takes one a cycle.
 const MILLISECOND: f64 = 400e3;
@@ -29,9 +34,8 @@ impl Bench {
             let done = watched.frames.iter().filter_map(|frame| frame.done);
             let done: Vec<_> = done.filter(|done| done.latency > 0).collect();
             check(done.len() >= 3, "hardly a frame had a new gaze")?;
-            let most = |of: fn(&shisen_tracker::link::display::FrameDone) -> u32| {
-                u64::from(done.iter().map(of).max().unwrap_or(0))
-            };
+            let most =
+                |of: fn(&FrameDone) -> u32| u64::from(done.iter().map(of).max().unwrap_or(0));
             let waited = most(|done| done.age);
             let to_tile = most(|done| done.latency - done.age);
             let sent = most(|done| done.sent - done.age);
@@ -58,5 +62,106 @@ impl Bench {
             }
         }
         Ok(said.join("; "))
+    }
+
+    /// A viewer whose eyes leap while frames are rendered: these are cut short, and the
+    /// next ones begin where the viewer looks.
+    pub(crate) fn restarts(&self) -> Result<String, Wrong> {
+        let scene = paper(PaperScene::A);
+        let run = |frames, restart_angle: f32| {
+            let mut run = self.run(scene.as_bytes(), Some(Box::new(Leaps::new())));
+            run.frames = frames;
+            (run.rendering.slice, run.rendering.restart_angle) = (500, restart_angle);
+            let watched = self.same(&scene, run)?;
+            let done = watched.frames.iter().map(|frame| frame.done);
+            let done: Vec<FrameDone> = done.collect::<Option<_>>().ok_or("no end")?;
+            check(
+                done.iter().all(|one| one.cut_short || one.whole == TILES),
+                "a frame has not the tiles that it says",
+            )?;
+            Ok::<_, Wrong>(done)
+        };
+        let never = run(6, 0.0)?;
+        check(
+            never.iter().all(|done| !done.cut_short),
+            "a frame was cut short, and none should be",
+        )?;
+        // Frames begin anew a few times.
+        let done = run(24, 5f32.to_radians())?;
+        let after_a_cut = done.windows(2).filter(|pair| pair[0].cut_short);
+        let latencies: Vec<u64> = after_a_cut.map(|pair| pair[1].latency.into()).collect();
+        check(latencies.len() >= 3, "hardly a frame was cut short")?;
+        check(!latencies.contains(&0), "a frame was cut short for nothing")?;
+        let most = latencies.iter().copied().max().unwrap_or(0);
+        let limit = self.limits.restart;
+        check(
+            most <= limit,
+            &format!("{most} instructions from a leap's last byte to its tile, more than {limit}"),
+        )?;
+        // Eyes that are elsewhere in each record: no more than three in a row.
+        let restless = run(12, 1e-6)?;
+        let in_a_row = restless.split(|done| !done.cut_short).map(<[_]>::len);
+        let in_a_row = in_a_row.max().unwrap_or(0);
+        check(
+            in_a_row == 3,
+            &format!("{in_a_row} were cut short in a row"),
+        )?;
+        self.measured.add(&[("restart", most)])?;
+        Ok(format!(
+            "of {} frames {} were cut short; {most} instructions ({:.2} ms) at most from the last \
+             byte to the first tile",
+            done.len(),
+            latencies.len(),
+            most as f64 / MILLISECOND,
+        ))
+    }
+}
+
+/// Of a frame of three walls of 64² pixels.
+const TILES: u32 = 48;
+
+/// A viewer at rest whose eyes leap from one side to the other, and a tracker at 120 Hz.
+struct Leaps {
+    number: u64,
+    encoder: Encoder,
+}
+
+impl Leaps {
+    /// Microseconds between records.
+    const STEP: u64 = 8_333;
+    /// Records from leap to leap.
+    const STAY: u64 = 11;
+
+    fn new() -> Self {
+        Self {
+            number: 0,
+            encoder: Encoder::new(),
+        }
+    }
+}
+
+impl Source for Leaps {
+    type Item = Chunk;
+
+    fn poll(&mut self, until: Micros) -> Option<Chunk> {
+        let time = Micros(self.number * Self::STEP);
+        if time > until {
+            return None;
+        }
+        let mut sample = Sample::arrived(time);
+        sample.device_time = Some(DeviceTime::unwrapped(time.0));
+        sample.head.position = Some(Reading::tracked(Vec3::ZERO));
+        sample.head.orientation = Some(Reading::tracked(glam::Quat::IDENTITY));
+        let side = if self.number / Self::STAY % 2 == 0 {
+            -0.3
+        } else {
+            0.3
+        };
+        // A gaze that never changes by a bit counts as stuck.
+        let sway = 1e-4 * ((self.number % 7) as f32 - 3.0);
+        let gaze = Vec3::new(side + sway, 0.0, -1.0).normalize();
+        sample.combined.direction = Some(Reading::tracked(gaze));
+        self.number += 1;
+        Some(Chunk::new(time, &self.encoder.sample(&sample)))
     }
 }

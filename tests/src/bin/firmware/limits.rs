@@ -12,6 +12,8 @@ pub(crate) struct Limits {
     pub(crate) per_slice: u64,
     /// From a gaze that is known to the end of its first tile.
     pub(crate) gaze_to_tile: u64,
+    /// From the last byte of a gaze that is elsewhere to the end of its first tile.
+    pub(crate) restart: u64,
 }
 
 impl Limits {
@@ -32,6 +34,7 @@ impl Limits {
             per_step: number("time", "instructions_a_step")?,
             per_slice: number("time", "instructions_a_slice")?,
             gaze_to_tile: number("budget", "gaze_to_tile")?,
+            restart: number("budget", "restart")?,
         })
     }
 }

@@ -71,6 +71,7 @@ pub(super) fn read_report(kind: u8, body: &[u8]) -> Result<Report, DropReason> {
         }),
         FRAME_DONE => Report::FrameDone(FrameDone {
             number: body.u32()?,
+            cut_short: body.flag()?,
             whole: body.u32()?,
             given_up: body.u32()?,
             steps: body.u64()?,
@@ -137,6 +138,7 @@ pub(super) fn read_order(kind: u8, body: &[u8]) -> Result<Order, DropReason> {
             lod: body.flag()?,
             eye_distance: body.number()?,
             display_delay: body.u32()?,
+            restart_angle: body.number()?,
         }),
         CAPTURE => Order::Capture {
             size: body.u16()?,

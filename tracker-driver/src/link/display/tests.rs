@@ -45,6 +45,7 @@ fn reports() -> [Report; 6] {
         }),
         Report::FrameDone(FrameDone {
             number: 7,
+            cut_short: true,
             whole: 1,
             given_up: 2,
             steps: 3,
@@ -84,6 +85,7 @@ fn orders() -> [Order; 4] {
             lod: true,
             eye_distance: 0.064,
             display_delay: 20_000,
+            restart_angle: 0.25,
         }),
         Order::Capture {
             size: 256,
@@ -148,7 +150,7 @@ fn damage_costs_the_frame_that_it_touches() {
 #[test]
 fn bodies_of_other_lengths_are_no_messages() {
     let mut encoder = Encoder::new();
-    for (kind, length) in [(SCREENS, 2), (SCREEN, 40), (RENDERING, 22), (CAPTURE, 15)] {
+    for (kind, length) in [(SCREENS, 2), (SCREEN, 40), (RENDERING, 26), (CAPTURE, 15)] {
         let mut content = encoder.begin(kind);
         content.push(&[0; 64][..length]);
         let mut orders = Orders::new();
