@@ -11,6 +11,8 @@
 //! intrinsics, sound because an [`Avx2`] value exists only after the processor
 //! has been asked.
 
+use crate::shape::Ray;
+
 /// Vectors of `W` f32 and what can be done with them. A value of the
 /// implementing type is the proof that its instructions may be used.
 pub trait Lanes<const W: usize>: Copy {
@@ -212,7 +214,9 @@ pub(crate) struct Avx2(());
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 mod avx2 {
-    use super::{Avx2, Kernel, Lanes};
+    use super::{Avx2, Kernel, Lanes, RayKernel};
+    use crate::shape::Ray;
+    use glam::Vec3;
     use core::arch::x86_64::{
         __m256, __m256i, _CMP_EQ_OQ, _CMP_LE_OQ, _mm_cvtsi64_si128, _mm256_add_ps, _mm256_and_ps,
         _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castsi256_ps,
@@ -262,6 +266,24 @@ mod avx2 {
             }
             // SAFETY: `self` exists, so `detect` has found all four.
             unsafe { inner(self, kernel) }
+        }
+
+        /// As [`run`](Self::run), along a ray.
+        #[inline(always)]
+        pub(crate) fn run_along<K: RayKernel<8>>(self, ray: &Ray, kernel: K) -> K::Output {
+            // The ray comes in registers: numbers that were just written to memory one by
+            // one cannot be read as a vector before they have got there.
+            #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
+            fn inner<K: RayKernel<8>>(
+                lanes: Avx2,
+                kernel: K,
+                x: f32, y: f32, z: f32, dx: f32, dy: f32, dz: f32,
+            ) -> K::Output {
+                kernel.run(lanes, &Ray::of_usable(Vec3::new(x, y, z), Vec3::new(dx, dy, dz)))
+            }
+            let (o, d) = (ray.origin(), ray.direction());
+            // SAFETY: `self` exists, so `detect` has found all four.
+            unsafe { inner(self, kernel, o.x, o.y, o.z, d.x, d.y, d.z) }
         }
     }
 
@@ -396,6 +418,14 @@ pub trait Kernel<const W: usize> {
     fn run<L: Lanes<W>>(self, lanes: L) -> Self::Output;
 }
 
+/// A [`Kernel`] that follows a ray.
+pub trait RayKernel<const W: usize> {
+    /// What it computes.
+    type Output;
+    /// As [`Kernel::run`].
+    fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> Self::Output;
+}
+
 /// The instruction set that traversal uses. It changes speed, never results.
 #[derive(Clone, Copy)]
 pub struct Simd(Path);
@@ -442,6 +472,8 @@ impl Simd {
 pub trait Runs<const W: usize>: Copy {
     /// Runs a kernel on this path.
     fn run<K: Kernel<W>>(self, kernel: K) -> K::Output;
+    /// Runs a kernel along a ray.
+    fn run_along<K: RayKernel<W>>(self, ray: &Ray, kernel: K) -> K::Output;
 }
 
 impl Runs<8> for Simd {
@@ -453,12 +485,24 @@ impl Runs<8> for Simd {
             Path::Avx2(avx2) => avx2.run(kernel),
         }
     }
+    #[inline(always)]
+    fn run_along<K: RayKernel<8>>(self, ray: &Ray, kernel: K) -> K::Output {
+        match self.0 {
+            Path::Portable => kernel.run(Portable, ray),
+            #[cfg(target_arch = "x86_64")]
+            Path::Avx2(avx2) => avx2.run_along(ray, kernel),
+        }
+    }
 }
 
 impl Runs<4> for Simd {
     #[inline(always)]
     fn run<K: Kernel<4>>(self, kernel: K) -> K::Output {
         kernel.run(Portable)
+    }
+    #[inline(always)]
+    fn run_along<K: RayKernel<4>>(self, ray: &Ray, kernel: K) -> K::Output {
+        kernel.run(Portable, ray)
     }
 }
 

@@ -38,6 +38,12 @@ impl Ray {
         usable.then_some(Self { origin, direction })
     }
 
+    /// Of what [`new`](Self::new) has found to be usable.
+    #[inline(always)]
+    pub(crate) const fn of_usable(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, direction }
+    }
+
     /// Where it starts: metres.
     #[inline(always)]
     pub const fn origin(&self) -> Vec3 {

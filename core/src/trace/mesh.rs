@@ -31,7 +31,7 @@ use crate::numeric::{map3, max, min};
 use crate::scene::Scene;
 use crate::scene::format::{COUNT_SHIFT, LeafBlock, Mesh, Node};
 use crate::shape::{Ray, Shear, Slabs, Triangle};
-use crate::simd::{Kernel, Lanes, Runs, Simd};
+use crate::simd::{Lanes, RayKernel, Runs, Simd};
 
 /// A mesh of a scene, with what tracing it needs.
 #[derive(Debug, Clone, Copy)]
@@ -305,19 +305,18 @@ pub struct MeshTracer<'a, const W: usize = 8> {
 struct SearchMesh<'r, 'a, const W: usize, S> {
     sought: S,
     mesh: &'r MeshView<'a, W>,
-    ray: &'r Ray,
     stack: &'r mut TraversalStack,
 }
 
-impl<const W: usize, S: Sought> Kernel<W> for SearchMesh<'_, '_, W, S> {
+impl<const W: usize, S: Sought> RayKernel<W> for SearchMesh<'_, '_, W, S> {
     type Output = (MeshHit, Work);
     #[inline(always)]
-    fn run<L: Lanes<W>>(self, lanes: L) -> (MeshHit, Work) {
-        let slabs = Slabs::new(self.ray, self.mesh.extent);
+    fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (MeshHit, Work) {
+        let slabs = Slabs::new(ray, self.mesh.extent);
         let mut search = InMesh::new(
             self.sought,
             self.mesh,
-            self.ray,
+            ray,
             &slabs,
             (0.0, f32::INFINITY),
         );
@@ -361,12 +360,9 @@ where
         ray: &Ray,
         stack: &mut TraversalStack,
     ) -> (MeshHit, Work) {
-        self.simd.run(SearchMesh {
-            sought,
-            mesh: &self.mesh,
-            ray,
-            stack,
-        })
+        let mesh = &self.mesh;
+        let search = SearchMesh { sought, mesh, stack };
+        self.simd.run_along(ray, search)
     }
 
     /// The nearest triangles for the rays of a tile, as
