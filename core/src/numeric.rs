@@ -112,6 +112,12 @@ pub(crate) fn largest_number(v: Vec3) -> f32 {
     greater(v.x.abs(), greater(v.y.abs(), v.z.abs()))
 }
 
+/// The smallest magnitude among three components that are not NaN, by [`lesser`].
+#[inline(always)]
+pub(crate) fn smallest_number(v: Vec3) -> f32 {
+    lesser(v.x.abs(), lesser(v.y.abs(), v.z.abs()))
+}
+
 /// `v` scaled to unit length without overflow or underflow on the way, or
 /// `None` where it is zero or not finite. Error of each component ≤ 4 ulp
 /// of 1.

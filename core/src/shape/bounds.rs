@@ -1,5 +1,5 @@
 use super::Ray;
-use crate::numeric::{UNIT_ROUNDOFF, greater, largest_number, lesser};
+use crate::numeric::{UNIT_ROUNDOFF, greater, largest_number, lesser, smallest_number};
 use glam::Vec3;
 
 /// A ray made ready for slab tests against boxes, conservatively: a box whose
@@ -46,8 +46,10 @@ impl Slabs {
     pub fn new(ray: &Ray, extent: f32) -> Self {
         let (o, d) = (ray.origin(), ray.direction());
         let least = greater(largest_number(d) * 1.0e-18, Self::LEAST_COMPONENT);
-        let clamped = |d: f32| greater(d.abs(), least).copysign(d);
-        let reciprocal = Vec3::new(1.0 / clamped(d.x), 1.0 / clamped(d.y), 1.0 / clamped(d.z));
+        let mut reciprocal = Vec3::new(1.0 / d.x, 1.0 / d.y, 1.0 / d.z);
+        if smallest_number(d) < least {
+            reciprocal = clamped_reciprocal(d, least);
+        }
         let delta = Self::SLACK * UNIT_ROUNDOFF * greater(extent, largest_number(o));
         let centre = o * reciprocal;
         let slack = reciprocal.abs() * delta;
@@ -119,6 +121,15 @@ impl Slabs {
             lesser(lesser(far(0), far(1)), far(2)),
         )
     }
+}
+
+/// Of a direction with components nearer to zero than `least`, which count as that.
+// Rare, and apart from what most rays need: they do not wait for `least`.
+#[cold]
+#[inline(never)]
+fn clamped_reciprocal(d: Vec3, least: f32) -> Vec3 {
+    let clamped = |d: f32| greater(d.abs(), least).copysign(d);
+    Vec3::new(1.0 / clamped(d.x), 1.0 / clamped(d.y), 1.0 / clamped(d.z))
 }
 
 #[cfg(test)]
