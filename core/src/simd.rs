@@ -52,9 +52,9 @@ pub trait Lanes<const W: usize>: Copy {
     fn bits(self, m: Self::M) -> u32;
     /// Writes the lanes that are set in `hit`, in the sequence that `order`
     /// gives, to the front of `distances` and `children`, and says how many
-    /// they are. `order` has `W` lane numbers, the first in the lowest bits:
-    /// of three bits each where `W` is 8, of two where it is 4. What lies
-    /// behind those written is unspecified.
+    /// they are, and the last one's lane, 0 where there is none. `order` has `W` lane
+    /// numbers, the first in the lowest bits: of three bits each where `W` is 8, of two
+    /// where it is 4. What lies behind those written is unspecified.
     fn compress(
         self,
         hit: Self::M,
@@ -63,7 +63,7 @@ pub trait Lanes<const W: usize>: Copy {
         child: &[u32; W],
         distances: &mut [f32; W],
         children: &mut [u32; W],
-    ) -> usize;
+    ) -> (usize, usize);
 }
 
 /// Plain Rust on any target; compilers vectorise much of it.
@@ -188,10 +188,10 @@ impl<const W: usize> Lanes<W> for Portable {
         child: &[u32; W],
         distances: &mut [f32; W],
         children: &mut [u32; W],
-    ) -> usize {
-        let mut count = 0;
+    ) -> (usize, usize) {
+        let (mut count, mut last) = (0, 0);
         if hit == 0 {
-            return 0;
+            return (0, 0);
         }
         for place in 0..W {
             let lane = (order >> (place as u32 * order_bits(W))) as usize & (W - 1);
@@ -200,9 +200,10 @@ impl<const W: usize> Lanes<W> for Portable {
                 distances[count & (W - 1)] = near[lane];
                 children[count & (W - 1)] = child[lane];
                 count += 1;
+                last = lane;
             }
         }
-        count
+        (count, last)
     }
 }
 
@@ -380,21 +381,21 @@ mod avx2 {
             child: &[u32; 8],
             distances: &mut [f32; 8],
             children: &mut [u32; 8],
-        ) -> usize {
+        ) -> (usize, usize) {
             unsafe {
                 // permutevar8x32 looks at the lowest three bits only.
-                let order: __m256i = _mm256_srlv_epi32(
+                let lanes: __m256i = _mm256_srlv_epi32(
                     _mm256_set1_epi32(order as i32),
                     _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21),
                 );
                 let hit = _mm256_castsi256_ps(_mm256_permutevar8x32_epi32(
                     _mm256_castps_si256(hit),
-                    order,
+                    lanes,
                 ));
-                let hit = _mm256_movemask_ps(hit) as usize;
-                let packed = i64::from_le_bytes(PACKED[hit & 255]);
+                let hit = _mm256_movemask_ps(hit) as u32;
+                let packed = i64::from_le_bytes(PACKED[hit as usize & 255]);
                 let packed = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(packed));
-                let source = _mm256_permutevar8x32_epi32(order, packed);
+                let source = _mm256_permutevar8x32_epi32(lanes, packed);
                 let child = _mm256_loadu_si256(child.as_ptr().cast());
                 _mm256_storeu_si256(
                     children.as_mut_ptr().cast(),
@@ -404,7 +405,9 @@ mod avx2 {
                     distances.as_mut_ptr(),
                     _mm256_permutevar8x32_ps(near, source),
                 );
-                hit.count_ones() as usize
+                // Three bits a place, the last one's.
+                let last = order >> (3 * (31 ^ (hit | 1).leading_zeros())) & 7;
+                (hit.count_ones() as usize, last as usize)
             }
         }
     }

@@ -89,6 +89,8 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
                 continue;
             }
         }
+        // The nearest is gone on with: it need not come back from the stack.
+        let mut nearest = None;
         // Where nothing is hit, there is nothing to put in order.
         if hits != 0 {
             // A stack that is full cannot happen in a checked scene.
@@ -106,7 +108,7 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
             let Some((distances, children)) = free else {
                 return false;
             };
-            top += lanes.compress(
+            let (count, last) = lanes.compress(
                 hit,
                 node.order(octant),
                 near,
@@ -114,24 +116,33 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
                 distances,
                 children,
             );
+            top += count - 1;
+            nearest = Some(node.child[last & (W - 1)]);
             path.work.deepest = path.work.deepest.max(top as u32);
         }
         current = loop {
-            if top == base {
-                return false;
-            }
-            top -= 1;
-            let (Some(&near), Some(&child)) =
-                (path.stack.distances.get(top), path.stack.children.get(top))
-            else {
-                return false;
+            let child = match nearest.take() {
+                Some(child) => child,
+                None if top == base => return false,
+                None => {
+                    top -= 1;
+                    let (Some(&near), Some(&child)) =
+                        (path.stack.distances.get(top), path.stack.children.get(top))
+                    else {
+                        return false;
+                    };
+                    if near > visitor.limit() {
+                        continue;
+                    }
+                    child
+                }
             };
-            if near > visitor.limit() {
-                continue;
-            }
             if child & LEAF == 0 {
                 break child;
             }
+            let Some(&near) = path.stack.distances.get(top) else {
+                return false;
+            };
             path.base = top;
             let over = visitor.leaf(lanes, child, near, path);
             path.base = base;
