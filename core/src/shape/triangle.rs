@@ -24,6 +24,8 @@ pub(crate) struct Shear {
     /// The ray's main axis last.
     pub(crate) axes: [usize; 3],
     pub(crate) shear: [f32; 3],
+    /// The ray's origin along the axes.
+    pub(crate) origin: [f32; 3],
 }
 
 impl Shear {
@@ -33,16 +35,29 @@ impl Shear {
         let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
         // Ties go to the first axis. Woop's swap for the winding is left out:
         // both sides are hit, and sheared x and y only change places.
-        let (axes, [dx, dy, dz]) = if x >= y && x >= z {
-            ([1, 2, 0], [d.y, d.z, d.x])
-        } else if y >= z {
-            ([2, 0, 1], [d.z, d.x, d.y])
-        } else {
-            ([0, 1, 2], [d.x, d.y, d.z])
+        let (first, second) = (x >= y && x >= z, y >= z);
+        let o = ray.origin();
+        let turned = |v: Vec3| {
+            if first {
+                [v.y, v.z, v.x]
+            } else if second {
+                [v.z, v.x, v.y]
+            } else {
+                [v.x, v.y, v.z]
+            }
         };
+        let axes = if first {
+            [1, 2, 0]
+        } else if second {
+            [2, 0, 1]
+        } else {
+            [0, 1, 2]
+        };
+        let [dx, dy, dz] = turned(d);
         Self {
             axes,
             shear: [dx / dz, dy / dz, 1.0 / dz],
+            origin: turned(o),
         }
     }
 }

@@ -234,18 +234,19 @@ impl<const W: usize, S: Sought> Visitor<W> for InMesh<'_, '_, W, S> {
         // They are 0 to 2, but that is not known here: without a branch.
         let [kx, ky, kz] = map3(shear.axes, |axis| axis.min(2));
         let [sx, sy, sz] = map3(shear.shear, |s| l.splat(s));
-        let o = map3(self.ray.origin().to_array(), |o| l.splat(o));
-        let component =
-            |corner: usize, axis: usize| l.sub(l.load(&block.corners[corner][axis]), o[axis]);
-        let az = component(0, kz);
-        let bz = component(1, kz);
-        let cz = component(2, kz);
-        let ax = l.sub(component(0, kx), l.mul(sx, az));
-        let ay = l.sub(component(0, ky), l.mul(sy, az));
-        let bx = l.sub(component(1, kx), l.mul(sx, bz));
-        let by = l.sub(component(1, ky), l.mul(sy, bz));
-        let cx = l.sub(component(2, kx), l.mul(sx, cz));
-        let cy = l.sub(component(2, ky), l.mul(sy, cz));
+        let [ox, oy, oz] = map3(shear.origin, |o| l.splat(o));
+        let component = |corner: usize, axis: usize, o: L::F| {
+            l.sub(l.load(&block.corners[corner][axis]), o)
+        };
+        let az = component(0, kz, oz);
+        let bz = component(1, kz, oz);
+        let cz = component(2, kz, oz);
+        let ax = l.sub(component(0, kx, ox), l.mul(sx, az));
+        let ay = l.sub(component(0, ky, oy), l.mul(sy, az));
+        let bx = l.sub(component(1, kx, ox), l.mul(sx, bz));
+        let by = l.sub(component(1, ky, oy), l.mul(sy, bz));
+        let cx = l.sub(component(2, kx, ox), l.mul(sx, cz));
+        let cy = l.sub(component(2, ky, oy), l.mul(sy, cz));
         let u = l.sub(l.mul(cx, by), l.mul(cy, bx));
         let v = l.sub(l.mul(ax, cy), l.mul(ay, cx));
         let w = l.sub(l.mul(bx, ay), l.mul(by, ax));
