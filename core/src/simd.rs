@@ -52,7 +52,7 @@ pub trait Lanes<const W: usize>: Copy {
     fn bits(self, m: Self::M) -> u32;
     /// Writes the lanes that are set in `hit`, in the sequence that `order`
     /// gives, to the front of `distances` and `children`, and says how many
-    /// they are, and the last one's lane, 0 where there is none. `order` has `W` lane
+    /// they are, and the last one's lane, any where there is none. `order` has `W` lane
     /// numbers, the first in the lowest bits: of three bits each where `W` is 8, of two
     /// where it is 4. What lies behind those written is unspecified.
     fn compress(
@@ -217,7 +217,6 @@ pub(crate) struct Avx2(());
 mod avx2 {
     use super::{Avx2, Kernel, Lanes, RayKernel};
     use crate::shape::Ray;
-    use glam::Vec3;
     use core::arch::x86_64::{
         __m256, __m256i, _CMP_EQ_OQ, _CMP_LE_OQ, _mm_cvtsi64_si128, _mm256_add_ps, _mm256_and_ps,
         _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castsi256_ps,
@@ -227,6 +226,7 @@ mod avx2 {
         _mm256_setr_epi32, _mm256_sqrt_ps, _mm256_srlv_epi32, _mm256_storeu_ps,
         _mm256_storeu_si256, _mm256_sub_ps,
     };
+    use glam::Vec3;
 
     cpufeatures::new!(avx2_detected, "avx2", "bmi1", "bmi2", "popcnt");
 
@@ -272,19 +272,23 @@ mod avx2 {
         /// As [`run`](Self::run), along a ray.
         #[inline(always)]
         pub(crate) fn run_along<K: RayKernel<8>>(self, ray: &Ray, kernel: K) -> K::Output {
-            // The ray comes in registers: numbers that were just written to memory one by
-            // one cannot be read as a vector before they have got there.
+            // The ray goes over in registers. In memory, where its numbers would just have
+            // been written one by one, they cannot be read as a vector before all of them
+            // have got there, which was a third of what most rays take.
             #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
             fn inner<K: RayKernel<8>>(
                 lanes: Avx2,
                 kernel: K,
-                x: f32, y: f32, z: f32, dx: f32, dy: f32, dz: f32,
+                (x, dx): (f32, f32),
+                (y, dy): (f32, f32),
+                (z, dz): (f32, f32),
             ) -> K::Output {
-                kernel.run(lanes, &Ray::of_usable(Vec3::new(x, y, z), Vec3::new(dx, dy, dz)))
+                let ray = Ray::of_usable(Vec3::new(x, y, z), Vec3::new(dx, dy, dz));
+                kernel.run(lanes, &ray)
             }
             let (o, d) = (ray.origin(), ray.direction());
             // SAFETY: `self` exists, so `detect` has found all four.
-            unsafe { inner(self, kernel, o.x, o.y, o.z, d.x, d.y, d.z) }
+            unsafe { inner(self, kernel, (o.x, d.x), (o.y, d.y), (o.z, d.z)) }
         }
     }
 
@@ -523,7 +527,11 @@ mod tests {
     struct Everything;
 
     impl Kernel<8> for Everything {
-        type Output = ([[u32; 8]; 9], [u32; 2], [([u32; 8], [u32; 8], usize); 4]);
+        type Output = (
+            [[u32; 8]; 9],
+            [u32; 2],
+            [([u32; 8], [u32; 8], usize, usize); 5],
+        );
         #[inline(always)]
         fn run<L: Lanes<8>>(self, l: L) -> Self::Output {
             let a = l.load(&[1.0, -0.0, f32::NAN, f32::INFINITY, 1e-45, -3.5, 0.0, 7.25]);
@@ -540,14 +548,15 @@ mod tests {
                 (4.0, reversed),
                 (-1.0, reversed),
                 (9.0, reversed),
+                (4.0, 0o7654_3210),
             ];
             let compressed = rows.map(|(limit, order)| {
                 let hit = l.le(near, l.splat(limit));
                 let (mut distances, mut children) = ([0.0; 8], [0; 8]);
-                let n = l.compress(hit, order, near, &child, &mut distances, &mut children);
+                let (n, last) = l.compress(hit, order, near, &child, &mut distances, &mut children);
                 distances[n..].fill(0.0);
                 children[n..].fill(0);
-                (distances.map(f32::to_bits), children, n)
+                (distances.map(f32::to_bits), children, n, last.min(7 * n))
             });
             (
                 [
@@ -578,7 +587,8 @@ mod tests {
             (
                 [0.5f32.to_bits(), 0, 0, 0, 0, 0, 0, 0],
                 [10, 0, 0, 0, 0, 0, 0, 0],
-                1
+                1,
+                0
             )
         );
         let [.., sqrt, abs, select] = portable.0;
@@ -592,6 +602,11 @@ mod tests {
         assert_eq!(select[5..], [nan, 0, (-7.25f32).to_bits()]);
         assert_eq!(portable.2[1].1, [13, 12, 11, 10, 0, 0, 0, 0]);
         assert_eq!(portable.2[3].1, [17, 16, 15, 14, 13, 12, 11, 10]);
+        let (_, children, count, last) = portable.2[4];
+        assert_eq!(
+            (children, count, last),
+            ([10, 11, 12, 13, 0, 0, 0, 0], 4, 3)
+        );
         assert_eq!(Simd::detect().run(Everything), portable);
     }
 }

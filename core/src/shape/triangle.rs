@@ -23,7 +23,9 @@ pub struct TriangleHit {
 pub(crate) struct Shear {
     /// The ray's main axis last.
     pub(crate) axes: [usize; 3],
-    pub(crate) shear: [f32; 3],
+    /// What a point's component along the main axis is multiplied by: to be taken off the
+    /// two others, and for its distance.
+    pub(crate) factors: [f32; 3],
     /// The ray's origin along the axes.
     pub(crate) origin: [f32; 3],
 }
@@ -31,34 +33,30 @@ pub(crate) struct Shear {
 impl Shear {
     #[inline(always)]
     pub(crate) fn new(ray: &Ray) -> Self {
-        let d = ray.direction();
+        let (o, d) = (ray.origin(), ray.direction());
         let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
         // Ties go to the first axis. Woop's swap for the winding is left out:
         // both sides are hit, and sheared x and y only change places.
-        let (first, second) = (x >= y && x >= z, y >= z);
-        let o = ray.origin();
-        let turned = |v: Vec3| {
-            if first {
-                [v.y, v.z, v.x]
-            } else if second {
-                [v.z, v.x, v.y]
-            } else {
-                [v.x, v.y, v.z]
-            }
-        };
-        let axes = if first {
-            [1, 2, 0]
-        } else if second {
-            [2, 0, 1]
-        } else {
-            [0, 1, 2]
-        };
-        let [dx, dy, dz] = turned(d);
+        let main = (x >= y && x >= z, y >= z);
+        let [dx, dy, dz] = turned(d.to_array(), main);
         Self {
-            axes,
-            shear: [dx / dz, dy / dz, 1.0 / dz],
-            origin: turned(o),
+            axes: turned([0, 1, 2], main),
+            factors: [dx / dz, dy / dz, 1.0 / dz],
+            origin: turned(o.to_array(), main),
         }
+    }
+}
+
+/// Three components with that of the main axis last: of the first axis, or else of the
+/// second.
+#[inline(always)]
+fn turned<T>([x, y, z]: [T; 3], (first, second): (bool, bool)) -> [T; 3] {
+    if first {
+        [y, z, x]
+    } else if second {
+        [z, x, y]
+    } else {
+        [x, y, z]
     }
 }
 
@@ -93,7 +91,7 @@ impl Triangle {
     pub fn intersect(&self, ray: &Ray, extent: f32) -> Option<TriangleHit> {
         let (slabs, shear) = (Slabs::new(ray, extent), Shear::new(ray));
         let [a, b, c] = &map3(self.0, |corner| corner.to_array());
-        let t = Self::distance([a, b, c], ray, &shear, &slabs, f32::INFINITY)?;
+        let t = Self::distance([a, b, c], &shear, &slabs, f32::INFINITY)?;
         Some(TriangleHit {
             t,
             weights: self.weights(ray),
@@ -105,12 +103,11 @@ impl Triangle {
     #[inline(always)]
     pub(crate) fn distance(
         corners: [&[f32; 3]; 3],
-        ray: &Ray,
         shear: &Shear,
         slabs: &Slabs,
         limit: f32,
     ) -> Option<f32> {
-        let sheared = Sheared::new(corners, ray, shear);
+        let sheared = Sheared::new(corners, shear);
         let edges = sheared.edges();
         let least = min(edges[0], min(edges[1], edges[2]));
         let most = max(edges[0], max(edges[1], edges[2]));
@@ -120,7 +117,7 @@ impl Triangle {
         let triangle = Self(map3(corners, |&c| Vec3::from_array(c)));
         let t = if least == 0.0 || most == 0.0 {
             // A copy: the shear itself need not be in memory for this.
-            triangle.exact_distance(ray, &{ *shear })?
+            triangle.exact_distance(&{ *shear })?
         } else {
             sheared.distance(edges, shear)
         };
@@ -132,17 +129,17 @@ impl Triangle {
     }
 
     #[inline(always)]
-    fn sheared(&self, ray: &Ray, shear: &Shear) -> Sheared {
+    fn sheared(&self, shear: &Shear) -> Sheared {
         let [a, b, c] = &map3(self.0, |corner| corner.to_array());
-        Sheared::new([a, b, c], ray, shear)
+        Sheared::new([a, b, c], shear)
     }
 
     /// The distance where the f32 edge functions are not all of one sign and
     /// nonzero, with exact signs; `None` where the triangle is missed.
     #[cold]
     #[inline(never)]
-    pub(crate) fn exact_distance(&self, ray: &Ray, shear: &Shear) -> Option<f32> {
-        let sheared = self.sheared(ray, shear);
+    pub(crate) fn exact_distance(&self, shear: &Shear) -> Option<f32> {
+        let sheared = self.sheared(shear);
         let edges = sheared.exact_edges();
         let same_side = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
         let largest = max(edges[0].abs(), max(edges[1].abs(), edges[2].abs()));
@@ -174,7 +171,7 @@ impl Triangle {
     /// The weights of the corners at the point that the ray meets, given
     /// that it does.
     pub(crate) fn weights(&self, ray: &Ray) -> [f32; 3] {
-        let edges = self.sheared(ray, &Shear::new(ray)).exact_edges();
+        let edges = self.sheared(&Shear::new(ray)).exact_edges();
         let edges = map3(edges, f32::abs);
         let largest = max(edges[0], max(edges[1], edges[2]));
         if largest == 0.0 {
@@ -188,14 +185,14 @@ impl Triangle {
 
 impl Sheared {
     #[inline(always)]
-    fn new(corners: [&[f32; 3]; 3], ray: &Ray, shear: &Shear) -> Self {
+    fn new(corners: [&[f32; 3]; 3], shear: &Shear) -> Self {
         // They are: it spares checks.
         let [kx, ky, kz] = map3(shear.axes, |axis| axis.min(2));
-        let [sx, sy, _] = shear.shear;
-        let origin = ray.origin().to_array();
-        let z = map3(corners, |c| c[kz] - origin[kz]);
-        let x = map3(corners, |c| c[kx] - origin[kx]);
-        let y = map3(corners, |c| c[ky] - origin[ky]);
+        let [sx, sy, _] = shear.factors;
+        let [ox, oy, oz] = shear.origin;
+        let z = map3(corners, |c| c[kz] - oz);
+        let x = map3(corners, |c| c[kx] - ox);
+        let y = map3(corners, |c| c[ky] - oy);
         let sheared = |from: [f32; 3], by: f32| {
             [
                 from[0] - by * z[0],
@@ -234,7 +231,7 @@ impl Sheared {
         let determinant = (u + v) + w;
         // Divided first: the reciprocal of a short direction times a far
         // triangle's sum overflows.
-        ((u * az + v * bz) + w * cz) / determinant * shear.shear[2]
+        ((u * az + v * bz) + w * cz) / determinant * shear.factors[2]
     }
 }
 

@@ -120,7 +120,7 @@ impl<'r, 'a, const W: usize, S: Sought> InMesh<'r, 'a, W, S> {
             let Some(corners) = self.leaves.corners(triangle) else {
                 break;
             };
-            let t = Triangle::distance(corners, self.ray, &shear, self.slabs, self.limit);
+            let t = Triangle::distance(corners, &shear, self.slabs, self.limit);
             let Some(t) = t.map(|t| max(t, self.start)).filter(|&t| t <= self.limit) else {
                 continue;
             };
@@ -147,17 +147,16 @@ fn nearest_exactly<const W: usize>(
     block: &LeafBlock<W>,
     mut lanes: u32,
     leaf: u32,
-    ray: Ray,
+    shear: Shear,
     slabs: Slabs,
     start: f32,
 ) -> MeshHit {
-    let shear = Shear::new(&ray);
     let mut best = MeshHit::NONE;
     while lanes != 0 {
         let lane = lanes.trailing_zeros();
         lanes &= lanes - 1;
         let triangle = block.triangle(lane);
-        let t = triangle.exact_distance(&ray, &shear);
+        let t = triangle.exact_distance(&shear);
         if let Some(t) = t.and_then(|t| triangle.clamp_to_box(t, &slabs)) {
             best.take_nearer(MeshHit {
                 t: max(t, start),
@@ -233,11 +232,10 @@ impl<const W: usize, S: Sought> Visitor<W> for InMesh<'_, '_, W, S> {
         let shear = self.shear();
         // They are 0 to 2, but that is not known here: without a branch.
         let [kx, ky, kz] = map3(shear.axes, |axis| axis.min(2));
-        let [sx, sy, sz] = map3(shear.shear, |s| l.splat(s));
+        let [sx, sy, sz] = map3(shear.factors, |s| l.splat(s));
         let [ox, oy, oz] = map3(shear.origin, |o| l.splat(o));
-        let component = |corner: usize, axis: usize, o: L::F| {
-            l.sub(l.load(&block.corners[corner][axis]), o)
-        };
+        let component =
+            |corner: usize, axis: usize, o: L::F| l.sub(l.load(&block.corners[corner][axis]), o);
         let az = component(0, kz, oz);
         let bz = component(1, kz, oz);
         let cz = component(2, kz, oz);
@@ -288,7 +286,7 @@ impl<const W: usize, S: Sought> Visitor<W> for InMesh<'_, '_, W, S> {
             }
         }
         if exactly != 0 {
-            let hit = nearest_exactly(block, exactly, leaf, *self.ray, *self.slabs, self.start);
+            let hit = nearest_exactly(block, exactly, leaf, shear, *self.slabs, self.start);
             return hit.t <= self.limit && hit.triangle != u32::MAX && self.accept(hit);
         }
         false
@@ -314,13 +312,7 @@ impl<const W: usize, S: Sought> RayKernel<W> for SearchMesh<'_, '_, W, S> {
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (MeshHit, Work) {
         let slabs = Slabs::new(ray, self.mesh.extent);
-        let mut search = InMesh::new(
-            self.sought,
-            self.mesh,
-            ray,
-            &slabs,
-            (0.0, f32::INFINITY),
-        );
+        let mut search = InMesh::new(self.sought, self.mesh, ray, &slabs, (0.0, f32::INFINITY));
         let mut path = Path::new(self.stack);
         let (nodes, root) = (self.mesh.nodes, self.mesh.root);
         walk(lanes, nodes, root, &slabs, &mut search, &mut path);
@@ -362,7 +354,11 @@ where
         stack: &mut TraversalStack,
     ) -> (MeshHit, Work) {
         let mesh = &self.mesh;
-        let search = SearchMesh { sought, mesh, stack };
+        let search = SearchMesh {
+            sought,
+            mesh,
+            stack,
+        };
         self.simd.run_along(ray, search)
     }
 

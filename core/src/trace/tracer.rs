@@ -230,14 +230,14 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Hit {
-        let (hit, work) = self.simd.run(Search::<W, S> {
+        let search = Search::<W, S> {
             sought,
             scene: &self.scene,
             rung,
-            ray,
             limit,
             stack: &mut workspace.stack,
-        });
+        };
+        let (hit, work) = self.simd.run_along(ray, search);
         workspace.account(work, budget);
         hit
     }
@@ -319,14 +319,14 @@ where
                     self.nearest_on(rung, &ray, budget, workspace)
                         .unwrap_or(Hit::NONE)
                 } else {
-                    let (hit, work) = self.simd.run(SearchInstance::<W> {
+                    let search = SearchInstance::<W> {
                         scene: &self.scene,
                         rung,
-                        ray: &ray,
                         instance,
                         best: hits.get(group, lane),
                         stack: &mut workspace.stack,
-                    });
+                    };
+                    let (hit, work) = self.simd.run_along(&ray, search);
                     workspace.account(work, budget);
                     hit
                 };
@@ -368,14 +368,14 @@ where
                 let Some((ray, rung)) = rung(lane) else {
                     continue;
                 };
-                let (hit, work) = self.simd.run(SearchInstance::<W> {
+                let search = SearchInstance::<W> {
                     scene,
                     rung,
-                    ray: &ray,
                     instance,
                     best: *best,
                     stack: &mut workspace.stack,
-                });
+                };
+                let (hit, work) = self.simd.run_along(&ray, search);
                 workspace.account(work, budget);
                 *best = hit;
             }

@@ -8,7 +8,7 @@ use crate::numeric::{max, min};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, flag, kind};
 use crate::shape::{Ray, Slabs, Spheroid};
-use crate::simd::{Kernel, Lanes, Simd};
+use crate::simd::{Lanes, RayKernel, Simd};
 use glam::Vec3;
 
 /// A point or a direction through a baked map: columns, then translation.
@@ -151,23 +151,22 @@ pub(super) struct Search<'r, 'a, const W: usize, S> {
     pub(super) scene: &'r Scene<'a, W>,
     /// Of the ladders of meshes.
     pub(super) rung: u8,
-    pub(super) ray: &'r Ray,
     /// Hits farther than this are of no interest.
     pub(super) limit: f32,
     pub(super) stack: &'r mut TraversalStack,
 }
 
-impl<const W: usize, S: Sought> Kernel<W> for Search<'_, '_, W, S> {
+impl<const W: usize, S: Sought> RayKernel<W> for Search<'_, '_, W, S> {
     type Output = (Hit, Work);
 
     #[inline(always)]
-    fn run<L: Lanes<W>>(self, lanes: L) -> (Hit, Work) {
-        let slabs = Slabs::new(self.ray, self.scene.header.extent);
+    fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (Hit, Work) {
+        let slabs = Slabs::new(ray, self.scene.header.extent);
         let mut visitor = InWorld {
             sought: self.sought,
             scene: self.scene,
             rung: self.rung,
-            ray: self.ray,
+            ray,
             limit: self.limit,
             best: Hit::NONE,
         };
@@ -186,28 +185,27 @@ pub(super) struct SearchInstance<'r, 'a, const W: usize> {
     pub(super) scene: &'r Scene<'a, W>,
     /// Of the ladders of meshes.
     pub(super) rung: u8,
-    pub(super) ray: &'r Ray,
     pub(super) instance: u32,
     pub(super) best: Hit,
     pub(super) stack: &'r mut TraversalStack,
 }
 
-impl<const W: usize> Kernel<W> for SearchInstance<'_, '_, W> {
+impl<const W: usize> RayKernel<W> for SearchInstance<'_, '_, W> {
     type Output = (Hit, Work);
 
     #[inline(always)]
-    fn run<L: Lanes<W>>(self, lanes: L) -> (Hit, Work) {
+    fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (Hit, Work) {
         let mut path = Path::new(self.stack);
         let mut visitor = InWorld {
             sought: Nearest,
             scene: self.scene,
             rung: self.rung,
-            ray: self.ray,
+            ray,
             limit: self.best.on.t,
             best: self.best,
         };
         if let Some(instance) = self.scene.instances.get(self.instance as usize) {
-            let slabs = Slabs::new(self.ray, self.scene.header.extent);
+            let slabs = Slabs::new(ray, self.scene.header.extent);
             let (near, far) = slabs.interval(instance.low.into(), instance.high.into());
             let near = max(near, 0.0);
             if near <= min(far, visitor.limit) {

@@ -39,7 +39,7 @@ impl<const W: usize> TileInMesh<'_, '_, W> {
                 continue;
             };
             let shear = Shear::new(&ray);
-            let Some(t) = triangle.exact_distance(&ray, &shear) else {
+            let Some(t) = triangle.exact_distance(&shear) else {
                 continue;
             };
             let at =
