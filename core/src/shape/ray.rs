@@ -39,6 +39,7 @@ impl Ray {
     }
 
     /// Of what [`new`](Self::new) has found to be usable.
+    #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     pub(crate) const fn of_usable(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction }

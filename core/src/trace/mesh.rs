@@ -14,6 +14,11 @@
 //! | **not kept:** an only child visited without going over the stack, leaves, too | zoom 2.49, incoherent 2.47, bounce 2.06 times `obvhs` | 2.47, 2.30, 1.97 times |
 //! | nothing put in order where no child is hit, axes of leaves without a division; on a Zen 4, `tests/peers/run` | primary 17.0, zoom 8.0, incoherent 5.9, bounce 6.9 | 19.5, 8.7, 6.1, 7.2 |
 //! | then an only child visited without going over the stack where it is a node; there, ratios | primary, zoom, incoherent, bounce 1 | 1.04, 1.08, 0.99, 1.04; of the bunny's 69,451 triangles 1.05, 1.16, 1.04, 1.05 |
+//! | a ray handed to the AVX2 kernel in registers: its numbers, just written to memory one by one, had to get there before they could be read as a vector; on a Zen 4, ratios of the cow, the bunny | primary, zoom, incoherent, bounce 1 | 1.46, 1.22, 1.08, 1.12; 1.28, 1.17, 1.08, 1.08 |
+//! | then reciprocals that wait for no least component | 1 | 1.05, 1.05, 1.01, 1.01; 1.03, 1.03, 1.03, 1.03 |
+//! | then the nearest child gone on with, not pushed and popped | 1 | 1.04, 1.14, 1.06, 1.07; 1.06, 1.12, 1.05, 1.06 |
+//! | then the main axis chosen without a branch, the origin along it kept | 1 | 1.06, 1.02, 1.03, 1.01; 1.03, 1.01, 1.00, 1.01 |
+//! | **not kept:** then no exception for an only child | 1 | 0.95, 0.94, 1.04, 1.06; 0.98, 0.94, 0.94, 1.06 |
 //! | four wide, leaves of triangle numbers for leaves of corners (319 kB for 544 kB in scene A) | zoom 10.3, incoherent 4.1, bounce 5.2, primary 26.9 | 8.3, 3.8, 4.5, 23.5 |
 //! | **not kept:** the same, corners gathered into lanes, not taken one triangle at a time | incoherent 3.7, bounce 4.3, primary 23.1 | 3.6, 4.2, 21.7 |
 //!

@@ -89,7 +89,8 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
                 continue;
             }
         }
-        // The nearest is gone on with: it need not come back from the stack.
+        // The nearest is gone on with, and need not come back from the stack, where its
+        // distance stays.
         let mut nearest = None;
         // Where nothing is hit, there is nothing to put in order.
         if hits != 0 {
@@ -116,6 +117,7 @@ pub(super) fn walk<const W: usize, L: Lanes<W>, V: Visitor<W>>(
                 distances,
                 children,
             );
+            // One at least: an order names each lane.
             top += count - 1;
             nearest = Some(node.child[last & (W - 1)]);
             path.work.deepest = path.work.deepest.max(top as u32);
