@@ -393,6 +393,42 @@ fn run(scene: Result<Scene<'static, 4>, u32>, ports: &mut Ports, memory: &mut Me
     }
 }
 
+/// What goes in and out, on a board that is listening.
+// Not a part of `main`, which is never left: what it needs is off the stack by then.
+#[inline(never)]
+fn set_up(ports: &mut MaybeUninit<Ports>) -> Option<&mut Ports> {
+    let board = Board::take()?;
+    let ports = ports.write(Ports {
+        viewer: Viewer::new(Line::TRACKER)?,
+        line: Line::DISPLAY,
+        orders: Orders::new(),
+        waiting: Deque::new(),
+        out: Out {
+            encoder: Encoder::new(),
+        },
+    });
+    board.listen();
+    Some(ports)
+}
+
+/// The scene, of which the display is told.
+#[inline(never)]
+fn open(ports: &mut Ports, picture_bytes: usize) -> Result<Scene<'static, 4>, u32> {
+    let scene = scene::open(board::scene_region());
+    let (flash_bytes, static_bytes) = board::sizes();
+    ports.out.report(&Report::Ready(Ready {
+        scene_bytes: scene.as_ref().map_or(0, Scene::byte_len),
+        effects: scene.as_ref().map_or(0, |scene| scene.effects().bits()),
+        linked: scene::EFFECTS,
+        fault: scene.as_ref().err().copied().unwrap_or(0),
+        flash_bytes,
+        static_bytes,
+        picture_bytes: picture_bytes as u32,
+    }));
+    say!(info, "ready");
+    scene
+}
+
 #[entry]
 fn main() -> ! {
     static mut PORTS: MaybeUninit<Ports> = MaybeUninit::uninit();
@@ -403,32 +439,11 @@ fn main() -> ! {
         #[cfg(feature = "dispersion")]
         spectrum: [NO_SAMPLE; SPECTRUM],
     };
-    let Some(board) = Board::take() else { halt() };
-    let Some(viewer) = Viewer::new(Line::TRACKER) else {
-        halt()
-    };
-    let ports = PORTS.write(Ports {
-        viewer,
-        line: Line::DISPLAY,
-        orders: Orders::new(),
-        waiting: Deque::new(),
-        out: Out {
-            encoder: Encoder::new(),
-        },
-    });
-    board.listen();
-    let scene = scene::open(board::scene_region());
-    let (flash_bytes, static_bytes) = board::sizes();
-    ports.out.report(&Report::Ready(Ready {
-        scene_bytes: scene.as_ref().map_or(0, Scene::byte_len),
-        effects: scene.as_ref().map_or(0, |scene| scene.effects().bits()),
-        linked: scene::EFFECTS,
-        fault: scene.as_ref().err().copied().unwrap_or(0),
-        flash_bytes,
-        static_bytes,
-        picture_bytes: (size_of_val(&MEMORY.pixels) + size_of_val(&MEMORY.places)) as u32,
-    }));
-    say!(info, "ready");
+    let Some(ports) = set_up(PORTS) else { halt() };
+    let scene = open(
+        ports,
+        size_of_val(&MEMORY.pixels) + size_of_val(&MEMORY.places),
+    );
     run(scene, ports, MEMORY)
 }
 
