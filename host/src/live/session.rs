@@ -219,6 +219,11 @@ where
     Ok((done, rendered))
 }
 
+/// Whether what eyes see is better where they look.
+fn follow_a_gaze(eyes: &[Observer]) -> bool {
+    eyes.iter().any(|eye| eye.lod.is_some())
+}
+
 struct Session<'s> {
     settings: &'s SessionSettings,
     lock: &'s mut dyn SwapLock,
@@ -256,6 +261,18 @@ impl Session<'_> {
         }
     }
 
+    /// In how many refreshes a frame is to be there: those of its time, where it has
+    /// one. A hundredth more is no refresh more.
+    fn refreshes(&self, period: Duration) -> u32 {
+        match self.report.allowance {
+            Allowance::Time(time) => {
+                let part = time.as_secs_f64() / period.as_secs_f64();
+                ((part - 0.01).ceil() as u32).max(1)
+            }
+            Allowance::Unlimited | Allowance::Steps(_) => 1,
+        }
+    }
+
     /// What of the allowance is left for tracing.
     fn for_tracing(&self) -> Allowance {
         match self.report.allowance {
@@ -286,7 +303,9 @@ impl Session<'_> {
         Ok(median(seconds))
     }
 
-    /// Frames that nobody sees: how fast this machine is, and what tiles take.
+    /// Frames that nobody sees: how fast this machine is, what tiles take, and what the
+    /// qualities near the one that fits cost; without a gaze to follow, as well, as there
+    /// may be none later on.
     fn warm_up<const W: usize>(
         &mut self,
         engine: &mut Engine<'_, '_, W>,
@@ -296,15 +315,49 @@ impl Session<'_> {
     where
         Simd: Runs<W>,
     {
-        for _ in 0..3 {
+        for _ in 0..2 {
             self.render(engine, (look, eyes), &Decision::FULL, Purpose::WarmUp)?;
         }
         self.report.allowance = self.allowance(look.forward);
-        for _ in 0..3 {
+        if self.report.allowance != Allowance::Unlimited {
+            if follow_a_gaze(eyes) {
+                self.governor.follow(false);
+                self.settle(engine, (look, eyes), Purpose::Plain)?;
+            }
+            self.governor.follow(follow_a_gaze(eyes));
+            self.settle(engine, (look, eyes), Purpose::WarmUp)?;
+        }
+        // When the first gaze is taken depends on frames like the first.
+        self.traced = [Duration::ZERO; REMEMBERED];
+        for _ in 0..2 {
             let decision = self.governor.decide(self.for_tracing());
             self.render(engine, (look, eyes), &decision, Purpose::WarmUp)?;
+            self.rung = decision.rung;
         }
-        self.rung = self.governor.decide(self.for_tracing()).rung;
+        Ok(())
+    }
+
+    /// Finds the quality that fits.
+    fn settle<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        seen: (&Look, &[Observer]),
+        purpose: Purpose,
+    ) -> Result<(), SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        self.render(engine, seen, &Decision::FULL, purpose)?;
+        for _ in 0..3 {
+            let decision = self.governor.decide(self.for_tracing());
+            self.render(engine, seen, &decision, purpose)?;
+        }
+        while let Some(better) = self.governor.better() {
+            self.render(engine, seen, &better, purpose)?;
+            if !self.governor.rise(self.for_tracing()) {
+                break;
+            }
+        }
         Ok(())
     }
 
@@ -440,11 +493,12 @@ impl Session<'_> {
                 self.report.blind_frames += 1;
             }
             self.report.allowance = self.allowance(look.forward);
+            self.governor.follow(follow_a_gaze(eyes));
             let decision = self.governor.decide(self.for_tracing());
             let rendered = self.render(engine, (&look, eyes), &decision, Purpose::Shown)?;
+            let wanted = due + period * (self.refreshes(period) - 1);
             // One that is late is shown at the next refresh.
-            let late = rendered.done > due;
-            let wanted = due;
+            let late = rendered.done > wanted;
             while due < rendered.done {
                 due += period;
             }
