@@ -313,7 +313,7 @@ mod tests {
         let begun = |climbs: bool| {
             let mut governor = Governor::new();
             governor.learn(&Decision::FULL, 1_000_000, 1_000_000, 1.0e-3);
-            let mut seen = |governor: &mut Governor, decision: Decision| {
+            let seen = |governor: &mut Governor, decision: Decision| {
                 let need = (1.0e6 * TRUE[decision.rung]) as u64;
                 governor.learn(&decision, need, need, 1.0e-3);
             };

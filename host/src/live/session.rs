@@ -194,7 +194,10 @@ where
 {
     let full: Vec<_>;
     let eyes = if order.purpose == Purpose::Plain {
-        let plain = eyes.iter().map(|one| Observer::new(one.eye, one.place));
+        let plain = eyes.iter().map(|one| Observer {
+            ahead: one.forward(),
+            ..Observer::new(one.eye, one.place)
+        });
         full = plain.collect();
         &full
     } else {
