@@ -160,7 +160,15 @@ impl Governor {
                 let rate = self.rate().unwrap_or(1.0e7);
                 let time = time.as_secs_f64() * (1.0 - KEPT);
                 let delay = self.delay(LONGEST_DELAY * time);
-                Some(((time - delay) * rate) as u64)
+                let steps = ((time - delay) * rate) as u64;
+                // Late is better than a hole where one looks. Without a gaze the least
+                // quality is of all walls.
+                let least = if self.has_gaze && self.governs {
+                    self.with_gaze.least()
+                } else {
+                    0
+                };
+                Some(steps.max(least))
             }
         }
     }
@@ -414,6 +422,26 @@ mod tests {
         assert!((with(&[20, 70]).delay(1.0) - 4.0e-3).abs() < 1.0e-9);
         // What is longer than half of a frame's time is not made up for.
         assert!(with(&[20, 70]).delay(3.0e-3) < 1.0e-9);
+    }
+
+    #[test]
+    fn what_is_looked_at_is_whole_where_time_is_too_short() {
+        let mut governor = timed((0..10).map(|_| 1.0e-2));
+        let tiny = Allowance::Time(Duration::from_micros(10));
+        let last = Quality::LADDER.len() - 1;
+        for _ in 0..10 {
+            let decision = governor.decide(tiny);
+            let need = (1.0e6 * TRUE[decision.rung]) as u64;
+            assert!(decision.steps.is_some_and(|steps| steps >= need));
+            assert_eq!(decision.rung, last);
+            governor.learn(&decision, need, need, 1.0e-8 * need as f64);
+        }
+        // Nobody knows where that would be; and steps are steps.
+        governor.follow(false);
+        assert!(governor.decide(tiny).steps < Some(10_000));
+        governor.follow(true);
+        let few = governor.decide(Allowance::Steps(100));
+        assert_eq!(few.steps, Some(100));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Frame after frame, each for a refresh of the display.
 
 mod report;
+mod warm_up;
 
 use super::budget::{FrameBudget, Table2};
 use super::engine::{Engine, Rendered};
@@ -9,7 +10,6 @@ use super::latency::Stamps;
 use super::quality::Quality;
 use super::swap::{Done, Look, Order, Purpose, SwapError, SwapLock};
 use super::tracking::{Latched, LiveTracker};
-use crate::quantiles::median;
 use crate::render::{Observer, RenderError};
 use glam::Vec3;
 use hdrhistogram::Histogram;
@@ -18,9 +18,6 @@ use shisen_core::{Runs, Simd};
 use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
 use thiserror::Error;
-
-/// Frames without level of detail that a scaled budget is measured by.
-const PLAIN_FRAMES: usize = 5;
 
 /// Frames whose tracing says how late the gaze may be taken: one of which the next is
 /// slower with a probability of 1 in 129.
@@ -123,7 +120,11 @@ where
         return Err(SessionError::NotInTable(settings.budget));
     }
     let mut eyes = Vec::new();
-    let first = Look::from(&tracker.latch(tracker.now()).estimate);
+    // As if the gaze were known: it may not have come yet, and will.
+    let first = Look {
+        widen: 0.0,
+        ..Look::from(&tracker.latch(tracker.now()).estimate)
+    };
     stage.observe(&first, &mut eyes);
     let mut session = Session {
         settings,
@@ -282,86 +283,6 @@ impl Session<'_> {
             Allowance::Time(time) => Allowance::Time(time.saturating_sub(self.besides)),
             other => other,
         }
-    }
-
-    /// Seconds of a frame with everything in full: the median of some.
-    fn plain<const W: usize>(
-        &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        look: &Look,
-        eyes: &[Observer],
-    ) -> Result<f64, SessionError>
-    where
-        Simd: Runs<W>,
-    {
-        let mut seconds = Vec::new();
-        for _ in 0..PLAIN_FRAMES {
-            let order = self.next(look, &Decision::FULL, Purpose::Plain);
-            self.lock.order(&order)?;
-            let (done, frame) = carry_out(engine, eyes, &order)?;
-            let slowest = self.lock.gather(&done)?.slowest.tracing;
-            let besides = (frame.done - frame.first_ray).saturating_sub(frame.tracing);
-            seconds.push((slowest + besides).as_secs_f64());
-        }
-        Ok(median(seconds))
-    }
-
-    /// Frames that nobody sees: how fast this machine is, what tiles take, and what the
-    /// qualities near the one that fits cost; without a gaze to follow, as well, as there
-    /// may be none later on.
-    fn warm_up<const W: usize>(
-        &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        look: &Look,
-        eyes: &[Observer],
-    ) -> Result<(), SessionError>
-    where
-        Simd: Runs<W>,
-    {
-        for _ in 0..2 {
-            self.render(engine, (look, eyes), &Decision::FULL, Purpose::WarmUp)?;
-        }
-        self.report.allowance = self.allowance(look.forward);
-        if self.report.allowance != Allowance::Unlimited {
-            if follow_a_gaze(eyes) {
-                self.governor.follow(false);
-                self.settle(engine, (look, eyes), Purpose::Plain)?;
-            }
-            self.governor.follow(follow_a_gaze(eyes));
-            self.settle(engine, (look, eyes), Purpose::WarmUp)?;
-        }
-        // When the first gaze is taken depends on frames like the first.
-        self.traced = [Duration::ZERO; REMEMBERED];
-        for _ in 0..2 {
-            let decision = self.governor.decide(self.for_tracing());
-            self.render(engine, (look, eyes), &decision, Purpose::WarmUp)?;
-            self.rung = decision.rung;
-        }
-        Ok(())
-    }
-
-    /// Finds the quality that fits.
-    fn settle<const W: usize>(
-        &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        seen: (&Look, &[Observer]),
-        purpose: Purpose,
-    ) -> Result<(), SessionError>
-    where
-        Simd: Runs<W>,
-    {
-        self.render(engine, seen, &Decision::FULL, purpose)?;
-        for _ in 0..3 {
-            let decision = self.governor.decide(self.for_tracing());
-            self.render(engine, seen, &decision, purpose)?;
-        }
-        while let Some(better) = self.governor.better() {
-            self.render(engine, seen, &better, purpose)?;
-            if !self.governor.rise(self.for_tracing()) {
-                break;
-            }
-        }
-        Ok(())
     }
 
     /// The next frame for all.

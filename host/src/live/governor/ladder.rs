@@ -15,6 +15,10 @@ const ROOM_TO_RISE: f64 = 0.75;
 /// How many frames have to have had room before quality rises by a rung.
 pub(super) const CALM: u32 = 20;
 
+/// What frames have at least where time says that there is less, in what the least
+/// quality needs: so much that what neighbouring tiles may take above their share is in it.
+const AT_LEAST: f64 = 2.0;
+
 /// What the qualities of the ladder are taken to cost beside the best before anything is
 /// known: a guess, with which the first frames begin. What they do cost is learned.
 const COSTS: [f64; Quality::LADDER.len()] = [
@@ -54,11 +58,19 @@ impl Ladder {
         self.rung
     }
 
-    /// Whether what a rung needs, the most of the last few frames, is such a part of
-    /// some steps at most. True where nothing is known.
+    /// What a rung needs: the most of the last few frames. None where nothing is known.
+    fn need(&self, rung: usize) -> f64 {
+        self.needs.iter().copied().fold(0.0, f64::max) * self.costs[rung]
+    }
+
+    /// Whether what a rung needs is such a part of some steps at most.
     fn fits(&self, rung: usize, steps: f64, part: f64) -> bool {
-        let need = self.needs.iter().copied().fold(0.0, f64::max);
-        need * self.costs[rung] <= steps * part
+        self.need(rung) <= steps * part
+    }
+
+    /// Steps with which the least quality is whole.
+    pub(super) fn least(&self) -> u64 {
+        (AT_LEAST * self.need(Quality::LADDER.len() - 1)) as u64
     }
 
     /// Chooses the rung of the next frame, which may take so many steps.
