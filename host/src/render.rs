@@ -112,7 +112,7 @@ impl Observer {
     }
 
     /// Where it looks, if anybody knows: a direction in the room.
-    pub fn forward(&self) -> Option<Vec3> {
+    pub(crate) fn forward(&self) -> Option<Vec3> {
         let gaze = self.lod.map(|lod| lod.gaze.line_of_sight().forward());
         gaze.or(self.ahead)
     }
