@@ -243,9 +243,8 @@ impl TimeArguments {
         match (self.budget, self.hz, table) {
             (Some(budget @ (FrameBudget::Paper | FrameBudget::PaperScaled)), _, None) => {
                 Err(Failure::usage(&format!(
-                    "--budget {budget} is for the scenes A to D of the paper's Table 2, and {} is \
-                     none of them: give --hz or another --budget",
-                    scene
+                    "--budget {budget} is for the scenes A to D of the paper's Table 2, and {scene} \
+                     is none of them: give --hz or another --budget"
                 )))
             }
             (Some(budget), ..) => Ok(budget),
@@ -255,8 +254,7 @@ impl TimeArguments {
             }
             (None, None, Some(_)) => Ok(FrameBudget::PaperScaled),
             (None, None, None) => Err(Failure::usage(&format!(
-                "the paper's Table 2 has no time for {}: give --hz or --budget",
-                scene
+                "the paper's Table 2 has no time for {scene}: give --hz or --budget"
             ))),
         }
     }
