@@ -11,7 +11,7 @@ use crate::spectrum::Dispersion;
 use fill::Source;
 pub(crate) use fill::pixels_of;
 pub use fill::{Capture, CaptureOptions, Filling};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use images::images;
 pub use ledger::{Account, account};
 use rayon::ThreadPool;
@@ -73,6 +73,10 @@ pub struct Observer {
     /// How finely it sees beside its line of sight, where that too follows its
     /// gaze: see [`Renderer::with_foveation`]. Without `lod` it is of no use.
     pub acuity: Option<Acuity>,
+    /// Where it looks, as far as anybody knows, where there is no `lod`: a direction in
+    /// the room, near which nothing is to be missing in a frame of the
+    /// [live loop](crate::live).
+    pub ahead: Option<Vec3>,
 }
 
 impl Observer {
@@ -83,6 +87,7 @@ impl Observer {
             place,
             lod: None,
             acuity: None,
+            ahead: None,
         }
     }
 }
@@ -94,13 +99,22 @@ impl Observer {
     /// (radians); from π on that is nothing, and everything is traced.
     pub fn foveated(eye: Eye, place: DVec3, sight: LineOfSight, widen: f32) -> Self {
         let Some(field) = VisualField::WIDEST.wider(widen) else {
-            return Self::new(eye, place);
+            return Self {
+                ahead: Some(sight.forward()),
+                ..Self::new(eye, place)
+            };
         };
         Self {
             lod: Some(LevelOfDetail::in_full(Gaze::new(sight, field))),
             acuity: Some(Acuity::GUENTER.around(widen)),
             ..Self::new(eye, place)
         }
+    }
+
+    /// Where it looks, if anybody knows: a direction in the room.
+    pub(crate) fn forward(&self) -> Option<Vec3> {
+        let gaze = self.lod.map(|lod| lod.gaze.line_of_sight().forward());
+        gaze.or(self.ahead)
     }
 
     /// A renderer that follows its gaze.

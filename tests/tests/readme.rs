@@ -62,7 +62,7 @@ fn every_command_runs_on_the_files_shown() {
         .flat_map(|(_, block)| block.lines())
         .filter_map(|line| line.strip_prefix("shisen "))
         .collect();
-    assert_eq!(commands.len(), 37);
+    assert_eq!(commands.len(), 38);
     for command in commands {
         let (command, input) = match command.split_once(" < ") {
             Some((command, file)) => (command, fs::read(folder.path().join(file)).unwrap()),
@@ -75,6 +75,7 @@ fn every_command_runs_on_the_files_shown() {
                 &["--size", "16", "--samples", "14", "--repeat", "1"]
             }
             _ if command.starts_with("run") => &["--size", "16", "--frames", "30"],
+            Some("budget") => &["--size", "16", "--frames", "100"],
             Some("latency") => &["--size", "16", "--rates", "250", "--seconds", "1"],
             Some("sweep") => &["--size", "16", "--repeat", "1", "--directions", "3"],
             Some("fill") => &["--size", "16", "--repeat", "1", "--fill-size", "16"],

@@ -1,5 +1,6 @@
 //! `shisen bench`: how fast it is.
 
+mod budget;
 mod cells;
 mod fill;
 mod foveated;
@@ -23,6 +24,7 @@ pub(super) enum Bench {
     Fill(fill::Arguments),
     Foveated(foveated::Arguments),
     Spectrum(spectrum::Arguments),
+    Budget(Box<budget::Arguments>),
     #[cfg(unix)]
     Latency(Box<latency::Arguments>),
 }
@@ -36,6 +38,7 @@ pub(super) fn run(bench: &Bench) -> Result<(), Failure> {
         Bench::Fill(arguments) => fill::run(arguments),
         Bench::Foveated(arguments) => foveated::run(arguments),
         Bench::Spectrum(arguments) => spectrum::run(arguments),
+        Bench::Budget(arguments) => budget::run(arguments),
         #[cfg(unix)]
         Bench::Latency(arguments) => latency::run(arguments),
     }

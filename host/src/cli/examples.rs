@@ -246,6 +246,13 @@ const EXAMPLES: &[Examples] = &[
         )],
     ),
     (
+        "bench budget",
+        &[(
+            "Frames at half of what they take, fewer and smaller than as they stand",
+            "shisen bench budget --frames 1000 --size 128",
+        )],
+    ),
+    (
         "bench latency",
         &[(
             "From a movement of the eye to the wall, by a tracker on a line",

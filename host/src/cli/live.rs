@@ -35,7 +35,7 @@ use shisen_tracker::estimate::GazeEstimator;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// What is shown to whom, how well, and in what time.
+/// What is shown to whom, and how well.
 #[derive(Debug, Clone, Args)]
 pub(super) struct LiveArguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked
@@ -54,6 +54,14 @@ pub(super) struct LiveArguments {
     pub(super) lod: LodArguments,
     #[command(flatten)]
     pub(super) tracing: TracingArguments,
+    /// What shows where the gaze skips rays, if something was captured for that.
+    #[arg(skip)]
+    capture: Option<CaptureOptions>,
+}
+
+/// In what time.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct TimeArguments {
     /// Refreshes per second; without --budget, also what a frame may take [default:
     /// 60]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = whole::<1, 1_000>)]
@@ -64,9 +72,6 @@ pub(super) struct LiveArguments {
     /// refresh of --hz, or else paper-scaled]
     #[arg(long, value_name = "BUDGET")]
     budget: Option<FrameBudget>,
-    /// What shows where the gaze skips rays, if something was captured for that.
-    #[arg(skip)]
-    capture: Option<CaptureOptions>,
 }
 
 /// A scene and a room, ready.
@@ -152,12 +157,12 @@ impl LiveArguments {
     /// # Errors
     /// Of usage: a budget that there is not for the scene, wavelengths that take
     /// several frames; a scene or a room that cannot be used.
-    pub(super) fn prepare(&self) -> Result<Prepared, Failure> {
+    pub(super) fn prepare(&self, time: &TimeArguments) -> Result<Prepared, Failure> {
         let table = match self.scene {
             SceneName::Paper(scene) => Table2::of(scene),
             _ => None,
         };
-        let budget = self.frame_budget(table)?;
+        let budget = time.frame_budget(&self.scene, table)?;
         let cave = self.room.cave()?;
         for (_, place) in self.room.eyes(self.room.head()) {
             cave.check_eye(place)?;
@@ -177,7 +182,7 @@ impl LiveArguments {
             baked,
             cave,
             options,
-            hz: self.hz.unwrap_or(60) as u32,
+            hz: time.hz.unwrap_or(60) as u32,
             budget,
             table,
         })
@@ -201,30 +206,6 @@ impl LiveArguments {
         }
     }
 
-    /// What a frame may take.
-    fn frame_budget(&self, table: Option<Table2>) -> Result<FrameBudget, Failure> {
-        let name = || self.scene.to_string();
-        match (self.budget, self.hz, table) {
-            (Some(budget @ (FrameBudget::Paper | FrameBudget::PaperScaled)), _, None) => {
-                Err(Failure::usage(&format!(
-                    "--budget {budget} is for the scenes A to D of the paper's Table 2, and {} is \
-                     none of them: give --hz or another --budget",
-                    name()
-                )))
-            }
-            (Some(budget), ..) => Ok(budget),
-            (None, Some(hz), _) => {
-                let refresh = Duration::from_secs_f64(1.0 / hz as f64);
-                Ok(FrameBudget::Time(refresh))
-            }
-            (None, None, Some(_)) => Ok(FrameBudget::PaperScaled),
-            (None, None, None) => Err(Failure::usage(&format!(
-                "the paper's Table 2 has no time for {}: give --hz or --budget",
-                name()
-            ))),
-        }
-    }
-
     /// Opens a tracker and listens to it. What happens to it goes to standard error.
     ///
     /// # Errors
@@ -241,6 +222,41 @@ impl LiveArguments {
         let mut happenings = Happenings::default();
         let tell = move |happening| happenings.tell(happening);
         LiveTracker::start(feed, clock, estimator, tell).map_err(Failure::from_error)
+    }
+}
+
+impl TimeArguments {
+    /// So much, whatever the scene.
+    pub(super) const fn of(budget: FrameBudget) -> Self {
+        Self {
+            hz: None,
+            budget: Some(budget),
+        }
+    }
+
+    /// What a frame may take.
+    fn frame_budget(
+        &self,
+        scene: &SceneName,
+        table: Option<Table2>,
+    ) -> Result<FrameBudget, Failure> {
+        match (self.budget, self.hz, table) {
+            (Some(budget @ (FrameBudget::Paper | FrameBudget::PaperScaled)), _, None) => {
+                Err(Failure::usage(&format!(
+                    "--budget {budget} is for the scenes A to D of the paper's Table 2, and {scene} \
+                     is none of them: give --hz or another --budget"
+                )))
+            }
+            (Some(budget), ..) => Ok(budget),
+            (None, Some(hz), _) => {
+                let refresh = Duration::from_secs_f64(1.0 / hz as f64);
+                Ok(FrameBudget::Time(refresh))
+            }
+            (None, None, Some(_)) => Ok(FrameBudget::PaperScaled),
+            (None, None, None) => Err(Failure::usage(&format!(
+                "the paper's Table 2 has no time for {scene}: give --hz or --budget"
+            ))),
+        }
     }
 }
 

@@ -178,6 +178,7 @@ impl LodArguments {
                 Choice::Foveated => Observer::foveated(eye, place, line, widen),
                 _ => Observer {
                     lod,
+                    ahead: Some(line.forward()),
                     ..Observer::new(eye, place)
                 },
             })

@@ -12,7 +12,7 @@ mod watched;
 use super::arguments::span;
 use super::failure::Failure;
 use super::filling::CaptureDetail;
-use super::live::{Change, LiveArguments};
+use super::live::{Change, LiveArguments, TimeArguments};
 use super::print;
 use super::tracker::{Interrupt, TrackerName, whole};
 use clap::{Args, ValueEnum};
@@ -38,25 +38,27 @@ use std::time::Duration;
 /// With --json, one object: scene, mesh, tracker, size, threads, simd, lod, hz,
 /// budget, `budget_ms` and `budget_steps` (the last frame's allowance, null where it
 /// is not by time or by steps), `plain_ms` (a frame in full, where the budget is a
-/// part of that), latch, seconds, frames, `late_frames` (not there at their refresh),
-/// `over_budget_frames` (more steps than allowed), `frames_with_unfinished_fovea` (a
-/// tile within 5° of the line of sight not finished), `frames_with_unfinished_tiles`,
-/// `lowered_share` (of the frames, those whose quality was lowered), `spent_share`
-/// (of the budget, what frames took: the median; null without one),
-/// `quality_changes`, rungs (depth, faces, field, centre, sampling, capture and frames of each quality,
-/// the best first), `blind_frames` (the head was where a screen is not seen), `median_steps`,
+/// part of that), latch, seconds, frames, `late_frames` (not there at their refresh,
+/// or at the one that ends their budget, where that is longer), `over_budget_frames`
+/// (more steps than allowed), `frames_with_unfinished_fovea` (a tile within 5° of the
+/// line of sight not finished), `frames_with_unfinished_tiles`, `lowered_share` (of
+/// the frames, those whose quality was lowered), `spent_share` (of the budget, what
+/// frames took: the median; null without one), `quality_changes`, rungs (depth,
+/// faces, field, centre, sampling, capture and frames of each quality, the best
+/// first), `blind_frames` (the head was where a screen is not seen), `median_steps`,
 /// samples, `dropped_bytes`, `motion_to_wall_ms` (frames, least, p50, p95, p99, most;
 /// null without samples), stages (the same of `sample_to_arrive`, `arrive_to_latch`,
 /// `latch_to_first_ray`, `first_ray_to_done`, `done_to_present`,
 /// `arrive_to_first_ray` and `motion_to_wall`), `involuntary_switches` (how often the
 /// system took the processor away) and `stolen_seconds` (of all processors, by
-/// whatever this machine runs on); null where the system does not say; stereo
-/// (format and `eye_order`, the first eye first), fill (by now, where keys changed it), window (null without one:
-/// shown and dropped (frames), and `is_open`, whether it was at the end), cluster (null
-/// without --cluster or with one process: ranks, `frame_hash` of the last frame's
-/// pictures as all processes render it without an end of steps, `frame_hash_alone` as
-/// the first does by itself, and `waited_us`, how long that waited for the others of
-/// each frame: p50, p95, p99, most) and `earlier_frames` (before a key in the window asked for another scene or level of
+/// whatever this machine runs on); null where the system does not say; stereo (format
+/// and `eye_order`, the first eye first), fill (by now, where keys changed it),
+/// window (null without one: shown and dropped (frames), and `is_open`, whether it
+/// was at the end), cluster (null without --cluster or with one process: ranks,
+/// `frame_hash` of the last frame's pictures as all processes render it without an
+/// end of steps, `frame_hash_alone` as the first does by itself, and `waited_us`, how
+/// long that waited for the others of each frame: p50, p95, p99, most) and
+/// `earlier_frames` (before a key in the window asked for another scene or level of
 /// detail; all else is of the frames since).
 ///
 /// The window is on the X server that DISPLAY names. It shows what it has the time
@@ -69,6 +71,8 @@ use std::time::Duration;
 pub(super) struct Arguments {
     #[command(flatten)]
     live: LiveArguments,
+    #[command(flatten)]
+    time: TimeArguments,
     /// The tracker: mock, mock:seed=7&rate=200&as=fastrak, serial:PORT?protocol=NAME,
     /// hid:VENDOR:PRODUCT or replay:FILE; --head is where its origin is
     #[arg(long, value_name = "SPEC", default_value = "mock")]
@@ -240,7 +244,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Follows the machine that leads.
 fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
-    let prepared = arguments.live().prepare()?;
+    let prepared = arguments.live().prepare(&arguments.time)?;
     let output = Output::open(arguments, &prepared, lock.share())?;
     let interrupt = Interrupt::new();
     let mut frames = Frames::new(arguments, &interrupt, None, output);
@@ -252,7 +256,7 @@ fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
 /// Follows the tracker.
 fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let log = arguments.record.as_deref().map(Log::create).transpose()?;
-    let mut prepared = arguments.live().prepare()?;
+    let mut prepared = arguments.live().prepare(&arguments.time)?;
     let output = Output::open(arguments, &prepared, lock.share())?;
     let interrupt = Interrupt::new();
     let tracker = arguments.live.listen(&arguments.tracker.spec)?;
@@ -270,7 +274,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
         let report = &played.report;
         if let Some(change) = frames.change() {
             earlier += report.frames;
-            match prepared.arguments.changed(change).prepare() {
+            match prepared.arguments.changed(change).prepare(&arguments.time) {
                 Ok(next) => prepared = next,
                 // What was shown before goes on.
                 Err(failure) => {

@@ -85,6 +85,8 @@ pub struct Rendered {
 struct Plan<'s, const W: usize> {
     /// By screen, then eye; then the hemispheres of a capture.
     parts: Vec<(View, Renderer<'s, W>)>,
+    /// Where the eye looks that a screen's part is for, if anybody knows.
+    sights: Vec<Option<Vec3>>,
     /// Indices of tiles, from the line of sight outwards; at last those of a capture
     /// that are taken anew.
     order: Vec<(f32, u32)>,
@@ -176,6 +178,7 @@ where
     };
     let threads = options.threads.max(1);
     let plan = Plan {
+        sights: vec![None; parts.len()],
         parts,
         order: Vec::with_capacity(tiles.len()),
         groups: Vec::with_capacity(tiles.len()),
@@ -297,6 +300,7 @@ where
         let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
         let Plan {
             parts,
+            sights,
             order,
             capture,
             ..
@@ -307,7 +311,9 @@ where
         if pairs(cave, eyes, *share).count() != screens {
             return Err(RenderError::Previous);
         }
-        for ((screen, observer), part) in pairs(cave, eyes, *share).zip(parts.iter_mut()) {
+        let own = parts.iter_mut().zip(sights.iter_mut());
+        for ((screen, observer), (part, sight)) in pairs(cave, eyes, *share).zip(own) {
+            *sight = observer.forward();
             let renderer = render::in_full(scene, &options, *spectrum)?;
             let renderer = renderer.with_faces_of_level(quality.faces);
             let renderer = quality.lower(*observer).follow(&renderer);
@@ -320,8 +326,9 @@ where
             one.job = TileJob::new(one.job.tile());
             one.spent = 0;
             if own.is_none_or(|own| number < own) {
-                let (view, renderer) = &parts[one.part];
-                order.push((towards(renderer, view, one.job.tile()), number as u32));
+                let sight = sights[one.part];
+                let towards = towards(sight, &parts[one.part].0, one.job.tile());
+                order.push((towards, number as u32));
             }
         }
         if let Some(capture) = capture {
@@ -363,6 +370,7 @@ where
         let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
         let Plan {
             parts,
+            sights,
             order,
             capture,
             ..
@@ -392,7 +400,7 @@ where
                     continue;
                 }
                 unfinished += 1;
-                unfinished_fovea |= is_foveal(renderer, view, tile.job.tile());
+                unfinished_fovea |= is_foveal(sights[tile.part], view, tile.job.tile());
                 let given_up = tile.job.give_up(renderer, view, &mut tile.pixels);
                 debug_assert!(given_up.is_ok(), "its own pixels");
             }
@@ -523,11 +531,8 @@ impl<'s, const W: usize> Plan<'s, W> {
 }
 
 /// Of the angle between the line of sight and a tile's centre.
-fn towards<const W: usize>(renderer: &Renderer<'_, W>, view: &View, tile: Tile) -> f32
-where
-    Simd: Runs<W>,
-{
-    let Some(gaze) = renderer.gaze() else {
+fn towards(sight: Option<Vec3>, view: &View, tile: Tile) -> f32 {
+    let Some(sight) = sight else {
         return 1.0;
     };
     let (x, y) = (
@@ -535,19 +540,15 @@ where
         tile.y as f32 + 0.5 * (tile.height - 1) as f32,
     );
     let towards = view.direction(x, y).map(Vec3::normalize_or_zero);
-    towards.map_or(-2.0, |towards| towards.dot(gaze.line_of_sight().forward()))
+    towards.map_or(-2.0, |towards| towards.dot(sight))
 }
 
-/// Whether a pixel of a tile is within [`FOVEA`] of the line of sight. Where
-/// nothing follows a gaze, all are.
-fn is_foveal<const W: usize>(renderer: &Renderer<'_, W>, view: &View, tile: Tile) -> bool
-where
-    Simd: Runs<W>,
-{
-    let Some(gaze) = renderer.gaze() else {
+/// Whether a pixel of a tile is within [`FOVEA`] of the line of sight. Where nobody
+/// knows that, all are.
+fn is_foveal(sight: Option<Vec3>, view: &View, tile: Tile) -> bool {
+    let Some(forward) = sight else {
         return true;
     };
-    let forward = gaze.line_of_sight().forward();
     let pixels = (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y)));
     pixels.into_iter().any(|(x, y)| {
         let direction = view.direction((tile.x + x) as f32, (tile.y + y) as f32);

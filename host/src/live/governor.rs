@@ -8,7 +8,10 @@
 //! Quality falls at once, as far as it has to, and rises by one rung after a
 //! while in which there was room for more; so it does not flicker.
 
+mod ladder;
+
 use super::quality::Quality;
+use ladder::Ladder;
 use std::time::Duration;
 
 /// How many frames' speeds are remembered.
@@ -23,45 +26,27 @@ const SLOWER: usize = 1;
 /// that.
 const LONGEST_DELAY: f64 = 0.5;
 
-/// How many of these say what the next one will need.
-const RECENT: usize = 6;
-
-/// The part of a budget that frames are planned to take at most, so that one that
-/// turns out dearer is still finished.
-const PLANNED: f64 = 0.88;
-
-/// The part that a better quality must fit into before it is taken.
-const ROOM_TO_RISE: f64 = 0.75;
-
-/// How many frames have to have had room before quality rises by a rung.
-const CALM: u32 = 20;
-
 /// The part of a time that is kept for what changes from frame to frame.
 const KEPT: f64 = 0.03;
 
-/// What the qualities of the ladder are taken to cost beside the best before anything is
-/// known: a guess, with which the first frames begin. What they do cost is learned.
-const COSTS: [f64; Quality::LADDER.len()] = [
-    1.0, 0.98, 0.95, 0.85, 0.75, 0.6, 0.4, 0.3, 0.25, 0.2, 0.12, 0.06,
-];
+/// Steps that no frame takes: with an end as far away as that a frame is all of its
+/// quality, and no more, as the part of a capture that is taken anew is.
+const MORE_THAN_NEEDED: u64 = 1 << 50;
 
 /// Chooses qualities.
 #[derive(Debug, Clone)]
 pub struct Governor {
     /// Whether quality may be lowered at all.
     governs: bool,
-    rung: usize,
-    /// What each rung costs beside the best.
-    costs: [f64; Quality::LADDER.len()],
-    /// Needs of the newest frames as of the best rung; the newest is at `newest`.
-    needs: [f64; RECENT],
-    newest: usize,
-    /// The rung and the need of the newest frame.
-    last: Option<(usize, f64)>,
+    /// Of frames that follow a gaze.
+    with_gaze: Ladder,
+    /// Of those for a viewer of whom nobody knows where they look: these need more of
+    /// everything, and have no field to be narrowed.
+    without_gaze: Ladder,
+    has_gaze: bool,
     /// Steps and seconds of the newest frames, a ring.
     speeds: [(f64, f64); REMEMBERED],
     rated: usize,
-    calm: u32,
 }
 
 /// What a frame may take and how good it is to be.
@@ -101,14 +86,11 @@ impl Governor {
     pub const fn new() -> Self {
         Self {
             governs: true,
-            rung: 0,
-            costs: COSTS,
-            needs: [0.0; RECENT],
-            newest: 0,
-            last: None,
+            with_gaze: Ladder::NEW,
+            without_gaze: Ladder::NEW,
+            has_gaze: true,
             speeds: [(0.0, 0.0); REMEMBERED],
             rated: 0,
-            calm: 0,
         }
     }
 
@@ -155,7 +137,21 @@ impl Governor {
 
     /// For the next frame.
     pub fn decide(&mut self, allowance: Allowance) -> Decision {
-        let steps = match allowance {
+        let steps = self.steps(allowance);
+        if let (Some(steps), true) = (steps, self.governs) {
+            self.ladder_mut().choose(steps as f64);
+        }
+        let rung = self.ladder().rung();
+        Decision {
+            steps,
+            rung,
+            quality: Quality::LADDER[rung],
+        }
+    }
+
+    /// What is allowed, as steps.
+    fn steps(&self, allowance: Allowance) -> Option<u64> {
+        match allowance {
             Allowance::Unlimited => None,
             Allowance::Steps(steps) => Some(steps),
             // Before anything is known about speed, a frame of a thousandth of a
@@ -164,81 +160,67 @@ impl Governor {
                 let rate = self.rate().unwrap_or(1.0e7);
                 let time = time.as_secs_f64() * (1.0 - KEPT);
                 let delay = self.delay(LONGEST_DELAY * time);
-                Some(((time - delay) * rate) as u64)
+                let steps = ((time - delay) * rate) as u64;
+                // Late is better than a hole where one looks. Without a gaze the least
+                // quality is of all walls.
+                let least = if self.has_gaze && self.governs {
+                    self.with_gaze.least()
+                } else {
+                    0
+                };
+                Some(steps.max(least))
             }
-        };
-        if let (Some(steps), true) = (steps, self.governs) {
-            self.choose(steps as f64);
-        }
-        Decision {
-            steps,
-            rung: self.rung,
-            quality: Quality::LADDER[self.rung],
         }
     }
 
-    fn choose(&mut self, steps: f64) {
-        let need = self.needs.iter().copied().fold(0.0, f64::max);
-        if need <= 0.0 {
-            return;
+    fn ladder(&self) -> &Ladder {
+        if self.has_gaze {
+            &self.with_gaze
+        } else {
+            &self.without_gaze
         }
-        let fits = |rung: usize, part: f64| need * self.costs[rung] <= steps * part;
-        let last = Quality::LADDER.len() - 1;
-        let affordable = (0..=last).find(|&rung| fits(rung, PLANNED)).unwrap_or(last);
-        if affordable > self.rung {
-            self.rung = affordable;
-            self.calm = 0;
-            return;
+    }
+
+    fn ladder_mut(&mut self) -> &mut Ladder {
+        if self.has_gaze {
+            &mut self.with_gaze
+        } else {
+            &mut self.without_gaze
         }
-        let better = self.rung.checked_sub(1);
-        let Some(better) = better.filter(|&better| fits(better, ROOM_TO_RISE)) else {
-            self.calm = 0;
-            return;
-        };
-        self.calm += 1;
-        if self.calm >= CALM {
-            self.rung = better;
-            self.calm = 0;
-        }
+    }
+
+    /// Whether the next frames follow a gaze; they do at first. Where that changes,
+    /// they have the quality that such frames had when there were some.
+    pub const fn follow(&mut self, a_gaze: bool) {
+        self.has_gaze = a_gaze;
+    }
+
+    /// The rung above, whatever it takes, for a frame that nobody sees: as long as
+    /// what it costs is a guess, it may be one that quality never rises above.
+    pub fn better(&self) -> Option<Decision> {
+        let rung = self.ladder().rung().checked_sub(1);
+        rung.filter(|_| self.governs).map(|rung| Decision {
+            steps: Some(MORE_THAN_NEEDED),
+            rung,
+            quality: Quality::LADDER[rung],
+        })
+    }
+
+    /// Takes the rung above at once where there is room for it; whether there was.
+    pub fn rise(&mut self, allowance: Allowance) -> bool {
+        let steps = self.steps(allowance).filter(|_| self.governs);
+        steps.is_some_and(|steps| self.ladder_mut().rise(steps as f64))
     }
 
     /// What came of a decision: the steps that all of the frame would have taken,
     /// the steps that it took, and how long these took.
     pub fn learn(&mut self, decision: &Decision, need: u64, steps: u64, seconds: f64) {
-        let need = need as f64;
-        // What rungs cost beside each other is seen where the rung has changed; the
-        // rungs around move along.
-        if let Some((before, of_before)) = self.last
-            && before != decision.rung
-            && of_before > 0.0
-            && need > 0.0
-        {
-            let seen = self.costs[before] * need / of_before;
-            self.costs[decision.rung] = 0.5 * (self.costs[decision.rung] + seen);
-            self.keep_in_order(decision.rung);
-        }
-        self.last = Some((decision.rung, need));
-        self.newest = (self.newest + 1) % RECENT;
-        self.needs[self.newest] = need / self.costs[decision.rung];
+        self.ladder_mut().learn(decision.rung, need as f64);
         let rate = steps as f64 / seconds;
         if rate > 0.0 && rate.is_finite() {
             self.speeds[self.rated % REMEMBERED] = (steps as f64, seconds);
             self.rated += 1;
         }
-    }
-
-    /// A worse rung costs no more than a better one.
-    fn keep_in_order(&mut self, rung: usize) {
-        let cost = self.costs[rung].clamp(1.0e-3, 1.0);
-        self.costs[rung] = cost;
-        for (number, one) in self.costs.iter_mut().enumerate() {
-            *one = if number < rung {
-                one.max(cost)
-            } else {
-                one.min(cost)
-            };
-        }
-        self.costs[0] = 1.0;
     }
 }
 
@@ -250,6 +232,7 @@ impl Default for Governor {
 
 #[cfg(test)]
 mod tests {
+    use super::ladder::CALM;
     use super::*;
 
     /// What the rungs really cost.
@@ -333,6 +316,54 @@ mod tests {
     }
 
     #[test]
+    fn what_guesses_keep_quality_from_is_tried_before_anybody_looks() {
+        let allowance = Allowance::Steps(700_000);
+        let begun = |climbs: bool| {
+            let mut governor = Governor::new();
+            governor.learn(&Decision::FULL, 1_000_000, 1_000_000, 1.0e-3);
+            let seen = |governor: &mut Governor, decision: Decision| {
+                let need = (1.0e6 * TRUE[decision.rung]) as u64;
+                governor.learn(&decision, need, need, 1.0e-3);
+            };
+            let decision = governor.decide(allowance);
+            seen(&mut governor, decision);
+            while let Some(better) = governor.better().filter(|_| climbs) {
+                seen(&mut governor, better);
+                if !governor.rise(allowance) {
+                    break;
+                }
+            }
+            let (rungs, short) = play(&mut governor, 700_000, (0..400).map(|_| 1.0e6));
+            assert_eq!((short, changes(&rungs)), (0, 0), "{rungs:?}");
+            rungs[0]
+        };
+        // Half of the best is the most that there is room to rise to.
+        assert_eq!(TRUE[4], 0.5);
+        assert_eq!(begun(true), 4);
+        assert!(begun(false) > 4);
+        assert_eq!(Governor::idle().better(), None);
+    }
+
+    #[test]
+    fn a_gaze_that_is_lost_and_found_has_its_quality_back() {
+        let mut governor = Governor::new();
+        let (rungs, _) = play(&mut governor, 1_300_000, (0..100).map(|_| 1.0e6));
+        assert_eq!(rungs[99], 0);
+        // All around the viewer there is more.
+        governor.follow(false);
+        let (rungs, short) = play(&mut governor, 1_300_000, (0..100).map(|_| 4.0e6));
+        assert_eq!((rungs[0], short), (0, 1));
+        assert!(rungs[99] > 5, "{rungs:?}");
+        let lost = rungs[99];
+        governor.follow(true);
+        let (rungs, short) = play(&mut governor, 1_300_000, (0..100).map(|_| 1.0e6));
+        assert_eq!((changes(&rungs), rungs[0], short), (0, 0, 0));
+        governor.follow(false);
+        let (rungs, short) = play(&mut governor, 1_300_000, (0..10).map(|_| 4.0e6));
+        assert_eq!((changes(&rungs), rungs[0], short), (0, lost, 0));
+    }
+
+    #[test]
     fn what_never_fits_gets_the_least() {
         let mut governor = Governor::new();
         let (rungs, _) = play(&mut governor, 10, (0..50).map(|_| 1.0e6));
@@ -391,6 +422,26 @@ mod tests {
         assert!((with(&[20, 70]).delay(1.0) - 4.0e-3).abs() < 1.0e-9);
         // What is longer than half of a frame's time is not made up for.
         assert!(with(&[20, 70]).delay(3.0e-3) < 1.0e-9);
+    }
+
+    #[test]
+    fn what_is_looked_at_is_whole_where_time_is_too_short() {
+        let mut governor = timed((0..10).map(|_| 1.0e-2));
+        let tiny = Allowance::Time(Duration::from_micros(10));
+        let last = Quality::LADDER.len() - 1;
+        for _ in 0..10 {
+            let decision = governor.decide(tiny);
+            let need = (1.0e6 * TRUE[decision.rung]) as u64;
+            assert!(decision.steps.is_some_and(|steps| steps >= need));
+            assert_eq!(decision.rung, last);
+            governor.learn(&decision, need, need, 1.0e-8 * need as f64);
+        }
+        // Nobody knows where that would be; and steps are steps.
+        governor.follow(false);
+        assert!(governor.decide(tiny).steps < Some(10_000));
+        governor.follow(true);
+        let few = governor.decide(Allowance::Steps(100));
+        assert_eq!(few.steps, Some(100));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Frame after frame, each for a refresh of the display.
 
 mod report;
+mod warm_up;
 
 use super::budget::{FrameBudget, Table2};
 use super::engine::{Engine, Rendered};
@@ -9,7 +10,6 @@ use super::latency::Stamps;
 use super::quality::Quality;
 use super::swap::{Done, Look, Order, Purpose, SwapError, SwapLock};
 use super::tracking::{Latched, LiveTracker};
-use crate::quantiles::median;
 use crate::render::{Observer, RenderError};
 use glam::Vec3;
 use hdrhistogram::Histogram;
@@ -18,9 +18,6 @@ use shisen_core::{Runs, Simd};
 use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
 use thiserror::Error;
-
-/// Frames without level of detail that a scaled budget is measured by.
-const PLAIN_FRAMES: usize = 5;
 
 /// Frames whose tracing says how late the gaze may be taken: one of which the next is
 /// slower with a probability of 1 in 129.
@@ -123,7 +120,11 @@ where
         return Err(SessionError::NotInTable(settings.budget));
     }
     let mut eyes = Vec::new();
-    let first = Look::from(&tracker.latch(tracker.now()).estimate);
+    // As if the gaze were known: it may not have come yet, and will.
+    let first = Look {
+        widen: 0.0,
+        ..Look::from(&tracker.latch(tracker.now()).estimate)
+    };
     stage.observe(&first, &mut eyes);
     let mut session = Session {
         settings,
@@ -194,7 +195,10 @@ where
 {
     let full: Vec<_>;
     let eyes = if order.purpose == Purpose::Plain {
-        let plain = eyes.iter().map(|one| Observer::new(one.eye, one.place));
+        let plain = eyes.iter().map(|one| Observer {
+            ahead: one.forward(),
+            ..Observer::new(one.eye, one.place)
+        });
         full = plain.collect();
         &full
     } else {
@@ -217,6 +221,11 @@ where
         },
     };
     Ok((done, rendered))
+}
+
+/// Whether what eyes see is better where they look.
+fn follow_a_gaze(eyes: &[Observer]) -> bool {
+    eyes.iter().any(|eye| eye.lod.is_some())
 }
 
 struct Session<'s> {
@@ -256,56 +265,24 @@ impl Session<'_> {
         }
     }
 
+    /// In how many refreshes a frame is to be there: those of its time, where it has
+    /// one. A hundredth more is no refresh more.
+    fn refreshes(&self, period: Duration) -> u32 {
+        match self.report.allowance {
+            Allowance::Time(time) => {
+                let part = time.as_secs_f64() / period.as_secs_f64();
+                ((part - 0.01).ceil() as u32).max(1)
+            }
+            Allowance::Unlimited | Allowance::Steps(_) => 1,
+        }
+    }
+
     /// What of the allowance is left for tracing.
     fn for_tracing(&self) -> Allowance {
         match self.report.allowance {
             Allowance::Time(time) => Allowance::Time(time.saturating_sub(self.besides)),
             other => other,
         }
-    }
-
-    /// Seconds of a frame with everything in full: the median of some.
-    fn plain<const W: usize>(
-        &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        look: &Look,
-        eyes: &[Observer],
-    ) -> Result<f64, SessionError>
-    where
-        Simd: Runs<W>,
-    {
-        let mut seconds = Vec::new();
-        for _ in 0..PLAIN_FRAMES {
-            let order = self.next(look, &Decision::FULL, Purpose::Plain);
-            self.lock.order(&order)?;
-            let (done, frame) = carry_out(engine, eyes, &order)?;
-            let slowest = self.lock.gather(&done)?.slowest.tracing;
-            let besides = (frame.done - frame.first_ray).saturating_sub(frame.tracing);
-            seconds.push((slowest + besides).as_secs_f64());
-        }
-        Ok(median(seconds))
-    }
-
-    /// Frames that nobody sees: how fast this machine is, and what tiles take.
-    fn warm_up<const W: usize>(
-        &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        look: &Look,
-        eyes: &[Observer],
-    ) -> Result<(), SessionError>
-    where
-        Simd: Runs<W>,
-    {
-        for _ in 0..3 {
-            self.render(engine, (look, eyes), &Decision::FULL, Purpose::WarmUp)?;
-        }
-        self.report.allowance = self.allowance(look.forward);
-        for _ in 0..3 {
-            let decision = self.governor.decide(self.for_tracing());
-            self.render(engine, (look, eyes), &decision, Purpose::WarmUp)?;
-        }
-        self.rung = self.governor.decide(self.for_tracing()).rung;
-        Ok(())
     }
 
     /// The next frame for all.
@@ -440,11 +417,12 @@ impl Session<'_> {
                 self.report.blind_frames += 1;
             }
             self.report.allowance = self.allowance(look.forward);
+            self.governor.follow(follow_a_gaze(eyes));
             let decision = self.governor.decide(self.for_tracing());
             let rendered = self.render(engine, (&look, eyes), &decision, Purpose::Shown)?;
+            let wanted = due + period * (self.refreshes(period) - 1);
             // One that is late is shown at the next refresh.
-            let late = rendered.done > due;
-            let wanted = due;
+            let late = rendered.done > wanted;
             while due < rendered.done {
                 due += period;
             }

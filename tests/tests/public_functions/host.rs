@@ -335,6 +335,9 @@ pub(super) const CASES: &[(&str, Case)] = &[
         ] {
             let decision = governor.decide(allowance);
             assert_eq!(decision.quality, Quality::LADDER[decision.rung]);
+            let better = governor.better();
+            let rises = governor.rise(allowance);
+            assert!(better.is_some() || !rises, "{allowance:?}");
         }
     }),
     ("host render::Observer::foveated", |n| {

@@ -2,7 +2,9 @@
 
 use super::super::arguments::span;
 use super::super::failure::Failure;
-use super::super::live::{Audience, Interference, LiveArguments, Newest, Played, Prepared};
+use super::super::live::{
+    Audience, Interference, LiveArguments, Newest, Played, Prepared, TimeArguments,
+};
 use super::super::picture_files::make_writable;
 use super::super::print;
 use super::super::tracker::{Interrupt, protocol, whole};
@@ -44,6 +46,8 @@ use std::time::{Duration, Instant};
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     live: LiveArguments,
+    #[command(flatten)]
+    time: TimeArguments,
     /// What the tracker speaks: a protocol as for `shisen tracker mock`
     #[arg(long = "as", value_name = "PROTOCOL", default_value = "link", value_parser = protocol)]
     protocol: Protocol,
@@ -108,7 +112,7 @@ const LATCHES: [(Latch, &str); 2] = [(Latch::Early, "early"), (Latch::Late, "lat
 
 /// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let prepared = arguments.live.prepare()?;
+    let prepared = arguments.live.prepare(&arguments.time)?;
     if let Some(folder) = &arguments.out {
         make_writable(folder)?;
     }

@@ -5,7 +5,7 @@
 //! serial port. Tests run beside one another, so the frames here
 //! are rendered by a process of its own.
 
-use super::{Audience, Change, LiveArguments, Newest};
+use super::{Audience, Change, LiveArguments, Newest, TimeArguments};
 use clap::Parser;
 use shisen::live::{Alone, FrameRecord, SessionSettings};
 use shisen::render::{CaptureOptions, Observer};
@@ -78,6 +78,8 @@ impl Audience for Auditor {
 struct Line {
     #[command(flatten)]
     live: LiveArguments,
+    #[command(flatten)]
+    time: TimeArguments,
 }
 
 /// How often frames took memory that follow a tracker.
@@ -85,7 +87,7 @@ fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) ->
     let usual = ["frames", "--size", "64", "--threads", "2", "--hz", "200"];
     let line = Line::parse_from(usual.iter().chain(arguments));
     let live = line.live.changed(Change::Capture(capture));
-    let prepared = live.prepare().unwrap();
+    let prepared = live.prepare(&line.time).unwrap();
     let tracker = live.listen(tracker).unwrap();
     let settings = prepared.settings(SessionSettings::default());
     let mut auditor = Auditor {

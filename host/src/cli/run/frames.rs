@@ -8,9 +8,10 @@ use super::{Arguments, FillName, View};
 use crate::cli::failure::Failure;
 use crate::cli::live::{Audience, Change, Newest, Prepared};
 use crate::cli::tracker::Interrupt;
+use crate::cli::warn;
 use glam::Vec3;
 use shisen::dashboard::About;
-use shisen::live::{FrameRecord, Share};
+use shisen::live::{FrameRecord, Quality, Share};
 use shisen::picture::Picture;
 use shisen::render::Observer;
 use shisen_core::gaze::HeadPose;
@@ -64,6 +65,8 @@ pub(super) struct Frames<'s> {
     shown: u64,
     change: Option<Change>,
     failure: Option<Failure>,
+    /// Whether it was told that the budget is too small.
+    warned: bool,
 }
 
 impl<'s> Frames<'s> {
@@ -84,6 +87,7 @@ impl<'s> Frames<'s> {
             shown: 0,
             change: None,
             failure: None,
+            warned: false,
         }
     }
 
@@ -218,6 +222,17 @@ impl Audience for Frames<'_> {
         }
         if let Output::Window(watch) = &mut self.output {
             watch.hear(record);
+        }
+        if !self.warned && record.unfinished_fovea && record.rung + 1 == Quality::LADDER.len() {
+            self.warned = true;
+            warn(&format!(
+                "the budget is too small for what is looked at: of the least quality frame {} \
+                 takes about {} steps, and may take {}; give a larger --budget, a lower --hz or a \
+                 smaller --size",
+                record.frame,
+                record.need_steps,
+                record.budget_steps.unwrap_or(record.need_steps),
+            ));
         }
         let now = Instant::now();
         let end = self

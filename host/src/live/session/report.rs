@@ -12,7 +12,8 @@ use serde::Serialize;
 pub struct FrameRecord {
     /// From 0.
     pub frame: u64,
-    /// When it was to be on the walls.
+    /// When it was to be on the walls: at its refresh, or at the one that ends its
+    /// budget, where that is longer.
     pub due_us: u64,
     /// When its newest sample was measured.
     pub sample_us: Option<u64>,
@@ -55,7 +56,7 @@ pub struct FrameRecord {
 pub struct SessionReport {
     /// Frames shown.
     pub frames: u64,
-    /// Frames that were not there at their refresh.
+    /// Frames that were not there when they were due.
     pub late_frames: u64,
     /// Frames that took more steps than they might.
     pub over_budget_frames: u64,

@@ -1,0 +1,95 @@
+//! What is found out before anything is shown.
+
+use super::{REMEMBERED, Session, SessionError, carry_out, follow_a_gaze};
+use crate::live::engine::Engine;
+use crate::live::governor::{Allowance, Decision};
+use crate::live::swap::{Look, Purpose};
+use crate::quantiles::median;
+use crate::render::Observer;
+use shisen_core::{Runs, Simd};
+use std::time::Duration;
+
+/// Frames without level of detail that a scaled budget is measured by.
+const PLAIN_FRAMES: usize = 5;
+
+impl Session<'_> {
+    /// Seconds of a frame with everything in full: the median of some.
+    pub(super) fn plain<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        look: &Look,
+        eyes: &[Observer],
+    ) -> Result<f64, SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        let mut seconds = Vec::new();
+        for _ in 0..PLAIN_FRAMES {
+            let order = self.next(look, &Decision::FULL, Purpose::Plain);
+            self.lock.order(&order)?;
+            let (done, frame) = carry_out(engine, eyes, &order)?;
+            let slowest = self.lock.gather(&done)?.slowest.tracing;
+            let besides = (frame.done - frame.first_ray).saturating_sub(frame.tracing);
+            seconds.push((slowest + besides).as_secs_f64());
+        }
+        Ok(median(seconds))
+    }
+
+    /// Frames that nobody sees: how fast this machine is, what tiles take, and what the
+    /// qualities near the one that fits cost; without a gaze to follow, as well, as there
+    /// may be none later on.
+    pub(super) fn warm_up<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        look: &Look,
+        eyes: &[Observer],
+    ) -> Result<(), SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        for _ in 0..2 {
+            self.render(engine, (look, eyes), &Decision::FULL, Purpose::WarmUp)?;
+        }
+        self.report.allowance = self.allowance(look.forward);
+        if self.report.allowance != Allowance::Unlimited {
+            if follow_a_gaze(eyes) {
+                self.governor.follow(false);
+                self.settle(engine, (look, eyes), Purpose::Plain)?;
+            }
+            self.governor.follow(follow_a_gaze(eyes));
+            self.settle(engine, (look, eyes), Purpose::WarmUp)?;
+        }
+        // When the first gaze is taken depends on frames like the first.
+        self.traced = [Duration::ZERO; REMEMBERED];
+        for _ in 0..2 {
+            let decision = self.governor.decide(self.for_tracing());
+            self.render(engine, (look, eyes), &decision, Purpose::WarmUp)?;
+            self.rung = decision.rung;
+        }
+        Ok(())
+    }
+
+    /// Finds the quality that fits.
+    fn settle<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        seen: (&Look, &[Observer]),
+        purpose: Purpose,
+    ) -> Result<(), SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        self.render(engine, seen, &Decision::FULL, purpose)?;
+        for _ in 0..3 {
+            let decision = self.governor.decide(self.for_tracing());
+            self.render(engine, seen, &decision, purpose)?;
+        }
+        while let Some(better) = self.governor.better() {
+            self.render(engine, seen, &better, purpose)?;
+            if !self.governor.rise(self.for_tracing()) {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
