@@ -13,7 +13,7 @@ use crate::cave::Wall;
 use crate::picture::{Picture, PictureError};
 use emulator::{Emulator, Port};
 use miette::Diagnostic;
-use shisen_core::frame::FlatScreen;
+use shisen_core::frame::{FlatScreen, FrameJob};
 use shisen_tracker::link::Encoder;
 use shisen_tracker::link::display::{
     FrameDone, FrameStart, Order, PixelRun, Ready, Rendering, Report, Reports, Slice, Subject,
@@ -21,6 +21,7 @@ use shisen_tracker::link::display::{
 };
 use shisen_tracker::mock::{Chunk, Source};
 use shisen_tracker::time::Micros;
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 use xxhash_rust::xxh3::Xxh3;
@@ -50,6 +51,15 @@ pub struct Run<'a> {
 
 /// Screens that a controller has room for.
 pub const MOST_SCREENS: usize = 6;
+
+/// Tiles of a frame, of [`TILE`]² pixels each, that a controller has room for.
+pub const MOST_TILES: usize = 768;
+
+/// Pixels a side of a controller's tiles.
+const TILE: u32 = 16;
+
+/// Bytes of orders that a controller takes at a time: they wait while it renders.
+const MOST_ORDER_BYTES: usize = 240;
 
 /// A frame as it came from a controller.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,8 +114,8 @@ pub enum FirmwareError {
     #[diagnostic(transparent)]
     Emulator(#[from] EmulatorError),
     /// It said nothing for too long.
-    #[error("the firmware has said nothing for {seconds} s: {so_far}")]
-    #[diagnostic(help("what it said before is above; is it an image of tests/firmware?"))]
+    #[error("the firmware has sent nothing that was asked for in {seconds} s: {so_far}")]
+    #[diagnostic(help("is it an image of tests/firmware, built from the same sources?"))]
     Silent {
         /// How long.
         seconds: f64,
@@ -118,6 +128,19 @@ pub enum FirmwareError {
     Nonsense {
         /// What.
         what: String,
+    },
+    /// More than it has room for.
+    #[error(
+        "{what} of {tiles} tiles of {TILE}x{TILE} pixels, and the firmware has room for {MOST_TILES}"
+    )]
+    #[diagnostic(help(
+        "give fewer pixels, walls or eyes; MOST_TILES of tests/firmware says how many"
+    ))]
+    TooLarge {
+        /// A frame or a dome master.
+        what: &'static str,
+        /// How many it has.
+        tiles: usize,
     },
     /// A picture too large.
     #[error(transparent)]
@@ -147,11 +170,11 @@ pub fn flat_screen(wall: &Wall) -> FlatScreen {
 /// Runs a controller until the frames asked for have come.
 ///
 /// # Errors
-/// An emulator that does not start, a firmware that says nothing or nonsense.
+/// More than it has room for, an emulator that does not start, a firmware that says
+/// nothing or nonsense.
 pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
-    let mut emulator = Emulator::start(run.image, run.scene)?;
     let mut session = Session::new(&run)?;
-    emulator.send(Port::Display, &session.orders(&run))?;
+    let mut emulator = Emulator::start(run.image, run.scene)?;
     let Run {
         mut tracker,
         patience,
@@ -161,7 +184,12 @@ pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
     let mut decoder = Reports::new();
     while !session.is_done() {
         let bytes = emulator.receive(Port::Display)?;
-        if bytes.is_empty() {
+        // Frames that were not asked for are no answer.
+        if session.advanced {
+            session.advanced = false;
+            heard = Instant::now();
+        }
+        if bytes.is_empty() || heard.elapsed() > Duration::from_secs_f64(patience) {
             session.log(&emulator.log()?);
             if heard.elapsed() > Duration::from_secs_f64(patience) {
                 return Err(FirmwareError::Silent {
@@ -171,7 +199,6 @@ pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
             }
             continue;
         }
-        heard = Instant::now();
         let mut reports = Vec::new();
         decoder.feed(&bytes, &mut |report| reports.push(report));
         for report in reports {
@@ -212,6 +239,13 @@ struct Session {
     two_eyes: bool,
     /// Orders given before the first frame that counts.
     orders: u8,
+    /// Those of them that have not been sent, in pieces that the controller has room for:
+    /// how many are sent with each, and its bytes.
+    unsent: VecDeque<(u8, Vec<u8>)>,
+    /// Orders sent.
+    sent: u8,
+    /// Orders that the newest frame had obeyed.
+    obeyed: u8,
     wanted: u32,
     capture: Option<Order>,
     ready: Option<Ready>,
@@ -224,6 +258,8 @@ struct Session {
     asked_for_capture: bool,
     /// Frames that have ended, whether or not they count.
     ended: u32,
+    /// Whether something has come that was asked for.
+    advanced: bool,
 }
 
 impl Session {
@@ -235,10 +271,23 @@ impl Session {
                 sizes.len()
             )));
         }
-        Ok(Self {
+        let two_eyes = run.rendering.eye_distance != 0.0;
+        let eyes = if two_eyes { 2 } else { 1 };
+        let frame = eyes * FrameJob::tiles_of(sizes.iter().copied(), TILE);
+        let capture = run.capture.map(|(size, _)| [u32::from(size); 2]);
+        let dome = FrameJob::tiles_of(capture.into_iter(), TILE);
+        for (what, tiles) in [("a frame", frame), ("a dome master", dome)] {
+            if tiles > MOST_TILES {
+                return Err(FirmwareError::TooLarge { what, tiles });
+            }
+        }
+        let mut session = Self {
             encoder: Encoder::new(),
-            two_eyes: run.rendering.eye_distance != 0.0,
+            two_eyes,
             orders: sizes.len() as u8 + 2,
+            unsent: VecDeque::new(),
+            sent: 0,
+            obeyed: 0,
             sizes,
             wanted: run.frames,
             capture: run
@@ -252,11 +301,14 @@ impl Session {
             now: Micros(0),
             asked_for_capture: false,
             ended: 0,
-        })
+            advanced: false,
+        };
+        session.plan(run);
+        Ok(session)
     }
 
-    /// What it is told at first.
-    fn orders(&mut self, run: &Run<'_>) -> Vec<u8> {
+    /// What it is to be told at first.
+    fn plan(&mut self, run: &Run<'_>) {
         let count = Order::Screens {
             count: run.screens.len() as u8,
         };
@@ -266,12 +318,28 @@ impl Session {
         let all = std::iter::once(count)
             .chain(screens)
             .chain([Order::Rendering(run.rendering)]);
-        all.flat_map(|order| self.encoder.order(&order).to_vec())
-            .collect()
+        for order in all {
+            let bytes = self.encoder.order(&order).to_vec();
+            match self.unsent.back_mut() {
+                Some((count, piece)) if piece.len() + bytes.len() <= MOST_ORDER_BYTES => {
+                    *count += 1;
+                    piece.extend(bytes);
+                }
+                _ => self.unsent.push_back((1, bytes)),
+            }
+        }
     }
 
-    /// What it is told once the frames have come.
+    /// What it is told next: a piece of the first orders once those before are obeyed, then
+    /// that for a dome master once the frames have come.
     fn next_order(&mut self) -> Option<Vec<u8>> {
+        self.ready?;
+        if self.obeyed >= self.sent
+            && let Some((count, piece)) = self.unsent.pop_front()
+        {
+            self.sent += count;
+            return Some(piece);
+        }
         if self.asked_for_capture || (self.frames.len() as u32) < self.wanted {
             return None;
         }
@@ -286,10 +354,14 @@ impl Session {
     }
 
     fn so_far(&self) -> String {
-        match self.ready {
+        let frames = match self.ready {
             None => "it has not started".to_owned(),
             Some(_) if self.ended == 1 => "1 frame has come".to_owned(),
             Some(_) => format!("{} frames have come", self.ended),
+        };
+        match self.log.last() {
+            Some(line) => format!("{frames}, and the last line of its log is \"{line}\""),
+            None => frames,
         }
     }
 
@@ -299,13 +371,17 @@ impl Session {
 
     fn take(&mut self, report: Report) -> Result<(), FirmwareError> {
         match report {
-            Report::Ready(ready) => self.ready = Some(ready),
+            Report::Ready(ready) => {
+                self.ready = Some(ready);
+                self.advanced = true;
+            }
             Report::Frame(start) => self.begin(start)?,
             Report::Pixels(run) => self.pixels(&run)?,
             Report::Slice(slice) => {
                 self.now = slice.time;
                 if let Some(frame) = &mut self.current {
                     frame.slices.push(slice);
+                    self.advanced = true;
                 }
             }
             Report::FrameDone(done) => {
@@ -328,6 +404,10 @@ impl Session {
         // Without a scene nothing says that a frame is over but the next.
         if self.current.is_some() {
             self.end();
+        }
+        if start.orders > self.obeyed {
+            self.obeyed = start.orders;
+            self.advanced = true;
         }
         let sizes: Vec<[u32; 2]> = match start.subject {
             Subject::Capture { size } => vec![[u32::from(size); 2]],
@@ -373,6 +453,7 @@ impl Session {
             }
             picture.set_pixel(x, y, [pixel.red, pixel.green, pixel.blue, pixel.alpha]);
         }
+        self.advanced = true;
         Ok(())
     }
 }

@@ -233,6 +233,10 @@ pub(super) fn run(firmware: &Firmware) -> Result<(), Failure> {
         tracker: arguments.tracker.bytes()?,
         patience: PATIENCE,
     })?;
+    let linked = EffectSet::from_bits(watched.ready.linked);
+    if dispersion && !linked.contains(EffectSet::DISPERSION) {
+        return Err(Failure::from_error(OneWavelength));
+    }
     let compared = Compared {
         scene: scene.scene(),
         screens: &screens,
@@ -252,6 +256,19 @@ pub(super) fn run(firmware: &Firmware) -> Result<(), Failure> {
 
 /// Seconds of silence.
 const PATIENCE: f64 = 60.0;
+
+/// Wavelengths for a firmware that tells none apart.
+#[derive(Debug, thiserror::Error)]
+#[error("the firmware has no code for wavelengths")]
+struct OneWavelength;
+
+impl miette::Diagnostic for OneWavelength {
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        Some(Box::new(
+            "build it with the feature dispersion, leave out --image, or give --wavelengths 1",
+        ))
+    }
+}
 
 /// Frames that are not the host's.
 #[derive(Debug, thiserror::Error)]

@@ -1,6 +1,6 @@
 //! The frame that a controller has shown, made once more by the host.
 
-use super::ShownFrame;
+use super::{ShownFrame, TILE};
 use crate::picture::{Picture, PictureError};
 use crate::render::RenderError;
 use crate::spectrum::Method;
@@ -18,8 +18,6 @@ use shisen_core::{EffectSet, Simd};
 use shisen_tracker::link::display::{FrameStart, Rendering, Subject};
 use thiserror::Error;
 
-/// Pixels a side of a controller's tiles.
-const TILE: u32 = 16;
 /// Phases of its table of wavelengths.
 const PHASES: u32 = 8;
 /// Radius of the mirror of its dome masters: metres.

@@ -52,7 +52,9 @@ impl Uart {
     const RECEIVER_OVERRUN: u32 = 1 << 3;
     const RECEIVER_INTERRUPT: u32 = 1 << 1;
 
-    /// How often a full transmitter is looked at before its byte is given up.
+    /// How often a full transmitter is looked at before what is to be sent is given up:
+    /// about a second. The emulator's goes on when its reader does, whom other programs
+    /// can keep waiting; a port with DMA needs none.
     const PATIENCE: u32 = 100_000_000;
 
     fn read(self, register: usize) -> u32 {
@@ -85,17 +87,18 @@ impl Uart {
         Some((self.read(Self::DATA) as u8, lost))
     }
 
-    /// Sends bytes one after another. Those that nobody takes are given up, so
-    /// that nothing waits for ever.
+    /// Sends bytes one after another. If nobody takes one, the rest is given up, so that
+    /// nothing waits for ever.
     pub fn send(self, bytes: &[u8]) {
         for &byte in bytes {
             let mut left = Self::PATIENCE;
             while self.read(Self::STATE) & Self::TRANSMITTER_FULL != 0 && left > 0 {
                 left -= 1;
             }
-            if left > 0 {
-                self.write(Self::DATA, byte.into());
+            if left == 0 {
+                return;
             }
+            self.write(Self::DATA, byte.into());
         }
     }
 }

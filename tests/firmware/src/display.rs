@@ -1,5 +1,6 @@
 //! What is shown: the screens, the eyes before them, and how they are rendered.
 
+use crate::say;
 use glam::Vec3;
 use heapless::Vec;
 use shisen_core::frame::{FlatScreen, LevelOfDetail, Part, Pictures, Renderer, View};
@@ -101,6 +102,9 @@ impl Display {
                 }
             }
             Order::Rendering(rendering) => {
+                if rendering.budget == 0 {
+                    say!(warn, "no steps for a frame: only the background is shown");
+                }
                 self.rendering = Rendering {
                     // With none it would never come to an end.
                     slice: rendering.slice.max(1),

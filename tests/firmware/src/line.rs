@@ -120,8 +120,9 @@ impl Line {
 
     /// When the newest byte came, in ticks.
     pub fn newest(&self) -> u64 {
-        let now = board::ticks();
+        // In this order: a byte may come in between.
         let low = self.0.newest.load(Ordering::Relaxed);
+        let now = board::ticks();
         now - u64::from((now as u32).wrapping_sub(low))
     }
 }

@@ -3,6 +3,7 @@
 use crate::board;
 use crate::viewer::Viewer;
 use glam::Vec3;
+use shisen_core::gaze::VisualField;
 use shisen_core::numeric;
 use shisen_tracker::link::display::{FrameStart, Rendering};
 use shisen_tracker::time::Micros;
@@ -31,6 +32,8 @@ impl Restart {
     ) -> Option<Self> {
         let angle = rendering.restart_angle;
         start.state?;
+        // What is shown in full everywhere is so, too, where the viewer looks now.
+        VisualField::PAPER.wider(start.widen)?;
         (angle > 0.0 && in_a_row < MOST_IN_A_ROW).then(|| Self {
             forward: start.forward,
             cosine: numeric::sin_cos(angle.min(core::f32::consts::PI)).1,

@@ -22,6 +22,10 @@ pub struct Viewer {
     gaze: GazeEstimator<HEAD, EYES>,
     records: u32,
     dropped: u32,
+    /// Bytes that had found no room when this was last said.
+    lost: u32,
+    /// Whether it was said that nothing has come.
+    waits: bool,
     instructions: u64,
     /// When the last byte of the newest record came, in ticks.
     newest: Option<u64>,
@@ -38,6 +42,8 @@ impl Viewer {
             gaze: GazeEstimator::with_histories(EstimatorConfig::default()).ok()?,
             records: 0,
             dropped: 0,
+            lost: 0,
+            waits: false,
             instructions: 0,
             newest: None,
         })
@@ -45,6 +51,11 @@ impl Viewer {
 
     /// Takes what has come in.
     pub fn listen(&mut self) {
+        let lost = self.line.lost();
+        if lost != self.lost {
+            self.lost = lost;
+            say!(warn, "{} bytes of the tracker found no room", lost);
+        }
         let mut buffer = [0; 64];
         // As much as can wait, so that a fast line does not hold frames up.
         for _ in 0..4 {
@@ -89,6 +100,10 @@ impl Viewer {
 
     /// Where the viewer looks at a time.
     pub fn estimate(&mut self, time: Micros) -> Estimate {
+        if self.records == 0 && !self.waits {
+            self.waits = true;
+            say!(info, "no record of the tracker yet: full quality everywhere");
+        }
         self.gaze.estimate(time, &mut |event| {
             if let estimate::Event::State {
                 from: _from,

@@ -2,8 +2,8 @@
 //! UART1, its log on UART2.
 //!
 //! It links only where no path leads to a panic: the handler calls what is not
-//! there. Nothing is allocated, and nothing waits: a frame is rendered slice by
-//! slice, and between slices what has come in is taken.
+//! there. Nothing is allocated, and nothing waits but for a port that sends: a frame is
+//! rendered slice by slice, and between slices what has come in is taken.
 #![no_std]
 #![no_main]
 
@@ -86,6 +86,8 @@ const MOST_ORDERS: usize = 16;
 struct Ports {
     viewer: Viewer,
     line: Line,
+    /// Bytes that had found no room on it when this was last said.
+    lost: u32,
     orders: Orders,
     waiting: Deque<Order, MOST_ORDERS>,
     out: Out,
@@ -95,6 +97,11 @@ impl Ports {
     /// Takes what has come in.
     fn listen(&mut self) {
         self.viewer.listen();
+        let lost = self.line.lost();
+        if lost != self.lost {
+            self.lost = lost;
+            say!(warn, "{} bytes of orders found no room", lost);
+        }
         let mut buffer = [0; 64];
         let bytes = self.line.take(&mut buffer);
         let waiting = &mut self.waiting;
@@ -401,6 +408,7 @@ fn set_up(ports: &mut MaybeUninit<Ports>) -> Option<&mut Ports> {
     let ports = ports.write(Ports {
         viewer: Viewer::new(Line::TRACKER)?,
         line: Line::DISPLAY,
+        lost: 0,
         orders: Orders::new(),
         waiting: Deque::new(),
         out: Out {
