@@ -444,12 +444,13 @@ fn calibration(n: &mut Numbers) {
     };
     let fitted = finite_or_error(file.fit());
     assert!(fitted.is_some() || !n.are_sane());
-    let text = finite_or_error(file.to_toml());
-    assert_eq!(text.is_some(), fitted.is_some());
-    // What it writes of sane numbers is read again.
-    if let (Some(text), true) = (text, n.are_sane()) {
+    // What it writes is read again.
+    if let Some(text) = finite_or_error(file.to_toml()) {
+        assert!(fitted.is_some());
         let read = CalibrationFile::from_toml(&text, "a.toml");
         assert_eq!(read.expect("a file").targets.len(), 5);
+    } else {
+        assert!(!n.are_sane());
     }
 }
 
@@ -520,9 +521,10 @@ fn hatire(n: &mut Numbers) {
         rotation: n.vec3([1.0, 2.0, 3.0]).to_array(),
         translation: [0.0; 3],
     };
-    if let Some(frame) = config.decode(&config.encode_frame(&frame)) {
-        finite(&frame);
-    }
+    // The reader is what refuses numbers; a frame has those that were sent.
+    let bytes = config.encode_frame(&frame);
+    let read = config.decode(&bytes).expect("a frame");
+    assert_eq!(config.encode_frame(&read), bytes);
 }
 
 fn osvr(n: &mut Numbers) {
