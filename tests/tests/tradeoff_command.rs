@@ -53,11 +53,11 @@ fn measured(id: &str) -> Written {
         check_fronts(comparison);
         check_choice(comparison, optimised);
     }
-    let mut rows = csv::Reader::from_reader(read("csv").as_bytes())
+    let rows: Vec<csv::StringRecord> = csv::Reader::from_reader(read("csv").as_bytes())
         .records()
         .map(Result::unwrap)
         .collect();
-    check_rows(section, &mut rows);
+    check_rows(section, &rows);
     let page = read("html");
     check_page(section, &page);
     Written {
@@ -138,10 +138,8 @@ fn check_choice(comparison: &Value, optimised: bool) {
     assert!(text_of(&limit["because"]).len() > 5, "{limit}");
     let limit = limit["error"].as_f64().unwrap();
     let enough: Vec<&Value> = points.iter().filter(|one| error(one) <= limit).collect();
-    let Some((_, after)) = choice
-        .split_once("Choose ")
-        .or_else(|| choice.split_once("choose "))
-    else {
+    let said = choice.split_once("Choose ");
+    let Some((_, after)) = said.or_else(|| choice.split_once("choose ")) else {
         panic!("nothing is chosen: {choice}");
     };
     if after.starts_with("by the times of an optimised build") {
@@ -151,62 +149,71 @@ fn check_choice(comparison: &Value, optimised: bool) {
         }
         return;
     }
+    if HAVE_THEIR_OWN.contains(&text_of(&comparison["id"])) {
+        let starts_with = |text: &Value| after.starts_with(text_of(text));
+        let is_chosen =
+            |point: &Value| ["name", "series"].iter().any(|&of| starts_with(&point[of]));
+        assert!(points.iter().any(is_chosen), "{choice}");
+        return;
+    }
     // Names may begin with others.
     let named = points.iter().filter(|point| {
         let rest = after.strip_prefix(text_of(&point["name"]));
-        rest.is_some_and(|rest| rest.starts_with([',', ':']))
+        rest.is_some_and(|rest| rest.starts_with(", "))
     });
-    let chosen = named
-        .max_by_key(|point| text_of(&point["name"]).len())
-        .unwrap_or_else(|| panic!("{choice}"));
-    // Latency has a choice of its own.
-    let by_limit = text_of(&comparison["id"]).starts_with("latency-");
-    if by_limit || comparison["id"] == "mappings" {
-        return;
-    }
-    assert_eq!(
-        enough.is_empty(),
-        choice.starts_with("No setting has"),
-        "{choice}"
-    );
-    if let (Some(steps), false) = (chosen["steps"].as_f64(), enough.is_empty()) {
+    let Some(chosen) = named.max_by_key(|point| text_of(&point["name"]).len()) else {
+        panic!("no point is chosen: {choice}");
+    };
+    let none = choice.starts_with("No setting has");
+    assert_eq!(enough.is_empty(), none, "{choice}");
+    if let (Some(steps), false) = (chosen["steps"].as_f64(), none) {
         assert!(error(chosen) <= limit, "{choice}");
         for other in enough {
+            // What is within a hundredth costs the same.
             let least = other["steps"].as_f64().unwrap();
-            assert!(steps <= 1.0102 * least, "{other}: {choice}");
+            assert!(0.99 * steps <= least, "{other}: {choice}");
         }
     }
 }
 
+/// Comparisons whose sentences are not by their limits: which mapping is what it is for,
+/// which precision is one for both mappings, and which horizon is by the widened frame.
+const HAVE_THEIR_OWN: [&str; 4] = ["mappings", "precision", "latency-20ms", "latency-50ms"];
+
 /// Each error has a row, each hard case three, each tile one, with the numbers of the report.
-fn check_rows(section: &Value, rows: &mut Vec<csv::StringRecord>) {
-    let all = std::mem::take(rows);
-    let mut left = all.iter();
+fn check_rows(section: &Value, rows: &[csv::StringRecord]) {
+    let mut left = rows.iter();
     for comparison in list(&section["comparisons"]) {
         for point in list(&comparison["points"]) {
             let measures = list(&comparison["measures"]).iter();
             for (measure, error) in measures.zip(list(&point["errors"])) {
                 let row = left.next().unwrap();
-                let key = [&section["id"], &comparison["id"], &point["series"]];
-                let found = [&row[0], &row[1], &row[2], &row[3], &row[5]];
-                let [section, comparison, series] = key.map(text_of);
                 let expected = [
-                    section,
-                    comparison,
-                    series,
-                    text_of(&point["name"]),
-                    text_of(&measure["id"]),
+                    &section["id"],
+                    &comparison["id"],
+                    &point["series"],
+                    &point["name"],
+                    &measure["id"],
                 ];
-                assert_eq!(found, expected);
-                assert_eq!(row[6].parse().ok(), error.as_f64(), "{row:?}");
-                assert_eq!(row[7].parse().ok(), point["seconds"].as_f64(), "{row:?}");
-                assert_eq!(row[9].parse().ok(), point["steps"].as_u64(), "{row:?}");
+                let found = [&row[0], &row[1], &row[2], &row[3], &row[5]];
+                assert_eq!(found, expected.map(text_of));
+                assert!(is_number(&row[6], error), "{row:?}");
+                assert!(is_number(&row[7], &point["seconds"]), "{row:?}");
+                assert!(is_number(&row[8], &point["spread"]), "{row:?}");
+                assert!(is_number(&row[9], &point["steps"]), "{row:?}");
             }
         }
     }
     let (cases, tiles) = (list(&section["hard_cases"]), list(&section["tiles"]));
     assert_eq!(left.len(), 3 * cases.len() + tiles.len());
-    *rows = all;
+}
+
+/// Whether a text is the same number, to all digits but the last, or neither is one.
+fn is_number(text: &str, value: &Value) -> bool {
+    match (text.parse::<f64>().ok(), value.as_f64()) {
+        (Some(text), Some(value)) => (text - value).abs() <= 1.0e-15 * value.abs(),
+        (text, value) => text.is_none() && value.is_none(),
+    }
 }
 
 /// The page stands alone, and has a chart for each cost of each comparison, the sentences,
@@ -271,7 +278,7 @@ fn wavelengths_have_their_price() {
     let error = |name: &str| error_of(&comparisons[0], name);
     // One wavelength has no colours at all, whoever takes it.
     assert!(error("comb 1") > 2.0 * error("comb 14"));
-    assert!(error("split 14, 64 rays") < error("split 14"));
+    assert!(error("split 14, 128 rays") < error("split 14"));
     // What the truth is off by itself is well below what counts as nothing.
     let about = text_of(&found.section["about"]);
     let own = about.split_once("it is off by ").unwrap().1;
@@ -371,10 +378,10 @@ fn hard_cases_stand_in_the_report() {
         assert!(found.page.contains(text_of(&case["name"])));
     }
     assert_eq!(found.rows.len(), 3 * expected.len());
-    for (row, case) in found.rows.chunks(3).zip(list(cases)) {
-        assert_eq!(row[0][6].parse().ok(), case["error"].as_f64());
-        assert_eq!(row[1][6].parse().ok(), case["bound"].as_f64());
-        assert_eq!(row[2][6].parse().ok(), case["naive_error"].as_f64());
+    for (rows, case) in found.rows.chunks(3).zip(list(cases)) {
+        for (row, key) in rows.iter().zip(["error", "bound", "naive_error"]) {
+            assert!(is_number(&row[6], &case[key]), "{row:?}: {case}");
+        }
     }
 }
 
