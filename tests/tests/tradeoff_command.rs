@@ -220,7 +220,10 @@ fn is_number(text: &str, value: &Value) -> bool {
 /// and every point's name.
 fn check_page(section: &Value, page: &str) {
     assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
-    assert!(!page.contains("NaN") && !page.contains("<script"));
+    assert!(!page.contains("<script"));
+    // The bytes of a picture may spell anything.
+    let mut lines = page.lines().filter(|line| !line.contains("<img "));
+    assert!(!lines.any(|line| line.contains("NaN")));
     let comparisons = list(&section["comparisons"]);
     let costs = comparisons.iter().map(|one| {
         let steps = list(&one["points"])
@@ -276,9 +279,9 @@ fn wavelengths_have_their_price() {
     let comparisons = &found.section["comparisons"];
     assert_eq!(names(comparisons, "id"), ["wavelengths"]);
     let error = |name: &str| error_of(&comparisons[0], name);
-    // One wavelength has no colours at all, whoever takes it.
-    assert!(error("comb 1") > 2.0 * error("comb 14"));
-    assert!(error("split 14, 128 rays") < error("split 14"));
+    // One wavelength has no colours, few rays have rough edges.
+    let nearest = error("split 14, 128 rays");
+    assert!(error("comb 1") > 2.0 * nearest && error("split 14") > 2.0 * nearest);
     // What the truth is off by itself is well below what counts as nothing.
     let about = text_of(&found.section["about"]);
     let own = about.split_once("it is off by ").unwrap().1;
