@@ -67,13 +67,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     })?;
     let errors: Vec<Differences> = measured
         .iter()
-        .map(|(_, frames)| {
-            let pairs = seen.iter().zip(frames);
-            let errors: Vec<Vec<f64>> = pairs
-                .map(|(seen, frame)| seen.differences(&frame.pictures[0].picture))
-                .collect();
-            Differences::new(&errors)
-        })
+        .map(|(_, frames)| Differences::of(&seen, frames))
         .collect();
     let nearest = errors
         .iter()
@@ -389,6 +383,12 @@ struct Differences {
 }
 
 impl Differences {
+    fn of(seen: &[Seen], frames: &[Frame]) -> Self {
+        let pairs = seen.iter().zip(frames);
+        let errors = pairs.map(|(seen, frame)| seen.differences(&frame.pictures[0].picture));
+        Self::new(&errors.collect::<Vec<_>>())
+    }
+
     fn new(details: &[Vec<f64>]) -> Self {
         let most = details.iter().map(|own| quantile_of(own.clone(), 0.95));
         let most: Vec<f64> = most.collect();

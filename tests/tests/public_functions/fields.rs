@@ -17,7 +17,7 @@ use shisen::scene::camera::DomeCamera;
 use shisen::selftest::{Errors, Outcome, selected};
 use shisen::spectrum::Dispersion;
 use shisen::tracker::calibration::{CalibrationFile, SeenTarget};
-use shisen::tracker::{HidName, HidSpec, Recording, Spec};
+use shisen::tracker::{HidName, HidSpec, Recording, Spec, Times};
 use shisen_core::scene::Records;
 use shisen_core::scene::format::{self, NO_MATERIAL, Node};
 use shisen_core::trace::Statistics;
@@ -471,9 +471,9 @@ fn spec(n: &mut Numbers) {
             rotation: n.quat(),
             origin: n.vec3([0.0; 3]),
         },
-        times: Default::default(),
+        times: Times::default(),
     });
-    assert_eq!((spec.head(), spec.times()), (None, &Default::default()));
+    assert_eq!((spec.head(), spec.times()), (None, &Times::default()));
 }
 
 fn fastrak(n: &mut Numbers) {
