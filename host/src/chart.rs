@@ -493,7 +493,7 @@ impl Axis {
             return format!("{value:.0e}");
         }
         let extent = self.range.end - self.range.start;
-        if extent < 1.0e-4 {
+        if extent < 1.0e-3 {
             let zero = value.abs() < 1.0e-6 * extent;
             let digits = format!("{:.1e}", if zero { 0.0 } else { value });
             return if zero {
@@ -664,5 +664,9 @@ mod tests {
         chart.x.range = 0.0..5.0e-7;
         let found = [0.0, 1.0e-22, 1.0e-7, 1.5e-7].map(|value| chart.x.tick(value));
         assert_eq!(found, ["0", "0", "1e-7", "1.5e-7"]);
+        // Five digits after the point would lie on the axis' own name.
+        chart.x.range = 0.0..2.8e-4;
+        let found = [5.0e-5, 1.0e-4, 2.5e-4].map(|value| chart.x.tick(value));
+        assert_eq!(found, ["5e-5", "1e-4", "2.5e-4"]);
     }
 }

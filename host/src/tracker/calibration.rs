@@ -81,6 +81,10 @@ pub enum CalibrationFault {
     #[error("{0}")]
     #[diagnostic(help("lengths are metres, in the room: +X right, +Y up, −Z ahead"))]
     Place(ConfigError),
+    /// The place of a target that is none.
+    #[error("a target's place is no number of metres")]
+    #[diagnostic(help("give three numbers, or leave it out: it is for people"))]
+    TargetPlace,
 }
 
 /// Why a calibration cannot be used.
@@ -141,6 +145,13 @@ pub struct SeenTarget {
     pub samples: Option<u32>,
     /// The mean of what it said, of left, right and combined.
     pub measured: [Option<Vec2>; 3],
+}
+
+impl SeenTarget {
+    /// Whether it has a place that is no number.
+    fn is_nowhere(&self) -> bool {
+        self.place.is_some_and(|place| !place.is_finite())
+    }
 }
 
 /// What is known of a tracker where it stands.
@@ -318,6 +329,10 @@ impl CalibrationFile {
         }
         file.check().map_err(misplaced(None))?;
         file.targets = entry.target.iter().map(|t| t.as_ref().seen()).collect();
+        if let Some(at) = file.targets.iter().position(SeenTarget::is_nowhere) {
+            let span = Some(entry.target[at].span());
+            return Err(Located::new(CalibrationFault::TargetPlace, &source, span));
+        }
         if let Err(error) = file.fit() {
             let at = file.target_of(&error).map(|at| entry.target[at].span());
             return Err(Located::new(error.into(), &source, at));
@@ -391,12 +406,16 @@ impl CalibrationFile {
         config.screen = self.screen.or(config.screen);
     }
 
-    /// The file's text.
+    /// The file's text, which [`CalibrationFile::from_toml`] reads again.
     ///
     /// # Errors
-    /// Targets that make no calibration.
-    pub fn to_toml(&self) -> Result<String, FitError> {
+    /// Targets that make no calibration, and places that cannot be.
+    pub fn to_toml(&self) -> Result<String, CalibrationFault> {
         let fits = self.fit()?;
+        self.check().map_err(CalibrationFault::Place)?;
+        if self.targets.iter().any(SeenTarget::is_nowhere) {
+            return Err(CalibrationFault::TargetPlace);
+        }
         let mut text = String::from(
             "# Written by `shisen tracker calibrate`. The calibration is fitted to the\n\
              # targets anew when this is read; what follows a # is for people.\n",

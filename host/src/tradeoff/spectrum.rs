@@ -39,9 +39,6 @@ const SPLIT_SAMPLES: u16 = 8;
 /// wavelengths there are.
 const RAYS_OF_EACH: u16 = 8;
 
-/// Rays a pixel of which each takes all wavelengths, where edges are to be smooth, too.
-const MANY_SAMPLES: u16 = 64;
-
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let details = LOWER_LEFT[..bench.effort.pick(3, LOWER_LEFT.len())].iter();
     let details: Vec<Balls> = details
@@ -70,13 +67,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     })?;
     let errors: Vec<Differences> = measured
         .iter()
-        .map(|(_, frames)| {
-            let pairs = seen.iter().zip(frames);
-            let errors: Vec<Vec<f64>> = pairs
-                .map(|(seen, frame)| seen.differences(&frame.pictures[0].picture))
-                .collect();
-            Differences::new(&errors)
-        })
+        .map(|(_, frames)| Differences::of(&seen, frames))
         .collect();
     let nearest = errors
         .iter()
@@ -120,7 +111,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
          are not always nearer: each has fewer rays, 8 at 7 wavelengths and one or two at 40, and \
          edges that are drawn by so few have colours of their own. Where each wavelength has 8 \
          rays, however many there are, it is the number of wavelengths alone that differs; where \
-         64 rays take all wavelengths, edges have little to add. What \
+         64 or 128 rays take all wavelengths, edges have little to add. What \
          is less than the standard deviation between details (±) is chance.",
         measures,
         limit,
@@ -168,7 +159,7 @@ fn about(bench: &Bench<'_>, details: &[Balls], share: f64, own: f64) -> String {
 }
 
 fn true_samples(bench: &Bench<'_>) -> u16 {
-    bench.effort.pick(160, 256)
+    bench.effort.pick(480, 512)
 }
 
 /// The scene before one wall, for one eye.
@@ -181,7 +172,7 @@ struct Balls {
 
 impl Balls {
     fn new(bench: &Bench<'_>, [x, y]: [f64; 2]) -> Result<Self, Cause> {
-        let size = bench.effort.pick(32, 64);
+        let size = bench.effort.pick(24, 48);
         // A square window 1 m before the eye.
         let corner = |right: f64, up: f64| DVec3::new(SIDE * right + x, SIDE * up + y, -1.0);
         let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)];
@@ -277,12 +268,16 @@ fn asked(bench: &Bench<'_>) -> Result<Vec<Asked>, Cause> {
             dispersion: clamped(Dispersion::of(Method::Paper, count, None)?)?,
         });
     }
-    for &count in bench.effort.pick(&[14][..], &[7, 14, 28]) {
+    // Where edges are to be smooth, too.
+    for &(count, rays) in bench
+        .effort
+        .pick(&[(14, 128)][..], &[(7, 64), (14, 64), (14, 128)])
+    {
         asked.push(Asked {
             method: Method::Split,
             count,
             each: None,
-            rays: Some(MANY_SAMPLES),
+            rays: Some(rays),
             dispersion: clamped(Dispersion::of(Method::Split, count, None)?)?,
         });
     }
@@ -343,7 +338,7 @@ impl Asked {
         };
         let series = match (self.method, self.each, self.rays) {
             (_, Some(_), _) => "comb, several each",
-            (Method::Split, _, Some(_)) => "split, 64 rays",
+            (Method::Split, _, Some(_)) => "split, more rays",
             (_, _, Some(_)) => "paper, 8 rays for each",
             _ => self.method.name(),
         };
@@ -388,6 +383,12 @@ struct Differences {
 }
 
 impl Differences {
+    fn of(seen: &[Seen], frames: &[Frame]) -> Self {
+        let pairs = seen.iter().zip(frames);
+        let errors = pairs.map(|(seen, frame)| seen.differences(&frame.pictures[0].picture));
+        Self::new(&errors.collect::<Vec<_>>())
+    }
+
     fn new(details: &[Vec<f64>]) -> Self {
         let most = details.iter().map(|own| quantile_of(own.clone(), 0.95));
         let most: Vec<f64> = most.collect();

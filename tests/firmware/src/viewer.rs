@@ -102,7 +102,10 @@ impl Viewer {
     pub fn estimate(&mut self, time: Micros) -> Estimate {
         if self.records == 0 && !self.waits {
             self.waits = true;
-            say!(info, "no record of the tracker yet: full quality everywhere");
+            say!(
+                info,
+                "no record of the tracker yet: full quality everywhere"
+            );
         }
         self.gaze.estimate(time, &mut |event| {
             if let estimate::Event::State {

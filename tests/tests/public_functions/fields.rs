@@ -17,7 +17,7 @@ use shisen::scene::camera::DomeCamera;
 use shisen::selftest::{Errors, Outcome, selected};
 use shisen::spectrum::Dispersion;
 use shisen::tracker::calibration::{CalibrationFile, SeenTarget};
-use shisen::tracker::{HidName, HidSpec, Recording, Spec};
+use shisen::tracker::{HidName, HidSpec, Recording, Spec, Times};
 use shisen_core::scene::Records;
 use shisen_core::scene::format::{self, NO_MATERIAL, Node};
 use shisen_core::trace::Statistics;
@@ -444,12 +444,13 @@ fn calibration(n: &mut Numbers) {
     };
     let fitted = finite_or_error(file.fit());
     assert!(fitted.is_some() || !n.are_sane());
-    let text = finite_or_error(file.to_toml());
-    assert_eq!(text.is_some(), fitted.is_some());
-    // What it writes of sane numbers is read again.
-    if let (Some(text), true) = (text, n.are_sane()) {
+    // What it writes is read again.
+    if let Some(text) = finite_or_error(file.to_toml()) {
+        assert!(fitted.is_some());
         let read = CalibrationFile::from_toml(&text, "a.toml");
         assert_eq!(read.expect("a file").targets.len(), 5);
+    } else {
+        assert!(!n.are_sane());
     }
 }
 
@@ -470,9 +471,9 @@ fn spec(n: &mut Numbers) {
             rotation: n.quat(),
             origin: n.vec3([0.0; 3]),
         },
-        times: Default::default(),
+        times: Times::default(),
     });
-    assert_eq!((spec.head(), spec.times()), (None, &Default::default()));
+    assert_eq!((spec.head(), spec.times()), (None, &Times::default()));
 }
 
 fn fastrak(n: &mut Numbers) {
@@ -520,9 +521,10 @@ fn hatire(n: &mut Numbers) {
         rotation: n.vec3([1.0, 2.0, 3.0]).to_array(),
         translation: [0.0; 3],
     };
-    if let Some(frame) = config.decode(&config.encode_frame(&frame)) {
-        finite(&frame);
-    }
+    // The reader is what refuses numbers; a frame has those that were sent.
+    let bytes = config.encode_frame(&frame);
+    let read = config.decode(&bytes).expect("a frame");
+    assert_eq!(config.encode_frame(&read), bytes);
 }
 
 fn osvr(n: &mut Numbers) {

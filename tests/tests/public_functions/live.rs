@@ -24,6 +24,7 @@ use shisen_core::frame::{LevelOfDetail, Spectrum, Tile};
 use shisen_core::gaze::{Gaze, HeadPose, LineOfSight, VisualField};
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::estimate::GazeEstimator;
+use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
@@ -327,7 +328,11 @@ fn calibration(n: &mut Numbers) {
     );
     for (x, y) in [(0.0, 0.0), (0.3, 0.0), (0.0, 0.3), (-0.3, 0.1), (0.1, -0.3)] {
         let (direction, combined) = (list(&[x, y, -1.0]), list(&[x, y]));
-        text += &format!("[[target]]\ndirection = {direction}\ncombined = {combined}\n");
+        write!(
+            text,
+            "[[target]]\ndirection = {direction}\ncombined = {combined}\n"
+        )
+        .expect("text");
     }
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("calibration.toml");

@@ -174,7 +174,8 @@ impl Config {
         }
     }
 
-    /// Takes a frame apart; `None` where its marks are not there.
+    /// Takes a frame apart; `None` where its marks are not there. Its numbers are any
+    /// that were sent: what is none is refused by the decoder.
     pub fn decode(&self, bytes: &[u8; FRAME_BYTES]) -> Option<Frame> {
         let [0xAA, 0xAA, c0, c1, numbers @ .., 0x55, 0x55] = bytes else {
             return None;

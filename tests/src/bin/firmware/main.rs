@@ -373,6 +373,9 @@ impl Bench {
                 &format!("budget {budget}, slice {slice}"),
             )?;
             let done = frame.done.ok_or("a frame without an end")?;
+            if budget == 0 {
+                logged(&watched, "no steps for a frame")?;
+            }
             let ran_out = done.given_up > 0;
             check(ran_out == (budget < 20_000), "tiles given up")?;
             check(
@@ -466,10 +469,8 @@ impl Bench {
             tracker.records == 0 && tracker.dropped > 0,
             "noise is dropped",
         )?;
-        check(
-            watched.log.iter().any(|line| line.contains("tracker")),
-            "the log",
-        )?;
+        logged(&watched, "tracker: ")?;
+        logged(&watched, "no record of the tracker yet")?;
         Ok(format!(
             "{} bytes dropped, full quality everywhere",
             tracker.dropped
@@ -495,6 +496,7 @@ impl Bench {
         let watched = self.same(&scene, run)?;
         let tracker = watched.tracker.ok_or("nothing said of the tracker")?;
         check(tracker.overrun > 0, "nothing was lost")?;
+        logged(&watched, "bytes of the tracker found no room")?;
         Ok(format!("{} bytes lost and counted", tracker.overrun))
     }
 
@@ -536,6 +538,12 @@ impl Bench {
         }
         Ok("full quality everywhere".to_owned())
     }
+}
+
+/// Whether the controller has said so.
+fn logged(watched: &Watched, words: &str) -> Result<(), Wrong> {
+    let said = watched.log.iter().any(|line| line.contains(words));
+    check(said, &format!("its log has no \"{words}\""))
 }
 
 fn check(holds: bool, what: &str) -> Result<(), Wrong> {
