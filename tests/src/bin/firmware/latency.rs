@@ -152,7 +152,7 @@ impl Source for Leaps {
         sample.device_time = Some(DeviceTime::unwrapped(time.0));
         sample.head.position = Some(Reading::tracked(Vec3::ZERO));
         sample.head.orientation = Some(Reading::tracked(glam::Quat::IDENTITY));
-        let side = if self.number / Self::STAY % 2 == 0 {
+        let side = if (self.number / Self::STAY).is_multiple_of(2) {
             -0.3
         } else {
             0.3
