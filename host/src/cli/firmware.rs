@@ -349,7 +349,7 @@ fn write(folder: &Path, watched: &Watched, cave: &Cave, eyes: u8) -> Result<Vec<
     let is_screens = |frame: &&ShownFrame| frame.start.subject == Subject::Screens;
     let is_whole = |frame: &&ShownFrame| frame.done.is_some_and(|done| !done.cut_short);
     let walls = || watched.frames.iter().filter(is_screens);
-    if let Some(frame) = walls().rfind(is_whole).or(walls().last()) {
+    if let Some(frame) = walls().rfind(is_whole).or(walls().next_back()) {
         let eyes: &[&str] = if eyes == 2 {
             &["left", "right"]
         } else {
