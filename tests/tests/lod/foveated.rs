@@ -479,7 +479,9 @@ fn an_unknown_gaze_is_sampled_more_finely() {
     let known = Observer::foveated(eye.eye, eye.place, sight, 0.0);
     let vague = Observer::foveated(eye.eye, eye.place, sight, 0.2);
     let unknown = Observer::foveated(eye.eye, eye.place, sight, 4.0);
-    assert_eq!(unknown, eye, "everything is traced");
+    let ahead = Some(sight.forward());
+    let all = Observer { ahead, ..eye };
+    assert_eq!(unknown, all, "everything is traced");
     let mut finer = 0;
     for (view, _) in views([512; 2], &[eye]) {
         let (known, vague) = (

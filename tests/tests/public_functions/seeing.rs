@@ -358,6 +358,19 @@ pub(super) const CASES: &[(&str, Case)] = &[
             }
         }
     }),
+    ("core simd::Runs::run_along", |n| {
+        // What goes along a ray is a search, on either path.
+        if let Some(ray) = a_ray(n) {
+            let scene = BAKED.scene();
+            for mesh in 0..scene.meshes().len() {
+                let found = [Simd::PORTABLE, Simd::detect()].map(|simd| {
+                    let tracer = MeshTracer::new(&scene, mesh, simd).expect("a mesh");
+                    tracer.nearest(&ray, &mut TraversalStack::EMPTY.clone())
+                });
+                assert_eq!(found[0], found[1]);
+            }
+        }
+    }),
     ("core trace::mesh::MeshTracer::any", |n| {
         if let Some(ray) = a_ray(n) {
             for mesh in 0..BAKED.scene().meshes().len() {
