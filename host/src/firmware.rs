@@ -52,7 +52,7 @@ pub struct Run<'a> {
 /// Screens that a controller has room for.
 pub const MOST_SCREENS: usize = 6;
 
-/// Tiles of a frame, of [`TILE`]² pixels each, that a controller has room for.
+/// Tiles of a frame, of 16² pixels each, that a controller has room for.
 pub const MOST_TILES: usize = 768;
 
 /// Pixels a side of a controller's tiles.
