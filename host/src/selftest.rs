@@ -214,6 +214,35 @@ fn worse(so_far: f64, error: f64) -> f64 {
     }
 }
 
+/// Counts wrong verdicts.
+#[derive(Debug, Clone, Copy, Default)]
+struct Verdicts {
+    inputs: usize,
+    ours: usize,
+    naive: usize,
+}
+
+impl Verdicts {
+    /// Whether what is built in and the naive way are wrong about an input.
+    fn wrong(&mut self, ours: bool, naive: bool) {
+        self.inputs += 1;
+        self.ours += usize::from(ours);
+        self.naive += usize::from(naive);
+    }
+
+    /// How many were wrong. Of next to no inputs none is wrong, either: fewer than
+    /// `least` are a broken case.
+    fn of_at_least(self, least: usize) -> Errors {
+        if self.inputs < least.max(1) {
+            return BROKEN;
+        }
+        Errors {
+            ours: self.ours as f64,
+            naive: self.naive as f64,
+        }
+    }
+}
+
 /// Of a case whose inputs could not be made.
 const BROKEN: Errors = Errors {
     ours: f64::INFINITY,
@@ -248,6 +277,17 @@ mod tests {
         worst.naive(3.0);
         let Errors { ours, naive } = worst.0;
         assert_eq!((ours, naive), (2.0, f64::INFINITY));
+    }
+
+    #[test]
+    fn nothing_wrong_of_nothing_is_broken() {
+        let mut verdicts = Verdicts::default();
+        verdicts.wrong(false, true);
+        verdicts.wrong(false, false);
+        let Errors { ours, naive } = verdicts.of_at_least(2);
+        assert_eq!((ours, naive), (0.0, 1.0));
+        assert_eq!(verdicts.of_at_least(3), BROKEN);
+        assert_eq!(Verdicts::default().of_at_least(0), BROKEN);
     }
 
     #[test]

@@ -26,6 +26,9 @@ pub struct Refraction {
 /// on that side, `to` the one beyond, both from 0.01 to 100 as those of
 /// materials.
 ///
+/// A normal that faces away from the ray, as an interpolated one does where the
+/// body's outline is, counts as at right angles to it: all is reflected.
+///
 /// Against exact arithmetic on the same cosine of incidence, errors are at most
 /// 2e-6, relative, of the reflectance and the transmittance, and 3e-7 of the
 /// direction: at grazing and at normal incidence, at the critical angle and

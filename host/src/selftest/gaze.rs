@@ -5,10 +5,11 @@ use super::{BROKEN, Case, Effort, Errors, Worst, worse};
 use crate::gaze_reference::{self, Limits};
 use glam::{DMat3, DVec3, Vec3};
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
-use std::f64::consts::{FRAC_PI_6, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI, TAU};
 
 const F64: &str = "equations 4 to 8 in f64, by arc tangents";
 const PRINTED: &str = "equations 4 to 8 as printed, arc cosines in f32";
+const TURNED: &str = "the same in f32, the axes by cross products as they come";
 const OF_L: &str = "of l, radians";
 const OF_LEVEL: &str = "of the level, which goes from 0 to 1";
 
@@ -74,8 +75,10 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "gaze-without-steps",
-        hard: "rays from one side to the other of every border of the formula",
-        error: "of the level's change from a ray to its neighbour",
+        hard: "rays from one side to the other of every border of the formula, to the side and \
+               behind the viewer, too",
+        error: "of the level's change from a ray to its neighbour, and what of it is above the \
+                slope of the level times the angle between the two",
         reference: F64,
         naive: PRINTED,
         bound: 2.0 * BOUND,
@@ -87,9 +90,20 @@ pub(super) const CASES: &[Case] = &[
                rays along them, at both borders and anywhere",
         error: OF_LEVEL,
         reference: F64,
-        naive: "the same in f32, the axes by cross products as they come",
+        naive: TURNED,
         bound: BOUND,
-        measure: turned,
+        measure: |effort| turned(507, effort, anywhere),
+    },
+    Case {
+        name: "gaze-turned-to-the-side",
+        hard: "the same viewers, and rays 10⁻⁶ to 10⁻¹ rad from straight to their side, where \
+               equation 5 is 0/0 and the level has a step",
+        error: "of the level, times the distance from the side, radians",
+        reference: F64,
+        naive: TURNED,
+        // What the rounding of components along the turned axes does.
+        bound: 1.0e-7,
+        measure: |effort| turned(508, effort, to_the_side),
     },
 ];
 
@@ -173,15 +187,18 @@ fn compare(
     worst.0
 }
 
-/// In front of the viewer: `radius` from the line of sight in the plane of
-/// the two angles, a turn of 0 to 1 around it.
+/// The ray whose angles are a and b: equations 4 and 5, read backwards, |a| up
+/// to π and |b| below π/2.
+fn of_angles(a: f64, b: f64) -> Vec3 {
+    let (right, forward) = libm::sincos(a);
+    single(DVec3::new(right, forward.abs() * libm::tan(b), -forward))
+}
+
+/// `radius` from the line of sight in the plane of the two angles, a turn of 0
+/// to 1 around it.
 fn at(radius: f64, turn: f64) -> Vec3 {
-    let (along, across) = (turn * TAU).sin_cos();
-    single(DVec3::new(
-        (radius * across).tan(),
-        (radius * along).tan(),
-        -1.0,
-    ))
+    let (along, across) = libm::sincos(turn * TAU);
+    of_angles(radius * across, radius * along)
 }
 
 fn along(effort: Effort) -> Errors {
@@ -198,7 +215,7 @@ fn opposite(effort: Effort) -> Errors {
         } else {
             inputs.magnitude(-9.0, -2.0)
         };
-        let (x, y) = (TAU * inputs.unit()).sin_cos();
+        let (x, y) = libm::sincos(TAU * inputs.unit());
         single(DVec3::new(x * away, y * away, 1.0))
     })
 }
@@ -225,21 +242,16 @@ fn central_border(effort: Effort) -> Errors {
 
 /// The paper's border at a turn, radians.
 fn outer(turn: f64) -> f64 {
-    let (along, across) = (turn * TAU).sin_cos();
+    let (along, across) = libm::sincos(turn * TAU);
     let up = if along < 0.0 { 70f64 } else { 60.0 };
-    (100.0 * across).hypot(up * along).to_radians()
+    libm::hypot(100.0 * across, up * along).to_radians()
 }
 
 fn outer_border(effort: Effort) -> Errors {
     compare(504, effort, false, |inputs| {
         let turn = inputs.unit();
         let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
-        let radius = outer(turn) + off;
-        // Beyond a right angle to the side it is not in front any more.
-        let (along, across) = (turn * TAU).sin_cos();
-        let (a, b) = (radius * across, radius * along);
-        let forward = if a.abs() > TAU / 4.0 { 1.0 } else { -1.0 };
-        single(DVec3::new(a.tan().abs().copysign(a), b.tan(), forward))
+        at(outer(turn) + off, turn)
     })
 }
 
@@ -255,23 +267,12 @@ fn continuity(effort: Effort) -> Errors {
     let Some(both) = Both::front() else {
         return BROKEN;
     };
-    let borders = |inputs: &mut Inputs| {
-        let turn = match inputs.below(3) {
-            0 => inputs.unit(),
-            // The planes between the quarters, where limits and signs change.
-            _ => (inputs.below(4) as f64) / 4.0 + inputs.magnitude(-9.0, -3.0) * inputs.sign(),
-        };
-        let radius = match inputs.below(3) {
-            0 => FRAC_PI_6,
-            1 => outer(turn).min(1.5),
-            _ => inputs.range(0.0, 1.5),
-        };
-        at(radius + inputs.magnitude(-9.0, -3.0) * inputs.sign(), turn)
-    };
-    for _ in 0..effort.of(500_000) {
-        let start = borders(&mut inputs);
+    let tries = effort.of(500_000);
+    let (mut neighbours, mut bounded) = (0, 0);
+    for _ in 0..tries {
+        let start = at_a_border(&mut inputs);
         let mut next = start;
-        let axis = inputs.below(2);
+        let axis = inputs.below(3);
         next[axis] = match inputs.below(3) {
             0 => next[axis].next_up(),
             1 => next[axis].next_down(),
@@ -281,18 +282,63 @@ fn continuity(effort: Effort) -> Errors {
         if (next - start).length() > 1.0e-6 {
             continue;
         }
-        let exact = |v: Vec3| {
-            both.double
-                .sight(v.as_dvec3())
-                .map_or(f64::NAN, |s| s.level)
-        };
-        let change = exact(next) - exact(start);
-        let level = |v: Vec3| both.single.level(v).map_or(f64::NAN, f64::from);
-        worst.ours(level(next) - level(start) - change);
-        let naive = |v: Vec3| f64::from(printed(v).1);
-        worst.0.naive = worse(worst.0.naive, naive(next) - naive(start) - change);
+        neighbours += 1;
+        let change = |level: &dyn Fn(Vec3) -> f64| level(next) - level(start);
+        let exact = change(&|v| {
+            let sight = both.double.sight(v.as_dvec3());
+            sight.map_or(f64::NAN, |sight| sight.level)
+        });
+        let ours = change(&|v| both.single.level(v).map_or(f64::NAN, f64::from));
+        let naive = change(&|v| f64::from(printed(v).1));
+        worst.ours(ours - exact);
+        worst.0.naive = worse(worst.0.naive, naive - exact);
+        // The reference might have a step, too.
+        let most = most_change(start, next);
+        bounded += usize::from(most < BOUND * 10.0);
+        for (found, worst) in [(ours, &mut worst.0.ours), (naive, &mut worst.0.naive)] {
+            *worst = worse(*worst, (found.abs() - most).max(0.0));
+        }
+    }
+    if neighbours < tries / 2 || bounded < tries / 3 {
+        return BROKEN;
     }
     worst.0
+}
+
+/// Next to where the formula has another form.
+fn at_a_border(inputs: &mut Inputs) -> Vec3 {
+    let turn = match inputs.below(3) {
+        0 => inputs.unit(),
+        // The planes between the quarters, where limits and signs change.
+        _ => (inputs.below(4) as f64) / 4.0 + inputs.magnitude(-9.0, -3.0) * inputs.sign(),
+    };
+    let off = inputs.magnitude(-9.0, -3.0) * inputs.sign();
+    let b = FRAC_PI_2 * inputs.range(-1.0, 1.0);
+    match inputs.below(4) {
+        0 => at(FRAC_PI_6 + off, turn),
+        1 => at(outer(turn) + off, turn),
+        // Neither before the viewer nor behind: b is folded there.
+        2 => of_angles(FRAC_PI_2 * inputs.sign() + off, b),
+        _ => of_angles(PI * inputs.range(-1.0, 1.0), b),
+    }
+}
+
+/// The most that a level without a step may change between two directions.
+///
+/// With l and L of equations 6 and 7 and φ the turn around the line of sight,
+/// the level falls by 1/(L − π/6) a radian of l, and changes by at most as much
+/// a radian of L, which changes by at most the difference of the field's limits,
+/// 100° − 60°, a radian of φ. L is 60° at least, and l 30° where there is a
+/// slope.
+fn most_change(start: Vec3, next: Vec3) -> f64 {
+    let slope = (1.0 + 40.0 / 30.0) / 30f64.to_radians();
+    let step = (next - start).as_dvec3().length();
+    // Each angle turns about an axis, on which it has no value.
+    let angle = |x: f32, y: f32| {
+        let away = libm::hypot(x.into(), y.into()) - step;
+        if away > 0.0 { step / away } else { PI }
+    };
+    slope * libm::hypot(angle(start.z, start.x), angle(start.z, start.y))
 }
 
 /// A line of sight in the room, up to `away` from its top of the head.
@@ -339,28 +385,52 @@ impl Turned {
     }
 }
 
-fn turned(effort: Effort) -> Errors {
-    let (mut inputs, mut worst) = (Inputs::new(507), Worst::NONE);
+/// Levels of turned viewers, for rays given in their own axes.
+fn turned(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Vec3) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
     for _ in 0..effort.of(500_000) {
         let Some(turned) = Turned::new(&mut inputs) else {
             continue;
         };
+        let ahead = draw(&mut inputs).as_dvec3();
+        let direction = single(turned.axes * ahead);
+        let Some(exact) = turned.both.double.sight(direction.as_dvec3()) else {
+            continue;
+        };
+        // Nearer to the side the same turn of a ray changes its angles by more.
+        let away = libm::hypot(ahead.y, ahead.z) / ahead.length();
+        let weight = if away < SIDE { away } else { 1.0 };
+        let level = turned.both.single.level(direction);
+        worst.ours((level.map_or(f64::NAN, f64::from) - exact.level) * weight);
+        let naive = printed_level(turned.seen(direction));
+        worst.naive((f64::from(naive) - exact.level) * weight);
+    }
+    worst.0
+}
+
+/// What counts as next to the side, radians.
+const SIDE: f64 = 0.1;
+
+/// On both borders, along the line of sight and anywhere but next to the side.
+fn anywhere(inputs: &mut Inputs) -> Vec3 {
+    loop {
         let turn = inputs.unit();
         let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
         let ahead = match inputs.below(4) {
             0 => at(inputs.magnitude(-7.0, -2.0), turn),
             1 => at(FRAC_PI_6 + off, turn),
-            2 => at((outer(turn) + off).min(1.5), turn),
+            2 => at(outer(turn) + off, turn),
             _ => single(inputs.direction()),
         };
-        let direction = single(turned.axes * ahead.as_dvec3());
-        let Some(exact) = turned.both.double.sight(direction.as_dvec3()) else {
-            continue;
-        };
-        let level = turned.both.single.level(direction);
-        worst.ours(level.map_or(f64::NAN, f64::from) - exact.level);
-        let naive = printed_level(turned.seen(direction));
-        worst.naive(f64::from(naive) - exact.level);
+        let exact = ahead.as_dvec3();
+        if libm::hypot(exact.y, exact.z) > SIDE * exact.length() {
+            return ahead;
+        }
     }
-    worst.0
+}
+
+fn to_the_side(inputs: &mut Inputs) -> Vec3 {
+    let (up, back) = libm::sincos(TAU * inputs.unit());
+    let away = inputs.magnitude(-6.0, libm::log10(SIDE));
+    single(DVec3::new(inputs.sign(), up * away, back * away))
 }

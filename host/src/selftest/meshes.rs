@@ -2,7 +2,7 @@
 
 use super::input::{Inputs, aimed, single};
 use super::triangles::{LEAST, moller_trumbore};
-use super::{BROKEN, Case, Effort, Errors};
+use super::{BROKEN, Case, Effort, Errors, Verdicts};
 use crate::bake::{Baked, lone_mesh};
 use crate::mesh::TriangleMesh;
 use crate::scene::Scene;
@@ -160,22 +160,22 @@ fn lost_at(seed: u64, effort: Effort, targets: impl Fn(&TriangleMesh) -> Vec<Tar
     };
     let mut stack = TraversalStack::EMPTY;
     let mut inputs = Inputs::new(seed);
-    let mut lost = Errors {
-        ours: 0.0,
-        naive: 0.0,
-    };
-    for _ in 0..effort.of(5_000_000) {
+    let mut lost = Verdicts::default();
+    let tries = effort.of(5_000_000);
+    for _ in 0..tries {
         let from = inputs.in_ball() * 0.3;
         let target = &targets[inputs.below(targets.len())];
         let Some(ray) = aimed(from, target.at) else {
             continue;
         };
         let hit = tracer.nearest(&ray, &mut stack).0;
-        lost.ours += f64::from(u8::from(!hit.is_some_and(|hit| hit.t.is_finite())));
         let naive = |&t: &[Vec3; 3]| moller_trumbore(t, &ray, LEAST).is_some();
-        lost.naive += f64::from(u8::from(!target.triangles.iter().any(naive)));
+        lost.wrong(
+            !hit.is_some_and(|hit| hit.t.is_finite()),
+            !target.triangles.iter().any(naive),
+        );
     }
-    lost
+    lost.of_at_least(tries / 2)
 }
 
 fn shared_edges(effort: Effort) -> Errors {
@@ -188,11 +188,9 @@ fn shared_vertices(effort: Effort) -> Errors {
 
 fn t_junctions(effort: Effort) -> Errors {
     let mut inputs = Inputs::new(208);
-    let mut lost = Errors {
-        ours: 0.0,
-        naive: 0.0,
-    };
-    for _ in 0..effort.of(500) {
+    let mut lost = Verdicts::default();
+    let tries = effort.of(500);
+    for _ in 0..tries {
         // Sixteenths, so that the middle is on the edge exactly.
         let mut at = || (inputs.in_ball() * 64.0).round() / 8.0;
         let (a, b, c) = (at(), at(), at());
@@ -228,10 +226,9 @@ fn t_junctions(effort: Effort) -> Errors {
                 continue;
             };
             let seen = tracer.radiance(&ray, &mut Budget::UNLIMITED.clone(), &mut workspace);
-            lost.ours += f64::from(u8::from(seen.red > 32.0));
             let met = |&t: &[Vec3; 3]| moller_trumbore(t, &ray, LEAST).is_some();
-            lost.naive += f64::from(u8::from(!large.iter().any(met)));
+            lost.wrong(seen.red > 32.0, !large.iter().any(met));
         }
     }
-    lost
+    lost.of_at_least(tries * 100)
 }

@@ -1,7 +1,7 @@
 //! The few functions that everything else is made of.
 
 use super::input::{Inputs, single};
-use super::{Case, Effort, Errors, UNIT, Worst};
+use super::{Case, Effort, Errors, UNIT, Verdicts, Worst};
 use glam::{DVec3, Vec3};
 use shisen_core::numeric::{
     LARGEST_ANGLE, basis_around, difference_of_products, normalize, quadratic_roots, sin_cos,
@@ -151,20 +151,20 @@ fn roots(effort: Effort) -> Errors {
 
 fn signs(effort: Effort) -> Errors {
     let mut inputs = Inputs::new(904);
-    let mut errors = Errors {
-        ours: 0.0,
-        naive: 0.0,
-    };
-    for _ in 0..effort.of(500_000) {
+    let mut verdicts = Verdicts::default();
+    let tries = effort.of(500_000);
+    for _ in 0..tries {
         let [a, b] = [0; 2].map(|_| inputs.range(1.0, 2.0) as f32);
         // c·d is a·b but for some of the last digits.
         let c = inputs.range(1.0, 2.0) as f32;
         let d = (f64::from(a) * f64::from(b) / f64::from(c)) as f32;
         let exact = f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d);
         let sign = |x: f64| (x > 0.0) as i8 - (x < 0.0) as i8;
-        let wrong = |found: f32| f64::from(u8::from(sign(f64::from(found)) != sign(exact)));
-        errors.ours += wrong(difference_of_products(a, b, c, d));
-        errors.naive += wrong(a * b - c * d);
+        let wrong = |found: f32| sign(f64::from(found)) != sign(exact);
+        verdicts.wrong(
+            wrong(difference_of_products(a, b, c, d)),
+            wrong(a * b - c * d),
+        );
     }
-    errors
+    verdicts.of_at_least(tries)
 }

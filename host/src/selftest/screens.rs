@@ -1,7 +1,7 @@
 //! Rays from an eye through the pixels of a wall.
 
 use super::input::{Inputs, single};
-use super::{Case, Effort, Errors, UNIT, Worst};
+use super::{Case, Effort, Errors, UNIT, Verdicts, Worst};
 use glam::{DVec3, Mat4, Vec3};
 use shisen_core::frame::{FlatScreen, View};
 
@@ -237,14 +237,9 @@ fn just_over() -> f32 {
 }
 
 fn in_it(effort: Effort) -> Errors {
-    let (mut inputs, mut errors) = (
-        Inputs::new(804),
-        Errors {
-            ours: 0.0,
-            naive: 0.0,
-        },
-    );
-    for _ in 0..effort.of(10_000) {
+    let (mut inputs, mut verdicts) = (Inputs::new(804), Verdicts::default());
+    let tries = effort.of(10_000);
+    for _ in 0..tries {
         let (width, height) = (inputs.range(1.0, 4.0), inputs.range(1.0, 4.0));
         let wall = Wall {
             lower_left: Vec3::ZERO,
@@ -261,11 +256,12 @@ fn in_it(effort: Effort) -> Errors {
         ][inputs.below(4)];
         let (across, up) = (width * inputs.unit(), height * inputs.unit());
         let eye = Vec3::new(across as f32, up as f32, off);
-        let wrong = |found: bool| f64::from(u8::from(found != has_rays));
-        errors.ours += wrong(wall.view(eye).is_some());
-        errors.naive += wrong(wall.by_matrix(eye, 511.0, 511.0).is_finite());
+        verdicts.wrong(
+            wall.view(eye).is_some() != has_rays,
+            wall.by_matrix(eye, 511.0, 511.0).is_finite() != has_rays,
+        );
     }
-    errors
+    verdicts.of_at_least(tries)
 }
 
 fn very_wide(effort: Effort) -> Errors {

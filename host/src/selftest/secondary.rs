@@ -3,7 +3,7 @@
 use super::input::{Inputs, aimed, single};
 use super::meshes::ellipsoid;
 use super::refraction::{exact as exact_refraction, textbook as textbook_refraction};
-use super::{BROKEN, Case, Effort, Errors, Worst};
+use super::{BROKEN, Case, Effort, Errors, Verdicts, Worst};
 use crate::bake::Baked;
 use crate::mesh::{Material, TriangleMesh};
 use crate::scene::camera::CameraPath;
@@ -52,7 +52,7 @@ pub(super) const CASES: &[Case] = &[
         reference: "Fresnel's series of the borders, ended as documented",
         naive: EPSILON,
         bound: 2.0e-7,
-        measure: |_| slab(|_| Vec3::NEG_Z),
+        measure: |_| slab(|_| Vec3::NEG_Z, Normals::OfFaces),
     },
     Case {
         name: "glass-slab-at-an-angle",
@@ -61,7 +61,16 @@ pub(super) const CASES: &[Case] = &[
         reference: "Fresnel's series of the borders, ended as documented",
         naive: EPSILON,
         bound: 1.0e-6,
-        measure: |_| slab(slanting),
+        measure: |_| slab(slanting, Normals::OfFaces),
+    },
+    Case {
+        name: "glass-slab-with-inside-out-normals",
+        hard: "the same, smooth, of a file whose normals all point into the glass",
+        error: "of the light through it, of 1",
+        reference: "Fresnel's series of the borders, ended as documented",
+        naive: "the textbook's way with the file's normals",
+        bound: 1.0e-6,
+        measure: |_| slab(slanting, Normals::Inwards),
     },
     Case {
         name: "mirror-ball-of-any-size",
@@ -212,12 +221,9 @@ fn acne(size: f64, effort: Effort) -> Errors {
         return BROKEN;
     };
     let mut eye = Eye::new(&baked, 0);
-    let mut inputs = Inputs::new(400);
-    let mut errors = Errors {
-        ours: 0.0,
-        naive: 0.0,
-    };
-    for _ in 0..effort.of(200_000) {
+    let (mut inputs, mut dark) = (Inputs::new(400), Verdicts::default());
+    let tries = effort.of(200_000);
+    for _ in 0..tries {
         let from = inputs.direction() * 4.0 * size;
         // Its least half axis is 0.37 of the size.
         let target = inputs.in_ball() * 0.35 * size;
@@ -236,11 +242,11 @@ fn acne(size: f64, effort: Effort) -> Errors {
         if normal.dot(towards) < 0.02 {
             continue;
         }
-        errors.ours += f64::from(u8::from(eye.sees(&ray).red == 0.0));
         let off = at + single(normal) * OFF;
-        errors.naive += f64::from(u8::from(eye.is_dark(off, light)));
+        dark.wrong(eye.sees(&ray).red == 0.0, eye.is_dark(off, light));
     }
-    errors
+    // The other half faces away from the light.
+    dark.of_at_least(tries / 4)
 }
 
 /// Places inside a closed box with thin walls that light from outside reaches.
@@ -263,12 +269,9 @@ fn leaks(size: f64, effort: Effort) -> Errors {
         return BROKEN;
     };
     let mut eye = Eye::new(&baked, 0);
-    let mut inputs = Inputs::new(401);
-    let mut errors = Errors {
-        ours: 0.0,
-        naive: 0.0,
-    };
-    for _ in 0..effort.of(200_000) {
+    let (mut inputs, mut lit) = (Inputs::new(401), Verdicts::default());
+    let tries = effort.of(200_000);
+    for _ in 0..tries {
         let from = inputs.in_ball() * 0.9 * size;
         let Some(ray) = Ray::new(single(from), single(inputs.direction())) else {
             continue;
@@ -276,13 +279,13 @@ fn leaks(size: f64, effort: Effort) -> Errors {
         let Some((t, _)) = eye.nearest(&ray) else {
             return BROKEN;
         };
-        errors.ours += f64::from(u8::from(eye.sees(&ray).red != 0.0));
         // Off the surface towards the light, as a shadow ray starts.
         let at = ray.at(t);
         let towards = single((light - at.as_dvec3()).normalize());
-        errors.naive += f64::from(u8::from(!eye.is_dark(at + towards * OFF, light)));
+        let naive = !eye.is_dark(at + towards * OFF, light);
+        lit.wrong(eye.sees(&ray).red != 0.0, naive);
     }
-    errors
+    lit.of_at_least(tries / 2)
 }
 
 fn hall(_: Effort) -> Errors {
@@ -356,7 +359,15 @@ fn slanting(inputs: &mut Inputs) -> Vec3 {
     single(across * sin - DVec3::Z * cos).normalize()
 }
 
-fn slab(way: fn(&mut Inputs) -> Vec3) -> Errors {
+/// Of a slab of glass.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Normals {
+    OfFaces,
+    /// Of the vertices, wrong way round.
+    Inwards,
+}
+
+fn slab(way: fn(&mut Inputs) -> Vec3, normals: Normals) -> Errors {
     const THICK: f64 = 1.0e-5;
     let mut worst = Worst::NONE;
     for index in [1.33f32, 1.5, 2.4] {
@@ -368,7 +379,15 @@ fn slab(way: fn(&mut Inputs) -> Vec3) -> Errors {
         let mut scene = empty();
         scene.ambient = [1.0; 3];
         let half = DVec3::new(0.5, 0.5, THICK / 2.0);
-        add_mesh(&mut scene, cuboid(-half, half), glass);
+        let mut mesh = cuboid(-half, half);
+        if normals == Normals::Inwards {
+            let inwards = |p: &[f32; 3]| [0.0, 0.0, -p[2].signum()];
+            mesh.normals = mesh.positions.iter().map(inwards).collect();
+        }
+        add_mesh(&mut scene, mesh, glass);
+        for object in &mut scene.objects {
+            object.smooth = normals == Normals::Inwards;
+        }
         // Wide enough to be seen through the slab at any of the angles.
         let panel = [DVec3::new(-4.0, -4.0, -0.5), DVec3::new(4.0, 4.0, -0.4)];
         add_mesh(&mut scene, cuboid(panel[0], panel[1]), matt(1.0));
@@ -390,7 +409,7 @@ fn slab(way: fn(&mut Inputs) -> Vec3) -> Errors {
                 };
                 let through = through(f64::from(-way.z), index.into(), depth);
                 worst.ours(f64::from(eye.sees(&ray).green) - through);
-                worst.naive(stepped(&mut eye, &ray, (1.0, index), 1.0, depth) - through);
+                worst.naive(stepped(&mut eye, &ray, (1.0, index), normals, depth) - through);
             }
         }
     }
@@ -419,23 +438,25 @@ fn through(cos: f64, index: f64, depth: u8) -> f64 {
 
 /// The light of a ray down through the slab to the panel, where every border starts both
 /// of its rays off itself; by the textbook, from one index of refraction into the other.
-fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), weight: f64, depth: u8) -> f64 {
+fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), normals: Normals, depth: u8) -> f64 {
     let Some((t, _)) = eye.nearest(ray) else {
         return 0.0;
     };
     let at = ray.at(t);
     if at.z < -0.3 {
-        return weight;
+        return 1.0;
     }
     if depth == 0 {
         return 0.0;
     }
-    let normal = Vec3::NEG_Z * ray.direction().z.signum();
+    let facing = Vec3::NEG_Z * ray.direction().z.signum();
+    let normal = match normals {
+        Normals::OfFaces => facing,
+        Normals::Inwards => -facing,
+    };
     let mut follow = |way: Vec3, media: (f32, f32), part: f64| {
         let next = Ray::new(at + way * OFF, way);
-        next.map_or(0.0, |ray| {
-            stepped(eye, &ray, media, weight * part, depth - 1)
-        })
+        part * next.map_or(0.0, |ray| stepped(eye, &ray, media, normals, depth - 1))
     };
     let back = ray.direction() * Vec3::new(1.0, 1.0, -1.0);
     match textbook_refraction(ray.direction(), normal, m, n) {
@@ -447,11 +468,8 @@ fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), weight: f64, depth:
 }
 
 fn balls(effort: Effort) -> Errors {
-    let mut inputs = Inputs::new(404);
-    let mut errors = Errors {
-        ours: 0.0,
-        naive: 0.0,
-    };
+    let (mut inputs, mut met_again) = (Inputs::new(404), Verdicts::default());
+    let tries = effort.of(20_000);
     for exponent in -3..=6 {
         let size = 10f64.powi(exponent);
         let mut scene = empty();
@@ -472,7 +490,7 @@ fn balls(effort: Effort) -> Errors {
             return BROKEN;
         };
         let mut eye = Eye::new(&baked, 8);
-        for _ in 0..effort.of(20_000) {
+        for _ in 0..tries {
             // Grazing too: a hundredth of them within a thousandth of the rim.
             let side = inputs.direction();
             let along = inputs.across(side);
@@ -485,14 +503,13 @@ fn balls(effort: Effort) -> Errors {
             let Some((t, _)) = eye.nearest(&ray) else {
                 return BROKEN;
             };
-            errors.ours += f64::from(u8::from(eye.sees(&ray).red < 0.999));
             let at = ray.at(t);
             let normal = at.normalize();
             let d = ray.direction().normalize();
             let reflected = d - normal * (2.0 * d.dot(normal));
             let again = Ray::new(at + reflected * OFF, reflected).and_then(|ray| eye.nearest(&ray));
-            errors.naive += f64::from(u8::from(again.is_some()));
+            met_again.wrong(eye.sees(&ray).red < 0.999, again.is_some());
         }
     }
-    errors
+    met_again.of_at_least(tries * 5)
 }
