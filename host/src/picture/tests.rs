@@ -45,6 +45,21 @@ fn srgb_is_monotonic_and_changes_code_half_way() {
 }
 
 #[test]
+fn srgb_codes_are_as_exact_as_told() {
+    for step in 0..=1_000_000 {
+        let linear = step as f32 / 1.0e6;
+        let exact = f64::from(linear);
+        let encoded = if exact <= 0.003_130_8 {
+            12.92 * exact
+        } else {
+            1.055 * exact.powf(1.0 / 2.4) - 0.055
+        };
+        let off = (f64::from(srgb_from_linear(linear)) - encoded * 255.0).abs();
+        assert!(off < 0.545, "{linear}: {off}");
+    }
+}
+
+#[test]
 fn srgb_clips_what_is_no_colour() {
     for value in [-1.0, -0.0, f32::NEG_INFINITY, f32::NAN] {
         assert_eq!(srgb_from_linear(value), 0, "{value}");
