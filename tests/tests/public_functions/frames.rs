@@ -11,7 +11,6 @@ use shisen::bake::tree::{Bounds, Effort, build};
 use shisen::cave::{BuiltInCave, Cave, Eye};
 use shisen::dashboard::Coordinates;
 use shisen::dome::{Mirror, Projection, local_optima, optimum};
-use shisen::firmware::{self, flat_screen};
 use shisen::live::{Engine, Quality, Share, eyes_of, with_engine};
 use shisen::lod::{Coverage, OutsideError, levels, polygons, sampling};
 use shisen::mesh::{Material, TriangleMesh};
@@ -389,20 +388,14 @@ pub(super) const CASES: &[(&str, Case)] = &[
             bytes.into_inner()
         });
     }),
-    ("host firmware::flat_screen", |n| {
+    ("host cave::view::Wall::flat_screen", |n| {
         if let Some(wall) = wall(n) {
-            let screen = flat_screen(&wall);
+            let screen = wall.flat_screen();
             // What f32 does not hold is refused by what it is seen from.
             if n.within(1.0e30) {
                 finite(&screen);
             }
         }
-    }),
-    ("host firmware::hash", |n| {
-        let one = picture(n);
-        // Of the bits, whatever they mean.
-        let twice = [0; 2].map(|_| firmware::hash(std::slice::from_ref(&one)));
-        assert_eq!(twice[0], twice[1]);
     }),
     ("host dome::design::optimum", |n| {
         assert!(searched(n.wide(1.2)) || !n.are_sane());
