@@ -7,7 +7,8 @@ pub mod tree;
 
 pub use layout::{BakedScene, Layout};
 
-use crate::mesh::{Material, MeshError, TriangleMesh};
+use crate::material::Material;
+use crate::mesh::{MeshError, TriangleMesh};
 use crate::scene::camera::CameraPath;
 use crate::scene::{Background, Light, Object, Scene, Shape};
 use crate::simplify::{Ladder, LadderError, PolygonLevels};

@@ -13,11 +13,14 @@ mod dome;
 mod file;
 mod view;
 mod viewer;
+mod wall_plane;
 
 pub use dome::{DomeDescription, DomeScreen, DomeScreenError};
 pub use file::{CaveFileError, CaveFileFault};
 pub use view::{Frustum, WallView};
 pub use viewer::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer};
+pub use wall_plane::DegenerateWall;
+pub(crate) use wall_plane::WallPlane;
 
 use glam::DVec3;
 use miette::Diagnostic;

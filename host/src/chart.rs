@@ -1,6 +1,6 @@
 //! Charts of lines: as a picture for people and as numbers for programs.
 
-use crate::output::write_atomically;
+use crate::files::write_atomically;
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::element::{Circle, EmptyElement, PathElement, Text};

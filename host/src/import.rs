@@ -173,7 +173,7 @@ pub fn load(path: &Path) -> Result<TriangleMesh, ImportError> {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
-    crate::input::read(path).map_err(|fault| ImportError::Read {
+    crate::files::read(path).map_err(|fault| ImportError::Read {
         path: path.to_owned(),
         fault,
     })

@@ -118,7 +118,7 @@ impl Image {
 
     /// As [`load`](Self::load), of what bytes a scene has left.
     pub(crate) fn load_within(path: &Path, left: &mut u64) -> Result<Self, ImageError> {
-        let bytes = crate::input::read(path).map_err(|fault| ImageError::Read {
+        let bytes = crate::files::read(path).map_err(|fault| ImageError::Read {
             path: path.to_owned(),
             fault,
         })?;

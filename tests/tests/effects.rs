@@ -7,7 +7,7 @@ use serde_json::Value;
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::effects::{COMPILED, Effects};
-use shisen::mesh::{Graticule, Material};
+use shisen::material::{Graticule, Material};
 use shisen::render::{self, Account, Frame, Observer, Options};
 use shisen::scene::builtin::{PaperScene, grid, paper_scene};
 use shisen::scene::camera::CameraPath;

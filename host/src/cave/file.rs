@@ -113,7 +113,7 @@ impl Cave {
     /// # Errors
     /// A file that cannot be read, or as [`Self::from_toml`].
     pub fn load(path: &Path, size: [u32; 2]) -> Result<Self, CaveFileError> {
-        let text = crate::input::read_text(path).map_err(|source| CaveFileError::Read {
+        let text = crate::files::read_text(path).map_err(|source| CaveFileError::Read {
             path: path.to_owned(),
             source,
         })?;

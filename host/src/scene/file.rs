@@ -90,7 +90,7 @@ impl Scene {
     where
         E: Into<Box<dyn std::error::Error + Send + Sync>>,
     {
-        let text = crate::input::read_text(path).map_err(|source| SceneFileError::Read {
+        let text = crate::files::read_text(path).map_err(|source| SceneFileError::Read {
             path: path.to_owned(),
             source,
         })?;

@@ -253,7 +253,7 @@ impl CalibrationFile {
     /// # Errors
     /// A file that cannot be read, or as [`from_toml`](Self::from_toml).
     pub fn load(path: &Path) -> Result<Self, CalibrationFileError> {
-        let text = crate::input::read_text(path);
+        let text = crate::files::read_text(path);
         let text = text.map_err(|reason| CalibrationFileError::Read {
             path: path.to_owned(),
             reason,

@@ -282,7 +282,7 @@ impl Projector {
     /// # Errors
     /// A file that cannot be read, or as [`Self::from_toml`].
     pub fn load(path: &Path) -> Result<Self, ProjectorFileError> {
-        let text = crate::input::read_text(path).map_err(|source| ProjectorFileError::Read {
+        let text = crate::files::read_text(path).map_err(|source| ProjectorFileError::Read {
             path: path.to_owned(),
             source,
         })?;

@@ -7,7 +7,7 @@ use super::{
 use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::gaze_reference;
-use shisen::mesh::Material;
+use shisen::material::Material;
 use shisen::render::{Options, renderer};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::camera::CameraPath;

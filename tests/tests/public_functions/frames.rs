@@ -13,8 +13,10 @@ use shisen::dashboard::Coordinates;
 use shisen::dome::{Mirror, Projection, local_optima, optimum};
 use shisen::live::{Engine, Quality, Share, eyes_of, with_engine};
 use shisen::lod::{Coverage, OutsideError, levels, polygons, sampling};
-use shisen::mesh::{Material, TriangleMesh};
-use shisen::net::unfold;
+use shisen::material::Material;
+use shisen::mesh::TriangleMesh;
+use shisen::overview::net::unfold;
+use shisen::overview::viewer::{self, ViewerCamera};
 use shisen::picture::Picture;
 use shisen::render::{self, CaptureOptions, Filling, Frame, Observer, Options, RenderError};
 use shisen::scene::builtin::grid;
@@ -26,7 +28,6 @@ use shisen::tracker::{Recorder, Recording};
 use shisen::tradeoff::{
     self, Build, Comparison, Limit, Measure, PictureError, Point, Report, Section, Sight,
 };
-use shisen::viewer::{self, ViewerCamera};
 use shisen::warp::{Aim, Lens, Nodes, Projector, Throw, Warp, bourke, mpcdi};
 use shisen_core::frame::{DomeProjection, LevelOfDetail, Renderer, Spectrum, View};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
@@ -304,7 +305,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
             shows_light(&seen.expect("a picture"));
         }
     }),
-    ("host net::unfold", |n| {
+    ("host overview::net::unfold", |n| {
         let picture = picture(n);
         let light = n.within(f32::MAX / 16.0);
         if let Some(wall) = wall(n) {
@@ -315,7 +316,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
             assert!(net.is_ok() || !n.are_sane());
         }
     }),
-    ("host viewer::render", |n| {
+    ("host overview::viewer::render", |n| {
         let picture = picture(n);
         let light = n.within(f32::MAX / 16.0);
         let (eye, forward) = (n.dvec3([0.0, 1.0, 3.0]), n.dvec3([0.0, 0.0, -1.0]));

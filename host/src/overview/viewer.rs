@@ -1,9 +1,8 @@
 //! What the viewer sees looking at the screens: a perspective view from the
 //! eye, so that a person can check on a desk what a CAVE would show.
 
-use crate::cave::{DomeScreen, Screen};
+use crate::cave::{DegenerateWall, DomeScreen, Screen, WallPlane};
 use crate::picture::{Picture, PictureError};
-use crate::wall_plane::{DegenerateWall, WallPlane};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::{PI, SQRT_2};
