@@ -36,6 +36,7 @@ pub struct Baked<const W: usize = 8> {
 
 /// Why a scene cannot be baked.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum BakeError {
     /// One of its meshes is not usable.
     #[error("mesh {mesh} (counted from 0) cannot be used")]

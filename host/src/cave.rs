@@ -45,6 +45,7 @@ pub struct Wall {
 
 /// Why a wall cannot be used, or not from where the eye is.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum WallError {
     /// A name that cannot be part of a file's name.
     #[error("the wall name \"{}\" {reason}", .wall.escape_debug())]
@@ -346,6 +347,7 @@ impl<'a> From<&'a DomeScreen> for Screen<'a> {
 
 /// Why a screen cannot be used, or not from where the eye is.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum CaveError {
     /// A wall's fault.
     #[error(transparent)]

@@ -20,6 +20,7 @@ use shisen_tracker::link::display::{
     FrameDone, FrameStart, Ready, Rendering, Reports, Slice, TrackerState,
 };
 use shisen_tracker::mock::{Chunk, Source};
+use std::fmt;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
@@ -44,6 +45,17 @@ pub struct Run<'a> {
     pub tracker: Option<TrackerBytes>,
     /// Seconds without a word from it after which it counts as hung.
     pub patience: f64,
+}
+
+impl fmt::Debug for Run<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Run")
+            .field("screens", &self.screens)
+            .field("rendering", &self.rendering)
+            .field("frames", &self.frames)
+            .field("capture", &self.capture)
+            .finish_non_exhaustive()
+    }
 }
 
 /// Screens that a controller has room for.

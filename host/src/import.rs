@@ -51,6 +51,7 @@ impl fmt::Display for Place {
 
 /// Why a file gives no mesh.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ImportError {
     /// An extension that belongs to none of the formats.
     #[error(

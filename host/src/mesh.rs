@@ -27,6 +27,7 @@ pub struct TriangleMesh {
 
 /// Why a mesh cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum MeshError {
     /// Nothing to trace.
     #[error("the mesh has no triangles")]

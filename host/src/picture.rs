@@ -46,6 +46,7 @@ pub struct Picture {
 
 /// Why a picture could not be made or written.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum PictureError {
     /// More than [`MAX_PIXELS`], or than there is memory for.
     #[error(

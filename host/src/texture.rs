@@ -38,6 +38,7 @@ pub struct Image {
 
 /// Why a file gives no image.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ImageError {
     /// A file that is not there or cannot be read.
     #[error("{}: {fault}; check the file's name and permissions", .path.display())]

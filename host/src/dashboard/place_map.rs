@@ -42,6 +42,7 @@ pub struct PlaceMap {
 
 /// Why there is none.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum PlaceMapError {
     /// The walls have no net.
     #[error(transparent)]

@@ -31,6 +31,7 @@ const MAX_SAMPLES: f64 = 16.0;
 
 /// Why there is no net.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum NetError {
     /// There are no walls.
     #[error("there are no walls to unfold: give at least one")]

@@ -26,6 +26,7 @@ pub struct ViewerCamera {
 
 /// Why there is no such camera.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
 pub enum CameraError {
     /// The eye is not at a finite place.
     #[error("the viewer's eye is at {eye}: give it finite coordinates, in metres")]
@@ -70,6 +71,7 @@ pub enum CameraError {
 
 /// Why the view could not be drawn.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ViewError {
     /// A wall has no area.
     #[error(transparent)]

@@ -69,6 +69,7 @@ pub struct Lens {
 
 /// Why there is no such projector.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ProjectorError {
     /// A name that cannot be part of a file's name.
     #[error("the projector name \"{}\" {reason}", .name.escape_debug())]
@@ -145,6 +146,7 @@ pub enum ProjectorError {
 
 /// What is wrong in a projector's file.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ProjectorFault {
     /// Not TOML, or not the keys and types that a projector has.
     #[error("{message}")]
@@ -174,6 +176,7 @@ pub enum ProjectorFault {
 
 /// Why a projector could not be had from a file.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ProjectorFileError {
     /// The file could not be read.
     #[error("cannot read the projector in {}", .path.display())]

@@ -12,7 +12,7 @@ use shisen::cave::{BuiltInCave, Cave, Eye};
 use shisen::dashboard::Coordinates;
 use shisen::dome::{Mirror, Projection, local_optima, optimum};
 use shisen::live::{Engine, Quality, Share, eyes_of, with_engine};
-use shisen::lod::{Coverage, OutsideError, levels, polygons, sampling};
+use shisen::lod::{Coverage, OutsideDifference, levels, polygons, sampling};
 use shisen::material::Material;
 use shisen::mesh::TriangleMesh;
 use shisen::overview::net::unfold;
@@ -279,12 +279,12 @@ pub(super) const CASES: &[(&str, Case)] = &[
             assert!((all - 1.0).abs() < 1e-9, "{found:?}");
         }
     }),
-    ("host lod::outside::OutsideError::add", |n| {
+    ("host lod::outside::OutsideDifference::add", |n| {
         let Some(lod) = lod(n) else { return };
         let light = [0; 2].map(|_| [0.1, 0.5, 0.9, 1.0].map(|light| n.next(light)));
         let [found, full] =
             light.map(|pixel| Picture::from_pixels(8, 8, vec![pixel; 64]).expect("a picture"));
-        let mut error = OutsideError::default();
+        let mut error = OutsideDifference::default();
         error.add(&view(), &lod, &found, &full);
         finite(&error);
         assert!(error.root_mean_square().is_none_or(|off| off <= 255.0));
