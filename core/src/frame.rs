@@ -183,6 +183,7 @@ impl core::error::Error for TileError {}
 /// How a call of [`TileJob::render`] ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[must_use]
 pub enum Outcome {
     /// All pixels are there.
     Finished,

@@ -6,17 +6,17 @@
 //! in its table, every tree is a tree and fits the traversal stack.
 
 mod effects;
+mod error;
 pub mod format;
 mod validate;
 
 use crate::spectrum::Medium;
 pub use effects::{EffectSet, Records};
+pub use error::SceneError;
 use format::{
     Background, Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Texel, Texture,
     Triangle,
 };
-pub use validate::SceneError;
-use zerocopy::FromBytes;
 
 /// A checked scene. `W` is the width of its nodes and leaves: 8 in the fast
 /// layout for hosts, 4 in the compact one for microcontrollers. The same
@@ -153,11 +153,4 @@ impl<'a, const W: usize> Scene<'a, W> {
     pub const fn stack_entries(&self) -> u32 {
         self.header.stack_entries
     }
-}
-
-/// The width of nodes that a blob was baked with, from its first bytes, if
-/// it is a scene at all.
-pub fn layout_of(bytes: &[u8]) -> Option<u32> {
-    let (header, _) = Header::ref_from_prefix(bytes).ok()?;
-    (header.magic == format::MAGIC).then_some(header.width)
 }

@@ -2,29 +2,29 @@
 
 mod blob;
 mod cover;
+mod instance;
 mod layout;
+mod light;
+mod material;
 pub mod tree;
 
 pub use layout::{BakedScene, Layout};
 
-use crate::mesh::{Material, MeshError, TriangleMesh};
+use crate::mesh::{MeshError, TriangleMesh};
 use crate::scene::camera::CameraPath;
-use crate::scene::{Background, Light, Object, Scene, Shape};
+use crate::scene::{Background, Object, Scene, Shape};
 use crate::simplify::{Ladder, LadderError, PolygonLevels};
-use crate::texture::{Image, Pattern, Texture};
 use blob::{AlignedBytes, Tables};
 use cover::Cover;
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
+use instance::instance;
+use light::{background, light};
+use material::Textures;
 use rayon::prelude::*;
 use shisen_core::scene::SceneError;
-use shisen_core::scene::format::{
-    self, IdLeaf, Instance, LeafBlock, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Node, effect, flag,
-    kind, light, texture,
-};
+use shisen_core::scene::format::{self, IdLeaf, LeafBlock, NO_MATERIAL, Node};
 use shisen_core::shape::Spheroid;
-use shisen_core::spectrum::line;
 use std::borrow::Cow;
-use std::sync::Arc;
 use thiserror::Error;
 use tree::{Bounds, Effort, WideTree};
 
@@ -36,6 +36,7 @@ pub struct Baked<const W: usize = 8> {
 
 /// Why a scene cannot be baked.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum BakeError {
     /// One of its meshes is not usable.
     #[error("mesh {mesh} (counted from 0) cannot be used")]
@@ -197,7 +198,7 @@ impl<const W: usize> Baked<W> {
             tables.add_mesh(ladder, trees, &mut textures);
         }
         tables.rungs = trees.iter().map(Vec::len).max().unwrap_or(1) as u32;
-        tables.lights = scene.lights.iter().map(baked_light).collect();
+        tables.lights = scene.lights.iter().map(light).collect();
         tables.extent = extent(boxes.iter().flat_map(|b| [b.low, b.high]));
         tables.instances = placed.into_iter().map(|(instance, _)| instance).collect();
         tables.background = background(&scene.background);
@@ -401,104 +402,6 @@ impl<const W: usize> Tables<W> {
             });
         }
     }
-
-    fn add_default_material(&mut self) {
-        let default = self.materials.len() as u32;
-        let mut used = self.materials.is_empty();
-        for triangle in &mut self.triangles {
-            if triangle.material == NO_MATERIAL {
-                triangle.material = default;
-                used = true;
-            }
-        }
-        for instance in &mut self.instances {
-            if instance.material == NO_MATERIAL && instance.kind != kind::MESH {
-                instance.material = default;
-                used = true;
-            }
-        }
-        if used {
-            self.add_material(&Material::default(), &mut Textures::default());
-        }
-    }
-
-    fn add_material(&mut self, source: &Material, textures: &mut Textures) {
-        let (mut baked, texture) = material(source);
-        if let Some(texture) = texture {
-            baked.texture = textures.add(texture, self);
-        }
-        // What is no clear body needs none, and a constant index is as good as one.
-        let is_clear = baked.effects & effect::REFRACTION != 0;
-        let medium = source.medium.filter(|one| is_clear && one.is_dispersive());
-        if let Some(medium) = medium {
-            let known = self.media.iter().position(|known| *known == medium);
-            let number = known.unwrap_or(self.media.len());
-            if number == self.media.len() {
-                self.media.push(medium);
-            }
-            baked.medium = number as u32;
-            baked.effects |= effect::DISPERSION;
-        }
-        self.materials.push(baked);
-    }
-}
-
-/// What was put into the tables of textures and texels, each once.
-#[derive(Default)]
-struct Textures {
-    textures: Vec<Texture>,
-    /// With the number of each image's first texel.
-    images: Vec<(Arc<Image>, u32)>,
-}
-
-impl Textures {
-    /// The number of a texture in the tables.
-    fn add<const W: usize>(&mut self, source: &Texture, tables: &mut Tables<W>) -> u32 {
-        let same = |known: &Texture| {
-            known.repeats == source.repeats
-                && match (&known.pattern, &source.pattern) {
-                    (Pattern::Image(known), Pattern::Image(image)) => Arc::ptr_eq(known, image),
-                    (known, pattern) => known == pattern,
-                }
-        };
-        if let Some(number) = self.textures.iter().position(same) {
-            return number as u32;
-        }
-        let mut baked = format::Texture {
-            kind: texture::CHECKER,
-            width: 0,
-            height: 0,
-            first_texel: 0,
-            repeats: source.repeats,
-            colours: [[0.0; 3]; 2],
-            reserved: [0; 4],
-        };
-        match &source.pattern {
-            Pattern::Checker(colours) => baked.colours = *colours,
-            Pattern::Image(image) => {
-                baked.kind = texture::IMAGE;
-                (baked.width, baked.height) = (image.width(), image.height());
-                baked.first_texel = self.first_texel(image, tables);
-            }
-        }
-        tables.textures.push(baked);
-        self.textures.push(source.clone());
-        tables.textures.len() as u32 - 1
-    }
-
-    fn first_texel<const W: usize>(&mut self, image: &Arc<Image>, tables: &mut Tables<W>) -> u32 {
-        let known = self
-            .images
-            .iter()
-            .find(|(known, _)| Arc::ptr_eq(known, image));
-        if let Some(&(_, first)) = known {
-            return first;
-        }
-        let first = tables.texels.len() as u32;
-        tables.texels.extend_from_slice(image.texels());
-        self.images.push((Arc::clone(image), first));
-        first
-    }
 }
 
 /// Leaves no −0 behind, so that equal vertices have equal bits.
@@ -528,229 +431,4 @@ fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlo
         }
     }
     block
-}
-
-/// A material but for the number of its texture, and that where it shows.
-fn material(m: &Material) -> (format::Material, Option<&Texture>) {
-    let any = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
-    let mut effects = 0;
-    if any(m.emission) {
-        effects |= effect::EMISSION;
-    }
-    let shows = any(m.diffuse) || any(m.emission);
-    let texture = m.texture.as_ref().filter(|_| shows);
-    effects |= match texture.map(|texture| &texture.pattern) {
-        None => 0,
-        Some(Pattern::Checker(_)) => effect::CHECKER_TEXTURE,
-        Some(Pattern::Image(_)) => effect::IMAGE_TEXTURE,
-    };
-    if any(m.diffuse) || any(m.specular) {
-        effects |= effect::LIT;
-    }
-    if any(m.transmission) {
-        effects |= effect::REFRACTION;
-        if any(m.absorption) {
-            effects |= effect::ABSORPTION;
-        }
-    } else if any(m.mirror) {
-        effects |= effect::REFLECTION;
-    }
-    if m.graticule.is_some() {
-        effects |= effect::GRATICULE;
-    }
-    let baked = format::Material {
-        diffuse: m.diffuse,
-        shininess: m.shininess,
-        specular: m.specular,
-        index_of_refraction: match m.medium {
-            Some(medium) => medium.index_clamped(line::D),
-            None => m.index_of_refraction,
-        },
-        mirror: m.mirror,
-        effects,
-        transmission: m.transmission,
-        texture: NO_TEXTURE,
-        absorption: m.absorption,
-        graticule_divisions: m.graticule.map_or(0, |lines| lines.divisions),
-        graticule_width: m.graticule.map_or(0.0, |lines| lines.width),
-        emission: m.emission,
-        medium: NO_MEDIUM,
-        reserved2: [0; 7],
-    };
-    (baked, texture)
-}
-
-fn baked_light(source: &Light) -> format::Light {
-    let vector = |v: DVec3| v.as_vec3().to_array();
-    let small = |place, kind, colour| format::Light {
-        place: vector(place),
-        kind,
-        colour,
-        samples: 0,
-        right: [0.0; 3],
-        reserved: 0,
-        up: [0.0; 3],
-        reserved2: 0,
-    };
-    match *source {
-        Light::Point {
-            position,
-            colour,
-            inverse_square,
-        } => {
-            let kind = if inverse_square {
-                light::POINT_INVERSE_SQUARE
-            } else {
-                light::POINT
-            };
-            small(position, kind, colour)
-        }
-        Light::Directional { direction, colour } => small(
-            -direction.normalize_or(DVec3::NEG_Y),
-            light::DIRECTIONAL,
-            colour,
-        ),
-        Light::Rectangle {
-            centre,
-            right,
-            up,
-            colour,
-            samples,
-            two_sided,
-        } => {
-            let kind = if two_sided {
-                light::TWO_SIDED_RECTANGLE
-            } else {
-                light::RECTANGLE
-            };
-            format::Light {
-                samples,
-                right: vector(right),
-                up: vector(up),
-                ..small(centre, kind, colour)
-            }
-        }
-    }
-}
-
-fn background(source: &Background) -> format::Background {
-    format::Background {
-        zenith: source.zenith,
-        alpha: source.alpha,
-        horizon: source.horizon,
-        reserved: 0,
-        nadir: source.nadir,
-        reserved2: 0,
-    }
-}
-
-/// Rounding of the map into the object's frame and back, in units of the
-/// largest number involved: a box widened by this holds what the mapped ray
-/// can hit.
-const MAP_SLACK: f64 = 64.0 * 5.960_464_477_539_063e-8;
-
-/// What an object becomes, and by how many metres its boxes are wider than it.
-fn instance(scene: &Scene, number: usize, object: &Object) -> Result<(Instance, f64), BakeError> {
-    let missing = |what, index| BakeError::Missing {
-        object: number,
-        what,
-        index,
-    };
-    let (kind, geometry, radii, (low, high)) = match object.shape {
-        Shape::Mesh(index) => {
-            let mesh = scene.meshes.get(index).ok_or(missing("mesh", index))?;
-            (kind::MESH, index as u32, [0.0; 2], mesh.bounds())
-        }
-        Shape::Sphere { radius } => (kind::SPHEROID, 0, [radius; 2], cube(radius, radius)),
-        Shape::Spheroid {
-            equatorial_radius: e,
-            polar_radius: p,
-        } => (kind::SPHEROID, 0, [e, p], cube(e, p)),
-    };
-    if kind == kind::SPHEROID && Spheroid::new(radii[0], radii[1]).is_none() {
-        return Err(BakeError::Radius { object: number });
-    }
-    if let Some(index) = object.material.filter(|&m| m >= scene.materials.len()) {
-        return Err(missing("material", index));
-    }
-    if let Shape::Mesh(index) = object.shape
-        && !scene.meshes[index].has_coordinates_for(object.material.map(|m| &scene.materials[m]))
-    {
-        return Err(BakeError::NoCoordinates { object: number });
-    }
-    let bad_map = BakeError::Transform {
-        object: number,
-        limit: TriangleMesh::FARTHEST,
-    };
-    let world_from_object = object.world_from_object;
-    let object_from_world = world_from_object.inverse();
-    let determinant = world_from_object.matrix3.determinant();
-    if !world_from_object.is_finite() || !object_from_world.is_finite() || !determinant.is_normal()
-    {
-        return Err(bad_map);
-    }
-    let corners: Vec<DVec3> = (0..8)
-        .map(|i| {
-            let pick = |axis: usize| f64::from(if i >> axis & 1 == 0 { low } else { high }[axis]);
-            world_from_object.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
-        })
-        .collect();
-    let least = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-    let most = corners
-        .iter()
-        .copied()
-        .fold(DVec3::NEG_INFINITY, DVec3::max);
-    let farthest = least.abs().max(most.abs()).max_element();
-    if !(farthest <= f64::from(TriangleMesh::FARTHEST)) {
-        return Err(bad_map);
-    }
-    // An ill-conditioned map magnifies what rounding does in its other frame.
-    let norm = |m: glam::DMat3| m.to_cols_array().iter().map(|c| c * c).sum::<f64>().sqrt();
-    let condition = norm(world_from_object.matrix3) * norm(object_from_world.matrix3);
-    let translation = world_from_object.translation.abs().max_element();
-    let slack = MAP_SLACK * condition * farthest.max(translation);
-    let opaque = |m: &Material| m.transmission == [0.0; 3];
-    let lets_light_through = match (object.material, object.shape) {
-        (Some(index), _) => !opaque(&scene.materials[index]),
-        (None, Shape::Mesh(index)) => {
-            let materials = &scene.meshes[index].materials;
-            !materials.is_empty() && !materials.iter().any(opaque)
-        }
-        (None, _) => false,
-    };
-    let mut flags = 0;
-    if object.casts_shadow && !lets_light_through {
-        flags |= flag::OCCLUDES;
-    }
-    if object.smooth {
-        flags |= flag::SMOOTH;
-    }
-    let instance = Instance {
-        kind,
-        geometry,
-        material: object.material.map_or(NO_MATERIAL, |m| m as u32),
-        flags,
-        radii,
-        condition: condition as f32,
-        cover: 0,
-        object_from_world: columns(object_from_world),
-        world_from_object: columns(world_from_object),
-        low: (least - slack).to_array().map(|c| (c as f32).next_down()),
-        high: (most + slack).to_array().map(|c| (c as f32).next_up()),
-        cover_nodes: 0,
-        reserved: 0,
-    };
-    Ok((instance, slack))
-}
-
-fn cube(equatorial: f32, polar: f32) -> ([f32; 3], [f32; 3]) {
-    (
-        [-equatorial, -polar, -equatorial],
-        [equatorial, polar, equatorial],
-    )
-}
-
-fn columns(map: DAffine3) -> [[f32; 3]; 4] {
-    map.to_cols_array_2d()
-        .map(|column| column.map(|c| c as f32))
 }

@@ -13,11 +13,14 @@ mod dome;
 mod file;
 mod view;
 mod viewer;
+mod wall_plane;
 
 pub use dome::{DomeDescription, DomeScreen, DomeScreenError};
 pub use file::{CaveFileError, CaveFileFault};
 pub use view::{Frustum, WallView};
 pub use viewer::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer};
+pub use wall_plane::DegenerateWall;
+pub(crate) use wall_plane::WallPlane;
 
 use glam::DVec3;
 use miette::Diagnostic;
@@ -42,6 +45,7 @@ pub struct Wall {
 
 /// Why a wall cannot be used, or not from where the eye is.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum WallError {
     /// A name that cannot be part of a file's name.
     #[error("the wall name \"{}\" {reason}", .wall.escape_debug())]
@@ -343,6 +347,7 @@ impl<'a> From<&'a DomeScreen> for Screen<'a> {
 
 /// Why a screen cannot be used, or not from where the eye is.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum CaveError {
     /// A wall's fault.
     #[error(transparent)]

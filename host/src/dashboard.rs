@@ -16,10 +16,10 @@ pub use place_map::{Coordinates, Place, PlaceMap, PlaceMapError};
 
 use crate::cave::Cave;
 use crate::live::FrameRecord;
+use crate::overview::viewer::ViewerCamera;
 use crate::picture::Picture;
 use crate::render::{self, Observer};
 use crate::stereo::Stereo;
-use crate::viewer::ViewerCamera;
 use glam::{DVec3, Vec3};
 use picture::{Area, Codes, Ranks};
 use shisen_core::frame::Tile;

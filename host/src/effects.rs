@@ -24,6 +24,7 @@ pub struct Effects {
 
 /// Why a list of effects cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum EffectsError {
     /// An effect that there is not.
     #[error("there is no effect \"{given}\": {help}")]

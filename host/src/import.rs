@@ -51,6 +51,7 @@ impl fmt::Display for Place {
 
 /// Why a file gives no mesh.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ImportError {
     /// An extension that belongs to none of the formats.
     #[error(
@@ -173,7 +174,7 @@ pub fn load(path: &Path) -> Result<TriangleMesh, ImportError> {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
-    crate::input::read(path).map_err(|fault| ImportError::Read {
+    crate::files::read(path).map_err(|fault| ImportError::Read {
         path: path.to_owned(),
         fault,
     })

@@ -76,16 +76,32 @@
 //!
 //! # Where things are
 //!
+//! In the order in which data go:
+//!
 //! | To | Look in |
 //! |---|---|
-//! | read meshes and scene files | [`import`], [`mesh`], [`texture`], [`scene`], [`description`], [`quadruped`] |
+//! | read meshes and scene files | [`import`], [`mesh`], [`material`], [`texture`], [`scene`], [`quadruped`] |
 //! | make bytes of them | [`simplify`], [`bake`] |
-//! | say where walls, domes and eyes are | [`cave`], [`look`], [`warp`], [`stereo`] |
+//! | say where walls, domes, eyes and projectors are | [`cave`], [`look`], [`warp`] |
+//! | follow a tracker | [`tracker`] |
 //! | render | [`render`], [`effects`], [`lod`], [`spectrum`], [`dome`] |
-//! | follow a tracker | [`tracker`], [`live`], `window` |
-//! | keep and show pictures | [`picture`], [`net`], [`viewer`], [`output`], [`dashboard`], [`chart`] |
-//! | see whether it is right, and what that costs | [`selftest`], [`gaze_reference`], [`tradeoff`], [`quantiles`], `firmware` |
-//! | read what is given on a command line | [`input`] |
+//! | render frame after frame, each in its time | [`live`] |
+//! | keep and show pictures | [`picture`], [`stereo`], [`overview`], [`dashboard`], `window` |
+//! | see whether it is right, and what that costs | [`selftest`], [`gaze_reference`], [`tradeoff`], `firmware` |
+//! | read and write any file | [`files`], [`description`], [`chart`], [`quantiles`] |
+//!
+//! # Features
+//!
+//! | Feature | What it adds |
+//! |---|---|
+//! | `window`, by default | `window`: frames on an X server, on Unix |
+//! | `cluster` | `live::Mpi`: walls on several machines; links a library of the system's for MPI |
+//!
+//! # What it does not do
+//!
+//! No global illumination, no film rendering, no editing of scenes; nothing in a scene
+//! moves but the viewer and the camera of dome masters. Trackers have been read from mocks
+//! only. The README has all of it, with what is there instead.
 
 mod angle;
 pub mod bake;
@@ -95,18 +111,17 @@ pub mod dashboard;
 pub mod description;
 pub mod dome;
 pub mod effects;
+pub mod files;
 #[cfg(unix)]
 pub mod firmware;
 pub mod gaze_reference;
-mod glyph;
 pub mod import;
-pub mod input;
 pub mod live;
 pub mod lod;
 pub mod look;
+pub mod material;
 pub mod mesh;
-pub mod net;
-pub mod output;
+pub mod overview;
 pub mod picture;
 pub mod quadruped;
 pub mod quantiles;
@@ -119,8 +134,6 @@ pub mod stereo;
 pub mod texture;
 pub mod tracker;
 pub mod tradeoff;
-pub mod viewer;
-mod wall_plane;
 pub mod warp;
 #[cfg(all(unix, feature = "window"))]
 pub mod window;

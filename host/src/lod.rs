@@ -3,7 +3,7 @@
 mod outside;
 mod pictures;
 
-pub use outside::OutsideError;
+pub use outside::OutsideDifference;
 pub use pictures::{difference, levels, polygons, sampling};
 
 use shisen_core::frame::{LevelOfDetail, View};

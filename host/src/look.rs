@@ -13,6 +13,7 @@ use thiserror::Error;
 
 /// Why a direction or a place could not be read.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum LookError {
     /// Neither a name, nor two, nor three numbers.
     #[error(
@@ -147,20 +148,12 @@ pub struct Point(pub DVec3);
 impl FromStr for Point {
     type Err = LookError;
 
-    /// As [`parse_point`].
+    /// Reads `X,Y,Z`: three finite numbers.
     fn from_str(text: &str) -> Result<Self, LookError> {
-        parse_point(text).map(Self)
-    }
-}
-
-/// Reads `X,Y,Z`, metres.
-///
-/// # Errors
-/// [`LookError::Point`] for anything but three finite numbers.
-pub fn parse_point(text: &str) -> Result<DVec3, LookError> {
-    match numbers(text).as_deref() {
-        Some(&[x, y, z]) => Ok(DVec3::new(x, y, z)),
-        _ => Err(LookError::Point { given: text.into() }),
+        match numbers(text).as_deref() {
+            Some(&[x, y, z]) => Ok(Self(DVec3::new(x, y, z))),
+            _ => Err(LookError::Point { given: text.into() }),
+        }
     }
 }
 
@@ -231,11 +224,11 @@ mod tests {
 
     #[test]
     fn points_are_three_finite_numbers() {
-        assert_eq!(parse_point(" 0, -1.5,2e-1"), Ok(DVec3::new(0.0, -1.5, 0.2)));
-        assert_eq!("1,2,3".parse(), Ok(Point(DVec3::new(1.0, 2.0, 3.0))));
+        let point = " 0, -1.5,2e-1".parse();
+        assert_eq!(point, Ok(Point(DVec3::new(0.0, -1.5, 0.2))));
         for text in ["", "front", "1,2", "1,2,3,4", "1,2,nan", "1,2,1e999"] {
             assert!(
-                matches!(parse_point(text), Err(LookError::Point { .. })),
+                matches!(text.parse::<Point>(), Err(LookError::Point { .. })),
                 "{text}"
             );
         }

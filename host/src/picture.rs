@@ -1,10 +1,11 @@
 //! Pictures: what was traced, and the files it is written to.
 
 mod difference;
+pub(crate) mod glyph;
 
 pub use difference::colour_differences;
 
-use crate::output::{WriteSeek, explain, write_atomically};
+use crate::files::{WriteSeek, explain, write_atomically};
 use png::{BitDepth, ColorType, SrgbRenderingIntent};
 use rayon::prelude::*;
 use shisen_core::frame::Pixel;
@@ -45,6 +46,7 @@ pub struct Picture {
 
 /// Why a picture could not be made or written.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum PictureError {
     /// More than [`MAX_PIXELS`], or than there is memory for.
     #[error(

@@ -176,6 +176,7 @@ pub fn frame_hash(pictures: impl IntoIterator<Item = u64>) -> u64 {
 
 /// Why a frame cannot be rendered.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum RenderError {
     /// An eye that does not see a wall.
     #[error(transparent)]

@@ -8,7 +8,8 @@ mod placement;
 
 pub use placement::{Normalisation, Placement};
 
-use crate::mesh::{Material, TriangleMesh};
+use crate::material::Material;
+use crate::mesh::TriangleMesh;
 use camera::CameraPath;
 use glam::{DAffine3, DVec3};
 

@@ -61,6 +61,7 @@ pub struct PolygonLevels {
 
 /// Polygon levels that there cannot be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum LevelsError {
     /// From more to fewer, or from none.
     #[error("{min}..{max} is no range of faces: it takes 1 or more, and the fewest first")]
@@ -149,6 +150,7 @@ impl PolygonLevels {
 
 /// Why a mesh has no ladder of the kind asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum LadderError {
     /// It does not get that coarse.
     #[error(

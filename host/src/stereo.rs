@@ -34,6 +34,7 @@ pub struct Presented {
 
 /// Why two pictures make no pair.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum StereoError {
     /// They are not of one size.
     #[error(

@@ -38,6 +38,7 @@ pub struct Image {
 
 /// Why a file gives no image.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ImageError {
     /// A file that is not there or cannot be read.
     #[error("{}: {fault}; check the file's name and permissions", .path.display())]
@@ -118,7 +119,7 @@ impl Image {
 
     /// As [`load`](Self::load), of what bytes a scene has left.
     pub(crate) fn load_within(path: &Path, left: &mut u64) -> Result<Self, ImageError> {
-        let bytes = crate::input::read(path).map_err(|fault| ImageError::Read {
+        let bytes = crate::files::read(path).map_err(|fault| ImageError::Read {
             path: path.to_owned(),
             fault,
         })?;

@@ -54,6 +54,7 @@ pub struct Warp<'a> {
 
 /// Why there is no warp.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum WarpError {
     /// A grid that is none.
     #[error("a grid of {} × {} nodes", .grid[0], .grid[1])]

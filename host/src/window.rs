@@ -73,6 +73,7 @@ pub enum Event {
 
 /// Why there is no window, or none any more.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum WindowError {
     /// No X server takes it.
     #[error("there is no window: {}", said(reason))]

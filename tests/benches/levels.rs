@@ -25,7 +25,7 @@ use shisen::mesh::TriangleMesh;
 use shisen::simplify::{Ladder, PolygonLevels};
 use shisen_core::Simd;
 use shisen_core::frame::{
-    Budget, LevelOfDetail, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
+    Budget, LevelOfDetail, Outcome, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
 };
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField, VisualFieldLimits};
 use shisen_core::scene::Scene;
@@ -324,8 +324,8 @@ fn time_of_tile(renderer: &Renderer<'_>, view: &View, (x, y): (u32, u32)) -> f64
     let mut budget = Budget::UNLIMITED;
     let mut job = TileJob::new(tile);
     let time = seconds(&mut || {
-        job.render(renderer, view, &mut pixels, &mut budget, &mut workspace)
-            .expect("a tile of the view");
+        let outcome = job.render(renderer, view, &mut pixels, &mut budget, &mut workspace);
+        assert_eq!(outcome, Ok(Outcome::Finished));
     });
     black_box(pixels);
     time

@@ -3,7 +3,8 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
-use shisen::mesh::{Graticule, Material, TriangleMesh};
+use shisen::material::{Graticule, Material};
+use shisen::mesh::TriangleMesh;
 use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;

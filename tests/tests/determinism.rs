@@ -9,7 +9,8 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::mesh::{Material, TriangleMesh};
+use shisen::material::Material;
+use shisen::mesh::TriangleMesh;
 use shisen::render::{Frame, Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene, prism, spheres};
 use shisen::scene::{Background, Light, Object, Scene, Shape};

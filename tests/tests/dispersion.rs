@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use serde_json::Value;
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::mesh::Material;
+use shisen::material::Material;
 use shisen::render::{self, Frame, Observer, Options};
 use shisen::scene::builtin::{PaperScene, PrismBench, paper_scene, spheres};
 use shisen::scene::camera::CameraPath;

@@ -7,14 +7,14 @@ use serde_json::Value;
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::effects::{COMPILED, Effects};
-use shisen::mesh::{Graticule, Material};
+use shisen::material::{Graticule, Material};
 use shisen::render::{self, Account, Frame, Observer, Options};
 use shisen::scene::builtin::{PaperScene, grid, paper_scene};
 use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen::texture::{Image, Pattern, Texture};
 use shisen_core::frame::{
-    Budget, Entry, Ledger, Mode, Pixel, Renderer, Settings, Spectrum, Tile, TileJob, View,
+    Budget, Entry, Ledger, Mode, Outcome, Pixel, Renderer, Settings, Spectrum, Tile, TileJob, View,
     Workspace,
 };
 use shisen_core::scene::format::{Header, effect, seal};
@@ -171,15 +171,14 @@ where
     let (view, tile) = small_view();
     let mut pixels = vec![Pixel::default(); 48 * 48];
     let mut workspace = Workspace::new();
-    TileJob::new(tile)
-        .render(
-            renderer,
-            &view,
-            &mut pixels,
-            &mut { Budget::UNLIMITED },
-            &mut workspace,
-        )
-        .expect("a tile of the view");
+    let outcome = TileJob::new(tile).render(
+        renderer,
+        &view,
+        &mut pixels,
+        &mut { Budget::UNLIMITED },
+        &mut workspace,
+    );
+    assert_eq!(outcome, Ok(Outcome::Finished));
     bits(&pixels)
 }
 

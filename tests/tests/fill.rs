@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::live::{Engine, Quality, Share, with_engine};
-use shisen::lod::OutsideError;
+use shisen::lod::OutsideDifference;
 use shisen::quadruped::quadruped;
 use shisen::render::{self, CaptureOptions, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
@@ -72,7 +72,7 @@ impl Setting {
     }
 
     fn error(&self, found: &Frame, full: &Frame) -> f64 {
-        let mut error = OutsideError::default();
+        let mut error = OutsideDifference::default();
         let mut pictures = found.pictures.iter().zip(&full.pictures);
         for wall in &self.cave.walls {
             for eye in &self.eyes {

@@ -5,8 +5,8 @@ use shisen::bake::{Baked, Layout};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::simplify::PolygonLevels;
 use shisen_core::frame::{
-    Budget, FlatScreen, FrameError, FrameJob, LevelOfDetail, Mode, Part, Pixel, Place, Progress,
-    Renderer, Settings, Tile, TileJob, Workspace,
+    Budget, FlatScreen, FrameError, FrameJob, LevelOfDetail, Mode, Outcome, Part, Pixel, Place,
+    Progress, Renderer, Settings, Tile, TileJob, Workspace,
 };
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use shisen_core::{EffectSet, Simd};
@@ -160,8 +160,9 @@ fn a_frame_is_its_views_rendered_whole() {
                         height,
                     });
                     let (mut budget, mut workspace) = (Budget::UNLIMITED, Workspace::new());
-                    job.render(renderer, view, &mut pixels, &mut budget, &mut workspace)
-                        .expect("a picture");
+                    let outcome =
+                        job.render(renderer, view, &mut pixels, &mut budget, &mut workspace);
+                    assert_eq!(outcome, Ok(Outcome::Finished));
                     pixels
                 })
                 .collect();

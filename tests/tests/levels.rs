@@ -3,7 +3,8 @@
 
 use proptest::prelude::*;
 use shisen::bake::{BakeError, Baked, lone_mesh};
-use shisen::mesh::{Material, TriangleMesh};
+use shisen::material::Material;
+use shisen::mesh::TriangleMesh;
 use shisen::simplify::{Ladder, LadderError, PolygonLevels, Topology};
 use shisen_core::Simd;
 use shisen_core::frame::FACE_TOLERANCE;

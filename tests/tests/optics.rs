@@ -5,7 +5,8 @@
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use shisen::bake::Baked;
-use shisen::mesh::{Material, TriangleMesh};
+use shisen::material::Material;
+use shisen::mesh::TriangleMesh;
 use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen_core::Simd;

@@ -10,10 +10,10 @@
 use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
+use shisen::overview::viewer::{ViewerCamera, render};
 use shisen::picture::Picture;
 use shisen::render::{Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
-use shisen::viewer::{ViewerCamera, render};
 use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, Outcome, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,

@@ -2,7 +2,8 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::{BakeError, Baked};
-use shisen::mesh::{Material, TriangleMesh};
+use shisen::material::Material;
+use shisen::mesh::TriangleMesh;
 use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;

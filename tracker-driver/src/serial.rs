@@ -3,6 +3,7 @@
 #[cfg(unix)]
 mod input;
 
+use core::fmt;
 use serialport::{ClearBuffer, ErrorKind, SerialPort, SerialPortType};
 use std::boxed::Box;
 #[cfg(not(unix))]
@@ -22,6 +23,14 @@ pub struct Serial {
     /// each time.
     #[cfg(unix)]
     input: std::fs::File,
+}
+
+impl fmt::Debug for Serial {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Serial")
+            .field("name", &self.port.name())
+            .finish_non_exhaustive()
+    }
 }
 
 impl Serial {

@@ -116,6 +116,7 @@ impl core::error::Error for FrameError {}
 /// What a call of [`FrameJob::render`] left behind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[must_use]
 pub enum Progress {
     /// A tile's pixels are there.
     Tile {

@@ -28,6 +28,7 @@ pub struct DomeScreen {
 
 /// Why there is no such dome, or not from where the eye is.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum DomeScreenError {
     /// A name that cannot be part of a file's name.
     #[error("the dome name \"{}\" {reason}", .dome.escape_debug())]

@@ -32,6 +32,7 @@ use toml::Spanned;
 
 /// What is wrong in a file of walls.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum CaveFileFault {
     /// Not TOML, or not the keys and types that a wall has.
     #[error("{message}")]
@@ -60,6 +61,7 @@ pub enum CaveFileFault {
 
 /// Why walls could not be had from a file.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum CaveFileError {
     /// The file could not be read.
     #[error("cannot read the walls in {}", .path.display())]
@@ -113,7 +115,7 @@ impl Cave {
     /// # Errors
     /// A file that cannot be read, or as [`Self::from_toml`].
     pub fn load(path: &Path, size: [u32; 2]) -> Result<Self, CaveFileError> {
-        let text = crate::input::read_text(path).map_err(|source| CaveFileError::Read {
+        let text = crate::files::read_text(path).map_err(|source| CaveFileError::Read {
             path: path.to_owned(),
             source,
         })?;

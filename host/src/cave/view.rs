@@ -2,6 +2,7 @@
 
 use super::{Wall, WallError, is_in_a_room};
 use glam::DVec3;
+use shisen_core::frame::FlatScreen;
 
 /// The rays from an eye through the pixels of a wall.
 ///
@@ -55,17 +56,35 @@ impl Wall {
     pub fn view_from(&self, eye: DVec3) -> Result<WallView, WallError> {
         self.distance_before(eye)?;
         let [columns, rows] = self.pixels;
-        let column_step = self.across() / f64::from(columns);
-        let row_step = -self.upward() / f64::from(rows);
-        let first_pixel = self.upper_left + 0.5 * (column_step + row_step) - eye;
+        let [first_pixel, column_step, row_step] = self.grid();
         Ok(WallView {
             eye: eye.as_vec3().to_array(),
-            first_pixel: first_pixel.as_vec3().to_array(),
+            first_pixel: (first_pixel - eye).as_vec3().to_array(),
             column_step: column_step.as_vec3().to_array(),
             row_step: row_step.as_vec3().to_array(),
             columns,
             rows,
         })
+    }
+
+    /// The wall as firmware has it: for any eye, in f32.
+    pub fn flat_screen(&self) -> FlatScreen {
+        let [first_pixel, column_step, row_step] = self.grid().map(|vector| vector.as_vec3());
+        FlatScreen {
+            first_pixel,
+            column_step,
+            row_step,
+            size: self.pixels,
+        }
+    }
+
+    /// The centre of pixel (0, 0), and the steps to its neighbours to the right and below.
+    fn grid(&self) -> [DVec3; 3] {
+        let [columns, rows] = self.pixels.map(f64::from);
+        let column_step = self.across() / columns;
+        let row_step = -self.upward() / rows;
+        let first_pixel = self.upper_left + 0.5 * (column_step + row_step);
+        [first_pixel, column_step, row_step]
     }
 
     /// The off-axis frustum of an eye at `eye` (metres, in the room) with

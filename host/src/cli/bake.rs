@@ -8,7 +8,7 @@ use super::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
 use clap::Args;
 use serde::Serialize;
 use shisen::bake::{Baked, BakedScene};
-use shisen::output::write_atomically;
+use shisen::files::write_atomically;
 use shisen::scene::Scene;
 use shisen::simplify::PolygonLevels;
 use std::fmt;

@@ -178,7 +178,7 @@ fn names(scene: &SceneName) -> Vec<String> {
         SceneName::Prism => ["glass", "slit", "floor"].map(str::to_owned).into(),
         SceneName::Spheres => ["quartz", "floor", "lamp"].map(str::to_owned).into(),
         // It was read a moment ago; a baked scene is no text.
-        SceneName::File(path) => shisen::input::read_text(path)
+        SceneName::File(path) => shisen::files::read_text(path)
             .map(|text| material_names(&text))
             .unwrap_or_default(),
     }

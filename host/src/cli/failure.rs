@@ -2,7 +2,7 @@
 
 use miette::Diagnostic;
 use shisen::bake::BakeError;
-use shisen::output::explain;
+use shisen::files::explain;
 use shisen_core::scene::SceneError;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

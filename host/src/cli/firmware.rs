@@ -13,9 +13,10 @@ use report::{FrameReport, Report};
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Wall};
 use shisen::firmware::{
-    Image, MOST_SCREENS, Run, ShownFrame, TrackerBytes, Watched, flat_screen, reference, watch,
+    Image, MOST_SCREENS, Run, ShownFrame, TrackerBytes, Watched, reference, watch,
 };
 use shisen::picture::Picture;
+use shisen::render::frame_hash;
 use shisen::tracker::{Recording, Spec, simulated};
 use shisen_core::EffectSet;
 use shisen_core::frame::{FlatScreen, MAX_DEPTH};
@@ -288,7 +289,7 @@ fn screens(cave: &Cave) -> Result<Vec<FlatScreen>, Failure> {
             "the board shows up to {MOST_SCREENS} walls and no domes: give another --walls"
         )));
     }
-    Ok(cave.walls.iter().map(flat_screen).collect())
+    Ok(cave.walls.iter().map(Wall::flat_screen).collect())
 }
 
 fn compact(scene: Loaded, name: &str, levels: &LevelArguments) -> Result<BakedScene, Failure> {
@@ -320,7 +321,8 @@ impl Compared<'_> {
         let again = |frame: &ShownFrame| {
             let pictures = reference(self.scene, self.screens, &self.rendering, frame, without);
             let pictures = pictures.map_err(Failure::from_error)?;
-            Ok(FrameReport::new(frame, shisen::firmware::hash(&pictures)))
+            let hash = frame_hash(pictures.iter().map(Picture::hash));
+            Ok(FrameReport::new(frame, hash))
         };
         watched.frames.iter().map(again).collect()
     }

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use miette::Diagnostic;
 use serde::Serialize;
 use shisen::gaze_reference::{self, Limits};
-use shisen::look::{LookError, ViewDirection, parse_point};
+use shisen::look::{LookError, Point, ViewDirection};
 use shisen_core::gaze::{
     Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldError,
     VisualFieldLimits, Zone,
@@ -101,8 +101,8 @@ impl FromStr for Direction {
     type Err = LookError;
 
     fn from_str(text: &str) -> Result<Self, LookError> {
-        match parse_point(text) {
-            Ok(vector) if vector != DVec3::ZERO => Ok(Self(vector)),
+        match text.parse() {
+            Ok(Point(vector)) if vector != DVec3::ZERO => Ok(Self(vector)),
             _ => text.parse().map(|look: ViewDirection| Self(look.vector())),
         }
     }

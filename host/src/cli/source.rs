@@ -216,7 +216,7 @@ pub(super) fn scene_of_meshes(meshes: Vec<TriangleMesh>) -> Scene {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, Fault> {
-    shisen::input::read(path).map_err(|reason| Fault::ReadScene {
+    shisen::files::read(path).map_err(|reason| Fault::ReadScene {
         path: path.to_owned(),
         reason,
     })

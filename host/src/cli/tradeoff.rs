@@ -9,7 +9,7 @@ use super::source::{BUILT_IN_MESH, load_mesh};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use shisen::output::write_atomically;
+use shisen::files::write_atomically;
 use shisen::quadruped::quadruped;
 use shisen::tradeoff::{self, Bench, Build, Effort, Report, Topic};
 use shisen_core::Simd;

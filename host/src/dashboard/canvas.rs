@@ -1,7 +1,7 @@
 //! What is drawn on: pixels of eight bits a channel, as a window takes them.
 
-use crate::glyph::{GLYPH, glyph};
-use crate::output::write_atomically;
+use crate::files::write_atomically;
+use crate::picture::glyph::{GLYPH, glyph};
 use std::io;
 use std::path::Path;
 

@@ -7,9 +7,9 @@
 
 use super::canvas::Colour;
 use crate::cave::{Cave, Screen};
-use crate::net::{self, NetError};
+use crate::overview::net::{self, NetError};
+use crate::overview::viewer::{self, ViewError, ViewerCamera};
 use crate::picture::{Picture, PictureError, srgb_from_linear};
-use crate::viewer::{self, ViewError, ViewerCamera};
 use thiserror::Error;
 
 /// Coordinates of a picture are kept at so many places a side at most: a window shows
@@ -42,6 +42,7 @@ pub struct PlaceMap {
 
 /// Why there is none.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum PlaceMapError {
     /// The walls have no net.
     #[error(transparent)]

@@ -37,6 +37,7 @@ pub struct Parameters {
 
 /// Why there is no such mirror.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
 pub enum MirrorError {
     /// The axis ratio is NaN or outside [`Mirror::AXIS_RATIOS`].
     #[error(

@@ -12,7 +12,8 @@ use super::{
     ImportError, Place, bounded, bounded_colour, syntax, unit_normals, usable_coordinates,
     validated,
 };
-use crate::mesh::{Material, MeshError, TriangleMesh};
+use crate::material::Material;
+use crate::mesh::{MeshError, TriangleMesh};
 use crate::texture::{Image, Pattern, Texture};
 use std::sync::Arc;
 

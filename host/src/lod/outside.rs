@@ -5,12 +5,12 @@ use shisen_core::frame::{LevelOfDetail, View};
 /// How far pictures are from what they should be where the gaze skips rays, as
 /// a display shows them: sums over all pictures of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct OutsideError {
+pub struct OutsideDifference {
     squares: f64,
     pixels: u64,
 }
 
-impl OutsideError {
+impl OutsideDifference {
     /// Counts the pixels of a view that are outside the visual field: those
     /// found, and those that full tracing finds.
     pub fn add(&mut self, view: &View, lod: &LevelOfDetail, found: &Picture, full: &Picture) {
@@ -63,7 +63,7 @@ mod tests {
             Picture::from_pixels(16, 16, pixels).unwrap()
         };
         let (black, white) = (picture(0.0), picture(1.0));
-        let mut error = OutsideError::default();
+        let mut error = OutsideDifference::default();
         assert_eq!((error.psnr(), error.root_mean_square()), (None, None));
         error.add(&view, &lod, &white, &white);
         let outside = error.pixels();

@@ -11,7 +11,8 @@ pub use glass::{PrismBench, prism, spheres};
 
 use super::camera::CameraPath;
 use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};
-use crate::mesh::{Graticule, Material, TriangleMesh};
+use crate::material::{Graticule, Material};
+use crate::mesh::TriangleMesh;
 use glam::{DAffine3, DVec3};
 use std::str::FromStr;
 use thiserror::Error;

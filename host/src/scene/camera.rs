@@ -2,7 +2,9 @@
 
 use crate::mesh::TriangleMesh;
 use glam::{DVec3, Mat3};
+use miette::Diagnostic;
 use shisen_core::frame::DomePose;
+use thiserror::Error;
 
 /// Where a dome master is taken and which way round.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,29 +79,55 @@ pub struct CameraPath {
 }
 
 /// Keys that make no path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum CameraPathError {
     /// A key whose frame is not after that of the key before it.
+    #[error("the camera's `frame` is not after that of the camera before it")]
+    #[diagnostic(help("put cameras in the order of their frames, each at its own"))]
     Order {
         /// The key's number, from 0.
         key: usize,
     },
     /// A key beyond [`TriangleMesh::FARTHEST`] on an axis.
+    #[error("the camera's `position` is too far away")]
+    #[diagnostic(help(
+        "coordinates may be up to {:e} m; move the scene nearer to its origin",
+        TriangleMesh::FARTHEST
+    ))]
     Position {
         /// The key's number, from 0.
         key: usize,
     },
     /// A key whose zenith and top point nowhere or the same way.
+    #[error("the camera's `zenith` and `top` point nowhere or along each other")]
+    #[diagnostic(help(
+        "give directions to the middle and to the top of the picture, such as [0, 1, 0] and [0, 0, 1]"
+    ))]
     Direction {
         /// The key's number, from 0.
         key: usize,
     },
     /// Zeniths or tops of neighbours that are against each other, so that it
     /// cannot be told which way to turn.
+    #[error("the camera's `zenith` or `top` is against that of the camera before it")]
+    #[diagnostic(help("add a camera between the two that says which way to turn"))]
     Turn {
         /// The later key's number, from 0.
         key: usize,
     },
+}
+
+impl CameraPathError {
+    /// The number of the key that is wrong, from 0.
+    pub const fn key(self) -> usize {
+        match self {
+            Self::Order { key }
+            | Self::Position { key }
+            | Self::Direction { key }
+            | Self::Turn { key } => key,
+        }
+    }
 }
 
 impl CameraPath {

@@ -47,7 +47,7 @@ mod materials;
 
 pub use fault::{SceneFault, SceneFileError};
 
-use super::camera::{CameraKey, CameraPath, CameraPathError, DomeCamera};
+use super::camera::{CameraKey, CameraPath, DomeCamera};
 use super::{Background, Normalisation, Object, Placement, Scene, Shape};
 use crate::description::{Located, Source};
 use crate::mesh::TriangleMesh;
@@ -90,7 +90,7 @@ impl Scene {
     where
         E: Into<Box<dyn std::error::Error + Send + Sync>>,
     {
-        let text = crate::input::read_text(path).map_err(|source| SceneFileError::Read {
+        let text = crate::files::read_text(path).map_err(|source| SceneFileError::Read {
             path: path.to_owned(),
             source,
         })?;
@@ -298,13 +298,8 @@ fn read_path(
         });
     }
     CameraPath::new(keys).map_err(|error| {
-        let (number, fault) = match error {
-            CameraPathError::Order { key } => (key, SceneFault::CameraOrder),
-            CameraPathError::Position { key } => (key, SceneFault::CameraPosition),
-            CameraPathError::Direction { key } => (key, SceneFault::CameraDirection),
-            CameraPathError::Turn { key } => (key, SceneFault::CameraTurn),
-        };
-        check.fault(fault, entries.get(number).map(Spanned::span))
+        let span = entries.get(error.key()).map(Spanned::span);
+        check.fault(SceneFault::CameraPath(error), span)
     })
 }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::mesh::Material;
+use crate::material::Material;
 use crate::quadruped::quadruped;
 use std::f64::consts::TAU;
 

@@ -52,6 +52,7 @@ use toml::Spanned;
 
 /// What is wrong in a calibration file.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum CalibrationFault {
     /// Not TOML, or not the keys and types that it has.
     #[error("{message}")]
@@ -89,6 +90,7 @@ pub enum CalibrationFault {
 
 /// Why a calibration cannot be used.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum CalibrationFileError {
     /// The file could not be read.
     #[error("cannot read the calibration in {}: {reason}", path.display())]
@@ -253,7 +255,7 @@ impl CalibrationFile {
     /// # Errors
     /// A file that cannot be read, or as [`from_toml`](Self::from_toml).
     pub fn load(path: &Path) -> Result<Self, CalibrationFileError> {
-        let text = crate::input::read_text(path);
+        let text = crate::files::read_text(path);
         let text = text.map_err(|reason| CalibrationFileError::Read {
             path: path.to_owned(),
             reason,

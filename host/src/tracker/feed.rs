@@ -76,6 +76,7 @@ impl fmt::Display for Trouble {
 
 /// Why there is no feed.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum FeedError {
     /// The mock refuses its configuration.
     #[error("{0}")]
@@ -198,6 +199,14 @@ pub fn simulated(spec: &MockSpec) -> Result<Tracker<'static>, FeedError> {
         None => Viewer::new(moves, spec.seed),
     };
     Tracker::new(config, viewer, spec.seed).map_err(FeedError::Mock)
+}
+
+impl fmt::Debug for Feed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Feed")
+            .field("begin", &self.begin)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Feed {

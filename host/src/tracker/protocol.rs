@@ -173,6 +173,8 @@ impl Protocol {
         match self.format {
             Format::Asl(_) => asl::BAUD,
             Format::Flock(_) => flock::BAUD,
+            Format::Hatire(_) => hatire::BAUD,
+            Format::Iscan(_) => iscan::BAUD,
             _ => 115_200,
         }
     }

@@ -138,11 +138,13 @@ fn at(path: &Path) -> impl FnOnce(io::Error) -> RecordingError {
 
 /// Writes a recording, event after event. What was in its file stays there until
 /// the first comes.
+#[derive(Debug)]
 pub struct Recorder {
     path: PathBuf,
     to: To,
 }
 
+#[derive(Debug)]
 enum To {
     /// Nothing has come; whether the file was there before.
     Nothing(File, bool),

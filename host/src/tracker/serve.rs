@@ -7,6 +7,7 @@ use shisen_tracker::mock::{Device, Line, Source};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::cell::Cell;
+use std::fmt;
 use std::io;
 use std::time::{Duration, Instant};
 
@@ -19,6 +20,15 @@ pub enum Begin<'a> {
     /// that is told nothing once it is there for [`SETTLED`].
     /// It is called with every stage that is reached.
     WithReader(&'a mut dyn FnMut(Stage)),
+}
+
+impl fmt::Debug for Begin<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AtOnce => "AtOnce",
+            Self::WithReader(_) => "WithReader",
+        })
+    }
 }
 
 /// How far a line is that waits for its reader.

@@ -4,7 +4,7 @@
 use super::{Bench, Cause, PictureError, Ring, Sight};
 use crate::bake::Baked;
 use crate::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
-use crate::net;
+use crate::overview::net;
 use crate::picture::Picture;
 use crate::render::{self, Filling, Frame, Observer, Options};
 use crate::scene::Scene;

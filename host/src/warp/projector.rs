@@ -69,6 +69,7 @@ pub struct Lens {
 
 /// Why there is no such projector.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ProjectorError {
     /// A name that cannot be part of a file's name.
     #[error("the projector name \"{}\" {reason}", .name.escape_debug())]
@@ -145,6 +146,7 @@ pub enum ProjectorError {
 
 /// What is wrong in a projector's file.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ProjectorFault {
     /// Not TOML, or not the keys and types that a projector has.
     #[error("{message}")]
@@ -174,6 +176,7 @@ pub enum ProjectorFault {
 
 /// Why a projector could not be had from a file.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ProjectorFileError {
     /// The file could not be read.
     #[error("cannot read the projector in {}", .path.display())]
@@ -282,7 +285,7 @@ impl Projector {
     /// # Errors
     /// A file that cannot be read, or as [`Self::from_toml`].
     pub fn load(path: &Path) -> Result<Self, ProjectorFileError> {
-        let text = crate::input::read_text(path).map_err(|source| ProjectorFileError::Read {
+        let text = crate::files::read_text(path).map_err(|source| ProjectorFileError::Read {
             path: path.to_owned(),
             source,
         })?;

@@ -170,7 +170,7 @@ fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
     of_ours(arguments, &contenders, &subjects, &mut report)?;
     report.write_csv(&arguments.out.join("peers.csv"))?;
     let json = serde_json::to_string_pretty(&report)?;
-    shisen::output::write_atomically(&arguments.out.join("peers.json"), |file| {
+    shisen::files::write_atomically(&arguments.out.join("peers.json"), |file| {
         file.write_all(json.as_bytes())
     })?;
     if arguments.json {

@@ -1,7 +1,7 @@
 //! What was measured, as a table for people and as files for programs.
 
 use serde::Serialize;
-use shisen::output::write_atomically;
+use shisen::files::write_atomically;
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;

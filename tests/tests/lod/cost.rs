@@ -7,14 +7,15 @@ use super::{
 use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::gaze_reference;
-use shisen::mesh::Material;
+use shisen::material::Material;
 use shisen::render::{Options, renderer};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
 use shisen_core::frame::{
-    Budget, Mode, Pixel, Renderer, Settings, Spectrum, Statistics, Tile, TileJob, View, Workspace,
+    Budget, Mode, Outcome, Pixel, Renderer, Settings, Spectrum, Statistics, Tile, TileJob, View,
+    Workspace,
 };
 use shisen_core::gaze::Zone;
 use shisen_tests::meshes::{meshes, torus};
@@ -95,15 +96,14 @@ fn statistics_of_pixel(renderer: &Renderer<'_>, view: &View, (x, y): (u32, u32))
         height: 1,
     };
     let mut workspace = Workspace::new();
-    TileJob::new(tile)
-        .render(
-            renderer,
-            view,
-            &mut [Pixel::default()],
-            &mut Budget::UNLIMITED.clone(),
-            &mut workspace,
-        )
-        .expect("a pixel of the view");
+    let outcome = TileJob::new(tile).render(
+        renderer,
+        view,
+        &mut [Pixel::default()],
+        &mut Budget::UNLIMITED.clone(),
+        &mut workspace,
+    );
+    assert_eq!(outcome, Ok(Outcome::Finished));
     workspace.statistics
 }
 

@@ -4,7 +4,7 @@ use super::{GAZES, bits, direction, eyes, frame, levels, lod, mixed_scene, place
 use glam::{DAffine3, DVec3, Mat3, Vec3};
 use shisen::bake::Baked;
 use shisen::live::{FOVEA, Quality, Share, with_engine};
-use shisen::mesh::Material;
+use shisen::material::Material;
 use shisen::picture::Picture;
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};

@@ -12,7 +12,8 @@ use shisen::cave::{Cave, Eye, Screen, Viewer, Wall};
 use shisen::chart::{Axis, Chart, Corner, Line, Names, Note};
 use shisen::dome::{Design, Displacement, Mapping, Viewpoint};
 use shisen::firmware::ShownFrame;
-use shisen::render::{Frame, WallPicture};
+use shisen::picture::Picture;
+use shisen::render::{Frame, WallPicture, frame_hash};
 use shisen::scene::camera::DomeCamera;
 use shisen::selftest::{Errors, Outcome, selected};
 use shisen::spectrum::Dispersion;
@@ -146,7 +147,10 @@ pub(super) const CASES: &[(&str, Case)] = &[
             done: None,
             pictures,
         };
-        assert_eq!(frame.hash(), shisen::firmware::hash(&frame.pictures));
+        assert_eq!(
+            frame.hash(),
+            frame_hash(frame.pictures.iter().map(Picture::hash))
+        );
     }),
     ("host render::Frame::hash", |n| {
         let picture = picture(n);

@@ -7,8 +7,8 @@ use glam::{DVec2, DVec3};
 use shisen::cave::Cave;
 use shisen::dome::{Design, Mapping, Mirror, NearField, px_4096};
 use shisen::gaze_reference::{Gaze, Limits};
+use shisen::overview::viewer::ViewerCamera;
 use shisen::spectrum::{Dispersion, Method};
-use shisen::viewer::ViewerCamera;
 use shisen::warp::{Aim, Lens, Projector, Throw};
 use shisen_core::gaze::Boundary;
 use shisen_core::spectrum::SpectralSample;
@@ -232,7 +232,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let is_direction = direction.is_finite() && direction != DVec3::ZERO;
         assert_eq!(sight.is_some(), is_direction, "{direction}");
     }),
-    ("host viewer::ViewerCamera::ray", |n| {
+    ("host overview::viewer::ViewerCamera::ray", |n| {
         let ahead = (DVec3::ZERO, DVec3::NEG_Z, DVec3::Y);
         let camera = ViewerCamera::new(ahead.0, ahead.1, ahead.2, 1.0, [64, 48]);
         let (x, y) = (n.wide(10.0), n.wide(20.0));

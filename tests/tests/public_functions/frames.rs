@@ -11,11 +11,12 @@ use shisen::bake::tree::{Bounds, Effort, build};
 use shisen::cave::{BuiltInCave, Cave, Eye};
 use shisen::dashboard::Coordinates;
 use shisen::dome::{Mirror, Projection, local_optima, optimum};
-use shisen::firmware::{self, flat_screen};
 use shisen::live::{Engine, Quality, Share, eyes_of, with_engine};
-use shisen::lod::{Coverage, OutsideError, levels, polygons, sampling};
-use shisen::mesh::{Material, TriangleMesh};
-use shisen::net::unfold;
+use shisen::lod::{Coverage, OutsideDifference, levels, polygons, sampling};
+use shisen::material::Material;
+use shisen::mesh::TriangleMesh;
+use shisen::overview::net::unfold;
+use shisen::overview::viewer::{self, ViewerCamera};
 use shisen::picture::Picture;
 use shisen::render::{self, CaptureOptions, Filling, Frame, Observer, Options, RenderError};
 use shisen::scene::builtin::grid;
@@ -27,7 +28,6 @@ use shisen::tracker::{Recorder, Recording};
 use shisen::tradeoff::{
     self, Build, Comparison, Limit, Measure, PictureError, Point, Report, Section, Sight,
 };
-use shisen::viewer::{self, ViewerCamera};
 use shisen::warp::{Aim, Lens, Nodes, Projector, Throw, Warp, bourke, mpcdi};
 use shisen_core::frame::{DomeProjection, LevelOfDetail, Renderer, Spectrum, View};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
@@ -279,12 +279,12 @@ pub(super) const CASES: &[(&str, Case)] = &[
             assert!((all - 1.0).abs() < 1e-9, "{found:?}");
         }
     }),
-    ("host lod::outside::OutsideError::add", |n| {
+    ("host lod::outside::OutsideDifference::add", |n| {
         let Some(lod) = lod(n) else { return };
         let light = [0; 2].map(|_| [0.1, 0.5, 0.9, 1.0].map(|light| n.next(light)));
         let [found, full] =
             light.map(|pixel| Picture::from_pixels(8, 8, vec![pixel; 64]).expect("a picture"));
-        let mut error = OutsideError::default();
+        let mut error = OutsideDifference::default();
         error.add(&view(), &lod, &found, &full);
         finite(&error);
         assert!(error.root_mean_square().is_none_or(|off| off <= 255.0));
@@ -305,7 +305,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
             shows_light(&seen.expect("a picture"));
         }
     }),
-    ("host net::unfold", |n| {
+    ("host overview::net::unfold", |n| {
         let picture = picture(n);
         let light = n.within(f32::MAX / 16.0);
         if let Some(wall) = wall(n) {
@@ -316,7 +316,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
             assert!(net.is_ok() || !n.are_sane());
         }
     }),
-    ("host viewer::render", |n| {
+    ("host overview::viewer::render", |n| {
         let picture = picture(n);
         let light = n.within(f32::MAX / 16.0);
         let (eye, forward) = (n.dvec3([0.0, 1.0, 3.0]), n.dvec3([0.0, 0.0, -1.0]));
@@ -389,20 +389,14 @@ pub(super) const CASES: &[(&str, Case)] = &[
             bytes.into_inner()
         });
     }),
-    ("host firmware::flat_screen", |n| {
+    ("host cave::view::Wall::flat_screen", |n| {
         if let Some(wall) = wall(n) {
-            let screen = flat_screen(&wall);
+            let screen = wall.flat_screen();
             // What f32 does not hold is refused by what it is seen from.
             if n.within(1.0e30) {
                 finite(&screen);
             }
         }
-    }),
-    ("host firmware::hash", |n| {
-        let one = picture(n);
-        // Of the bits, whatever they mean.
-        let twice = [0; 2].map(|_| firmware::hash(std::slice::from_ref(&one)));
-        assert_eq!(twice[0], twice[1]);
     }),
     ("host dome::design::optimum", |n| {
         assert!(searched(n.wide(1.2)) || !n.are_sane());

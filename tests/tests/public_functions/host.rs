@@ -7,6 +7,7 @@ use shisen::dome::{Mapping, Mirror, NearField, effective_viewpoint, size_errors}
 use shisen::gaze_reference::{self, Limits};
 use shisen::live::{Allowance, Governor, Look, Quality, Table2};
 use shisen::look::ViewDirection;
+use shisen::overview::viewer::ViewerCamera;
 use shisen::picture::{Picture, colour_differences, srgb_from_linear};
 use shisen::quantiles::{median, quantile_of, quartiles};
 use shisen::render::Observer;
@@ -18,7 +19,6 @@ use shisen::stereo::anaglyph;
 use shisen::tracker::calibration::estimation;
 use shisen::tracker::{Senses, Spec};
 use shisen::tradeoff::{Ring, pareto_front};
-use shisen::viewer::ViewerCamera;
 use shisen::warp::{Aim, Lens, Projector, Throw};
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Acuity, Boundary, Gaze, HeadPose, LineOfSight, VisualField};
@@ -284,7 +284,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
             Err(error) => assert!(!n.are_sane() && !error.to_string().is_empty(), "{error}"),
         }
     }),
-    ("host viewer::ViewerCamera::new", |n| {
+    ("host overview::viewer::ViewerCamera::new", |n| {
         let eye = n.dvec3([0.0, 1.6, 3.0]);
         let (forward, up) = (n.dvec3([0.0, 0.0, -1.0]), n.dvec3([0.0, 1.0, 0.0]));
         let field = n.wide(1.0);

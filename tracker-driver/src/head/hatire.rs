@@ -68,7 +68,7 @@ use glam::{Quat, Vec3};
 pub const FRAME_BYTES: usize = 30;
 
 /// Baud of the line.
-pub const BAUD_RATE: u32 = 115_200;
+pub const BAUD: u32 = 115_200;
 
 /// Highest code of a sample that opentrack takes.
 const HIGHEST_COUNT: u16 = 1_000;

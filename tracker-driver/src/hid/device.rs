@@ -62,6 +62,7 @@ pub fn devices() -> io::Result<Vec<Found>> {
 }
 
 /// An open device.
+#[derive(Debug)]
 pub struct Device {
     device: HidDevice,
 }

@@ -10,7 +10,7 @@ use super::table2::STATES;
 use clap::Args;
 use glam::Quat;
 use serde::Serialize;
-use shisen::lod::OutsideError;
+use shisen::lod::OutsideDifference;
 use shisen::quantiles::median;
 use shisen::render::{self, CaptureOptions, Filling, Frame};
 use shisen::scene::builtin::PaperScene;
@@ -199,8 +199,8 @@ impl Frames {
         look: Look,
         found: &Frame,
         full: &Frame,
-    ) -> Result<OutsideError, Failure> {
-        let mut error = OutsideError::default();
+    ) -> Result<OutsideDifference, Failure> {
+        let mut error = OutsideDifference::default();
         let mut pictures = found.pictures.iter().zip(&full.pictures);
         for wall in &self.cave.walls {
             for observer in Self::observers(Way::Lod, look)? {

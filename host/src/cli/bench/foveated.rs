@@ -15,7 +15,7 @@ use shisen::quantiles::median;
 use shisen::render::{self, Observer};
 use shisen::scene::builtin::PaperScene;
 use shisen::tradeoff::{PictureError, Sight};
-use shisen_core::frame::{Spectrum, Tile, TileJob};
+use shisen_core::frame::{Outcome, Spectrum, Tile, TileJob};
 use shisen_core::scene::Scene;
 use shisen_core::trace::{Budget, Pixel, Workspace};
 use shisen_core::{Runs, Simd};
@@ -165,9 +165,10 @@ where
                     };
                     let pixels = &mut pixels[..(tile.width * tile.height) as usize];
                     let (before, mut budget) = (workspace.statistics.steps, Budget::UNLIMITED);
-                    TileJob::new(tile)
+                    let outcome = TileJob::new(tile)
                         .render(&renderer, &view, pixels, &mut budget, &mut workspace)
                         .map_err(Failure::from_error)?;
+                    assert_eq!(outcome, Outcome::Finished, "nothing ends it before");
                     let stride = f64::from(chooses.stride(&view, x, y));
                     least += (workspace.statistics.steps - before) as f64 / (stride * stride);
                 }

@@ -9,8 +9,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::Serialize;
 use shisen::bake::{Baked, Layout, lone_mesh};
+use shisen::files::write_atomically;
 use shisen::mesh::TriangleMesh;
-use shisen::output::write_atomically;
 use shisen_core::shape::Ray;
 use shisen_core::trace::{MeshTracer, TraversalStack};
 use shisen_core::{Runs, Simd};
@@ -124,7 +124,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// The rays of a file; `None` for those that cannot be traced.
 fn read_rays(path: &Path) -> Result<Vec<Option<Ray>>, Fault> {
-    let bytes = shisen::input::read(path).map_err(|reason| Fault::ReadRays {
+    let bytes = shisen::files::read(path).map_err(|reason| Fault::ReadRays {
         path: path.to_owned(),
         reason,
     })?;

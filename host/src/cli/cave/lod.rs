@@ -7,10 +7,11 @@ use super::super::lod::LodArguments;
 use super::report::{Captured, Field, Fill, Lod};
 use shisen::bake::BakedScene;
 use shisen::cave::{Cave, Screen};
-use shisen::lod::{Coverage, OutsideError};
+use shisen::lod;
+use shisen::lod::{Coverage, OutsideDifference};
+use shisen::overview::net;
 use shisen::picture::Picture;
 use shisen::render::{self, Frame, Observer, Options};
-use shisen::{lod, net};
 use shisen_core::frame::{LevelOfDetail, Spectrum};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
@@ -29,7 +30,7 @@ pub(super) fn report(
     filled: Filled<'_>,
 ) -> Result<Lod, Failure> {
     let mut field = Vec::new();
-    let mut error = OutsideError::default();
+    let mut error = OutsideDifference::default();
     let mut pictures = filled.frame.pictures.iter().zip(&full.pictures);
     for screen in cave.screens() {
         for observer in observers {

@@ -5,11 +5,11 @@ use super::report::{Image, Written};
 use crate::cli::failure::Failure;
 use crate::cli::picture_files::{hexadecimal, metadata};
 use shisen::cave::{Cave, Eye, Screen};
-use shisen::net;
+use shisen::overview::net;
+use shisen::overview::viewer::{self, ViewerCamera};
 use shisen::picture::Picture;
 use shisen::render::{Capture, Frame, Observer};
 use shisen::stereo::Stereo;
-use shisen::viewer::{self, ViewerCamera};
 use std::path::Path;
 
 /// Where pictures go and what is noted in them.

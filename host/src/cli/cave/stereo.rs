@@ -5,11 +5,11 @@ use super::report::StereoReport;
 use crate::cli::failure::Failure;
 use crate::cli::picture_files::metadata;
 use shisen::cave::{Cave, Eye, Screen};
-use shisen::net;
+use shisen::overview::net;
+use shisen::overview::viewer::{self, ViewerCamera};
 use shisen::picture::Picture;
 use shisen::render::Frame;
 use shisen::stereo::Stereo;
-use shisen::viewer::{self, ViewerCamera};
 
 impl Writer<'_> {
     /// Writes the walls unfolded, and as `cameras`, one an eye, see them; none where

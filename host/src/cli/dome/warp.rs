@@ -6,7 +6,7 @@ use crate::cli::print;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use shisen::cave::{Cave, DomeScreen};
-use shisen::output::write_atomically;
+use shisen::files::write_atomically;
 use shisen::warp::{Nodes, Projector, Warp, bourke, mpcdi};
 use std::fmt;
 use std::path::PathBuf;

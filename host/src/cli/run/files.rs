@@ -4,7 +4,7 @@ use crate::cli::failure::Failure;
 use crate::cli::picture_files::{make_writable, metadata};
 use shisen::cave::{Cave, Eye};
 use shisen::live::{Share, eyes_of};
-use shisen::net;
+use shisen::overview::net;
 use shisen::picture::Picture;
 use shisen::render::Observer;
 use shisen::stereo::Stereo;

@@ -1,6 +1,7 @@
 //! Scenes of dispersive glass: a spectrum, and the balls of Kishioka's paper.
 
-use crate::mesh::{Material, TriangleMesh};
+use crate::material::Material;
+use crate::mesh::TriangleMesh;
 use crate::scene::camera::CameraPath;
 use crate::scene::{Background, Light, Object, Scene, Shape};
 use crate::spectrum::minimum_deviation;

@@ -1,7 +1,8 @@
 //! What can be wrong in a scene file, and the checks that find it.
 
 use crate::description::{Located, Source, suggestion};
-use crate::mesh::{MeshError, TriangleMesh};
+use crate::mesh::MeshError;
+use crate::scene::camera::CameraPathError;
 use crate::texture::ImageError;
 use glam::DVec3;
 use miette::Diagnostic;
@@ -14,6 +15,7 @@ use toml::Spanned;
 
 /// What is wrong in a scene file.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum SceneFault {
     /// Not TOML, or not the keys and types that a scene has.
     #[error("{message}")]
@@ -135,27 +137,10 @@ pub enum SceneFault {
     #[error("a camera among others needs `frame`")]
     #[diagnostic(help("add `frame = N`, the picture that is taken from here, counted from 1"))]
     CameraFrame,
-    /// Cameras out of order.
-    #[error("the camera's `frame` is not after that of the camera before it")]
-    #[diagnostic(help("put cameras in the order of their frames, each at its own"))]
-    CameraOrder,
-    /// A camera that has no upright.
-    #[error("the camera's `zenith` and `top` point nowhere or along each other")]
-    #[diagnostic(help(
-        "give directions to the middle and to the top of the picture, such as [0, 1, 0] and [0, 0, 1]"
-    ))]
-    CameraDirection,
-    /// A camera too far away.
-    #[error("the camera's `position` is too far away")]
-    #[diagnostic(help(
-        "coordinates may be up to {:e} m; move the scene nearer to its origin",
-        TriangleMesh::FARTHEST
-    ))]
-    CameraPosition,
-    /// A turn that could go either way.
-    #[error("the camera's `zenith` or `top` is against that of the camera before it")]
-    #[diagnostic(help("add a camera between the two that says which way to turn"))]
-    CameraTurn,
+    /// Cameras that make no path.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    CameraPath(CameraPathError),
     /// A mesh that cannot be loaded.
     #[error("the mesh \"{mesh}\" cannot be loaded")]
     #[diagnostic(help("relative paths start at the folder of the scene file"))]
@@ -182,6 +167,7 @@ pub enum SceneFault {
 
 /// Why a scene could not be had from a file.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum SceneFileError {
     /// The file could not be read.
     #[error("cannot read the scene in {}", .path.display())]

@@ -7,7 +7,7 @@ use super::fault::{
 };
 use super::numbers;
 use crate::description::Located;
-use crate::mesh::{Graticule, Material};
+use crate::material::{Graticule, Material};
 use crate::texture::{Image, Pattern, Texture};
 use shisen_core::spectrum::{Medium, line};
 use std::collections::BTreeMap;

@@ -82,7 +82,7 @@ pub enum ScriptError {
 /// A file that cannot be read, another header, lines that do not ascend in
 /// time or have other than five numbers in their ranges.
 pub fn read_script(path: &Path) -> Result<Vec<TimedTarget>, ScriptError> {
-    let text = crate::input::read_text(path).map_err(|reason| ScriptError::Read {
+    let text = crate::files::read_text(path).map_err(|reason| ScriptError::Read {
         path: path.to_owned(),
         reason,
     })?;

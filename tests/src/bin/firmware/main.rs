@@ -19,9 +19,11 @@ mod time;
 use glam::{Quat, Vec3};
 use limits::{Limits, Measured};
 use shisen::bake::{Baked, Layout};
-use shisen::cave::{BuiltInCave, Cave};
-use shisen::firmware::{Image, Run, TrackerBytes, Watched, flat_screen, hash, reference, watch};
+use shisen::cave::{BuiltInCave, Cave, Wall};
+use shisen::firmware::{Image, Run, TrackerBytes, Watched, reference, watch};
+use shisen::picture::Picture;
 use shisen::quadruped::quadruped;
+use shisen::render::frame_hash;
 use shisen::scene::Scene;
 use shisen::scene::builtin::{PaperScene, paper_scene, prism};
 use shisen::simplify::PolygonLevels;
@@ -125,7 +127,7 @@ fn main() -> ExitCode {
 /// Front, right and floor of a 3 m cube.
 fn three_walls() -> Vec<FlatScreen> {
     let cave = Cave::built_in(BuiltInCave::ThreeWall, [SIDE; 2]).expect("a room");
-    cave.walls.iter().map(flat_screen).collect()
+    cave.walls.iter().map(Wall::flat_screen).collect()
 }
 
 fn bake(scene: &Scene) -> Baked<4> {
@@ -263,7 +265,7 @@ impl Bench {
             let host = reference(scene.scene(), screens, &rendering, frame, plain);
             let host = host.map_err(|error| error.to_string())?;
             check(
-                frame.hash() == hash(&host),
+                frame.hash() == frame_hash(host.iter().map(Picture::hash)),
                 &format!("frame {} is not the host's", frame.start.number),
             )?;
             let varied = host.iter().any(|picture| {
@@ -369,7 +371,7 @@ impl Bench {
             let host = reference(scene.scene(), &self.screens, &rendering, frame, true);
             let host = host.map_err(|error| error.to_string())?;
             check(
-                frame.hash() == hash(&host),
+                frame.hash() == frame_hash(host.iter().map(Picture::hash)),
                 &format!("budget {budget}, slice {slice}"),
             )?;
             let done = frame.done.ok_or("a frame without an end")?;

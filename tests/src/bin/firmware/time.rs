@@ -5,7 +5,8 @@
 use crate::{Bench, Wrong, bake, check};
 use glam::{DAffine3, DQuat, DVec3};
 use shisen::firmware::ShownFrame;
-use shisen::mesh::{Material, TriangleMesh};
+use shisen::material::Material;
+use shisen::mesh::TriangleMesh;
 use shisen::scene::{Object, Scene, Shape};
 use shisen_core::frame::FlatScreen;
 use shisen_tests::meshes::{gridded_cube, icosphere};

@@ -92,6 +92,7 @@ impl Mode {
 
 /// Why a feature report cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ReportError {
     /// The device's descriptor has no such report.
     NotDescribed,

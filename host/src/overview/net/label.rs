@@ -1,8 +1,8 @@
 //! Names on the net, in a bitmap font: light with a dark outline, to be read
 //! on any picture.
 
-use crate::glyph::{GLYPH, glyph};
 use crate::picture::Picture;
+use crate::picture::glyph::{GLYPH, glyph};
 use glam::DVec2;
 
 /// Of a wall's shorter side, in glyph pixels: how small the letters are.

@@ -1,6 +1,6 @@
 //! The plane of a wall and where its picture lies in it.
 
-use crate::cave::Wall;
+use super::Wall;
 use glam::DVec3;
 use thiserror::Error;
 

@@ -4,10 +4,8 @@
 
 mod label;
 
-use crate::cave::{DomeScreen, Screen, Wall};
+use crate::cave::{DegenerateWall, DomeScreen, Screen, Wall, WallPlane};
 use crate::picture::{Picture, PictureError};
-pub use crate::wall_plane::DegenerateWall;
-use crate::wall_plane::WallPlane;
 use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
 use thiserror::Error;
@@ -33,6 +31,7 @@ const MAX_SAMPLES: f64 = 16.0;
 
 /// Why there is no net.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum NetError {
     /// There are no walls.
     #[error("there are no walls to unfold: give at least one")]

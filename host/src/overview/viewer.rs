@@ -1,9 +1,8 @@
 //! What the viewer sees looking at the screens: a perspective view from the
 //! eye, so that a person can check on a desk what a CAVE would show.
 
-use crate::cave::{DomeScreen, Screen};
+use crate::cave::{DegenerateWall, DomeScreen, Screen, WallPlane};
 use crate::picture::{Picture, PictureError};
-use crate::wall_plane::{DegenerateWall, WallPlane};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::{PI, SQRT_2};
@@ -27,6 +26,7 @@ pub struct ViewerCamera {
 
 /// Why there is no such camera.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
 pub enum CameraError {
     /// The eye is not at a finite place.
     #[error("the viewer's eye is at {eye}: give it finite coordinates, in metres")]
@@ -71,6 +71,7 @@ pub enum CameraError {
 
 /// Why the view could not be drawn.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ViewError {
     /// A wall has no area.
     #[error(transparent)]

@@ -1,0 +1,199 @@
+//! The path of x86-64 processors that have AVX2.
+
+use super::{Avx2, Kernel, Lanes, RayKernel};
+use crate::shape::Ray;
+use core::arch::x86_64::{
+    __m256, __m256i, _CMP_EQ_OQ, _CMP_LE_OQ, _mm_cvtsi64_si128, _mm256_add_ps, _mm256_and_ps,
+    _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cmp_ps,
+    _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_ps,
+    _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permutevar8x32_epi32,
+    _mm256_permutevar8x32_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_sqrt_ps,
+    _mm256_srlv_epi32, _mm256_storeu_ps, _mm256_storeu_si256, _mm256_sub_ps,
+};
+use glam::Vec3;
+
+cpufeatures::new!(avx2_detected, "avx2", "bmi1", "bmi2", "popcnt");
+
+/// For each mask of eight lanes, the numbers of its set lanes, packed to
+/// the front.
+static PACKED: [[u8; 8]; 256] = packed();
+
+const fn packed() -> [[u8; 8]; 256] {
+    let mut table = [[0; 8]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut count) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 == 1 {
+                table[mask][count] = lane as u8;
+                count += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+}
+
+impl Avx2 {
+    /// The proof, if this processor and its operating system have AVX2
+    /// and the bit operations that came with it.
+    pub(crate) fn detect() -> Option<Self> {
+        avx2_detected::get().then_some(Self(()))
+    }
+
+    /// Runs a kernel compiled with AVX2.
+    #[inline(always)]
+    pub(crate) fn run<K: Kernel<8>>(self, kernel: K) -> K::Output {
+        #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
+        fn inner<K: Kernel<8>>(lanes: Avx2, kernel: K) -> K::Output {
+            kernel.run(lanes)
+        }
+        // SAFETY: `self` exists, so `detect` has found all four.
+        unsafe { inner(self, kernel) }
+    }
+
+    /// As [`run`](Self::run), along a ray.
+    #[inline(always)]
+    pub(crate) fn run_along<K: RayKernel<8>>(self, ray: &Ray, kernel: K) -> K::Output {
+        // The ray goes over in registers. In memory, where its numbers would just have
+        // been written one by one, they cannot be read as a vector before all of them
+        // have got there, which was a third of what most rays take.
+        #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
+        fn inner<K: RayKernel<8>>(
+            lanes: Avx2,
+            kernel: K,
+            (x, dx): (f32, f32),
+            (y, dy): (f32, f32),
+            (z, dz): (f32, f32),
+        ) -> K::Output {
+            let ray = Ray::of_usable(Vec3::new(x, y, z), Vec3::new(dx, dy, dz));
+            kernel.run(lanes, &ray)
+        }
+        let (o, d) = (ray.origin(), ray.direction());
+        // SAFETY: `self` exists, so `detect` has found all four.
+        unsafe { inner(self, kernel, (o.x, d.x), (o.y, d.y), (o.z, d.z)) }
+    }
+}
+
+// SAFETY, of every block below: `self` is the proof that AVX2 is there,
+// and loads and stores go through references of exactly their size.
+impl Lanes<8> for Avx2 {
+    type F = __m256;
+    type M = __m256;
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> __m256 {
+        unsafe { _mm256_set1_ps(x) }
+    }
+    #[inline(always)]
+    fn load(self, x: &[f32; 8]) -> __m256 {
+        unsafe { _mm256_loadu_ps(x.as_ptr()) }
+    }
+    #[inline(always)]
+    fn store(self, x: __m256) -> [f32; 8] {
+        let mut out = [0.0; 8];
+        unsafe { _mm256_storeu_ps(out.as_mut_ptr(), x) };
+        out
+    }
+    #[inline(always)]
+    fn add(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_add_ps(a, b) }
+    }
+    #[inline(always)]
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_sub_ps(a, b) }
+    }
+    #[inline(always)]
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_mul_ps(a, b) }
+    }
+    #[inline(always)]
+    fn div(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_div_ps(a, b) }
+    }
+    #[inline(always)]
+    fn min(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_min_ps(a, b) }
+    }
+    #[inline(always)]
+    fn max(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_max_ps(a, b) }
+    }
+    #[inline(always)]
+    fn lesser(self, a: __m256, b: __m256) -> __m256 {
+        self.min(a, b)
+    }
+    #[inline(always)]
+    fn greater(self, a: __m256, b: __m256) -> __m256 {
+        self.max(a, b)
+    }
+    #[inline(always)]
+    fn sqrt(self, x: __m256) -> __m256 {
+        unsafe { _mm256_sqrt_ps(x) }
+    }
+    #[inline(always)]
+    fn abs(self, x: __m256) -> __m256 {
+        unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), x) }
+    }
+    #[inline(always)]
+    fn select(self, m: __m256, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_blendv_ps(b, a, m) }
+    }
+    #[inline(always)]
+    fn le(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(a, b) }
+    }
+    #[inline(always)]
+    fn eq(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_cmp_ps::<_CMP_EQ_OQ>(a, b) }
+    }
+    #[inline(always)]
+    fn and(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_and_ps(a, b) }
+    }
+    #[inline(always)]
+    fn or(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_or_ps(a, b) }
+    }
+    #[inline(always)]
+    fn bits(self, m: __m256) -> u32 {
+        unsafe { _mm256_movemask_ps(m) as u32 }
+    }
+    #[inline(always)]
+    fn compress(
+        self,
+        hit: __m256,
+        order: u32,
+        near: __m256,
+        child: &[u32; 8],
+        distances: &mut [f32; 8],
+        children: &mut [u32; 8],
+    ) -> (usize, usize) {
+        unsafe {
+            // permutevar8x32 looks at the lowest three bits only.
+            let lanes: __m256i = _mm256_srlv_epi32(
+                _mm256_set1_epi32(order as i32),
+                _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21),
+            );
+            let hit =
+                _mm256_castsi256_ps(_mm256_permutevar8x32_epi32(_mm256_castps_si256(hit), lanes));
+            let hit = _mm256_movemask_ps(hit) as u32;
+            let packed = i64::from_le_bytes(PACKED[hit as usize & 255]);
+            let packed = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(packed));
+            let source = _mm256_permutevar8x32_epi32(lanes, packed);
+            let child = _mm256_loadu_si256(child.as_ptr().cast());
+            _mm256_storeu_si256(
+                children.as_mut_ptr().cast(),
+                _mm256_permutevar8x32_epi32(child, source),
+            );
+            _mm256_storeu_ps(
+                distances.as_mut_ptr(),
+                _mm256_permutevar8x32_ps(near, source),
+            );
+            // Three bits a place, the last one's.
+            let last = order >> (3 * (31 ^ (hit | 1).leading_zeros())) & 7;
+            (hit.count_ones() as usize, last as usize)
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Lights and the background as the core has them.
+
+use crate::scene::{Background, Light};
+use glam::DVec3;
+use shisen_core::scene::format::{self, light};
+
+pub(super) fn light(source: &Light) -> format::Light {
+    let vector = |v: DVec3| v.as_vec3().to_array();
+    let small = |place, kind, colour| format::Light {
+        place: vector(place),
+        kind,
+        colour,
+        samples: 0,
+        right: [0.0; 3],
+        reserved: 0,
+        up: [0.0; 3],
+        reserved2: 0,
+    };
+    match *source {
+        Light::Point {
+            position,
+            colour,
+            inverse_square,
+        } => {
+            let kind = if inverse_square {
+                light::POINT_INVERSE_SQUARE
+            } else {
+                light::POINT
+            };
+            small(position, kind, colour)
+        }
+        Light::Directional { direction, colour } => small(
+            -direction.normalize_or(DVec3::NEG_Y),
+            light::DIRECTIONAL,
+            colour,
+        ),
+        Light::Rectangle {
+            centre,
+            right,
+            up,
+            colour,
+            samples,
+            two_sided,
+        } => {
+            let kind = if two_sided {
+                light::TWO_SIDED_RECTANGLE
+            } else {
+                light::RECTANGLE
+            };
+            format::Light {
+                samples,
+                right: vector(right),
+                up: vector(up),
+                ..small(centre, kind, colour)
+            }
+        }
+    }
+}
+
+pub(super) fn background(source: &Background) -> format::Background {
+    format::Background {
+        zenith: source.zenith,
+        alpha: source.alpha,
+        horizon: source.horizon,
+        reserved: 0,
+        nadir: source.nadir,
+        reserved2: 0,
+    }
+}

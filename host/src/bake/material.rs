@@ -1,0 +1,159 @@
+//! Materials and textures as the core has them, each texture once.
+
+use super::blob::Tables;
+use crate::material::Material;
+use crate::texture::{Image, Pattern, Texture};
+use shisen_core::scene::format::{self, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, effect, kind, texture};
+use shisen_core::spectrum::line;
+use std::sync::Arc;
+
+impl<const W: usize> Tables<W> {
+    /// Where no material is named: one more, if there is such a place.
+    pub(super) fn add_default_material(&mut self) {
+        let default = self.materials.len() as u32;
+        let mut used = self.materials.is_empty();
+        for triangle in &mut self.triangles {
+            if triangle.material == NO_MATERIAL {
+                triangle.material = default;
+                used = true;
+            }
+        }
+        for instance in &mut self.instances {
+            if instance.material == NO_MATERIAL && instance.kind != kind::MESH {
+                instance.material = default;
+                used = true;
+            }
+        }
+        if used {
+            self.add_material(&Material::default(), &mut Textures::default());
+        }
+    }
+
+    pub(super) fn add_material(&mut self, source: &Material, textures: &mut Textures) {
+        let (mut baked, texture) = material(source);
+        if let Some(texture) = texture {
+            baked.texture = textures.add(texture, self);
+        }
+        // What is no clear body needs none, and a constant index is as good as one.
+        let is_clear = baked.effects & effect::REFRACTION != 0;
+        let medium = source.medium.filter(|one| is_clear && one.is_dispersive());
+        if let Some(medium) = medium {
+            let known = self.media.iter().position(|known| *known == medium);
+            let number = known.unwrap_or(self.media.len());
+            if number == self.media.len() {
+                self.media.push(medium);
+            }
+            baked.medium = number as u32;
+            baked.effects |= effect::DISPERSION;
+        }
+        self.materials.push(baked);
+    }
+}
+
+/// What was put into the tables of textures and texels, each once.
+#[derive(Default)]
+pub(super) struct Textures {
+    textures: Vec<Texture>,
+    /// With the number of each image's first texel.
+    images: Vec<(Arc<Image>, u32)>,
+}
+
+impl Textures {
+    /// The number of a texture in the tables.
+    fn add<const W: usize>(&mut self, source: &Texture, tables: &mut Tables<W>) -> u32 {
+        let same = |known: &Texture| {
+            known.repeats == source.repeats
+                && match (&known.pattern, &source.pattern) {
+                    (Pattern::Image(known), Pattern::Image(image)) => Arc::ptr_eq(known, image),
+                    (known, pattern) => known == pattern,
+                }
+        };
+        if let Some(number) = self.textures.iter().position(same) {
+            return number as u32;
+        }
+        let mut baked = format::Texture {
+            kind: texture::CHECKER,
+            width: 0,
+            height: 0,
+            first_texel: 0,
+            repeats: source.repeats,
+            colours: [[0.0; 3]; 2],
+            reserved: [0; 4],
+        };
+        match &source.pattern {
+            Pattern::Checker(colours) => baked.colours = *colours,
+            Pattern::Image(image) => {
+                baked.kind = texture::IMAGE;
+                (baked.width, baked.height) = (image.width(), image.height());
+                baked.first_texel = self.first_texel(image, tables);
+            }
+        }
+        tables.textures.push(baked);
+        self.textures.push(source.clone());
+        tables.textures.len() as u32 - 1
+    }
+
+    fn first_texel<const W: usize>(&mut self, image: &Arc<Image>, tables: &mut Tables<W>) -> u32 {
+        let known = self
+            .images
+            .iter()
+            .find(|(known, _)| Arc::ptr_eq(known, image));
+        if let Some(&(_, first)) = known {
+            return first;
+        }
+        let first = tables.texels.len() as u32;
+        tables.texels.extend_from_slice(image.texels());
+        self.images.push((Arc::clone(image), first));
+        first
+    }
+}
+
+/// A material but for the number of its texture, and that where it shows.
+fn material(m: &Material) -> (format::Material, Option<&Texture>) {
+    let any = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
+    let mut effects = 0;
+    if any(m.emission) {
+        effects |= effect::EMISSION;
+    }
+    let shows = any(m.diffuse) || any(m.emission);
+    let texture = m.texture.as_ref().filter(|_| shows);
+    effects |= match texture.map(|texture| &texture.pattern) {
+        None => 0,
+        Some(Pattern::Checker(_)) => effect::CHECKER_TEXTURE,
+        Some(Pattern::Image(_)) => effect::IMAGE_TEXTURE,
+    };
+    if any(m.diffuse) || any(m.specular) {
+        effects |= effect::LIT;
+    }
+    if any(m.transmission) {
+        effects |= effect::REFRACTION;
+        if any(m.absorption) {
+            effects |= effect::ABSORPTION;
+        }
+    } else if any(m.mirror) {
+        effects |= effect::REFLECTION;
+    }
+    if m.graticule.is_some() {
+        effects |= effect::GRATICULE;
+    }
+    let baked = format::Material {
+        diffuse: m.diffuse,
+        shininess: m.shininess,
+        specular: m.specular,
+        index_of_refraction: match m.medium {
+            Some(medium) => medium.index_clamped(line::D),
+            None => m.index_of_refraction,
+        },
+        mirror: m.mirror,
+        effects,
+        transmission: m.transmission,
+        texture: NO_TEXTURE,
+        absorption: m.absorption,
+        graticule_divisions: m.graticule.map_or(0, |lines| lines.divisions),
+        graticule_width: m.graticule.map_or(0.0, |lines| lines.width),
+        emission: m.emission,
+        medium: NO_MEDIUM,
+        reserved2: [0; 7],
+    };
+    (baked, texture)
+}

@@ -1,0 +1,4 @@
+//! All screens in one picture: unfolded into a [`net`], or as the [`viewer`] sees them.
+
+pub mod net;
+pub mod viewer;
