@@ -2,7 +2,8 @@
 //! written down as in the textbook, and what this tracer makes of it.
 //!
 //! Every case names its reference, measures the error of what is built in and
-//! that of the naive way on the same inputs, and has a bound that fails it.
+//! that of the naive way on the same inputs (of [`FRAMES`], where no textbook has a way, on
+//! the frame that is the reference), and has a bound that fails it.
 //! Inputs are drawn from stated seeds, so that a case is the same everywhere.
 
 mod boxes;
@@ -151,6 +152,9 @@ pub struct Row {
     pub control: bool,
 }
 
+/// The group of whole frames, on every path through the tracer.
+pub const FRAMES: &str = "frames";
+
 /// All groups of cases and their names, in the order of a ray's life.
 pub const GROUPS: [(&str, &[Case]); 13] = [
     ("spheroids", spheroids::CASES),
@@ -164,7 +168,7 @@ pub const GROUPS: [(&str, &[Case]); 13] = [
     ("refraction", refraction::CASES),
     ("screens", screens::CASES),
     ("time and budget", time::CASES),
-    ("frames", frames::CASES),
+    (FRAMES, frames::CASES),
     ("numbers", numbers::CASES),
 ];
 

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 use shisen::selftest::{Effort, GROUPS, Outcome, run, selected};
+use shisen_core::Simd;
 use shisen_tests::command::shisen;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -69,6 +70,8 @@ fn a_report_has_what_its_help_says() {
     }
     // A wrong verdict on total reflection has no size.
     assert!(cases[0]["naive_error"].is_null(), "{}", cases[0]);
+    assert_eq!(report["simd"], Simd::detect().name());
+    assert_eq!(report["paths_compared"], Value::Array(Vec::new()));
     let people = shisen(folder.path())
         .args(["selftest", "--quick", "budget-of-1"])
         .assert()
@@ -76,6 +79,26 @@ fn a_report_has_what_its_help_says() {
     let people = std::str::from_utf8(&people.get_output().stdout).unwrap();
     assert!(people.contains("budget-of-1-at-a-time"), "{people}");
     assert!(people.ends_with("1 passed, 0 failed\n"), "{people}");
+}
+
+#[test]
+fn a_processor_without_avx2_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = shisen(folder.path())
+        .args(["selftest", "--quick", "--json", "frame-on-every-path-glass"])
+        .assert()
+        .success();
+    let output = output.get_output();
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let said = std::str::from_utf8(&output.stderr).unwrap();
+    let has_avx2 = Simd::detect().name() == "avx2";
+    let paths: &[&str] = if has_avx2 {
+        &["portable", "avx2"]
+    } else {
+        &["portable"]
+    };
+    assert_eq!(report["paths_compared"], Value::from(paths));
+    assert_eq!(said.contains("no AVX2 here"), !has_avx2, "{said}");
 }
 
 #[test]

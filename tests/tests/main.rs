@@ -18,6 +18,10 @@ mod exact;
 mod examples;
 mod fill;
 mod frame_job;
+mod fuzz_targets;
+#[expect(unreachable_pub, reason = "a library of its own for the fuzz targets")]
+#[path = "../fuzz/src/lib.rs"]
+mod fuzzed;
 mod gaze;
 mod gaze_command;
 mod hard_cases;

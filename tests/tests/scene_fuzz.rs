@@ -1,9 +1,7 @@
 //! Damaged scene files: each is refused with a word why, or gives pixels that
 //! are numbers.
 
-#[path = "../fuzz/src/scenes.rs"]
-mod scenes;
-
+use crate::fuzzed::scenes;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use shisen_tests::sizes::cases;

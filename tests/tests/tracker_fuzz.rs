@@ -3,10 +3,7 @@
 //! and the decoder back in step. What still comes through goes on to the clock
 //! and the estimator, whose line of sight stays one.
 
-#[path = "../fuzz/src/line.rs"]
-mod line;
-
-use line::{Line, assert_usable, records};
+use crate::fuzzed::line::{Line, assert_usable, records};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use shisen_tests::sizes::cases;

@@ -2,23 +2,33 @@
 
 use serde_json::Value;
 use shisen::selftest::GROUPS;
-use shisen::tradeoff::pareto_front;
+use shisen::tradeoff::{Topic, pareto_front};
 use shisen_tests::command::shisen;
+use shisen_tests::sizes::cases;
 use std::fs;
 
-/// What the command writes of a section.
+/// What the command writes.
 struct Written {
-    /// In the report.
-    section: Value,
+    report: Value,
     rows: Vec<csv::StringRecord>,
     page: String,
 }
 
-/// Measures a section by the command, and looks at what is true of every one.
-fn measured(id: &str) -> Written {
+impl Written {
+    /// The only section.
+    fn section(&self) -> &Value {
+        let [section] = list(&self.report["sections"]) else {
+            panic!("{}", self.report);
+        };
+        section
+    }
+}
+
+/// Measures by the command, and looks at what is true of every section.
+fn measured_with(arguments: &[&str]) -> Written {
     let folder = tempfile::tempdir().unwrap();
     let mut command = shisen(folder.path());
-    let command = command.args(["tradeoff", "--quick", "--only", id]);
+    let command = command.arg("tradeoff").args(arguments);
     let output = command
         .args(["--out", "report", "--json"])
         .assert()
@@ -33,7 +43,6 @@ fn measured(id: &str) -> Written {
     ];
     assert_eq!(keys.collect::<Vec<_>>(), expected);
     assert_eq!(report["mesh"], "quadruped");
-    assert_eq!(report["quick"], true);
     let read = |key: &str| {
         let path = folder.path().join(report[key].as_str().unwrap());
         fs::read_to_string(path).unwrap()
@@ -41,30 +50,33 @@ fn measured(id: &str) -> Written {
     let written: Value = serde_json::from_str(&read("json")).unwrap();
     assert_eq!(written, report);
 
-    let [section] = list(&report["sections"]) else {
-        panic!("{report}");
-    };
-    assert_eq!(section["id"], id);
-    for text in ["title", "about", "choice"] {
-        assert!(text_of(&section[text]).len() > 5, "{section}");
-    }
-    let optimised = report["build"]["optimised"] == true;
-    for comparison in list(&section["comparisons"]) {
-        check_fronts(comparison);
-        check_choice(comparison, optimised);
-    }
     let rows: Vec<csv::StringRecord> = csv::Reader::from_reader(read("csv").as_bytes())
         .records()
         .map(Result::unwrap)
         .collect();
-    check_rows(section, &rows);
     let page = read("html");
-    check_page(section, &page);
-    Written {
-        section: section.clone(),
-        rows,
-        page,
+    let optimised = report["build"]["optimised"] == true;
+    let sections = list(&report["sections"]);
+    for section in sections {
+        for text in ["title", "about", "choice"] {
+            assert!(text_of(&section[text]).len() > 5, "{section}");
+        }
+        for comparison in list(&section["comparisons"]) {
+            check_fronts(comparison);
+            check_choice(comparison, optimised);
+        }
     }
+    check_rows(sections, &rows);
+    check_page(sections, &page);
+    Written { report, rows, page }
+}
+
+/// One section, in small.
+fn measured(id: &str) -> Written {
+    let found = measured_with(&["--quick", "--only", id]);
+    assert_eq!(found.section()["id"], id);
+    assert_eq!(found.report["quick"], true);
+    found
 }
 
 fn list(value: &Value) -> &[Value] {
@@ -180,32 +192,41 @@ fn check_choice(comparison: &Value, optimised: bool) {
 /// which precision is one for both mappings, and which horizon is by the widened frame.
 const HAVE_THEIR_OWN: [&str; 4] = ["mappings", "precision", "latency-20ms", "latency-50ms"];
 
-/// Each error has a row, each hard case three, each tile one, with the numbers of the report.
-fn check_rows(section: &Value, rows: &[csv::StringRecord]) {
+/// Each error has a row, and behind these each hard case three, each tile one, with the
+/// numbers of the report.
+fn check_rows(sections: &[Value], rows: &[csv::StringRecord]) {
     let mut left = rows.iter();
-    for comparison in list(&section["comparisons"]) {
-        for point in list(&comparison["points"]) {
-            let measures = list(&comparison["measures"]).iter();
-            for (measure, error) in measures.zip(list(&point["errors"])) {
-                let row = left.next().unwrap();
-                let expected = [
-                    &section["id"],
-                    &comparison["id"],
-                    &point["series"],
-                    &point["name"],
-                    &measure["id"],
-                ];
-                let found = [&row[0], &row[1], &row[2], &row[3], &row[5]];
-                assert_eq!(found, expected.map(text_of));
-                assert!(is_number(&row[6], error), "{row:?}");
-                assert!(is_number(&row[7], &point["seconds"]), "{row:?}");
-                assert!(is_number(&row[8], &point["spread"]), "{row:?}");
-                assert!(is_number(&row[9], &point["steps"]), "{row:?}");
+    for section in sections {
+        for comparison in list(&section["comparisons"]) {
+            for point in list(&comparison["points"]) {
+                let measures = list(&comparison["measures"]).iter();
+                for (measure, error) in measures.zip(list(&point["errors"])) {
+                    let row = left.next().unwrap();
+                    let expected = [
+                        &section["id"],
+                        &comparison["id"],
+                        &point["series"],
+                        &point["name"],
+                        &measure["id"],
+                    ];
+                    let found = [&row[0], &row[1], &row[2], &row[3], &row[5]];
+                    assert_eq!(found, expected.map(text_of));
+                    assert!(is_number(&row[6], error), "{row:?}");
+                    assert!(is_number(&row[7], &point["seconds"]), "{row:?}");
+                    assert!(is_number(&row[8], &point["spread"]), "{row:?}");
+                    assert!(is_number(&row[9], &point["steps"]), "{row:?}");
+                }
             }
         }
     }
-    let (cases, tiles) = (list(&section["hard_cases"]), list(&section["tiles"]));
-    assert_eq!(left.len(), 3 * cases.len() + tiles.len());
+    for section in sections {
+        let count = 3 * list(&section["hard_cases"]).len() + list(&section["tiles"]).len();
+        for number in 0..count {
+            let row = left.next().unwrap();
+            assert_eq!(section["id"], row[0], "{number}: {row:?}");
+        }
+    }
+    assert_eq!(left.len(), 0);
 }
 
 /// Whether a text is the same number, to all digits but the last, or neither is one.
@@ -218,14 +239,14 @@ fn is_number(text: &str, value: &Value) -> bool {
 
 /// The page stands alone, and has a chart for each cost of each comparison, the sentences,
 /// and every point's name.
-fn check_page(section: &Value, page: &str) {
+fn check_page(sections: &[Value], page: &str) {
     assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
     assert!(!page.contains("<script"));
     // The bytes of a picture may spell anything.
     let mut lines = page.lines().filter(|line| !line.contains("<img "));
     assert!(!lines.any(|line| line.contains("NaN")));
-    let comparisons = list(&section["comparisons"]);
-    let costs = comparisons.iter().map(|one| {
+    let comparisons = || sections.iter().flat_map(|one| list(&one["comparisons"]));
+    let costs = comparisons().map(|one| {
         let steps = list(&one["points"])
             .iter()
             .all(|point| point["steps"].is_u64());
@@ -237,8 +258,10 @@ fn check_page(section: &Value, page: &str) {
         let text = text_of(value).replace('&', "&amp;");
         text.replace('<', "&lt;").replace('>', "&gt;")
     };
-    assert!(page.contains(&escaped(&section["choice"])));
-    for comparison in comparisons {
+    for section in sections {
+        assert!(page.contains(&escaped(&section["choice"])), "{section}");
+    }
+    for comparison in comparisons() {
         assert!(page.contains(&escaped(&comparison["choice"])));
         for point in list(&comparison["points"]) {
             assert!(page.contains(&escaped(&point["name"])), "{point}");
@@ -249,7 +272,7 @@ fn check_page(section: &Value, page: &str) {
 #[test]
 fn the_gaze_has_its_price() {
     let found = measured("gaze");
-    let comparisons = &found.section["comparisons"];
+    let comparisons = &found.section()["comparisons"];
     assert_eq!(names(comparisons, "id"), ["methods", "depths", "samples"]);
     assert!(found.page.contains("<img "));
 }
@@ -257,12 +280,12 @@ fn the_gaze_has_its_price() {
 #[test]
 fn mirrors_have_their_price() {
     let found = measured("capture");
-    let comparisons = &found.section["comparisons"];
+    let comparisons = &found.section()["comparisons"];
     assert_eq!(
         names(comparisons, "id"),
         ["mappings", "sizes", "mirror-sizes", "precision"]
     );
-    assert_eq!(found.section["choice"], comparisons[0]["choice"]);
+    assert_eq!(found.section()["choice"], comparisons[0]["choice"]);
     // The numbers are those of `shisen dome nearfield`.
     let error = |name: &str| error_of(&comparisons[0], name);
     assert!((error("paper-1 mirror") - 3.217).abs() < 6e-4);
@@ -276,14 +299,14 @@ fn mirrors_have_their_price() {
 #[test]
 fn wavelengths_have_their_price() {
     let found = measured("spectrum");
-    let comparisons = &found.section["comparisons"];
+    let comparisons = &found.section()["comparisons"];
     assert_eq!(names(comparisons, "id"), ["wavelengths"]);
     let error = |name: &str| error_of(&comparisons[0], name);
     // One wavelength has no colours, few rays have rough edges.
     let nearest = error("split 14, 128 rays");
     assert!(error("comb 1") > 2.0 * nearest && error("split 14") > 2.0 * nearest);
     // What the truth is off by itself is well below what counts as nothing.
-    let about = text_of(&found.section["about"]);
+    let about = text_of(&found.section()["about"]);
     let own = about.split_once("it is off by ").unwrap().1;
     let own: f64 = own.split_once(' ').unwrap().0.parse().unwrap();
     let limit = comparisons[0]["limit"]["error"].as_f64().unwrap();
@@ -293,7 +316,7 @@ fn wavelengths_have_their_price() {
 #[test]
 fn steps_have_their_price() {
     let found = measured("budget");
-    let comparisons = &found.section["comparisons"];
+    let comparisons = &found.section()["comparisons"];
     assert_eq!(names(comparisons, "id"), ["budgets"]);
     let points = list(&comparisons[0]["points"]);
     let steps = |place: usize| points[place]["steps"].as_u64().unwrap();
@@ -306,7 +329,7 @@ fn steps_have_their_price() {
     assert!(error(&points[0]) > 0.01);
     assert_eq!(error_of(&comparisons[0], "200 %"), 0.0);
     // Tiles pay in the order of their distance from the line of sight: some at once.
-    let tiles = list(&found.section["tiles"]);
+    let tiles = list(&found.section()["tiles"]);
     let percent = tiles.iter().map(|tile| tile["percent"].as_u64().unwrap());
     let (least, most) = (percent.clone().min().unwrap(), percent.max().unwrap());
     assert!(least <= 5 && most > 50 && most <= 102, "{least} to {most}");
@@ -317,7 +340,7 @@ fn steps_have_their_price() {
 #[test]
 fn single_precision_has_its_price() {
     let found = measured("precision");
-    let comparisons = &found.section["comparisons"];
+    let comparisons = &found.section()["comparisons"];
     assert_eq!(
         names(comparisons, "id"),
         ["level", "mirror", "intersection", "refraction", "colour"]
@@ -335,7 +358,7 @@ fn single_precision_has_its_price() {
 #[test]
 fn effects_have_their_price() {
     let found = measured("effects");
-    let comparisons = &found.section["comparisons"];
+    let comparisons = &found.section()["comparisons"];
     assert_eq!(names(comparisons, "id"), ["effects"]);
     let points = list(&comparisons[0]["points"]);
     assert_eq!(points[0]["name"], "all");
@@ -355,7 +378,7 @@ fn effects_have_their_price() {
 #[test]
 fn prediction_has_its_price() {
     let found = measured("latency");
-    let comparisons = &found.section["comparisons"];
+    let comparisons = &found.section()["comparisons"];
     assert_eq!(names(comparisons, "id"), ["latency-20ms", "latency-50ms"]);
     // What is later is farther off.
     let [soon, late] = [0, 1].map(|number| error_of(&comparisons[number], "no prediction"));
@@ -371,8 +394,8 @@ fn prediction_has_its_price() {
 #[test]
 fn hard_cases_stand_in_the_report() {
     let found = measured("cases");
-    assert!(list(&found.section["comparisons"]).is_empty());
-    let cases = &found.section["hard_cases"];
+    assert!(list(&found.section()["comparisons"]).is_empty());
+    let cases = &found.section()["hard_cases"];
     let all = GROUPS.iter().flat_map(|(_, cases)| *cases);
     let expected: Vec<&str> = all.map(|case| case.name).collect();
     assert_eq!(names(cases, "name"), expected);
@@ -385,6 +408,31 @@ fn hard_cases_stand_in_the_report() {
         for (row, key) in rows.iter().zip(["error", "bound", "naive_error"]) {
             assert!(is_number(&row[6], &case[key]), "{row:?}: {case}");
         }
+    }
+}
+
+/// The whole report takes minutes on two processors: two small sections stand for it, and
+/// with `SHISEN_HEAVY` it is made. (`tests/page/run` has all sections in small.)
+#[test]
+fn a_report_has_its_sections_in_order() {
+    let two = [Topic::Budget, Topic::Precision];
+    let short = ["--quick", "--only", "precision,budget"];
+    let (arguments, topics) = match cases("sections of the report", two.len(), Topic::ALL.len()) {
+        2 => (&short[..], &two[..]),
+        _ => (&[][..], &Topic::ALL[..]),
+    };
+    let found = measured_with(arguments);
+    let expected: Vec<&str> = topics.iter().map(|topic| topic.id()).collect();
+    let sections = &found.report["sections"];
+    assert_eq!(names(sections, "id"), expected);
+    assert_eq!(found.report["quick"], arguments.contains(&"--quick"));
+    for section in list(sections) {
+        let hard_cases = list(&section["hard_cases"]);
+        assert!(hard_cases.iter().all(|case| case["passed"] == true));
+        let id = text_of(&section["id"]);
+        assert_eq!(id == "cases", !hard_cases.is_empty(), "{id}");
+        assert_eq!(id == "cases", list(&section["comparisons"]).is_empty());
+        assert!(found.page.contains(&format!("<section id=\"{id}\"")));
     }
 }
 

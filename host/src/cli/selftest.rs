@@ -5,7 +5,8 @@ use super::print;
 use super::progress::Progress;
 use clap::Args;
 use serde::Serialize;
-use shisen::selftest::{self, Effort, Outcome, Row};
+use shisen::selftest::{self, Effort, FRAMES, Outcome, Row};
+use shisen_core::Simd;
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -15,10 +16,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// when it is written down as in the textbook: origins ten million radii away,
 /// rays through the corners of closed meshes, light at the critical angle. It
 /// gives the largest error of what is built in and that of the naive way on
-/// the same inputs; where that is within the bound as well, the case is a control.
+/// the same inputs (of frames: of the frame that they are compared with); where that is within the bound as well, the case is a control.
 /// The exit code is 1 where an error is above its bound.
 ///
-/// With --json, one object: quick, passed and failed (how many cases did), and
+/// Frames are compared by AVX2 and by portable code, which is the compiler's SSE2 on x86-64.
+/// Where the processor has no AVX2 there is portable code alone, and a note says so.
+///
+/// With --json, one object: quick, simd (the fastest path of this processor: avx2 or
+/// portable), `paths_compared` (of frames: portable, and avx2 where it is there; empty
+/// where none of the cases is of frames), passed and failed (how many cases did), and
 /// cases: group, name, hard (what is hard about it), unit (what the errors
 /// are), reference, naive (the naive way), passed, error, bound, `naive_error` and
 /// control (whether the naive way is within the bound, too) each. An error is null
@@ -48,6 +54,8 @@ pub(super) struct Arguments {
 #[derive(Debug, Serialize)]
 struct Report {
     quick: bool,
+    simd: &'static str,
+    paths_compared: Vec<&'static str>,
     passed: usize,
     failed: usize,
     cases: Vec<Row>,
@@ -73,17 +81,42 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     });
     progress.finish();
     let failed = outcomes.iter().filter(|outcome| !outcome.passed()).count();
+    let cases: Vec<Row> = outcomes.iter().map(Outcome::row).collect();
+    let simd = Simd::detect().name();
+    let paths_compared = paths_compared(&cases, simd);
+    if paths_compared == [PORTABLE] {
+        eprintln!("{NO_AVX2}");
+    }
     let report = Report {
         quick: arguments.quick,
+        simd,
+        paths_compared,
         passed: total - failed,
         failed,
-        cases: outcomes.iter().map(Outcome::row).collect(),
+        cases,
     };
     print(&report, arguments.json)?;
     if failed > 0 {
         return Err(Fault::HardCases { failed, total }.into());
     }
     Ok(())
+}
+
+const PORTABLE: &str = Simd::PORTABLE.name();
+
+/// Where a comparison of paths has one path.
+const NO_AVX2: &str = "note: no AVX2 here: frames are compared on portable code alone, by modes, \
+                       trees and numbers of threads; a processor with AVX2 compares both";
+
+/// The instruction sets on which frames were compared, where `simd` is the fastest.
+fn paths_compared(cases: &[Row], simd: &'static str) -> Vec<&'static str> {
+    if cases.iter().all(|row| row.group != FRAMES) {
+        Vec::new()
+    } else if simd == PORTABLE {
+        vec![PORTABLE]
+    } else {
+        vec![PORTABLE, simd]
+    }
 }
 
 impl fmt::Display for Report {
@@ -131,5 +164,27 @@ impl fmt::Display for Number {
         } else {
             f.pad(&format!("{x:>8.1e}"))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_avx2_one_path_is_compared_with_itself() {
+        let of = |part| {
+            let all = selftest::selected(part).map(|case| {
+                let errors = selftest::Errors {
+                    ours: 0.0,
+                    naive: 0.0,
+                };
+                Outcome { case, errors }.row()
+            });
+            all.collect::<Vec<_>>()
+        };
+        assert_eq!(paths_compared(&of("frame-on"), PORTABLE), ["portable"]);
+        assert_eq!(paths_compared(&of(""), "avx2"), ["portable", "avx2"]);
+        assert!(paths_compared(&of("refraction"), "avx2").is_empty());
     }
 }

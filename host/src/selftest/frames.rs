@@ -1,4 +1,9 @@
 //! Whole frames: the same bits on every path through the tracer.
+//!
+//! Of instruction sets there are two: AVX2 where the processor has it, and portable code, of
+//! which compilers make SSE2 on x86-64. One number at a time is no path that a program can
+//! choose: `tests/capi/run` builds the portable code without vectors, for x86-64 and for a
+//! Cortex-M7, and compares the pixels, as `tests/firmware/run` does of a controller's frames.
 
 use super::{BROKEN, Case, Effort, Errors};
 use crate::bake::Baked;
@@ -34,8 +39,9 @@ pub(super) const CASES: &[Case] = &[
 
 const WAYS: &str = "ways of which a pixel differs in a bit";
 const ONE: &str = "the frame ray by ray, portable, on one thread: its hash";
-const SUM: &str = "a quarter of the size, the 16 pixels of each summed up in f32 by threads that took \
-                   shares of the frame's rows";
+const SUM: &str = "not a frame of its own, but what threads usually share: the reference frame \
+                   reduced to a quarter of its size, the 16 pixels of each summed up in f32 by \
+                   threads that took shares of its rows; its ways are the numbers of threads alone";
 
 /// More than there are processors, too.
 const THREADS: [usize; 6] = [1, 2, 3, 4, 7, 16];

@@ -1,3 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| shisen_fuzz::stream("hatire", bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| shisen_fuzz::run("hatire", bytes));

@@ -1,8 +1,8 @@
 //! What the fuzz targets do with their bytes: nothing may panic, and what comes
 //! out has to be usable.
 
-mod line;
-mod scenes;
+pub(crate) mod line;
+pub(crate) mod scenes;
 
 use embedded_hal::i2c::{self, I2c, Operation};
 use line::{Line, assert_usable, decoder, records};
@@ -20,6 +20,23 @@ use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::path::Path;
 
+/// What the fuzz target of this name does with its bytes; a protocol's is named after it.
+///
+/// # Panics
+///
+/// Where what is fuzzed is wrong, and where no target is so named.
+pub fn run(target: &str, bytes: &[u8]) {
+    match target {
+        "descriptor" => descriptor(bytes),
+        "device" => device(bytes),
+        "i2c" => i2c(bytes),
+        "items" => items(bytes),
+        "scene-blob" => drop(scenes::blob(bytes)),
+        "scene-file" => scene_file(bytes),
+        protocol => stream(protocol, bytes),
+    }
+}
+
 /// Records of each protocol, to start from.
 pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     let mut seeds: Vec<_> = Format::NAMES
@@ -32,8 +49,8 @@ pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     }
     seeds.push(("descriptor", documented::DESCRIPTOR.to_vec()));
     seeds.push(("i2c", on_a_bus()));
-    seeds.push(("scene_file", SCENE.into()));
-    seeds.push(("scene_blob", baked_scene()));
+    seeds.push(("scene-file", SCENE.into()));
+    seeds.push(("scene-blob", baked_scene()));
     seeds
 }
 
@@ -79,10 +96,12 @@ fn on_a_bus() -> Vec<u8> {
 
 /// A stream; its first byte says in pieces of what size it comes. Two records
 /// stand behind it.
-pub fn stream(name: &'static str, bytes: &[u8]) {
+fn stream(name: &str, bytes: &[u8]) {
     let Some((&size, bytes)) = bytes.split_first() else {
         return;
     };
+    let known = Format::NAMES.iter().find(|known| **known == name);
+    let name = *known.expect("a fuzz target's name");
     let mut line = Line::new(name);
     // A question, which few decoders make something of, and none that is asked for too
     // long: pieces are 2 ms apart.
@@ -112,7 +131,7 @@ pub fn stream(name: &'static str, bytes: &[u8]) {
 }
 
 /// A list of items of FASTRAK or Liberty, and a stream of such records.
-pub fn items(bytes: &[u8]) {
+fn items(bytes: &[u8]) {
     let Some((&[kind, count], bytes)) = bytes.split_first_chunk() else {
         return;
     };
@@ -149,7 +168,7 @@ pub fn items(bytes: &[u8]) {
 
 /// A report descriptor, and reports of 66 bytes behind the documented one's
 /// length.
-pub fn descriptor(bytes: &[u8]) {
+fn descriptor(bytes: &[u8]) {
     let length = documented::DESCRIPTOR.len().min(bytes.len());
     let (head, reports) = bytes.split_at(length);
     for descriptor in [head, bytes] {
@@ -172,7 +191,7 @@ pub fn descriptor(bytes: &[u8]) {
 }
 
 /// What a host says to a device, by the first byte's protocol.
-pub fn device(bytes: &[u8]) {
+fn device(bytes: &[u8]) {
     let Some((&which, bytes)) = bytes.split_first() else {
         return;
     };
@@ -212,20 +231,15 @@ impl I2c for Bus<'_> {
     }
 }
 
-/// A baked scene.
-pub fn scene_blob(bytes: &[u8]) {
-    scenes::blob(bytes);
-}
-
 /// A scene file.
-pub fn scene_file(bytes: &[u8]) {
+fn scene_file(bytes: &[u8]) {
     if let Ok(text) = std::str::from_utf8(bytes) {
         scenes::file(text);
     }
 }
 
 /// What a device says over I²C.
-pub fn i2c(bytes: &[u8]) {
+fn i2c(bytes: &[u8]) {
     let mut hid = I2cHid::new(Bus(bytes), 0x2C, 0x0001);
     let mut buffer = [0; 512];
     for step in 0..16 {

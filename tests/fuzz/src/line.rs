@@ -11,12 +11,12 @@ use shisen_tracker::sample::{Eye, GazePoint, Pupil, Sample};
 use shisen_tracker::time::Micros;
 
 /// What reads a format.
-pub(super) fn decoder(format: &Format) -> Reader {
+pub(crate) fn decoder(format: &Format) -> Reader {
     Reader::new(format).expect("the documented descriptor")
 }
 
 /// Records of a protocol.
-pub(super) fn records(name: &str, seed: u64, count: usize) -> Vec<Vec<u8>> {
+pub(crate) fn records(name: &str, seed: u64, count: usize) -> Vec<Vec<u8>> {
     let viewer = Viewer::new(ViewerConfig::default(), seed);
     let tracker = Tracker::new(TrackerConfig::default(), viewer, seed);
     let mut tracker = tracker.expect("the default configuration");
@@ -29,7 +29,7 @@ pub(super) fn records(name: &str, seed: u64, count: usize) -> Vec<Vec<u8>> {
 }
 
 /// The numbers of a sample are what [`Sample`] promises.
-pub(super) fn assert_usable(name: &str, sample: &Sample) {
+pub(crate) fn assert_usable(name: &str, sample: &Sample) {
     let head = &sample.head;
     let unit = |length: f32| (length - 1.0).abs() < 2e-3;
     let place = |eye: &Eye| eye.origin.is_none_or(|origin| origin.value.is_finite());
@@ -57,20 +57,20 @@ pub(super) fn assert_usable(name: &str, sample: &Sample) {
 }
 
 /// A decoder and what stands behind it.
-pub(super) struct Line {
+pub(crate) struct Line {
     name: &'static str,
-    pub(super) decoder: Reader,
+    pub(crate) decoder: Reader,
     clock: ClockEstimator,
     gaze: GazeEstimator,
-    pub(super) now: Micros,
+    pub(crate) now: Micros,
     dropped: u64,
     /// That came of the bytes so far.
-    pub(super) samples: u64,
+    pub(crate) samples: u64,
 }
 
 impl Line {
     /// Of a protocol, by its name.
-    pub(super) fn new(name: &'static str) -> Self {
+    pub(crate) fn new(name: &'static str) -> Self {
         let format = Format::named(name).expect("a name of the list");
         Self {
             name,
@@ -84,7 +84,7 @@ impl Line {
     }
 
     /// Takes bytes, 2 ms after the last ones.
-    pub(super) fn feed(&mut self, bytes: &[u8]) {
+    pub(crate) fn feed(&mut self, bytes: &[u8]) {
         let Self {
             name, clock, gaze, ..
         } = self;
@@ -109,7 +109,7 @@ impl Line {
     }
 
     /// After a stream of so many bytes: none is told twice or not at all.
-    pub(super) fn finish(&self, fed: usize) {
+    pub(crate) fn finish(&self, fed: usize) {
         let counts = self.decoder.counts();
         let name = self.name;
         assert_eq!(counts.bytes, fed as u64, "{name}");

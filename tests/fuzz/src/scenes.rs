@@ -14,7 +14,7 @@ use std::path::Path;
 
 /// A baked scene; its checksum is mended, or nothing else of it would be read.
 /// Says whether it was one.
-pub(super) fn blob(bytes: &[u8]) -> bool {
+pub(crate) fn blob(bytes: &[u8]) -> bool {
     let mut bytes = bytes.to_vec();
     seal(&mut bytes);
     match Baked::<8>::from_bytes(&bytes) {
@@ -31,7 +31,7 @@ pub(super) fn blob(bytes: &[u8]) -> bool {
 
 /// A scene file, whose meshes are all the same square. Says whether it was
 /// one.
-pub(super) fn file(text: &str) -> bool {
+pub(crate) fn file(text: &str) -> bool {
     let square = |_: &MeshSource| Ok::<_, std::io::Error>(TriangleMesh::square());
     let nowhere = Path::new("no such folder");
     let scene = match Scene::from_toml(text, "a.toml", nowhere, square) {
