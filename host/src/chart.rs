@@ -224,7 +224,7 @@ impl Chart {
             // Half of the last tick's number.
             .margin_right(24 * PARTS)
             .x_label_area_size(44 * PARTS)
-            .y_label_area_size(64 * PARTS)
+            .y_label_area_size(72 * PARTS)
             .build_cartesian_2d(x, y)?;
         chart
             .configure_mesh()

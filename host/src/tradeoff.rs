@@ -405,10 +405,10 @@ pub struct Point {
     /// Of the times that it is the median of, from the first quartile to the
     /// third: seconds.
     pub spread: f64,
-    /// Its error may be less than the least of all by chance where it is above it by
-    /// no more than this.
+    /// The error of each of several details, the same ones of all points, which tell how
+    /// much of a difference is chance; none where chance has no part in it.
     #[serde(skip)]
-    pub doubt: f64,
+    pub of_details: Vec<f64>,
     /// Exact, where steps are counted.
     pub steps: Option<u64>,
     /// Whether it is on the front of error and time.
@@ -434,7 +434,7 @@ impl Point {
             seconds: 0.0,
             spread: 0.0,
             steps: None,
-            doubt: 0.0,
+            of_details: Vec::new(),
             best_by_time: false,
             best_by_steps: false,
         }

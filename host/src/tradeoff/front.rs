@@ -132,30 +132,72 @@ fn choice(points: &[Point], measure: &str, limit: &Limit, times_count: bool) -> 
         );
     }
     let cheaper = numbers().filter(|point| cost.is_less(point, chosen));
-    match cheaper.min_by(|a, b| by_error(a, b).then(cost.order(a, b))) {
-        Some(cheaper) => {
-            let _ = write!(
-                text,
-                "; {} would take {} of it, with {}.",
-                cheaper.name,
-                percent(cost.number(cheaper) / cost.number(chosen)),
-                brief(cheaper.error()),
-            );
-        }
-        None => {
-            let _ = write!(text, "; {}.", cost.nothing_less());
-        }
-    }
+    let nearest = cheaper
+        .clone()
+        .min_by(|a, b| by_error(a, b).then(cost.order(a, b)));
+    let Some((nearest, as_near)) =
+        nearest.and_then(|one| Some((one, cheapest_as_near(cheaper, one, cost)?)))
+    else {
+        let _ = write!(text, "; {}.", cost.nothing_less());
+        return text;
+    };
+    let _ = write!(
+        text,
+        "; {} would take {} of it, with {}",
+        as_near.name,
+        percent(cost.number(as_near) / cost.number(chosen)),
+        brief(as_near.error()),
+    );
+    let _ = if as_near.name == nearest.name {
+        write!(text, ".")
+    } else {
+        write!(
+            text,
+            " ± {} as near as can be told as {} ({}).",
+            brief(as_near.doubt(nearest)),
+            nearest.name,
+            brief(nearest.error()),
+        )
+    };
     text
+}
+
+/// Of what may be as near to the truth as another, by chance, what costs least.
+fn cheapest_as_near<'a>(
+    points: impl Iterator<Item = &'a Point>,
+    nearest: &Point,
+    cost: Cost,
+) -> Option<&'a Point> {
+    points
+        .filter(|point| point.error() - point.doubt(nearest) <= nearest.error())
+        .min_by(|a, b| cost.order(a, b))
+}
+
+impl Point {
+    /// Its error may be less than another's by chance where it is above it by no more than
+    /// this: twice the standard error of the difference, detail by detail.
+    fn doubt(&self, other: &Self) -> f64 {
+        let pairs = self.of_details.iter().zip(&other.of_details);
+        let above: Vec<f64> = pairs.map(|(own, other)| own - other).collect();
+        2.0 * deviation(&above) / libm::sqrt(above.len().max(1) as f64)
+    }
+}
+
+pub(super) fn mean(of: &[f64]) -> f64 {
+    of.iter().sum::<f64>() / of.len().max(1) as f64
+}
+
+/// The standard deviation.
+pub(super) fn deviation(of: &[f64]) -> f64 {
+    let middle = mean(of);
+    let squares = of.iter().map(|one| (one - middle) * (one - middle));
+    libm::sqrt(squares.sum::<f64>() / (of.len().max(2) - 1) as f64)
 }
 
 /// The choice where nothing is within the limit: of what is as near to the truth as
 /// the nearest, as far as can be told, the one that costs least.
 fn nearest(points: &[Point], truest: &Point, cost: Cost, within: &str) -> String {
-    let as_near = points
-        .iter()
-        .filter(|point| point.error() - point.doubt <= truest.error());
-    let Some(chosen) = as_near.min_by(|a, b| cost.order(a, b)) else {
+    let Some(chosen) = cheapest_as_near(points.iter(), truest, cost) else {
         return "Nothing was measured.".to_owned();
     };
     let mut text = format!("No setting has {within}: choose {}, ", chosen.name);
@@ -167,7 +209,7 @@ fn nearest(points: &[Point], truest: &Point, cost: Cost, within: &str) -> String
         write!(
             text,
             "with {error} ± {} as near as can be told, in {price}, {} of that of the nearest, {} ({}).",
-            brief(chosen.doubt),
+            brief(chosen.doubt(truest)),
             percent(cost.number(chosen) / cost.number(truest)),
             truest.name,
             brief(truest.error()),
@@ -334,13 +376,43 @@ mod tests {
         );
         // What may be as near, and costs less.
         let mut unsure = points(0.1);
-        (unsure[1].doubt, unsure[2].doubt) = (0.25, 0.9);
-        let found = comparison(-1.0, unsure).choice;
+        for (number, doubt) in [(0, 0.0), (1, 0.25), (2, 0.9)] {
+            let middle = unsure[number].error();
+            unsure[number].of_details = vec![middle - 0.5 * doubt, middle + 0.5 * doubt];
+        }
+        let found = comparison(-1.0, unsure.clone()).choice;
         assert!(
             found.ends_with(
                 "choose half, with 0.2 ± 0.25 as near as can be told, in 0.5 million steps, 50 % of \
                  that of the nearest, full (0)."
             ),
+            "{found}"
+        );
+    }
+
+    #[test]
+    fn what_is_cheaper_is_named_by_what_can_be_told() {
+        let with = |rough: [f64; 2]| {
+            let mut points = vec![
+                point("full", 0.0, 1.0),
+                point("half", 0.2, 0.5),
+                point("rough", 1.0, 0.1),
+            ];
+            points[1].of_details = vec![0.2, 0.2];
+            points[2].of_details = rough.to_vec();
+            comparison(0.1, points).choice
+        };
+        let found = with([0.1, 1.9]);
+        assert!(
+            found.ends_with(
+                "; rough would take 10 % of it, with 1 ± 1.8 as near as can be told as half (0.2)."
+            ),
+            "{found}"
+        );
+        // Worse by the same in each detail is worse beyond doubt.
+        let found = with([1.0, 1.0]);
+        assert!(
+            found.ends_with("; half would take 50 % of it, with 0.2."),
             "{found}"
         );
     }

@@ -22,7 +22,8 @@ use rayon::prelude::*;
 use shisen_core::frame::View;
 use similarity::similarities;
 
-/// With fewer FLIP's filters of edges and points have no weights: a Gaussian's, of
+/// At which FLIP is taken of what has fewer, too: as if seen from farther, where detail
+/// counts for less. With fewer its filters of edges and points have no weights: a Gaussian's, of
 /// 0.041° in the middle of a pixel, are 0 in its neighbours.
 pub(super) const LEAST_PIXELS_PER_DEGREE: f32 = 2.0;
 
@@ -118,7 +119,8 @@ impl Sight {
 pub struct Quality {
     /// Decibels; `None` where nothing differs.
     pub psnr: Option<f64>,
-    /// 0 to 1, less is better.
+    /// 0 to 1, less is better; where there are fewer than 2 pixels a degree, as if seen
+    /// from as far as there are 2.
     pub flip: f64,
     /// −1 to 1, more is better.
     pub ssim: f64,

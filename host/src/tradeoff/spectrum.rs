@@ -1,5 +1,6 @@
 //! Wavelengths: how many, and how rays take them.
 
+use super::front::{deviation, mean};
 use super::{Bench, Cause, Comparison, Figure, Limit, Point, Section, Topic, measure};
 use crate::bake::Baked;
 use crate::cave::{Cave, Eye, Viewer, Wall};
@@ -69,15 +70,12 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         .iter()
         .map(|(_, frames)| Differences::of(&seen, frames))
         .collect();
-    let nearest = errors
-        .iter()
-        .min_by(|a, b| a.most_of_them.total_cmp(&b.most_of_them));
     let mut points = Vec::new();
     let mut best: Option<(f64, String, Picture)> = None;
     for ((one, (time, frames)), errors) in asked.iter().zip(&measured).zip(&errors) {
         let point = Point {
             errors: errors.all(),
-            doubt: nearest.map_or(0.0, |nearest| errors.doubt(nearest)),
+            of_details: errors.most_of_each.clone(),
             seconds: time.median,
             spread: time.spread,
             steps: Some(frames.iter().map(|frame| frame.statistics.steps).sum()),
@@ -403,30 +401,12 @@ impl Differences {
         }
     }
 
-    /// Twice the standard error of by how much it is above another, of the same details.
-    fn doubt(&self, other: &Self) -> f64 {
-        let pairs = self.most_of_each.iter().zip(&other.most_of_each);
-        let above: Vec<f64> = pairs.map(|(own, other)| own - other).collect();
-        2.0 * deviation(&above) / libm::sqrt(above.len().max(1) as f64)
-    }
-
     fn all(&self) -> Vec<Option<f64>> {
         let [of_mean, of_most] = self.deviations;
         [self.most_of_them, of_most, self.mean, of_mean, self.largest]
             .map(Some)
             .into()
     }
-}
-
-fn mean(of: &[f64]) -> f64 {
-    of.iter().sum::<f64>() / of.len().max(1) as f64
-}
-
-/// The standard deviation.
-fn deviation(of: &[f64]) -> f64 {
-    let middle = mean(of);
-    let squares = of.iter().map(|one| (one - middle) * (one - middle));
-    libm::sqrt(squares.sum::<f64>() / (of.len().max(2) - 1) as f64)
 }
 
 #[cfg(test)]
@@ -447,10 +427,5 @@ mod tests {
                 .all(|one| (one - root).abs() < 1.0e-12)
         );
         assert_eq!(Differences::new(&even[..1]).deviations, [0.0; 2]);
-        // What is worse by the same in each detail is worse beyond doubt.
-        let worse = Differences::new(&[vec![2.0; 99], vec![4.0; 101]]);
-        assert!(worse.doubt(&found).abs() < 1.0e-12);
-        let other = Differences::new(&[vec![4.0; 99], vec![2.0; 101]]);
-        assert!((other.doubt(&found) - 4.0).abs() < 1.0e-12);
     }
 }
