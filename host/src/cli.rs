@@ -41,6 +41,7 @@ use serde::Serialize;
 use std::ffi::OsString;
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
+use std::iter::successors;
 use std::process::ExitCode;
 
 /// Renders what a viewer sees on the walls of a CAVE.
@@ -70,13 +71,37 @@ enum Shisen {
 }
 
 impl Shisen {
-    /// What a command line asks for.
+    /// What a command line asks for, and the names of the command, from the outermost on.
     fn read(
         words: impl IntoIterator<Item = impl Into<OsString> + Clone>,
-    ) -> clap::error::Result<Self> {
+    ) -> clap::error::Result<(Self, Vec<String>)> {
         let mut command = examples::with_examples(Self::command());
         let matches = command.try_get_matches_from_mut(words)?;
-        Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+        let asked = Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
+        let names = successors(matches.subcommand(), |(_, rest)| rest.subcommand());
+        Ok((asked, names.map(|(name, _)| name.to_owned()).collect()))
+    }
+
+    /// Does it.
+    fn run(&self) -> Result<(), Failure> {
+        match self {
+            Self::Cave(arguments) => cave::run(arguments),
+            Self::Run(arguments) => run::run(arguments),
+            Self::Bake(arguments) => bake::run(arguments),
+            Self::Inspect(arguments) => inspect::run(arguments),
+            Self::Explain(arguments) => explain::run(arguments),
+            Self::Gaze(arguments) => gaze::run(arguments),
+            Self::Medium(arguments) => medium::run(arguments),
+            Self::Spectrum(arguments) => spectrum::run(arguments),
+            Self::Dome(dome) => dome::run(dome),
+            Self::Tracker(command) => tracker::run(command),
+            #[cfg(unix)]
+            Self::Firmware(firmware) => firmware::run(firmware),
+            Self::Bench(bench) => bench::run(bench),
+            Self::Selftest(arguments) => selftest::run(arguments),
+            Self::Tradeoff(arguments) => tradeoff::run(arguments),
+            Self::Completions(arguments) => completions::run(arguments),
+        }
     }
 }
 
@@ -91,24 +116,7 @@ pub(crate) fn main() -> ExitCode {
     }));
     let result = Shisen::read(std::env::args_os())
         .map_err(Failure::from_clap)
-        .and_then(|command| match command {
-            Shisen::Cave(arguments) => cave::run(&arguments),
-            Shisen::Run(arguments) => run::run(&arguments),
-            Shisen::Bake(arguments) => bake::run(&arguments),
-            Shisen::Inspect(arguments) => inspect::run(&arguments),
-            Shisen::Explain(arguments) => explain::run(&arguments),
-            Shisen::Gaze(arguments) => gaze::run(&arguments),
-            Shisen::Medium(arguments) => medium::run(&arguments),
-            Shisen::Spectrum(arguments) => spectrum::run(&arguments),
-            Shisen::Dome(dome) => dome::run(&dome),
-            Shisen::Tracker(command) => tracker::run(&command),
-            #[cfg(unix)]
-            Shisen::Firmware(firmware) => firmware::run(&firmware),
-            Shisen::Bench(bench) => bench::run(&bench),
-            Shisen::Selftest(arguments) => selftest::run(&arguments),
-            Shisen::Tradeoff(arguments) => tradeoff::run(&arguments),
-            Shisen::Completions(arguments) => completions::run(&arguments),
-        });
+        .and_then(|(command, names)| command.run().map_err(|failure| failure.of(&names)));
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.print(),

@@ -546,6 +546,8 @@ fn assert_cell(cell: &Value, scene: &str, state: u64) {
             "lod_rays",
             "lod_seconds",
             "lod_steps",
+            "paper_lod_seconds",
+            "paper_plain_seconds",
             "paper_ratio",
             "plain_rays",
             "plain_seconds",
@@ -613,9 +615,12 @@ fn the_papers_table_is_measured() {
     let arguments = ["bench", "table2", "--size", "32", "--repeat", "1"];
     let mut command = shisen(folder.path());
     let found = report(command.args(arguments).args(["--threads", "1"]));
-    assert_eq!(keys(&found), ["cells", "mesh", "size", "threads"]);
+    assert_eq!(keys(&found), ["cells", "mesh", "repeat", "size", "threads"]);
     assert_eq!((&found["threads"], &found["size"]), (&1.into(), &32.into()));
-    assert_eq!(found["mesh"], "quadruped");
+    assert_eq!(
+        (&found["mesh"], &found["repeat"]),
+        (&"quadruped".into(), &1.into())
+    );
     let cells = found["cells"].as_array().unwrap();
     let expected = ["A", "B", "C", "D"].map(|scene| [(scene, 1), (scene, 2)]);
     assert_eq!(cells.len(), 8);

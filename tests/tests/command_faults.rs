@@ -47,6 +47,39 @@ fn refused(folder: &Path, command: &mut Command, code: i32, expected: &[&str]) {
     assert_eq!(contents(folder), before);
 }
 
+/// What is wrong with arguments beside each other ends with the usage of the command
+/// that they were given to.
+#[test]
+fn usage_is_that_of_the_command_asked_for() {
+    let folder = folder();
+    for (arguments, name) in [
+        (&["run", "--scene", "grid"][..], "shisen run"),
+        (&["run", "--stereo", "anaglyph"], "shisen run"),
+        (
+            &["cave", "--lod", "off", "--fill", "capture"],
+            "shisen cave",
+        ),
+        (
+            &["bench", "latency", "--scene", "grid"],
+            "shisen bench latency",
+        ),
+        (
+            &["tracker", "mock", "--as", "hid", "--pty", "line"],
+            "shisen tracker mock",
+        ),
+    ] {
+        let output = shisen(folder.path()).args(arguments).assert().code(2);
+        let message = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+        assert!(message.starts_with("error: "), "{arguments:?}: {message}");
+        let usage = format!("\n\nUsage: {name} [OPTIONS]\n\n");
+        assert!(message.contains(&usage), "{arguments:?}: {message}");
+        let hint = format!("try '{name} --help'.\n");
+        assert!(message.ends_with(&hint), "{arguments:?}: {message}");
+        // Nobody is told in colours who does not see any.
+        assert!(!message.contains('\u{1b}'), "{arguments:?}: {message}");
+    }
+}
+
 #[test]
 fn what_there_is_not_is_usage() {
     let folder = folder();

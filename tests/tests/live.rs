@@ -482,6 +482,88 @@ fn a_window_system_that_hangs_is_told() {
     assert!(words.join(" ").contains("does not answer"), "{words:?}");
 }
 
+/// A tracker that sends ten times as much as any does: by itself, and over a line.
+#[test]
+fn a_flood_is_thinned_and_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = shisen(folder.path());
+    let command = command.args(["run", "--tracker", "mock:rate=10000", "--size", "24"]);
+    let command = command.args(["--hz", "60", "--frames", "90", "--record", "log", "--json"]);
+    let output = command.assert().success();
+    let output = output.get_output();
+    let report: Value = serde_json::from_slice(&output.stdout).expect("an object");
+    let count = |key: &str| report[key].as_u64().expect("a count");
+    assert!(count("samples") > 10_000, "{report}");
+    // All of the first quarter of a second, and one of ten after it.
+    let used = count("samples") - count("passed_over_samples");
+    assert!(used * 2 < count("samples"), "{report}");
+    assert!(used * 1_000 > count("samples") * 90, "{report}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(said.matches("one of 10 samples is").count(), 1, "{said}");
+    // No gaze lies about, and none is lost.
+    assert!(
+        report["stages"]["arrive_to_latch"]["p50"].as_f64() < Some(10.0),
+        "{report}"
+    );
+    let log = fs::read_to_string(folder.path().join("log")).expect("a log");
+    let state = |line: &str| -> Value {
+        let record: Value = serde_json::from_str(line).expect("an object");
+        record["state"].clone()
+    };
+    assert!(
+        log.lines()
+            .skip(5)
+            .all(|line| state(line) != "full quality"),
+        "{log}"
+    );
+    let (frames, refreshes) = (count("frames"), count("refreshes"));
+    assert_eq!(frames + count("repeated_refreshes"), refreshes, "{report}");
+    #[cfg(unix)]
+    {
+        let mut command = shisen(folder.path());
+        let command = command.args(["bench", "latency", "--rates", "10000", "--seconds", "1"]);
+        let output = command
+            .args(["--size", "24", "--hz", "60", "--json"])
+            .assert();
+        let report: Value =
+            serde_json::from_slice(&output.success().get_output().stdout).expect("an object");
+        for run in report["runs"].as_array().expect("runs") {
+            let count = |key: &str| run[key].as_u64().expect("a count");
+            // What a busy machine does not read in time is lost on the line.
+            assert!(count("samples") > 2_000, "{run}");
+            assert!(count("passed_over_samples") * 2 > count("samples"), "{run}");
+            let least = run["stages"]["motion_to_wall"]["least"].as_f64();
+            // The simulated tracker is 8 ms late.
+            assert!(least > Some(7.9), "{run}");
+        }
+    }
+}
+
+/// The default of the paper's scenes: what the budget is, what was needed, and how often
+/// it bound.
+#[test]
+fn a_scaled_budget_says_what_it_is_of_what_frames_need() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = shisen(folder.path());
+    let command = command.args(["run", "--scene", "D", "--size", "48", "--frames", "60"]);
+    let output = command.arg("--json").assert().success();
+    let report: Value = serde_json::from_slice(&output.get_output().stdout).expect("an object");
+    let number = |key: &str| report[key].as_f64().expect("a number");
+    assert_eq!(report["budget"], "paper-scaled");
+    let [least, most] = [0, 1].map(|place| report["plain_parts"][place].as_f64().expect("a part"));
+    // Table 2 has .203 s and .484 s of .532 s.
+    assert!(
+        least >= 0.203 / 0.532 - 1.0e-6 && most <= 0.484 / 0.532 + 1.0e-6,
+        "{report}"
+    );
+    let last = number("budget_ms") / number("plain_ms");
+    assert!((least - 1.0e-6..=most + 1.0e-6).contains(&last), "{report}");
+    assert!(
+        number("needed_share") > 0.0 && number("lowered_share") <= 1.0,
+        "{report}"
+    );
+}
+
 #[test]
 fn bad_input_is_told() {
     for (arguments, said) in [

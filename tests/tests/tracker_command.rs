@@ -338,7 +338,7 @@ fn what_is_no_tracker_is_refused() {
     };
     for (spec, code, expected) in [
         ("mouse", 2, "serial:/dev/ttyUSB0"),
-        ("mock:rate=5", 2, "60 to 1000"),
+        ("mock:rate=5", 2, "60 to 10000"),
         ("mock:rate=60&rate=60", 2, "twice"),
         ("serial:?protocol=asl", 2, "says not which"),
         (
@@ -581,8 +581,8 @@ fn numbers_out_of_range_are_told_the_range() {
             &["tracker", "record", "mock", "a.csv", "--seconds", "0"],
             "from 0.001 to 86400",
         ),
-        (&["tracker", "mock", "--rate", "1e12"], "from 60 to 1000"),
-        (&["tracker", "mock", "--rate", "-5"], "from 60 to 1000"),
+        (&["tracker", "mock", "--rate", "1e12"], "from 60 to 10000"),
+        (&["tracker", "mock", "--rate", "-5"], "from 60 to 10000"),
         (
             &["tracker", "mock", "--seed", "-1"],
             "from 0 to 18446744073709551615",

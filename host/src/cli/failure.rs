@@ -1,5 +1,7 @@
 //! Why a command ends without having done what it was asked to.
 
+use clap::CommandFactory as _;
+use clap::error::ErrorKind;
 use miette::Diagnostic;
 use shisen::bake::BakeError;
 use shisen::files::explain;
@@ -15,6 +17,8 @@ pub(super) enum Failure {
     /// The command line itself is wrong, or asks for help. Boxed: the text is
     /// large and the case is rare.
     Usage(Box<clap::Error>),
+    /// Each argument is right by itself, but not beside the others.
+    Misused(String),
     /// Something that it names, or the machine, does not serve.
     Failed(miette::Report),
 }
@@ -172,8 +176,31 @@ impl Fault {
 impl Failure {
     /// A fault of the command line that no single argument shows.
     pub(super) fn usage(message: &str) -> Self {
-        let mut command = <super::Shisen as clap::CommandFactory>::command();
-        Self::from_clap(command.error(clap::error::ErrorKind::ArgumentConflict, message))
+        Self::Misused(message.to_owned())
+    }
+
+    /// With the usage of the command that was asked for: the names of it, from the
+    /// outermost on.
+    pub(super) fn of(self, names: &[String]) -> Self {
+        let Self::Misused(message) = self else {
+            return self;
+        };
+        let mut whole = super::Shisen::command();
+        // So that each command knows the names before its own.
+        whole.build();
+        let mut asked = &mut whole;
+        for name in names {
+            asked = match asked.find_subcommand_mut(name) {
+                Some(command) => command,
+                None => return Self::Misused(message),
+            };
+        }
+        let usage = asked.render_usage();
+        let name = asked.get_bin_name().unwrap_or_else(|| asked.get_name());
+        Self::Misused(format!(
+            "{message}\n\n{}\n\nFor more information, try '{name} --help'.",
+            usage.ansi()
+        ))
     }
 
     /// What the command line's parser says, which may be the help asked for.
@@ -189,17 +216,24 @@ impl Failure {
     /// Prints it to standard error, or help to standard output.
     pub(super) fn print(&self) -> ExitCode {
         match self {
-            // Nobody is left to tell where even these streams are closed.
-            Self::Usage(error) => {
-                let _ = error.print();
-                u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
-            }
+            Self::Usage(error) => tell(error),
+            Self::Misused(message) => tell(&clap::Error::raw(
+                ErrorKind::ArgumentConflict,
+                format!("{message}\n"),
+            )),
             Self::Failed(report) => {
                 let _ = writeln!(io::stderr(), "Error: {report:?}");
                 ExitCode::FAILURE
             }
         }
     }
+}
+
+/// Says what is wrong with a command line, and how that is said to whoever started it.
+fn tell(error: &clap::Error) -> ExitCode {
+    // Nobody is left to tell where even these streams are closed.
+    let _ = error.print();
+    u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
 }
 
 impl<D: Diagnostic + Send + Sync + 'static> From<D> for Failure {

@@ -30,7 +30,7 @@ use shisen_core::frame::Tile;
 use shisen_core::gaze::HeadPose;
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
-use shisen_tracker::clock::{ClockConfig, ClockEstimator};
+use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::estimate::GazeEstimator;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -218,7 +218,7 @@ impl LiveArguments {
         let head = self.room.head();
         let config = estimation(spec, feed.senses(spec), head, calibrated.as_ref());
         let estimator = GazeEstimator::new(config).map_err(Failure::from_error)?;
-        let clock = ClockEstimator::new(ClockConfig::default()).map_err(Failure::from_error)?;
+        let clock = ClockEstimator::new(spec.clock()).map_err(Failure::from_error)?;
         let mut happenings = Happenings::default();
         let tell = move |happening| happenings.tell(happening);
         LiveTracker::start(feed, clock, estimator, tell).map_err(Failure::from_error)

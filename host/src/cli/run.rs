@@ -38,15 +38,19 @@ use std::time::Duration;
 /// With --json, one object: scene, mesh, tracker, size, threads, simd, lod, hz,
 /// budget, `budget_ms` and `budget_steps` (the last frame's allowance, null where it
 /// is not by time or by steps), `plain_ms` (a frame in full, where the budget is a
-/// part of that), latch, seconds, frames, `late_frames` (not there at their refresh,
+/// part of that) and `plain_parts` (the least and the most that it was), latch, seconds,
+/// frames, refreshes (until the last frame), `repeated_refreshes` (those without a new
+/// frame: with frames they make up refreshes), `late_frames` (not there at their refresh,
 /// or at the one that ends their budget, where that is longer), `over_budget_frames`
 /// (more steps than allowed), `frames_with_unfinished_fovea` (a tile within 5° of the
 /// line of sight not finished), `frames_with_unfinished_tiles`, `lowered_share` (of
 /// the frames, those whose quality was lowered), `spent_share` (of the budget, what
-/// frames took: the median; null without one), `quality_changes`, rungs (depth,
+/// frames took: the median; null without one), `needed_share` (of its steps, what frames
+/// of full quality would have taken, as far as is known: the median), `quality_changes`, rungs (depth,
 /// faces, field, centre, sampling, capture and frames of each quality, the best
 /// first), `blind_frames` (the head was where a screen is not seen), `median_steps`,
-/// samples, `dropped_bytes`, `motion_to_wall_ms` (frames, least, p50, p95, p99, most;
+/// samples, `passed_over_samples` (of these, not used, as a sensor sent 2,000 a second or
+/// more), `lost_samples` (by the device's count), `dropped_bytes`, `motion_to_wall_ms` (frames, least, p50, p95, p99, most;
 /// null without samples), stages (the same of `sample_to_arrive`, `arrive_to_latch`,
 /// `latch_to_first_ray`, `first_ray_to_done`, `done_to_present`,
 /// `arrive_to_first_ray` and `motion_to_wall`), `involuntary_switches` (how often the
@@ -103,7 +107,8 @@ pub(super) struct Arguments {
     /// not exist
     #[arg(long, value_name = "DIR", default_value = "shisen-out")]
     out: PathBuf,
-    /// Write what each frame was, one JSON object a line: `due_us`, `sample_us`,
+    /// Write what each frame was, one JSON object a line: `due_us`, `due_refresh` and
+    /// refresh (numbers of the refreshes at which it was to be shown, and was), `sample_us`,
     /// `arrive_us`, `latch_us`, `first_ray_us`, `done_us`, `present_us` (since the
     /// tracker was opened), frame, late, position, forward, state, `budget_steps`,
     /// steps, `need_steps`, rung, tiles, `unfinished_tiles` and `unfinished_fovea`
@@ -289,6 +294,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             fill,
             threads: prepared.options.threads,
             simd: prepared.simd().name(),
+            lost_samples: tracker.counts().lost,
             dropped_bytes: tracker.counts().dropped_bytes,
             earlier_frames: earlier,
             window,

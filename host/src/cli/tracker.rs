@@ -45,7 +45,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// `head_stuck_after` (a gaze or a head that stays the same to the last bit for longer is
 /// stuck; or never), the gaze's ages `hold_after`, `widen_after`, `head_after` and
 /// `full_after`, the head's `head_hold_after`, `head_widen_after` and `head_full_after`,
-/// and `longest_blink`: `mock:hold_after=0.1&stuck_after=never`.
+/// and `longest_blink`: `mock:hold_after=0.1&stuck_after=never`; and `delay`, from a
+/// measurement to the arrival of its last byte at least, which no clock tells (0 to 1; a
+/// simulated tracker's is 0.008).
 #[derive(Debug, Subcommand)]
 #[command(after_long_help = settings_help())]
 pub(super) enum TrackerCommand {

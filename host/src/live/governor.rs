@@ -173,6 +173,12 @@ impl Governor {
         }
     }
 
+    /// Steps that a frame of full quality would take, by the newest frames; 0 where
+    /// nothing is known.
+    pub fn full_need(&self) -> f64 {
+        self.ladder().need(0)
+    }
+
     fn ladder(&self) -> &Ladder {
         if self.has_gaze {
             &self.with_gaze

@@ -1,6 +1,8 @@
 //! Frame after frame, each for a refresh of the display.
 
+mod pacing;
 mod report;
+mod shares;
 mod warm_up;
 
 use super::budget::{FrameBudget, Table2};
@@ -13,24 +15,20 @@ use super::tracking::{Latched, LiveTracker};
 use crate::render::{Observer, RenderError};
 use glam::Vec3;
 use hdrhistogram::Histogram;
+use pacing::Pacing;
 pub use report::{FrameRecord, SessionReport};
+use shares::Shares;
 use shisen_core::{Runs, Simd};
 use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
-/// Frames whose tracing says how late the gaze may be taken: one of which the next is
-/// slower with a probability of 1 in 129.
-const REMEMBERED: usize = 128;
-
 /// Steps that are told apart.
 const MOST_STEPS: u64 = 1_000_000_000_000;
 
-/// Millionths of a budget that are told apart.
-const MOST_SPENT: u64 = 1_000_000_000;
-
-/// What is kept between the expected end of tracing and the refresh.
-const MARGIN: Duration = Duration::from_micros(700);
+/// What a frame may take besides tracing, more than twice as much as others, before it
+/// counts as held up: others take some tenths of a millisecond.
+const HELD_UP: Duration = Duration::from_millis(2);
 
 /// How a session goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -126,6 +124,7 @@ where
         ..Look::from(&tracker.latch(tracker.now()).estimate)
     };
     stage.observe(&first, &mut eyes);
+    let period = Duration::from_secs_f64(1.0 / f64::from(settings.hz.max(1)));
     let mut session = Session {
         settings,
         lock,
@@ -134,10 +133,11 @@ where
             FrameBudget::Off => Governor::idle(),
             _ => Governor::new(),
         },
-        traced: [Duration::ZERO; REMEMBERED],
+        pacing: Pacing::new(period),
         besides: Duration::ZERO,
         steps: Histogram::new_with_bounds(1, MOST_STEPS, 3).ok(),
-        spent: Histogram::new_with_bounds(1, MOST_SPENT, 3).ok(),
+        spent: Shares::new(),
+        needed: Shares::new(),
         report: SessionReport::new(),
         rung: 0,
     };
@@ -153,9 +153,8 @@ where
     session.report.median_steps = session
         .steps
         .map_or(0, |steps| steps.value_at_quantile(0.5));
-    let spent = session.spent.filter(|spent| !spent.is_empty());
-    let median = spent.map(|spent| spent.value_at_quantile(0.5));
-    session.report.spent_share = median.map(|millionths| millionths as f64 * 1.0e-6);
+    session.report.spent_share = session.spent.median();
+    session.report.needed_share = session.needed.median();
     Ok(session.report)
 }
 
@@ -234,14 +233,15 @@ struct Session<'s> {
     /// Frames that were ordered.
     order: u64,
     governor: Governor,
-    /// From taking the gaze to the last pixel, of the newest frames, a ring.
-    traced: [Duration; REMEMBERED],
+    pacing: Pacing,
     /// What frames take besides tracing, of late: one that was held up counts for
     /// little.
     besides: Duration,
     steps: Option<Histogram<u64>>,
-    /// Millionths of the budget.
-    spent: Option<Histogram<u64>>,
+    /// Of the budget, what frames took.
+    spent: Shares,
+    /// Of its steps, what frames of full quality would have taken.
+    needed: Shares,
     report: SessionReport,
     rung: usize,
 }
@@ -267,11 +267,11 @@ impl Session<'_> {
 
     /// In how many refreshes a frame is to be there: those of its time, where it has
     /// one. A hundredth more is no refresh more.
-    fn refreshes(&self, period: Duration) -> u32 {
+    fn refreshes(&self) -> u64 {
         match self.report.allowance {
             Allowance::Time(time) => {
-                let part = time.as_secs_f64() / period.as_secs_f64();
-                ((part - 0.01).ceil() as u32).max(1)
+                let part = time.as_secs_f64() / self.pacing.period().as_secs_f64();
+                ((part - 0.01).ceil() as u64).max(1)
             }
             Allowance::Unlimited | Allowance::Steps(_) => 1,
         }
@@ -324,17 +324,21 @@ impl Session<'_> {
         if purpose == Purpose::Shown {
             self.note_spent(gathered.slowest.steps, traced);
         }
-        self.traced.rotate_right(1);
-        self.traced[0] = traced;
+        self.pacing.learn(traced);
         // What a frame takes besides is no matter of steps: the fewer it has, the
         // slower they would seem. And what is given up would leave less to trace
         // the next time, and more to be given up.
         let slowest = &gathered.slowest;
         let besides = traced.saturating_sub(slowest.tracing + rendered.giving_up);
+        let besides = besides.min(self.besides * 2 + HELD_UP);
         self.besides = (self.besides * 15 + besides) / 16;
         let seconds = slowest.tracing.as_secs_f64();
         self.governor
             .learn(decision, slowest.need, slowest.steps, seconds);
+        if let (Purpose::Shown, Some(steps)) = (purpose, decision.steps) {
+            self.needed
+                .record(self.governor.full_need() / steps.max(1) as f64);
+        }
         let all = &gathered.all;
         rendered.steps = all.steps;
         rendered.need = all.need;
@@ -351,9 +355,7 @@ impl Session<'_> {
             Allowance::Steps(allowed) => steps as f64 / allowed as f64,
             Allowance::Time(allowed) => time.as_secs_f64() / allowed.as_secs_f64(),
         };
-        if let Some(spent) = &mut self.spent {
-            spent.saturating_record((share * 1.0e6) as u64);
-        }
+        self.spent.record(share);
     }
 
     /// Has all machines render the last frame once more, without an end of steps, for
@@ -396,38 +398,29 @@ impl Session<'_> {
     where
         Simd: Runs<W>,
     {
-        let period = Duration::from_secs_f64(1.0 / f64::from(self.settings.hz.max(1)));
-        let start = Instant::now();
-        let mut due = start + period;
+        self.pacing.begin(Instant::now());
         let mut goes_on = true;
         while goes_on && self.settings.frames != Some(self.report.frames) {
+            let aim = self.pacing.aim();
             if self.settings.latch == Latch::Late {
-                // Those that take longer than a refresh are late whenever they begin.
-                let known = self.traced.iter().filter(|traced| !traced.is_zero());
-                let in_time = known.filter(|traced| **traced < period);
-                let slowest = in_time.max().copied().unwrap_or(period);
-                let needed = slowest + slowest / 10 + MARGIN;
-                if let Some(begin) = due.checked_sub(needed) {
-                    sleep_until(begin);
-                }
+                sleep_until(aim.begin);
             }
-            let latched = tracker.latch(tracker.at(due));
+            let latched = tracker.latch(tracker.at(aim.display));
             let look = Look::from(&latched.estimate).towards(stage.gaze());
             if !stage.observe(&look, eyes) {
                 self.report.blind_frames += 1;
             }
             self.report.allowance = self.allowance(look.forward);
+            self.report.note_part();
             self.governor.follow(follow_a_gaze(eyes));
             let decision = self.governor.decide(self.for_tracing());
+            let due = self.pacing.next() + self.refreshes() - 1;
             let rendered = self.render(engine, (&look, eyes), &decision, Purpose::Shown)?;
-            let wanted = due + period * (self.refreshes(period) - 1);
-            // One that is late is shown at the next refresh.
-            let late = rendered.done > wanted;
-            while due < rendered.done {
-                due += period;
-            }
-            sleep_until(due);
+            let shown = self.pacing.shown(rendered.done);
+            sleep_until(self.pacing.at(shown));
             self.lock.swap(self.order - 1)?;
+            // Who waits for others misses refreshes, too.
+            let shown = self.pacing.shown_late(shown, Instant::now());
             stage.present(engine, &look, eyes);
             let present = Instant::now();
             let record = self.record(
@@ -435,17 +428,13 @@ impl Session<'_> {
                 (&latched, &look),
                 &decision,
                 &rendered,
-                (wanted, present),
-                late,
+                (due, shown),
+                present,
             );
             goes_on = stage.after(&record);
-            due += period;
-            // Whoever holds the loop up costs whole refreshes.
-            while due < Instant::now() {
-                due += period;
-            }
+            self.pacing.go_on(shown, Instant::now());
         }
-        self.report.seconds = start.elapsed().as_secs_f64();
+        self.report.seconds = self.pacing.elapsed(Instant::now()).as_secs_f64();
         Ok(())
     }
 
@@ -455,8 +444,8 @@ impl Session<'_> {
         (latched, look): (&Latched, &Look),
         decision: &Decision,
         rendered: &Rendered,
-        (due, present): (Instant, Instant),
-        late: bool,
+        (due, shown): (u64, u64),
+        present: Instant,
     ) -> FrameRecord {
         let nanos = |time: Micros| Duration::from_micros(time.0);
         let at = |instant: Instant| nanos(tracker.at(instant));
@@ -471,14 +460,16 @@ impl Session<'_> {
         let ranks = self.lock.share().ranks() as u64;
         let record = FrameRecord {
             frame: self.report.frames,
-            due_us: tracker.at(due).0,
+            due_us: tracker.at(self.pacing.at(due)).0,
+            due_refresh: due,
+            refresh: shown,
             sample_us: latched.sample.map(|time| time.0),
             arrive_us: latched.arrive.map(|time| time.0),
             latch_us: latched.latch.0,
             first_ray_us: tracker.at(rendered.first_ray).0,
             done_us: tracker.at(rendered.done).0,
             present_us: tracker.at(present).0,
-            late,
+            late: shown > due,
             position: look.position.to_array(),
             forward: look.forward.to_array(),
             state: latched.estimate.state.name(),
@@ -494,6 +485,7 @@ impl Session<'_> {
         report.count(&record);
         report.latencies.record(&stamps);
         report.samples = latched.samples;
+        report.passed_over = latched.passed_over;
         report.quality_changes += u64::from(decision.rung != self.rung);
         self.rung = decision.rung;
         if let Some(steps) = &mut self.steps {
@@ -514,3 +506,6 @@ fn sleep_until(time: Instant) {
         std::hint::spin_loop();
     }
 }
+
+#[cfg(test)]
+mod tests;

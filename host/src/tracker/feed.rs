@@ -184,6 +184,7 @@ impl Replay {
 pub fn simulated(spec: &MockSpec) -> Result<Tracker<'static>, FeedError> {
     let config = TrackerConfig {
         rate: spec.rate,
+        latency: spec.delay(),
         ..TrackerConfig::default()
     };
     let mut moves = ViewerConfig::default();

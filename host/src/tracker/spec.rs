@@ -7,7 +7,10 @@ pub use error::SpecError;
 
 use super::protocol::Protocol;
 use super::times::Times;
+use shisen_tracker::clock::ClockConfig;
 use shisen_tracker::hid::eye_tracker::Axes;
+use shisen_tracker::mock::TrackerConfig;
+use shisen_tracker::time::Micros;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -44,6 +47,15 @@ impl Spec {
             Self::Replay(spec) => &spec.times,
         }
     }
+
+    /// How to read its clock. Of a simulated tracker it is known how late it is; of others
+    /// nothing is but what somebody says.
+    pub fn clock(&self) -> ClockConfig {
+        match self {
+            Self::Mock(spec) => spec.times.clock(spec.delay()),
+            _ => self.times().clock(Micros(0)),
+        }
+    }
 }
 
 /// A simulated viewer and tracker.
@@ -51,7 +63,7 @@ impl Spec {
 pub struct MockSpec {
     /// What decides all movements and all noise.
     pub seed: u64,
-    /// Samples per second: 60 to 1000.
+    /// Samples per second: 60 to 10,000.
     pub rate: u32,
     /// The protocol that the samples pass through; none hands them on as they
     /// are.
@@ -65,6 +77,15 @@ pub struct MockSpec {
     pub head: Option<u8>,
     /// After how long its data are stale.
     pub times: Times,
+}
+
+impl MockSpec {
+    /// From the measurement of a sample to its arrival.
+    pub fn delay(&self) -> Micros {
+        self.times
+            .delay()
+            .unwrap_or(TrackerConfig::default().latency)
+    }
 }
 
 impl Default for MockSpec {

@@ -13,7 +13,7 @@ use shisen_core::numeric::{basis_around, normalize};
 /// What a tracker is like. Angles are radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackerConfig {
-    /// Samples per second: 60 to 1000.
+    /// Samples per second: 60 to 10,000. Trackers send 1,000 at most; more is a flood.
     pub rate: u32,
     /// The eyes' white noise, root mean square of each of two directions; 0 to
     /// 0.2.
@@ -104,7 +104,7 @@ impl<'a> Tracker<'a> {
     /// Values outside the ranges at [`TrackerConfig`].
     pub fn new(config: TrackerConfig, viewer: Viewer<'a>, seed: u64) -> Result<Self, MockError> {
         for (field, found, least, most) in [
-            ("rate (Hz)", config.rate as f32, 60.0, 1_000.0),
+            ("rate (Hz)", config.rate as f32, 60.0, 10_000.0),
             ("eye noise (rad)", config.eye_noise, 0.0, 0.2),
             ("turn noise (rad)", config.turn_noise, 0.0, 0.2),
             ("place noise (m)", config.place_noise, 0.0, 0.1),

@@ -32,7 +32,8 @@ use std::time::{Duration, Instant};
 ///
 /// With --json, one object: scene, mesh, size, threads, simd, lod, hz, budget,
 /// protocol, seconds (of each run) and runs: for each rate and latch `tracker_hz`,
-/// latch (early or late), frames, `late_frames`, samples, stages (of
+/// latch (early or late), frames, `late_frames`, samples (since the line was opened),
+/// `passed_over_samples` (of these, not used, as there were too many), stages (of
 /// `sample_to_arrive`, `arrive_to_latch`, `latch_to_first_ray`, `first_ray_to_done`,
 /// `done_to_present`, `arrive_to_first_ray` and `motion_to_wall` frames, and least,
 /// p50, p95, p99 and most in milliseconds), `involuntary_switches` and
@@ -53,7 +54,7 @@ pub(in crate::cli) struct Arguments {
     protocol: Protocol,
     /// Samples per second of the tracker
     #[arg(long, value_name = "HZ,…", value_delimiter = ',', default_value = "60,250,1000",
-          value_parser = whole::<60, 1_000>)]
+          value_parser = whole::<60, 10_000>)]
     rates: Vec<u64>,
     /// Of each run
     #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true,
@@ -93,6 +94,7 @@ struct Run {
     frames: u64,
     late_frames: u64,
     samples: u64,
+    passed_over_samples: u64,
     stages: BTreeMap<&'static str, Option<Summary>>,
     #[serde(flatten)]
     interference: Interference,
@@ -165,10 +167,12 @@ impl Arguments {
         let folder = tempfile::tempdir().map_err(Failure::from_error)?;
         let path = folder.path().join("tracker");
         let mut line = Pty::open(&path).map_err(Failure::from_error)?;
-        let source = simulated(&MockSpec {
+        let spec = MockSpec {
             rate: rate as u32,
             ..MockSpec::default()
-        })?;
+        };
+        let source = simulated(&spec)?;
+        let times = Times::late(spec.delay());
         let over = AtomicBool::new(false);
         std::thread::scope(|scope| {
             let served = scope.spawn(|| {
@@ -181,7 +185,12 @@ impl Arguments {
                     &mut goes_on,
                 )
             });
-            let runs = self.runs(rate, path.display().to_string(), prepared, interrupt);
+            let runs = self.runs(
+                rate,
+                (path.display().to_string(), times),
+                prepared,
+                interrupt,
+            );
             over.store(true, Ordering::Relaxed);
             match served.join() {
                 Ok(Err(broken)) => Err(Failure::from_error(broken)),
@@ -193,7 +202,7 @@ impl Arguments {
     fn runs(
         &self,
         rate: u64,
-        path: String,
+        (path, times): (String, Times),
         prepared: &Prepared,
         interrupt: &Interrupt,
     ) -> Result<Vec<Run>, Failure> {
@@ -206,7 +215,7 @@ impl Arguments {
             stop: false,
             head: None,
             rts: None,
-            times: Times::default(),
+            times,
         }))?;
         let mut runs = Vec::new();
         for (latch, name) in LATCHES {
@@ -230,6 +239,7 @@ impl Arguments {
                 frames: report.frames,
                 late_frames: report.late_frames,
                 samples: report.samples,
+                passed_over_samples: report.passed_over,
                 stages: Leg::ALL
                     .into_iter()
                     .map(|leg| (leg.name(), report.latencies.of(leg)))

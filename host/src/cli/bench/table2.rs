@@ -18,8 +18,9 @@ use std::fmt;
 /// floor (state 2), three walls for two eyes. Frames with and without level of
 /// detail are rendered in turns; times are medians.
 ///
-/// With --json, one object: threads, size, mesh and cells: for each scene and
-/// state `lod_seconds`, `plain_seconds`, ratio, `paper_ratio`, `asked_ratio` (what
+/// With --json, one object: threads, size, mesh, repeat (frames that a median is of) and cells: for each scene and
+/// state `lod_seconds`, `plain_seconds`, `paper_lod_seconds`, `paper_plain_seconds`, ratio,
+/// `paper_ratio`, `asked_ratio` (what
 /// the ratio is to be at most), `bound_ratio` (what it would be for the paper's cow if
 /// rays that meet nothing cost almost nothing and detail had no cost of its own), `lod_rays` and
 /// `plain_rays` (primary, reflected, refracted, shadow), `lod_steps`,
@@ -59,6 +60,7 @@ struct Report {
     threads: usize,
     size: u32,
     mesh: String,
+    repeat: u32,
     cells: Vec<Cell>,
 }
 
@@ -69,6 +71,8 @@ struct Cell {
     state: usize,
     lod_seconds: f64,
     plain_seconds: f64,
+    paper_lod_seconds: f64,
+    paper_plain_seconds: f64,
     ratio: f64,
     paper_ratio: f64,
     asked_ratio: f64,
@@ -110,6 +114,8 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 state: number + 1,
                 lod_seconds,
                 plain_seconds,
+                paper_lod_seconds: lod[number],
+                paper_plain_seconds: plain,
                 ratio: lod_seconds / plain_seconds,
                 paper_ratio: lod[number] / plain,
                 asked_ratio: asked[number],
@@ -129,6 +135,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         threads,
         size: frames.size,
         mesh,
+        repeat: frames.repeat,
         cells,
     };
     print(&report, arguments.json)
@@ -156,6 +163,8 @@ impl fmt::Display for Report {
         table.numbers("level of detail", 2, |c| Some(1e3 * c.lod_seconds))?;
         table.numbers("its rays in full", 2, |c| Some(1e3 * c.cut_seconds))?;
         table.numbers("plain", 2, |c| Some(1e3 * c.plain_seconds))?;
+        table.numbers("paper, detail", 0, |c| Some(1e3 * c.paper_lod_seconds))?;
+        table.numbers("paper, plain", 0, |c| Some(1e3 * c.paper_plain_seconds))?;
         table.numbers("ratio", 3, |c| Some(c.ratio))?;
         table.numbers("ratio in the paper", 3, |c| Some(c.paper_ratio))?;
         table.numbers("asked for, at most", 2, |c| Some(c.asked_ratio))?;

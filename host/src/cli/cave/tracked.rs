@@ -9,7 +9,7 @@ use shisen::live::{Happening, LiveTracker};
 use shisen::tracker::calibration::{Calibrated, estimation};
 use shisen::tracker::{Feed, Notice};
 use shisen_core::gaze::HeadPose;
-use shisen_tracker::clock::{ClockConfig, ClockEstimator};
+use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::decoder::Event;
 use shisen_tracker::estimate::{Estimate, GazeEstimator};
 use shisen_tracker::time::Micros;
@@ -97,7 +97,7 @@ impl Follower {
         let mut given = Given {
             feed,
             estimator: GazeEstimator::new(config).map_err(Failure::from_error)?,
-            clock: ClockEstimator::new(ClockConfig::default()).map_err(Failure::from_error)?,
+            clock: ClockEstimator::new(spec.clock()).map_err(Failure::from_error)?,
             happenings: Happenings::default(),
         };
         let hz = arguments.hz;

@@ -26,21 +26,26 @@ pub(super) struct Report {
     budget_ms: Option<f64>,
     budget_steps: Option<u64>,
     plain_ms: Option<f64>,
+    plain_parts: Option<[f64; 2]>,
     latch: &'static str,
     stereo: Eyes,
     seconds: f64,
     frames: u64,
+    refreshes: u64,
+    repeated_refreshes: u64,
     late_frames: u64,
     over_budget_frames: u64,
     frames_with_unfinished_fovea: u64,
     frames_with_unfinished_tiles: u64,
     lowered_share: f64,
     spent_share: Option<f64>,
+    needed_share: Option<f64>,
     quality_changes: u64,
     rungs: Vec<Rung>,
     blind_frames: u64,
     median_steps: u64,
     samples: u64,
+    passed_over_samples: u64,
     motion_to_wall_ms: Option<Summary>,
     stages: BTreeMap<&'static str, Option<Summary>>,
 }
@@ -52,6 +57,7 @@ pub(super) struct Around {
     pub(super) fill: FillName,
     pub(super) threads: usize,
     pub(super) simd: &'static str,
+    pub(super) lost_samples: u64,
     pub(super) dropped_bytes: u64,
     pub(super) earlier_frames: u64,
     pub(super) window: Option<Watched>,
@@ -172,6 +178,7 @@ impl Report {
                 _ => None,
             },
             plain_ms: of.plain_seconds.map(|seconds| 1.0e3 * seconds),
+            plain_parts: of.plain_parts,
             latch: match arguments.latch {
                 LatchName::Early => "early",
                 LatchName::Late => "late",
@@ -187,12 +194,15 @@ impl Report {
             },
             seconds: of.seconds,
             frames: of.frames,
+            refreshes: of.refreshes,
+            repeated_refreshes: of.refreshes - of.frames,
             late_frames: of.late_frames,
             over_budget_frames: of.over_budget_frames,
             frames_with_unfinished_fovea: of.frames_with_unfinished_fovea,
             frames_with_unfinished_tiles: of.frames_with_unfinished_tiles,
             lowered_share: part(of.lowered_frames),
             spent_share: of.spent_share,
+            needed_share: of.needed_share,
             quality_changes: of.quality_changes,
             rungs: Quality::LADDER
                 .iter()
@@ -218,6 +228,7 @@ impl Report {
             blind_frames: of.blind_frames,
             median_steps: of.median_steps,
             samples: of.samples,
+            passed_over_samples: of.passed_over,
             motion_to_wall_ms: of.latencies.of(Leg::MotionToWall),
             stages: Leg::ALL
                 .into_iter()
@@ -236,7 +247,11 @@ impl fmt::Display for Report {
         )?;
         write!(f, "budget {}", self.budget)?;
         if let Some(plain) = self.plain_ms {
-            write!(f, " (a frame in full takes {plain:.2} ms)")?;
+            write!(f, " (a frame in full takes {plain:.2} ms")?;
+            if let Some([least, most]) = self.plain_parts {
+                write!(f, ", a budget is {least:.2} to {most:.2} of that")?;
+            }
+            f.write_str(")")?;
         }
         if let Some(time) = self.budget_ms {
             write!(f, ", at last {time:.2} ms")?;
@@ -244,10 +259,11 @@ impl fmt::Display for Report {
         writeln!(f, "; {} steps a frame at the median", self.median_steps)?;
         writeln!(
             f,
-            "{} frames in {:.1} s: {} late, {} over their steps, {} unfinished, {} of these near \
+            "{} frames in {:.1} s at {} refreshes: {} late, {} over their steps, {} unfinished, {} of these near \
              the line of sight",
             self.frames,
             self.seconds,
+            self.refreshes,
             self.late_frames,
             self.over_budget_frames,
             self.frames_with_unfinished_tiles,
@@ -266,6 +282,23 @@ impl fmt::Display for Report {
                 100.0 * share
             )?;
         }
+        if let Some(share) = self.needed_share {
+            writeln!(
+                f,
+                "of full quality frames take about {:.0}% of its steps, at the median",
+                100.0 * share
+            )?;
+        }
+        write!(f, "{} samples of the tracker", self.samples)?;
+        for (count, what) in [
+            (self.passed_over_samples, "passed over: too many"),
+            (self.around.lost_samples, "lost before they came"),
+        ] {
+            if count > 0 {
+                write!(f, ", {count} {what}")?;
+            }
+        }
+        writeln!(f)?;
         for rung in self.rungs.iter().filter(|rung| rung.frames > 0) {
             writeln!(
                 f,

@@ -42,6 +42,7 @@ impl Happenings {
                 warn_of_sensors(&event);
                 self.of_gaze(&event, at)
             }
+            Happening::Flood(one_of, at) => self.of_flood(one_of, at),
             Happening::Device(message, at) => self.of_device(&message, at),
             Happening::Trouble(trouble, counts) => Some(with_drops(&trouble, &counts)),
             Happening::Feed(notice) => Self::of_feed(&notice),
@@ -199,6 +200,15 @@ impl Happenings {
             _ => return None,
         };
         self.say((kind, 0), now, &format!("a sample is not used: {what}"))
+    }
+
+    /// That a tracker sends too much from `now` on, if it is to be said.
+    fn of_flood(&mut self, one_of: u64, now: Micros) -> Option<String> {
+        let what = format!(
+            "the tracker sends more than is of use: one of {one_of} samples is taken; set it to \
+             1000 a second or fewer"
+        );
+        self.say(("flood", 0), now, &what)
     }
 
     fn say(&mut self, kind: Kind, now: Micros, what: &str) -> Option<String> {

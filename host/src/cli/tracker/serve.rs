@@ -39,7 +39,7 @@ pub(in crate::cli) struct MockArguments {
     pty: Option<PathBuf>,
     /// Samples per second
     #[arg(long, value_name = "HZ", default_value_t = 500,
-          allow_negative_numbers = true, value_parser = whole::<60, 1_000>)]
+          allow_negative_numbers = true, value_parser = whole::<60, 10_000>)]
     rate: u64,
     /// What decides all movements and all noise
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,

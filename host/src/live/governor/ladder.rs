@@ -59,7 +59,7 @@ impl Ladder {
     }
 
     /// What a rung needs: the most of the last few frames. None where nothing is known.
-    fn need(&self, rung: usize) -> f64 {
+    pub(super) fn need(&self, rung: usize) -> f64 {
         self.needs.iter().copied().fold(0.0, f64::max) * self.costs[rung]
     }
 

@@ -15,6 +15,10 @@ pub struct FrameRecord {
     /// When it was to be on the walls: at its refresh, or at the one that ends its
     /// budget, where that is longer.
     pub due_us: u64,
+    /// The number of that refresh, from 1.
+    pub due_refresh: u64,
+    /// The number of the refresh at which it was on the walls.
+    pub refresh: u64,
     /// When its newest sample was measured.
     pub sample_us: Option<u64>,
     /// When that came.
@@ -27,7 +31,7 @@ pub struct FrameRecord {
     pub done_us: u64,
     /// When it was on the walls.
     pub present_us: u64,
-    /// Whether that was after it was due.
+    /// Whether that was at a later refresh than it was due.
     pub late: bool,
     /// Between the eyes: metres, in the room.
     pub position: [f32; 3],
@@ -75,6 +79,10 @@ pub struct SessionReport {
     pub blind_frames: u64,
     /// Samples of the tracker.
     pub samples: u64,
+    /// Those of them that were not used, as there were too many.
+    pub passed_over: u64,
+    /// Refreshes from the first one to that of the last frame.
+    pub refreshes: u64,
     /// A frame without level of detail, where a budget was scaled by it: seconds.
     pub plain_seconds: Option<f64>,
     /// Steps of a frame, the median.
@@ -82,6 +90,12 @@ pub struct SessionReport {
     /// Of the budget, what frames took of it, the median: of time from taking the gaze
     /// to the last pixel, or of steps. `None` where there was no end.
     pub spent_share: Option<f64>,
+    /// Of the steps that the budget came to, what frames of full quality would have taken
+    /// as far as is known, the median. `None` where there was no end.
+    pub needed_share: Option<f64>,
+    /// The least and the most of [`plain_seconds`](Self::plain_seconds) that a frame's
+    /// allowance was; `None` where it is no part of these.
+    pub plain_parts: Option<[f64; 2]>,
     /// The last allowance that was made.
     pub allowance: Allowance,
     /// What each stage took.
@@ -112,9 +126,13 @@ impl SessionReport {
             rungs: [0; Quality::LADDER.len()],
             blind_frames: 0,
             samples: 0,
+            passed_over: 0,
+            refreshes: 0,
             plain_seconds: None,
             median_steps: 0,
             spent_share: None,
+            needed_share: None,
+            plain_parts: None,
             allowance: Allowance::Unlimited,
             latencies: Latencies::new(),
             seconds: 0.0,
@@ -124,10 +142,20 @@ impl SessionReport {
         }
     }
 
+    /// Notes what part of a frame in full the allowance is.
+    pub(super) fn note_part(&mut self) {
+        if let (Allowance::Time(time), Some(plain)) = (self.allowance, self.plain_seconds) {
+            let part = time.as_secs_f64() / plain;
+            let [least, most] = self.plain_parts.unwrap_or([part; 2]);
+            self.plain_parts = Some([least.min(part), most.max(part)]);
+        }
+    }
+
     /// Counts a frame that was shown.
     pub(super) fn count(&mut self, frame: &FrameRecord) {
         let over = frame.budget_steps.is_some_and(|steps| frame.steps > steps);
         self.frames += 1;
+        self.refreshes = frame.refresh;
         self.late_frames += u64::from(frame.late);
         self.over_budget_frames += u64::from(over);
         self.frames_with_unfinished_fovea += u64::from(frame.unfinished_fovea);

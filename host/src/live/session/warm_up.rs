@@ -1,13 +1,12 @@
 //! What is found out before anything is shown.
 
-use super::{REMEMBERED, Session, SessionError, carry_out, follow_a_gaze};
+use super::{Session, SessionError, carry_out, follow_a_gaze};
 use crate::live::engine::Engine;
 use crate::live::governor::{Allowance, Decision};
 use crate::live::swap::{Look, Purpose};
 use crate::quantiles::median;
 use crate::render::Observer;
 use shisen_core::{Runs, Simd};
-use std::time::Duration;
 
 /// Frames without level of detail that a scaled budget is measured by.
 const PLAIN_FRAMES: usize = 5;
@@ -60,7 +59,7 @@ impl Session<'_> {
             self.settle(engine, (look, eyes), Purpose::WarmUp)?;
         }
         // When the first gaze is taken depends on frames like the first.
-        self.traced = [Duration::ZERO; REMEMBERED];
+        self.pacing.forget();
         for _ in 0..2 {
             let decision = self.governor.decide(self.for_tracing());
             self.render(engine, (look, eyes), &decision, Purpose::WarmUp)?;

@@ -34,7 +34,7 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
     if let Some(seed) = options.number("seed", (0, u64::MAX), whole)? {
         spec.seed = seed;
     }
-    if let Some(rate) = options.number("rate", (60, 1_000), "60 to 1000 Hz")? {
+    if let Some(rate) = options.number("rate", (60, 10_000), "60 to 10000 Hz")? {
         spec.rate = rate;
     }
     if let Some(still) = options.number("still", (0_u8, 1), "0 or 1")? {
