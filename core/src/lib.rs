@@ -57,6 +57,22 @@
 //! - Right-handed axes, +X right, +Y up, −Z forward; metres; linear RGB.
 //! - `unsafe` stands in two modules: `simd`, and the square root of
 //!   hard-float ARM in [`numeric`].
+//!
+//! # Features
+//!
+//! None is on by default.
+//!
+//! | Feature | What it adds |
+//! |---|---|
+//! | `fpv5` | the instructions of a Cortex-M7's FPv5, for `-C target-cpu=cortex-m7`: fewer of them, the same bits |
+//! | `defmt` | `defmt::Format` of errors and outcomes |
+//!
+//! # What it does not do
+//!
+//! No building of trees and no reading of files: that is baking, the crate `shisen`. No
+//! global illumination, no caustics, no media inside media, and no shadows of transparent
+//! objects. AVX2 is the one instruction set with code of its own; elsewhere portable code
+//! gives the same bits.
 
 #![no_std]
 

@@ -197,10 +197,11 @@ fn different_pictures_have_different_hashes() {
     assert_eq!(hashes.len(), 4);
 }
 
-const SIDE: u32 = 27;
+pub(crate) const SIDE: u32 = 27;
 
-/// A view whose edges are no edges of blocks.
-fn view() -> View {
+/// A view whose edges are no edges of blocks. The axis of its screen goes
+/// through the middle of a block: rays of it have all signs.
+pub(crate) fn view() -> View {
     let step = 2.0 / SIDE as f32;
     let first = Vec3::new(-1.0 + 0.5 * step, 1.0 - 0.5 * step, -1.0);
     View::new(
@@ -215,11 +216,14 @@ fn view() -> View {
 
 /// Calls a job until it is finished; returns pixels, total statistics and
 /// the most steps of a call beyond its budget.
-fn in_instalments(
-    renderer: &Renderer<'_>,
+pub(crate) fn in_instalments<const W: usize>(
+    renderer: &Renderer<'_, W>,
     tile: Tile,
     budget: u64,
-) -> (Vec<Pixel>, Statistics, u64) {
+) -> (Vec<Pixel>, Statistics, u64)
+where
+    Simd: Runs<W>,
+{
     let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
     let mut workspace = Workspace::new();
     let mut job = TileJob::new(tile);

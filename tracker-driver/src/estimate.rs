@@ -42,7 +42,8 @@ pub use calibration::{
     Calibration, CalibrationError, MOST_ECCENTRICITY, Model, Residual, Target, plane_of,
 };
 pub use config::{
-    ConfigError, EstimatorConfig, Eyes, Filter, GazePrediction, RoomFromTracker, Screen, Sensors,
+    EstimatorConfig, EstimatorConfigError, Eyes, Filter, GazePrediction, RoomFromTracker, Screen,
+    Sensors,
 };
 pub use event::{Event, HeadPart, Rejection};
 pub use fallback::{FallbackConfig, State};
@@ -163,7 +164,7 @@ impl GazeEstimator {
     /// Values that [`EstimatorConfig::check`] refuses.
     // In place: a copy on the stack would take as much again.
     #[inline(always)]
-    pub fn new(config: EstimatorConfig) -> Result<Self, ConfigError> {
+    pub fn new(config: EstimatorConfig) -> Result<Self, EstimatorConfigError> {
         Self::with_histories(config)
     }
 }
@@ -174,14 +175,14 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
     /// # Errors
     /// Values that [`EstimatorConfig::check`] refuses.
     #[inline(always)]
-    pub fn with_histories(config: EstimatorConfig) -> Result<Self, ConfigError> {
+    pub fn with_histories(config: EstimatorConfig) -> Result<Self, EstimatorConfigError> {
         config.check()?;
         let (_, least_ahead) = sin_cos(config.most_eccentricity);
         let resting = config.resting_head;
         let field = "the resting head";
         let sight = sight(&resting, forward(&resting));
         Ok(Self {
-            sight: sight.ok_or(ConfigError::NotFinite { field })?,
+            sight: sight.ok_or(EstimatorConfigError::NotFinite { field })?,
             config,
             least_ahead,
             sensor: None,

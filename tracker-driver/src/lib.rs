@@ -1,4 +1,5 @@
-//! Eye and head tracker decoders: bytes in, samples out.
+//! Eye and head trackers: bytes in, samples out, and from those where somebody looks at
+//! the time of display.
 //!
 //! Each protocol has a module that knows how its bytes are laid out and which
 //! axes its device uses, and hands over the samples of [`sample`], whose axes
@@ -6,36 +7,74 @@
 //! stamping it with a time are the caller's: the decoders run as they are in
 //! firmware and on a host.
 //!
-//! Every decoder keeps to these rules:
+//! ```
+//! use shisen_tracker::decoder::{Decoder, Event};
+//! use shisen_tracker::head::hatire::{Config, Hatire};
+//! use shisen_tracker::time::Micros;
 //!
-//! - no allocation, no `unsafe`, no input or output;
-//! - no panic, whatever bytes come in;
-//! - work in proportion to the bytes handed in, and memory that never grows;
-//! - a report is decoded whole or refused with an error that says why; what
-//!   the device did not send is `None`, never a made-up value.
+//! let mut decoder = Hatire::new(Config::default());
+//! // The noise is dropped, and said; then a whole frame, of a head that is level.
+//! let mut bytes = [0; 35];
+//! bytes[..7].copy_from_slice(b"noise\xAA\xAA");
+//! bytes[33..].copy_from_slice(b"\x55\x55");
+//! let (mut dropped, mut samples) = (0, 0);
+//! decoder.feed(&bytes, Micros(1_000), &mut |event| match event {
+//!     Event::Sample(sample) => samples += u32::from(sample.head.orientation.is_some()),
+//!     Event::Dropped(what) => dropped += what.bytes,
+//!     _ => {}
+//! });
+//! assert_eq!((dropped, samples), (5, 1));
+//! ```
 //!
-//! | Module | Device |
+//! The folder `examples` goes on from there: `gaze_from_bytes` makes a line of sight of
+//! samples, `uart_loop` is a firmware's loop over a port that also tells the device what
+//! to send (`uart::HostEnd`), `mock_tracker` has the simulated viewer. How the driver
+//! stands to the rest is on the first page of the crate `shisen`.
+//!
+//! # Where things are
+//!
+//! In the order in which data go:
+//!
+//! | Module | What |
 //! |---|---|
+//! | `uart`, `i2c`, `serial`, `hid::device` | transports, each behind a feature |
+//! | [`decoder`] | what all decoders have in common |
 //! | [`head`] | head trackers: Polhemus, `InterSense`, Ascension, Hatire, OSVR HDK |
 //! | [`eye`] | eye trackers on a serial line |
 //! | [`hid`] | eye and head trackers of HID usage page 0x12, by their report descriptor |
-//! | [`link`] | boards that speak our own link |
+//! | [`link`] | boards that speak our own link, and displays that do |
+//! | [`sample`], [`time`] | what comes out of a decoder: heads, eyes, and when |
+//! | [`clock`] | from a device's times to the caller's clock |
+//! | [`estimate`] | the line of sight at the time of display, and how sure it is |
+//! | [`command`] | the way back: what makes a device send |
+//! | `mock` | a simulated viewer in front of any of these devices |
 //!
-//! All of them are a [`decoder::Decoder`]. What has to be said to a device to
-//! make it send, [`command`] says.
+//! # What holds everywhere
 //!
-//! After them, [`clock`] brings a device's times to the caller's clock, and
-//! [`estimate`] makes the line of sight at the time of display. The feature
-//! `mock` has a simulated viewer in front of any of these devices.
+//! - No allocation, no `unsafe`, and in decoders no input or output.
+//! - No panic, whatever bytes come in.
+//! - Work in proportion to the bytes handed in, and memory that never grows.
+//! - A report is decoded whole or refused with an error that says why; what
+//!   the device did not send is `None`, never a made-up value.
 //!
-//! The folder `examples` has all of it: `gaze_from_bytes` for what a device on a serial
-//! line says, `uart_loop` for a firmware's loop over a port that also tells the device what
-//! to send (`uart::HostEnd`), `mock_tracker` for the simulated viewer.
+//! # Features
 //!
-//! The transports are here too, each behind a feature: in firmware `i2c`
-//! (`i2c-hid`) for HID over I²C and `uart` (`uart`) for a serial port; on a
-//! host, with its standard library, `serial` (`serial`) and `hid::device`
-//! (`hid`).
+//! None is on by default; `serial` and `hid` need the standard library, and a host.
+//!
+//! | Feature | What it adds |
+//! |---|---|
+//! | `uart` | `uart`: a serial port, on `embedded-io` |
+//! | `i2c-hid` | `i2c`: HID over I²C, on `embedded-hal` |
+//! | `serial` | `serial`: a serial port, by `serialport` |
+//! | `hid` | `hid::device`: USB devices, by `hidapi` |
+//! | `mock` | `mock`: the simulated viewer, its faults, and the bytes of every protocol |
+//! | `defmt` | `defmt::Format` of what there is to be said |
+//!
+//! # What it does not do
+//!
+//! No pictures of cameras; and nobody is shown what to look at: targets of a
+//! [calibration](estimate::Calibration) are the caller's (`shisen tracker calibrate` has
+//! them). No device has been at hand: decoders have been tested by mocks.
 #![no_std]
 #![forbid(unsafe_code)]
 

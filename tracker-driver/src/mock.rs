@@ -27,12 +27,14 @@ mod tracker;
 mod wire;
 
 pub use device::Device;
-pub use faults::{Chunk, Faults, FaultsConfig, FaultsError, Faulty, MOST_CHUNK_BYTES, Source};
+pub use faults::{
+    Chunk, Faults, FaultsConfig, FaultsConfigError, Faulty, MOST_CHUNK_BYTES, Source,
+};
 pub use line::Line;
 pub use movement::{Kind, ScriptedTarget, Truth, Viewer, ViewerConfig};
 pub use random::Random;
 pub use reader::Reader;
-pub use tracker::{MockError, Tracker, TrackerConfig};
+pub use tracker::{Tracker, TrackerConfig, TrackerConfigError};
 pub use wire::{Format, RAW_CENTRE, RAW_PER_METRE, Wire};
 
 #[cfg(test)]

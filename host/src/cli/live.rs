@@ -11,7 +11,7 @@ use super::room::RoomArguments;
 use super::source::Source;
 use super::tracing::TracingArguments;
 use super::tracker::{Happenings, whole};
-use clap::Args;
+use clap::{Arg, Args};
 use glam::Vec3;
 pub(super) use interference::Interference;
 use shisen::bake::{BakedScene, Layout};
@@ -57,6 +57,15 @@ pub(super) struct LiveArguments {
     /// What shows where the gaze skips rays, if something was captured for that.
     #[arg(skip)]
     capture: Option<CaptureOptions>,
+}
+
+/// The argument `--lod` of commands whose frames follow the gaze where nobody says
+/// otherwise.
+pub(super) fn paper_lod(lod: Arg) -> Arg {
+    lod.default_value("paper").hide_default_value(false).help(
+        "What follows the gaze: detail falls with the distance from the line of sight, and \
+         nothing outside the visual field is traced",
+    )
 }
 
 /// In what time.
@@ -145,7 +154,9 @@ pub(super) trait Audience {
     }
 
     /// Sees a frame.
-    fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]);
+    fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]) {
+        let _ = (newest, head, eyes);
+    }
 
     /// Hears of it afterwards; whether it wants more.
     fn hear(&mut self, record: &FrameRecord) -> bool;

@@ -42,8 +42,8 @@ use miette::Diagnostic;
 use serde::Deserialize;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::estimate::{
-    Calibration, CalibrationError, ConfigError, EstimatorConfig, Measured, Model, RoomFromTracker,
-    Screen, Target,
+    Calibration, CalibrationError, EstimatorConfig, EstimatorConfigError, Measured, Model,
+    RoomFromTracker, Screen, Target,
 };
 use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
@@ -81,7 +81,7 @@ pub enum CalibrationFault {
     /// A screen or a tracker's place that cannot be.
     #[error("{0}")]
     #[diagnostic(help("lengths are metres, in the room: +X right, +Y up, −Z ahead"))]
-    Place(ConfigError),
+    Place(EstimatorConfigError),
     /// The place of a target that is none.
     #[error("a target's place is no number of metres")]
     #[diagnostic(help("give three numbers, or leave it out: it is for people"))]
@@ -342,7 +342,7 @@ impl CalibrationFile {
         Ok(file)
     }
 
-    fn check(&self) -> Result<(), ConfigError> {
+    fn check(&self) -> Result<(), EstimatorConfigError> {
         let mut config = EstimatorConfig::default();
         self.place(&mut config);
         config.check()

@@ -9,7 +9,9 @@ use super::spec::{MockSpec, Spec};
 use miette::Diagnostic;
 use shisen_tracker::command::Failure;
 use shisen_tracker::decoder::{Counts, Decoder, Event};
-use shisen_tracker::mock::{Line, MockError, Source, Tracker, TrackerConfig, Viewer, ViewerConfig};
+use shisen_tracker::mock::{
+    Line, Source, Tracker, TrackerConfig, TrackerConfigError, Viewer, ViewerConfig,
+};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::collections::VecDeque;
@@ -81,7 +83,7 @@ pub enum FeedError {
     /// The mock refuses its configuration.
     #[error("{0}")]
     #[diagnostic(help("change the mock's options"))]
-    Mock(MockError),
+    Mock(TrackerConfigError),
     /// The mock's targets cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]

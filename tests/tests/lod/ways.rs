@@ -1,12 +1,11 @@
 //! One frame, one hash, with a level of detail.
 
 use super::{GAZES, direction, eyes, frame, levels, lod, mixed_scene, scenes};
+use crate::determinism::{SIDE, in_instalments, view};
 use glam::Vec3;
 use shisen::bake::Baked;
 use shisen::scene::Scene;
-use shisen_core::frame::{
-    Budget, Mode, Outcome, Pixel, Renderer, Settings, Statistics, Tile, TileJob, View, Workspace,
-};
+use shisen_core::frame::{Mode, Pixel, Renderer, Settings, Tile};
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::meshes;
 use shisen_tests::rays::Random;
@@ -58,48 +57,6 @@ fn frames_have_one_hash() {
     }
 }
 
-const SIDE: u32 = 27;
-
-/// A view whose edges are no edges of blocks. The axis of its screen goes
-/// through the middle of a block: rays of it have all signs.
-fn view() -> View {
-    let step = 2.0 / SIDE as f32;
-    let first = Vec3::new(-1.0 + 0.5 * step, 1.0 - 0.5 * step, -1.0);
-    View::new(
-        Vec3::new(0.01, 0.02, 0.03),
-        first,
-        Vec3::X * step,
-        Vec3::NEG_Y * step,
-        [SIDE; 2],
-    )
-    .expect("a view")
-}
-
-/// Calls a job until it is finished, `budget` steps a call.
-fn in_instalments<const W: usize>(
-    renderer: &Renderer<'_, W>,
-    tile: Tile,
-    budget: u64,
-) -> (Vec<Pixel>, Statistics)
-where
-    Simd: Runs<W>,
-{
-    let mut pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
-    let mut workspace = Workspace::new();
-    let mut job = TileJob::new(tile);
-    for _ in 0..=tile.width * tile.height * 3 {
-        let mut left = Budget::steps(budget);
-        let outcome = job
-            .render(renderer, &view(), &mut pixels, &mut left, &mut workspace)
-            .expect("a tile of the view");
-        if outcome == Outcome::Finished {
-            return (pixels, workspace.statistics);
-        }
-        assert!(left.is_spent(), "stopped with budget left");
-    }
-    panic!("no progress");
-}
-
 /// The border of the central field, and that of the whole field, through the
 /// view.
 const THROUGH_THE_VIEW: [(Vec3, Vec3); 2] = [
@@ -141,12 +98,12 @@ where
         .flat_map(|gaze| [(gaze, 1), (gaze, 3)])
     {
         let single = renderer(&baked, gaze, Mode::Single, samples);
-        let (reference, statistics) = in_instalments(&single, tile, u64::MAX);
+        let (reference, statistics, _) = in_instalments(&single, tile, u64::MAX);
         for mode in MODES {
             let renderer = renderer(&baked, gaze, mode, samples);
             for budget in [1, 9, 100, 1000, u64::MAX] {
                 let way = format!("{gaze:?}, {samples} samples, {mode:?}, {budget} a call");
-                let (pixels, found) = in_instalments(&renderer, tile, budget);
+                let (pixels, found, _) = in_instalments(&renderer, tile, budget);
                 assert_eq!(pixels, reference, "{W} wide, {way}");
                 if mode == Mode::Single {
                     assert_eq!(found, statistics, "{W} wide, {way}");
@@ -181,7 +138,7 @@ fn neither_tiles_nor_their_order_change_a_pixel() {
         .flat_map(|gaze| MODES.map(|mode| (gaze, mode)))
     {
         let renderer = renderer(&baked, gaze, mode, 1);
-        let (expected, _) = in_instalments(&renderer, whole, u64::MAX);
+        let (expected, ..) = in_instalments(&renderer, whole, u64::MAX);
         for side in [1, 5, 8, 11, 16] {
             // Tiles need not be of one size, nor at multiples of it.
             let edges: Vec<u32> = [0].into_iter().chain((2..SIDE).step_by(side)).collect();
@@ -203,7 +160,7 @@ fn neither_tiles_nor_their_order_change_a_pixel() {
                 }
                 let mut found = vec![Pixel::default(); expected.len()];
                 for &tile in &tiles {
-                    let (pixels, _) = in_instalments(&renderer, tile, u64::MAX);
+                    let (pixels, ..) = in_instalments(&renderer, tile, u64::MAX);
                     let rows = pixels.chunks_exact(tile.width as usize);
                     for (y, row) in (tile.y..).zip(rows) {
                         let first = (y * SIDE + tile.x) as usize;

@@ -2,7 +2,7 @@
 
 mod check;
 
-pub use check::ConfigError;
+pub use check::EstimatorConfigError;
 
 use super::calibration::Calibration;
 use super::fallback::FallbackConfig;

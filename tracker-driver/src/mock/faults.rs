@@ -181,20 +181,20 @@ pub struct FaultsConfig {
 
 /// A value of a [`FaultsConfig`] that is out of range.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FaultsError {
+pub struct FaultsConfigError {
     field: &'static str,
     found: f32,
     most: f32,
 }
 
-impl fmt::Display for FaultsError {
+impl fmt::Display for FaultsConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { field, found, most } = self;
         write!(f, "the faults' {field} is {found}: give 0 to {most}")
     }
 }
 
-impl core::error::Error for FaultsError {}
+impl core::error::Error for FaultsConfigError {}
 
 /// Items at most that jitter keeps under way; further ones wait in the source
 /// and come after those.
@@ -228,7 +228,7 @@ impl<S: Source<Item: Faulty>> Faults<S> {
     ///
     /// # Errors
     /// Values outside the ranges at [`FaultsConfig`].
-    pub fn new(source: S, config: FaultsConfig, seed: u64) -> Result<Self, FaultsError> {
+    pub fn new(source: S, config: FaultsConfig, seed: u64) -> Result<Self, FaultsConfigError> {
         for (field, found, most) in [
             ("delay (s)", config.delay.seconds(), 10.0),
             ("jitter (s)", config.jitter.seconds(), 1.0),
@@ -246,7 +246,7 @@ impl<S: Source<Item: Faulty>> Faults<S> {
             ),
         ] {
             if !(0.0..=most).contains(&found) {
-                return Err(FaultsError { field, found, most });
+                return Err(FaultsConfigError { field, found, most });
             }
         }
         Ok(Self {

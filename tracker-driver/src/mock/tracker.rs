@@ -61,14 +61,14 @@ impl Default for TrackerConfig {
 
 /// A value of a [`TrackerConfig`] that is out of range.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MockError {
+pub struct TrackerConfigError {
     field: &'static str,
     found: f32,
     least: f32,
     most: f32,
 }
 
-impl fmt::Display for MockError {
+impl fmt::Display for TrackerConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             field,
@@ -80,7 +80,7 @@ impl fmt::Display for MockError {
     }
 }
 
-impl core::error::Error for MockError {}
+impl core::error::Error for TrackerConfigError {}
 
 /// Half of the distance between the eyes, metres.
 const HALF_DISTANCE: f32 = 0.032;
@@ -102,7 +102,11 @@ impl<'a> Tracker<'a> {
     ///
     /// # Errors
     /// Values outside the ranges at [`TrackerConfig`].
-    pub fn new(config: TrackerConfig, viewer: Viewer<'a>, seed: u64) -> Result<Self, MockError> {
+    pub fn new(
+        config: TrackerConfig,
+        viewer: Viewer<'a>,
+        seed: u64,
+    ) -> Result<Self, TrackerConfigError> {
         for (field, found, least, most) in [
             ("rate (Hz)", config.rate as f32, 60.0, 10_000.0),
             ("eye noise (rad)", config.eye_noise, 0.0, 0.2),
@@ -118,7 +122,7 @@ impl<'a> Tracker<'a> {
             ),
         ] {
             if !(least..=most).contains(&found) {
-                return Err(MockError {
+                return Err(TrackerConfigError {
                     field,
                     found,
                     least,

@@ -2,7 +2,7 @@
 
 use super::super::failure::Failure;
 use super::super::live::{
-    Audience, Interference, LiveArguments, Newest, Played, Prepared, TimeArguments,
+    Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
 };
 use super::super::print;
 use super::super::tracker::{Interrupt, TrackerName, whole};
@@ -10,8 +10,6 @@ use clap::Args;
 use serde::Serialize;
 use shisen::live::{Alone, FrameBudget, FrameRecord, SessionReport, SessionSettings};
 use shisen::quantiles::median;
-use shisen::render::Observer;
-use shisen_core::gaze::HeadPose;
 use std::fmt;
 use std::time::Duration;
 
@@ -34,9 +32,7 @@ use std::time::Duration;
 /// `stolen_seconds` (of all processors, by whatever this machine runs on; both null where
 /// the system does not say).
 #[derive(Debug, Args)]
-#[command(mut_arg("lod", |lod| lod.default_value("paper").hide_default_value(false)
-    .help("What follows the gaze: detail falls with the distance from the line of sight, and \
-           nothing outside the visual field is traced")))]
+#[command(mut_arg("lod", paper_lod))]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     live: LiveArguments,
@@ -150,8 +146,6 @@ struct Counts<'i> {
 }
 
 impl Audience for Counts<'_> {
-    fn see(&mut self, _: &dyn Newest, _: HeadPose, _: &[Observer]) {}
-
     fn hear(&mut self, record: &FrameRecord) -> bool {
         let microseconds = record.done_us.saturating_sub(record.latch_us);
         self.seconds.push(1.0e-6 * microseconds as f64);

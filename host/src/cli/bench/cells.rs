@@ -25,15 +25,6 @@ impl fmt::Display for Title<'_> {
     }
 }
 
-/// A scene looked at one way.
-pub(super) trait Cell {
-    /// The scene's letter.
-    fn scene(&self) -> &str;
-
-    /// 1 or 2.
-    fn state(&self) -> usize;
-}
-
 /// The rows of a table, as they are written.
 pub(super) struct Rows<'f, 'b, 'c, C> {
     f: &'f mut fmt::Formatter<'b>,
@@ -42,16 +33,18 @@ pub(super) struct Rows<'f, 'b, 'c, C> {
     width: usize,
 }
 
-impl<'f, 'b, 'c, C: Cell> Rows<'f, 'b, 'c, C> {
-    /// Writes the columns' names.
+impl<'f, 'b, 'c, C> Rows<'f, 'b, 'c, C> {
+    /// Writes the columns' names: the letter of a cell's scene, and its gaze, 1 or 2.
     pub(super) fn new(
         f: &'f mut fmt::Formatter<'b>,
         cells: &'c [C],
         width: usize,
+        of: impl Fn(&C) -> (&'static str, usize),
     ) -> Result<Self, fmt::Error> {
         write!(f, "{:width$}", "")?;
         for cell in cells {
-            write!(f, "{:>9}", format!("{}{}", cell.scene(), cell.state()))?;
+            let (scene, state) = of(cell);
+            write!(f, "{:>9}", format!("{scene}{state}"))?;
         }
         Ok(Self { f, cells, width })
     }

@@ -4,7 +4,7 @@
 use super::super::failure::Failure;
 use super::super::filling::CaptureArguments;
 use super::super::print;
-use super::cells::{self, Rows, Title};
+use super::cells::{Rows, Title};
 use super::frames::{FrameArguments, Frames, Look, Way};
 use super::table2::STATES;
 use clap::Args;
@@ -214,16 +214,6 @@ impl Frames {
     }
 }
 
-impl cells::Cell for Cell {
-    fn scene(&self) -> &str {
-        self.scene
-    }
-
-    fn state(&self) -> usize {
-        self.state
-    }
-}
-
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let title = Title {
@@ -240,7 +230,7 @@ impl fmt::Display for Report {
         let fill = |cell: &Cell, number: usize, of: fn(&Fill) -> Option<f64>| {
             cell.fills.get(number).and_then(of)
         };
-        let mut table = Rows::new(f, &self.cells, 22)?;
+        let mut table = Rows::new(f, &self.cells, 22, |c| (c.scene, c.state))?;
         table.numbers("plain", 2, |c| Some(1e3 * c.plain_seconds))?;
         for (number, mode) in MODES.into_iter().enumerate() {
             table.numbers(mode, 2, |c| fill(c, number, |f| Some(1e3 * f.seconds)))?;

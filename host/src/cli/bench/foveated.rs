@@ -3,7 +3,7 @@
 use super::super::failure::Failure;
 use super::super::print;
 use super::super::ray_counts::RayCounts;
-use super::cells::{self, Rows, Title};
+use super::cells::{Rows, Title};
 use super::frames::{FrameArguments, Frames, Look, Way};
 use super::table2::STATES;
 use clap::Args;
@@ -259,16 +259,6 @@ where
     Ok([plain, paper, foveated])
 }
 
-impl cells::Cell for Cell {
-    fn scene(&self) -> &str {
-        self.scene
-    }
-
-    fn state(&self) -> usize {
-        self.state
-    }
-}
-
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let title = Title {
@@ -277,7 +267,7 @@ impl fmt::Display for Report {
             threads: self.threads,
         };
         writeln!(f, "{title}; milliseconds a frame")?;
-        let mut table = Rows::new(f, &self.cells, 26)?;
+        let mut table = Rows::new(f, &self.cells, 26, |c| (c.scene, c.state))?;
         table.numbers("plain", 1, |c| Some(1e3 * c.plain.seconds))?;
         table.numbers("paper", 1, |c| Some(1e3 * c.paper.seconds))?;
         table.numbers("foveated", 1, |c| Some(1e3 * c.foveated.seconds))?;

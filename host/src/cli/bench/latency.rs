@@ -3,7 +3,7 @@
 use super::super::arguments::span;
 use super::super::failure::Failure;
 use super::super::live::{
-    Audience, Interference, LiveArguments, Newest, Played, Prepared, TimeArguments,
+    Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
 };
 use super::super::picture_files::make_writable;
 use super::super::print;
@@ -13,10 +13,8 @@ use serde::Serialize;
 use shisen::chart::{Axis, Chart, Corner, Line, Names};
 use shisen::files::write_atomically;
 use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
-use shisen::render::Observer;
 use shisen::tracker::pty::Pty;
 use shisen::tracker::{MockSpec, Protocol, SerialSpec, Spec, Times, serve, simulated};
-use shisen_core::gaze::HeadPose;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fmt::Write as _;
@@ -41,9 +39,7 @@ use std::time::{Duration, Instant};
 /// latch is ahead at the median; files (with --out: the paths of latency.csv, the
 /// histograms of all legs, and latency.svg).
 #[derive(Debug, Args)]
-#[command(mut_arg("lod", |lod| lod.default_value("paper").hide_default_value(false)
-    .help("What follows the gaze: detail falls with the distance from the line of sight, and \
-           nothing outside the visual field is traced")))]
+#[command(mut_arg("lod", paper_lod))]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     live: LiveArguments,
@@ -283,8 +279,6 @@ struct StopWatch<'i> {
 }
 
 impl Audience for StopWatch<'_> {
-    fn see(&mut self, _: &dyn Newest, _: HeadPose, _: &[Observer]) {}
-
     fn hear(&mut self, _: &FrameRecord) -> bool {
         let now = Instant::now();
         now < *self.end.get_or_insert(now + self.span) && !self.interrupt.came()

@@ -3,7 +3,7 @@
 use super::super::failure::Failure;
 use super::super::print;
 use super::super::ray_counts::RayCounts;
-use super::cells::{self, Rows, Title};
+use super::cells::{Rows, Title};
 use super::frames::{FrameArguments, Way};
 use clap::Args;
 use glam::Vec3;
@@ -141,16 +141,6 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.json)
 }
 
-impl cells::Cell for Cell {
-    fn scene(&self) -> &str {
-        self.scene
-    }
-
-    fn state(&self) -> usize {
-        self.state
-    }
-}
-
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let title = Title {
@@ -159,7 +149,7 @@ impl fmt::Display for Report {
             threads: self.threads,
         };
         writeln!(f, "{title}; milliseconds a frame")?;
-        let mut table = Rows::new(f, &self.cells, 22)?;
+        let mut table = Rows::new(f, &self.cells, 22, |c| (c.scene, c.state))?;
         table.numbers("level of detail", 2, |c| Some(1e3 * c.lod_seconds))?;
         table.numbers("its rays in full", 2, |c| Some(1e3 * c.cut_seconds))?;
         table.numbers("plain", 2, |c| Some(1e3 * c.plain_seconds))?;

@@ -2,7 +2,7 @@
 
 use crate::tracker::protocol::{Protocol, UnknownProtocol};
 use miette::Diagnostic;
-use shisen_tracker::estimate::ConfigError;
+use shisen_tracker::estimate::EstimatorConfigError;
 use shisen_tracker::head::polhemus::ItemListError;
 use shisen_tracker::mock::Format;
 use std::ops::RangeInclusive;
@@ -68,7 +68,7 @@ pub enum SpecError {
     /// A time of the estimator's that it refuses.
     #[error("{0}")]
     #[diagnostic(help("the times are seconds: {}", crate::tracker::times::ALLOWED))]
-    Times(ConfigError),
+    Times(EstimatorConfigError),
     /// A sensor is chosen where there is one.
     #[error("{of} has one sensor: head={head} chooses none")]
     #[diagnostic(help(

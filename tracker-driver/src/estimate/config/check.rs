@@ -7,7 +7,7 @@ use core::fmt;
 /// A configuration that cannot work.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub enum ConfigError {
+pub enum EstimatorConfigError {
     /// A number outside its range, or NaN.
     OutOfRange {
         /// Which, and its unit.
@@ -56,7 +56,7 @@ pub enum ConfigError {
     },
 }
 
-impl fmt::Display for ConfigError {
+impl fmt::Display for EstimatorConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::OutOfRange {
@@ -93,20 +93,20 @@ impl fmt::Display for ConfigError {
     }
 }
 
-impl core::error::Error for ConfigError {}
+impl core::error::Error for EstimatorConfigError {}
 
 impl EstimatorConfig {
     /// Checks all values.
     ///
     /// # Errors
     /// The first that is out of its range.
-    pub fn check(&self) -> Result<(), ConfigError> {
+    pub fn check(&self) -> Result<(), EstimatorConfigError> {
         for (field, place) in [
             ("the tracker's position", self.room_from_tracker.position),
             ("the resting head's position", self.resting_head.position),
         ] {
             if !place.is_finite() {
-                return Err(ConfigError::NotFinite { field });
+                return Err(EstimatorConfigError::NotFinite { field });
             }
         }
         let orientations = [
@@ -129,7 +129,7 @@ impl EstimatorConfig {
         self.check_times()
     }
 
-    fn check_numbers(&self) -> Result<(), ConfigError> {
+    fn check_numbers(&self) -> Result<(), EstimatorConfigError> {
         use core::f32::consts::{FRAC_PI_2, PI};
         let saccades = &self.saccades;
         let numbers = [
@@ -214,7 +214,7 @@ impl EstimatorConfig {
         )
     }
 
-    fn check_times(&self) -> Result<(), ConfigError> {
+    fn check_times(&self) -> Result<(), EstimatorConfigError> {
         let (saccades, fallback) = (&self.saccades, &self.fallback);
         for (field, found, least, most) in [
             ("a saccade's window", saccades.window, 1, 100),
@@ -308,10 +308,10 @@ impl EstimatorConfig {
 }
 
 impl Screen {
-    fn check(&self) -> Result<(), ConfigError> {
+    fn check(&self) -> Result<(), EstimatorConfigError> {
         if !self.corner.is_finite() {
             let field = "the screen's corner";
-            return Err(ConfigError::NotFinite { field });
+            return Err(EstimatorConfigError::NotFinite { field });
         }
         unit("the screen's right", self.right.length())?;
         unit("the screen's down", self.down.length())?;
@@ -319,17 +319,22 @@ impl Screen {
         number("the screen's height (m)", self.size.y, 1.0e-3, 1.0e3)?;
         let cosine = self.right.dot(self.down);
         if !(cosine.abs() <= 0.01) {
-            return Err(ConfigError::Skewed { cosine });
+            return Err(EstimatorConfigError::Skewed { cosine });
         }
         Ok(())
     }
 }
 
-fn number(field: &'static str, found: f32, least: f32, most: f32) -> Result<(), ConfigError> {
+fn number(
+    field: &'static str,
+    found: f32,
+    least: f32,
+    most: f32,
+) -> Result<(), EstimatorConfigError> {
     if (least..=most).contains(&found) {
         return Ok(());
     }
-    Err(ConfigError::OutOfRange {
+    Err(EstimatorConfigError::OutOfRange {
         field,
         found,
         least,
@@ -338,12 +343,17 @@ fn number(field: &'static str, found: f32, least: f32, most: f32) -> Result<(), 
 }
 
 /// The limits are milliseconds.
-fn time(field: &'static str, found: Micros, least: u64, most: u64) -> Result<(), ConfigError> {
+fn time(
+    field: &'static str,
+    found: Micros,
+    least: u64,
+    most: u64,
+) -> Result<(), EstimatorConfigError> {
     let (least, most) = (Micros::from_millis(least), Micros::from_millis(most));
     if (least..=most).contains(&found) {
         return Ok(());
     }
-    Err(ConfigError::Time {
+    Err(EstimatorConfigError::Time {
         field,
         found,
         least,
@@ -356,19 +366,19 @@ fn ascend<T: PartialOrd + Copy>(
     lower: T,
     second: &'static str,
     higher: T,
-) -> Result<(), ConfigError> {
+) -> Result<(), EstimatorConfigError> {
     if lower <= higher {
         Ok(())
     } else {
-        Err(ConfigError::Order { first, second })
+        Err(EstimatorConfigError::Order { first, second })
     }
 }
 
-fn unit(field: &'static str, length: f32) -> Result<(), ConfigError> {
+fn unit(field: &'static str, length: f32) -> Result<(), EstimatorConfigError> {
     if (length - 1.0).abs() <= 1.0e-3 {
         Ok(())
     } else {
-        Err(ConfigError::NotUnit { field, length })
+        Err(EstimatorConfigError::NotUnit { field, length })
     }
 }
 
@@ -379,7 +389,7 @@ mod tests {
     use glam::{Quat, Vec2, Vec3};
     use std::format;
 
-    fn checked(change: impl FnOnce(&mut EstimatorConfig)) -> Result<(), ConfigError> {
+    fn checked(change: impl FnOnce(&mut EstimatorConfig)) -> Result<(), EstimatorConfigError> {
         let mut config = EstimatorConfig::default();
         change(&mut config);
         config.check()
@@ -404,16 +414,21 @@ mod tests {
             "the head's horizon is 300000 µs: give 0 to 200000 µs"
         );
         let error = checked(|c| c.resting_head.orientation = Quat::from_xyzw(0.0, 0.0, 0.0, 2.0));
-        assert!(matches!(error, Err(ConfigError::NotUnit { length, .. }) if length == 2.0));
+        assert!(
+            matches!(error, Err(EstimatorConfigError::NotUnit { length, .. }) if length == 2.0)
+        );
         let error = checked(|c| c.room_from_tracker.position.x = f32::NAN);
-        assert!(matches!(error, Err(ConfigError::NotFinite { .. })));
+        assert!(matches!(error, Err(EstimatorConfigError::NotFinite { .. })));
         let error = checked(|c| {
             c.filter = Filter::OneEuro(OneEuroConfig {
                 beta: f32::NAN,
                 ..OneEuroConfig::default()
             });
         });
-        assert!(matches!(error, Err(ConfigError::OutOfRange { .. })));
+        assert!(matches!(
+            error,
+            Err(EstimatorConfigError::OutOfRange { .. })
+        ));
         let skewed = Screen {
             corner: Vec3::ZERO,
             right: Vec3::X,
@@ -421,6 +436,6 @@ mod tests {
             size: Vec2::ONE,
         };
         let error = checked(|c| c.screen = Some(skewed));
-        assert_eq!(error, Err(ConfigError::Skewed { cosine: 1.0 }));
+        assert_eq!(error, Err(EstimatorConfigError::Skewed { cosine: 1.0 }));
     }
 }

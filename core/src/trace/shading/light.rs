@@ -1,0 +1,249 @@
+//! What a surface sends back of light from lights, and its own.
+
+use super::{Shading, place};
+use crate::numeric::normalize;
+use crate::scene::EffectSet;
+use crate::scene::format::{Light, effect, light};
+use crate::shape::Ray;
+use crate::simd::{Runs, Simd};
+use crate::trace::budget::Budget;
+use crate::trace::ledger::Record;
+use crate::trace::soft_light::{Points, Rectangle};
+use crate::trace::surface::Surface;
+use crate::trace::texture::{self, TEXTURES};
+use crate::trace::tracer::Workspace;
+use glam::Vec3;
+
+impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS>
+where
+    Simd: Runs<W>,
+{
+    /// What a surface sends back along a ray without any further ones of the
+    /// tree: its own light and that of lights, in the colours of its texture.
+    #[inline(always)]
+    pub(super) fn own_light<R: Record>(
+        &self,
+        surface: &Surface<'_>,
+        (direction, normal, facing): (Vec3, Vec3, f32),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        record: &mut R,
+    ) -> Vec3 {
+        let material = surface.material;
+        let effects = material.effects & self.effects;
+        let texture = if Self::has(TEXTURES) && effects & TEXTURES != 0 {
+            let (scene, at) = (self.tracer.scene(), surface.coordinate);
+            Some(texture::colour::<W, EFFECTS>(scene, material, at))
+        } else {
+            None
+        };
+        let textured = |colour: [f32; 3]| {
+            let colour = Vec3::from_array(colour);
+            texture.map_or(colour, |texture| colour * texture)
+        };
+        let mut light = Vec3::ZERO;
+        if material.effects & effect::LIT != 0 {
+            let at = Lighting {
+                surface,
+                diffuse: textured(material.diffuse),
+                direction,
+                normal,
+                facing,
+            };
+            light = self.lit(&at, budget, workspace, record);
+        }
+        let outside = facing > 0.0;
+        if Self::has(effect::EMISSION) && effects & effect::EMISSION != 0 && outside {
+            light += textured(material.emission);
+        }
+        light
+    }
+
+    /// Light from lights: ambient, Lambert, and Blinn-Phong (Blinn 1977).
+    fn lit<R: Record>(
+        &self,
+        at: &Lighting<'_, '_>,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        record: &mut R,
+    ) -> Vec3 {
+        let scene = self.tracer.scene();
+        let mut sum = Vec3::from_array(scene.header.ambient) * at.diffuse;
+        for (number, source) in (0..).zip(scene.lights) {
+            if source.is_large() {
+                sum += self.lit_by_rectangle(at, number, source, budget, workspace, record);
+                continue;
+            }
+            let place = Vec3::from_array(source.place);
+            let (to_light, from) = if source.kind == light::DIRECTIONAL {
+                (place, None)
+            } else {
+                (place - at.surface.point, Some(place))
+            };
+            let Some((unit, cosine)) = at.sees(to_light) else {
+                continue;
+            };
+            let Some((ray, limit)) = at.ray_to(unit, from) else {
+                continue;
+            };
+            if self.is_shadowed(&ray, limit, EffectSet::SHADOWS, budget, workspace, record) {
+                continue;
+            }
+            let mut colour = Vec3::from_array(source.colour);
+            if source.kind == light::POINT_INVERSE_SQUARE {
+                colour /= to_light.dot(to_light);
+            }
+            sum += colour * at.answer(unit, cosine);
+        }
+        sum
+    }
+
+    /// The mean over points of a rectangle, further ones for each sample of a
+    /// pixel; of its middle alone where soft light is left out.
+    fn lit_by_rectangle<R: Record>(
+        &self,
+        at: &Lighting<'_, '_>,
+        number: u32,
+        source: &Light,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        record: &mut R,
+    ) -> Vec3 {
+        const SOFT_LIGHT: u32 = EffectSet::SOFT_LIGHT.bits();
+        let Some(rectangle) = Rectangle::new(source) else {
+            return Vec3::ZERO;
+        };
+        let points = (Self::has(SOFT_LIGHT) && self.effects & SOFT_LIGHT != 0)
+            .then(|| Points::new(self.sample.seed(), number));
+        let count = match points {
+            Some(_) => {
+                record.touch(SOFT_LIGHT);
+                source.samples
+            }
+            None => 1,
+        };
+        let first = u32::from(self.sample.index()) * count;
+        let mut sum = Vec3::ZERO;
+        for point in first..first + count {
+            let on_square = points.map_or([0.0; 2], |points| points.point(point));
+            let place = rectangle.place(on_square);
+            let to_light = place - at.surface.point;
+            let Some((unit, cosine)) = at.sees(to_light) else {
+                continue;
+            };
+            let irradiance = rectangle.irradiance(to_light, unit);
+            if irradiance <= 0.0 {
+                continue;
+            }
+            let Some((ray, limit)) = at.ray_to(unit, Some(place)) else {
+                continue;
+            };
+            // One ray would be there without.
+            let cause = if point == first {
+                EffectSet::SHADOWS
+            } else {
+                EffectSet::SOFT_LIGHT
+            };
+            if !self.is_shadowed(&ray, limit, cause, budget, workspace, record) {
+                sum += at.answer(unit, cosine) * irradiance;
+            }
+        }
+        Vec3::from_array(source.colour) * (sum / count as f32)
+    }
+
+    /// Whether something keeps light from a place: a ray for `cause`.
+    #[inline]
+    fn is_shadowed<R: Record>(
+        &self,
+        ray: &Ray,
+        limit: f32,
+        cause: EffectSet,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+        record: &mut R,
+    ) -> bool {
+        const SHADOWS: u32 = EffectSet::SHADOWS.bits();
+        if !Self::has(SHADOWS) || self.effects & SHADOWS == 0 {
+            return false;
+        }
+        let before = workspace.statistics.steps;
+        let (tracer, rung) = (self.tracer, self.detail.rung);
+        let is_shadowed = tracer.is_occluded_on(rung, ray, limit, budget, workspace);
+        record.touch(SHADOWS);
+        record.ray(place(cause.bits()), workspace.statistics.steps - before);
+        is_shadowed
+    }
+}
+
+/// A surface as light from lights finds it.
+struct Lighting<'s, 'a> {
+    surface: &'s Surface<'a>,
+    /// Reflectance, with the texture.
+    diffuse: Vec3,
+    /// The ray's: unit.
+    direction: Vec3,
+    /// Unit, on the ray's side.
+    normal: Vec3,
+    /// −1 where that is inside, else 1.
+    facing: f32,
+}
+
+impl Lighting<'_, '_> {
+    /// The unit vector to a light and its cosine, where it is on the ray's side.
+    #[inline(always)]
+    fn sees(&self, to_light: Vec3) -> Option<(Vec3, f32)> {
+        let unit = normalize(to_light)?;
+        let cosine = self.normal.dot(unit);
+        let outside = self.surface.geometric_normal.dot(unit) * self.facing > 0.0;
+        (cosine > 0.0 && outside).then_some((unit, cosine))
+    }
+
+    /// A ray to a light and where that is along it. To the light's own place
+    /// from where the ray starts.
+    #[inline(always)]
+    fn ray_to(&self, unit: Vec3, place: Option<Vec3>) -> Option<(Ray, f32)> {
+        let start = self.surface.start(unit);
+        let (along, limit) = place.map_or((unit, f32::INFINITY), |place| (place - start, 1.0));
+        Some((Ray::new(start, along)?, limit))
+    }
+
+    /// What it sends back along the ray of irradiance 1 from a direction.
+    #[inline(always)]
+    fn answer(&self, unit: Vec3, cosine: f32) -> Vec3 {
+        let material = self.surface.material;
+        let specular = Vec3::from_array(material.specular);
+        let mut answer = self.diffuse * cosine;
+        if specular != Vec3::ZERO
+            && let Some(half) = normalize(unit - self.direction)
+        {
+            answer += specular * highlight(self.normal.dot(half), material.shininess);
+        }
+        answer
+    }
+}
+
+/// Blinn-Phong's cosⁿ, or 0 where it is under e⁻¹⁶, a ten-millionth: there
+/// by ln x ≤ x − 1, without the price of a power.
+fn highlight(cosine: f32, shininess: f32) -> f32 {
+    if cosine <= 0.0 || shininess * (1.0 - cosine) > 16.0 {
+        0.0
+    } else {
+        libm::powf(cosine, shininess)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn highlights_are_a_power_down_to_a_ten_millionth() {
+        assert_eq!(highlight(1.0, 50.0), 1.0);
+        assert!((highlight(0.9, 20.0) - 0.9f32.powi(20)).abs() < 1e-6);
+        assert_eq!(highlight(-0.5, 2.0), 0.0);
+        for shininess in [1.0, 30.0, 1.0e4] {
+            let cut = 1.0 - 16.0 / shininess;
+            assert!(cut <= 0.0 || libm::powf(cut, shininess) < 1.2e-7);
+        }
+    }
+}
