@@ -238,6 +238,22 @@ impl Report {
     }
 }
 
+impl Report {
+    /// What became of the tracker's samples.
+    fn fmt_samples(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} samples of the tracker", self.samples)?;
+        for (count, what) in [
+            (self.passed_over_samples, "passed over: too many"),
+            (self.around.lost_samples, "lost before they came"),
+        ] {
+            if count > 0 {
+                write!(f, ", {count} {what}")?;
+            }
+        }
+        writeln!(f)
+    }
+}
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
@@ -289,16 +305,7 @@ impl fmt::Display for Report {
                 100.0 * share
             )?;
         }
-        write!(f, "{} samples of the tracker", self.samples)?;
-        for (count, what) in [
-            (self.passed_over_samples, "passed over: too many"),
-            (self.around.lost_samples, "lost before they came"),
-        ] {
-            if count > 0 {
-                write!(f, ", {count} {what}")?;
-            }
-        }
-        writeln!(f)?;
+        self.fmt_samples(f)?;
         for rung in self.rungs.iter().filter(|rung| rung.frames > 0) {
             writeln!(
                 f,

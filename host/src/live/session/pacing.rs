@@ -74,8 +74,13 @@ impl Pacing {
 
     /// When a refresh is.
     pub(super) fn at(&self, refresh: u64) -> Instant {
+        self.start + self.span(refresh)
+    }
+
+    /// How long so many refreshes last.
+    const fn span(&self, refreshes: u64) -> Duration {
         let nanoseconds = self.period.as_nanos() as u64;
-        self.start + Duration::from_nanos(refresh.saturating_mul(nanoseconds))
+        Duration::from_nanos(refreshes.saturating_mul(nanoseconds))
     }
 
     /// Since when the loop goes.
@@ -105,7 +110,7 @@ impl Pacing {
             .map(|&traced| (self.refreshes(traced).max(1), traced))
             .filter(|(of, _)| *of <= refreshes);
         let waits = usual.map(|(of, traced)| {
-            let left = self.at(of) - self.start - traced;
+            let left = self.span(of).saturating_sub(traced);
             left.saturating_sub(traced / 10 + MARGIN)
         });
         (refreshes, waits.min().unwrap_or_default())
@@ -260,8 +265,8 @@ mod tests {
     #[test]
     fn no_rate_is_too_high() {
         let mut pacing = Pacing::new(Duration::ZERO);
-        pacing.learn(Duration::from_secs(60));
-        let shown = pacing.shown(pacing.start + Duration::from_secs(60));
+        pacing.learn(Duration::from_mins(1));
+        let shown = pacing.shown(pacing.start + Duration::from_mins(1));
         assert_eq!(shown, 60_000_000);
         pacing.go_on(shown, pacing.at(shown));
         assert!(pacing.aim().display > pacing.aim().begin);

@@ -61,7 +61,8 @@ mod tests {
     fn what_trackers_send_is_used_and_of_a_flood_a_part() {
         for rate in [1, 60, 240, 1_000, 1_999] {
             let arrivals = (0..5 * rate).map(|sample| 1_000_000 * sample / rate);
-            let used = used(&mut Thinning::NEW, arrivals);
+            let mut thinning = Thinning::NEW;
+            let used = used(&mut thinning, arrivals);
             assert_eq!(used as u64, 5 * rate, "{rate}");
         }
         for rate in [2_000, 3_500, 10_000] {
