@@ -143,12 +143,8 @@
 //! | PositionQuaternion, group | 0.000 | 0.372 | 0.087 | 0.081 | 0 |
 //! | PositionQuaternion, group, confirmed | 0.000 | 0.372 | 0.033 | 0.000 | 1 |
 
-mod command;
+pub(crate) mod command;
 
-pub(crate) use command::{
-    ALL_UNITS, CRYSTAL, ERROR, EXAMINE, EXPANDED_ERROR, GROUP_MODE, STATUS, TO_BIRD, UNITS,
-    command_bytes,
-};
 pub use command::{MOST_BIRDS, error_meaning, stop};
 
 use super::axes::{self, Axes};
@@ -159,7 +155,7 @@ use crate::rotation::inverse;
 use crate::sample::{Head, Reading, Sample};
 use crate::stream::{Front, Step, Stream};
 use crate::time::Micros;
-use command::answer;
+use command::{EXAMINE, answer, command_bytes};
 use glam::{Quat, Vec3};
 use heapless::Vec;
 
