@@ -32,14 +32,14 @@
 //! ([`Decoder::on_sent`]) and they come within [`PATIENCE`], and drops them as out of step
 //! otherwise. While a record may come it does; but for `O` 36, whose answer begins as a
 //! record does, no answer is taken for one, nor a record for an answer: ask that one
-//! while no records come. Each answer is a [`Reply`] to `O` with
+//! while no records come. Each answer is a [`Reply`](crate::decoder::Reply) to `O` with
 //! result 0, and before it:
 //!
 //! | Parameter | Bytes | Message |
 //! |---|---|---|
-//! | 0, status | 2 | [`Message::State`], the word |
+//! | 0, status | 2 | [`Message::State`](crate::decoder::Message::State), the word |
 //! | 2, crystal | 2 | |
-//! | 10, error | 1 | [`Message::Fault`] where there was one, of [`error_meaning`] |
+//! | 10, error | 1 | [`Message::Fault`](crate::decoder::Message::Fault) where there was one, of [`error_meaning`] |
 //! | 16, error and its unit | 2 | as 10 |
 //! | 36, all units | 14 | |
 //!
