@@ -64,7 +64,7 @@
 //!
 //! | Feature | What it adds |
 //! |---|---|
-//! | `fpv5` | the instructions of a Cortex-M7's FPv5, for `-C target-cpu=cortex-m7`: fewer of them, the same bits |
+//! | `fpv5` | the instructions of a Cortex-M7's `FPv5`, for `-C target-cpu=cortex-m7`: fewer of them, the same bits |
 //! | `defmt` | `defmt::Format` of errors and outcomes |
 //!
 //! # What it does not do

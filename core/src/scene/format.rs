@@ -268,13 +268,14 @@ pub struct Instance {
     /// which lies all that rays of any rung may meet. Its leaves are numbered
     /// from 0 and name nothing.
     pub cover: u32,
-    /// Columns of a 3×3 matrix, then the translation.
+    /// Columns of a 3×3 matrix, then the translation: from metres to the shape's units.
     pub object_from_world: [[f32; 3]; 4],
-    /// Columns of a 3×3 matrix, then the translation.
+    /// Columns of a 3×3 matrix, then the translation: from the shape's units to metres.
     pub world_from_object: [[f32; 3]; 4],
-    /// Least corner of its box, widened for the rounding of the two maps.
+    /// Least corner of its box, widened for the rounding of the two maps: metres, in
+    /// the world.
     pub low: [f32; 3],
-    /// Greatest corner.
+    /// Greatest corner: metres, in the world.
     pub high: [f32; 3],
     /// Nodes of the cover, up to [`COVER_NODES`]; 0 where there is none.
     pub cover_nodes: u32,

@@ -69,7 +69,7 @@ impl Wall {
 
     /// The wall as firmware has it: for any eye, in f32.
     pub fn flat_screen(&self) -> FlatScreen {
-        let [first_pixel, column_step, row_step] = self.grid().map(|vector| vector.as_vec3());
+        let [first_pixel, column_step, row_step] = self.grid().map(DVec3::as_vec3);
         FlatScreen {
             first_pixel,
             column_step,

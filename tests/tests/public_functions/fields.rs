@@ -247,7 +247,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     ("tracker head::fastrak::Config::record_bytes", fastrak),
     ("tracker head::fastrak::Config::start", fastrak),
     ("tracker head::flock::Config::record_bytes", flock),
-    ("tracker head::flock::Config::start", flock),
+    ("tracker head::flock::command::Config::start", flock),
     ("tracker head::flock::Config::words", flock),
     ("tracker head::hatire::Config::decode", hatire),
     ("tracker head::hatire::Config::encode_text", hatire),

@@ -92,9 +92,9 @@ pub struct FrameStart {
     /// The left eye and the right one: metres, in the room. The same where
     /// there is one.
     pub eyes: [Vec3; 2],
-    /// The line of sight, and the top of the head.
+    /// Along the line of sight: a unit vector in the room.
     pub forward: Vec3,
-    /// Upwards.
+    /// Towards the top of the head, at right angles to that: a unit vector in the room.
     pub up: Vec3,
     /// Radians by which the field of full detail is wider.
     pub widen: f32,

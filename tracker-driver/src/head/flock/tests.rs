@@ -1,6 +1,6 @@
 use super::*;
-use crate::command::{Action, Session};
-use crate::decoder::Dropped;
+use crate::command::{Action, Script, Session};
+use crate::decoder::{Dropped, Message, Reply};
 use crate::testing::{
     Fault, Tally, angle, any_split, events, every_fault_of_heads, moving_head, random_bytes,
     random_count, samples,

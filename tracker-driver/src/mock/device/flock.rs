@@ -1,10 +1,10 @@
 //! What a Flock of Birds does when it is told something.
 
 use super::{Device, Heard};
-use crate::head::flock::{
-    ALL_UNITS, CRYSTAL, ERROR, EXPANDED_ERROR, GROUP_MODE, MOST_BIRDS, Mode, STATUS, TO_BIRD,
-    UNITS, command_bytes,
+use crate::head::flock::command::{
+    ALL_UNITS, CRYSTAL, ERROR, EXPANDED_ERROR, GROUP_MODE, STATUS, TO_BIRD, UNITS, command_bytes,
 };
+use crate::head::flock::{MOST_BIRDS, Mode};
 use crate::mock::wire::Format;
 use crate::sample::Sample;
 use glam::Vec3;
