@@ -13,6 +13,10 @@ pub struct Acuity {
     fovea: f32,
     /// How far from what is taken for it the line of sight may be: radians.
     off: f32,
+    /// Radians more a radian than `slope`, beyond `inner`.
+    extra: f32,
+    /// An eccentricity, radians.
+    inner: f32,
 }
 
 /// Why two numbers are no acuity.
@@ -69,6 +73,8 @@ impl Acuity {
         slope: 0.0275,
         fovea: 3.636_102_6e-4,
         off: 0.0,
+        extra: 0.0,
+        inner: 0.0,
     };
 
     /// Of a slope m (radians a radian, 0 to [`Self::STEEPEST`]) and an angle w₀ on
@@ -87,6 +93,8 @@ impl Acuity {
             slope,
             fovea,
             off: 0.0,
+            extra: 0.0,
+            inner: 0.0,
         })
     }
 
@@ -103,6 +111,18 @@ impl Acuity {
         }
     }
 
+    /// The same with a slope so many times as steep, as far as slopes go, from an
+    /// eccentricity on (radians, 0 to π): as fine as before up to there. Factors below
+    /// 1, and NaN, leave it as it is; other eccentricities are moved to the nearest.
+    #[must_use]
+    pub fn steeper_beyond(self, factor: f32, eccentricity: f32) -> Self {
+        Self {
+            extra: self.steeper(factor).slope - self.slope,
+            inner: min(max(eccentricity, 0.0), PI),
+            ..self
+        }
+    }
+
     /// The same for a line of sight that is known to within some radians: as fine
     /// so much farther out. Numbers below 0, and NaN, leave it as it is.
     #[must_use]
@@ -113,7 +133,7 @@ impl Acuity {
         }
     }
 
-    /// m: radians a radian.
+    /// m: radians a radian, next to the line of sight.
     pub const fn slope(self) -> f32 {
         self.slope
     }
@@ -126,7 +146,9 @@ impl Acuity {
     /// MAR(e), radians, of an eccentricity in radians, 0 to π; below 0 and for NaN
     /// as for 0, above π as for π.
     pub fn least_angle(self, eccentricity: f32) -> f32 {
-        self.slope * min(max(eccentricity - self.off, 0.0), PI) + self.fovea
+        let eccentricity = min(max(eccentricity - self.off, 0.0), PI);
+        let beyond = max(eccentricity - self.inner, 0.0);
+        self.slope * eccentricity + self.fovea + self.extra * beyond
     }
 }
 
@@ -161,6 +183,30 @@ mod tests {
         assert_eq!(acuity.least_angle(f32::NAN), acuity.fovea());
         let most = acuity.least_angle(PI);
         assert_eq!(acuity.least_angle(f32::INFINITY), most);
+    }
+
+    #[test]
+    fn steeper_beyond_is_as_fine_up_to_there() {
+        let acuity = Acuity::GUENTER;
+        let beyond = acuity.steeper_beyond(3.0, 0.1);
+        for e in [0.0, 0.05, 0.1] {
+            assert_eq!(beyond.least_angle(e), acuity.least_angle(e));
+        }
+        let expected = acuity.least_angle(0.5) + 2.0 * acuity.slope() * 0.4;
+        assert!((beyond.least_angle(0.5) - expected).abs() < 1e-8);
+        assert_eq!(beyond.slope(), acuity.slope());
+        for none in [1.0, 0.5, f32::NAN] {
+            let same = acuity.steeper_beyond(none, 0.1);
+            assert_eq!(same.least_angle(0.5), acuity.least_angle(0.5));
+        }
+        for nowhere in [-1.0, f32::NAN] {
+            let steeper = acuity.steeper_beyond(2.0, nowhere).least_angle(0.5);
+            assert!((steeper - acuity.steeper(2.0).least_angle(0.5)).abs() < 1e-8);
+        }
+        assert_eq!(
+            acuity.steeper_beyond(2.0, f32::INFINITY).least_angle(PI),
+            acuity.least_angle(PI)
+        );
     }
 
     #[test]

@@ -21,7 +21,7 @@ pub struct Quality {
     /// the [`FOVEA`] is not in it.
     pub centre: f32,
     /// How much coarser the periphery is sampled than the eye sees, 1 or more: times
-    /// the slope of its acuity. Only where sampling follows the gaze at all.
+    /// the slope of its acuity, beyond the [`FOVEA`]. Only where sampling follows the gaze at all.
     pub sampling: f32,
     /// The part of a capture of the surroundings that is taken anew in a frame, above 0,
     /// at most 1. Only where there is a capture.
@@ -106,7 +106,9 @@ impl Quality {
     pub fn lower(&self, eye: Observer) -> Observer {
         Observer {
             lod: eye.lod.map(|lod| self.narrow(lod)),
-            acuity: eye.acuity.map(|acuity| acuity.steeper(self.sampling)),
+            acuity: eye
+                .acuity
+                .map(|acuity| acuity.steeper_beyond(self.sampling, FOVEA)),
             ..eye
         }
     }
@@ -151,8 +153,13 @@ mod tests {
             assert_eq!(lowered.acuity, None);
             assert_eq!(lowered.lod, Some(quality.narrow(lod)));
             let acuity = quality.lower(foveated).acuity;
-            let slope = acuity.map_or(0.0, Acuity::slope);
-            assert_eq!(slope, Acuity::GUENTER.slope() * quality.sampling);
+            let least = |e| acuity.map_or(0.0, |acuity| acuity.least_angle(e));
+            for e in [0.0, 0.5 * FOVEA, FOVEA] {
+                assert_eq!(least(e), Acuity::GUENTER.least_angle(e));
+            }
+            let slope = (least(1.0) - least(FOVEA)) / (1.0 - FOVEA);
+            let expected = Acuity::GUENTER.slope() * quality.sampling;
+            assert!((slope - expected).abs() < 1e-6, "{slope} {expected}");
         }
         assert_eq!(Quality::FULL.lower(foveated), foveated);
     }

@@ -105,6 +105,13 @@ pub(super) const CASES: &[(&str, Case)] = &[
         assert!(steeper.slope() >= Acuity::GUENTER.slope());
         assert!(steeper.slope() <= Acuity::STEEPEST);
     }),
+    ("core gaze::acuity::Acuity::steeper_beyond", |n| {
+        let steeper = Acuity::GUENTER.steeper_beyond(n.next(2.0), n.next(0.1));
+        finite(&steeper);
+        let (near, far) = (steeper.least_angle(0.0), steeper.least_angle(3.0));
+        assert_eq!(near, Acuity::GUENTER.fovea());
+        assert!(far >= Acuity::GUENTER.least_angle(3.0) && far.is_finite());
+    }),
     ("core gaze::acuity::Acuity::around", |n| {
         finite(&Acuity::GUENTER.around(n.next(0.1)));
     }),
