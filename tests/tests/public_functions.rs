@@ -7,8 +7,13 @@
 //! integers, truth values, text, bytes and types made of these have no number
 //! that could be NaN, nor has what a constructor has checked; every other one must have
 //! a case, or, of the host's, a stated
-//! reason why it has none. Functions of traits that are not the crates' own, such as
+//! reason why it has none. So must every one that takes text, `FromStr`'s included, which
+//! is given hostile text. Functions of other traits that are not the crates' own, such as
 //! operators and conversions, are not among them.
+//!
+//! Functions that take integers or bytes need no case by this rule: their borders (0, 1, the
+//! least and the most) stand in the tests beside them, and bytes from outside are the fuzz
+//! targets' (`tests/fuzz`).
 
 mod colour;
 mod exempt;
@@ -23,6 +28,7 @@ mod records;
 mod scenes;
 mod seeing;
 mod sources;
+mod texts;
 mod tracker;
 
 use numbers::{Case, torment};
@@ -58,11 +64,20 @@ fn workspace() -> Vec<Function> {
     ])
 }
 
-/// What is wrong with a table of cases for these functions.
+/// What is wrong with a table of cases for those of these functions that take numbers.
 fn gaps(functions: &[Function], cases: &[&str]) -> Vec<String> {
+    gaps_of(functions, cases, ("numbers", |one| one.takes_floats))
+}
+
+/// The same for those that take something else.
+fn gaps_of(
+    functions: &[Function],
+    cases: &[&str],
+    (what, takes): (&str, fn(&Function) -> bool),
+) -> Vec<String> {
     let needed: BTreeSet<&str> = functions
         .iter()
-        .filter(|function| function.takes_floats)
+        .filter(|function| takes(function))
         .map(|function| function.name.as_str())
         .collect();
     let mut given = BTreeSet::new();
@@ -73,13 +88,11 @@ fn gaps(functions: &[Function], cases: &[&str]) -> Vec<String> {
     gaps.extend(needed.difference(&given).map(|name| {
         format!(
             "`{name}` has no case: add one to the CASES of a file in tests/tests/public_functions, \
-             which gives it numbers and checks what its documentation promises"
+             which gives it {what} and checks what its documentation promises"
         )
     }));
     gaps.extend(given.difference(&needed).map(|name| {
-        format!(
-            "the case `{name}` is of no public function that takes numbers: rename or remove it"
-        )
+        format!("the case `{name}` is of no public function that takes {what}: rename or remove it")
     }));
     gaps
 }
@@ -90,7 +103,32 @@ fn every_function_that_takes_numbers_has_a_case() {
     // The walk through the modules reached all crates.
     assert!(functions.len() > 700, "{} functions", functions.len());
     let cases = all_cases();
-    let exempt = exempt::EXEMPT.iter().flat_map(|group| {
+    let exempt = exempt_by(exempt::EXEMPT);
+    let cases: Vec<&str> = cases.iter().map(|(name, _)| *name).chain(exempt).collect();
+    let gaps = gaps(&functions, &cases);
+    assert!(gaps.is_empty(), "{}", gaps.join("\n"));
+}
+
+#[test]
+fn every_function_that_takes_text_has_a_case() {
+    let cases = texts::CASES.iter().map(|case| case.name);
+    let cases: Vec<&str> = cases.chain(exempt_by(exempt::EXEMPT_OF_TEXT)).collect();
+    let gaps = gaps_of(&workspace(), &cases, ("text", |one| one.takes_text));
+    assert!(gaps.is_empty(), "{}", gaps.join("\n"));
+}
+
+#[test]
+fn hostile_texts() {
+    let wrong: Vec<String> = texts::CASES
+        .iter()
+        .filter_map(|case| texts::torment(case).err())
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The functions that have a reason instead of a case, each called where it is said to be.
+fn exempt_by(groups: &'static [exempt::Exempt]) -> impl Iterator<Item = &'static str> {
+    groups.iter().flat_map(|group| {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent();
         let read = |file: &&str| {
             let path = root.expect("the workspace").join(file);
@@ -106,10 +144,7 @@ fn every_function_that_takes_numbers_has_a_case() {
                 "{name} is called in none of the files that are said to run it"
             );
         })
-    });
-    let cases: Vec<&str> = cases.iter().map(|(name, _)| *name).chain(exempt).collect();
-    let gaps = gaps(&functions, &cases);
-    assert!(gaps.is_empty(), "{}", gaps.join("\n"));
+    })
 }
 
 fn tormented(cases_of: &[(&str, Case)], mixtures: usize) {
@@ -315,6 +350,40 @@ fn only_what_holds_no_float_is_exempt() {
             "Bare::unchecked",
             "Either::unchecked",
             "Open::open"
+        ]
+    );
+}
+
+/// The rule by which functions need a text.
+#[test]
+fn text_is_found_in_what_wraps_it() {
+    let text = "
+        pub struct Name(String);
+        pub struct Hidden(u8);
+        pub fn plain(a: &str) {}
+        pub fn owned(a: String) {}
+        pub fn into(a: impl Into<String>, b: f32) {}
+        pub fn pairs(a: &[(&str, String)]) {}
+        pub fn maybe(a: Option<&str>) {}
+        pub fn checked(a: &Name) {}
+        pub fn bytes(a: &[u8], b: u32, c: &Path) {}
+        pub fn gives() -> String {}
+        impl FromStr for Hidden { type Err = Name; fn from_str(a: &str) -> Result<Self, Name> {} }
+        impl From<&str> for Name { fn from(a: &str) -> Self {} }
+        impl FromStr for Inside { fn from_str(a: &str) -> Result<Self, Name> {} }
+    ";
+    let functions = functions_of(text);
+    let with_text = functions.iter().filter(|function| function.takes_text);
+    let names = with_text.map(|function| function.name.trim_start_matches("here "));
+    assert_eq!(
+        names.collect::<Vec<_>>(),
+        [
+            "plain",
+            "owned",
+            "into",
+            "pairs",
+            "maybe",
+            "Hidden::from_str"
         ]
     );
 }

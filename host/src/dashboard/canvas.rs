@@ -93,10 +93,10 @@ impl Canvas {
     pub fn write(&mut self, x: u32, y: u32, text: &str, colour: Colour) -> u32 {
         let mut left = x;
         for character in text.chars() {
-            let rows = glyph(character);
-            for (row, bits) in (y..).zip(rows) {
+            for (row, bits) in (0..).zip(glyph(character)) {
                 for column in (0..GLYPH).filter(|column| (bits >> column) & 1 == 1) {
-                    self.set(left.saturating_add(column), row, colour);
+                    let (x, y) = (left.saturating_add(column), y.saturating_add(row));
+                    self.set(x, y, colour);
                 }
             }
             left = left.saturating_add(GLYPH);

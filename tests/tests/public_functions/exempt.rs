@@ -58,3 +58,17 @@ pub(super) const EXEMPT: &[Exempt] = &[
         ],
     },
 ];
+
+/// Those that take text.
+pub(super) const EXEMPT_OF_TEXT: &[Exempt] = &[
+    Exempt {
+        why: "its text goes to `selected`, which has a case; it runs all cases of the empty one",
+        run_by: &["host/src/cli/selftest.rs"],
+        names: &["host selftest::run"],
+    },
+    Exempt {
+        why: "it opens a window wherever there is a screen: the tests of it are tests/window/run's",
+        run_by: &["host/src/cli/run/watch.rs"],
+        names: &["host window::Window::open"],
+    },
+];

@@ -1,5 +1,5 @@
 //! The public functions of a crate, read from its sources, and which of them
-//! take a number that is no integer.
+//! take a number that is no integer, or text.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -16,6 +16,8 @@ pub(super) struct Function {
     /// Whether any of its parameters can hold such a number; `self` counts where
     /// anybody can put one into it, which no constructor has checked.
     pub(super) takes_floats: bool,
+    /// Whether any of its parameters is text, or is made of text and has no type of its own.
+    pub(super) takes_text: bool,
 }
 
 /// All public functions of the crates at these folders. One function is named
@@ -95,10 +97,15 @@ impl Sources {
                     }
                 }
                 Item::Use(of) if is_public(&of.vis) => self.add_names(&of.tree),
-                Item::Impl(block) if block.trait_.is_none() && !of_tests(&block.attrs) => {
+                // What reads text is one of the few foreign traits that meet anything.
+                Item::Impl(block)
+                    if (block.trait_.is_none() || reads_text(&block))
+                        && !of_tests(&block.attrs) =>
+                {
+                    let of_trait = block.trait_.is_some();
                     for item in block.items {
                         if let ImplItem::Fn(function) = item
-                            && is_public(&function.vis)
+                            && (of_trait || is_public(&function.vis))
                             && !of_tests(&function.attrs)
                         {
                             self.found.push(Found {
@@ -198,9 +205,20 @@ impl Sources {
                 None => joined(&found.module, &own),
             };
             let takes_floats = self.takes_floats(found);
+            let takes_text = found.signature.inputs.iter().any(|input| match input {
+                FnArg::Receiver(_) => false,
+                FnArg::Typed(parameter) => is_of_text(&parameter.ty),
+            });
             match functions.iter_mut().find(|known| known.name == name) {
-                Some(known) => known.takes_floats |= takes_floats,
-                None => functions.push(Function { name, takes_floats }),
+                Some(known) => {
+                    known.takes_floats |= takes_floats;
+                    known.takes_text |= takes_text;
+                }
+                None => functions.push(Function {
+                    name,
+                    takes_floats,
+                    takes_text,
+                }),
             }
         }
         functions
@@ -332,6 +350,43 @@ impl Sources {
             !(sealed || plain || of_items)
         })
     }
+}
+
+/// Text, or slices, tuples and what the standard library makes of it.
+fn is_of_text(of: &Type) -> bool {
+    let of_bound = |bound: &TypeParamBound| match bound {
+        TypeParamBound::Trait(of) => is_path_of_text(&of.path),
+        _ => false,
+    };
+    match of {
+        Type::Reference(to) => is_of_text(&to.elem),
+        Type::Slice(of) => is_of_text(&of.elem),
+        Type::Array(of) => is_of_text(&of.elem),
+        Type::Tuple(of) => of.elems.iter().any(is_of_text),
+        Type::ImplTrait(of) => of.bounds.iter().any(of_bound),
+        Type::TraitObject(of) => of.bounds.iter().any(of_bound),
+        Type::Path(of) => is_path_of_text(&of.path),
+        _ => false,
+    }
+}
+
+fn is_path_of_text(path: &syn::Path) -> bool {
+    path.segments.last().is_some_and(|last| {
+        let name = last.ident.to_string();
+        let wraps = [&MADE_OF[..], &["Into", "AsRef", "IntoIterator", "Cow"]].concat();
+        ["str", "String"].contains(&name.as_str())
+            || wraps.contains(&name.as_str())
+                && arguments(&last.arguments).into_iter().any(is_of_text)
+    })
+}
+
+fn reads_text(block: &syn::ItemImpl) -> bool {
+    let Some((path, _)) = &block.trait_ else {
+        return false;
+    };
+    path.segments
+        .last()
+        .is_some_and(|last| last.ident == "FromStr")
 }
 
 /// Where a type's name is read.
