@@ -179,6 +179,10 @@ fn report(n: &mut Numbers) -> Report {
             error: limit,
             because: "a bound",
         },
+        other_limit: logarithmic.then_some(Limit {
+            error: limit,
+            because: "another",
+        }),
         choice: "Choose one.".to_owned(),
         points: points.to_vec(),
         charts: Vec::new(),

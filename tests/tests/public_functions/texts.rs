@@ -6,7 +6,7 @@ use shisen::cave::{BuiltInCave, Cave, Wall};
 use shisen::dashboard::Canvas;
 use shisen::effects::Effects;
 use shisen::live::FrameBudget;
-use shisen::look::{Point, ViewDirection, parse_point};
+use shisen::look::{Point, ViewDirection};
 use shisen::mesh::TriangleMesh;
 use shisen::picture::Picture;
 use shisen::scene::Scene;
@@ -89,9 +89,6 @@ pub(super) const CASES: &[Case] = cases! {
         if let Ok(found) = text.parse::<Point>() {
             finite(&found);
         }
-    };
-    "host look::parse_point", "0.1,1.6,-2" => |text| {
-        finite_or_error(parse_point(text));
     };
     "host scene::builtin::PaperScene::from_str", "A" => parsed::<PaperScene>;
     "host stereo::Stereo::from_str", "anaglyph" => parsed::<Stereo>;
