@@ -162,7 +162,7 @@ fn report(n: &mut Numbers) -> Report {
         errors: vec![Some(n.wide(0.5)), None],
         seconds: n.wide(0.01),
         spread: n.wide(0.001),
-        doubt: n.wide(0.1),
+        of_details: vec![n.wide(0.1), n.wide(0.1)],
         steps: Some(1_000),
         best_by_time: true,
         best_by_steps: true,
