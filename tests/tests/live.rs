@@ -409,6 +409,34 @@ fn what_is_looked_at_is_missed_only_by_budgets_that_say_so() {
     assert_eq!(said.matches("the budget is too small").count(), 1, "{said}");
 }
 
+/// Where a refresh leaves more time than the budget, no frame is late, and all are over
+/// their time.
+#[test]
+fn times_shorter_than_the_least_quality_are_counted_and_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = shisen(folder.path());
+    let command = command.args(["run", "--hz", "10", "--budget", "0.1ms", "--frames", "20"]);
+    let output = command
+        .args(["--record", "log", "--json"])
+        .assert()
+        .success();
+    let output = output.get_output();
+    let report: Value = serde_json::from_slice(&output.stdout).expect("an object");
+    assert_eq!(report["over_time_frames"], 20, "{report}");
+    assert_eq!(report["over_budget_frames"], 0, "{report}");
+    assert!(report["late_frames"].as_u64() < Some(20), "{report}");
+    let log = fs::read_to_string(folder.path().join("log")).expect("a log");
+    for line in log.lines() {
+        let record: Value = serde_json::from_str(line).expect("an object");
+        assert_eq!(record["budget_us"], 100, "{record}");
+        let at = |key: &str| record[key].as_u64().expect("a time");
+        let is_longer = at("done_us") - at("latch_us") > 100;
+        assert_eq!(record["over_time"], is_longer, "{record}");
+    }
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(said.matches("the budget is too short").count(), 1, "{said}");
+}
+
 /// What is given up takes time as well. Where that counted against the next frame's
 /// steps, there were none left after a few.
 #[test]

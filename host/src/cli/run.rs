@@ -4,6 +4,7 @@ mod files;
 mod frames;
 mod log;
 mod report;
+mod shortfall;
 mod together;
 #[cfg_attr(not(all(unix, feature = "window")), path = "run/no_watch.rs")]
 mod watch;
@@ -42,7 +43,8 @@ use std::time::Duration;
 /// frames, refreshes (until the last frame), `repeated_refreshes` (those without a new
 /// frame: with frames they make up refreshes), `late_frames` (not there at their refresh,
 /// or at the one that ends their budget, where that is longer), `over_budget_frames`
-/// (more steps than allowed), `frames_with_unfinished_fovea` (a tile within 5° of the
+/// (more steps than allowed), `over_time_frames` (from taking the gaze to the last pixel
+/// longer than the budget, where that is a time), `frames_with_unfinished_fovea` (a tile within 5° of the
 /// line of sight not finished), `frames_with_unfinished_tiles`, `lowered_share` (of
 /// the frames, those whose quality was lowered), `spent_share` (of the budget, what
 /// frames took: the median; null without one), `needed_share` (of its steps, what frames
@@ -110,8 +112,8 @@ pub(super) struct Arguments {
     /// Write what each frame was, one JSON object a line: `due_us`, `due_refresh` and
     /// refresh (numbers of the refreshes at which it was to be shown, and was), `sample_us`,
     /// `arrive_us`, `latch_us`, `first_ray_us`, `done_us`, `present_us` (since the
-    /// tracker was opened), frame, late, position, forward, state, `budget_steps`,
-    /// steps, `need_steps`, rung, tiles, `unfinished_tiles` and `unfinished_fovea`
+    /// tracker was opened), frame, late, position, forward, state, `budget_us` and
+    /// `over_time` (whether it took longer, from `latch_us` to `done_us`), `budget_steps`, steps, `need_steps`, rung, tiles, `unfinished_tiles` and `unfinished_fovea`
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Share the walls and eyes out among the processes that mpirun started: all with

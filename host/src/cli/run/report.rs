@@ -35,6 +35,7 @@ pub(super) struct Report {
     repeated_refreshes: u64,
     late_frames: u64,
     over_budget_frames: u64,
+    over_time_frames: u64,
     frames_with_unfinished_fovea: u64,
     frames_with_unfinished_tiles: u64,
     lowered_share: f64,
@@ -198,6 +199,7 @@ impl Report {
             repeated_refreshes: of.refreshes - of.frames,
             late_frames: of.late_frames,
             over_budget_frames: of.over_budget_frames,
+            over_time_frames: of.over_time_frames,
             frames_with_unfinished_fovea: of.frames_with_unfinished_fovea,
             frames_with_unfinished_tiles: of.frames_with_unfinished_tiles,
             lowered_share: part(of.lowered_frames),
@@ -275,12 +277,13 @@ impl fmt::Display for Report {
         writeln!(f, "; {} steps a frame at the median", self.median_steps)?;
         writeln!(
             f,
-            "{} frames in {:.1} s at {} refreshes: {} late, {} over their steps, {} unfinished, {} of these near \
-             the line of sight",
+            "{} frames in {:.1} s at {} refreshes: {} late, {} over their time, {} over their \
+             steps, {} unfinished, {} of these near the line of sight",
             self.frames,
             self.seconds,
             self.refreshes,
             self.late_frames,
+            self.over_time_frames,
             self.over_budget_frames,
             self.frames_with_unfinished_tiles,
             self.frames_with_unfinished_fovea

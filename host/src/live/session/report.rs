@@ -39,6 +39,11 @@ pub struct FrameRecord {
     pub forward: [f32; 3],
     /// How much of the gaze could be relied on.
     pub state: &'static str,
+    /// What it might take from taking the gaze to the last pixel; null where its budget
+    /// was no time.
+    pub budget_us: Option<u64>,
+    /// Whether that took longer.
+    pub over_time: bool,
     /// Steps that it might take; null where there was no end.
     pub budget_steps: Option<u64>,
     /// Steps that it took.
@@ -64,6 +69,9 @@ pub struct SessionReport {
     pub late_frames: u64,
     /// Frames that took more steps than they might.
     pub over_budget_frames: u64,
+    /// Frames that took longer, from taking the gaze to the last pixel, than their budget
+    /// says, where that is a time: also those that were there at their refresh.
+    pub over_time_frames: u64,
     /// Frames with a tile within 5° of the line of sight that was not finished.
     pub frames_with_unfinished_fovea: u64,
     /// Frames with any tile that was not finished.
@@ -119,6 +127,7 @@ impl SessionReport {
             frames: 0,
             late_frames: 0,
             over_budget_frames: 0,
+            over_time_frames: 0,
             frames_with_unfinished_fovea: 0,
             frames_with_unfinished_tiles: 0,
             lowered_frames: 0,
@@ -158,6 +167,7 @@ impl SessionReport {
         self.refreshes = frame.refresh;
         self.late_frames += u64::from(frame.late);
         self.over_budget_frames += u64::from(over);
+        self.over_time_frames += u64::from(frame.over_time);
         self.frames_with_unfinished_fovea += u64::from(frame.unfinished_fovea);
         self.frames_with_unfinished_tiles += u64::from(frame.unfinished_tiles > 0);
         self.lowered_frames += u64::from(frame.rung > 0);
