@@ -396,6 +396,77 @@ fn a_gaze_that_is_lost_leaves_no_hole_where_it_was() {
     }
 }
 
+/// A tracker that dies: no frame after it says anything of latency.
+#[cfg(unix)]
+#[test]
+fn a_tracker_that_is_killed_adds_nothing_to_latencies() {
+    use super::tracker_command::{start, start_on_line};
+    use std::io::Read;
+    let folder = tempfile::tempdir().expect("a folder");
+    let line = ["tracker", "mock", "--as", "link", "--pty", "tracker"];
+    let mock = start_on_line(folder.path(), &line);
+    let spec = "serial:tracker?protocol=link&hold_after=0.1&widen_after=0.2&head_after=0.4&\
+                full_after=0.6";
+    let mut run = ["run", "--tracker", spec, "--hz", "50", "--size", "24"].to_vec();
+    run.extend(["--budget", "20000steps", "--frames", "150", "--view", "png"]);
+    run.extend(["--record", "log", "--json"]);
+    let mut run = start(folder.path(), &run);
+    let shown = folder.path().join("shisen-out/frame-000050.png");
+    let begun = std::time::Instant::now();
+    while !shown.exists() {
+        assert!(begun.elapsed() < Duration::from_mins(1), "no frame");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    drop(mock);
+    let mut said = String::new();
+    let mut stdout = run.0.stdout.take().expect("what it says");
+    stdout.read_to_string(&mut said).expect("text");
+    assert!(run.0.wait().expect("an end").success());
+    let report: Value = serde_json::from_str(&said).expect("an object");
+    let log = fs::read_to_string(folder.path().join("log")).expect("a log");
+    let records = log
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("an object"));
+    let records: Vec<Value> = records.collect();
+    let at = |record: &Value, key: &str| record[key].as_u64().expect("a time");
+    let (followed, others): (Vec<_>, Vec<_>) = records
+        .iter()
+        .partition(|record| record["follows_gaze"] == true);
+    assert!(followed.len() > 10 && others.len() > 10, "{log}");
+    assert_eq!(report["frames_without_gaze"], others.len() as u64);
+    let times = followed
+        .iter()
+        .map(|record| at(record, "present_us") - at(record, "sample_us"));
+    let longest = times.max().expect("a frame") as f64 * 1.0e-3;
+    for leg in ["sample_to_arrive", "arrive_to_first_ray", "motion_to_wall"] {
+        assert_eq!(
+            report["stages"][leg]["frames"],
+            followed.len() as u64,
+            "{leg}"
+        );
+    }
+    let most = report["motion_to_wall_ms"]["most"]
+        .as_f64()
+        .expect("a time");
+    assert!((most / longest - 1.0).abs() < 2.0e-3, "{most} {longest}");
+    for record in &followed {
+        assert!(
+            at(record, "latch_us") - at(record, "arrive_us") <= 200_000,
+            "{record}"
+        );
+    }
+    // Its last sample is known all the same, and how old it is.
+    let last = records.last().expect("a frame");
+    assert_eq!(
+        (&last["follows_gaze"], &last["state"]),
+        (&false.into(), &"full quality".into())
+    );
+    assert!(
+        at(last, "latch_us") - at(last, "arrive_us") > 200_000,
+        "{last}"
+    );
+}
+
 #[test]
 fn what_is_looked_at_is_missed_only_by_budgets_that_say_so() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -450,8 +450,8 @@ impl Session<'_> {
         let nanos = |time: Micros| Duration::from_micros(time.0);
         let at = |instant: Instant| nanos(tracker.at(instant));
         let stamps = Stamps {
-            sample: latched.sample.map(nanos),
-            arrive: latched.arrive.map(nanos),
+            sample: latched.sample.filter(|_| latched.follows).map(nanos),
+            arrive: latched.arrive.filter(|_| latched.follows).map(nanos),
             latch: nanos(latched.latch),
             first_ray: at(rendered.first_ray),
             done: at(rendered.done),
@@ -478,6 +478,7 @@ impl Session<'_> {
             position: look.position.to_array(),
             forward: look.forward.to_array(),
             state: latched.estimate.state.name(),
+            follows_gaze: latched.follows,
             budget_us: budget.map(|time| time.as_micros() as u64),
             over_time: budget.is_some_and(|time| traced > time),
             budget_steps: decision.steps.map(|steps| steps * ranks),

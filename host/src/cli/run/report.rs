@@ -44,6 +44,7 @@ pub(super) struct Report {
     quality_changes: u64,
     rungs: Vec<Rung>,
     blind_frames: u64,
+    frames_without_gaze: u64,
     median_steps: u64,
     samples: u64,
     passed_over_samples: u64,
@@ -228,6 +229,7 @@ impl Report {
                 })
                 .collect(),
             blind_frames: of.blind_frames,
+            frames_without_gaze: of.frames_without_gaze,
             median_steps: of.median_steps,
             samples: of.samples,
             passed_over_samples: of.passed_over,
@@ -251,6 +253,13 @@ impl Report {
             if count > 0 {
                 write!(f, ", {count} {what}")?;
             }
+        }
+        if self.frames_without_gaze > 0 {
+            write!(
+                f,
+                "; {} frames followed none, and are in no time from a sample on",
+                self.frames_without_gaze
+            )?;
         }
         writeln!(f)
     }
