@@ -642,6 +642,15 @@ fn a_flood_is_thinned_and_told() {
 /// it bound.
 #[test]
 fn a_scaled_budget_says_what_it_is_of_what_frames_need() {
+    // Frames of D for a gaze to the front need more than the paper's part of one in full.
+    // Whoever takes the processors while that one is measured, and not later, makes it
+    // seem dearer: hardly time and again.
+    let bound = (0..5).any(|_| scaled_budget()["lowered_share"].as_f64() > Some(0.0));
+    assert!(bound, "{}", scaled_budget());
+}
+
+/// What a short session of scene D says of itself.
+fn scaled_budget() -> Value {
     let folder = tempfile::tempdir().expect("a folder");
     let mut command = shisen(folder.path());
     let command = command.args(["run", "--scene", "D", "--size", "48", "--frames", "60"]);
@@ -657,10 +666,30 @@ fn a_scaled_budget_says_what_it_is_of_what_frames_need() {
     );
     let last = number("budget_ms") / number("plain_ms");
     assert!((least - 1.0e-6..=most + 1.0e-6).contains(&last), "{report}");
+    assert!(number("needed_share") > 0.0, "{report}");
+    // A frame is of full quality, or lowered.
+    let full = report["rungs"][0]["frames"].as_f64().expect("a count");
+    let lowered = number("lowered_share") * number("frames");
     assert!(
-        number("needed_share") > 0.0 && number("lowered_share") <= 1.0,
+        (full + lowered - number("frames")).abs() < 1.0e-6,
         "{report}"
     );
+    report
+}
+
+/// In words.
+#[test]
+fn a_budget_that_binds_nothing_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (budget, binds) in [("1000000000steps", false), ("10000steps", true)] {
+        let mut command = shisen(folder.path());
+        let command = command.args(["run", "--budget", budget, "--size", "48", "--frames", "5"]);
+        let output = command.assert().success();
+        let said = String::from_utf8_lossy(&output.get_output().stdout).into_owned();
+        let is_more = said.contains("this budget is more than a frame of full quality needs");
+        assert_eq!(is_more, !binds, "{said}");
+        assert_eq!(said.contains("quality lowered in 0.0%"), !binds, "{said}");
+    }
 }
 
 #[test]

@@ -316,6 +316,12 @@ impl fmt::Display for Report {
                 "of full quality frames take about {:.0}% of its steps, at the median",
                 100.0 * share
             )?;
+            if share <= 1.0 && self.lowered_share == 0.0 {
+                writeln!(
+                    f,
+                    "this budget is more than a frame of full quality needs: it lowered nothing"
+                )?;
+            }
         }
         self.fmt_samples(f)?;
         for rung in self.rungs.iter().filter(|rung| rung.frames > 0) {
