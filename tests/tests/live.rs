@@ -467,6 +467,43 @@ fn a_tracker_that_is_killed_adds_nothing_to_latencies() {
     );
 }
 
+/// Ctrl-C ends a run that has no end, with its report and its record.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_it_with_a_report() {
+    use super::tracker_command::{interrupt, start};
+    use std::io::Read;
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut run = start(
+        folder.path(),
+        &[
+            "run", "--size", "16", "--hz", "60", "--view", "png", "--record", "log", "--json",
+        ],
+    );
+    let shown = folder.path().join("shisen-out/frame-000003.png");
+    let begun = std::time::Instant::now();
+    while !shown.exists() {
+        assert!(begun.elapsed() < Duration::from_mins(1), "no frame");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    interrupt(&run);
+    let mut said = String::new();
+    let mut stdout = run.0.stdout.take().expect("what it says");
+    stdout.read_to_string(&mut said).expect("text");
+    assert_eq!(run.0.wait().expect("an end").code(), Some(0));
+    assert_eq!(said.lines().count(), 1, "{said}");
+    let report: Value = serde_json::from_str(&said).expect("an object");
+    let frames = report["frames"].as_u64().expect("frames");
+    assert!(frames >= 4, "{report}");
+    // No frame is cut short.
+    let log = fs::read_to_string(folder.path().join("log")).expect("a log");
+    assert_eq!(log.lines().count() as u64, frames);
+    for line in log.lines() {
+        let record: Value = serde_json::from_str(line).expect("an object");
+        assert!(record["present_us"].is_u64(), "{record}");
+    }
+}
+
 #[test]
 fn what_is_looked_at_is_missed_only_by_budgets_that_say_so() {
     let folder = tempfile::tempdir().expect("a folder");
