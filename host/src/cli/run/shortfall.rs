@@ -5,20 +5,21 @@ use shisen::live::{FrameRecord, Quality};
 /// Frames over their time before that is told: one or two may have been held up.
 const FEWEST: u64 = 5;
 
-/// Of the frames of the least quality one of so many is over its time, at least, where
+/// Of the frames of lowered quality one of so many is over its time, at least, where
 /// that is told.
 const ONE_OF: u64 = 4;
 
-/// Tells once of each kind of budget that frames of the least quality are not finished,
-/// or not in time, within it.
+/// Tells once that frames of the least quality are not finished within their budget, and
+/// once that those of lowered quality are not in time. These need not be of the least: as
+/// many steps as that needs are given whatever the time, and a better one may fit into them.
 #[derive(Debug, Default)]
 pub(super) struct Shortfall {
     /// Whether it was told that steps are too few.
     of_steps: bool,
     /// Whether it was told that time is too short.
     of_time: bool,
-    /// Frames of the least quality.
-    least: u64,
+    /// Frames of lowered quality.
+    lowered: u64,
     /// Those of them that took longer than they might.
     over_time: u64,
 }
@@ -26,12 +27,13 @@ pub(super) struct Shortfall {
 impl Shortfall {
     /// Hears of a frame; what is to be told, if anything is.
     pub(super) fn hear(&mut self, record: &FrameRecord) -> Option<String> {
-        if record.rung + 1 < Quality::LADDER.len() {
+        if record.rung == 0 {
             return None;
         }
-        self.least += 1;
+        self.lowered += 1;
         self.over_time += u64::from(record.over_time);
-        if record.unfinished_fovea && !self.of_steps {
+        let is_least = record.rung + 1 == Quality::LADDER.len();
+        if record.unfinished_fovea && is_least && !self.of_steps {
             self.of_steps = true;
             return Some(format!(
                 "the budget is too small for what is looked at: of the least quality frame {} \
@@ -42,7 +44,7 @@ impl Shortfall {
                 record.budget_steps.unwrap_or(record.need_steps),
             ));
         }
-        let is_common = self.over_time >= FEWEST && self.over_time * ONE_OF >= self.least;
+        let is_common = self.over_time >= FEWEST && self.over_time * ONE_OF >= self.lowered;
         let budget = record.budget_us.filter(|_| record.over_time)?;
         if !is_common || self.of_time {
             return None;
@@ -50,11 +52,11 @@ impl Shortfall {
         self.of_time = true;
         let milliseconds = |microseconds: u64| 1.0e-3 * microseconds as f64;
         Some(format!(
-            "the budget is too short: of the least quality {} of {} frames took longer, frame {} \
+            "the budget is too short: of lowered quality {} of {} frames took longer, frame {} \
              {:.2} ms where it may take {:.2} ms; give a larger --budget, a lower --hz or a \
              smaller --size",
             self.over_time,
-            self.least,
+            self.lowered,
             record.frame,
             milliseconds(record.done_us.saturating_sub(record.latch_us)),
             milliseconds(budget),
@@ -93,8 +95,8 @@ mod tests {
         assert_eq!(told_of_half.len(), 1, "{told_of_half:?}");
         let said = "5 of 9 frames took longer, frame 0 3.40 ms where it may take 2.00 ms";
         assert!(told_of_half[0].contains(said), "{told_of_half:?}");
-        // A better quality will be lowered, and one in ten was held up.
-        assert!(told((0..100).map(|_| frame(LEAST - 1, 9_000))).is_empty());
+        // Full quality will be lowered, and one in ten was held up.
+        assert!(told((0..100).map(|_| frame(0, 9_000))).is_empty());
         let seldom = |number: u64| frame(LEAST, if number % 10 == 9 { 3_000 } else { 1_000 });
         assert!(told((0..1_000).map(seldom)).is_empty());
     }
