@@ -494,7 +494,7 @@ fn a_line_in_use_is_not_taken_over() {
 }
 
 /// As Ctrl-C does.
-fn interrupt(running: &Running) {
+pub(super) fn interrupt(running: &Running) {
     let status = Command::new("kill")
         .args(["-INT", &running.0.id().to_string()])
         .status();

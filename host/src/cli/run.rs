@@ -4,6 +4,7 @@ mod files;
 mod frames;
 mod log;
 mod report;
+mod shortfall;
 mod together;
 #[cfg_attr(not(all(unix, feature = "window")), path = "run/no_watch.rs")]
 mod watch;
@@ -35,35 +36,39 @@ use std::time::Duration;
 ///
 /// Ctrl-C ends it, with its report.
 ///
-/// With --json, one object: scene, mesh, tracker, size, threads, simd, lod, hz,
-/// budget, `budget_ms` and `budget_steps` (the last frame's allowance, null where it
-/// is not by time or by steps), `plain_ms` (a frame in full, where the budget is a
-/// part of that) and `plain_parts` (the least and the most that it was), latch, seconds,
-/// frames, refreshes (until the last frame), `repeated_refreshes` (those without a new
-/// frame: with frames they make up refreshes), `late_frames` (not there at their refresh,
-/// or at the one that ends their budget, where that is longer), `over_budget_frames`
-/// (more steps than allowed), `frames_with_unfinished_fovea` (a tile within 5° of the
-/// line of sight not finished), `frames_with_unfinished_tiles`, `lowered_share` (of
-/// the frames, those whose quality was lowered), `spent_share` (of the budget, what
-/// frames took: the median; null without one), `needed_share` (of its steps, what frames
-/// of full quality would have taken, as far as is known: the median), `quality_changes`, rungs (depth,
-/// faces, field, centre, sampling, capture and frames of each quality, the best
-/// first), `blind_frames` (the head was where a screen is not seen), `median_steps`,
-/// samples, `passed_over_samples` (of these, not used, as a sensor sent 2,000 a second or
-/// more), `lost_samples` (by the device's count), `dropped_bytes`, `motion_to_wall_ms` (frames, least, p50, p95, p99, most;
-/// null without samples), stages (the same of `sample_to_arrive`, `arrive_to_latch`,
-/// `latch_to_first_ray`, `first_ray_to_done`, `done_to_present`,
-/// `arrive_to_first_ray` and `motion_to_wall`), `involuntary_switches` (how often the
-/// system took the processor away) and `stolen_seconds` (of all processors, by
-/// whatever this machine runs on); null where the system does not say; stereo (format
-/// and `eye_order`, the first eye first), fill (by now, where keys changed it),
-/// window (null without one: shown and dropped (frames), and `is_open`, whether it
+/// With --json, one object: scene, mesh, tracker, size, threads, simd, lod, hz, budget,
+/// `budget_ms` and `budget_steps` (the last frame's allowance, null where it is not by
+/// time or by steps), `plain_ms` (a frame in full, where the budget is a part of that)
+/// and `plain_parts` (the least and the most that it was), latch, seconds, frames,
+/// refreshes (until the last frame), `repeated_refreshes` (those without a new frame:
+/// with frames they make up refreshes), `late_frames` (not there at their refresh, or at
+/// the one that ends their budget, where that is longer), `over_budget_frames` (more
+/// steps than allowed), `over_time_frames` (from taking the gaze to the last pixel longer
+/// than the budget, where that is a time), `frames_with_unfinished_fovea` (a tile within
+/// 5° of the line of sight not finished; where the gaze is lost, of the head's direction),
+/// `frames_with_unfinished_tiles`, `lowered_share` (of the frames, those whose quality
+/// was lowered), `spent_share` (of the budget, what frames took: the median; null without
+/// one), `needed_share` (of its steps, what frames of full quality would have taken, as
+/// far as is known: the median), `quality_changes`, rungs (depth, faces, field, centre,
+/// sampling, capture and frames of each quality, the best first), `blind_frames` (the
+/// head was where a screen is not seen), `frames_without_gaze` (before the first sample,
+/// after a tracker was silent for longer than a gaze is held, `widen_after` of SPEC, or
+/// with eyes that are not seen: in no time from a sample on), `median_steps`, samples,
+/// `passed_over_samples` (of these, not used, as a sensor sent 2,000 a second or more),
+/// `lost_samples` (by the device's count), `dropped_bytes`, `motion_to_wall_ms` (frames,
+/// least, p50, p95, p99, most; null without samples), stages (the same of
+/// `sample_to_arrive`, `arrive_to_latch`, `latch_to_first_ray`, `first_ray_to_done`,
+/// `done_to_present`, `arrive_to_first_ray` and `motion_to_wall`), `involuntary_switches`
+/// (how often the system took the processor away) and `stolen_seconds` (of all
+/// processors, by whatever this machine runs on); null where the system does not say;
+/// stereo (format and `eye_order`, the first eye first), fill (by now, where keys changed
+/// it), window (null without one: shown and dropped (frames), and `is_open`, whether it
 /// was at the end), cluster (null without --cluster or with one process: ranks,
-/// `frame_hash` of the last frame's pictures as all processes render it without an
-/// end of steps, `frame_hash_alone` as the first does by itself, and `waited_us`, how
-/// long that waited for the others of each frame: p50, p95, p99, most) and
-/// `earlier_frames` (before a key in the window asked for another scene or level of
-/// detail; all else is of the frames since).
+/// `frame_hash` of the last frame's pictures as all processes render it without an end of
+/// steps, `frame_hash_alone` as the first does by itself, and `waited_us`, how long that
+/// waited for the others of each frame: p50, p95, p99, most) and `earlier_frames` (before
+/// a key in the window asked for another scene or level of detail; all else is of the
+/// frames since).
 ///
 /// The window is on the X server that DISPLAY names. It shows what it has the time
 /// for and holds no frame up; where it is closed, frames go on to the end of --frames
@@ -108,10 +113,12 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR", default_value = "shisen-out")]
     out: PathBuf,
     /// Write what each frame was, one JSON object a line: `due_us`, `due_refresh` and
-    /// refresh (numbers of the refreshes at which it was to be shown, and was), `sample_us`,
-    /// `arrive_us`, `latch_us`, `first_ray_us`, `done_us`, `present_us` (since the
-    /// tracker was opened), frame, late, position, forward, state, `budget_steps`,
-    /// steps, `need_steps`, rung, tiles, `unfinished_tiles` and `unfinished_fovea`
+    /// refresh (numbers of the refreshes at which it was to be shown, and was),
+    /// `sample_us`, `arrive_us`, `latch_us`, `first_ray_us`, `done_us`, `present_us`
+    /// (since the tracker was opened), frame, late, position, forward, state,
+    /// `follows_gaze`, `budget_us` and `over_time` (whether it took longer, from
+    /// `latch_us` to `done_us`), `budget_steps`, steps, `need_steps`, rung, tiles,
+    /// `unfinished_tiles` and `unfinished_fovea`
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Share the walls and eyes out among the processes that mpirun started: all with

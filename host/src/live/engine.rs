@@ -544,7 +544,7 @@ fn towards(sight: Option<Vec3>, view: &View, tile: Tile) -> f32 {
 }
 
 /// Whether a pixel of a tile is within [`FOVEA`] of the line of sight. Where nobody
-/// knows that, all are.
+/// knows that, all are; a session whose gaze is lost has the head's direction.
 fn is_foveal(sight: Option<Vec3>, view: &View, tile: Tile) -> bool {
     let Some(forward) = sight else {
         return true;

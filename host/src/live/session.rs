@@ -450,14 +450,19 @@ impl Session<'_> {
         let nanos = |time: Micros| Duration::from_micros(time.0);
         let at = |instant: Instant| nanos(tracker.at(instant));
         let stamps = Stamps {
-            sample: latched.sample.map(nanos),
-            arrive: latched.arrive.map(nanos),
+            sample: latched.sample.filter(|_| latched.follows).map(nanos),
+            arrive: latched.arrive.filter(|_| latched.follows).map(nanos),
             latch: nanos(latched.latch),
             first_ray: at(rendered.first_ray),
             done: at(rendered.done),
             present: at(present),
         };
         let ranks = self.lock.share().ranks() as u64;
+        let budget = match self.report.allowance {
+            Allowance::Time(time) => Some(time),
+            Allowance::Unlimited | Allowance::Steps(_) => None,
+        };
+        let traced = stamps.done.saturating_sub(stamps.latch);
         let record = FrameRecord {
             frame: self.report.frames,
             due_us: tracker.at(self.pacing.at(due)).0,
@@ -473,6 +478,9 @@ impl Session<'_> {
             position: look.position.to_array(),
             forward: look.forward.to_array(),
             state: latched.estimate.state.name(),
+            follows_gaze: latched.follows,
+            budget_us: budget.map(|time| time.as_micros() as u64),
+            over_time: budget.is_some_and(|time| traced > time),
             budget_steps: decision.steps.map(|steps| steps * ranks),
             steps: rendered.steps,
             need_steps: rendered.need,

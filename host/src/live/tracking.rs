@@ -68,6 +68,11 @@ pub struct Latched {
     pub sample: Option<Micros>,
     /// When it came.
     pub arrive: Option<Micros>,
+    /// Whether the gaze follows that sample: it is known, and the tracker has not been
+    /// silent for longer than a gaze is held
+    /// ([`widen_after`](estimate::FallbackConfig::widen_after)). How late the sample was
+    /// when it came does not count: that is the tracker's delay.
+    pub follows: bool,
     /// When the gaze was taken.
     pub latch: Micros,
     /// Samples so far.
@@ -126,7 +131,11 @@ impl LiveTracker {
         let estimate = following
             .estimator
             .estimate(display.max(latch), &mut |_| {});
+        let held = following.estimator.config().fallback.widen_after;
+        let is_recent = |(_, arrive)| latch.since(arrive) <= held;
         Latched {
+            follows: following.newest.is_some_and(is_recent)
+                && estimate.state != estimate::State::FullQuality,
             estimate,
             sample: following.newest.map(|(sample, _)| sample),
             arrive: following.newest.map(|(_, arrive)| arrive),

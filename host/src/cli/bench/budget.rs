@@ -25,6 +25,7 @@ use std::time::Duration;
 /// for steps and for time budget, hz (a whole number: the time is a refresh of it, and
 /// at most half of the median), frames, `late_frames` (not there at their refresh),
 /// `late_share`, `over_budget_frames` (more steps than allowed),
+/// `over_time_frames` (longer than the budget, where that is a time),
 /// `frames_with_unfinished_fovea` (a tile within 5° of the line of sight not finished),
 /// `frames_with_unfinished_tiles`, `lowered_share` (of the frames, those whose quality was
 /// lowered), `quality_changes`, `spent_share` (of the budget, the median),
@@ -79,6 +80,7 @@ struct Run {
     late_frames: u64,
     late_share: f64,
     over_budget_frames: u64,
+    over_time_frames: u64,
     frames_with_unfinished_fovea: u64,
     frames_with_unfinished_tiles: u64,
     lowered_share: f64,
@@ -159,6 +161,7 @@ impl Run {
             frames,
             late_frames,
             over_budget_frames,
+            over_time_frames,
             frames_with_unfinished_fovea,
             frames_with_unfinished_tiles,
             lowered_frames,
@@ -174,6 +177,7 @@ impl Run {
             late_frames,
             late_share: share(late_frames),
             over_budget_frames,
+            over_time_frames,
             frames_with_unfinished_fovea,
             frames_with_unfinished_tiles,
             lowered_share: share(lowered_frames),
@@ -234,6 +238,7 @@ impl fmt::Display for Report {
         row("frames", &|run| run.frames.to_string())?;
         row("late", &|run| run.late_frames.to_string())?;
         row("of all", &|run| percent(run.late_share))?;
+        row("over their time", &|run| run.over_time_frames.to_string())?;
         row("over their steps", &|run| {
             run.over_budget_frames.to_string()
         })?;

@@ -2,6 +2,7 @@
 
 use super::files::Files;
 use super::log::Log;
+use super::shortfall::Shortfall;
 use super::watch::Watch;
 use super::watched::{Command, Watched};
 use super::{Arguments, FillName, View};
@@ -11,7 +12,7 @@ use crate::cli::tracker::Interrupt;
 use crate::cli::warn;
 use glam::Vec3;
 use shisen::dashboard::About;
-use shisen::live::{FrameRecord, Quality, Share};
+use shisen::live::{FrameRecord, Share};
 use shisen::picture::Picture;
 use shisen::render::Observer;
 use shisen_core::gaze::HeadPose;
@@ -65,8 +66,7 @@ pub(super) struct Frames<'s> {
     shown: u64,
     change: Option<Change>,
     failure: Option<Failure>,
-    /// Whether it was told that the budget is too small.
-    warned: bool,
+    shortfall: Shortfall,
 }
 
 impl<'s> Frames<'s> {
@@ -87,7 +87,7 @@ impl<'s> Frames<'s> {
             shown: 0,
             change: None,
             failure: None,
-            warned: false,
+            shortfall: Shortfall::default(),
         }
     }
 
@@ -223,16 +223,8 @@ impl Audience for Frames<'_> {
         if let Output::Window(watch) = &mut self.output {
             watch.hear(record);
         }
-        if !self.warned && record.unfinished_fovea && record.rung + 1 == Quality::LADDER.len() {
-            self.warned = true;
-            warn(&format!(
-                "the budget is too small for what is looked at: of the least quality frame {} \
-                 takes about {} steps, and may take {}; give a larger --budget, a lower --hz or a \
-                 smaller --size",
-                record.frame,
-                record.need_steps,
-                record.budget_steps.unwrap_or(record.need_steps),
-            ));
+        if let Some(told) = self.shortfall.hear(record) {
+            warn(&told);
         }
         let now = Instant::now();
         let end = self

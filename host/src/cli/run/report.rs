@@ -35,6 +35,7 @@ pub(super) struct Report {
     repeated_refreshes: u64,
     late_frames: u64,
     over_budget_frames: u64,
+    over_time_frames: u64,
     frames_with_unfinished_fovea: u64,
     frames_with_unfinished_tiles: u64,
     lowered_share: f64,
@@ -43,6 +44,7 @@ pub(super) struct Report {
     quality_changes: u64,
     rungs: Vec<Rung>,
     blind_frames: u64,
+    frames_without_gaze: u64,
     median_steps: u64,
     samples: u64,
     passed_over_samples: u64,
@@ -198,6 +200,7 @@ impl Report {
             repeated_refreshes: of.refreshes - of.frames,
             late_frames: of.late_frames,
             over_budget_frames: of.over_budget_frames,
+            over_time_frames: of.over_time_frames,
             frames_with_unfinished_fovea: of.frames_with_unfinished_fovea,
             frames_with_unfinished_tiles: of.frames_with_unfinished_tiles,
             lowered_share: part(of.lowered_frames),
@@ -226,6 +229,7 @@ impl Report {
                 })
                 .collect(),
             blind_frames: of.blind_frames,
+            frames_without_gaze: of.frames_without_gaze,
             median_steps: of.median_steps,
             samples: of.samples,
             passed_over_samples: of.passed_over,
@@ -249,6 +253,13 @@ impl Report {
             if count > 0 {
                 write!(f, ", {count} {what}")?;
             }
+        }
+        if self.frames_without_gaze > 0 {
+            write!(
+                f,
+                "; {} frames followed none, and are in no time from a sample on",
+                self.frames_without_gaze
+            )?;
         }
         writeln!(f)
     }
@@ -275,12 +286,13 @@ impl fmt::Display for Report {
         writeln!(f, "; {} steps a frame at the median", self.median_steps)?;
         writeln!(
             f,
-            "{} frames in {:.1} s at {} refreshes: {} late, {} over their steps, {} unfinished, {} of these near \
-             the line of sight",
+            "{} frames in {:.1} s at {} refreshes: {} late, {} over their time, {} over their \
+             steps, {} unfinished, {} of these near the line of sight",
             self.frames,
             self.seconds,
             self.refreshes,
             self.late_frames,
+            self.over_time_frames,
             self.over_budget_frames,
             self.frames_with_unfinished_tiles,
             self.frames_with_unfinished_fovea
@@ -304,6 +316,12 @@ impl fmt::Display for Report {
                 "of full quality frames take about {:.0}% of its steps, at the median",
                 100.0 * share
             )?;
+            if share <= 1.0 && self.lowered_share == 0.0 {
+                writeln!(
+                    f,
+                    "this budget is more than a frame of full quality needs: it lowered nothing"
+                )?;
+            }
         }
         self.fmt_samples(f)?;
         for rung in self.rungs.iter().filter(|rung| rung.frames > 0) {

@@ -39,6 +39,14 @@ pub struct FrameRecord {
     pub forward: [f32; 3],
     /// How much of the gaze could be relied on.
     pub state: &'static str,
+    /// Whether the gaze follows the newest sample: it is known, and the tracker was not
+    /// silent for longer than a gaze is held.
+    pub follows_gaze: bool,
+    /// What it might take from taking the gaze to the last pixel; null where its budget
+    /// was no time.
+    pub budget_us: Option<u64>,
+    /// Whether that took longer.
+    pub over_time: bool,
     /// Steps that it might take; null where there was no end.
     pub budget_steps: Option<u64>,
     /// Steps that it took.
@@ -51,7 +59,9 @@ pub struct FrameRecord {
     pub tiles: usize,
     /// Tiles that the budget did not finish.
     pub unfinished_tiles: usize,
-    /// Whether one of these is within 5° of the line of sight.
+    /// Whether one of these is within 5° of the line of sight. Where the gaze is lost that
+    /// is the head's direction, which steps are dealt out from: the viewer may look at any
+    /// of the others, too.
     pub unfinished_fovea: bool,
 }
 
@@ -64,7 +74,11 @@ pub struct SessionReport {
     pub late_frames: u64,
     /// Frames that took more steps than they might.
     pub over_budget_frames: u64,
-    /// Frames with a tile within 5° of the line of sight that was not finished.
+    /// Frames that took longer, from taking the gaze to the last pixel, than their budget
+    /// says, where that is a time: also those that were there at their refresh.
+    pub over_time_frames: u64,
+    /// Frames with a tile within 5° of the line of sight that was not finished; where the
+    /// gaze is lost, of the head's direction.
     pub frames_with_unfinished_fovea: u64,
     /// Frames with any tile that was not finished.
     pub frames_with_unfinished_tiles: u64,
@@ -77,6 +91,10 @@ pub struct SessionReport {
     /// Frames in which the viewer could not see a screen, and the eyes stayed where
     /// they were.
     pub blind_frames: u64,
+    /// Frames that followed no gaze: before the first sample, after a tracker went silent
+    /// for longer than a gaze is held, or with eyes that are not seen. They are in no
+    /// latency from a sample on.
+    pub frames_without_gaze: u64,
     /// Samples of the tracker.
     pub samples: u64,
     /// Those of them that were not used, as there were too many.
@@ -119,12 +137,14 @@ impl SessionReport {
             frames: 0,
             late_frames: 0,
             over_budget_frames: 0,
+            over_time_frames: 0,
             frames_with_unfinished_fovea: 0,
             frames_with_unfinished_tiles: 0,
             lowered_frames: 0,
             quality_changes: 0,
             rungs: [0; Quality::LADDER.len()],
             blind_frames: 0,
+            frames_without_gaze: 0,
             samples: 0,
             passed_over: 0,
             refreshes: 0,
@@ -158,8 +178,10 @@ impl SessionReport {
         self.refreshes = frame.refresh;
         self.late_frames += u64::from(frame.late);
         self.over_budget_frames += u64::from(over);
+        self.over_time_frames += u64::from(frame.over_time);
         self.frames_with_unfinished_fovea += u64::from(frame.unfinished_fovea);
         self.frames_with_unfinished_tiles += u64::from(frame.unfinished_tiles > 0);
+        self.frames_without_gaze += u64::from(!frame.follows_gaze);
         self.lowered_frames += u64::from(frame.rung > 0);
         self.rungs[frame.rung] += 1;
     }

@@ -175,6 +175,18 @@ fn adds_up(report: &SessionReport, records: &[FrameRecord], period: u64) {
     assert_eq!(report.refreshes, refresh);
     let late = records.iter().filter(|record| record.late).count();
     assert_eq!(report.late_frames, late as u64);
+    let followed = records.iter().filter(|record| record.follows_gaze).count();
+    assert_eq!(report.frames_without_gaze, report.frames - followed as u64);
+    let counted = |leg: Leg| report.latencies.of(leg).map_or(0, |of| of.frames);
+    for leg in [
+        Leg::SampleToArrive,
+        Leg::ArriveToFirstRay,
+        Leg::MotionToWall,
+    ] {
+        assert_eq!(counted(leg), followed as u64);
+    }
+    let over_time = records.iter().filter(|record| record.over_time).count();
+    assert_eq!(report.over_time_frames, over_time as u64);
     assert_eq!(report.rungs.iter().sum::<u64>(), report.frames);
     let refreshes = report.seconds * 1.0e6 / period as f64;
     assert!(refreshes >= refresh as f64 - 0.01, "{refreshes} {refresh}");
