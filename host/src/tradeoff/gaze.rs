@@ -36,7 +36,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
          the periphery beyond: Rayner 1998; the first two on a screen of their own with {} pixels \
          within 1° for each eye, which is in no time and no step), and, by acuity, weighted by the part of the visual cortex that sees a \
          pixel: its solid angle times the square of 17.3 mm / (E + 0.75°), E being its \
-         eccentricity (Horton & Hoyt 1991). What follows the gaze is whether rays are traced at \
+         eccentricity (Horton & Hoyt 1991), to 5° of that screen, beyond of the walls. What follows the gaze is whether rays are traced at \
          all, how often they bounce, and what faces they see; and, of peripheral sampling, how many \
          pixels have a ray of their own.",
         room.pixels_per_degree(),

@@ -126,6 +126,15 @@ pub struct Quality {
     pub ssim: f64,
 }
 
+impl Quality {
+    /// Of what nobody can tell apart.
+    const EQUAL: Self = Self {
+        psnr: None,
+        flip: 0.0,
+        ssim: 1.0,
+    };
+}
+
 /// How far pictures are from what they should be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PictureError {
@@ -135,32 +144,29 @@ pub struct PictureError {
     pub weighted: Quality,
     /// Of each [`Ring`]; `None` where it has no pixels.
     pub rings: [Option<Quality>; 3],
+    /// What `weighted` is of, ring by ring.
+    by_acuity: [Sum; 3],
 }
 
 impl PictureError {
     /// Of the pictures of a frame, each with how it is seen: as it was found, and
     /// as it should be. Pictures have the pixels of their view.
     pub fn new(pictures: &[(&Sight, &Picture, &Picture)]) -> Self {
-        let sums: Vec<[Sum; 5]> = pictures
+        let sums: Vec<Sums> = pictures
             .par_iter()
             .map(|&(sight, found, truth)| sums(sight, found, truth))
             .collect();
-        let total = |number: usize| {
-            let mut total = Sum::default();
-            for sums in &sums {
-                total.add(&sums[number]);
-            }
-            total.quality()
+        let of_rings = |of: fn(&Sums) -> &[Sum; 3]| {
+            [0, 1, 2].map(|ring| Sum::total(sums.iter().map(|sums| &of(sums)[ring])))
         };
-        let none = Quality {
-            psnr: None,
-            flip: 0.0,
-            ssim: 1.0,
-        };
+        let all = Sum::total(sums.iter().map(|sums| &sums.all));
+        let by_acuity = of_rings(|sums| &sums.by_acuity);
+        let weighted = Sum::total(&by_acuity);
         Self {
-            all: total(0).unwrap_or(none),
-            weighted: total(1).unwrap_or(none),
-            rings: [total(2), total(3), total(4)],
+            all: all.quality().unwrap_or(Quality::EQUAL),
+            weighted: weighted.quality().unwrap_or(Quality::EQUAL),
+            rings: of_rings(|sums| &sums.by_pixels).map(|sum| sum.quality()),
+            by_acuity,
         }
     }
 }
@@ -185,9 +191,14 @@ pub(super) const MEASURES: [Measure; 15] = [
 ];
 
 impl PictureError {
-    /// With the fovea and the parafovea of pictures that have more pixels there.
+    /// With the fovea and the parafovea of pictures that have more pixels there, for the
+    /// same eyes: in the rings, and in what is weighted. Weights are of solid angles, so
+    /// that those of fine pixels and of coarse ones add up.
     pub(super) fn with_middle_of(mut self, near: &Self) -> Self {
         self.rings[..2].copy_from_slice(&near.rings[..2]);
+        self.by_acuity[..2].copy_from_slice(&near.by_acuity[..2]);
+        let weighted = Sum::total(&self.by_acuity).quality();
+        self.weighted = weighted.unwrap_or(Quality::EQUAL);
         self
     }
 
@@ -208,8 +219,7 @@ impl PictureError {
     }
 }
 
-/// Of all, weighted, and of the rings.
-fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> [Sum; 5] {
+fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> Sums {
     let codes = [found, truth].map(|picture| {
         let pixels = picture.pixels.iter();
         let codes = pixels.map(|&[r, g, b, _]| [r, g, b].map(srgb_from_linear));
@@ -227,7 +237,7 @@ fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> [Sum; 5] {
         let ssim = similarities(&luma(found_codes), &luma(true_codes), width as usize);
         (flip.to_vec(), ssim)
     });
-    let mut sums = [Sum::default(); 5];
+    let mut sums = Sums::default();
     for (index, (ring, &weight)) in sight.rings.iter().zip(&sight.weights).enumerate() {
         if weight == 0.0 {
             continue;
@@ -247,9 +257,9 @@ fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> [Sum; 5] {
             flip: weight * flip,
             ssim: weight * ssim,
         };
-        sums[0].add(&of_pixel(1.0));
-        sums[1].add(&of_pixel(weight));
-        sums[2 + *ring as usize].add(&of_pixel(1.0));
+        sums.all.add(&of_pixel(1.0));
+        sums.by_pixels[*ring as usize].add(&of_pixel(1.0));
+        sums.by_acuity[*ring as usize].add(&of_pixel(weight));
     }
     sums
 }
@@ -259,7 +269,17 @@ fn luma([red, green, blue]: [u8; 3]) -> f64 {
     0.2126 * f64::from(red) + 0.7152 * f64::from(green) + 0.0722 * f64::from(blue)
 }
 
-#[derive(Debug, Clone, Copy, Default)]
+/// Of a picture.
+#[derive(Default)]
+struct Sums {
+    all: Sum,
+    /// Of each ring, where each pixel is as much as another.
+    by_pixels: [Sum; 3],
+    /// The same by the cortex that sees them.
+    by_acuity: [Sum; 3],
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Sum {
     weight: f64,
     squares: f64,
@@ -268,6 +288,14 @@ struct Sum {
 }
 
 impl Sum {
+    fn total<'s>(of: impl IntoIterator<Item = &'s Self>) -> Self {
+        let mut total = Self::default();
+        for sum in of {
+            total.add(sum);
+        }
+        total
+    }
+
     fn add(&mut self, other: &Self) {
         self.weight += other.weight;
         self.squares += other.squares;

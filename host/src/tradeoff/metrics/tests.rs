@@ -122,3 +122,36 @@ fn rings_are_where_the_viewer_looks() {
     assert_eq!(weighted[0].all, weighted[1].all);
     assert!(weighted[1].rings[0].is_some() && weighted[0].rings[0].is_none());
 }
+
+/// The walls are equal, the close-up of 10° is not: what is weighted has a part of each.
+#[test]
+fn what_is_weighted_has_the_middle_of_the_close_up() {
+    let (walls, half) = (view(), 5f32.to_radians().tan());
+    let pixel = 2.0 * half / 16.0;
+    let first = Vec3::new(-half + 0.5 * pixel, half - 0.5 * pixel, -1.0);
+    let (right, down) = (Vec3::X * pixel, Vec3::NEG_Y * pixel);
+    let close_up = View::new(Vec3::ZERO, first, right, down, [16, 16]).unwrap();
+    let [walls, close_up] = [walls, close_up].map(|view| Sight::new(&view, Vec3::NEG_Z));
+    let equal = PictureError::new(&[(&walls, &grey(90), &grey(90))]);
+    let near = PictureError::new(&[(&close_up, &grey(120), &grey(100))]);
+    let found = equal.clone().with_middle_of(&near);
+
+    let weight = |sight: &Sight, is_near: bool| -> f64 {
+        let pixels = sight.rings.iter().zip(&sight.weights);
+        let those = pixels.filter(|one| (*one.0 != Ring::Periphery) == is_near);
+        those.map(|one| *one.1).sum()
+    };
+    let (middle, beyond) = (weight(&close_up, true), weight(&walls, false));
+    let part = middle / (middle + beyond);
+    assert!(part > 0.1 && part < 0.9, "{part}");
+    let (weighted, whole) = (found.weighted, near.all);
+    assert!((weighted.flip - part * whole.flip).abs() < 1e-6 * whole.flip);
+    assert!((weighted.ssim - (part * whole.ssim + 1.0 - part)).abs() < 1e-9);
+    let psnr = 20.0 * (255.0f64 / 20.0).log10() - 10.0 * part.log10();
+    assert!((weighted.psnr.unwrap() - psnr).abs() < 1e-9, "{weighted:?}");
+    let [fovea, _, periphery] = found.rings.map(Option::unwrap);
+    assert!(weighted.flip > periphery.flip && weighted.flip < fovea.flip);
+    assert!(weighted.ssim < periphery.ssim && weighted.ssim > fovea.ssim);
+    // All pixels of the walls, and their periphery, are as they were.
+    assert_eq!((found.all, found.rings[2]), (equal.all, equal.rings[2]));
+}
