@@ -354,6 +354,8 @@ pub struct Comparison {
     pub measures: Vec<Measure>,
     /// What counts as none of the first measure, and why.
     pub limit: Limit,
+    /// Another limit, stricter or looser, for which the choice names the best, too.
+    pub other_limit: Option<Limit>,
     /// What to choose: a sentence that follows from the points.
     pub choice: String,
     /// In the order in which they were asked for.

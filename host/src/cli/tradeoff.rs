@@ -34,7 +34,8 @@ use std::time::Instant;
 /// it to the build, and `cpu_features`), mesh, seconds (of the whole run), html, csv
 /// and json (paths), sections: id, title, about, choice (a sentence) and comparisons:
 /// id, title, about, choice, limit (error, of the first measure, that counts as
-/// none, and because), measures (id and label each) and points: series, name,
+/// none, and because), `other_limit` (null, or another one, for which the choice names the
+/// best setting, too), measures (id and label each) and points: series, name,
 /// settings, errors (by measures; null where there is no such number), seconds,
 /// spread (of the times, between their quartiles), steps (null where none are counted), `best_by_time` and `best_by_steps` (whether
 /// the point is on the Pareto front of the first measure and time, or steps); and

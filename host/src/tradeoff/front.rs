@@ -67,12 +67,77 @@ impl Comparison {
             about: about.into(),
             measures,
             limit,
+            other_limit: None,
             choice,
             points,
             charts: Vec::new(),
             logarithmic: false,
         }
     }
+
+    /// Says, too, what to choose within another limit of the same measure.
+    pub(super) fn choose_within_too(&mut self, limit: Limit) {
+        let other = within_too(
+            &self.points,
+            self.measures[0].label,
+            &limit,
+            Build::OPTIMISED,
+        );
+        self.choice.push(' ');
+        self.choice.push_str(&other);
+        self.other_limit = Some(limit);
+    }
+}
+
+/// The sentence for another limit: what is the best within it, and its price beside that of
+/// the nearest to the truth.
+fn within_too(points: &[Point], measure: &str, limit: &Limit, times_count: bool) -> String {
+    let cost = Cost::of_all(points);
+    let within = within(limit, measure);
+    if matches!(cost, Cost::Time) && !times_count {
+        return format!("With {within}: as above.");
+    }
+    match (best_within(points, limit, cost), truest(points, cost)) {
+        (Some(best), Some(truest)) => format!(
+            "With {within}: {}, {}, {} of the {} of {} ({}).",
+            best.name,
+            brief(best.error()),
+            percent(cost.number(best) / cost.number(truest)),
+            cost.noun(),
+            truest.name,
+            brief(truest.error()),
+        ),
+        _ => format!("No setting has {within}."),
+    }
+}
+
+/// A limit, for people.
+fn within(limit: &Limit, measure: &str) -> String {
+    format!(
+        "at most {} ({}) of {measure}",
+        brief(limit.error),
+        limit.because
+    )
+}
+
+/// What has an error.
+fn numbers(points: &[Point]) -> impl Iterator<Item = &Point> + Clone {
+    points.iter().filter(|point| point.error().is_finite())
+}
+
+/// The nearest to the truth.
+fn truest(points: &[Point], cost: Cost) -> Option<&Point> {
+    numbers(points).min_by(|a, b| by_error(a, b).then(cost.order(a, b)))
+}
+
+/// Of those within a limit that cost the same as the cheapest as far as can be told, the
+/// nearest to the truth.
+fn best_within<'p>(points: &'p [Point], limit: &Limit, cost: Cost) -> Option<&'p Point> {
+    let inside = numbers(points).filter(|point| point.error() <= limit.error);
+    let cheapest = inside.clone().min_by(|a, b| cost.order(a, b))?;
+    inside
+        .filter(|point| !cost.is_less(cheapest, point))
+        .min_by(|a, b| by_error(a, b))
 }
 
 /// The cheapest point within the limit, beside the one that is nearest to the
@@ -80,22 +145,13 @@ impl Comparison {
 /// exact, else by time, where what chance may have put before another is not
 /// before it, and where the build's times tell nothing, none is chosen by them.
 fn choice(points: &[Point], measure: &str, limit: &Limit, times_count: bool) -> String {
-    let cost = if points.iter().all(|point| point.steps.is_some()) {
-        Cost::Steps
-    } else {
-        Cost::Time
-    };
-    let numbers = || points.iter().filter(|point| point.error().is_finite());
-    let Some(truest) = numbers().min_by(|a, b| by_error(a, b).then(cost.order(a, b))) else {
+    let cost = Cost::of_all(points);
+    let Some(truest) = truest(points, cost) else {
         return "Nothing was measured.".to_owned();
     };
-    let within = format!(
-        "at most {} ({}) of {measure}",
-        brief(limit.error),
-        limit.because
-    );
-    let inside = numbers().filter(|point| point.error() <= limit.error);
+    let within = within(limit, measure);
     if matches!(cost, Cost::Time) && !times_count {
+        let inside = numbers(points).filter(|point| point.error() <= limit.error);
         let those = inside.map(|one| format!("{} ({})", one.name, brief(one.error())));
         let those = match those.collect::<Vec<_>>() {
             none if none.is_empty() => "No setting has".to_owned(),
@@ -104,15 +160,8 @@ fn choice(points: &[Point], measure: &str, limit: &Limit, times_count: bool) -> 
         };
         return format!("{those} {within}. {UNDECIDED}");
     }
-    let Some(cheapest) = inside.clone().min_by(|a, b| cost.order(a, b)) else {
+    let Some(chosen) = best_within(points, limit, cost) else {
         return nearest(points, truest, cost, &within);
-    };
-    // Of those that cost the same as far as can be told, the nearest to the truth.
-    let Some(chosen) = inside
-        .filter(|point| !cost.is_less(cheapest, point))
-        .min_by(|a, b| by_error(a, b))
-    else {
-        return "Nothing was measured.".to_owned();
     };
     let best = cost.best();
     // Writing to a string does not fail.
@@ -131,7 +180,7 @@ fn choice(points: &[Point], measure: &str, limit: &Limit, times_count: bool) -> 
             brief(truest.error()),
         );
     }
-    let cheaper = numbers().filter(|point| cost.is_less(point, chosen));
+    let cheaper = numbers(points).filter(|point| cost.is_less(point, chosen));
     let nearest = cheaper
         .clone()
         .min_by(|a, b| by_error(a, b).then(cost.order(a, b)));
@@ -234,6 +283,22 @@ enum Cost {
 }
 
 impl Cost {
+    /// Steps where all points have them, which are exact.
+    fn of_all(points: &[Point]) -> Self {
+        if points.iter().all(|point| point.steps.is_some()) {
+            Self::Steps
+        } else {
+            Self::Time
+        }
+    }
+
+    const fn noun(self) -> &'static str {
+        match self {
+            Self::Steps => "steps",
+            Self::Time => "time",
+        }
+    }
+
     fn number(self, point: &Point) -> f64 {
         match self {
             Self::Steps => point.steps.unwrap_or(u64::MAX) as f64,
@@ -387,6 +452,39 @@ mod tests {
                  that of the nearest, full (0)."
             ),
             "{found}"
+        );
+    }
+
+    #[test]
+    fn another_limit_has_its_own_verdict() {
+        let points = vec![
+            point("full", 0.0, 1.0),
+            point("half", 0.2, 0.5),
+            point("rough", 1.0, 0.1),
+        ];
+        let found = |limit: f64| {
+            let mut found = comparison(0.3, points.clone());
+            let first = found.choice.clone();
+            let because = "another bound";
+            let limit = Limit {
+                error: limit,
+                because,
+            };
+            found.choose_within_too(limit.clone());
+            assert_eq!(found.other_limit.unwrap().error, limit.error);
+            found.choice.strip_prefix(&first).unwrap().to_owned()
+        };
+        assert_eq!(
+            found(1.0),
+            " With at most 1 (another bound) of error: rough, 1, 10 % of the steps of full (0)."
+        );
+        assert_eq!(
+            found(0.0),
+            " With at most 0 (another bound) of error: full, 0, 100 % of the steps of full (0)."
+        );
+        assert_eq!(
+            found(-1.0),
+            " No setting has at most -1 (another bound) of error."
         );
     }
 
