@@ -1,7 +1,9 @@
 //! Wavelengths: how many, and how rays take them.
 
 use super::front::{deviation, mean};
-use super::{Bench, Cause, Comparison, Figure, Limit, Point, Section, Topic, measure};
+use super::{
+    Bench, Cause, Comparison, Figure, Limit, Measure, Point, Section, Time, Topic, measure,
+};
 use crate::bake::Baked;
 use crate::cave::{Cave, Eye, Viewer, Wall};
 use crate::effects::Effects;
@@ -37,8 +39,11 @@ const SAMPLES: u16 = 56;
 const SPLIT_SAMPLES: u16 = 8;
 
 /// Rays a pixel of each wavelength's picture, where they are as many however many
-/// wavelengths there are.
+/// wavelengths there are, and the same ones.
 const RAYS_OF_EACH: u16 = 8;
+
+/// Wavelengths of the truth where their number alone differs: the most there may be.
+const MOST_WAVELENGTHS: u32 = Wavelengths::MOST;
 
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let details = LOWER_LEFT[..bench.effort.pick(3, LOWER_LEFT.len())].iter();
@@ -59,28 +64,12 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let glass = seen.iter().flat_map(|one| &one.glass);
     let share = glass.clone().filter(|&&one| one).count() as f64 / glass.count() as f64;
     let asked = asked(bench)?;
-    let measured = bench.in_turns(&asked, (0.2, 1.0), |one| {
-        let mut frames = Vec::new();
-        for balls in &details {
-            frames.push(balls.frame(&one.options(&balls.options))?);
-        }
-        Ok((frames.iter().map(|frame| frame.seconds).sum(), frames))
-    })?;
-    let errors: Vec<Differences> = measured
-        .iter()
-        .map(|(_, frames)| Differences::of(&seen, frames))
-        .collect();
+    let measured = render_all(bench, &asked, &details, (0.2, 0.85))?;
     let mut points = Vec::new();
     let mut best: Option<(f64, String, Picture)> = None;
-    for ((one, (time, frames)), errors) in asked.iter().zip(&measured).zip(&errors) {
-        let point = Point {
-            errors: errors.all(),
-            of_details: errors.most_of_each.clone(),
-            seconds: time.median,
-            spread: time.spread,
-            steps: Some(frames.iter().map(|frame| frame.statistics.steps).sum()),
-            ..one.point()
-        };
+    for (one, (time, frames)) in asked.iter().zip(&measured) {
+        let errors = Differences::of(&seen, frames);
+        let point = one.measured(&errors, *time, frames);
         if best
             .as_ref()
             .is_none_or(|best| errors.most_of_them < best.0)
@@ -91,32 +80,28 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         points.push(point);
     }
     let about = about(bench, &details, share, own);
-    let measures = vec![
-        measure("de2000_95", "95 % ΔE2000"),
-        measure("de2000_95_deviation", "±, of details"),
-        measure("de2000_mean", "mean ΔE2000"),
-        measure("de2000_mean_deviation", "±, of details"),
-        measure("de2000_max", "largest ΔE2000"),
-    ];
-    let limit = Limit {
-        error: 1.0,
-        because: "up to which nobody sees a difference, in all but a twentieth of the pixels",
-    };
     let mut comparison = Comparison::new(
         ("wavelengths", "How many wavelengths, and how"),
         "One wavelength is none: the index of the d line for all colours, but for the paper's \
          method and fixed wavelengths, which have a picture of it. At equal rays more wavelengths \
          are not always nearer: each has fewer rays, 8 at 7 wavelengths and one or two at 40, and \
-         edges that are drawn by so few have colours of their own. Where each wavelength has 8 \
-         rays, however many there are, it is the number of wavelengths alone that differs; where \
-         64 or 128 rays take all wavelengths, edges have little to add. What \
+         edges that are drawn by so few have colours of their own, which are most of the error; \
+         where 64 or 128 rays take all wavelengths, edges have little to add. What the number of \
+         wavelengths costs by itself is below. What \
          is less than the standard deviation between details (±) is chance.",
-        measures,
-        limit,
+        MEASURES.to_vec(),
+        LIMIT,
         points,
     );
     comparison.logarithmic = true;
-    let mut section = Section::new(Topic::Spectrum, "Wavelengths", about, vec![comparison]);
+    let numbers = numbers_alone(bench, &details, &seen)?;
+    let choice = format!(
+        "{} The number of wavelengths by itself: {}",
+        comparison.choice, numbers.choice
+    );
+    let comparisons = vec![comparison, numbers];
+    let mut section = Section::new(Topic::Spectrum, "Wavelengths", about, comparisons);
+    section.choice = choice;
     let plain = details[0].frame(&Options {
         dispersion: Dispersion::Off,
         ..details[0].options
@@ -135,6 +120,83 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         section.pictures.push(figure(caption, picture));
     }
     Ok(section)
+}
+
+const MEASURES: [Measure; 5] = [
+    measure("de2000_95", "95 % ΔE2000"),
+    measure("de2000_95_deviation", "±, of details"),
+    measure("de2000_mean", "mean ΔE2000"),
+    measure("de2000_mean_deviation", "±, of details"),
+    measure("de2000_max", "largest ΔE2000"),
+];
+
+const LIMIT: Limit = Limit {
+    error: 1.0,
+    because: "up to which nobody sees a difference, in all but a twentieth of the pixels",
+};
+
+/// All details by each method.
+fn render_all(
+    bench: &Bench<'_>,
+    asked: &[Asked],
+    details: &[Balls],
+    share: (f64, f64),
+) -> Result<Vec<(Time, Vec<Frame>)>, Cause> {
+    bench.in_turns(asked, share, |one| {
+        let mut frames = Vec::new();
+        for balls in details {
+            frames.push(balls.frame(&one.options(&balls.options))?);
+        }
+        Ok((frames.iter().map(|frame| frame.seconds).sum(), frames))
+    })
+}
+
+/// What the number of wavelengths costs by itself: with the same rays for each wavelength
+/// as the truth has for each of its own, edges are drawn alike, and are in no error.
+fn numbers_alone(bench: &Bench<'_>, details: &[Balls], seen: &[Seen]) -> Result<Comparison, Cause> {
+    let mut alike = Vec::new();
+    let mut own = 0.0;
+    for (balls, seen) in details.iter().zip(seen) {
+        let with = |count: u32| -> Result<Picture, Cause> {
+            let options = Asked::alone(count)?.options(&balls.options);
+            Ok(balls.frame(&options)?.pictures.swap_remove(0).picture)
+        };
+        let alone = Seen {
+            truth: with(MOST_WAVELENGTHS)?,
+            glass: seen.glass.clone(),
+        };
+        if alike.is_empty() {
+            let fewer = with(MOST_WAVELENGTHS - MOST_WAVELENGTHS / 4)?;
+            own = quantile_of(alone.differences(&fewer), 0.95);
+        }
+        alike.push(alone);
+    }
+    let counts = bench.effort.pick(
+        &[1u32, 2, 4, 7, 14, 40][..],
+        &[1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 28, 40],
+    );
+    let asked = counts.iter().map(|&count| Asked::alone(count));
+    let asked = asked.collect::<Result<Vec<_>, _>>()?;
+    let measured = render_all(bench, &asked, details, (0.85, 1.0))?;
+    let points = asked.iter().zip(&measured).map(|(one, (time, frames))| {
+        let errors = Differences::of(&alike, frames);
+        one.measured(&errors, *time, frames)
+    });
+    let about = format!(
+        "A picture of each wavelength by the paper's method, {RAYS_OF_EACH} rays a pixel in each. \
+         The truth are {MOST_WAVELENGTHS} wavelengths, the most there may be, with the same rays in \
+         the same colours, so that edges are equally rough in both: what differs is the number \
+         of wavelengths alone. With a quarter fewer the truth is off by {own:.2} itself (95 %)."
+    );
+    let mut comparison = Comparison::new(
+        ("numbers", "What the number of wavelengths costs by itself"),
+        about,
+        MEASURES.to_vec(),
+        LIMIT,
+        points.collect(),
+    );
+    comparison.logarithmic = true;
+    Ok(comparison)
 }
 
 /// What is measured, and how.
@@ -254,18 +316,6 @@ fn asked(bench: &Bench<'_>) -> Result<Vec<Asked>, Cause> {
             });
         }
     }
-    for &count in bench
-        .effort
-        .pick(&[4u32, 14, 40][..], &[2, 4, 10, 14, 20, 28, 40])
-    {
-        asked.push(Asked {
-            method: Method::Paper,
-            count,
-            each: None,
-            rays: Some(RAYS_OF_EACH * count as u16),
-            dispersion: clamped(Dispersion::of(Method::Paper, count, None)?)?,
-        });
-    }
     // Where edges are to be smooth, too.
     for &(count, rays) in bench
         .effort
@@ -305,6 +355,29 @@ fn clamped(dispersion: Dispersion) -> Result<Dispersion, Cause> {
 }
 
 impl Asked {
+    /// The paper's method with as many rays for each wavelength however many there are.
+    fn alone(count: u32) -> Result<Self, Cause> {
+        Ok(Self {
+            method: Method::Paper,
+            count,
+            each: None,
+            rays: Some(RAYS_OF_EACH * count as u16),
+            dispersion: clamped(Dispersion::of(Method::Paper, count, None)?)?,
+        })
+    }
+
+    /// What its frames, one of each detail, came to.
+    fn measured(&self, errors: &Differences, time: Time, frames: &[Frame]) -> Point {
+        Point {
+            errors: errors.all(),
+            of_details: errors.most_of_each.clone(),
+            seconds: time.median,
+            spread: time.spread,
+            steps: Some(frames.iter().map(|frame| frame.statistics.steps).sum()),
+            ..self.point()
+        }
+    }
+
     fn samples(&self) -> u16 {
         if let Some(rays) = self.rays {
             return rays;
@@ -411,7 +484,46 @@ impl Differences {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Effort;
     use super::*;
+    use crate::quadruped::quadruped;
+
+    /// Edges are the same in the truth, whatever they are like.
+    #[test]
+    fn the_more_wavelengths_the_nearer_where_nothing_else_differs() {
+        let bench = Bench {
+            effort: Effort::Quick,
+            threads: 1,
+            mesh: &quadruped(),
+            progress: &|_| (),
+        };
+        let balls = vec![Balls::new(&bench, LOWER_LEFT[0]).unwrap()];
+        let seen = vec![Seen {
+            truth: Picture::new(balls[0].size, balls[0].size).unwrap(),
+            glass: balls[0].glass().unwrap(),
+        }];
+        let found = numbers_alone(&bench, &balls, &seen).unwrap();
+        let names = [1, 2, 4, 7, 14, 40].map(|count| format!("paper {count}, 8 rays each"));
+        let points = found.points.iter();
+        assert_eq!(
+            points
+                .clone()
+                .map(|one| one.name.clone())
+                .collect::<Vec<_>>(),
+            names
+        );
+        let errors: Vec<f64> = points.map(Point::error).collect();
+        assert!(errors.windows(2).all(|two| two[1] < two[0]), "{errors:?}");
+        assert!(
+            errors[5] > 0.0 && errors[5] < 0.5 && errors[0] > 2.0,
+            "{errors:?}"
+        );
+        assert!(
+            found.choice.starts_with("Choose paper "),
+            "{}",
+            found.choice
+        );
+    }
 
     #[test]
     fn details_count_together_and_tell_how_sure_they_are() {
