@@ -1,7 +1,7 @@
 //! What a frame lacks whose steps are counted out.
 
 use super::frames::{Room, Way, baked, pictures};
-use super::gaze::UNSEEN;
+use super::gaze::{NOT_MISSED, UNSEEN};
 use super::metrics::MEASURES;
 use super::{Bench, Cause, Comparison, Figure, Point, Section, TilePrice, Topic, measure, timed};
 use crate::picture::Picture;
@@ -85,6 +85,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         UNSEEN,
         points,
     );
+    comparison.choose_within_too(NOT_MISSED);
     comparison.logarithmic = true;
     let mut section = Section::new(Topic::Budget, "Steps of a frame", about, vec![comparison]);
     section.tiles = whole

@@ -1,7 +1,7 @@
 //! What each effect costs, and what a frame without it lacks.
 
 use super::frames::CloseUp;
-use super::gaze::UNSEEN;
+use super::gaze::{NOT_MISSED, UNSEEN};
 use super::metrics::MEASURES;
 use super::{
     Bench, Cause, Comparison, Figure, PictureError, Point, Section, Sight, Topic, measure,
@@ -125,6 +125,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         UNSEEN,
         points,
     );
+    comparison.choose_within_too(NOT_MISSED);
     comparison.logarithmic = true;
     let mut section = Section::new(Topic::Effects, "Effects", about, vec![comparison]);
     section.pictures = pictures;
