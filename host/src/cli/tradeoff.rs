@@ -26,7 +26,8 @@ use std::time::Instant;
 /// and the hard cases of `shisen selftest`. Writes tradeoff.html, which needs no
 /// other file, and its numbers as tradeoff.csv and
 /// tradeoff.json. Times are medians of at least three; run it on a machine that
-/// does nothing else.
+/// does nothing else. In full it takes 20 minutes of processor time and, for wavelengths,
+/// which have not been timed in full, more (--only leaves sections out).
 ///
 /// With --json, what is in tradeoff.json, and the paths of the files. One object:
 /// version, quick, threads, simd, build (profile, optimised: whether anything is chosen by
@@ -115,19 +116,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .filter(|&topic| arguments.only.is_empty() || arguments.only.contains(&TopicChoice(topic)))
         .collect();
     let start = Instant::now();
-    let progress = Progress::new(arguments.quiet || arguments.json);
+    let effort = if arguments.quick {
+        Effort::Quick
+    } else {
+        Effort::Full
+    };
+    let progress = Progress::of_uneven_parts(arguments.quiet || arguments.json);
+    let total = weight_of(&topics, effort);
     let mut sections = Vec::new();
     for (number, topic) in topics.iter().enumerate() {
         let show = |share: f64| {
-            let done = number as f64 + share;
-            progress.show((PARTS * done) as usize, PARTS as usize * topics.len());
+            let own = share * weight_of(&[*topic], effort);
+            let done = (weight_of(&topics[..number], effort) + own) / total;
+            progress.show((PARTS * done) as usize, PARTS as usize);
         };
         let bench = Bench {
-            effort: if arguments.quick {
-                Effort::Quick
-            } else {
-                Effort::Full
-            },
+            effort,
             threads,
             mesh: &mesh,
             progress: &show,
@@ -148,8 +152,31 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&write(report, &arguments.out)?, arguments.json)
 }
 
-/// Of a section, for the bar.
+/// Of the whole run, for the bar.
 const PARTS: f64 = 1e3;
+
+/// How much of the bar sections are: seconds of processor time on one machine, which need
+/// not be those of another.
+fn weight_of(topics: &[Topic], effort: Effort) -> f64 {
+    let of = |topic: &Topic| match topic {
+        Topic::Gaze => (7.6, 257.0),
+        Topic::Capture => (3.0, 306.0),
+        // In full by its rays, 18 times those of the short run.
+        Topic::Spectrum => (31.0, 580.0),
+        Topic::Budget => (1.1, 29.0),
+        Topic::Precision => (0.3, 35.0),
+        Topic::Effects => (12.5, 88.0),
+        Topic::Latency => (2.5, 151.0),
+        Topic::Cases => (1.3, 369.0),
+    };
+    let weights = topics.iter().map(of);
+    weights
+        .map(|(quick, full): (f64, f64)| match effort {
+            Effort::Quick => quick,
+            Effort::Full => full,
+        })
+        .sum()
+}
 
 /// Writes all three files.
 fn write(report: Report, folder: &Path) -> Result<Written, Failure> {
@@ -183,5 +210,22 @@ impl fmt::Display for Written {
             writeln!(f, "{}: {}", section.title, section.choice)?;
         }
         write!(f, "{}", self.html)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections_have_as_much_of_the_bar_as_of_the_time() {
+        for effort in [Effort::Quick, Effort::Full] {
+            let each = Topic::ALL.map(|topic| weight_of(&[topic], effort));
+            assert!(each.iter().all(|&weight| weight > 0.0), "{each:?}");
+            let whole = weight_of(&Topic::ALL, effort);
+            assert!((each.iter().sum::<f64>() - whole).abs() < 1e-9 * whole);
+        }
+        let of = |topic| weight_of(&[topic], Effort::Full);
+        assert!(of(Topic::Capture) > 5.0 * of(Topic::Budget));
     }
 }
