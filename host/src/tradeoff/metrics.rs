@@ -152,19 +152,20 @@ impl PictureError {
     /// Of the pictures of a frame, each with how it is seen: as it was found, and
     /// as it should be. Pictures have the pixels of their view.
     pub fn new(pictures: &[(&Sight, &Picture, &Picture)]) -> Self {
-        let sums: Vec<[Sums; 3]> = pictures
+        let sums: Vec<Sums> = pictures
             .par_iter()
             .map(|&(sight, found, truth)| sums(sight, found, truth))
             .collect();
-        let of_ring = |ring: usize, of: fn(&Sums) -> &Sum| {
-            Sum::total(sums.iter().map(|rings| of(&rings[ring])))
+        let of_rings = |of: fn(&Sums) -> &[Sum; 3]| {
+            [0, 1, 2].map(|ring| Sum::total(sums.iter().map(|sums| &of(sums)[ring])))
         };
-        let by_pixels = [0, 1, 2].map(|ring| of_ring(ring, |sums| &sums.by_pixels));
-        let by_acuity = [0, 1, 2].map(|ring| of_ring(ring, |sums| &sums.by_acuity));
+        let all = Sum::total(sums.iter().map(|sums| &sums.all));
+        let by_acuity = of_rings(|sums| &sums.by_acuity);
+        let weighted = Sum::total(&by_acuity);
         Self {
-            all: Sum::total(&by_pixels).quality().unwrap_or(Quality::EQUAL),
-            weighted: Sum::total(&by_acuity).quality().unwrap_or(Quality::EQUAL),
-            rings: by_pixels.map(|sum| sum.quality()),
+            all: all.quality().unwrap_or(Quality::EQUAL),
+            weighted: weighted.quality().unwrap_or(Quality::EQUAL),
+            rings: of_rings(|sums| &sums.by_pixels).map(|sum| sum.quality()),
             by_acuity,
         }
     }
@@ -218,8 +219,7 @@ impl PictureError {
     }
 }
 
-/// Of each ring.
-fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> [Sums; 3] {
+fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> Sums {
     let codes = [found, truth].map(|picture| {
         let pixels = picture.pixels.iter();
         let codes = pixels.map(|&[r, g, b, _]| [r, g, b].map(srgb_from_linear));
@@ -237,7 +237,7 @@ fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> [Sums; 3] {
         let ssim = similarities(&luma(found_codes), &luma(true_codes), width as usize);
         (flip.to_vec(), ssim)
     });
-    let mut sums = [Sums::default(); 3];
+    let mut sums = Sums::default();
     for (index, (ring, &weight)) in sight.rings.iter().zip(&sight.weights).enumerate() {
         if weight == 0.0 {
             continue;
@@ -257,9 +257,9 @@ fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> [Sums; 3] {
             flip: weight * flip,
             ssim: weight * ssim,
         };
-        let sums = &mut sums[*ring as usize];
-        sums.by_pixels.add(&of_pixel(1.0));
-        sums.by_acuity.add(&of_pixel(weight));
+        sums.all.add(&of_pixel(1.0));
+        sums.by_pixels[*ring as usize].add(&of_pixel(1.0));
+        sums.by_acuity[*ring as usize].add(&of_pixel(weight));
     }
     sums
 }
@@ -269,11 +269,14 @@ fn luma([red, green, blue]: [u8; 3]) -> f64 {
     0.2126 * f64::from(red) + 0.7152 * f64::from(green) + 0.0722 * f64::from(blue)
 }
 
-/// Of a ring: each pixel as much as another, and by the cortex that sees it.
-#[derive(Clone, Copy, Default)]
+/// Of a picture.
+#[derive(Default)]
 struct Sums {
-    by_pixels: Sum,
-    by_acuity: Sum,
+    all: Sum,
+    /// Of each ring, where each pixel is as much as another.
+    by_pixels: [Sum; 3],
+    /// The same by the cortex that sees them.
+    by_acuity: [Sum; 3],
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
