@@ -92,6 +92,26 @@ fn names(of: &Value, key: &str) -> Vec<String> {
     all.map(|one| text_of(&one[key]).to_owned()).collect()
 }
 
+/// Each point's series and name, in their order.
+fn settings(comparison: &Value) -> Vec<(String, String)> {
+    let points = &comparison["points"];
+    let series = names(points, "series");
+    series.into_iter().zip(names(points, "name")).collect()
+}
+
+/// That a comparison has these points, of a series each, and no others.
+fn check_settings(comparison: &Value, expected: &[(&str, &[&str])]) {
+    let of = |&(series, names): &(&str, &[&str])| -> Vec<(String, String)> {
+        let pair = |name: &&str| (series.to_owned(), (*name).to_owned());
+        names.iter().map(pair).collect()
+    };
+    let mut expected: Vec<_> = expected.iter().flat_map(of).collect();
+    let mut found = settings(comparison);
+    expected.sort();
+    found.sort();
+    assert_eq!(found, expected, "{}", comparison["id"]);
+}
+
 /// The first error; what is no number is farther off than anything.
 fn error(point: &Value) -> f64 {
     point["errors"][0].as_f64().unwrap_or(f64::INFINITY)
@@ -277,6 +297,70 @@ fn the_gaze_has_its_price() {
     let comparisons = &found.section()["comparisons"];
     assert_eq!(names(comparisons, "id"), ["methods", "depths", "samples"]);
     assert!(found.page.contains("<img "));
+    let methods: [(&str, &[&str]); 7] = [
+        ("all in full", &["full"]),
+        (
+            "method",
+            &[
+                "paper",
+                "paper-ellipse",
+                "rays only",
+                "rays and bounces",
+                "rays and faces",
+            ],
+        ),
+        (
+            "peripheral sampling",
+            &[
+                "foveated",
+                "foveated, the paper's levels",
+                "foveated, 2 times as coarse",
+                "foveated, 4 times as coarse",
+            ],
+        ),
+        (
+            "cut-offs",
+            &[
+                "full to 5°",
+                "full to 15°",
+                "full to 45°",
+                "border −20°",
+                "border +20°",
+            ],
+        ),
+        ("faces", &["from 2000 faces", "4 levels"]),
+        ("fewer faces everywhere", &["2000 faces"]),
+        ("filled by a capture", &["capture 64²", "capture 128²"]),
+    ];
+    check_settings(&comparisons[0], &methods);
+    let everywhere = [0, 1, 2, 3, 4, 5].map(|depth| format!("depth {depth}"));
+    let everywhere = everywhere.each_ref().map(String::as_str);
+    let paper = ["paper, depth 1", "paper, depth 3", "paper, depth 5"];
+    let depths = [("everywhere", &everywhere[..]), ("paper", &paper[..])];
+    check_settings(&comparisons[1], &depths);
+    let everywhere = ["1 ray", "2 rays", "4 rays", "8 rays"];
+    let paper = everywhere.map(|name| format!("paper, {name}"));
+    let paper = paper.each_ref().map(String::as_str);
+    let samples = [("everywhere", &everywhere[..]), ("paper", &paper[..])];
+    check_settings(&comparisons[2], &samples);
+    let measures = ["flip", "psnr", "ssim"].map(|of| {
+        let unit = if of == "psnr" { "_db" } else { "" };
+        let rings = ["_weighted", "_fovea", "_parafovea", "_periphery", ""];
+        rings.map(|ring| format!("{of}{ring}{unit}"))
+    });
+    for comparison in list(comparisons) {
+        assert_eq!(names(&comparison["measures"], "id"), measures.concat());
+        // Both verdicts stand in the sentence, each with its limit's reason.
+        let limits = [&comparison["limit"], &comparison["other_limit"]];
+        let mut errors = limits.map(|limit| limit["error"].as_f64().unwrap());
+        errors.sort_by(f64::total_cmp);
+        assert_eq!(errors, [0.001, 0.01]);
+        let choice = text_of(&comparison["choice"]);
+        for limit in limits {
+            let because = text_of(&limit["because"]);
+            assert!(choice.contains(because), "{choice}");
+        }
+    }
 }
 
 #[test]
@@ -294,6 +378,25 @@ fn mirrors_have_their_price() {
     assert!((error("paper-2 mirror") - 22.139).abs() < 6e-4);
     assert!((error("paper-3 mirror") - 2.605).abs() < 6e-4);
     assert_eq!(error("true"), 0.0);
+    let of_sizes = |mapping: &str| -> Vec<String> {
+        let mirrors = ["paper-1", "best"].iter();
+        let sizes = |mirror| [64, 256, 1024].map(|size| format!("{mirror} {mapping}, {size}²"));
+        mirrors.flat_map(sizes).collect()
+    };
+    let [mirror, exact] = ["mirror", "exact"].map(of_sizes);
+    let [mirror, exact] = [&mirror, &exact].map(|of| of.iter().map(String::as_str).collect());
+    let [mirror, exact]: [Vec<&str>; 2] = [mirror, exact];
+    let all = ["true, 64²", "true, 256²", "true, 1024²"];
+    let sizes = [("mirror", &mirror[..]), ("exact", &exact), ("true", &all)];
+    check_settings(&comparisons[1], &sizes);
+    let parts = ["1e-6", "1e-4", "1e-2", "1e-1"];
+    let [mirror, exact] = ["mirror", "exact"].map(|of| parts.map(|part| format!("{of} of {part}")));
+    let [mirror, exact] = [&mirror, &exact].map(|of| of.each_ref().map(String::as_str));
+    let mirror_sizes = [("mirror", &mirror[..]), ("exact", &exact)];
+    check_settings(&comparisons[2], &mirror_sizes);
+    // What no size of a mirror tells apart is chosen as in the first table.
+    let choice = text_of(&comparisons[1]["choice"]);
+    assert!(choice.starts_with("Choose true, 1024², "), "{choice}");
     // Error by time and by steps of three, by time of one that has no steps.
     assert_eq!(found.page.matches("<svg ").count(), 7);
 }
@@ -302,7 +405,28 @@ fn mirrors_have_their_price() {
 fn wavelengths_have_their_price() {
     let found = measured("spectrum");
     let comparisons = &found.section()["comparisons"];
-    assert_eq!(names(comparisons, "id"), ["wavelengths"]);
+    assert_eq!(names(comparisons, "id"), ["wavelengths", "numbers"]);
+    let wavelengths: [(&str, &[&str]); 6] = [
+        ("paper", &["paper 1", "paper 7", "paper 14", "paper 40"]),
+        ("fixed", &["fixed 7", "fixed 14"]),
+        (
+            "comb",
+            &["comb 1", "comb 4", "comb 7", "comb 14", "comb 40"],
+        ),
+        ("split", &["split 4", "split 7", "split 14"]),
+        ("split, more rays", &["split 14, 128 rays"]),
+        (
+            "comb, several each",
+            &["comb 14, 2 each", "comb 14, 4 each", "comb 14, 7 each"],
+        ),
+    ];
+    check_settings(&comparisons[0], &wavelengths);
+    let numbers = [1, 2, 4, 7, 14, 40].map(|count| format!("paper {count}, 8 rays each"));
+    let numbers = numbers.each_ref().map(String::as_str);
+    check_settings(&comparisons[1], &[("paper, 8 rays for each", &numbers)]);
+    // Of nothing but their number, more wavelengths are nearer.
+    let alone = numbers.map(|name| error_of(&comparisons[1], name));
+    assert!(alone.is_sorted_by(|more, less| more > less), "{alone:?}");
     let error = |name: &str| error_of(&comparisons[0], name);
     // One wavelength has no colours, few rays have rough edges.
     let nearest = error("split 14, 128 rays");
