@@ -126,8 +126,18 @@ fn every_key_of_the_report_is_explained() {
 }
 
 #[test]
-fn every_link_leads_to_a_file() {
+fn every_link_leads_to_a_file_or_a_heading() {
     let text = readme();
+    let slug = |heading: &str| {
+        let plain = |c: &char| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_');
+        let words: String = heading.to_lowercase().chars().filter(plain).collect();
+        words.trim().replace(' ', "-")
+    };
+    let headings: Vec<String> = text
+        .lines()
+        .filter(|line| line.starts_with('#'))
+        .map(|line| slug(line.trim_start_matches('#')))
+        .collect();
     let links: Vec<&str> = text
         .split("](")
         .skip(1)
@@ -135,7 +145,11 @@ fn every_link_leads_to_a_file() {
         .collect();
     assert!(links.len() >= 4, "{links:?}");
     for link in links {
-        assert!(root().join(link).is_file(), "{link}");
+        let there = match link.strip_prefix('#') {
+            Some(heading) => headings.iter().any(|one| one == heading),
+            None => root().join(link).is_file(),
+        };
+        assert!(there, "{link}");
     }
 }
 

@@ -116,8 +116,12 @@ impl Acuity {
     /// 1, and NaN, leave it as it is; other eccentricities are moved to the nearest.
     #[must_use]
     pub fn steeper_beyond(self, factor: f32, eccentricity: f32) -> Self {
+        let extra = self.steeper(factor).slope - self.slope;
+        if extra == 0.0 {
+            return self;
+        }
         Self {
-            extra: self.steeper(factor).slope - self.slope,
+            extra,
             inner: min(max(eccentricity, 0.0), PI),
             ..self
         }
@@ -196,8 +200,7 @@ mod tests {
         assert!((beyond.least_angle(0.5) - expected).abs() < 1e-8);
         assert_eq!(beyond.slope(), acuity.slope());
         for none in [1.0, 0.5, f32::NAN] {
-            let same = acuity.steeper_beyond(none, 0.1);
-            assert_eq!(same.least_angle(0.5), acuity.least_angle(0.5));
+            assert_eq!(acuity.steeper_beyond(none, 0.1), acuity);
         }
         for nowhere in [-1.0, f32::NAN] {
             let steeper = acuity.steeper_beyond(2.0, nowhere).least_angle(0.5);

@@ -21,7 +21,8 @@ pub struct Quality {
     /// the [`FOVEA`] is not in it.
     pub centre: f32,
     /// How much coarser the periphery is sampled than the eye sees, 1 or more: times
-    /// the slope of its acuity, beyond the [`FOVEA`]. Only where sampling follows the gaze at all.
+    /// the slope of its acuity, beyond the [`FOVEA`]; from 6 on within it, too:
+    /// rather than that some of it is not there. Only where sampling follows the gaze at all.
     pub sampling: f32,
     /// The part of a capture of the surroundings that is taken anew in a frame, above 0,
     /// at most 1. Only where there is a capture.
@@ -31,6 +32,10 @@ pub struct Quality {
 /// The least radius of the central field: radians. By equation 7 as it is printed a
 /// field of so much has all its detail to 0.958 of that at least.
 const LEAST_CENTRE: f32 = FOVEA / 0.95;
+
+/// The sampling from which on what is looked at is coarser, too: rather than that some of
+/// it is not there.
+const LAST_RESORT: f32 = 6.0;
 
 impl Quality {
     /// Nothing is left out.
@@ -104,11 +109,16 @@ impl Quality {
     /// An eye that sees as much as this says.
     #[must_use]
     pub fn lower(&self, eye: Observer) -> Observer {
+        let inner = if self.sampling < LAST_RESORT {
+            FOVEA
+        } else {
+            0.0
+        };
         Observer {
             lod: eye.lod.map(|lod| self.narrow(lod)),
             acuity: eye
                 .acuity
-                .map(|acuity| acuity.steeper_beyond(self.sampling, FOVEA)),
+                .map(|acuity| acuity.steeper_beyond(self.sampling, inner)),
             ..eye
         }
     }
@@ -155,7 +165,8 @@ mod tests {
             let acuity = quality.lower(foveated).acuity;
             let least = |e| acuity.map_or(0.0, |acuity| acuity.least_angle(e));
             for e in [0.0, 0.5 * FOVEA, FOVEA] {
-                assert_eq!(least(e), Acuity::GUENTER.least_angle(e));
+                let coarser = least(e) > Acuity::GUENTER.least_angle(e);
+                assert_eq!(coarser, e > 0.0 && quality.sampling >= LAST_RESORT);
             }
             let slope = (least(1.0) - least(FOVEA)) / (1.0 - FOVEA);
             let expected = Acuity::GUENTER.slope() * quality.sampling;

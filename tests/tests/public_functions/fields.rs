@@ -18,7 +18,7 @@ use shisen::scene::camera::DomeCamera;
 use shisen::selftest::{Errors, Outcome, selected};
 use shisen::spectrum::Dispersion;
 use shisen::tracker::calibration::{CalibrationFile, SeenTarget};
-use shisen::tracker::{HidName, HidSpec, Recording, Spec, Times};
+use shisen::tracker::{HidName, HidSpec, MockSpec, Recording, Spec, Times};
 use shisen_core::scene::Records;
 use shisen_core::scene::format::{self, NO_MATERIAL, Node};
 use shisen_core::trace::Statistics;
@@ -215,6 +215,16 @@ pub(super) const CASES: &[(&str, Case)] = &[
     ),
     ("host tracker::recording::Recording::begin", recording),
     ("host tracker::recording::Recording::samples", recording),
+    ("host tracker::spec::MockSpec::delay", |n| {
+        let delay = Micros(n.next(8_000.0) as _);
+        let times = Times::late(delay);
+        let mock = MockSpec {
+            times,
+            ..MockSpec::default()
+        };
+        assert_eq!(mock.delay(), delay);
+    }),
+    ("host tracker::spec::Spec::clock", spec),
     ("host tracker::spec::Spec::head", spec),
     ("host tracker::spec::Spec::times", spec),
     (
@@ -478,6 +488,7 @@ fn spec(n: &mut Numbers) {
         times: Times::default(),
     });
     assert_eq!((spec.head(), spec.times()), (None, &Times::default()));
+    assert_eq!(spec.clock(), Times::default().clock(Micros(0)));
 }
 
 fn fastrak(n: &mut Numbers) {
