@@ -328,8 +328,8 @@ where
         self
     }
 
-    /// The same renderer with no more faces of a mesh than a level has: the most
-    /// of equation 10, `N_max`, is that level's. Levels out of range are moved to the
+    /// The same renderer with no more faces of a mesh than a level has: what
+    /// equation 10 gives, but at most that level's. Levels out of range are moved to the
     /// nearest that is in it. Before any level of detail.
     #[must_use]
     pub fn with_faces_of_level(mut self, level: f32) -> Self {

@@ -71,8 +71,7 @@ pub(super) struct OwnDetail {
 
 impl BlockDetail {
     /// Of the block that has the pixel at `place` in it. `most` is what a ray of
-    /// level 1 may do, its rung the one of equation 10's most faces; `rungs` is how
-    /// many the scene's ladders have.
+    /// level 1 may do, `rungs` how many the scene's ladders have.
     pub(super) fn new(
         lod: &LevelOfDetail,
         simd: Simd,
@@ -81,16 +80,19 @@ impl BlockDetail {
         most: RayDetail,
         rungs: u8,
     ) -> Self {
-        let ladder = Ladder::from(most.rung, if lod.faces { rungs } else { 1 });
+        let ladder = Ladder::new(if lod.faces { rungs } else { 1 });
         // More level never means fewer bounces: where the least and the most
         // are the same, all are.
-        let detail = |rung: u8, level: f32| match Detail::of_level(level) {
-            Some(detail) if lod.bounces => RayDetail {
-                depth: detail.bounces(most.depth),
-                rung,
-                wavelengths: detail.wavelengths(most.wavelengths),
-            },
-            _ => RayDetail { rung, ..most },
+        let detail = |rung: u8, level: f32| {
+            let rung = rung.max(most.rung);
+            match Detail::of_level(level) {
+                Some(detail) if lod.bounces => RayDetail {
+                    depth: detail.bounces(most.depth),
+                    rung,
+                    wavelengths: detail.wavelengths(most.wavelengths),
+                },
+                _ => RayDetail { rung, ..most },
+            }
         };
         let equal = |least: f32, most: f32| {
             let rung = ladder.shared(least, most)?;
@@ -366,8 +368,6 @@ impl<V: Directions> Kernel<8> for Levels<'_, V> {
 /// [`TileRays`], likewise, or at last each its own. Rays of level 1 see the
 /// mesh itself.
 pub(super) struct Ladder {
-    /// That of the most faces.
-    first: u8,
     /// From the first rung to the last.
     steps: f32,
 }
@@ -375,15 +375,8 @@ pub(super) struct Ladder {
 impl Ladder {
     /// Of so many rungs.
     pub(super) fn new(rungs: u8) -> Self {
-        Self::from(0, rungs)
-    }
-
-    /// Of what is left of so many rungs from one of them on: that one alone, where
-    /// it is the last or beyond.
-    fn from(first: u8, rungs: u8) -> Self {
         Self {
-            first,
-            steps: f32::from(rungs.saturating_sub(first).max(1) - 1),
+            steps: f32::from(rungs.max(1) - 1),
         }
     }
 
@@ -391,19 +384,19 @@ impl Ladder {
     /// these are.
     fn shared(&self, least: f32, most: f32) -> Option<u8> {
         if self.steps == 0.0 {
-            return Some(self.first);
+            return Some(0);
         }
         let rung = if most == 1.0 {
-            self.first
+            0
         } else {
             self.nearest((least + most) * 0.5)
         };
-        let level = 1.0 - f32::from(rung - self.first) / self.steps;
+        let level = 1.0 - f32::from(rung) / self.steps;
         (most - level <= FACE_TOLERANCE && level - least <= FACE_TOLERANCE).then_some(rung)
     }
 
     /// The rung whose faces are closest to eq. 10.
     pub(super) fn nearest(&self, level: f32) -> u8 {
-        self.first + ((1.0 - level) * self.steps + 0.5) as u8
+        ((1.0 - level) * self.steps + 0.5) as u8
     }
 }

@@ -6,12 +6,13 @@ use shisen_core::frame::{LevelOfDetail, MAX_DEPTH};
 use shisen_core::gaze::{VisualField, VisualFieldLimits};
 
 /// How good a frame is made. The equations of the level of detail stay as they
-/// are: only their constants are smaller.
+/// are: only their constants are smaller, and what equation 10 gives is cut off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
     /// Bounces of level 1 at most: the paper's `Reflect_max` (eq. 9).
     pub depth: u8,
-    /// No more faces of a mesh than this level has: the paper's `N_max` (eq. 10).
+    /// No more faces of a mesh than this level has: the paper's equation 10 goes on
+    /// below, and is cut off there.
     pub faces: f32,
     /// How far the visual field reaches beyond its centre, as a part of how far it
     /// does as it is: above 0, at most 1.
