@@ -30,11 +30,7 @@ const SAMPLES: u16 = 4;
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let size = bench.effort.pick(128, 384);
     let baked: Baked = Baked::new(&scene(bench)?)?;
-    let corner = |x: f64, y: f64| DVec3::new(x, y, -1.5);
-    let corners = [corner(-1.5, -1.5), corner(1.5, -1.5), corner(-1.5, 1.5)];
-    let [left, right, above] = corners;
-    let wall = Wall::new("front", left, right, above, [size; 2])?;
-    let cave = Cave::new(vec![wall])?;
+    let cave = room(size)?;
     let eye = [Observer::new(
         Eye::Centre,
         Viewer::default().eye(Eye::Centre),
@@ -130,6 +126,15 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let mut section = Section::new(Topic::Effects, "Effects", about, vec![comparison]);
     section.pictures = pictures;
     Ok(section)
+}
+
+/// One wall in front, of so many pixels a side.
+fn room(size: u32) -> Result<Cave, Cause> {
+    let corner = |x: f64, y: f64| DVec3::new(x, y, -1.5);
+    let corners = [corner(-1.5, -1.5), corner(1.5, -1.5), corner(-1.5, 1.5)];
+    let [left, right, above] = corners;
+    let wall = Wall::new("front", left, right, above, [size; 2])?;
+    Ok(Cave::new(vec![wall])?)
 }
 
 fn figure(name: &str, picture: &Picture) -> Figure {

@@ -243,6 +243,21 @@ impl Report {
 }
 
 impl Report {
+    fn fmt_budget(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "budget {}", self.budget)?;
+        if let Some(plain) = self.plain_ms {
+            write!(f, " (a frame in full takes {plain:.2} ms")?;
+            if let Some([least, most]) = self.plain_parts {
+                write!(f, ", a budget is {least:.2} to {most:.2} of that")?;
+            }
+            f.write_str(")")?;
+        }
+        if let Some(time) = self.budget_ms {
+            write!(f, ", at last {time:.2} ms")?;
+        }
+        writeln!(f, "; {} steps a frame at the median", self.median_steps)
+    }
+
     /// What became of the tracker's samples.
     fn fmt_samples(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} samples of the tracker", self.samples)?;
@@ -272,18 +287,7 @@ impl fmt::Display for Report {
             "scene {}, {} × {} pixels a wall, {} threads, tracker {}, {} Hz, level of detail {}",
             self.scene, self.size, self.size, self.around.threads, self.tracker, self.hz, self.lod
         )?;
-        write!(f, "budget {}", self.budget)?;
-        if let Some(plain) = self.plain_ms {
-            write!(f, " (a frame in full takes {plain:.2} ms")?;
-            if let Some([least, most]) = self.plain_parts {
-                write!(f, ", a budget is {least:.2} to {most:.2} of that")?;
-            }
-            f.write_str(")")?;
-        }
-        if let Some(time) = self.budget_ms {
-            write!(f, ", at last {time:.2} ms")?;
-        }
-        writeln!(f, "; {} steps a frame at the median", self.median_steps)?;
+        self.fmt_budget(f)?;
         writeln!(
             f,
             "{} frames in {:.1} s at {} refreshes: {} late, {} over their time, {} over their \

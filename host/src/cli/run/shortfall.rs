@@ -90,7 +90,16 @@ mod tests {
 
     #[test]
     fn times_that_are_too_short_are_told_once() {
-        let half = |number: u64| frame(LEAST, if number % 2 == 0 { 3_400 } else { 1_900 });
+        let half = |number: u64| {
+            frame(
+                LEAST,
+                if number.is_multiple_of(2) {
+                    3_400
+                } else {
+                    1_900
+                },
+            )
+        };
         let told_of_half = told((0..100).map(half));
         assert_eq!(told_of_half.len(), 1, "{told_of_half:?}");
         let said = "5 of 9 frames took longer, frame 0 3.40 ms where it may take 2.00 ms";

@@ -9,6 +9,10 @@ use serde::Serialize;
 
 /// A frame, as it was. Times are microseconds since the tracker was opened.
 #[derive(Debug, Clone, Default, Serialize)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "a table's columns, each by itself"
+)]
 pub struct FrameRecord {
     /// From 0.
     pub frame: u64,
