@@ -350,7 +350,7 @@ pub(crate) fn put(picture: &mut Picture, tile: Tile, pixels: &[Pixel]) {
     }
 }
 
-fn pool(threads: usize) -> Result<ThreadPool, RenderError> {
+pub(crate) fn pool(threads: usize) -> Result<ThreadPool, RenderError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     Ok(pool.build()?)
 }

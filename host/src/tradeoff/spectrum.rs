@@ -13,6 +13,7 @@ use crate::render::{self, Frame, Observer, Options};
 use crate::scene::builtin::spheres;
 use crate::spectrum::{Dispersion, Method};
 use glam::DVec3;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use shisen_core::scene::EffectSet;
 use shisen_core::spectrum::Wavelengths;
 use std::fmt::Write as _;
@@ -50,16 +51,20 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let details: Vec<Balls> = details
         .map(|&at| Balls::new(bench, at))
         .collect::<Result<_, _>>()?;
-    let mut seen = Vec::new();
-    for (number, balls) in details.iter().enumerate() {
-        seen.push(Seen {
-            truth: balls.truth(true_samples(bench))?,
-            glass: balls.glass()?,
-        });
-        (bench.progress)(0.2 * (number + 1) as f64 / details.len() as f64);
-    }
     // The truth is one of samples, too.
-    let rougher = details[0].truth(true_samples(bench) - true_samples(bench) / 4)?;
+    let samples = true_samples(bench);
+    let (truths, rougher) = truths(
+        bench,
+        &details,
+        [samples, samples - samples / 4],
+        |balls, samples| balls.truth(samples),
+    )?;
+    let seen = details.iter().zip(truths).map(|(balls, truth)| {
+        let glass = balls.glass()?;
+        Ok(Seen { truth, glass })
+    });
+    let mut seen = seen.collect::<Result<Vec<_>, Cause>>()?;
+    (bench.progress)(0.2);
     let own = quantile_of(seen[0].differences(&rougher), 0.95);
     let glass = seen.iter().flat_map(|one| &one.glass);
     let share = glass.clone().filter(|&&one| one).count() as f64 / glass.count() as f64;
@@ -151,26 +156,39 @@ fn render_all(
     })
 }
 
+/// A truth of each detail from as much as there is of it, and of the first from less: all
+/// beside one another, as a small picture keeps one thread busy and none of these is timed.
+fn truths<N: Copy + Send + Sync>(
+    bench: &Bench<'_>,
+    details: &[Balls],
+    [much, less]: [N; 2],
+    of: impl Fn(&Balls, N) -> Result<Picture, Cause> + Sync,
+) -> Result<(Vec<Picture>, Picture), Cause> {
+    let each = (0..=details.len()).into_par_iter().map(|number| {
+        let asked = details.get(number).map(|balls| (balls, much));
+        let (balls, samples) = asked.unwrap_or((&details[0], less));
+        of(balls, samples)
+    });
+    let mut pictures =
+        render::pool(bench.threads)?.install(|| each.collect::<Result<Vec<_>, _>>())?;
+    let rougher = pictures.swap_remove(details.len());
+    Ok((pictures, rougher))
+}
+
 /// What the number of wavelengths costs by itself: with the same rays for each wavelength
 /// as the truth has for each of its own, edges are drawn alike, and are in no error.
 fn numbers_alone(bench: &Bench<'_>, details: &[Balls], seen: &[Seen]) -> Result<Comparison, Cause> {
-    let mut alike = Vec::new();
-    let mut own = 0.0;
-    for (balls, seen) in details.iter().zip(seen) {
-        let with = |count: u32| -> Result<Picture, Cause> {
-            let options = Asked::alone(count)?.options(&balls.options);
-            Ok(balls.frame(&options)?.pictures.swap_remove(0).picture)
-        };
-        let alone = Seen {
-            truth: with(MOST_WAVELENGTHS)?,
-            glass: seen.glass.clone(),
-        };
-        if alike.is_empty() {
-            let fewer = with(MOST_WAVELENGTHS - MOST_WAVELENGTHS / 4)?;
-            own = quantile_of(alone.differences(&fewer), 0.95);
-        }
-        alike.push(alone);
-    }
+    let counts = [MOST_WAVELENGTHS, MOST_WAVELENGTHS - MOST_WAVELENGTHS / 4];
+    let (truths, fewer) = truths(bench, details, counts, |balls, count| {
+        let options = Asked::alone(count)?.options(&balls.options);
+        Ok(balls.frame(&options)?.pictures.swap_remove(0).picture)
+    })?;
+    let alike = truths.into_iter().zip(seen).map(|(truth, seen)| Seen {
+        truth,
+        glass: seen.glass.clone(),
+    });
+    let alike: Vec<_> = alike.collect();
+    let own = quantile_of(alike[0].differences(&fewer), 0.95);
     let counts = bench.effort.pick(
         &[1u32, 2, 4, 7, 14, 40][..],
         &[1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 28, 40],
