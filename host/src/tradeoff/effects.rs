@@ -28,7 +28,7 @@ const LOOKED_AT: Vec3 = Vec3::new(0.15, -0.75, -2.3);
 const SAMPLES: u16 = 4;
 
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
-    let size = bench.effort.pick(96, 384);
+    let size = bench.effort.pick(128, 384);
     let baked: Baked = Baked::new(&scene(bench)?)?;
     let cave = room(size)?;
     let eye = [Observer::new(

@@ -140,7 +140,8 @@ const LIMIT: Limit = Limit {
     because: "up to which nobody sees a difference, in all but a twentieth of the pixels",
 };
 
-/// All details by each method.
+/// All details by each method, beside one another: a picture this small keeps one thread
+/// busy, and its time is its own.
 fn render_all(
     bench: &Bench<'_>,
     asked: &[Asked],
@@ -149,11 +150,23 @@ fn render_all(
 ) -> Result<Vec<(Time, Vec<Frame>)>, Cause> {
     bench.in_turns(asked, share, |one| {
         let mut frames = Vec::new();
-        for balls in details {
-            frames.push(balls.frame(&one.options(&balls.options))?);
+        for some in details.chunks(bench.threads) {
+            // Not on a pool, whose threads do other frames' work while their own waits.
+            let each: Vec<_> = std::thread::scope(|scope| {
+                let start = |balls| scope.spawn(move || frame_of(balls, one));
+                let started: Vec<_> = some.iter().map(start).collect();
+                started.into_iter().map(|thread| thread.join()).collect()
+            });
+            for frame in each {
+                frames.push(frame.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
+            }
         }
         Ok((frames.iter().map(|frame| frame.seconds).sum(), frames))
     })
+}
+
+fn frame_of(balls: &Balls, one: &Asked) -> Result<Frame, Cause> {
+    balls.frame(&one.options(&balls.options))
 }
 
 /// A truth of each detail from as much as there is of it, and of the first from less: all
