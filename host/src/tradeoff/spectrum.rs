@@ -17,6 +17,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use shisen_core::scene::EffectSet;
 use shisen_core::spectrum::Wavelengths;
 use std::fmt::Write as _;
+use std::thread::{self, ScopedJoinHandle};
 
 /// Wavelengths that each ray of the truth takes; times the phases of a comb, 416
 /// in all.
@@ -57,7 +58,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
         bench,
         &details,
         [samples, samples - samples / 4],
-        |balls, samples| balls.truth(samples),
+        Balls::truth,
     )?;
     let seen = details.iter().zip(truths).map(|(balls, truth)| {
         let glass = balls.glass()?;
@@ -152,10 +153,10 @@ fn render_all(
         let mut frames = Vec::new();
         for some in details.chunks(bench.threads) {
             // Not on a pool, whose threads do other frames' work while their own waits.
-            let each: Vec<_> = std::thread::scope(|scope| {
+            let each: Vec<_> = thread::scope(|scope| {
                 let start = |balls| scope.spawn(move || frame_of(balls, one));
                 let started: Vec<_> = some.iter().map(start).collect();
-                started.into_iter().map(|thread| thread.join()).collect()
+                started.into_iter().map(ScopedJoinHandle::join).collect()
             });
             for frame in each {
                 frames.push(frame.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?);
