@@ -517,7 +517,9 @@ fn frames_wait_for_a_reset() {
         ])
         .assert()
         .success();
-    assert!(begun.elapsed() >= Duration::from_secs(7));
+    // The simulated one is back after nine tenths of the time that it may take,
+    // and a host goes on where it is.
+    assert!(begun.elapsed() >= Duration::from_millis(6_300));
     let report: Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
     let frames = report["frames"].as_array().unwrap();
     assert_eq!(frames.len(), 3);
