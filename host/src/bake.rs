@@ -26,7 +26,7 @@ use shisen_core::scene::format::{self, IdLeaf, LeafBlock, NO_MATERIAL, Node};
 use shisen_core::shape::Spheroid;
 use std::borrow::Cow;
 use thiserror::Error;
-use tree::{Bounds, Effort, WideTree};
+use tree::{Bounds, BuildEffort, WideTree};
 
 /// A baked scene: the bytes of `shisen_core::scene`, aligned for use in place.
 #[derive(Debug, Clone, PartialEq)]
@@ -173,7 +173,7 @@ impl<const W: usize> Baked<W> {
                 high: i.high,
             })
             .collect();
-        let top = tree::build::<W>(&boxes, 1, Effort::Great);
+        let top = tree::build::<W>(&boxes, 1, BuildEffort::Great);
         let deepest = trees.iter().flatten().map(|tree| tree.stack_entries).max();
         let stack_entries = top.stack_entries + deepest.unwrap_or(0);
         tables.top_nodes = top.nodes.len() as u32;
@@ -300,7 +300,7 @@ fn trees<const W: usize>(ladder: &Ladder<'_>) -> Vec<WideTree<W>> {
             Bounds::of_points(&corners.map(|c| mesh.positions[c as usize]))
         };
         let boxes: Vec<Bounds> = rung.iter().map(bounds).collect();
-        let mut tree = tree::build(&boxes, W, Effort::Great);
+        let mut tree = tree::build(&boxes, W, BuildEffort::Great);
         for number in tree.leaves.iter_mut().flatten() {
             *number = rung[*number as usize];
         }

@@ -25,6 +25,6 @@ pub use session::{
 pub use swap::Mpi;
 pub use swap::{
     Alone, Channels, Cluster, Done, Gathered, Look, Order, Purpose, Share, SwapError, SwapLock,
-    Wire,
+    Waits, Wire,
 };
 pub use tracking::{Happening, Latched, LiveTracker};

@@ -36,16 +36,26 @@ pub(crate) mod naive {
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::Serialize;
 
-/// How many inputs each case is given.
+/// How many inputs each case is given, and how much [`tradeoff`](crate::tradeoff) measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
-    /// Enough to see a formula break: seconds, without optimisation too.
+    /// Enough to see a formula break: seconds, without optimisation too. Small pictures,
+    /// few settings, three times each or more.
     Quick,
-    /// All of them, such as ten million rays at closed meshes.
+    /// All of them, such as ten million rays at closed meshes. Pictures and settings as
+    /// they are used, five times each or more.
     Full,
 }
 
 impl Effort {
+    /// One of two.
+    pub(crate) fn pick<T>(self, quick: T, full: T) -> T {
+        match self {
+            Self::Quick => quick,
+            Self::Full => full,
+        }
+    }
+
     /// How many of what a whole run has.
     fn of(self, full: usize) -> usize {
         match self {

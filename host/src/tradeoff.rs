@@ -21,7 +21,7 @@ mod spectrum;
 mod table;
 
 pub use front::pareto_front;
-pub use metrics::{PictureError, Quality, Ring, Sight};
+pub use metrics::{PictureDifference, Quality, Ring, Sight};
 pub use page::html;
 pub use table::csv;
 
@@ -30,7 +30,7 @@ use crate::mesh::TriangleMesh;
 use crate::picture::Picture;
 use crate::quantiles::{median, quartiles};
 use crate::render::Options;
-use crate::selftest::Row;
+use crate::selftest::{Effort, Row};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::error::Error;
@@ -118,25 +118,6 @@ pub struct TradeoffError {
 
 /// Whatever is wrong.
 type Cause = Box<dyn Error + Send + Sync>;
-
-/// How much to measure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Effort {
-    /// Small pictures, few settings, three times each or more.
-    Quick,
-    /// Pictures and settings as they are used, five times each or more.
-    Full,
-}
-
-impl Effort {
-    /// One of two.
-    fn pick<T>(self, quick: T, full: T) -> T {
-        match self {
-            Self::Quick => quick,
-            Self::Full => full,
-        }
-    }
-}
 
 /// What sections are measured with.
 pub struct Bench<'b> {

@@ -812,4 +812,16 @@ fn latency_is_measured_over_a_line() {
     assert_eq!(counted, frames);
     let svg = fs::read_to_string(folder.path().join("out/latency.svg")).expect("a chart");
     assert!(svg.contains("1000 Hz, late latch"));
+    let svg = fs::read_to_string(folder.path().join("out/legs.svg")).expect("a chart");
+    assert!(svg.contains("Legs at 1000 Hz, late latch") && svg.contains("arrive to latch"));
+    // Each frame, its stages one after another.
+    let table = fs::read_to_string(folder.path().join("out/frames.csv")).expect("a table");
+    let rows: Vec<Vec<&str>> = table.lines().map(|row| row.split(',').collect()).collect();
+    assert_eq!(rows.len() as u64, frames + 1);
+    assert_eq!(rows[0][3..5], ["sample_us", "arrive_us"]);
+    for row in &rows[1..] {
+        let known = row[3..9].iter().filter(|time| !time.is_empty());
+        let times: Vec<u64> = known.map(|time| time.parse().expect("a time")).collect();
+        assert!(times.len() >= 4 && times.is_sorted(), "{row:?}");
+    }
 }

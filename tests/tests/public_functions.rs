@@ -11,9 +11,8 @@
 //! is given hostile text. Functions of other traits that are not the crates' own, such as
 //! operators and conversions, are not among them.
 //!
-//! Functions that take integers or bytes need no case by this rule: their borders (0, 1, the
-//! least and the most) stand in the tests beside them, and bytes from outside are the fuzz
-//! targets' (`tests/fuzz`).
+//! Those that take integers and nothing that could be NaN need a case, too, which gives them
+//! borders of their types. Bytes from outside are the fuzz targets' (`tests/fuzz`).
 
 mod colour;
 mod exempt;
@@ -22,6 +21,7 @@ mod formulas;
 mod frames;
 mod geometry;
 mod host;
+mod integers;
 mod live;
 mod numbers;
 mod records;
@@ -115,6 +115,32 @@ fn every_function_that_takes_text_has_a_case() {
     let cases: Vec<&str> = cases.chain(exempt_by(exempt::EXEMPT_OF_TEXT)).collect();
     let gaps = gaps_of(&workspace(), &cases, ("text", |one| one.takes_text));
     assert!(gaps.is_empty(), "{}", gaps.join("\n"));
+}
+
+#[test]
+fn every_function_that_takes_integers_has_a_case() {
+    let functions = workspace();
+    // Those that take other numbers, too, may have both.
+    let both = |name: &str| {
+        let mut functions = functions.iter();
+        functions.any(|one| one.name == name && one.takes_integers && one.takes_floats)
+    };
+    let cases = integers::CASES.iter().map(|(name, _)| *name);
+    let cases = cases.filter(|name| !both(name));
+    let cases: Vec<&str> = cases.chain(exempt_by(exempt::EXEMPT_OF_INTEGERS)).collect();
+    let takes = |one: &Function| one.takes_integers && !one.takes_floats;
+    let gaps = gaps_of(&functions, &cases, ("integers", takes));
+    assert!(gaps.is_empty(), "{}", gaps.join("\n"));
+}
+
+#[test]
+fn hostile_integers() {
+    let mixtures = cases("mixtures a function", 500, 20_000);
+    let wrong: Vec<String> = integers::CASES
+        .iter()
+        .filter_map(|case| integers::torment(case, mixtures).err())
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]

@@ -40,11 +40,11 @@ impl Detail {
         // 32 bits after the point: exact down to level 2⁻⁸, and far below any
         // face beyond.
         let level = (self.0 * 4_294_967_296.0) as u64;
-        // No overflow: the difference is below 2³² − 1.
+        // No overflow: the difference is below 2³².
         let removed = u64::from(range.max - range.min) * level;
-        let pairs = (removed + (1 << 32)) >> 33;
+        let pairs = removed.saturating_add(1 << 32) >> 33;
         // The last pair of an odd number is a single face.
-        (range.min + 2 * pairs as u32).min(range.max)
+        (u64::from(range.min) + 2 * pairs).min(u64::from(range.max)) as u32
     }
 
     /// Samples of a pixel, of `most`: `most` at level 1, 1 towards the field's

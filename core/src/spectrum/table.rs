@@ -91,9 +91,9 @@ impl<'a> SpectralTable<'a> {
     pub const MOST_SAMPLES: usize =
         (Wavelengths::MOST as usize + Self::BROAD) * Self::COMB_PHASES as usize;
 
-    /// Samples that a table takes.
+    /// Samples that a table takes; `usize::MAX` where a usize does not count them.
     pub const fn samples(wavelengths: Wavelengths, phases: u32) -> usize {
-        (wavelengths.count() + Self::BROAD) * phases as usize
+        (wavelengths.count() + Self::BROAD).saturating_mul(phases as usize)
     }
 
     /// Below this sum of a colour-matching function there is nothing to scale:

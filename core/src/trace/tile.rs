@@ -179,9 +179,13 @@ impl TileRays {
         }
     }
 
-    /// The ray at a place, or `None` where it cannot be traced.
+    /// The ray at a place, columns and rows from 0 to 7, or `None` where it cannot be
+    /// traced.
     #[inline(always)]
     pub fn at(&self, column: usize, row: usize) -> Option<Ray> {
+        if column >= EIGHT || row >= EIGHT {
+            return None;
+        }
         let (group, lane) = place(column, row);
         self.ray(group, lane)
     }
@@ -258,6 +262,9 @@ impl TileHits {
     /// The nearest hit of the ray at a place, columns and rows from 0 to 7.
     #[inline(always)]
     pub fn at(&self, column: usize, row: usize) -> Option<Hit> {
+        if column >= EIGHT || row >= EIGHT {
+            return None;
+        }
         let (group, lane) = place(column, row);
         let hit = self.get(group, lane);
         (hit.instance != u32::MAX).then_some(hit)

@@ -1,6 +1,6 @@
 //! Boxes around all that rays may meet of an instance, in the room.
 
-use super::tree::{self, Bounds, Effort};
+use super::tree::{self, Bounds, BuildEffort};
 use crate::mesh::TriangleMesh;
 use glam::{DAffine3, DVec3};
 use shisen_core::scene::format::{COVER_NODES, LEAF, Node};
@@ -24,7 +24,7 @@ impl<const W: usize> Cover<W> {
             .iter()
             .map(|corners| Bounds::of_points(&corners.map(|c| mesh.positions[c as usize])))
             .collect();
-        let tree = tree::build::<W>(&boxes, 1, Effort::Little);
+        let tree = tree::build::<W>(&boxes, 1, BuildEffort::Little);
         let mut cover = Self {
             nodes: vec![tree.nodes[0]],
             leaves: Vec::new(),

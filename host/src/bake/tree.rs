@@ -105,7 +105,7 @@ const LEAF_COST: f64 = 1.0;
 
 /// What a tree may take to build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Effort {
+pub enum BuildEffort {
     /// A tree that is built once and walked by many rays.
     Great,
     /// A tree whose shape matters less.
@@ -113,13 +113,17 @@ pub enum Effort {
 }
 
 /// Builds over the boxes of primitives, of which there is at least one.
-pub fn build<const W: usize>(boxes: &[Bounds], leaf_size: usize, effort: Effort) -> WideTree<W> {
+pub fn build<const W: usize>(
+    boxes: &[Bounds],
+    leaf_size: usize,
+    effort: BuildEffort,
+) -> WideTree<W> {
     let parameters = BvhBuildParams {
         pre_split: false,
         max_prims_per_leaf: 1,
         ..match effort {
-            Effort::Great => BvhBuildParams::very_slow_build(),
-            Effort::Little => BvhBuildParams::fast_build(),
+            BuildEffort::Great => BvhBuildParams::very_slow_build(),
+            BuildEffort::Little => BvhBuildParams::fast_build(),
         }
     };
     let mut build_time = Duration::ZERO;

@@ -65,8 +65,9 @@ use std::time::Duration;
 /// it), window (null without one: shown and dropped (frames), and `is_open`, whether it
 /// was at the end), cluster (null without --cluster or with one process: ranks,
 /// `frame_hash` of the last frame's pictures as all processes render it without an end of
-/// steps, `frame_hash_alone` as the first does by itself, and `waited_us`, how long that
-/// waited for the others of each frame: p50, p95, p99, most) and `earlier_frames` (before
+/// steps, `frame_hash_alone` as the first does by itself, `waited_us`, how long that
+/// waited for the others of each frame: p50, p95, p99, most, and `spread_us`, by how much
+/// longer the last took to be ready than the first, likewise) and `earlier_frames` (before
 /// a key in the window asked for another scene or level of detail; all else is of the
 /// frames since).
 ///

@@ -5,7 +5,7 @@
 //! looking up its pixels, what a mouse points at is known, and anything that is known
 //! of a pixel can be shown over it.
 
-use super::canvas::Colour;
+use super::canvas::{Canvas, Colour};
 use crate::cave::{Cave, Screen};
 use crate::overview::net::{self, NetError};
 use crate::overview::viewer::{self, ViewError, ViewerCamera};
@@ -173,9 +173,11 @@ impl PlaceMap {
     }
 
     /// As large as it fits into so many columns and rows, in its middle, on
-    /// `background`: each place shows the nearest.
+    /// `background`: each place shows the nearest. No larger than a
+    /// [`Canvas`](Canvas::MOST) may be.
     #[must_use]
     pub fn fitted(&self, width: u32, height: u32, background: Colour) -> Self {
+        let [width, height] = [width, height].map(|pixels| pixels.min(Canvas::MOST));
         let [own_width, own_height] = self.size().map(f64::from);
         let scale = (f64::from(width) / own_width).min(f64::from(height) / own_height);
         let offset = |count: u32, own: f64| 0.5 * (f64::from(count) - own * scale);

@@ -26,6 +26,7 @@ pub enum FrameBudget {
 
 /// A budget that is none.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum BudgetError {
     /// A number without a unit.
     #[error("{0} of what: give {0}ms or {0}steps")]

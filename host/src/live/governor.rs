@@ -1,16 +1,18 @@
 //! Which quality will fit, before a frame begins.
 //!
 //! What a frame will need is what the frames before it needed: the most of the
-//! last few, at the quality they had, times what the qualities are known to cost
-//! beside each other. Time becomes steps by the rate of late, the median of it, less
+//! last few, and of those whose gaze was where its own is, at the quality they had,
+//! times what the qualities are known to cost beside each other. Time becomes steps by the rate of late, the median of it, less
 //! what frames took longer than by that rate: not a part of their time, as threads that
 //! are held up lose as much of a short frame as of a long one.
 //! Quality falls at once, as far as it has to, and rises by one rung after a
 //! while in which there was room for more; so it does not flicker.
 
 mod ladder;
+mod places;
 
 use super::quality::Quality;
+use glam::Vec3;
 use ladder::Ladder;
 use std::time::Duration;
 
@@ -176,7 +178,7 @@ impl Governor {
     /// Steps that a frame of full quality would take, by the newest frames; 0 where
     /// nothing is known.
     pub fn full_need(&self) -> f64 {
-        self.ladder().need(0)
+        self.ladder().recent()
     }
 
     fn ladder(&self) -> &Ladder {
@@ -195,10 +197,14 @@ impl Governor {
         }
     }
 
-    /// Whether the next frames follow a gaze; they do at first. Where that changes,
-    /// they have the quality that such frames had when there were some.
-    pub const fn follow(&mut self, a_gaze: bool) {
-        self.has_gaze = a_gaze;
+    /// Where the next frame's gaze goes, in the room; `None` where it follows none, while
+    /// frames do at first. Where that changes, they have the quality that such frames had
+    /// when there were some.
+    pub fn follow(&mut self, gaze: Option<Vec3>) {
+        self.has_gaze = gaze.is_some();
+        if let Some(forward) = gaze {
+            self.with_gaze.look(forward);
+        }
     }
 
     /// The rung above, whatever it takes, for a frame that nobody sees: as long as
@@ -299,6 +305,32 @@ mod tests {
         assert!(changes(&rungs[100..]) <= 4, "{}", changes(&rungs[100..]));
     }
 
+    /// A viewer who looks from what needs little to what needs much, again and again.
+    #[test]
+    fn who_looks_back_finds_it_finished() {
+        let mut governor = Governor::new();
+        let steps = 600_000;
+        let (mut short, mut rungs) = (Vec::new(), Vec::new());
+        for frame in 0..1_200_u32 {
+            let is_dear = frame / 60 % 2 == 1;
+            let gaze = if is_dear { Vec3::NEG_Z } else { Vec3::X };
+            governor.follow(Some(gaze));
+            let decision = governor.decide(Allowance::Steps(steps));
+            let of_best = if is_dear { 1.2e6 } else { 0.3e6 };
+            let need = (of_best * TRUE[decision.rung]) as u64;
+            if need > steps {
+                short.push(frame);
+            }
+            governor.learn(&decision, need, need.min(steps), 1.0e-3);
+            rungs.push(decision.rung);
+        }
+        // The first time nobody knew, nor what the rung after it costs.
+        assert!(short.iter().all(|&frame| frame < 65), "{short:?}");
+        // In between quality rises, as far as there is time.
+        let best = |dear: usize| rungs[600 + 60 * dear..660 + 60 * dear].iter().min();
+        assert!(best(0) < best(1), "{:?} and {:?}", best(0), best(1));
+    }
+
     #[test]
     fn quality_comes_back_rung_by_rung() {
         let mut governor = Governor::new();
@@ -356,15 +388,15 @@ mod tests {
         let (rungs, _) = play(&mut governor, 1_300_000, (0..100).map(|_| 1.0e6));
         assert_eq!(rungs[99], 0);
         // All around the viewer there is more.
-        governor.follow(false);
+        governor.follow(None);
         let (rungs, short) = play(&mut governor, 1_300_000, (0..100).map(|_| 4.0e6));
         assert_eq!((rungs[0], short), (0, 1));
         assert!(rungs[99] > 5, "{rungs:?}");
         let lost = rungs[99];
-        governor.follow(true);
+        governor.follow(Some(Vec3::NEG_Z));
         let (rungs, short) = play(&mut governor, 1_300_000, (0..100).map(|_| 1.0e6));
         assert_eq!((changes(&rungs), rungs[0], short), (0, 0, 0));
-        governor.follow(false);
+        governor.follow(None);
         let (rungs, short) = play(&mut governor, 1_300_000, (0..10).map(|_| 4.0e6));
         assert_eq!((changes(&rungs), rungs[0], short), (0, lost, 0));
     }
@@ -443,9 +475,9 @@ mod tests {
             governor.learn(&decision, need, need, 1.0e-8 * need as f64);
         }
         // Nobody knows where that would be; and steps are steps.
-        governor.follow(false);
+        governor.follow(None);
         assert!(governor.decide(tiny).steps < Some(10_000));
-        governor.follow(true);
+        governor.follow(Some(Vec3::NEG_Z));
         let few = governor.decide(Allowance::Steps(100));
         assert_eq!(few.steps, Some(100));
     }

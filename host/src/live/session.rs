@@ -69,6 +69,7 @@ pub enum Latch {
 
 /// Why a session does not begin.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum SessionError {
     /// A budget of the paper's for a scene that is not the paper's.
     #[error("the paper's Table 2 has no such scene, so there is no budget {0} for it")]
@@ -149,7 +150,10 @@ where
     session.play(engine, tracker, stage, &mut eyes)?;
     session.compare(engine, &mut eyes, stage)?;
     session.lock.end()?;
-    session.report.waited = session.lock.waited().cloned();
+    if let Some(waits) = session.lock.waits() {
+        session.report.waited = Some(waits.waited.clone());
+        session.report.spread = Some(waits.spread.clone());
+    }
     session.report.median_steps = session
         .steps
         .map_or(0, |steps| steps.value_at_quantile(0.5));
@@ -222,9 +226,10 @@ where
     Ok((done, rendered))
 }
 
-/// Whether what eyes see is better where they look.
-fn follow_a_gaze(eyes: &[Observer]) -> bool {
-    eyes.iter().any(|eye| eye.lod.is_some())
+/// Where a look goes, if eyes follow it.
+fn gaze_of(look: &Look, eyes: &[Observer]) -> Option<Vec3> {
+    let follow = eyes.iter().any(|eye| eye.lod.is_some());
+    follow.then_some(look.forward)
 }
 
 struct Session<'s> {
@@ -412,7 +417,7 @@ impl Session<'_> {
             }
             self.report.allowance = self.allowance(look.forward);
             self.report.note_part();
-            self.governor.follow(follow_a_gaze(eyes));
+            self.governor.follow(gaze_of(&look, eyes));
             let decision = self.governor.decide(self.for_tracing());
             let due = self.pacing.next() + self.refreshes() - 1;
             let rendered = self.render(engine, (&look, eyes), &decision, Purpose::Shown)?;

@@ -159,7 +159,9 @@ impl Share {
 
     /// Whether it renders a picture of so many.
     pub const fn has(self, picture: usize, pictures: usize) -> bool {
-        pictures > 0 && (picture as u64 * self.ranks as u64 / pictures as u64) as usize == self.rank
+        // What there is of either is less than 2⁶⁴.
+        picture < pictures
+            && picture as u128 * self.ranks as u128 / pictures as u128 == self.rank as u128
     }
 }
 
@@ -244,9 +246,20 @@ pub trait SwapLock {
     /// Those of whatever is between them.
     fn end(&mut self) -> Result<(), SwapError>;
 
+    /// What machines wait for each other, as whoever orders knows it; `None` where
+    /// there is one machine.
+    fn waits(&self) -> Option<Waits<'_>>;
+}
+
+/// What machines wait for each other: microseconds, a frame each.
+#[derive(Debug, Clone, Copy)]
+pub struct Waits<'h> {
     /// How long whoever orders waited for the last of the others, once it was ready
-    /// itself: microseconds; `None` where there is one machine.
-    fn waited(&self) -> Option<&Histogram<u64>>;
+    /// itself.
+    pub waited: &'h Histogram<u64>,
+    /// How much longer the last took to be ready than the first: from an order to what
+    /// is said of it, each by its own clock.
+    pub spread: &'h Histogram<u64>,
 }
 
 /// One machine alone.
@@ -284,7 +297,7 @@ impl SwapLock for Alone {
         Ok(())
     }
 
-    fn waited(&self) -> Option<&Histogram<u64>> {
+    fn waits(&self) -> Option<Waits<'_>> {
         None
     }
 }

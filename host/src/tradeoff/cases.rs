@@ -6,7 +6,7 @@ use crate::selftest::{self, Effort, Outcome};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(super) fn section(bench: &Bench<'_>) -> Section {
-    let effort = bench.effort.pick(Effort::Quick, Effort::Full);
+    let effort = bench.effort;
     let total = selftest::selected("").count();
     let done = AtomicUsize::new(0);
     let outcomes = selftest::run(effort, "", || {

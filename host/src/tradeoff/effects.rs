@@ -4,7 +4,7 @@ use super::frames::CloseUp;
 use super::gaze::{NOT_MISSED, UNSEEN};
 use super::metrics::MEASURES;
 use super::{
-    Bench, Cause, Comparison, Figure, PictureError, Point, Section, Sight, Topic, measure,
+    Bench, Cause, Comparison, Figure, PictureDifference, Point, Section, Sight, Topic, measure,
 };
 use crate::bake::Baked;
 use crate::cave::{Cave, Eye, Viewer, Wall};
@@ -73,7 +73,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
             Some(effect) => format!("without {effect}"),
         };
         let near = near.error(&near_frame(*effects)?, &near_truth);
-        let error = PictureError::new(&[(&sight, found, &truth)]).with_middle_of(&near);
+        let error = PictureDifference::new(&[(&sight, found, &truth)]).with_middle_of(&near);
         let mut errors = error.errors();
         // What the ledger of the whole frame has for the effect alone.
         let one = effect.filter(|&effect| effect != asked_for);

@@ -1,7 +1,7 @@
 //! Frames of the paper's scene A before its three walls, for two eyes that look
 //! at one of its animals.
 
-use super::{Bench, Cause, PictureError, Ring, Sight};
+use super::{Bench, Cause, PictureDifference, Ring, Sight};
 use crate::bake::Baked;
 use crate::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use crate::overview::net;
@@ -79,7 +79,7 @@ impl CloseUp {
     }
 
     /// How far a frame of it is off another.
-    pub(super) fn error(&self, found: &Frame, truth: &Frame) -> PictureError {
+    pub(super) fn error(&self, found: &Frame, truth: &Frame) -> PictureDifference {
         error(&self.sights, pictures(found), truth)
     }
 
@@ -239,7 +239,7 @@ impl Room {
         &self,
         found: impl Iterator<Item = &'p Picture>,
         truth: &'p Frame,
-    ) -> PictureError {
+    ) -> PictureDifference {
         error(&self.sights, found, truth)
     }
 
@@ -277,12 +277,12 @@ fn error<'p>(
     sights: &[Sight],
     found: impl Iterator<Item = &'p Picture>,
     truth: &'p Frame,
-) -> PictureError {
+) -> PictureDifference {
     let pairs = sights.iter().zip(found.zip(pictures(truth)));
     let pairs: Vec<_> = pairs
         .map(|(sight, (found, truth))| (sight, found, truth))
         .collect();
-    PictureError::new(&pairs)
+    PictureDifference::new(&pairs)
 }
 
 /// All pictures of a frame.

@@ -137,7 +137,7 @@ impl Quality {
 
 /// How far pictures are from what they should be.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PictureError {
+pub struct PictureDifference {
     /// All pixels alike.
     pub all: Quality,
     /// Weighted by the cortex that sees them.
@@ -148,7 +148,7 @@ pub struct PictureError {
     by_acuity: [Sum; 3],
 }
 
-impl PictureError {
+impl PictureDifference {
     /// Of the pictures of a frame, each with how it is seen: as it was found, and
     /// as it should be. Pictures have the pixels of their view.
     pub fn new(pictures: &[(&Sight, &Picture, &Picture)]) -> Self {
@@ -171,7 +171,7 @@ impl PictureError {
     }
 }
 
-/// What [`PictureError::errors`] are.
+/// What [`PictureDifference::errors`] are.
 pub(super) const MEASURES: [Measure; 15] = [
     measure("flip_weighted", "FLIP by acuity"),
     measure("flip_fovea", "FLIP to 1°"),
@@ -190,7 +190,7 @@ pub(super) const MEASURES: [Measure; 15] = [
     measure("ssim", "SSIM"),
 ];
 
-impl PictureError {
+impl PictureDifference {
     /// With the fovea and the parafovea of pictures that have more pixels there, for the
     /// same eyes: in the rings, and in what is weighted. Weights are of solid angles, so
     /// that those of fine pixels and of coarse ones add up.

@@ -72,3 +72,59 @@ pub(super) const EXEMPT_OF_TEXT: &[Exempt] = &[
         names: &["host window::Window::open"],
     },
 ];
+
+/// Those that take integers.
+pub(super) const EXEMPT_OF_INTEGERS: &[Exempt] = &[
+    Exempt {
+        why: "devices are what takes them: simulated ones on a bus, and those of a virtual machine",
+        run_by: &[
+            "tracker-driver/src/i2c/tests.rs",
+            "tests/hid-machine/src/main.rs",
+            "host/src/tracker/live.rs",
+        ],
+        names: &[
+            "tracker hid::device::Device::feature",
+            "tracker hid::device::Device::set_feature",
+            "tracker i2c::I2cHid::get_feature",
+            "tracker i2c::I2cHid::new",
+            "tracker i2c::I2cHid::set_feature",
+            "tracker serial::Serial::set_speed",
+        ],
+    },
+    Exempt {
+        why: "machines that know each other call them, with ranks and frames of their own",
+        run_by: &[
+            "host/src/live/swap/tests.rs",
+            "host/src/live/swap/cluster.rs",
+        ],
+        names: &[
+            "host live::swap::SwapLock::swap",
+            "host live::swap::cluster::Wire::poll",
+            "host live::swap::cluster::Wire::send",
+        ],
+    },
+    Exempt {
+        why: "its integers are what it gives: the tiles of a frame",
+        run_by: &["host/src/cli/live.rs"],
+        names: &["host live::engine::Engine::tiles"],
+    },
+    Exempt {
+        why: "their trait is the module's own, and has the name of another that is not",
+        run_by: &["core/src/trace/ledger.rs"],
+        names: &[
+            "core trace::ledger::Record::ray",
+            "core trace::ledger::Record::touch",
+        ],
+    },
+    Exempt {
+        why: "grids of two nodes or more a side have no place that is no number; its nodes are \
+              floating-point functions' with cases",
+        run_by: &["host/src/warp/bourke.rs", "host/src/warp.rs"],
+        names: &["host warp::Warp::at", "host warp::Warp::node"],
+    },
+    Exempt {
+        why: "it opens a window wherever there is a screen: the tests of it are tests/window/run's",
+        run_by: &["host/src/cli/run/watch.rs"],
+        names: &["host window::Window::open"],
+    },
+];

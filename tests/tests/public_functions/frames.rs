@@ -7,7 +7,7 @@ use super::tracker::a_sample;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use serde_json::Map;
 use shisen::bake::Baked;
-use shisen::bake::tree::{Bounds, Effort, build};
+use shisen::bake::tree::{Bounds, BuildEffort, build};
 use shisen::cave::{BuiltInCave, Cave, Eye};
 use shisen::dashboard::Coordinates;
 use shisen::dome::{Mirror, Projection, local_optima, optimum};
@@ -26,7 +26,7 @@ use shisen::stereo::Stereo;
 use shisen::tracker::calibration::{CalibrationFile, Gatherer, SeenTarget, TimedTarget};
 use shisen::tracker::{Recorder, Recording};
 use shisen::tradeoff::{
-    self, Build, Comparison, Limit, Measure, PictureError, Point, Report, Section, Sight,
+    self, Build, Comparison, Limit, Measure, PictureDifference, Point, Report, Section, Sight,
 };
 use shisen::warp::{Aim, Lens, Nodes, Projector, Throw, Warp, bourke, mpcdi};
 use shisen_core::frame::{DomeProjection, LevelOfDetail, Renderer, Spectrum, View};
@@ -358,12 +358,12 @@ pub(super) const CASES: &[(&str, Case)] = &[
             }
         }
     }),
-    ("host tradeoff::metrics::PictureError::new", |n| {
+    ("host tradeoff::metrics::PictureDifference::new", |n| {
         let light = [0; 2].map(|_| [0.1, 0.5, 0.9, 1.0].map(|light| n.next(light)));
         let [found, truth] =
             light.map(|pixel| Picture::from_pixels(8, 8, vec![pixel; 64]).expect("a picture"));
         let sight = Sight::new(&view(), Vec3::NEG_Z);
-        finite(&PictureError::new(&[(&sight, &found, &truth)]));
+        finite(&PictureDifference::new(&[(&sight, &found, &truth)]));
     }),
     ("host tradeoff::page::html", |n| {
         let report = report(n);
@@ -423,7 +423,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
         if !n.within(1.0e15) {
             return;
         }
-        for effort in [Effort::Great, Effort::Little] {
+        for effort in [BuildEffort::Great, BuildEffort::Little] {
             let tree = build::<8>(&boxes, 2, effort);
             let mut primitives = tree.leaves.concat();
             primitives.sort_unstable();

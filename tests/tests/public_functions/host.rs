@@ -323,6 +323,15 @@ pub(super) const CASES: &[(&str, Case)] = &[
             assert!(part >= floor * 0.999 && part <= front * 1.001, "{part}");
         }
     }),
+    ("host live::governor::Governor::follow", |n| {
+        let mut governor = governor(n);
+        for gaze in [Some(n.vec3([0.1, -0.2, -1.0])), None] {
+            governor.follow(gaze);
+            let decision = governor.decide(Allowance::Steps(1_000_000));
+            governor.learn(&decision, 2_000_000, 1_000_000, 0.01);
+            assert!(governor.full_need() >= 2.0e6);
+        }
+    }),
     ("host live::governor::Governor::learn", |n| {
         let mut governor = governor(n);
         let rate = governor.rate();

@@ -4,13 +4,12 @@
 use super::numbers::{Case, Numbers, finite, finite_or_error};
 use crate::scene_fuzz::scene_of;
 use glam::{Quat, Vec3};
-use hdrhistogram::Histogram;
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::dashboard::{About, Canvas, Dashboard, Frame, Latency, Status, ViewName};
 use shisen::live::{
     self, Alone, Done, Engine, FrameBudget, FrameRecord, Gathered, LiveTracker, Look, Order,
-    Purpose, SessionError, SessionSettings, Share, Stage, SwapError, SwapLock, eyes_of,
+    Purpose, SessionError, SessionSettings, Share, Stage, SwapError, SwapLock, Waits, eyes_of,
     with_engine,
 };
 use shisen::picture::Picture;
@@ -123,7 +122,7 @@ impl SwapLock for Orders {
         Ok(())
     }
 
-    fn waited(&self) -> Option<&Histogram<u64>> {
+    fn waits(&self) -> Option<Waits<'_>> {
         None
     }
 }

@@ -3,6 +3,7 @@
 
 use glam::{DVec3, Mat3, Quat, Vec2, Vec3};
 use shisen_tests::rays::Random;
+use std::any::Any;
 use std::fmt::Debug;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -176,11 +177,14 @@ fn run(case: Case, plan: &Plan) -> Result<usize, String> {
     };
     let outcome = catch_unwind(AssertUnwindSafe(|| case(&mut numbers)));
     outcome.map(|()| numbers.given.len()).map_err(|panic| {
-        let message = panic
-            .downcast_ref::<String>()
-            .map(String::as_str)
-            .or_else(|| panic.downcast_ref::<&str>().copied())
-            .unwrap_or("a panic");
+        let message = message(&*panic);
         format!("{message}\n    of {:?}, by {plan:?}", numbers.given)
     })
+}
+
+/// What a panic says.
+pub(super) fn message(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or("a panic")
 }

@@ -498,7 +498,7 @@ impl Source for Once {
 
 /// A port that hears nothing and takes everything.
 #[derive(Default)]
-struct Port(Vec<u8>);
+pub(super) struct Port(Vec<u8>);
 
 impl ErrorType for Port {
     type Error = Infallible;

@@ -469,7 +469,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     }),
 ];
 
-static BAKED: LazyLock<Baked<8>> =
+pub(super) static BAKED: LazyLock<Baked<8>> =
     LazyLock::new(|| Baked::new(&small_scene()).expect("a scene that can be baked"));
 
 /// The same without glass: no medium says which wavelengths there are.
@@ -488,7 +488,7 @@ const TILE: Tile = Tile {
     height: 8,
 };
 
-fn renderer(mode: Mode) -> Renderer<'static> {
+pub(super) fn renderer(mode: Mode) -> Renderer<'static> {
     let settings = Settings {
         mode,
         ..Settings::default()
@@ -496,7 +496,7 @@ fn renderer(mode: Mode) -> Renderer<'static> {
     Renderer::new(BAKED.scene(), Simd::detect(), settings)
 }
 
-fn tracer() -> Tracer<'static> {
+pub(super) fn tracer() -> Tracer<'static> {
     Tracer::new(BAKED.scene(), Simd::detect(), 3)
 }
 
@@ -604,7 +604,7 @@ fn some_views(n: &mut Numbers) -> Vec<View> {
 }
 
 /// One of every kind, of sane numbers.
-fn every_view() -> [View; 4] {
+pub(super) fn every_view() -> [View; 4] {
     let pose = DomePose::over_room(Vec3::new(0.0, 1.0, 0.0));
     let mirror = MirrorCamera {
         mirror: SpheroidMirror::BEST,

@@ -1,5 +1,5 @@
 //! The public functions of a crate, read from its sources, and which of them
-//! take a number that is no integer, or text.
+//! take a number that is no integer, text, or an integer.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -18,6 +18,9 @@ pub(super) struct Function {
     pub(super) takes_floats: bool,
     /// Whether any of its parameters is text, or is made of text and has no type of its own.
     pub(super) takes_text: bool,
+    /// Whether any of its parameters is an integer, or is made of some and has no type of
+    /// its own; bytes in a row are none.
+    pub(super) takes_integers: bool,
 }
 
 /// All public functions of the crates at these folders. One function is named
@@ -205,19 +208,25 @@ impl Sources {
                 None => joined(&found.module, &own),
             };
             let takes_floats = self.takes_floats(found);
-            let takes_text = found.signature.inputs.iter().any(|input| match input {
-                FnArg::Receiver(_) => false,
-                FnArg::Typed(parameter) => is_of_text(&parameter.ty),
-            });
+            let takes = |is: fn(&Type) -> bool| {
+                let mut inputs = found.signature.inputs.iter();
+                inputs.any(|input| match input {
+                    FnArg::Receiver(_) => false,
+                    FnArg::Typed(parameter) => is(&parameter.ty),
+                })
+            };
+            let (takes_text, takes_integers) = (takes(is_of_text), takes(is_of_integers));
             match functions.iter_mut().find(|known| known.name == name) {
                 Some(known) => {
                     known.takes_floats |= takes_floats;
                     known.takes_text |= takes_text;
+                    known.takes_integers |= takes_integers;
                 }
                 None => functions.push(Function {
                     name,
                     takes_floats,
                     takes_text,
+                    takes_integers,
                 }),
             }
         }
@@ -352,33 +361,53 @@ impl Sources {
     }
 }
 
-/// Text, or slices, tuples and what the standard library makes of it.
 fn is_of_text(of: &Type) -> bool {
+    is_made_of(of, &["str", "String"])
+}
+
+/// What is read of bytes is the fuzz targets' matter.
+fn is_of_integers(of: &Type) -> bool {
+    let is_byte = |of: &Type| matches!(of, Type::Path(of) if of.path.is_ident("u8"));
+    match of {
+        Type::Reference(to) => is_of_integers(&to.elem),
+        Type::Slice(of) if is_byte(&of.elem) => false,
+        Type::Array(of) if is_byte(&of.elem) => false,
+        _ => is_made_of(of, &INTEGERS),
+    }
+}
+
+/// Any of these, or slices, tuples and what the standard library makes of them.
+fn is_made_of(of: &Type, names: &[&str]) -> bool {
+    let of_path = |path: &syn::Path| {
+        path.segments.last().is_some_and(|last| {
+            let name = last.ident.to_string();
+            let wraps = [&MADE_OF[..], &["Into", "AsRef", "IntoIterator", "Cow"]].concat();
+            names.contains(&name.as_str())
+                || wraps.contains(&name.as_str())
+                    && arguments(&last.arguments)
+                        .into_iter()
+                        .any(|of| is_made_of(of, names))
+        })
+    };
     let of_bound = |bound: &TypeParamBound| match bound {
-        TypeParamBound::Trait(of) => is_path_of_text(&of.path),
+        TypeParamBound::Trait(of) => of_path(&of.path),
         _ => false,
     };
     match of {
-        Type::Reference(to) => is_of_text(&to.elem),
-        Type::Slice(of) => is_of_text(&of.elem),
-        Type::Array(of) => is_of_text(&of.elem),
-        Type::Tuple(of) => of.elems.iter().any(is_of_text),
+        Type::Reference(to) => is_made_of(&to.elem, names),
+        Type::Slice(of) => is_made_of(&of.elem, names),
+        Type::Array(of) => is_made_of(&of.elem, names),
+        Type::Tuple(of) => of.elems.iter().any(|of| is_made_of(of, names)),
         Type::ImplTrait(of) => of.bounds.iter().any(of_bound),
         Type::TraitObject(of) => of.bounds.iter().any(of_bound),
-        Type::Path(of) => is_path_of_text(&of.path),
+        Type::Path(of) => of_path(&of.path),
         _ => false,
     }
 }
 
-fn is_path_of_text(path: &syn::Path) -> bool {
-    path.segments.last().is_some_and(|last| {
-        let name = last.ident.to_string();
-        let wraps = [&MADE_OF[..], &["Into", "AsRef", "IntoIterator", "Cow"]].concat();
-        ["str", "String"].contains(&name.as_str())
-            || wraps.contains(&name.as_str())
-                && arguments(&last.arguments).into_iter().any(is_of_text)
-    })
-}
+const INTEGERS: [&str; 10] = [
+    "u8", "u16", "u32", "u64", "usize", "i8", "i16", "i32", "i64", "isize",
+];
 
 fn reads_text(block: &syn::ItemImpl) -> bool {
     let Some((path, _)) = &block.trait_ else {

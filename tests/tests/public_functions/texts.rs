@@ -1,6 +1,6 @@
 //! Public functions under hostile texts.
 
-use super::numbers::{finite, finite_or_error};
+use super::numbers::{finite, finite_or_error, message};
 use glam::{DVec2, DVec3};
 use shisen::cave::{BuiltInCave, Cave, Wall};
 use shisen::dashboard::Canvas;
@@ -165,7 +165,7 @@ pub(super) const CASES: &[Case] = cases! {
 };
 
 /// No device, whatever stands in place of parts of it.
-const NOWHERE: &str = "/no/such/device0";
+pub(super) const NOWHERE: &str = "/no/such/device0";
 
 const SCENE: &str = r#"
 [materials.chrome]
@@ -176,7 +176,7 @@ material = "chrome"
 position = [0, 0, -4]
 "#;
 
-const WALLS: &str = r#"
+pub(super) const WALLS: &str = r#"
 [[wall]]
 name = "front"
 lower_left = [-1, 0, -1.5]
@@ -308,11 +308,7 @@ pub(super) fn torment(case: &Case) -> Result<(), String> {
     texts.dedup();
     for text in texts {
         if let Err(panic) = catch_unwind(|| (case.run)(&text)) {
-            let message = panic
-                .downcast_ref::<String>()
-                .map(String::as_str)
-                .or_else(|| panic.downcast_ref::<&str>().copied())
-                .unwrap_or("a panic");
+            let message = message(&*panic);
             let given: String = text.chars().take(200).collect();
             return Err(format!("{}: {message}\n    of {given:?}", case.name));
         }

@@ -121,7 +121,7 @@ const BOTH: u8 = 3;
 const MILLIMETRE: f32 = 1.0e-3;
 const NANOSECONDS_PER_MICROSECOND: u64 = 1_000;
 
-/// What a response's result means.
+/// What a response's result means; empty where that is not known.
 pub fn result_name(result: u32) -> &'static str {
     match result {
         0 => "done",

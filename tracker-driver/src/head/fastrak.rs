@@ -294,7 +294,8 @@ impl Status {
     }
 }
 
-/// What the manual says about a status letter ("Built-In-Test Information").
+/// What the manual says about a status letter ("Built-In-Test Information");
+/// empty of others.
 pub const fn fault_meaning(letter: u8) -> &'static str {
     match letter {
         b'a' => "X driver at its limit",

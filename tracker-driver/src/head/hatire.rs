@@ -143,7 +143,7 @@ pub fn centre() -> Script {
     Script::sending(b"C")
 }
 
-/// What the sketch says about the code of an error.
+/// What the sketch says about the code of an error; empty where it says nothing.
 pub const fn error_meaning(code: u16) -> &'static str {
     match code {
         9_007 => "the sensor is not connected",

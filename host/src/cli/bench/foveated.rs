@@ -14,7 +14,7 @@ use shisen::picture::Picture;
 use shisen::quantiles::median;
 use shisen::render::{self, Observer};
 use shisen::scene::builtin::PaperScene;
-use shisen::tradeoff::{PictureError, Sight};
+use shisen::tradeoff::{PictureDifference, Sight};
 use shisen_core::frame::{Outcome, Spectrum, Tile, TileJob};
 use shisen_core::scene::Scene;
 use shisen_core::trace::{Budget, Pixel, Workspace};
@@ -243,7 +243,7 @@ where
     for ((found, seconds), work) in pictures.iter().zip(seconds).zip(work) {
         let pairs = sights.iter().zip(found.iter().zip(truth));
         let pairs: Vec<_> = pairs.map(|(sight, (a, b))| (sight, a, b)).collect();
-        let error = PictureError::new(&pairs);
+        let error = PictureDifference::new(&pairs);
         let work = work.unwrap_or_default();
         measured.push(Measured {
             seconds: median(seconds),

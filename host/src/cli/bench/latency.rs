@@ -1,5 +1,7 @@
 //! `shisen bench latency`: from the eye's movement to the wall.
 
+mod files;
+
 use super::super::arguments::span;
 use super::super::failure::Failure;
 use super::super::live::{
@@ -10,14 +12,11 @@ use super::super::print;
 use super::super::tracker::{Interrupt, protocol, whole};
 use clap::Args;
 use serde::Serialize;
-use shisen::chart::{Axis, Chart, Corner, Line, Names};
-use shisen::files::write_atomically;
 use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
 use shisen::tracker::pty::Pty;
 use shisen::tracker::{MockSpec, Protocol, SerialSpec, Spec, Times, serve, simulated};
 use std::collections::BTreeMap;
 use std::fmt;
-use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -36,8 +35,9 @@ use std::time::{Duration, Instant};
 /// `done_to_present`, `arrive_to_first_ray` and `motion_to_wall` frames, and least,
 /// p50, p95, p99 and most in milliseconds), `involuntary_switches` and
 /// `stolen_seconds`; gains: `tracker_hz` and `motion_to_wall_ms`, by which the late
-/// latch is ahead at the median; files (with --out: the paths of latency.csv, the
-/// histograms of all legs, and latency.svg).
+/// latch is ahead at the median; files (with --out: the paths of frames.csv, all times of
+/// each frame, latency.csv, the histograms of all legs, latency.svg, motion to wall, and
+/// legs.svg, all legs at the highest rate, taken late).
 #[derive(Debug, Args)]
 #[command(mut_arg("lod", paper_lod))]
 pub(in crate::cli) struct Arguments {
@@ -56,7 +56,8 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true,
           value_parser = span)]
     seconds: Duration,
-    /// Write the histograms and a chart to this folder; made where it does not exist
+    /// Write each frame's times, the histograms and charts to this folder; made where it
+    /// does not exist
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON object
@@ -96,6 +97,8 @@ struct Run {
     interference: Interference,
     #[serde(skip)]
     report: SessionReport,
+    #[serde(skip)]
+    records: Vec<FrameRecord>,
 }
 
 /// What taking the gaze late is worth.
@@ -133,7 +136,10 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         })
     });
     let gains = gains.collect();
-    let files = arguments.write(&runs)?;
+    let files = match &arguments.out {
+        Some(folder) => files::write(folder, &runs).map_err(Failure::from_error)?,
+        None => Vec::new(),
+    };
     let report = Report {
         size: arguments.live.room.size,
         threads: prepared.options.threads,
@@ -214,6 +220,10 @@ impl Arguments {
             times,
         }))?;
         let mut runs = Vec::new();
+        let most = match &self.out {
+            Some(_) => (self.seconds.as_secs_f64() * f64::from(prepared.hz)) as usize + 16,
+            None => 0,
+        };
         for (latch, name) in LATCHES {
             let settings = prepared.settings(SessionSettings {
                 latch,
@@ -223,6 +233,7 @@ impl Arguments {
                 span: self.seconds,
                 end: None,
                 interrupt,
+                records: Vec::with_capacity(most),
             };
             let Played {
                 report,
@@ -242,94 +253,29 @@ impl Arguments {
                     .collect(),
                 interference,
                 report,
+                records: clock.records,
             });
         }
         Ok(runs)
     }
-
-    /// The files, where they are wanted: their paths.
-    fn write(&self, runs: &[Run]) -> Result<Vec<String>, Failure> {
-        let Some(folder) = &self.out else {
-            return Ok(Vec::new());
-        };
-        let mut text = "tracker_hz,latch,leg,milliseconds,frames\n".to_owned();
-        for run in runs {
-            for leg in Leg::ALL {
-                for (milliseconds, frames) in run.report.latencies.classes(leg) {
-                    let (hz, latch, name) = (run.tracker_hz, run.latch, leg.name());
-                    // Writing to a string does not fail.
-                    let _ = writeln!(text, "{hz},{latch},{name},{milliseconds:.6},{frames}");
-                }
-            }
-        }
-        let csv = folder.join("latency.csv");
-        write_atomically(&csv, |file| file.write_all(text.as_bytes()))
-            .map_err(Failure::from_error)?;
-        let svg = folder.join("latency.svg");
-        chart(runs).write_svg(&svg).map_err(Failure::from_error)?;
-        Ok([csv, svg].map(|path| path.display().to_string()).into())
-    }
 }
 
-/// Ends after a while, and looks at nothing.
+/// Ends after a while, and looks at nothing but the frames' times.
 struct StopWatch<'i> {
     span: Duration,
     end: Option<Instant>,
     interrupt: &'i Interrupt,
+    /// With room for all, so that frames take no memory.
+    records: Vec<FrameRecord>,
 }
 
 impl Audience for StopWatch<'_> {
-    fn hear(&mut self, _: &FrameRecord) -> bool {
+    fn hear(&mut self, record: &FrameRecord) -> bool {
+        if self.records.len() < self.records.capacity() {
+            self.records.push(record.clone());
+        }
         let now = Instant::now();
         now < *self.end.get_or_insert(now + self.span) && !self.interrupt.came()
-    }
-}
-
-/// Which part of the frames is on the walls within a time.
-fn chart(runs: &[Run]) -> Chart {
-    let lines: Vec<Line> = runs
-        .iter()
-        .enumerate()
-        .map(|(colour, run)| {
-            let all = run.report.latencies.of(Leg::MotionToWall);
-            let all = all.map_or(1.0, |of| of.frames as f64);
-            let mut so_far = 0;
-            let points = run.report.latencies.classes(Leg::MotionToWall);
-            let points = points.map(|(milliseconds, frames)| {
-                so_far += frames;
-                (milliseconds, Some(so_far as f64 / all))
-            });
-            Line {
-                name: format!("{} Hz, {} latch", run.tracker_hz, run.latch),
-                points: points.collect(),
-                colour,
-                faint: false,
-                dots: false,
-            }
-        })
-        .collect();
-    let slowest = lines
-        .iter()
-        .filter_map(|line| line.points.last())
-        .map(|(milliseconds, _)| *milliseconds)
-        .fold(1.0, f64::max);
-    Chart {
-        title: "From a movement of the eye to the wall".to_owned(),
-        x: Axis {
-            name: "milliseconds",
-            label: "milliseconds",
-            range: 0.0..1.05 * slowest,
-            logarithmic: false,
-        },
-        y: Axis {
-            name: "frames",
-            label: "part of the frames",
-            range: 0.0..1.0,
-            logarithmic: false,
-        },
-        lines,
-        names: Names::In(Corner::LowerRight),
-        notes: Vec::new(),
     }
 }
 

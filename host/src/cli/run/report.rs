@@ -3,6 +3,7 @@
 use super::watched::Watched;
 use super::{Arguments, FillName, LatchName};
 use crate::cli::live::{Interference, Played, Prepared};
+use hdrhistogram::Histogram;
 use serde::Serialize;
 use shisen::live::{
     Allowance, FrameBudget, Leg, Quality, SessionReport, SessionSettings, Share, Summary,
@@ -74,16 +75,28 @@ pub(super) struct Together {
     ranks: usize,
     frame_hash: String,
     frame_hash_alone: Option<String>,
-    waited_us: Option<Waited>,
+    waited_us: Option<Spans>,
+    spread_us: Option<Spans>,
 }
 
-/// How long others were waited for: microseconds.
+/// How long something took in each frame: microseconds.
 #[derive(Debug, Serialize)]
-struct Waited {
+struct Spans {
     p50: u64,
     p95: u64,
     p99: u64,
     most: u64,
+}
+
+impl Spans {
+    fn of(times: &Histogram<u64>) -> Self {
+        Self {
+            p50: times.value_at_quantile(0.5),
+            p95: times.value_at_quantile(0.95),
+            p99: times.value_at_quantile(0.99),
+            most: times.max(),
+        }
+    }
 }
 
 impl Together {
@@ -93,17 +106,12 @@ impl Together {
             return None;
         }
         let of = |hash: u64| format!("{hash:016x}");
-        let waited = played.report.waited.as_ref();
         Some(Self {
             ranks: share.ranks(),
             frame_hash: of(frame_hash(played.report.hashes.iter().copied())),
             frame_hash_alone: played.alone.map(of),
-            waited_us: waited.map(|waited| Waited {
-                p50: waited.value_at_quantile(0.5),
-                p95: waited.value_at_quantile(0.95),
-                p99: waited.value_at_quantile(0.99),
-                most: waited.max(),
-            }),
+            waited_us: played.report.waited.as_ref().map(Spans::of),
+            spread_us: played.report.spread.as_ref().map(Spans::of),
         })
     }
 }
@@ -120,12 +128,16 @@ impl fmt::Display for Together {
             Some(alone) => write!(f, ", and of one alone {alone}")?,
             None => {}
         }
-        if let Some(waited) = &self.waited_us {
-            write!(
-                f,
-                "; the first waited for the others for {} µs (median), {} µs (95%)",
-                waited.p50, waited.p95
-            )?;
+        for (text, spans) in [
+            ("the first waited for the others for", &self.waited_us),
+            (
+                "the last was ready later than the first by",
+                &self.spread_us,
+            ),
+        ] {
+            if let Some(Spans { p50, p95, .. }) = spans {
+                write!(f, "; {text} {p50} µs (median), {p95} µs (95%)")?;
+            }
         }
         Ok(())
     }

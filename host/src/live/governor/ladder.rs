@@ -1,6 +1,8 @@
 //! What the qualities cost beside each other, and which one frames have.
 
+use super::places::{Cell, Places};
 use crate::live::quality::Quality;
+use glam::Vec3;
 
 /// How many of the newest frames say what the next one will need.
 const RECENT: usize = 6;
@@ -36,8 +38,12 @@ pub(super) struct Ladder {
     /// Needs of the newest frames as of the best rung; the newest is at `newest`.
     needs: [f64; RECENT],
     newest: usize,
-    /// The rung and the need of the newest frame.
-    last: Option<(usize, f64)>,
+    /// The rung and the need of the newest frame, and where its gaze was.
+    last: Option<(usize, f64, Option<Cell>)>,
+    /// Needs by where the gaze was, likewise.
+    places: Places,
+    /// Where the next frame's gaze is.
+    cell: Option<Cell>,
     calm: u32,
 }
 
@@ -50,6 +56,8 @@ impl Ladder {
         needs: [0.0; RECENT],
         newest: 0,
         last: None,
+        places: Places::NEW,
+        cell: None,
         calm: 0,
     };
 
@@ -58,9 +66,22 @@ impl Ladder {
         self.rung
     }
 
-    /// What a rung needs: the most of the last few frames. None where nothing is known.
+    /// Where the next frame's gaze is.
+    pub(super) fn look(&mut self, forward: Vec3) {
+        self.cell = Some(Cell::of(forward));
+    }
+
+    /// What the best rung needs, by the newest frames: the most of the last few. 0 where
+    /// nothing is known.
+    pub(super) fn recent(&self) -> f64 {
+        self.needs.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// What a rung needs: the most of the last few frames, and of those whose gaze was
+    /// where the next one's is.
     pub(super) fn need(&self, rung: usize) -> f64 {
-        self.needs.iter().copied().fold(0.0, f64::max) * self.costs[rung]
+        let there = self.cell.map_or(0.0, |cell| self.places.need(cell));
+        self.recent().max(there) * self.costs[rung]
     }
 
     /// Whether what a rung needs is such a part of some steps at most.
@@ -108,10 +129,11 @@ impl Ladder {
 
     /// What all of a frame at a rung would have taken.
     pub(super) fn learn(&mut self, rung: usize, need: f64) {
-        // What rungs cost beside each other is seen where the rung has changed; the
-        // rungs around move along.
-        if let Some((before, of_before)) = self.last
+        // What rungs cost beside each other is seen where the rung has changed, and what
+        // is looked at has not; the rungs around move along.
+        if let Some((before, of_before, cell)) = self.last
             && before != rung
+            && cell == self.cell
             && of_before > 0.0
             && need > 0.0
         {
@@ -121,9 +143,13 @@ impl Ladder {
             self.costs[rung] = if is_known { 0.5 * (known + seen) } else { seen };
             self.keep_in_order(rung);
         }
-        self.last = Some((rung, need));
+        self.last = Some((rung, need, self.cell));
         self.newest = (self.newest + 1) % RECENT;
-        self.needs[self.newest] = need / self.costs[rung];
+        let of_best = need / self.costs[rung];
+        self.needs[self.newest] = of_best;
+        if let Some(cell) = self.cell {
+            self.places.learn(cell, of_best);
+        }
     }
 
     /// A worse rung costs no more than a better one.

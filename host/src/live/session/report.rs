@@ -132,6 +132,8 @@ pub struct SessionReport {
     /// How long the others were waited for: microseconds; `None` where there is one
     /// machine.
     pub waited: Option<Histogram<u64>>,
+    /// How much longer the last of them took to be ready than the first, likewise.
+    pub spread: Option<Histogram<u64>>,
 }
 
 impl SessionReport {
@@ -163,6 +165,7 @@ impl SessionReport {
             last: None,
             hashes: Vec::new(),
             waited: None,
+            spread: None,
         }
     }
 

@@ -4,7 +4,7 @@ use super::*;
 use crate::bake::Baked;
 use crate::cave::{BuiltInCave, Cave, Eye, Viewer};
 use crate::live::latency::Leg;
-use crate::live::swap::{Alone, Gathered, Share};
+use crate::live::swap::{Alone, Gathered, Share, Waits};
 use crate::live::with_engine;
 use crate::render::Options;
 use crate::scene::builtin::grid;
@@ -73,8 +73,8 @@ impl SwapLock for Slow<'_> {
         self.alone.end()
     }
 
-    fn waited(&self) -> Option<&Histogram<u64>> {
-        self.alone.waited()
+    fn waits(&self) -> Option<Waits<'_>> {
+        self.alone.waits()
     }
 }
 

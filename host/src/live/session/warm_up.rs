@@ -1,6 +1,6 @@
 //! What is found out before anything is shown.
 
-use super::{Session, SessionError, carry_out, follow_a_gaze};
+use super::{Session, SessionError, carry_out, gaze_of};
 use crate::live::engine::Engine;
 use crate::live::governor::{Allowance, Decision};
 use crate::live::swap::{Look, Purpose};
@@ -51,11 +51,11 @@ impl Session<'_> {
         }
         self.report.allowance = self.allowance(look.forward);
         if self.report.allowance != Allowance::Unlimited {
-            if follow_a_gaze(eyes) {
-                self.governor.follow(false);
+            if gaze_of(look, eyes).is_some() {
+                self.governor.follow(None);
                 self.settle(engine, (look, eyes), Purpose::Plain)?;
             }
-            self.governor.follow(follow_a_gaze(eyes));
+            self.governor.follow(gaze_of(look, eyes));
             self.settle(engine, (look, eyes), Purpose::WarmUp)?;
         }
         // When the first gaze is taken depends on frames like the first.

@@ -1,6 +1,6 @@
 //! A [`SwapLock`] over anything that takes messages from one machine to another.
 
-use super::{Done, Gathered, Look, Order, Purpose, Share, SwapError, SwapLock};
+use super::{Done, Gathered, Look, Order, Purpose, Share, SwapError, SwapLock, Waits};
 use glam::{Quat, Vec3};
 use hdrhistogram::Histogram;
 use shisen_core::gaze::HeadPose;
@@ -40,8 +40,13 @@ pub struct Channels {
 }
 
 impl Channels {
-    /// The ends of `ranks` threads, in the order of their ranks.
+    /// Most threads: each has a line to each.
+    pub const MOST: usize = 64;
+
+    /// The ends of `ranks` threads, [`MOST`](Self::MOST) at most, in the order of
+    /// their ranks.
     pub fn new(ranks: usize) -> Vec<Self> {
+        let ranks = ranks.min(Self::MOST);
         let mut ends: Vec<Self> = (0..ranks)
             .map(|rank| Self {
                 rank,
@@ -98,7 +103,10 @@ pub struct Cluster<T: Wire> {
     wait: Duration,
     /// Of the machines, by rank.
     names: Vec<String>,
+    /// When the newest order went out, or was here.
+    ordered: Instant,
     waited: Histogram<u64>,
+    spread: Histogram<u64>,
 }
 
 /// The first byte of a message.
@@ -137,6 +145,8 @@ struct SentDone {
     tiles: u64,
     unfinished: u64,
     unfinished_fovea: u64,
+    /// From the order until it was ready, by its own clock.
+    ready_nanoseconds: u64,
 }
 
 const PURPOSES: [Purpose; 4] = [
@@ -194,7 +204,7 @@ impl SentOrder {
 }
 
 impl Done {
-    fn sent(&self) -> Vec<u8> {
+    fn sent(&self, ready: Duration) -> Vec<u8> {
         let head = SentDone {
             frame: self.frame,
             steps: self.steps,
@@ -203,6 +213,7 @@ impl Done {
             tiles: self.tiles as u64,
             unfinished: self.unfinished as u64,
             unfinished_fovea: self.unfinished_fovea.into(),
+            ready_nanoseconds: ready.as_nanos() as u64,
         };
         let mut bytes = vec![DONE];
         bytes.extend_from_slice(head.as_bytes());
@@ -212,10 +223,11 @@ impl Done {
         bytes
     }
 
-    fn received(bytes: &[u8]) -> Option<Self> {
+    /// What was sent, and how long it took to be ready.
+    fn received(bytes: &[u8]) -> Option<(Self, Duration)> {
         let (head, rest) = SentDone::read_from_prefix(bytes).ok()?;
         let hashes = rest.chunks(size_of::<u64>());
-        Some(Self {
+        let done = Self {
             frame: head.frame,
             steps: head.steps,
             need: head.need,
@@ -226,7 +238,8 @@ impl Done {
             hashes: hashes
                 .map(|bytes| u64::read_from_bytes(bytes).ok())
                 .collect::<Option<_>>()?,
-        })
+        };
+        Some((done, Duration::from_nanos(head.ready_nanoseconds)))
     }
 }
 
@@ -259,13 +272,16 @@ impl<T: Wire> Cluster<T> {
     /// One that says nothing, or something else.
     pub fn new(wire: T, wait: Duration) -> Result<Self, SwapError> {
         let ranks = wire.ranks();
+        // From 1 µs to an hour, to a thousandth: bounds that there can be.
+        let times = Histogram::new_with_bounds(1, 3_600_000_000, 3)
+            .map_err(|error| SwapError::Mpi(error.to_string()))?;
         let mut cluster = Self {
             names: (0..ranks).map(|rank| format!("rank {rank}")).collect(),
             wire,
             wait,
-            // From 1 µs to an hour, to a thousandth: bounds that there can be.
-            waited: Histogram::new_with_bounds(1, 3_600_000_000, 3)
-                .map_err(|error| SwapError::Mpi(error.to_string()))?,
+            ordered: Instant::now(),
+            waited: times.clone(),
+            spread: times,
         };
         let mut name = vec![NAME];
         name.extend_from_slice(cluster.wire.name().as_bytes());
@@ -349,6 +365,7 @@ impl<T: Wire> SwapLock for Cluster<T> {
         let mut message = vec![ORDER];
         message.extend_from_slice(SentOrder::from(order).as_bytes());
         self.tell_all(&message);
+        self.ordered = Instant::now();
         Ok(())
     }
 
@@ -358,6 +375,7 @@ impl<T: Wire> SwapLock for Cluster<T> {
             self.wire.finish();
             return Ok(None);
         }
+        self.ordered = Instant::now();
         let sent = self.of_kind(0, &message, ORDER)?;
         let sent = SentOrder::read_from_bytes(sent).ok();
         let order = sent.and_then(|sent| sent.order());
@@ -366,23 +384,27 @@ impl<T: Wire> SwapLock for Cluster<T> {
 
     fn gather(&mut self, own: &Done) -> Result<Gathered, SwapError> {
         let begun = Instant::now();
+        let ready = begun - self.ordered;
         let mut gathered = Gathered::default();
         if self.wire.rank() > 0 {
-            self.wire.send(0, &own.sent());
+            self.wire.send(0, &own.sent(ready));
             gathered.add(own);
             return Ok(gathered);
         }
         let ranks = self.wire.ranks();
         let mut found: Vec<Option<Done>> = vec![None; ranks];
         found[0] = Some(own.clone());
+        let (mut first, mut last) = (ready, ready);
         loop {
             for rank in 1..ranks {
                 if found[rank].is_none()
                     && let Some(message) = self.wire.poll(rank)
                 {
                     let sent = self.of_kind(rank, &message, DONE)?;
-                    let done = Done::received(sent).filter(|done| done.frame == own.frame);
-                    found[rank] = Some(done.ok_or_else(|| self.unknown(rank))?);
+                    let done = Done::received(sent).filter(|(done, _)| done.frame == own.frame);
+                    let (done, ready) = done.ok_or_else(|| self.unknown(rank))?;
+                    (first, last) = (first.min(ready), last.max(ready));
+                    found[rank] = Some(done);
                 }
             }
             let mut missing = (0..ranks).filter(|rank| found[*rank].is_none()).peekable();
@@ -400,6 +422,8 @@ impl<T: Wire> SwapLock for Cluster<T> {
         }
         let waited = begun.elapsed().as_micros() as u64;
         self.waited.saturating_record(waited.max(1));
+        let spread = last.saturating_sub(first).as_micros() as u64;
+        self.spread.saturating_record(spread.max(1));
         for one in found.into_iter().flatten() {
             gathered.add(&one);
         }
@@ -426,7 +450,10 @@ impl<T: Wire> SwapLock for Cluster<T> {
         Ok(())
     }
 
-    fn waited(&self) -> Option<&Histogram<u64>> {
-        (self.wire.ranks() > 1 && self.wire.rank() == 0).then_some(&self.waited)
+    fn waits(&self) -> Option<Waits<'_>> {
+        (self.wire.ranks() > 1 && self.wire.rank() == 0).then_some(Waits {
+            waited: &self.waited,
+            spread: &self.spread,
+        })
     }
 }

@@ -94,14 +94,41 @@ fn all_hear_what_is_ordered_and_one_hears_what_it_took() {
             lock.swap(order.frame).unwrap();
             frames.push(order.frame);
         }
-        assert_eq!(
-            lock.waited().map(Histogram::len),
-            (rank == 0).then_some(FRAMES)
-        );
+        let counts = |waits: Waits<'_>| [waits.waited, waits.spread].map(Histogram::len);
+        assert_eq!(lock.waits().map(counts), (rank == 0).then_some([FRAMES; 2]));
         frames
     });
     for frames in heard {
         assert!(frames.into_iter().eq(0..FRAMES));
+    }
+}
+
+/// Whoever orders may be the last itself: that it waits for nobody does not say that all
+/// were ready at once.
+#[test]
+fn the_spread_is_from_the_first_to_the_last_of_all() {
+    let later = Duration::from_millis(30);
+    for late in 0..3 {
+        let spreads = with_machines(3, WAIT, |mut lock| {
+            let rank = lock.share().rank();
+            if rank == 0 {
+                lock.order(&order(1)).unwrap();
+            } else {
+                lock.obey().unwrap();
+            }
+            if rank == late {
+                std::thread::sleep(later);
+            }
+            let own = Done {
+                frame: 1,
+                ..Done::default()
+            };
+            lock.gather(&own).unwrap();
+            lock.waits().map(|waits| waits.spread.max())
+        });
+        let spread = Duration::from_micros(spreads[0].unwrap());
+        // Others may be held up, too.
+        assert!(spread > later / 2, "of rank {late}: {spread:?}");
     }
 }
 
@@ -181,7 +208,7 @@ fn one_machine_waits_for_nobody() {
         (7, 0)
     );
     assert_eq!(Alone.obey(), Ok(None));
-    assert!(Alone.waited().is_none() && Alone.share() == Share::ALL);
+    assert!(Alone.waits().is_none() && Alone.share() == Share::ALL);
     let cluster = with_machines(1, WAIT, |mut lock| {
         lock.order(&order(0)).unwrap();
         let gathered = lock.gather(&own).unwrap();

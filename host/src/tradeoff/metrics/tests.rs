@@ -27,7 +27,7 @@ fn grey(code: u8) -> Picture {
 #[test]
 fn equal_pictures_are_no_way_off() {
     let sight = Sight::new(&view(), Vec3::NEG_Z);
-    let error = PictureError::new(&[(&sight, &grey(90), &grey(90))]);
+    let error = PictureDifference::new(&[(&sight, &grey(90), &grey(90))]);
     let none = Quality {
         psnr: None,
         flip: 0.0,
@@ -40,7 +40,7 @@ fn equal_pictures_are_no_way_off() {
 #[test]
 fn even_differences_are_the_same_however_they_are_weighted() {
     let sight = Sight::new(&view(), Vec3::NEG_Z);
-    let error = PictureError::new(&[(&sight, &grey(120), &grey(100))]);
+    let error = PictureDifference::new(&[(&sight, &grey(120), &grey(100))]);
     for found in [
         error.all,
         error.weighted,
@@ -59,7 +59,7 @@ fn even_differences_are_the_same_however_they_are_weighted() {
 #[test]
 fn black_for_white_is_all_of_flip() {
     let sight = Sight::new(&view(), Vec3::NEG_Z);
-    let error = PictureError::new(&[(&sight, &grey(0), &grey(255))]);
+    let error = PictureDifference::new(&[(&sight, &grey(0), &grey(255))]);
     // Equations 7 to 10 of the paper: HyAB of black and white is 100, that of the
     // farthest colours, green and blue, 203.4; there is no edge.
     let part = (100.0f64 / 203.4).powf(0.7);
@@ -113,7 +113,7 @@ fn rings_are_where_the_viewer_looks() {
     let corner = view().direction(0.0, 0.0).unwrap();
     let weighted = [Vec3::NEG_Z, corner].map(|forward| {
         let sight = Sight::new(&view(), forward);
-        PictureError::new(&[(&sight, &found, &grey(100))])
+        PictureDifference::new(&[(&sight, &found, &grey(100))])
     });
     assert!(
         weighted[1].weighted.flip > 10.0 * weighted[0].weighted.flip,
@@ -132,8 +132,8 @@ fn what_is_weighted_has_the_middle_of_the_close_up() {
     let (right, down) = (Vec3::X * pixel, Vec3::NEG_Y * pixel);
     let close_up = View::new(Vec3::ZERO, first, right, down, [16, 16]).unwrap();
     let [walls, close_up] = [walls, close_up].map(|view| Sight::new(&view, Vec3::NEG_Z));
-    let equal = PictureError::new(&[(&walls, &grey(90), &grey(90))]);
-    let near = PictureError::new(&[(&close_up, &grey(120), &grey(100))]);
+    let equal = PictureDifference::new(&[(&walls, &grey(90), &grey(90))]);
+    let near = PictureDifference::new(&[(&close_up, &grey(120), &grey(100))]);
     let found = equal.clone().with_middle_of(&near);
 
     let weight = |sight: &Sight, is_near: bool| -> f64 {

@@ -101,7 +101,7 @@ pub fn stop() -> Script {
 }
 
 /// What VRPN's list says about the number that the command `O` 10 is answered
-/// with.
+/// with; empty where it is not in it.
 pub const fn error_meaning(code: u8) -> &'static str {
     match code {
         0 => "none",

@@ -47,7 +47,7 @@ pub struct Status {
     pub sampling_frequency: Option<f32>,
 }
 
-/// What a device's status means.
+/// What a device's status means; empty where that is not known.
 pub fn status_name(status: u32) -> &'static str {
     match status {
         1 => "ready",
