@@ -179,6 +179,8 @@ fn half_of_what_is_needed_finishes_what_is_looked_at() {
         let mut governor = Governor::new();
         let (mut changes, mut unfinished, mut before) = (0, 0, 0);
         for number in 0..count {
+            let sight = eyes(number)[0].lod.map(|lod| lod.gaze.line_of_sight());
+            governor.follow(sight.map(|sight| sight.forward()));
             let decision = governor.decide(Allowance::Steps(steps));
             let frame = engine.render(&eyes(number), &decision.quality, decision.steps);
             let frame = frame.expect("a frame");

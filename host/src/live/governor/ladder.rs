@@ -129,15 +129,21 @@ impl Ladder {
 
     /// What all of a frame at a rung would have taken.
     pub(super) fn learn(&mut self, rung: usize, need: f64) {
-        // What rungs cost beside each other is seen where the rung has changed, and what
-        // is looked at has not; the rungs around move along.
+        // What rungs cost beside each other is seen where the rung has changed; the
+        // rungs around move along. Where the gaze has changed, too, what is known of
+        // frames there counts.
         if let Some((before, of_before, cell)) = self.last
             && before != rung
-            && cell == self.cell
             && of_before > 0.0
             && need > 0.0
         {
-            let seen = self.costs[before] * need / of_before;
+            let there = self.cell.filter(|_| cell != self.cell);
+            let there = there.map_or(0.0, |cell| self.places.need(cell));
+            let seen = if there > 0.0 {
+                need / there
+            } else {
+                self.costs[before] * need / of_before
+            };
             let known = self.costs[rung];
             let is_known = std::mem::replace(&mut self.seen[rung], true);
             self.costs[rung] = if is_known { 0.5 * (known + seen) } else { seen };
