@@ -759,6 +759,21 @@ fn bad_input_is_told() {
     fails(&["--tracker", gone], 1, "shisen-gone");
 }
 
+/// A disk that fills up ends the run, and does not take its report along.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_record_that_cannot_be_written_leaves_the_report() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = shisen(folder.path());
+    let command = command.args(["run", "--size", "16", "--hz", "200", "--frames", "20"]);
+    let command = command.args(["--budget", "off", "--record", "/dev/full", "--json"]);
+    let output = command.assert().code(1).get_output().clone();
+    let report: Value = serde_json::from_slice(&output.stdout).expect("an object");
+    assert_eq!(report["frames"], 20);
+    let said = String::from_utf8(output.stderr).expect("text");
+    assert!(said.contains("/dev/full"), "{said}");
+}
+
 #[cfg(unix)]
 #[test]
 fn latency_is_measured_over_a_line() {

@@ -263,7 +263,7 @@ fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let mut frames = Frames::new(arguments, &interrupt, None, output);
     frames.begin(&prepared);
     prepared.obey(&mut frames, lock)?;
-    frames.finish().map(|_| ())
+    frames.finish().1
 }
 
 /// Follows the tracker.
@@ -297,7 +297,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             continue;
         }
         let fill = frames.fill();
-        let window = frames.finish()?;
+        let (window, files) = frames.finish();
         let around = Around {
             fill,
             threads: prepared.options.threads,
@@ -309,9 +309,11 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
             cluster: Together::of(lock.share(), &played),
             interference: played.interference,
         };
-        return print(
+        // Of the frames that there were, whatever became of the files.
+        print(
             &Report::new(around, arguments, &prepared, &settings, report),
             arguments.json,
-        );
+        )?;
+        return files;
     }
 }

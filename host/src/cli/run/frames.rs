@@ -116,21 +116,19 @@ impl<'s> Frames<'s> {
         self.change.take()
     }
 
-    /// What became of the window, if there was one.
-    ///
-    /// # Errors
-    /// A file that could not be written.
-    pub(super) fn finish(self) -> Result<Option<Watched>, Failure> {
-        if let Some(failure) = self.failure {
-            return Err(failure);
-        }
-        if let Some(log) = self.log {
-            log.finish()?;
-        }
-        Ok(match self.output {
+    /// What became of the window, if there was one, and of the files: of one that could not
+    /// be written, why.
+    pub(super) fn finish(self) -> (Option<Watched>, Result<(), Failure>) {
+        let files = match (self.failure, self.log) {
+            (Some(failure), _) => Err(failure),
+            (None, Some(log)) => log.finish(),
+            (None, None) => Ok(()),
+        };
+        let window = match self.output {
             Output::Window(watch) => Some(watch.finish()),
             Output::None | Output::Files(_) => None,
-        })
+        };
+        (window, files)
     }
 
     fn show(
