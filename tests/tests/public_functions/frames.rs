@@ -3,6 +3,7 @@
 
 use super::host::{dome, wall};
 use super::numbers::{Case, Numbers, finite, finite_or_error};
+use super::seeing::pixels_of;
 use super::tracker::a_sample;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use serde_json::Map;
@@ -11,6 +12,7 @@ use shisen::bake::tree::{Bounds, BuildEffort, build};
 use shisen::cave::{BuiltInCave, Cave, Eye};
 use shisen::dashboard::Coordinates;
 use shisen::dome::{Mirror, Projection, local_optima, optimum};
+use shisen::effects::{self, Effects};
 use shisen::live::{Engine, Quality, Share, eyes_of, with_engine};
 use shisen::lod::{Coverage, OutsideDifference, levels, polygons, sampling};
 use shisen::material::Material;
@@ -29,7 +31,8 @@ use shisen::tradeoff::{
     self, Build, Comparison, Limit, Measure, PictureDifference, Point, Report, Section, Sight,
 };
 use shisen::warp::{Aim, Lens, Nodes, Projector, Throw, Warp, bourke, mpcdi};
-use shisen_core::frame::{DomeProjection, LevelOfDetail, Renderer, Spectrum, View};
+use shisen_core::Simd;
+use shisen_core::frame::{DomeProjection, LevelOfDetail, Renderer, Settings, Spectrum, View};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use shisen_tracker::decoder::Event;
 use shisen_tracker::estimate::EstimatorConfig;
@@ -223,6 +226,15 @@ fn searched(a: f64) -> bool {
 }
 
 pub(super) const CASES: &[(&str, Case)] = &[
+    ("host effects::renderer", |n| {
+        let effects: Effects = "auto".parse().expect("effects");
+        let spectrum = Spectrum::Single(n.next(550.0));
+        let (scene, simd) = (SCENE.scene(), Simd::detect());
+        match effects::renderer(scene, simd, Settings::default(), &effects, spectrum) {
+            Ok(renderer) => finite(&pixels_of(&renderer, &view())),
+            Err(error) => assert!(!n.are_sane() && !error.to_string().is_empty()),
+        }
+    }),
     ("host render::view", |n| {
         let eye = eye(n);
         if let Some(wall) = wall(n) {

@@ -318,7 +318,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     ("core frame::TileJob::render", |n| {
         for view in some_views(n) {
             for mode in [Mode::Tile, Mode::Single] {
-                finite(&picture(&renderer(mode), &view));
+                finite(&pixels_of(&renderer(mode), &view));
             }
         }
     }),
@@ -638,7 +638,7 @@ fn rays_are_rays(view: &View) {
     }
 }
 
-fn picture<const W: usize>(renderer: &Renderer<'_, W>, view: &View) -> [Pixel; 64]
+pub(super) fn pixels_of<const W: usize>(renderer: &Renderer<'_, W>, view: &View) -> [Pixel; 64]
 where
     Simd: Runs<W>,
 {
@@ -657,7 +657,7 @@ where
     Simd: Runs<W>,
 {
     for view in &every_view()[..2] {
-        finite(&picture(renderer, view));
+        finite(&pixels_of(renderer, view));
     }
 }
 

@@ -169,6 +169,12 @@ impl Sources {
                     let of_name = self.types.entry(name).or_default();
                     of_name.push((module.to_owned(), vec![*alias.ty]));
                 }
+                // What it makes is not read here.
+                Item::Macro(made) => assert!(
+                    !made.mac.tokens.to_string().contains("pub fn"),
+                    "{module}: a macro makes a public function: write it out, and have the macro \
+                     make what it calls"
+                ),
                 _ => {}
             }
         }
