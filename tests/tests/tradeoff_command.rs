@@ -187,6 +187,13 @@ fn check_choice(comparison: &Value, optimised: bool) {
         let is_chosen =
             |point: &Value| ["name", "series"].iter().any(|&of| starts_with(&point[of]));
         assert!(points.iter().any(is_chosen), "{choice}");
+        if id.starts_with("latency-") {
+            assert_eq!(
+                enough.is_empty(),
+                choice.starts_with("No setting has"),
+                "{choice}"
+            );
+        }
         return;
     }
     // Names may begin with others.

@@ -181,15 +181,12 @@ fn choice(points: &[Point]) -> String {
             brief(number(point, MEDIAN)),
         )
     };
-    let begin = if number(chosen, ERROR) > LIMIT {
-        format!(
-            "No setting is off by {LIMIT}° or less in 95 % of moments: choose the nearest, {}",
-            chosen.name
-        )
+    let begin = if measured().all(|one| number(one, ERROR) > LIMIT) {
+        format!("No setting has at most {LIMIT}° in 95 % of moments: choose")
     } else {
-        format!("Choose {}", chosen.name)
+        "Choose".to_owned()
     };
-    let mut text = format!("{begin}: {}", of(chosen));
+    let mut text = format!("{begin} {}: {}", chosen.name, of(chosen));
     let as_near = |one: &&Point| brief(number(one, ERROR)) == brief(number(chosen, ERROR));
     let same: Vec<&str> = cheap
         .filter(|one| one.name != chosen.name && as_near(one))
@@ -343,6 +340,15 @@ mod tests {
         }
         let found = choice(&points);
         assert!(found.starts_with("Choose up to 60 ms: "), "{found}");
+        // What is too far off is said to be.
+        let mut far = points.clone();
+        far.iter_mut()
+            .for_each(|one| one.errors[ERROR] = Some(1.01));
+        let found = choice(&far);
+        assert!(
+            found.starts_with("No setting has at most 1° in 95 % of moments: choose up to "),
+            "{found}"
+        );
         // Without an error nothing is chosen.
         for point in &mut points {
             point.errors[ERROR] = None;
