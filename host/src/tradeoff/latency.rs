@@ -342,8 +342,9 @@ mod tests {
         assert!(found.starts_with("Choose up to 60 ms: "), "{found}");
         // What is too far off is said to be.
         let mut far = points.clone();
-        far.iter_mut()
-            .for_each(|one| one.errors[ERROR] = Some(1.01));
+        for one in &mut far {
+            one.errors[ERROR] = Some(1.01);
+        }
         let found = choice(&far);
         assert!(
             found.starts_with("No setting has at most 1° in 95 % of moments: choose up to "),
