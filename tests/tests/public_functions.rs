@@ -280,6 +280,12 @@ fn functions_of_c_that_take_numbers_have_a_case() {
 }
 
 #[test]
+#[should_panic(expected = "a macro makes a public function")]
+fn a_function_that_a_macro_makes_is_refused() {
+    functions_of("macro_rules! made { () => { pub fn half(x: f32) -> f32 { x / 2.0 } } }");
+}
+
+#[test]
 fn a_function_without_a_case_and_a_case_without_a_function_are_told() {
     let functions = functions_of("pub fn half(x: f32) -> f32 { x / 2.0 }");
     assert!(gaps(&functions, &["here half"]).is_empty());
