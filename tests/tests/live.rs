@@ -163,6 +163,46 @@ fn a_budget_is_kept_and_threads_change_nothing() {
     }
 }
 
+/// Where time is short, what is looked at is there all the same; and where steps are
+/// enough, nothing is different.
+#[test]
+fn a_fovea_is_whole_whatever_there_is() {
+    let baked = baked();
+    for steps in [0, 1, 3_000, 20_000, 10_000_000] {
+        let run = |threads: usize, whole: bool| {
+            with(&baked, &options(threads, 16), |engine| {
+                let mut cut = 0;
+                let mut frames = Vec::new();
+                for number in 0..6 {
+                    let eyes = eyes(7 * number);
+                    let (quality, steps) = (&Quality::FULL, Some(steps));
+                    let frame = if whole {
+                        engine.render_whole_fovea(&eyes, quality, steps)
+                    } else {
+                        engine.render(&eyes, quality, steps)
+                    };
+                    let frame = frame.expect("a frame");
+                    cut += usize::from(frame.unfinished_fovea);
+                    frames.push((frame.steps, frame.unfinished, hashes(engine)));
+                }
+                (cut, frames)
+            })
+        };
+        let whole = run(1, true);
+        assert_eq!(whole, run(3, true), "{steps}");
+        assert_eq!(whole.0, 0, "{steps}");
+        let (cut, as_far) = run(2, false);
+        if steps < 3_000 {
+            assert_eq!(cut, 6, "{steps}");
+            // No more than that.
+            assert!(whole.1.iter().all(|frame| frame.1 > 0), "{steps}");
+        }
+        if steps > 1_000_000 {
+            assert_eq!(whole.1, as_far);
+        }
+    }
+}
+
 #[test]
 fn half_of_what_is_needed_finishes_what_is_looked_at() {
     let baked = baked();

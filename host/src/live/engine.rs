@@ -33,6 +33,9 @@ use threads::{Shared, lock};
 /// sight, radians (5°).
 pub const FOVEA: f32 = 0.087_266_46;
 
+/// What angles may be off by: radians.
+const ROUNDING: f32 = 1.0e-3;
+
 /// In how many rounds a budget is dealt out at most.
 const MOST_ROUNDS: u32 = 8;
 
@@ -41,6 +44,15 @@ const AT_LAST: f32 = -3.0;
 
 /// Steps that a pixel is expected to take of which nothing is known.
 const UNKNOWN_PIXEL: u64 = 16;
+
+/// Where a frame ends that has not enough steps.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Until {
+    /// With its steps.
+    Steps,
+    /// When the [`FOVEA`] is whole.
+    WholeFovea,
+}
 
 /// Renders frames of one scene for one set of screens.
 pub struct Engine<'e, 's, const W: usize> {
@@ -229,23 +241,53 @@ where
         quality: &Quality,
         steps: Option<u64>,
     ) -> Result<Rendered, RenderError> {
+        self.render_until(eyes, quality, steps, Until::Steps)
+    }
+
+    /// Renders what these eyes see: at most `steps` of it, or as many more as the
+    /// [`FOVEA`] takes at this quality.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn render_whole_fovea(
+        &mut self,
+        eyes: &[Observer],
+        quality: &Quality,
+        steps: Option<u64>,
+    ) -> Result<Rendered, RenderError> {
+        self.render_until(eyes, quality, steps, Until::WholeFovea)
+    }
+
+    fn render_until(
+        &mut self,
+        eyes: &[Observer],
+        quality: &Quality,
+        steps: Option<u64>,
+        until: Until,
+    ) -> Result<Rendered, RenderError> {
         self.plan(eyes, quality, steps)?;
         if eyes.iter().any(|eye| eye.acuity.is_some()) {
             self.dealer.expect_squares();
         }
         self.shared.first_ray.store(u64::MAX, Ordering::SeqCst);
         let (mut rounds, mut tracing) = (0, Duration::ZERO);
-        loop {
-            let spent = self.spent();
-            let left = steps.map(|steps| steps.saturating_sub(spent));
-            if !self.deal(left) || rounds == MOST_ROUNDS {
-                break;
-            }
+        let mut round = |engine: &mut Self| {
             rounds += 1;
             let begun = Instant::now();
-            self.have_done();
+            engine.have_done();
             tracing += begun.elapsed();
+        };
+        for _ in 0..MOST_ROUNDS {
+            let spent = self.spent();
+            let left = steps.map(|steps| steps.saturating_sub(spent));
+            if !self.deal(left) {
+                break;
+            }
+            round(self);
             self.dealer.look_at(&self.shared.excess);
+        }
+        if until == Until::WholeFovea && self.deal_fovea() {
+            round(self);
         }
         let rendered = self.finish(rounds);
         self.fill();
@@ -360,6 +402,35 @@ where
         match left {
             None => deal::everything(tiles, groups),
             Some(left) => self.dealer.deal(left, tiles, groups),
+        }
+        !groups.is_empty()
+    }
+
+    /// Deals out to what of the [`FOVEA`] is not finished all that it may need; whether
+    /// there is any.
+    fn deal_fovea(&mut self) -> bool {
+        let shared = self.shared;
+        let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
+        let Plan {
+            order,
+            groups,
+            sights,
+            parts,
+            ..
+        } = &mut *plan;
+        groups.clear();
+        for (at, &(towards, number)) in order.iter().enumerate() {
+            let tile = lock(&shared.tiles[number as usize]);
+            let view = &parts[tile.part].0;
+            if towards != AT_LAST
+                && !tile.job.is_finished()
+                && is_foveal(sights[tile.part], view, tile.job.tile())
+            {
+                groups.push(Group {
+                    tiles: at..at + 1,
+                    allotment: u64::MAX,
+                });
+            }
         }
         !groups.is_empty()
     }
@@ -549,11 +620,21 @@ fn is_foveal(sight: Option<Vec3>, view: &View, tile: Tile) -> bool {
     let Some(forward) = sight else {
         return true;
     };
-    let pixels = (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y)));
-    pixels.into_iter().any(|(x, y)| {
-        let direction = view.direction((tile.x + x) as f32, (tile.y + y) as f32);
-        direction.is_some_and(|direction| direction.angle_between(forward) <= FOVEA)
-    })
+    let at = |x: u32, y: u32| view.direction((tile.x + x) as f32, (tile.y + y) as f32);
+    // Most tiles are too far off: no pixel is farther from another than the corners that
+    // are farthest from each other.
+    let (right, bottom) = (tile.width - 1, tile.height - 1);
+    let corners = [at(0, 0), at(right, 0), at(0, bottom), at(right, bottom)];
+    if let [Some(a), Some(b), Some(c), Some(d)] = corners {
+        let across = a.angle_between(d).max(b.angle_between(c));
+        let across = across.max(a.angle_between(b)).max(c.angle_between(d));
+        let across = across.max(a.angle_between(c)).max(b.angle_between(d));
+        if a.angle_between(forward) > FOVEA + across + ROUNDING {
+            return false;
+        }
+    }
+    let mut pixels = (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y)));
+    pixels.any(|(x, y)| at(x, y).is_some_and(|direction| direction.angle_between(forward) <= FOVEA))
 }
 
 /// The screens and eyes that pictures of a share are for, by screen, then eye.
@@ -569,4 +650,42 @@ pub fn eyes_of<'e>(
         .enumerate()
         .filter(move |(pair, _)| share.has(*pair, all));
     own.map(|(_, pair)| pair)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cave::BuiltInCave;
+
+    #[test]
+    fn what_is_near_the_line_of_sight_is_found_without_looking_at_every_pixel() {
+        let cave = Cave::built_in(BuiltInCave::Cube, [48; 2]).expect("a room");
+        let observer = Observer::new(Eye::Left, glam::DVec3::new(0.4, 0.2, -0.7));
+        let (mut near, mut all) = (0, 0);
+        for screen in cave.screens() {
+            let view = render::view(screen, &observer).expect("it sees the screen");
+            for tile in [5, 16]
+                .into_iter()
+                .flat_map(|side| render::tiles(&view, side))
+            {
+                for number in 0..40 {
+                    let angle = 0.7 * number as f32;
+                    let height = number as f32 / 20.0 - 1.0;
+                    let sight = Vec3::new(angle.cos(), height, angle.sin()).normalize();
+                    let is_near = |x: u32, y: u32| {
+                        let towards = view.direction(x as f32, y as f32);
+                        towards.is_some_and(|towards| towards.angle_between(sight) <= FOVEA)
+                    };
+                    let columns = tile.x..tile.x + tile.width;
+                    let expected = columns
+                        .flat_map(|x| (tile.y..tile.y + tile.height).map(move |y| (x, y)))
+                        .any(|(x, y)| is_near(x, y));
+                    assert_eq!(is_foveal(Some(sight), &view, tile), expected, "{tile:?}");
+                    near += u32::from(expected);
+                    all += 1;
+                }
+            }
+        }
+        assert!(near > 200 && all > 20 * near, "{near} of {all}");
+    }
 }

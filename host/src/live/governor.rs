@@ -56,6 +56,9 @@ pub struct Governor {
 pub struct Decision {
     /// At most so many steps; `None` where there is no end.
     pub steps: Option<u64>,
+    /// Whether what is looked at is finished all the same, with more steps: where these
+    /// are what time is guessed to be, late is better than a hole where one looks.
+    pub whole_fovea: bool,
     /// Which rung of [`Quality::LADDER`].
     pub rung: usize,
     /// That rung.
@@ -66,6 +69,7 @@ impl Decision {
     /// All of a frame, whatever it takes.
     pub const FULL: Self = Self {
         steps: None,
+        whole_fovea: false,
         rung: 0,
         quality: Quality::FULL,
     };
@@ -144,8 +148,11 @@ impl Governor {
             self.ladder_mut().choose(steps as f64);
         }
         let rung = self.ladder().rung();
+        // Without a gaze all is looked at.
+        let whole_fovea = matches!(allowance, Allowance::Time(_)) && self.has_gaze;
         Decision {
             steps,
+            whole_fovea,
             rung,
             quality: Quality::LADDER[rung],
         }
@@ -213,6 +220,7 @@ impl Governor {
         let rung = self.ladder().rung().checked_sub(1);
         rung.filter(|_| self.governs).map(|rung| Decision {
             steps: Some(MORE_THAN_NEEDED),
+            whole_fovea: false,
             rung,
             quality: Quality::LADDER[rung],
         })

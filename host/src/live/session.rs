@@ -208,7 +208,11 @@ where
         eyes
     };
     let quality = Quality::LADDER.get(order.rung).unwrap_or(&Quality::FULL);
-    let rendered = engine.render(eyes, quality, order.steps)?;
+    let rendered = if order.whole_fovea {
+        engine.render_whole_fovea(eyes, quality, order.steps)
+    } else {
+        engine.render(eyes, quality, order.steps)
+    }?;
     let done = Done {
         frame: order.frame,
         steps: rendered.steps,
@@ -299,6 +303,7 @@ impl Session<'_> {
             look: *look,
             rung: decision.rung,
             steps: decision.steps,
+            whole_fovea: decision.whole_fovea,
             purpose,
         }
     }

@@ -92,6 +92,8 @@ pub struct Order {
     pub rung: usize,
     /// At most so many steps on each machine; `None` where there is no end.
     pub steps: Option<u64>,
+    /// Whether the [`FOVEA`](super::FOVEA) is finished all the same, with more of them.
+    pub whole_fovea: bool,
     /// What for.
     pub purpose: Purpose,
 }

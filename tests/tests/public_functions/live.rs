@@ -103,6 +103,7 @@ impl SwapLock for Orders {
             look,
             rung: 0,
             steps: Some(100_000),
+            whole_fovea: false,
             purpose: Purpose::Shown,
         }))
     }

@@ -24,7 +24,7 @@ use std::time::Duration;
 /// and medians: steps and milliseconds, from taking the gaze to the last pixel) and runs:
 /// for steps and for time budget, hz (a whole number: the time is a refresh of it, and
 /// at most half of the median), frames, `late_frames` (not there at their refresh),
-/// `late_share`, `over_budget_frames` (more steps than allowed),
+/// `late_share`, `over_budget_frames` (more steps than a budget of them allows),
 /// `over_time_frames` (longer than the budget, where that is a time),
 /// `frames_with_unfinished_fovea` (a tile within 5° of the line of sight not finished),
 /// `frames_with_unfinished_tiles`, `lowered_share` (of the frames, those whose quality was

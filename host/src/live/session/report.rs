@@ -51,7 +51,8 @@ pub struct FrameRecord {
     pub budget_us: Option<u64>,
     /// Whether that took longer.
     pub over_time: bool,
-    /// Steps that it might take; null where there was no end.
+    /// Steps that it might take; null where there was no end. Where these are what its
+    /// time was taken for, what is looked at may have taken it beyond them.
     pub budget_steps: Option<u64>,
     /// Steps that it took.
     pub steps: u64,
@@ -76,7 +77,7 @@ pub struct SessionReport {
     pub frames: u64,
     /// Frames that were not there when they were due.
     pub late_frames: u64,
-    /// Frames that took more steps than they might.
+    /// Frames that took more steps than they might, where the budget is of steps.
     pub over_budget_frames: u64,
     /// Frames that took longer, from taking the gaze to the last pixel, than their budget
     /// says, where that is a time: also those that were there at their refresh.
@@ -180,7 +181,8 @@ impl SessionReport {
 
     /// Counts a frame that was shown.
     pub(super) fn count(&mut self, frame: &FrameRecord) {
-        let over = frame.budget_steps.is_some_and(|steps| frame.steps > steps);
+        let by_steps = frame.budget_steps.filter(|_| frame.budget_us.is_none());
+        let over = by_steps.is_some_and(|steps| frame.steps > steps);
         self.frames += 1;
         self.refreshes = frame.refresh;
         self.late_frames += u64::from(frame.late);

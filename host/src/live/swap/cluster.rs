@@ -131,7 +131,7 @@ struct SentOrder {
     forward: [f32; 3],
     up: [f32; 3],
     widen: f32,
-    padding: u32,
+    whole_fovea: u32,
 }
 
 /// [`Done`], as it is sent, before its hashes.
@@ -177,7 +177,7 @@ impl From<&Order> for SentOrder {
             forward: forward.to_array(),
             up: up.to_array(),
             widen,
-            padding: 0,
+            whole_fovea: order.whole_fovea.into(),
         }
     }
 }
@@ -198,6 +198,7 @@ impl SentOrder {
             },
             rung: usize::try_from(self.rung).ok()?,
             steps: (self.steps != u64::MAX).then_some(self.steps),
+            whole_fovea: self.whole_fovea != 0,
             purpose: *PURPOSES.get(usize::try_from(self.purpose).ok()?)?,
         })
     }

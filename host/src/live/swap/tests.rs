@@ -24,6 +24,7 @@ fn order(frame: u64) -> Order {
         look: look(frame as f32 * 0.1),
         rung: frame as usize % 5,
         steps: frame.is_multiple_of(2).then_some(1_000 + frame),
+        whole_fovea: frame.is_multiple_of(3),
         purpose: [Purpose::Plain, Purpose::Shown, Purpose::Compared][frame as usize % 3],
     }
 }
