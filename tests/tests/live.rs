@@ -203,6 +203,33 @@ fn a_fovea_is_whole_whatever_there_is() {
     }
 }
 
+/// Where the gaze has jumped to what is dearer than was known, the rim lacks what that
+/// takes.
+#[test]
+fn steps_that_are_enough_for_the_fovea_are_spent_on_it_first() {
+    let baked = baked();
+    let jumps = [0, 17, 31, 3, 25, 12];
+    let needs: Vec<u64> = with(&baked, &options(2, 16), |engine| {
+        let need = |&number| {
+            let frame = engine.render_whole_fovea(&eyes(number), &Quality::FULL, Some(0));
+            frame.expect("a frame").steps
+        };
+        jumps.iter().map(need).collect()
+    });
+    with(&baked, &options(2, 16), |engine| {
+        let mut unfinished = 0;
+        for (&number, need) in jumps.iter().zip(needs) {
+            // What is set aside for what blocks may take is not spent.
+            let steps = need + 40_000;
+            let frame = engine.render(&eyes(number), &Quality::FULL, Some(steps));
+            let frame = frame.expect("a frame");
+            assert!(!frame.unfinished_fovea, "{number}: {frame:?}");
+            unfinished += frame.unfinished;
+        }
+        assert!(unfinished > 0);
+    });
+}
+
 #[test]
 fn half_of_what_is_needed_finishes_what_is_looked_at() {
     let baked = baked();
@@ -597,6 +624,56 @@ fn a_time_that_is_too_short_is_used_all_the_same() {
     let output = command.assert().success();
     let report: Value = serde_json::from_slice(&output.get_output().stdout).expect("an object");
     assert!(report["median_steps"].as_u64() > Some(1_000), "{report}");
+}
+
+/// Times that are too short for anything: what is looked at is there.
+#[test]
+fn no_fovea_is_cut_where_time_is_short() {
+    for (budget, frames, hz) in [("0.1ms", "40", "60"), ("0.5ms", "150", "200")] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut command = shisen(folder.path());
+        let command = command.args(["run", "--size", "256", "--hz", hz, "--budget", budget]);
+        let command = command.args(["--frames", frames, "--json"]);
+        let output = command.assert().success();
+        let report: Value = serde_json::from_slice(&output.get_output().stdout).expect("an object");
+        assert_eq!(report["frames_with_unfinished_fovea"], 0, "{report}");
+        assert_eq!(report["over_budget_frames"], 0, "{report}");
+    }
+}
+
+/// A head that is outside of the room from the first sample on.
+#[test]
+fn who_sees_no_wall_at_first_has_blind_frames() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = shisen(folder.path());
+    let command = command.args(["run", "--tracker", "mock:delay=0", "--head", "0,0,-1.4999"]);
+    let command = command.args(["--frames", "10", "--size", "32", "--json"]);
+    let output = command.assert().success();
+    let report: Value = serde_json::from_slice(&output.get_output().stdout).expect("an object");
+    assert_eq!(report["frames"], 10, "{report}");
+    assert!(report["blind_frames"].as_u64() > Some(0), "{report}");
+}
+
+/// Before anything is shown, too.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_what_is_measured_before_the_first_frame() {
+    use super::tracker_command::{interrupt, start};
+    use std::io::Read;
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut run = start(
+        folder.path(),
+        &["run", "--size", "512", "--samples", "4", "--json"],
+    );
+    // What is measured takes much longer.
+    std::thread::sleep(Duration::from_secs(4));
+    interrupt(&run);
+    let mut said = String::new();
+    let mut stdout = run.0.stdout.take().expect("what it says");
+    stdout.read_to_string(&mut said).expect("text");
+    assert_eq!(run.0.wait().expect("an end").code(), Some(0));
+    let report: Value = serde_json::from_str(&said).expect("an object");
+    assert_eq!(report["frames"], 0, "{report}");
 }
 
 /// Half of what frames take without a budget, by steps and by the clock.

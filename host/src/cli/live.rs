@@ -153,6 +153,11 @@ pub(super) trait Audience {
         None
     }
 
+    /// Whether it wants no frame at all.
+    fn is_over(&mut self) -> bool {
+        false
+    }
+
     /// Sees a frame.
     fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]) {
         let _ = (newest, head, eyes);
@@ -372,6 +377,7 @@ impl Prepared {
         let mut stage = Show {
             arguments,
             cave,
+            start: pose,
             audience,
         };
         let (scene, capture) = ((scene, spectrum), arguments.capture);
@@ -478,6 +484,8 @@ pub(super) struct Played {
 struct Show<'s> {
     arguments: &'s LiveArguments,
     cave: &'s Cave,
+    /// A head that sees all screens.
+    start: HeadPose,
     audience: &'s mut dyn Audience,
 }
 
@@ -490,12 +498,15 @@ where
     }
 
     fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool {
-        let places = self.arguments.room.eyes(look.head);
+        let mut places = self.arguments.room.eyes(look.head);
         let directions = (look.forward.as_dvec3(), look.up.as_dvec3());
         let seen = places
             .clone()
             .all(|(_, place)| self.cave.check_eye(place).is_ok());
         if seen || eyes.is_empty() {
+            if !seen {
+                places = self.arguments.room.eyes(self.start);
+            }
             let lod = &self.arguments.lod;
             // A line of sight that is none leaves the eyes as they were.
             let _ = lod.observe(places, directions, look.widen, eyes);
@@ -505,6 +516,10 @@ where
 
     fn present(&mut self, engine: &Engine<'_, '_, W>, look: &Look, eyes: &[Observer]) {
         self.audience.see(engine, look.head, eyes);
+    }
+
+    fn is_over(&mut self) -> bool {
+        self.audience.is_over()
     }
 
     fn after(&mut self, record: &FrameRecord) -> bool {

@@ -45,6 +45,15 @@ const AT_LAST: f32 = -3.0;
 /// Steps that a pixel is expected to take of which nothing is known.
 const UNKNOWN_PIXEL: u64 = 16;
 
+/// Whom steps are dealt out to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Whom {
+    /// What is looked at.
+    Fovea,
+    /// All that is not finished.
+    All,
+}
+
 /// Where a frame ends that has not enough steps.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Until {
@@ -102,6 +111,8 @@ struct Plan<'s, const W: usize> {
     /// Indices of tiles, from the line of sight outwards; at last those of a capture
     /// that are taken anew.
     order: Vec<(f32, u32)>,
+    /// How many of these come before all others: they reach as far as the [`FOVEA`].
+    first: usize,
     /// What threads take, of the order.
     groups: Vec<Group>,
     capture: Option<LiveCapture>,
@@ -193,6 +204,7 @@ where
         sights: vec![None; parts.len()],
         parts,
         order: Vec::with_capacity(tiles.len()),
+        first: 0,
         groups: Vec::with_capacity(tiles.len()),
         capture,
         fills: false,
@@ -277,14 +289,19 @@ where
             engine.have_done();
             tracing += begun.elapsed();
         };
-        for _ in 0..MOST_ROUNDS {
-            let spent = self.spent();
-            let left = steps.map(|steps| steps.saturating_sub(spent));
-            if !self.deal(left) {
-                break;
+        // Where there is an end, nothing is left to others before what is looked at is
+        // finished.
+        let whoms = [Whom::Fovea, Whom::All];
+        for whom in whoms.into_iter().skip(usize::from(steps.is_none())) {
+            for _ in 0..MOST_ROUNDS {
+                let spent = self.spent();
+                let left = steps.map(|steps| steps.saturating_sub(spent));
+                if !self.deal(left, whom) {
+                    break;
+                }
+                round(self);
+                self.dealer.look_at(&self.shared.excess);
             }
-            round(self);
-            self.dealer.look_at(&self.shared.excess);
         }
         if until == Until::WholeFovea && self.deal_fovea() {
             round(self);
@@ -345,6 +362,7 @@ where
             sights,
             order,
             capture,
+            first,
             ..
         } = &mut *plan;
         let screens = capture
@@ -385,6 +403,12 @@ where
             order.extend(capture.due(part).map(|tile| (AT_LAST, tile as u32)));
         }
         order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        *first = reaching_fovea(order.iter().map_while(|&(towards, number)| {
+            let tile = lock(&shared.tiles[number as usize]);
+            let sight = sights.get(tile.part).copied().flatten();
+            let sight = sight.filter(|_| towards > AT_LAST)?;
+            Some((sight, &parts[tile.part].0, tile.job.tile()))
+        }));
         Ok(())
     }
 
@@ -394,10 +418,19 @@ where
     }
 
     /// Deals out what is left, if there is an end of it; whether anybody has anything.
-    fn deal(&mut self, left: Option<u64>) -> bool {
+    fn deal(&mut self, left: Option<u64>, whom: Whom) -> bool {
         let shared = self.shared;
         let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
-        let Plan { order, groups, .. } = &mut *plan;
+        let Plan {
+            order,
+            groups,
+            first,
+            ..
+        } = &mut *plan;
+        let order = match whom {
+            Whom::Fovea => order.get(..*first).unwrap_or(order),
+            Whom::All => order,
+        };
         let tiles = order.iter().map(|&(_, tile)| &shared.tiles[tile as usize]);
         match left {
             None => deal::everything(tiles, groups),
@@ -614,6 +647,41 @@ fn towards(sight: Option<Vec3>, view: &View, tile: Tile) -> f32 {
     towards.map_or(-2.0, |towards| towards.dot(sight))
 }
 
+/// Of tiles from the line of sight outwards, how many of the first reach as far as the
+/// [`FOVEA`], or lie between those that do.
+fn reaching_fovea<'t>(tiles: impl Iterator<Item = (Vec3, &'t View, Tile)>) -> usize {
+    let (mut first, mut widest) = (0, 0.0_f32);
+    for (number, (sight, view, tile)) in tiles.enumerate() {
+        widest = widest.max(across(view, tile).unwrap_or(0.0));
+        let corner = view.direction(tile.x as f32, tile.y as f32);
+        // Twice as far as one like those before reaches: others may be wider.
+        let is_near = |corner: Vec3| corner.angle_between(sight) <= FOVEA + 2.0 * widest;
+        if !corner.is_some_and(is_near) {
+            break;
+        }
+        if is_foveal(Some(sight), view, tile) {
+            first = number + 1;
+        }
+    }
+    first
+}
+
+/// The angle that no two pixels of a tile of a screen are farther apart than: the most
+/// between two of its corners. `None` where a corner is on no screen.
+fn across(view: &View, tile: Tile) -> Option<f32> {
+    let at = |x: u32, y: u32| view.direction((tile.x + x) as f32, (tile.y + y) as f32);
+    let (right, bottom) = (tile.width - 1, tile.height - 1);
+    let [a, b, c, d] = [at(0, 0)?, at(right, 0)?, at(0, bottom)?, at(right, bottom)?];
+    let diagonals = a.angle_between(d).max(b.angle_between(c));
+    let rows = a.angle_between(b).max(c.angle_between(d));
+    Some(
+        diagonals
+            .max(rows)
+            .max(a.angle_between(c))
+            .max(b.angle_between(d)),
+    )
+}
+
 /// Whether a pixel of a tile is within [`FOVEA`] of the line of sight. Where nobody
 /// knows that, all are; a session whose gaze is lost has the head's direction.
 fn is_foveal(sight: Option<Vec3>, view: &View, tile: Tile) -> bool {
@@ -621,17 +689,11 @@ fn is_foveal(sight: Option<Vec3>, view: &View, tile: Tile) -> bool {
         return true;
     };
     let at = |x: u32, y: u32| view.direction((tile.x + x) as f32, (tile.y + y) as f32);
-    // Most tiles are too far off: no pixel is farther from another than the corners that
-    // are farthest from each other.
-    let (right, bottom) = (tile.width - 1, tile.height - 1);
-    let corners = [at(0, 0), at(right, 0), at(0, bottom), at(right, bottom)];
-    if let [Some(a), Some(b), Some(c), Some(d)] = corners {
-        let across = a.angle_between(d).max(b.angle_between(c));
-        let across = across.max(a.angle_between(b)).max(c.angle_between(d));
-        let across = across.max(a.angle_between(c)).max(b.angle_between(d));
-        if a.angle_between(forward) > FOVEA + across + ROUNDING {
-            return false;
-        }
+    // Most tiles are too far off.
+    if let (Some(corner), Some(across)) = (at(0, 0), across(view, tile))
+        && corner.angle_between(forward) > FOVEA + across + ROUNDING
+    {
+        return false;
     }
     let mut pixels = (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y)));
     pixels.any(|(x, y)| at(x, y).is_some_and(|direction| direction.angle_between(forward) <= FOVEA))

@@ -148,11 +148,9 @@ impl Governor {
             self.ladder_mut().choose(steps as f64);
         }
         let rung = self.ladder().rung();
-        // Without a gaze all is looked at.
-        let whole_fovea = matches!(allowance, Allowance::Time(_)) && self.has_gaze;
         Decision {
             steps,
-            whole_fovea,
+            whole_fovea: matches!(allowance, Allowance::Time(_)),
             rung,
             quality: Quality::LADDER[rung],
         }

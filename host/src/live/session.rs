@@ -96,6 +96,11 @@ pub trait Stage<const W: usize> {
     /// Puts a frame on the walls.
     fn present(&mut self, engine: &Engine<'_, '_, W>, look: &Look, eyes: &[Observer]);
 
+    /// Whether there is to be an end before the first frame is shown.
+    fn is_over(&mut self) -> bool {
+        false
+    }
+
     /// Hears of a frame after it was shown; whether the session goes on.
     fn after(&mut self, record: &FrameRecord) -> bool;
 }
@@ -144,9 +149,9 @@ where
     };
     // What is not known yet is found out before anything is shown.
     if settings.budget == FrameBudget::PaperScaled {
-        session.report.plain_seconds = Some(session.plain(engine, &first, &eyes)?);
+        session.report.plain_seconds = Some(session.plain(engine, (&first, &eyes), stage)?);
     }
-    session.warm_up(engine, &first, &eyes)?;
+    session.warm_up(engine, (&first, &eyes), stage)?;
     session.play(engine, tracker, stage, &mut eyes)?;
     session.compare(engine, &mut eyes, stage)?;
     session.lock.end()?;
@@ -409,7 +414,7 @@ impl Session<'_> {
         Simd: Runs<W>,
     {
         self.pacing.begin(Instant::now());
-        let mut goes_on = true;
+        let mut goes_on = !stage.is_over();
         while goes_on && self.settings.frames != Some(self.report.frames) {
             let aim = self.pacing.aim();
             if self.settings.latch == Latch::Late {

@@ -174,6 +174,8 @@ fn listen(
 ) {
     let is_live = feed.is_live();
     let mut sensors = [Thinning::NEW; 256];
+    // What is to be told while nobody waits for what is followed: telling may take long.
+    let mut happenings = Vec::new();
     while !over.load(Ordering::SeqCst) {
         let now = feed.now();
         let mut troubles = Vec::new();
@@ -188,7 +190,7 @@ fn listen(
                 Notice::Trouble(trouble) => return troubles.push(*trouble),
                 _ => return tell(Happening::Feed(notice)),
             };
-            let mut following = lock(following);
+            let mut locked = lock(following);
             let Following {
                 clock,
                 estimator,
@@ -196,28 +198,30 @@ fn listen(
                 samples,
                 passed_over,
                 ..
-            } = &mut *following;
+            } = &mut *locked;
             let arrival = sample.arrival;
             let stamp = clock.stamp(&sample, &mut |event| {
-                tell(Happening::Clock(event, arrival));
+                happenings.push(Happening::Clock(event, arrival));
             });
             *samples += 1;
             let thinning = &mut sensors[usize::from(sample.sensor)];
             let before = thinning.one_of();
             let is_used = thinning.uses(arrival);
             if before == 1 && thinning.one_of() > 1 {
-                tell(Happening::Flood(thinning.one_of(), arrival));
+                happenings.push(Happening::Flood(thinning.one_of(), arrival));
             }
-            if !is_used {
+            if is_used {
+                estimator.push(&sample, stamp.time, &mut |event| {
+                    happenings.push(Happening::Gaze(event, arrival));
+                });
+                // What is simulated is here when it is asked for, not before.
+                let came = if is_live { arrival } else { now.max(arrival) };
+                *newest = Some((stamp.time, came));
+            } else {
                 *passed_over += 1;
-                return;
             }
-            estimator.push(&sample, stamp.time, &mut |event| {
-                tell(Happening::Gaze(event, arrival));
-            });
-            // What is simulated is here when it is asked for, not before.
-            let came = if is_live { arrival } else { now.max(arrival) };
-            *newest = Some((stamp.time, came));
+            drop(locked);
+            happenings.drain(..).for_each(&mut tell);
         });
         let counts = feed.counts();
         for trouble in troubles {

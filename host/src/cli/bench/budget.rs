@@ -148,6 +148,10 @@ struct Counts<'i> {
 }
 
 impl Audience for Counts<'_> {
+    fn is_over(&mut self) -> bool {
+        self.interrupt.came()
+    }
+
     fn hear(&mut self, record: &FrameRecord) -> bool {
         let microseconds = record.done_us.saturating_sub(record.latch_us);
         self.seconds.push(1.0e-6 * microseconds as f64);

@@ -270,6 +270,10 @@ struct StopWatch<'i> {
 }
 
 impl Audience for StopWatch<'_> {
+    fn is_over(&mut self) -> bool {
+        self.interrupt.came()
+    }
+
     fn hear(&mut self, record: &FrameRecord) -> bool {
         if self.records.len() < self.records.capacity() {
             self.records.push(record.clone());

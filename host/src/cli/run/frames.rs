@@ -205,6 +205,10 @@ impl Audience for Frames<'_> {
         }
     }
 
+    fn is_over(&mut self) -> bool {
+        self.interrupt.came()
+    }
+
     fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]) {
         if let Err(failure) = self.show(newest, head, eyes) {
             self.failure.get_or_insert(failure);

@@ -9,8 +9,8 @@ const FEWEST: u64 = 5;
 /// that is told.
 const ONE_OF: u64 = 4;
 
-/// Tells once that frames of the least quality are not finished within their budget, and
-/// once that those of lowered quality are not in time. These need not be of the least: as
+/// Tells once that frames of the least quality are not finished within their budget, or
+/// nothing of one is, and once that those of lowered quality are not in time. These need not be of the least: as
 /// many steps as that needs are given whatever the time, and a better one may fit into them.
 #[derive(Debug, Default)]
 pub(super) struct Shortfall {
@@ -27,6 +27,16 @@ pub(super) struct Shortfall {
 impl Shortfall {
     /// Hears of a frame; what is to be told, if anything is.
     pub(super) fn hear(&mut self, record: &FrameRecord) -> Option<String> {
+        // What one block may take above its share is set aside, whatever is left.
+        let is_nothing = record.tiles > 0 && record.unfinished_tiles == record.tiles;
+        if let Some(steps) = record.budget_steps.filter(|_| is_nothing && !self.of_steps) {
+            self.of_steps = true;
+            return Some(format!(
+                "the budget is too small: of frame {} no tile is finished, with {steps} steps of \
+                 which some thousand are set aside; give a larger --budget",
+                record.frame
+            ));
+        }
         if record.rung == 0 {
             return None;
         }
@@ -108,6 +118,20 @@ mod tests {
         assert!(told((0..100).map(|_| frame(0, 9_000))).is_empty());
         let seldom = |number: u64| frame(LEAST, if number % 10 == 9 { 3_000 } else { 1_000 });
         assert!(told((0..1_000).map(seldom)).is_empty());
+    }
+
+    #[test]
+    fn frames_of_nothing_are_told_once_whatever_their_quality() {
+        let nothing = |unfinished_tiles| FrameRecord {
+            tiles: 6,
+            unfinished_tiles,
+            budget_steps: Some(2_000),
+            ..FrameRecord::default()
+        };
+        let told_of_nothing = told((0..10).map(|_| nothing(6)));
+        assert_eq!(told_of_nothing.len(), 1, "{told_of_nothing:?}");
+        assert!(told_of_nothing[0].contains("2000 steps"));
+        assert!(told([nothing(5)]).is_empty());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What is found out before anything is shown.
 
-use super::{Session, SessionError, carry_out, gaze_of};
+use super::{Session, SessionError, Stage, carry_out, gaze_of};
 use crate::live::engine::Engine;
 use crate::live::governor::{Allowance, Decision};
 use crate::live::swap::{Look, Purpose};
@@ -16,14 +16,14 @@ impl Session<'_> {
     pub(super) fn plain<const W: usize>(
         &mut self,
         engine: &mut Engine<'_, '_, W>,
-        look: &Look,
-        eyes: &[Observer],
+        (look, eyes): (&Look, &[Observer]),
+        stage: &mut dyn Stage<W>,
     ) -> Result<f64, SessionError>
     where
         Simd: Runs<W>,
     {
         let mut seconds = Vec::new();
-        for _ in 0..PLAIN_FRAMES {
+        while seconds.is_empty() || seconds.len() < PLAIN_FRAMES && !stage.is_over() {
             let order = self.next(look, &Decision::FULL, Purpose::Plain);
             self.lock.order(&order)?;
             let (done, frame) = carry_out(engine, eyes, &order)?;
@@ -40,27 +40,33 @@ impl Session<'_> {
     pub(super) fn warm_up<const W: usize>(
         &mut self,
         engine: &mut Engine<'_, '_, W>,
-        look: &Look,
-        eyes: &[Observer],
+        (look, eyes): (&Look, &[Observer]),
+        stage: &mut dyn Stage<W>,
     ) -> Result<(), SessionError>
     where
         Simd: Runs<W>,
     {
         for _ in 0..2 {
+            if stage.is_over() {
+                return Ok(());
+            }
             self.render(engine, (look, eyes), &Decision::FULL, Purpose::WarmUp)?;
         }
         self.report.allowance = self.allowance(look.forward);
         if self.report.allowance != Allowance::Unlimited {
             if gaze_of(look, eyes).is_some() {
                 self.governor.follow(None);
-                self.settle(engine, (look, eyes), Purpose::Plain)?;
+                self.settle(engine, (look, eyes), Purpose::Plain, stage)?;
             }
             self.governor.follow(gaze_of(look, eyes));
-            self.settle(engine, (look, eyes), Purpose::WarmUp)?;
+            self.settle(engine, (look, eyes), Purpose::WarmUp, stage)?;
         }
         // When the first gaze is taken depends on frames like the first.
         self.pacing.forget();
         for _ in 0..2 {
+            if stage.is_over() {
+                return Ok(());
+            }
             let decision = self.governor.decide(self.for_tracing());
             self.render(engine, (look, eyes), &decision, Purpose::WarmUp)?;
             self.rung = decision.rung;
@@ -74,16 +80,23 @@ impl Session<'_> {
         engine: &mut Engine<'_, '_, W>,
         seen: (&Look, &[Observer]),
         purpose: Purpose,
+        stage: &mut dyn Stage<W>,
     ) -> Result<(), SessionError>
     where
         Simd: Runs<W>,
     {
+        if stage.is_over() {
+            return Ok(());
+        }
         self.render(engine, seen, &Decision::FULL, purpose)?;
         for _ in 0..3 {
+            if stage.is_over() {
+                return Ok(());
+            }
             let decision = self.governor.decide(self.for_tracing());
             self.render(engine, seen, &decision, purpose)?;
         }
-        while let Some(better) = self.governor.better() {
+        while let Some(better) = self.governor.better().filter(|_| !stage.is_over()) {
             self.render(engine, seen, &better, purpose)?;
             if !self.governor.rise(self.for_tracing()) {
                 break;
