@@ -17,6 +17,8 @@ use shisen_tests::meshes::icosphere;
 use shisen_tests::sizes::cases;
 use std::fs;
 #[cfg(unix)]
+use std::process::Stdio;
+#[cfg(unix)]
 use std::{net::TcpListener, time::Duration};
 
 const SIDE: u32 = 64;
@@ -674,6 +676,39 @@ fn an_interrupt_ends_what_is_measured_before_the_first_frame() {
     assert_eq!(run.0.wait().expect("an end").code(), Some(0));
     let report: Value = serde_json::from_str(&said).expect("an object");
     assert_eq!(report["frames"], 0, "{report}");
+}
+
+/// Whoever reads what is told may have stopped to.
+#[cfg(unix)]
+#[test]
+fn frames_go_on_where_nobody_reads_what_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = "run --tracker mock:rate=10000 --frames 60 --size 24 --hz 60 --json";
+    let full = "(yes | head -c 1000000) >&2 & sleep 1";
+    let mut command = std::process::Command::new("sh");
+    let command = command.current_dir(folder.path());
+    let command = command.args(["-c", &format!("{full}; exec \"$0\" {run}")]);
+    let command = command.arg(shisen(folder.path()).get_program());
+    let command = command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("it starts");
+    let begun = std::time::Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("its state") {
+            break status;
+        }
+        if begun.elapsed() > Duration::from_mins(4) {
+            child.kill().expect("an end");
+            panic!("it waits for whom it tells something");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    assert!(status.success());
+    let mut said = String::new();
+    let mut stdout = child.stdout.take().expect("what it says");
+    std::io::Read::read_to_string(&mut stdout, &mut said).expect("text");
+    let report: Value = serde_json::from_str(&said).expect("an object");
+    assert_eq!(report["frames"], 60, "{report}");
+    assert!(report["passed_over_samples"].as_u64() > Some(0), "{report}");
 }
 
 /// Half of what frames take without a budget, by steps and by the clock.

@@ -257,7 +257,7 @@ where
     }
 
     /// Renders what these eyes see: at most `steps` of it, or as many more as the
-    /// [`FOVEA`] takes at this quality.
+    /// [`FOVEA`] takes at this quality, of eyes of which anybody knows where they look.
     ///
     /// # Errors
     /// As [`render`](Self::render).
@@ -455,9 +455,11 @@ where
         for (at, &(towards, number)) in order.iter().enumerate() {
             let tile = lock(&shared.tiles[number as usize]);
             let view = &parts[tile.part].0;
-            if towards != AT_LAST
+            let sight = sights.get(tile.part).copied().flatten();
+            if towards > AT_LAST
                 && !tile.job.is_finished()
-                && is_foveal(sights[tile.part], view, tile.job.tile())
+                && sight.is_some()
+                && is_foveal(sight, view, tile.job.tile())
             {
                 groups.push(Group {
                     tiles: at..at + 1,

@@ -16,6 +16,12 @@ use thinning::Thinning;
 /// How long a feed that does not wait by itself is left alone.
 const PAUSE: Duration = Duration::from_micros(100);
 
+/// Of what a sample makes happen, so much finds room without memory being taken for it.
+const HAPPENINGS: usize = 64;
+
+/// How long the thread is waited for at the end.
+const PATIENCE: Duration = Duration::from_secs(1);
+
 /// A tracker with a thread of its own. Each sample is put into the estimator as it
 /// comes: there is no queue that could grow, and what a tracker sends too fast
 /// waits in the system's own buffer, which loses what it has no room for. Of a sensor
@@ -154,7 +160,15 @@ impl LiveTracker {
 impl Drop for LiveTracker {
     fn drop(&mut self) {
         self.over.store(true, Ordering::SeqCst);
-        if let Some(thread) = self.thread.take() {
+        let Some(thread) = self.thread.take() else {
+            return;
+        };
+        // One that is kept by whom it tells something is left to itself.
+        let begun = Instant::now();
+        while !thread.is_finished() && begun.elapsed() < PATIENCE {
+            std::thread::sleep(PAUSE);
+        }
+        if thread.is_finished() {
             // One that panicked has said so.
             let _ = thread.join();
         }
@@ -175,7 +189,7 @@ fn listen(
     let is_live = feed.is_live();
     let mut sensors = [Thinning::NEW; 256];
     // What is to be told while nobody waits for what is followed: telling may take long.
-    let mut happenings = Vec::new();
+    let mut happenings = Vec::with_capacity(HAPPENINGS);
     while !over.load(Ordering::SeqCst) {
         let now = feed.now();
         let mut troubles = Vec::new();

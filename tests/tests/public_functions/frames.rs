@@ -118,6 +118,9 @@ fn engine(n: &mut Numbers) {
             if engine.render(&[eye], &quality, Some(100_000)).is_err() {
                 continue;
             }
+            let whole = engine.render_whole_fovea(&[eye], &quality, Some(0));
+            let is_whole = whole.is_ok_and(|frame| !frame.unfinished_fovea);
+            assert!(is_whole || eye.lod.is_none());
             let mut pictures = engine.pictures().expect("pictures");
             engine.copy(&mut pictures);
             engine.copy_over(&mut pictures);
@@ -285,6 +288,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     ("host live::engine::with_engine", engine),
     ("host live::engine::eyes_of", engine),
     ("host live::engine::Engine::render", engine),
+    ("host live::engine::Engine::render_whole_fovea", engine),
     ("host live::engine::Engine::copy", engine),
     ("host live::engine::Engine::copy_over", engine),
     ("host lod::Coverage::new", |n| {

@@ -278,6 +278,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     ("host dashboard::Dashboard::new", dashboard),
     ("host dashboard::Dashboard::wait", dashboard),
     ("host live::session::Stage::after", session),
+    ("host live::session::Stage::is_over", session),
     ("host live::session::Stage::observe", following),
     ("host live::session::Stage::present", following),
     ("host live::session::follow", following),
