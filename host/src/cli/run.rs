@@ -43,8 +43,8 @@ use std::time::Duration;
 /// refreshes (until the last frame), `repeated_refreshes` (those without a new frame:
 /// with frames they make up refreshes), `late_frames` (not there at their refresh, or at
 /// the one that ends their budget, where that is longer), `over_budget_frames` (more
-/// steps than a budget of steps allows), `over_time_frames` (from taking the gaze to the last pixel longer
-/// than the budget, where that is a time), `frames_with_unfinished_fovea` (a tile within
+/// steps than a budget of steps allows), `over_time_frames` (from taking the gaze to the
+/// last pixel longer than the budget, where that is a time), `frames_with_unfinished_fovea` (a tile within
 /// 5° of the line of sight not finished; where the gaze is lost, of the head's direction),
 /// `frames_with_unfinished_tiles`, `lowered_share` (of the frames, those whose quality
 /// was lowered), `spent_share` (of the budget, what frames took: the median; null without

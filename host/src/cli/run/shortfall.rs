@@ -10,8 +10,9 @@ const FEWEST: u64 = 5;
 const ONE_OF: u64 = 4;
 
 /// Tells once that frames of the least quality are not finished within their budget, or
-/// nothing of one is, and once that those of lowered quality are not in time. These need not be of the least: as
-/// many steps as that needs are given whatever the time, and a better one may fit into them.
+/// nothing of one is, and once that those of lowered quality are not in time. These need
+/// not be of the least: as many steps as that needs are given whatever the time, and a
+/// better one may fit into them.
 #[derive(Debug, Default)]
 pub(super) struct Shortfall {
     /// Whether it was told that steps are too few.
