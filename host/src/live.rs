@@ -15,7 +15,7 @@ mod tracking;
 
 pub use budget::{BudgetError, FrameBudget, Table2};
 pub use engine::{Engine, FOVEA, Rendered, eyes_of, with_engine};
-pub use governor::{Allowance, Decision, Governor};
+pub use governor::{Allowance, Decision, Governor, Taken};
 pub use latency::{Latencies, Leg, Stamps, Summary};
 pub use quality::Quality;
 pub use session::{

@@ -2,27 +2,23 @@
 //!
 //! What a frame will need is what the frames before it needed: the most of the
 //! last few, and of those whose gaze was where its own is, at the quality they had,
-//! times what the qualities are known to cost beside each other. Time becomes steps by the rate of late, the median of it, less
-//! what frames took longer than by that rate: not a part of their time, as threads that
-//! are held up lose as much of a short frame as of a long one.
+//! times what the qualities are known to cost beside each other. Time becomes steps by
+//! the rate of late, the median of it, less what every frame takes whatever its steps
+//! are, and less what frames took longer than by that rate: not a part of their time, as
+//! threads that are held up lose as much of a short frame as of a long one.
 //! Quality falls at once, as far as it has to, and rises by one rung after a
 //! while in which there was room for more; so it does not flicker.
 
 mod ladder;
 mod places;
+mod speed;
 
 use super::quality::Quality;
 use glam::Vec3;
 use ladder::Ladder;
+use speed::Speed;
+pub use speed::Taken;
 use std::time::Duration;
-
-/// How many frames' speeds are remembered.
-const REMEMBERED: usize = 128;
-
-/// How many of these may have taken longer than the next is given: a frame that takes
-/// all of its steps is late with a probability of 2 in 129, as far as what holds frames
-/// up stays as it is.
-const SLOWER: usize = 1;
 
 /// The part of a time above which a delay is not provided for: no quality makes up for
 /// that.
@@ -46,9 +42,7 @@ pub struct Governor {
     /// everything, and have no field to be narrowed.
     without_gaze: Ladder,
     has_gaze: bool,
-    /// Steps and seconds of the newest frames, a ring.
-    speeds: [(f64, f64); REMEMBERED],
-    rated: usize,
+    speed: Speed,
 }
 
 /// What a frame may take and how good it is to be.
@@ -73,6 +67,20 @@ impl Decision {
         rung: 0,
         quality: Quality::FULL,
     };
+
+    /// All of a frame of the best quality, and all of one of the least, as frames are that
+    /// have an end.
+    pub const ENDS: [Self; 2] = [Self::whole(0), Self::whole(Quality::LADDER.len() - 1)];
+
+    /// All of a frame of a rung.
+    const fn whole(rung: usize) -> Self {
+        Self {
+            steps: Some(MORE_THAN_NEEDED),
+            whole_fovea: false,
+            rung,
+            quality: Quality::LADDER[rung],
+        }
+    }
 }
 
 /// What a frame may take.
@@ -95,8 +103,7 @@ impl Governor {
             with_gaze: Ladder::NEW,
             without_gaze: Ladder::NEW,
             has_gaze: true,
-            speeds: [(0.0, 0.0); REMEMBERED],
-            rated: 0,
+            speed: Speed::UNKNOWN,
         }
     }
 
@@ -106,39 +113,6 @@ impl Governor {
             governs: false,
             ..Self::new()
         }
-    }
-
-    /// Of the frames that are remembered, the one with so many below it.
-    fn ranked(
-        &self,
-        of: impl Fn((f64, f64)) -> f64,
-        below: impl Fn(usize) -> usize,
-    ) -> Option<f64> {
-        let count = self.rated.min(REMEMBERED);
-        let mut all = [0.0; REMEMBERED];
-        for (one, speed) in all.iter_mut().zip(self.speeds) {
-            *one = of(speed);
-        }
-        let known = all.get_mut(..count)?;
-        known.sort_unstable_by(f64::total_cmp);
-        known.get(below(count)).copied()
-    }
-
-    /// Steps per second: the median of the newest frames. `None` before the first.
-    pub fn rate(&self) -> Option<f64> {
-        self.ranked(|(steps, seconds)| steps / seconds, |count| count / 2)
-    }
-
-    /// What the next frame may take longer than by the [rate](Self::rate): seconds.
-    /// Of the newest frames all but one took no more. Delays above `most` are left out.
-    fn delay(&self, most: f64) -> f64 {
-        let Some(rate) = self.rate() else { return 0.0 };
-        let delay = |(steps, seconds): (f64, f64)| {
-            let delay = (seconds - steps / rate).max(0.0);
-            if delay > most { 0.0 } else { delay }
-        };
-        let delay = self.ranked(delay, |count| count.saturating_sub(1 + SLOWER));
-        delay.unwrap_or(0.0)
     }
 
     /// For the next frame.
@@ -161,13 +135,9 @@ impl Governor {
         match allowance {
             Allowance::Unlimited => None,
             Allowance::Steps(steps) => Some(steps),
-            // Before anything is known about speed, a frame of a thousandth of a
-            // second of a slow machine finds out.
             Allowance::Time(time) => {
-                let rate = self.rate().unwrap_or(1.0e7);
                 let time = time.as_secs_f64() * (1.0 - KEPT);
-                let delay = self.delay(LONGEST_DELAY * time);
-                let steps = ((time - delay) * rate) as u64;
+                let steps = self.speed.steps_in(time, LONGEST_DELAY * time);
                 // Late is better than a hole where one looks. Without a gaze the least
                 // quality is of all walls.
                 let least = if self.has_gaze && self.governs {
@@ -216,12 +186,7 @@ impl Governor {
     /// what it costs is a guess, it may be one that quality never rises above.
     pub fn better(&self) -> Option<Decision> {
         let rung = self.ladder().rung().checked_sub(1);
-        rung.filter(|_| self.governs).map(|rung| Decision {
-            steps: Some(MORE_THAN_NEEDED),
-            whole_fovea: false,
-            rung,
-            quality: Quality::LADDER[rung],
-        })
+        rung.filter(|_| self.governs).map(Decision::whole)
     }
 
     /// Takes the rung above at once where there is room for it; whether there was.
@@ -230,15 +195,16 @@ impl Governor {
         steps.is_some_and(|steps| self.ladder_mut().rise(steps as f64))
     }
 
-    /// What came of a decision: the steps that all of the frame would have taken,
-    /// the steps that it took, and how long these took.
-    pub fn learn(&mut self, decision: &Decision, need: u64, steps: u64, seconds: f64) {
+    /// What came of a decision: the steps that all of the frame would have taken, and
+    /// what it took.
+    pub fn learn(&mut self, decision: &Decision, need: u64, taken: Taken) {
         self.ladder_mut().learn(decision.rung, need as f64);
-        let rate = steps as f64 / seconds;
-        if rate > 0.0 && rate.is_finite() {
-            self.speeds[self.rated % REMEMBERED] = (steps as f64, seconds);
-            self.rated += 1;
-        }
+        self.speed.learn(taken);
+    }
+
+    /// What frames take whatever their steps are, from one of many steps and one of few.
+    pub fn compare(&mut self, many: Taken, few: Taken) {
+        self.speed.compare(many, few);
     }
 }
 
@@ -258,6 +224,10 @@ mod tests {
         1.0, 0.9, 0.8, 0.6, 0.5, 0.4, 0.3, 0.2, 0.15, 0.1, 0.07, 0.04,
     ];
 
+    const fn taken(steps: u64, seconds: f64) -> Taken {
+        Taken { steps, seconds }
+    }
+
     /// Plays frames of such needs; rungs, and how many took more than there was.
     fn play(
         governor: &mut Governor,
@@ -270,7 +240,7 @@ mod tests {
             assert_eq!(decision.steps, Some(steps));
             let need = (need * TRUE[decision.rung]) as u64;
             short += usize::from(need > steps);
-            governor.learn(&decision, need, need.min(steps), 1.0e-3);
+            governor.learn(&decision, need, taken(need.min(steps), 1.0e-3));
             rungs.push(decision.rung);
         }
         (rungs, short)
@@ -327,7 +297,7 @@ mod tests {
             if need > steps {
                 short.push(frame);
             }
-            governor.learn(&decision, need, need.min(steps), 1.0e-3);
+            governor.learn(&decision, need, taken(need.min(steps), 1.0e-3));
             rungs.push(decision.rung);
         }
         // The first time nobody knew, nor what the rung after it costs.
@@ -364,10 +334,10 @@ mod tests {
         let allowance = Allowance::Steps(700_000);
         let begun = |climbs: bool| {
             let mut governor = Governor::new();
-            governor.learn(&Decision::FULL, 1_000_000, 1_000_000, 1.0e-3);
+            governor.learn(&Decision::FULL, 1_000_000, taken(1_000_000, 1.0e-3));
             let seen = |governor: &mut Governor, decision: Decision| {
                 let need = (1.0e6 * TRUE[decision.rung]) as u64;
-                governor.learn(&decision, need, need, 1.0e-3);
+                governor.learn(&decision, need, taken(need, 1.0e-3));
             };
             let decision = governor.decide(allowance);
             seen(&mut governor, decision);
@@ -423,49 +393,9 @@ mod tests {
         let decision = governor.decide(Allowance::Unlimited);
         assert_eq!(decision.steps, None);
         for seconds in seconds {
-            governor.learn(&decision, 1_000_000, 1_000_000, seconds);
+            governor.learn(&decision, 1_000_000, taken(1_000_000, seconds));
         }
         governor
-    }
-
-    #[test]
-    fn time_becomes_steps_by_the_rate_less_the_delays() {
-        // One in eight takes 5 ms more.
-        let slow = |frame: u32| {
-            if frame.is_multiple_of(8) {
-                1.5e-2
-            } else {
-                1.0e-2
-            }
-        };
-        let mut governor = timed((0..200).map(slow));
-        let rate = governor.rate().unwrap();
-        assert!((rate - 1.0e8).abs() < 1.0, "{rate}");
-        assert!((governor.delay(1.0) - 5.0e-3).abs() < 1.0e-9);
-        let decision = governor.decide(Allowance::Time(Duration::from_millis(100)));
-        let steps = (0.1 * (1.0 - KEPT) - 5.0e-3) * 1.0e8;
-        assert!((decision.steps.unwrap() as f64 - steps).abs() < 2.0);
-        // The same delay is as long where frames are short.
-        let decision = governor.decide(Allowance::Time(Duration::from_millis(12)));
-        let steps = (0.012 * (1.0 - KEPT) - 5.0e-3) * 1.0e8;
-        assert!((decision.steps.unwrap() as f64 - steps).abs() < 2.0);
-    }
-
-    #[test]
-    fn one_long_delay_costs_nothing_and_two_do() {
-        let with = |late: &'static [u32]| {
-            timed((0..128).map(move |frame| {
-                if late.contains(&frame) {
-                    1.4e-2
-                } else {
-                    1.0e-2
-                }
-            }))
-        };
-        assert!(with(&[70]).delay(1.0) < 1.0e-9);
-        assert!((with(&[20, 70]).delay(1.0) - 4.0e-3).abs() < 1.0e-9);
-        // What is longer than half of a frame's time is not made up for.
-        assert!(with(&[20, 70]).delay(3.0e-3) < 1.0e-9);
     }
 
     #[test]
@@ -478,7 +408,7 @@ mod tests {
             let need = (1.0e6 * TRUE[decision.rung]) as u64;
             assert!(decision.steps.is_some_and(|steps| steps >= need));
             assert_eq!(decision.rung, last);
-            governor.learn(&decision, need, need, 1.0e-8 * need as f64);
+            governor.learn(&decision, need, taken(need, 1.0e-8 * need as f64));
         }
         // Nobody knows where that would be; and steps are steps.
         governor.follow(None);
@@ -505,7 +435,7 @@ mod tests {
             } else {
                 0.0
             };
-            governor.learn(&decision, need, steps, steps as f64 * 1.0e-8 + delay);
+            governor.learn(&decision, need, taken(steps, steps as f64 * 1.0e-8 + delay));
             last = decision.steps.unwrap();
         }
         assert!((1.15e6..1.3e6).contains(&(last as f64)), "{last}");

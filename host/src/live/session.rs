@@ -7,7 +7,7 @@ mod warm_up;
 
 use super::budget::{FrameBudget, Table2};
 use super::engine::{Engine, Rendered};
-use super::governor::{Allowance, Decision, Governor};
+use super::governor::{Allowance, Decision, Governor, Taken};
 use super::latency::Stamps;
 use super::quality::Quality;
 use super::swap::{Done, Look, Order, Purpose, SwapError, SwapLock};
@@ -313,14 +313,14 @@ impl Session<'_> {
         }
     }
 
-    /// Has all render a frame, of which the numbers are.
+    /// Has all render a frame, of which the numbers are; and what the slowest took.
     fn render<const W: usize>(
         &mut self,
         engine: &mut Engine<'_, '_, W>,
         (look, eyes): (&Look, &[Observer]),
         decision: &Decision,
         purpose: Purpose,
-    ) -> Result<Rendered, SessionError>
+    ) -> Result<(Rendered, Taken), SessionError>
     where
         Simd: Runs<W>,
     {
@@ -347,9 +347,11 @@ impl Session<'_> {
         let besides = traced.saturating_sub(slowest.tracing + rendered.giving_up);
         let besides = besides.min(self.besides * 2 + HELD_UP);
         self.besides = (self.besides * 15 + besides) / 16;
-        let seconds = slowest.tracing.as_secs_f64();
-        self.governor
-            .learn(decision, slowest.need, slowest.steps, seconds);
+        let taken = Taken {
+            steps: slowest.steps,
+            seconds: slowest.tracing.as_secs_f64(),
+        };
+        self.governor.learn(decision, slowest.need, taken);
         if let (Purpose::Shown, Some(steps)) = (purpose, decision.steps) {
             self.needed
                 .record(self.governor.full_need() / steps.max(1) as f64);
@@ -360,7 +362,7 @@ impl Session<'_> {
         rendered.tiles = all.tiles;
         rendered.unfinished = all.unfinished;
         rendered.unfinished_fovea = all.unfinished_fovea;
-        Ok(rendered)
+        Ok((rendered, taken))
     }
 
     /// Notes what a frame took of its budget: its steps, and its time.
@@ -430,7 +432,7 @@ impl Session<'_> {
             self.governor.follow(gaze_of(&look, eyes));
             let decision = self.governor.decide(self.for_tracing());
             let due = self.pacing.next() + self.refreshes() - 1;
-            let rendered = self.render(engine, (&look, eyes), &decision, Purpose::Shown)?;
+            let (rendered, _) = self.render(engine, (&look, eyes), &decision, Purpose::Shown)?;
             let shown = self.pacing.shown(rendered.done);
             sleep_until(self.pacing.at(shown));
             self.lock.swap(self.order - 1)?;

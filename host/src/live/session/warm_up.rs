@@ -2,7 +2,7 @@
 
 use super::{Session, SessionError, Stage, carry_out, gaze_of};
 use crate::live::engine::Engine;
-use crate::live::governor::{Allowance, Decision};
+use crate::live::governor::{Allowance, Decision, Taken};
 use crate::live::swap::{Look, Purpose};
 use crate::quantiles::median;
 use crate::render::Observer;
@@ -10,6 +10,10 @@ use shisen_core::{Runs, Simd};
 
 /// Frames without level of detail that a scaled budget is measured by.
 const PLAIN_FRAMES: usize = 5;
+
+/// Frames of the best and of the least quality whose time is compared: of each the
+/// fastest counts, as what holds frames up is no matter of theirs.
+const COMPARED_FRAMES: usize = 3;
 
 impl Session<'_> {
     /// Seconds of a frame with everything in full: the median of some.
@@ -53,6 +57,9 @@ impl Session<'_> {
             self.render(engine, (look, eyes), &Decision::FULL, Purpose::WarmUp)?;
         }
         self.report.allowance = self.allowance(look.forward);
+        if matches!(self.report.allowance, Allowance::Time(_)) {
+            self.compare_ends(engine, (look, eyes), stage)?;
+        }
         if self.report.allowance != Allowance::Unlimited {
             if gaze_of(look, eyes).is_some() {
                 self.governor.follow(None);
@@ -70,6 +77,34 @@ impl Session<'_> {
             let decision = self.governor.decide(self.for_tracing());
             self.render(engine, (look, eyes), &decision, Purpose::WarmUp)?;
             self.rung = decision.rung;
+        }
+        Ok(())
+    }
+
+    /// Finds out what of a frame's time is no matter of its steps.
+    fn compare_ends<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        seen: (&Look, &[Observer]),
+        stage: &mut dyn Stage<W>,
+    ) -> Result<(), SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        let mut fastest: [Option<Taken>; 2] = [None; 2];
+        for _ in 0..COMPARED_FRAMES {
+            for (decision, fastest) in Decision::ENDS.iter().zip(&mut fastest) {
+                if stage.is_over() {
+                    return Ok(());
+                }
+                let (_, taken) = self.render(engine, seen, decision, Purpose::WarmUp)?;
+                if fastest.is_none_or(|fastest| taken.seconds < fastest.seconds) {
+                    *fastest = Some(taken);
+                }
+            }
+        }
+        if let [Some(many), Some(few)] = fastest {
+            self.governor.compare(many, few);
         }
         Ok(())
     }
