@@ -151,7 +151,7 @@ where
     if settings.budget == FrameBudget::PaperScaled {
         session.report.plain_seconds = Some(session.plain(engine, (&first, &eyes), stage)?);
     }
-    session.warm_up(engine, (&first, &eyes), stage)?;
+    session.warm_up(engine, (&first, &mut eyes), stage)?;
     session.play(engine, tracker, stage, &mut eyes)?;
     session.compare(engine, &mut eyes, stage)?;
     session.lock.end()?;

@@ -21,26 +21,33 @@ pub(super) const CALM: u32 = 20;
 /// quality needs: so much that what neighbouring tiles may take above their share is in it.
 const AT_LEAST: f64 = 2.0;
 
-/// What the qualities of the ladder are taken to cost beside the best before anything is
-/// known: a guess, with which the first frames begin. What they do cost is learned.
-const COSTS: [f64; Quality::LADDER.len()] = [
-    1.0, 0.98, 0.95, 0.85, 0.75, 0.6, 0.4, 0.3, 0.25, 0.2, 0.12, 0.06,
-];
+/// What a frame of each quality takes at first as a part of what one of the quality above
+/// does: about what it is in scene A. What it is here is learned.
+const RATIOS: Ratios = [0.95, 0.9, 0.7, 0.95, 0.7, 0.8, 0.6, 0.6, 0.75, 0.4, 0.4];
+
+/// The least part of a frame of the quality above that one is taken to need.
+const LEAST_RATIO: f64 = 0.05;
+
+/// How much of what is seen of a ratio is taken at least, where as much was seen before.
+const LEARNING: f64 = 0.25;
+
+/// Between each quality and the one above.
+type Ratios = [f64; Quality::LADDER.len() - 1];
 
 /// What is known of the qualities for frames of one kind, and which one these have.
 #[derive(Debug, Clone)]
 pub(super) struct Ladder {
     rung: usize,
-    /// What each rung costs beside the best.
-    costs: [f64; Quality::LADDER.len()],
-    /// Of which of these more is known than a guess.
-    seen: [bool; Quality::LADDER.len()],
-    /// Needs of the newest frames as of the best rung; the newest is at `newest`.
-    needs: [f64; RECENT],
+    /// What each rung but the first takes as a part of the one above.
+    ratios: Ratios,
+    /// How often each of these was seen.
+    seen: [u32; Quality::LADDER.len() - 1],
+    /// Rungs and needs of the newest frames; the newest is at `newest`.
+    recent: [(usize, f64); RECENT],
     newest: usize,
-    /// The rung and the need of the newest frame, and where its gaze was.
-    last: Option<(usize, f64, Option<Cell>)>,
-    /// Needs by where the gaze was, likewise.
+    /// Where the newest frame's gaze was.
+    last: Option<Cell>,
+    /// Needs by where the gaze was.
     places: Places,
     /// Where the next frame's gaze is.
     cell: Option<Cell>,
@@ -51,9 +58,9 @@ impl Ladder {
     /// Nothing is known.
     pub(super) const NEW: Self = Self {
         rung: 0,
-        costs: COSTS,
-        seen: [false; Quality::LADDER.len()],
-        needs: [0.0; RECENT],
+        ratios: RATIOS,
+        seen: [0; Quality::LADDER.len() - 1],
+        recent: [(0, 0.0); RECENT],
         newest: 0,
         last: None,
         places: Places::NEW,
@@ -71,17 +78,40 @@ impl Ladder {
         self.cell = Some(Cell::of(forward));
     }
 
-    /// What the best rung needs, by the newest frames: the most of the last few. 0 where
+    /// What a rung takes as a part of what another does.
+    fn ratio(&self, rung: usize, other: usize) -> f64 {
+        let between = |from: usize, to: usize| -> f64 {
+            let between = self.ratios.get(from..to).unwrap_or_default();
+            between.iter().product()
+        };
+        if other <= rung {
+            between(other, rung)
+        } else {
+            between(rung, other).recip()
+        }
+    }
+
+    /// What a rung needs, by the newest frames: the most of the last few. 0 where
     /// nothing is known.
-    pub(super) fn recent(&self) -> f64 {
-        self.needs.iter().copied().fold(0.0, f64::max)
+    pub(super) fn recent(&self, rung: usize) -> f64 {
+        let needs = self.recent.iter();
+        let needs = needs.map(|&(of, need)| need * self.ratio(rung, of));
+        needs.fold(0.0, f64::max)
+    }
+
+    /// What a rung needs where the gaze goes, by the nearest rung that is known there. 0
+    /// where nothing is.
+    fn there(&self, cell: Cell, rung: usize) -> f64 {
+        let known = self.places.known(cell);
+        let nearest = known.min_by_key(|&(of, _)| of.abs_diff(rung));
+        nearest.map_or(0.0, |(of, need)| need * self.ratio(rung, of))
     }
 
     /// What a rung needs: the most of the last few frames, and of those whose gaze was
     /// where the next one's is.
     pub(super) fn need(&self, rung: usize) -> f64 {
-        let there = self.cell.map_or(0.0, |cell| self.places.need(cell));
-        self.recent().max(there) * self.costs[rung]
+        let there = self.cell.map_or(0.0, |cell| self.there(cell, rung));
+        self.recent(rung).max(there)
     }
 
     /// Whether what a rung needs is such a part of some steps at most.
@@ -129,46 +159,45 @@ impl Ladder {
 
     /// What all of a frame at a rung would have taken.
     pub(super) fn learn(&mut self, rung: usize, need: f64) {
-        // What rungs cost beside each other is seen where the rung has changed; the
-        // rungs around move along. Where the gaze has changed, too, what is known of
-        // frames there counts.
-        if let Some((before, of_before, cell)) = self.last
+        // What rungs take beside each other is seen where the rung has changed and the
+        // gaze is where it was, or where it was once.
+        let (before, of_before) = self.recent[self.newest];
+        let before = if self.last == self.cell {
+            Some((before, of_before))
+        } else {
+            let known = self.cell.map(|cell| self.places.known(cell));
+            let known = known.into_iter().flatten();
+            known.min_by_key(|&(of, _)| of.abs_diff(rung))
+        };
+        if let Some((before, of_before)) = before
             && before != rung
             && of_before > 0.0
             && need > 0.0
         {
-            let there = self.cell.filter(|_| cell != self.cell);
-            let there = there.map_or(0.0, |cell| self.places.need(cell));
-            let seen = if there > 0.0 {
-                need / there
-            } else {
-                self.costs[before] * need / of_before
-            };
-            let known = self.costs[rung];
-            let is_known = std::mem::replace(&mut self.seen[rung], true);
-            self.costs[rung] = if is_known { 0.5 * (known + seen) } else { seen };
-            self.keep_in_order(rung);
+            self.learn_ratio(rung, before, need / of_before);
         }
-        self.last = Some((rung, need, self.cell));
+        self.last = self.cell;
         self.newest = (self.newest + 1) % RECENT;
-        let of_best = need / self.costs[rung];
-        self.needs[self.newest] = of_best;
+        self.recent[self.newest] = (rung, need);
         if let Some(cell) = self.cell {
-            self.places.learn(cell, of_best);
+            let ratios: [f64; Quality::LADDER.len()] =
+                std::array::from_fn(|other| self.ratio(other, rung));
+            self.places.learn(cell, rung, |other| need * ratios[other]);
         }
     }
 
-    /// A worse rung costs no more than a better one.
-    fn keep_in_order(&mut self, rung: usize) {
-        let cost = self.costs[rung].clamp(1.0e-3, 1.0);
-        self.costs[rung] = cost;
-        for (number, one) in self.costs.iter_mut().enumerate() {
-            *one = if number < rung {
-                one.max(cost)
-            } else {
-                one.min(cost)
-            };
+    /// What a rung took as a part of what another did. Between them all have their part
+    /// of what that differs by; a worse rung takes no more than a better one.
+    fn learn_ratio(&mut self, rung: usize, other: usize, seen: f64) {
+        let expected = self.ratio(rung, other);
+        let (from, to) = (rung.min(other), rung.max(other));
+        let sign = if other < rung { 1.0 } else { -1.0 };
+        let each = sign * (seen / expected).ln() / (to - from) as f64;
+        let between = self.ratios.iter_mut().zip(&mut self.seen);
+        for (ratio, seen) in between.skip(from).take(to - from) {
+            let learning = f64::from(*seen + 2).recip().max(LEARNING);
+            *ratio = (*ratio * (each * learning).exp()).clamp(LEAST_RATIO, 1.0);
+            *seen += 1;
         }
-        self.costs[0] = 1.0;
     }
 }

@@ -1,5 +1,6 @@
 //! What frames needed where the gaze went.
 
+use crate::live::quality::Quality;
 use glam::Vec3;
 
 /// Cells along each edge of a cube around the viewer: about 11° each.
@@ -8,6 +9,14 @@ const SIDE: usize = 8;
 /// How much of what a frame needed less than frames before it, with the gaze in the same
 /// cell, is taken for what the next one there will need.
 const FORGETTING: f64 = 0.25;
+
+/// How much of what a frame of another quality is expected to need, with the gaze in the
+/// same cell, is taken for what it will: what is around the viewer may have changed since
+/// there was one, half a minute ago.
+const FORGETTING_OTHERS: f64 = 0.0005;
+
+/// Qualities.
+const RUNGS: usize = Quality::LADDER.len();
 
 /// A cell of directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,23 +38,33 @@ impl Cell {
     }
 }
 
-/// Steps that frames needed, as of the best quality, by the gaze's cell.
+/// Steps that frames needed, by the gaze's cell and the quality's rung.
 #[derive(Debug, Clone)]
-pub(super) struct Places([f64; 6 * SIDE * SIDE]);
+pub(super) struct Places([[f64; RUNGS]; 6 * SIDE * SIDE]);
 
 impl Places {
     /// Nobody has looked anywhere.
-    pub(super) const NEW: Self = Self([0.0; 6 * SIDE * SIDE]);
+    pub(super) const NEW: Self = Self([[0.0; RUNGS]; 6 * SIDE * SIDE]);
 
-    /// What frames with the gaze there needed; 0 where there was none.
-    pub(super) fn need(&self, cell: Cell) -> f64 {
-        self.0.get(cell.0).copied().unwrap_or_default()
+    /// What is known of frames with the gaze there: rungs, from the best on, and needs.
+    pub(super) fn known(&self, cell: Cell) -> impl Iterator<Item = (usize, f64)> {
+        let rungs = self.0.get(cell.0).copied().unwrap_or([0.0; RUNGS]);
+        let all = rungs.into_iter().enumerate();
+        all.filter(|&(_, need)| need > 0.0)
     }
 
-    /// Takes a frame's.
-    pub(super) fn learn(&mut self, cell: Cell, need: f64) {
-        if let Some(known) = self.0.get_mut(cell.0) {
-            *known = need.max(*known + FORGETTING * (need - *known));
+    /// Takes what a frame of a rung needed, and what others are expected to by that.
+    pub(super) fn learn(&mut self, cell: Cell, rung: usize, expected: impl Fn(usize) -> f64) {
+        let Some(known) = self.0.get_mut(cell.0) else {
+            return;
+        };
+        for (of, known) in known.iter_mut().enumerate() {
+            let need = expected(of);
+            if of == rung {
+                *known = need.max(*known + FORGETTING * (need - *known));
+            } else if *known > 0.0 {
+                *known += FORGETTING_OTHERS * (need - *known);
+            }
         }
     }
 }
@@ -84,15 +103,27 @@ mod tests {
     fn more_counts_at_once_and_less_after_a_while() {
         let mut places = Places::NEW;
         let cell = Cell::of(Vec3::NEG_Z);
-        assert_eq!(places.need(cell), 0.0);
-        places.learn(cell, 100.0);
-        assert_eq!(places.need(cell), 100.0);
-        places.learn(cell, 60.0);
-        assert_eq!(places.need(cell), 90.0);
+        let need = |places: &Places, rung: usize| {
+            let mut known = places.known(cell);
+            known.find(|&(of, _)| of == rung).map(|(_, need)| need)
+        };
+        assert_eq!(need(&places, 4), None);
+        places.learn(cell, 4, |_| 100.0);
+        assert_eq!(need(&places, 4), Some(100.0));
+        places.learn(cell, 4, |_| 60.0);
+        assert_eq!(need(&places, 4), Some(90.0));
         for _ in 0..20 {
-            places.learn(cell, 60.0);
+            places.learn(cell, 4, |_| 60.0);
         }
-        assert!((places.need(cell) - 60.0).abs() < 0.5);
-        assert_eq!(places.need(Cell::of(Vec3::X)), 0.0);
+        assert!((need(&places, 4).unwrap() - 60.0).abs() < 0.5);
+        assert_eq!(places.known(Cell::of(Vec3::X)).count(), 0);
+        // What is known of others stays for longer.
+        places.learn(cell, 5, |_| 30.0);
+        assert_eq!(places.known(cell).count(), 2);
+        for _ in 0..400 {
+            places.learn(cell, 5, |of| [20.0, 40.0][usize::from(of == 4)]);
+        }
+        assert!((55.0..59.0).contains(&need(&places, 4).unwrap()));
+        assert!((need(&places, 5).unwrap() - 20.0).abs() < 1.0);
     }
 }

@@ -11,6 +11,10 @@ use shisen_core::{Runs, Simd};
 /// Frames without level of detail that a scaled budget is measured by.
 const PLAIN_FRAMES: usize = 5;
 
+/// How far beside where the viewer looks first they are taken to look next: the tangent
+/// of that angle, 27°.
+const GLANCE: f32 = 0.5;
+
 /// Frames of the best and of the least quality whose time is compared: of each the
 /// fastest counts, as what holds frames up is no matter of theirs.
 const COMPARED_FRAMES: usize = 3;
@@ -44,7 +48,7 @@ impl Session<'_> {
     pub(super) fn warm_up<const W: usize>(
         &mut self,
         engine: &mut Engine<'_, '_, W>,
-        (look, eyes): (&Look, &[Observer]),
+        (look, eyes): (&Look, &mut Vec<Observer>),
         stage: &mut dyn Stage<W>,
     ) -> Result<(), SessionError>
     where
@@ -67,6 +71,12 @@ impl Session<'_> {
             }
             self.governor.follow(gaze_of(look, eyes));
             self.settle(engine, (look, eyes), Purpose::WarmUp, stage)?;
+            if gaze_of(look, eyes).is_some() {
+                self.look_around(engine, (look, eyes), stage)?;
+                stage.observe(look, eyes);
+                self.governor.follow(gaze_of(look, eyes));
+                self.climb(engine, (look, eyes), Purpose::WarmUp, stage)?;
+            }
         }
         // When the first gaze is taken depends on frames like the first.
         self.pacing.forget();
@@ -131,6 +141,48 @@ impl Session<'_> {
             let decision = self.governor.decide(self.for_tracing());
             self.render(engine, seen, &decision, purpose)?;
         }
+        self.climb(engine, seen, purpose, stage)
+    }
+
+    /// Sees what the qualities around the one that fits take where a viewer may look
+    /// next: how much less one takes than another is not the same everywhere.
+    fn look_around<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        (look, eyes): (&Look, &mut Vec<Observer>),
+        stage: &mut dyn Stage<W>,
+    ) -> Result<(), SessionError>
+    where
+        Simd: Runs<W>,
+    {
+        let across = look.forward.cross(look.up);
+        for aside in [across, -across, look.up, -look.up] {
+            let glance = look.towards(Some(look.forward + GLANCE * aside));
+            if !stage.observe(&glance, eyes) {
+                continue;
+            }
+            self.governor.follow(gaze_of(&glance, eyes));
+            for decision in self.governor.around() {
+                if stage.is_over() {
+                    return Ok(());
+                }
+                self.render(engine, (&glance, eyes), &decision, Purpose::WarmUp)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes better qualities as long as they fit.
+    fn climb<const W: usize>(
+        &mut self,
+        engine: &mut Engine<'_, '_, W>,
+        seen: (&Look, &[Observer]),
+        purpose: Purpose,
+        stage: &mut dyn Stage<W>,
+    ) -> Result<(), SessionError>
+    where
+        Simd: Runs<W>,
+    {
         while let Some(better) = self.governor.better().filter(|_| !stage.is_over()) {
             self.render(engine, seen, &better, purpose)?;
             if !self.governor.rise(self.for_tracing()) {
