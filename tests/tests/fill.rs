@@ -230,9 +230,9 @@ fn the_live_loop_fills_as_one_frame_does() {
         for (quality, steps, same) in [
             (Quality::FULL, None, true),
             (Quality::LADDER[4], Some(u64::MAX), false),
-            (Quality::LADDER[11], Some(u64::MAX), false),
+            (Quality::LADDER[13], Some(u64::MAX), false),
             (Quality::FULL, Some(u64::MAX), true),
-            (Quality::LADDER[11], Some(40_000), false),
+            (Quality::LADDER[13], Some(40_000), false),
             (Quality::FULL, None, true),
         ] {
             let frame = engine.render(eyes, &quality, steps).expect("a frame");

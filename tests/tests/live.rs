@@ -5,7 +5,7 @@ use glam::Vec3;
 use serde_json::Value;
 use shisen::bake::{Baked, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::live::{Allowance, Engine, Governor, Quality, Share, with_engine};
+use shisen::live::{Allowance, Engine, Governor, Quality, Share, Taken, with_engine};
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::simplify::PolygonLevels;
@@ -83,6 +83,14 @@ fn hashes(engine: &Engine<'_, '_, 8>) -> Vec<u64> {
         .iter()
         .map(shisen::picture::Picture::hash)
         .collect()
+}
+
+/// A millisecond for so many steps.
+const fn taken(steps: u64) -> Taken {
+    Taken {
+        steps,
+        seconds: 1.0e-3,
+    }
 }
 
 #[test]
@@ -255,7 +263,7 @@ fn half_of_what_is_needed_finishes_what_is_looked_at() {
             let frame = frame.expect("a frame");
             assert!(frame.steps <= steps, "frame {number}: {}", frame.steps);
             assert!(!frame.unfinished_fovea, "frame {number}: {frame:?}");
-            governor.learn(&decision, frame.need, frame.steps, 1.0e-3);
+            governor.learn(&decision, frame.need, taken(frame.steps));
             unfinished += u32::from(frame.unfinished > 0);
             changes += u32::from(decision.rung != before);
             before = decision.rung;
@@ -299,7 +307,7 @@ fn large_walls_are_finished_where_one_looks() {
                 let mut rung = 0;
                 // As a session begins: what a frame takes is known.
                 let all = governor.decide(Allowance::Unlimited);
-                governor.learn(&all, need, need, 1.0e-3);
+                governor.learn(&all, need, taken(need));
                 for number in 0..8 {
                     let decision = governor.decide(Allowance::Steps(steps));
                     let frame = engine.render(&eyes(number), &decision.quality, decision.steps);
@@ -312,7 +320,7 @@ fn large_walls_are_finished_where_one_looks() {
                         !frame.unfinished_fovea,
                         "{name}, {part}, frame {number}: {frame:?}"
                     );
-                    governor.learn(&decision, frame.need, frame.steps, 1.0e-3);
+                    governor.learn(&decision, frame.need, taken(frame.steps));
                     rung = decision.rung;
                 }
                 assert!(rung > 0, "{name}, {part}");

@@ -53,7 +53,7 @@ impl Quality {
     /// bounces, then faces, then the rim of the field, then the first bounce, and at
     /// last the centre's own rim; and, where the gaze says which pixels have rays, fewer
     /// of these from rung to rung.
-    pub const LADDER: [Self; 12] = {
+    pub const LADDER: [Self; 14] = {
         const fn of(depth: u8, faces: f32, [field, centre]: [f32; 2], sampling: f32) -> Quality {
             Quality {
                 depth,
@@ -79,7 +79,9 @@ impl Quality {
             seldom(of(0, 0.1, [0.35, 0.7], 6.0), 0.0625),
             seldom(of(0, 0.0, [0.2, 0.6], 8.0), 0.0625),
             seldom(of(0, 0.0, [0.1, 0.45], 8.0), 0.03125),
+            seldom(of(0, 0.0, [0.07, 0.37], 8.0), 0.03125),
             seldom(of(0, 0.0, [0.05, 0.3], 8.0), 0.03125),
+            seldom(of(0, 0.0, [0.03, 0.23], 8.0), 0.03125),
             seldom(of(0, 0.0, [0.02, 0.18], 8.0), 0.03125),
         ]
     };

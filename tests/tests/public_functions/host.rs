@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3, Vec3};
 use shisen::cave::{BuiltInCave, Cave, DomeDescription, DomeScreen, Eye, Wall};
 use shisen::dome::{Mapping, Mirror, NearField, effective_viewpoint, size_errors};
 use shisen::gaze_reference::{self, Limits};
-use shisen::live::{Allowance, Governor, Look, Quality, Table2};
+use shisen::live::{Allowance, Decision, Governor, Look, Quality, Table2, Taken};
 use shisen::look::ViewDirection;
 use shisen::overview::viewer::ViewerCamera;
 use shisen::picture::{Picture, colour_differences, srgb_from_linear};
@@ -328,15 +328,12 @@ pub(super) const CASES: &[(&str, Case)] = &[
         for gaze in [Some(n.vec3([0.1, -0.2, -1.0])), None] {
             governor.follow(gaze);
             let decision = governor.decide(Allowance::Steps(1_000_000));
-            governor.learn(&decision, 2_000_000, 1_000_000, 0.01);
+            governor.learn(&decision, 2_000_000, taken(0.01));
             assert!(governor.full_need() >= 2.0e6);
         }
     }),
     ("host live::governor::Governor::learn", |n| {
         let mut governor = governor(n);
-        let rate = governor.rate();
-        finite(&rate);
-        assert!(rate.is_none_or(|rate| rate > 0.0), "{rate:?}");
         for allowance in [
             Allowance::Unlimited,
             Allowance::Steps(0),
@@ -347,6 +344,22 @@ pub(super) const CASES: &[(&str, Case)] = &[
             let better = governor.better();
             let rises = governor.rise(allowance);
             assert!(better.is_some() || !rises, "{allowance:?}");
+        }
+    }),
+    ("host live::governor::Governor::compare", |n| {
+        let mut governor = governor(n);
+        let many = taken(n.wide(0.01));
+        let few = Taken {
+            steps: 1_000,
+            seconds: n.wide(0.001),
+        };
+        governor.compare(many, few);
+        governor.learn(&Decision::FULL, 2_000_000, taken(0.01));
+        for milliseconds in [0, 1, 10, 1_000] {
+            let time = std::time::Duration::from_millis(milliseconds);
+            let decision = governor.decide(Allowance::Time(time));
+            assert!(decision.rung < Quality::LADDER.len());
+            assert!(decision.steps.is_some() && decision.whole_fovea);
         }
     }),
     ("host render::Observer::foveated", |n| {
@@ -400,10 +413,18 @@ pub(super) const CASES: &[(&str, Case)] = &[
     }),
 ];
 
+/// A million steps that took so long.
+const fn taken(seconds: f64) -> Taken {
+    Taken {
+        steps: 1_000_000,
+        seconds,
+    }
+}
+
 /// A governor that has seen a frame whose time is the next number.
 fn governor(n: &mut Numbers) -> Governor {
     let mut governor = Governor::new();
     let decision = governor.decide(Allowance::Unlimited);
-    governor.learn(&decision, 2_000_000, 1_000_000, n.wide(0.01));
+    governor.learn(&decision, 2_000_000, taken(n.wide(0.01)));
     governor
 }

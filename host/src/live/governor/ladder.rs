@@ -23,7 +23,9 @@ const AT_LEAST: f64 = 2.0;
 
 /// What a frame of each quality takes at first as a part of what one of the quality above
 /// does: about what it is in scene A. What it is here is learned.
-const RATIOS: Ratios = [0.95, 0.9, 0.7, 0.95, 0.7, 0.8, 0.6, 0.6, 0.75, 0.4, 0.4];
+const RATIOS: Ratios = [
+    0.95, 0.9, 0.7, 0.95, 0.7, 0.8, 0.6, 0.6, 0.75, 0.6, 0.6, 0.6, 0.6,
+];
 
 /// The least part of a frame of the quality above that one is taken to need.
 const LEAST_RATIO: f64 = 0.05;
