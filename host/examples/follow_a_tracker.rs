@@ -12,7 +12,7 @@
 
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::live::{Allowance, Governor, Share, with_engine};
+use shisen::live::{Allowance, Governor, Share, Taken, with_engine};
 use shisen::quadruped::quadruped;
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
@@ -65,7 +65,11 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let estimate = gaze.estimate(shown, &mut |_| {});
                 let decision = governor.decide(Allowance::Steps(BUDGET));
                 let done = engine.render(&eyes(&estimate), &decision.quality, decision.steps)?;
-                governor.learn(&decision, done.need, done.steps, done.tracing.as_secs_f64());
+                let taken = Taken {
+                    steps: done.steps,
+                    seconds: done.tracing.as_secs_f64(),
+                };
+                governor.learn(&decision, done.need, taken);
                 assert!(done.steps <= BUDGET);
                 if frame % 10 == 0 {
                     let [x, y, z] = estimate.line_of_sight.forward().to_array();

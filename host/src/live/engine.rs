@@ -9,6 +9,7 @@
 
 mod capture;
 mod deal;
+mod fovea;
 mod threads;
 
 use super::quality::Quality;
@@ -18,6 +19,8 @@ use crate::picture::Picture;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use capture::LiveCapture;
 use deal::{Dealer, Group};
+pub use fovea::FOVEA;
+use fovea::{SETTLED, is_foveal, reaching_fovea, towards};
 use glam::Vec3;
 use shisen_core::frame::{
     Fill, Pixel, Renderer, Spectrum, Statistics, Tile, TileJob, View, Workspace,
@@ -29,13 +32,6 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use threads::{Shared, lock};
 
-/// The part of a frame that is never to be missing: this close to the line of
-/// sight, radians (5°).
-pub const FOVEA: f32 = 0.087_266_46;
-
-/// What angles may be off by: radians.
-const ROUNDING: f32 = 1.0e-3;
-
 /// In how many rounds a budget is dealt out at most.
 const MOST_ROUNDS: u32 = 8;
 
@@ -45,13 +41,21 @@ const AT_LAST: f32 = -3.0;
 /// Steps that a pixel is expected to take of which nothing is known.
 const UNKNOWN_PIXEL: u64 = 16;
 
+/// Steps that a tile is expected to take which took none.
+const LEAST_EXPECTED: u64 = 8;
+
+/// Of what what is looked at is expected to take, the part that is kept back for it.
+const RESERVE: u64 = 4;
+
 /// Whom steps are dealt out to.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Whom {
     /// What is looked at.
     Fovea,
     /// All that is not finished.
     All,
+    /// All that is not finished, but for what is looked at something more is kept back.
+    AllButReserve,
 }
 
 /// Where a frame ends that has not enough steps.
@@ -73,6 +77,8 @@ pub struct Engine<'e, 's, const W: usize> {
     workspace: Workspace,
     share: Share,
     dealer: Dealer,
+    /// Of the newest frame.
+    quality: Quality,
 }
 
 /// What a frame came to.
@@ -113,6 +119,9 @@ struct Plan<'s, const W: usize> {
     order: Vec<(f32, u32)>,
     /// How many of these come before all others: they reach as far as the [`FOVEA`].
     first: usize,
+    /// Whether the frame before looked at the same with the same quality, so that it says
+    /// what these take.
+    settled: bool,
     /// What threads take, of the order.
     groups: Vec<Group>,
     capture: Option<LiveCapture>,
@@ -140,6 +149,16 @@ impl LiveTile {
             pixels: vec![Pixel::default(); area],
             spent: 0,
             expected: area as u64 * UNKNOWN_PIXEL,
+        }
+    }
+
+    /// What it is expected to take still. One that had too little shows that the frame
+    /// before says little.
+    const fn still(&self) -> u64 {
+        if self.spent < self.expected {
+            self.expected - self.spent
+        } else {
+            self.spent
         }
     }
 }
@@ -205,6 +224,7 @@ where
         parts,
         order: Vec::with_capacity(tiles.len()),
         first: 0,
+        settled: false,
         groups: Vec::with_capacity(tiles.len()),
         capture,
         fills: false,
@@ -225,6 +245,7 @@ where
             workspace: Workspace::new(),
             share,
             dealer: Dealer::new(),
+            quality: Quality::FULL,
         }))
     })
 }
@@ -289,12 +310,9 @@ where
             engine.have_done();
             tracing += begun.elapsed();
         };
-        // Where there is an end, nothing is left to others before what is looked at is
-        // finished.
-        let whoms = [Whom::Fovea, Whom::All];
-        for whom in whoms.into_iter().skip(usize::from(steps.is_none())) {
-            for _ in 0..MOST_ROUNDS {
-                let spent = self.spent();
+        for &(whom, most) in self.turns(steps) {
+            for _ in 0..most {
+                let spent = self.shared.spent.load(Ordering::SeqCst);
                 let left = steps.map(|steps| steps.saturating_sub(spent));
                 if !self.deal(left, whom) {
                     break;
@@ -313,6 +331,27 @@ where
             done: Instant::now(),
             ..rendered
         })
+    }
+
+    /// Whose turn it is to be dealt steps, one after another, and how many rounds each has
+    /// at most.
+    fn turns(&self, steps: Option<u64>) -> &'static [(Whom, u32)] {
+        if steps.is_none() {
+            return &[(Whom::All, MOST_ROUNDS)];
+        }
+        let plan = self.shared.frame.read();
+        // Where there is an end, nothing is left to others before what is looked at is
+        // finished. As long as a viewer looks at the same that does not need a round of
+        // its own.
+        if plan.unwrap_or_else(PoisonError::into_inner).settled {
+            &[
+                (Whom::AllButReserve, 1),
+                (Whom::Fovea, MOST_ROUNDS),
+                (Whom::All, MOST_ROUNDS),
+            ]
+        } else {
+            &[(Whom::Fovea, MOST_ROUNDS), (Whom::All, MOST_ROUNDS)]
+        }
     }
 
     /// Has all threads do what is planned.
@@ -352,6 +391,7 @@ where
             options,
             spectrum,
             share,
+            quality: before,
             ..
         } = self;
         let mut options = *options;
@@ -363,6 +403,7 @@ where
             order,
             capture,
             first,
+            settled,
             ..
         } = &mut *plan;
         let screens = capture
@@ -371,15 +412,22 @@ where
         if pairs(cave, eyes, *share).count() != screens {
             return Err(RenderError::Previous);
         }
+        *settled = quality == before;
+        *before = *quality;
         let own = parts.iter_mut().zip(sights.iter_mut());
         for ((screen, observer), (part, sight)) in pairs(cave, eyes, *share).zip(own) {
-            *sight = observer.forward();
+            let was = std::mem::replace(sight, observer.forward());
+            *settled &= match (was, *sight) {
+                (Some(was), Some(sight)) => was.angle_between(sight) <= SETTLED,
+                (was, sight) => was == sight,
+            };
             let renderer = render::in_full(scene, &options, *spectrum)?;
             let renderer = renderer.with_faces_of_level(quality.faces);
             let renderer = quality.lower(*observer).follow(&renderer);
             *part = (render::view(screen, observer)?, renderer);
         }
         order.clear();
+        shared.spent.store(0, Ordering::SeqCst);
         let own = capture.as_ref().map(LiveCapture::first_tile);
         for (number, tile) in shared.tiles.iter().enumerate() {
             let mut one = lock(tile);
@@ -412,11 +460,6 @@ where
         Ok(())
     }
 
-    /// Steps of this frame so far.
-    fn spent(&self) -> u64 {
-        self.shared.tiles.iter().map(|tile| lock(tile).spent).sum()
-    }
-
     /// Deals out what is left, if there is an end of it; whether anybody has anything.
     fn deal(&mut self, left: Option<u64>, whom: Whom) -> bool {
         let shared = self.shared;
@@ -427,14 +470,18 @@ where
             first,
             ..
         } = &mut *plan;
-        let order = match whom {
-            Whom::Fovea => order.get(..*first).unwrap_or(order),
-            Whom::All => order,
-        };
-        let tiles = order.iter().map(|&(_, tile)| &shared.tiles[tile as usize]);
-        match left {
-            None => deal::everything(tiles, groups),
-            Some(left) => self.dealer.deal(left, tiles, groups),
+        let tile = |&(_, tile): &(f32, u32)| &shared.tiles[tile as usize];
+        let foveal = order.get(..*first).unwrap_or(order);
+        let dealer = &self.dealer;
+        match (left, whom) {
+            (None, _) => deal::everything(order.iter().map(tile), groups),
+            (Some(left), Whom::Fovea) => dealer.deal_finely(left, foveal.iter().map(tile), groups),
+            (Some(left), Whom::All) => dealer.deal(left, order.iter().map(tile), groups),
+            (Some(left), Whom::AllButReserve) => {
+                let reserve = deal::expected(foveal.iter().map(tile)) / RESERVE;
+                let reserve = reserve.min(left / RESERVE);
+                dealer.deal(left - reserve, order.iter().map(tile), groups);
+            }
         }
         !groups.is_empty()
     }
@@ -495,11 +542,10 @@ where
             let (view, renderer) = &parts[tile.part];
             steps += tile.spent;
             if tile.job.is_finished() {
-                // A gaze that moves on makes it a little dearer.
-                tile.expected = tile.spent + tile.spent / 4 + 64;
+                tile.expected = tile.spent + LEAST_EXPECTED;
                 need += tile.spent;
             } else {
-                tile.expected = tile.expected.max(tile.spent);
+                tile.expected = tile.spent + tile.still();
                 need += tile.expected;
                 // What a capture has of it is older, and stays.
                 if capture.as_ref().is_some_and(|one| one.has(number as usize)) {
@@ -636,71 +682,6 @@ impl<'s, const W: usize> Plan<'s, W> {
     }
 }
 
-/// Of the angle between the line of sight and a tile's centre.
-fn towards(sight: Option<Vec3>, view: &View, tile: Tile) -> f32 {
-    let Some(sight) = sight else {
-        return 1.0;
-    };
-    let (x, y) = (
-        tile.x as f32 + 0.5 * (tile.width - 1) as f32,
-        tile.y as f32 + 0.5 * (tile.height - 1) as f32,
-    );
-    let towards = view.direction(x, y).map(Vec3::normalize_or_zero);
-    towards.map_or(-2.0, |towards| towards.dot(sight))
-}
-
-/// Of tiles from the line of sight outwards, how many of the first reach as far as the
-/// [`FOVEA`], or lie between those that do.
-fn reaching_fovea<'t>(tiles: impl Iterator<Item = (Vec3, &'t View, Tile)>) -> usize {
-    let (mut first, mut widest) = (0, 0.0_f32);
-    for (number, (sight, view, tile)) in tiles.enumerate() {
-        widest = widest.max(across(view, tile).unwrap_or(0.0));
-        let corner = view.direction(tile.x as f32, tile.y as f32);
-        // Twice as far as one like those before reaches: others may be wider.
-        let is_near = |corner: Vec3| corner.angle_between(sight) <= FOVEA + 2.0 * widest;
-        if !corner.is_some_and(is_near) {
-            break;
-        }
-        if is_foveal(Some(sight), view, tile) {
-            first = number + 1;
-        }
-    }
-    first
-}
-
-/// The angle that no two pixels of a tile of a screen are farther apart than: the most
-/// between two of its corners. `None` where a corner is on no screen.
-fn across(view: &View, tile: Tile) -> Option<f32> {
-    let at = |x: u32, y: u32| view.direction((tile.x + x) as f32, (tile.y + y) as f32);
-    let (right, bottom) = (tile.width - 1, tile.height - 1);
-    let [a, b, c, d] = [at(0, 0)?, at(right, 0)?, at(0, bottom)?, at(right, bottom)?];
-    let diagonals = a.angle_between(d).max(b.angle_between(c));
-    let rows = a.angle_between(b).max(c.angle_between(d));
-    Some(
-        diagonals
-            .max(rows)
-            .max(a.angle_between(c))
-            .max(b.angle_between(d)),
-    )
-}
-
-/// Whether a pixel of a tile is within [`FOVEA`] of the line of sight. Where nobody
-/// knows that, all are; a session whose gaze is lost has the head's direction.
-fn is_foveal(sight: Option<Vec3>, view: &View, tile: Tile) -> bool {
-    let Some(forward) = sight else {
-        return true;
-    };
-    let at = |x: u32, y: u32| view.direction((tile.x + x) as f32, (tile.y + y) as f32);
-    // Most tiles are too far off.
-    if let (Some(corner), Some(across)) = (at(0, 0), across(view, tile))
-        && corner.angle_between(forward) > FOVEA + across + ROUNDING
-    {
-        return false;
-    }
-    let mut pixels = (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y)));
-    pixels.any(|(x, y)| at(x, y).is_some_and(|direction| direction.angle_between(forward) <= FOVEA))
-}
-
 /// The screens and eyes that pictures of a share are for, by screen, then eye.
 pub fn eyes_of<'e>(
     cave: &Cave,
@@ -714,42 +695,4 @@ pub fn eyes_of<'e>(
         .enumerate()
         .filter(move |(pair, _)| share.has(*pair, all));
     own.map(|(_, pair)| pair)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cave::BuiltInCave;
-
-    #[test]
-    fn what_is_near_the_line_of_sight_is_found_without_looking_at_every_pixel() {
-        let cave = Cave::built_in(BuiltInCave::Cube, [48; 2]).expect("a room");
-        let observer = Observer::new(Eye::Left, glam::DVec3::new(0.4, 0.2, -0.7));
-        let (mut near, mut all) = (0, 0);
-        for screen in cave.screens() {
-            let view = render::view(screen, &observer).expect("it sees the screen");
-            for tile in [5, 16]
-                .into_iter()
-                .flat_map(|side| render::tiles(&view, side))
-            {
-                for number in 0..40 {
-                    let angle = 0.7 * number as f32;
-                    let height = number as f32 / 20.0 - 1.0;
-                    let sight = Vec3::new(angle.cos(), height, angle.sin()).normalize();
-                    let is_near = |x: u32, y: u32| {
-                        let towards = view.direction(x as f32, y as f32);
-                        towards.is_some_and(|towards| towards.angle_between(sight) <= FOVEA)
-                    };
-                    let columns = tile.x..tile.x + tile.width;
-                    let expected = columns
-                        .flat_map(|x| (tile.y..tile.y + tile.height).map(move |y| (x, y)))
-                        .any(|(x, y)| is_near(x, y));
-                    assert_eq!(is_foveal(Some(sight), &view, tile), expected, "{tile:?}");
-                    near += u32::from(expected);
-                    all += 1;
-                }
-            }
-        }
-        assert!(near > 200 && all > 20 * near, "{near} of {all}");
-    }
 }

@@ -97,18 +97,18 @@ pub enum Allowance {
 impl Governor {
     /// One that knows nothing yet. Where nothing is limited it leaves quality as it
     /// is.
-    pub const fn new() -> Self {
+    pub fn new() -> Self {
         Self {
             governs: true,
-            with_gaze: Ladder::NEW,
-            without_gaze: Ladder::NEW,
+            with_gaze: Ladder::new(),
+            without_gaze: Ladder::new(),
             has_gaze: true,
             speed: Speed::UNKNOWN,
         }
     }
 
     /// One that never lowers quality.
-    pub const fn idle() -> Self {
+    pub fn idle() -> Self {
         Self {
             governs: false,
             ..Self::new()

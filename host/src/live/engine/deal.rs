@@ -25,6 +25,16 @@ const LEAST_GROUPS: u64 = 32;
 /// at most a third is set aside.
 const LEAST_SHARE: u64 = 2;
 
+/// What is expected, in the unit in which it is known how many times as much is dealt.
+const WHOLE: u64 = 1 << 8;
+
+/// Of what is expected, the least that is dealt to those who are dealt anything: a gaze
+/// that moves on makes tiles a little dearer.
+const LEAST_TIMES: u64 = WHOLE * 9 / 8;
+
+/// And the most.
+const MOST_TIMES: u64 = WHOLE << 8;
+
 /// Tiles next to each other in the order, that one thread renders one after another:
 /// what one leaves is the next one's.
 #[derive(Debug, Clone)]
@@ -49,6 +59,12 @@ pub(super) fn everything<'t>(
             });
         }
     }
+}
+
+/// What unfinished tiles are expected to take still.
+pub(super) fn expected<'t>(tiles: impl Iterator<Item = &'t Mutex<LiveTile>>) -> u64 {
+    let unfinished = tiles.map(lock).filter(|tile| !tile.job.is_finished());
+    unfinished.map(|tile| tile.still()).sum()
 }
 
 /// Deals out a budget.
@@ -77,25 +93,53 @@ impl Dealer {
     }
 
     /// Gives unfinished tiles what they are expected to need, from the first on, as
-    /// long as there is something left. A budget is looked at before each block or
-    /// square only, so that a group may take a little more than it is given: that much
+    /// long as there is something left; and all the same part more, or as many times as
+    /// much, of what no tile is expected to need. A budget is looked at before each block
+    /// or square only, so that a group may take a little more than it is given: that much
     /// is set aside for each.
     pub(super) fn deal<'t>(
         &self,
+        left: u64,
+        tiles: impl Iterator<Item = &'t Mutex<LiveTile>> + Clone,
+        groups: &mut Vec<Group>,
+    ) {
+        let full =
+            (left / LEAST_GROUPS).clamp(LEAST_SHARE * self.excess, SHARE_OF_EXCESS * self.excess);
+        self.deal_groups(left, full, tiles, groups);
+    }
+
+    /// The same to few tiles, in groups as small as they can be: there is nothing after
+    /// these for threads that have done theirs.
+    pub(super) fn deal_finely<'t>(
+        &self,
+        left: u64,
+        tiles: impl Iterator<Item = &'t Mutex<LiveTile>> + Clone,
+        groups: &mut Vec<Group>,
+    ) {
+        self.deal_groups(left, LEAST_SHARE * self.excess, tiles, groups);
+    }
+
+    /// Deals to groups that are full when they have so much of what is expected.
+    fn deal_groups<'t>(
+        &self,
         mut left: u64,
-        tiles: impl Iterator<Item = &'t Mutex<LiveTile>>,
+        full: u64,
+        tiles: impl Iterator<Item = &'t Mutex<LiveTile>> + Clone,
         groups: &mut Vec<Group>,
     ) {
         groups.clear();
-        let full =
-            (left / LEAST_GROUPS).clamp(LEAST_SHARE * self.excess, SHARE_OF_EXCESS * self.excess);
-        let mut open = false;
+        let expected = expected(tiles.clone());
+        // Of each full group and what is set aside for it.
+        let to_groups = left / (full + self.excess) * full;
+        let times = to_groups.saturating_mul(WHOLE) / expected.max(1);
+        let times = times.clamp(LEAST_TIMES, MOST_TIMES);
+        let mut open = None;
         for (at, tile) in tiles.enumerate() {
-            let mut tile = lock(tile);
+            let tile = lock(tile);
             if tile.job.is_finished() {
                 continue;
             }
-            if !open {
+            if open.is_none() {
                 if left <= self.excess {
                     return;
                 }
@@ -108,15 +152,13 @@ impl Dealer {
             let Some(group) = groups.last_mut() else {
                 return;
             };
-            // One that had too little shows that the frame before says little.
-            if tile.spent >= tile.expected {
-                tile.expected = 2 * tile.spent;
-            }
-            let allotment = (tile.expected - tile.spent).min(left);
+            let expected = tile.still();
+            let allotment = (expected.saturating_mul(times) / WHOLE).min(left);
             left -= allotment;
             group.tiles.end = at + 1;
             group.allotment += allotment;
-            open = group.allotment < full;
+            let has = open.unwrap_or(0) + expected;
+            open = (has < full).then_some(has);
             if left == 0 {
                 return;
             }

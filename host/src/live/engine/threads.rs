@@ -17,6 +17,8 @@ pub(super) struct Shared<'s, const W: usize> {
     pub(super) next: AtomicUsize,
     /// Nanoseconds after the epoch; all ones before a frame's first ray.
     pub(super) first_ray: AtomicU64,
+    /// Steps of the frame so far.
+    pub(super) spent: AtomicU64,
     /// The most that a group took above its allotment.
     pub(super) excess: AtomicU64,
     pub(super) statistics: Mutex<Statistics>,
@@ -36,6 +38,7 @@ where
             tiles,
             next: AtomicUsize::new(0),
             first_ray: AtomicU64::new(u64::MAX),
+            spent: AtomicU64::new(0),
             excess: AtomicU64::new(0),
             statistics: Mutex::new(Statistics::default()),
             begin: Barrier::new(threads),
@@ -103,6 +106,7 @@ where
                 tile.spent += workspace.statistics.steps - before;
             }
             let spent = workspace.statistics.steps - begun;
+            self.spent.fetch_add(spent, Ordering::SeqCst);
             let excess = spent.saturating_sub(group.allotment);
             self.excess.fetch_max(excess, Ordering::SeqCst);
         }

@@ -58,17 +58,19 @@ pub(super) struct Ladder {
 
 impl Ladder {
     /// Nothing is known.
-    pub(super) const NEW: Self = Self {
-        rung: 0,
-        ratios: RATIOS,
-        seen: [0; Quality::LADDER.len() - 1],
-        recent: [(0, 0.0); RECENT],
-        newest: 0,
-        last: None,
-        places: Places::NEW,
-        cell: None,
-        calm: 0,
-    };
+    pub(super) fn new() -> Self {
+        Self {
+            rung: 0,
+            ratios: RATIOS,
+            seen: [0; Quality::LADDER.len() - 1],
+            recent: [(0, 0.0); RECENT],
+            newest: 0,
+            last: None,
+            places: Places::new(),
+            cell: None,
+            calm: 0,
+        }
+    }
 
     /// The rung that frames have.
     pub(super) const fn rung(&self) -> usize {

@@ -40,11 +40,13 @@ impl Cell {
 
 /// Steps that frames needed, by the gaze's cell and the quality's rung.
 #[derive(Debug, Clone)]
-pub(super) struct Places([[f64; RUNGS]; 6 * SIDE * SIDE]);
+pub(super) struct Places(Vec<[f64; RUNGS]>);
 
 impl Places {
     /// Nobody has looked anywhere.
-    pub(super) const NEW: Self = Self([[0.0; RUNGS]; 6 * SIDE * SIDE]);
+    pub(super) fn new() -> Self {
+        Self(vec![[0.0; RUNGS]; 6 * SIDE * SIDE])
+    }
 
     /// What is known of frames with the gaze there: rungs, from the best on, and needs.
     pub(super) fn known(&self, cell: Cell) -> impl Iterator<Item = (usize, f64)> {
@@ -101,7 +103,7 @@ mod tests {
 
     #[test]
     fn more_counts_at_once_and_less_after_a_while() {
-        let mut places = Places::NEW;
+        let mut places = Places::new();
         let cell = Cell::of(Vec3::NEG_Z);
         let need = |places: &Places, rung: usize| {
             let mut known = places.known(cell);
