@@ -173,6 +173,68 @@ fn a_budget_is_kept_and_threads_change_nothing() {
     }
 }
 
+/// A pixel of many samples takes more than a block of single ones.
+#[test]
+fn a_budget_is_kept_by_pixels_of_many_samples() {
+    let baked = baked();
+    for samples in [64, 256, 1_024] {
+        let mut options = options(2, 16);
+        options.settings.samples = samples;
+        with(&baked, &options, |engine| {
+            for steps in [20_000, 50_000, 200_000, 1_000_000] {
+                for number in 0..4 {
+                    let frame = engine.render(&eyes(11 * number), &Quality::FULL, Some(steps));
+                    let frame = frame.expect("a frame");
+                    let taken = frame.steps;
+                    assert!(taken <= steps, "{samples}: {taken} of {steps}");
+                    // Most of it is used, where there is enough for a pixel.
+                    let is_enough = steps >= 200 * u64::from(samples) * 16;
+                    assert!(
+                        !is_enough || taken > steps / 4,
+                        "{samples}: {taken} of {steps}"
+                    );
+                }
+            }
+        });
+    }
+}
+
+/// One who looks around, whose frames are governed by steps: from the qualities to the
+/// pixels all is the same, whoever renders it.
+#[test]
+fn governed_frames_are_the_same_on_any_number_of_threads() {
+    let baked = baked();
+    let run = |threads: usize| {
+        with(&baked, &options(threads, 16), |engine| {
+            let mut governor = Governor::new();
+            let full = engine.render(&eyes(0), &Quality::FULL, None);
+            let need = full.expect("a frame").steps;
+            let all = governor.decide(Allowance::Unlimited);
+            governor.learn(&all, need, taken(need));
+            let mut frames = Vec::new();
+            for number in 0..90 {
+                let sight = eyes(number)[0].lod.map(|lod| lod.gaze.line_of_sight());
+                governor.follow(sight.map(|sight| sight.forward()));
+                let decision = governor.decide(Allowance::Steps(need / 3));
+                let frame = engine.render(&eyes(number), &decision.quality, decision.steps);
+                let frame = frame.expect("a frame");
+                governor.learn(&decision, frame.need, taken(frame.steps));
+                let pictures = if number % 10 == 0 {
+                    hashes(engine)
+                } else {
+                    Vec::new()
+                };
+                frames.push((decision.rung, frame.steps, frame.unfinished, pictures));
+            }
+            frames
+        })
+    };
+    let one = run(1);
+    assert!(one.iter().all(|frame| frame.0 > 0));
+    assert_eq!(one, run(2));
+    assert_eq!(one, run(5));
+}
+
 /// Where time is short, what is looked at is there all the same; and where steps are
 /// enough, nothing is different.
 #[test]
@@ -237,6 +299,30 @@ fn steps_that_are_enough_for_the_fovea_are_spent_on_it_first() {
             unfinished += frame.unfinished;
         }
         assert!(unfinished > 0);
+    });
+}
+
+/// Rounds cost time: threads wait for each other at the end of each.
+#[test]
+fn who_looks_at_the_same_has_frames_of_one_round() {
+    let baked = baked();
+    with(&baked, &options(2, 16), |engine| {
+        let full = engine.render(&eyes(0), &Quality::FULL, None);
+        let steps = full.expect("a frame").steps;
+        let mut frame = |number: u32, quality: &Quality| {
+            let frame = engine.render(&eyes(number), quality, Some(2 * steps));
+            let frame = frame.expect("a frame");
+            assert!(frame.unfinished == 0, "{number}: {frame:?}");
+            frame.rounds
+        };
+        for _ in 0..4 {
+            assert_eq!(frame(0, &Quality::FULL), 1);
+        }
+        // Elsewhere, or otherwise, what is looked at comes first.
+        assert!(frame(20, &Quality::FULL) > 1);
+        assert_eq!(frame(20, &Quality::FULL), 1);
+        assert!(frame(20, &Quality::LADDER[2]) > 1);
+        assert_eq!(frame(20, &Quality::LADDER[2]), 1);
     });
 }
 

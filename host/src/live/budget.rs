@@ -12,7 +12,8 @@ use thiserror::Error;
 pub enum FrameBudget {
     /// Whatever it needs: nothing is left out.
     Off,
-    /// So many steps, whatever the time: the same frames on every machine.
+    /// So many steps, whatever the time: for the same gazes the same frames on every
+    /// machine.
     Steps(u64),
     /// So much time.
     Time(Duration),

@@ -244,7 +244,7 @@ where
             spectrum,
             workspace: Workspace::new(),
             share,
-            dealer: Dealer::new(),
+            dealer: Dealer::new(options.settings.samples),
             quality: Quality::FULL,
         }))
     })

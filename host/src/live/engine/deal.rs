@@ -13,6 +13,10 @@ const LEAST_EXCESS: u64 = 2_048;
 /// The same where squares of pixels share their samples: the dearest square's.
 const LEAST_EXCESS_OF_SQUARES: u64 = 2 * LEAST_EXCESS;
 
+/// Samples a pixel from which on a pixel's trees may take more than that: so many times as
+/// much, then, as it has times these samples.
+const FEW_SAMPLES: u64 = 16;
+
 /// What a group is dealt, in what is set aside for it: so much of a budget is not in
 /// use at once.
 const SHARE_OF_EXCESS: u64 = 8;
@@ -74,9 +78,11 @@ pub(super) struct Dealer {
 }
 
 impl Dealer {
-    pub(super) const fn new() -> Self {
+    /// Of pixels of so many samples.
+    pub(super) const fn new(samples: u16) -> Self {
+        let times = samples as u64 / FEW_SAMPLES;
         Self {
-            excess: LEAST_EXCESS,
+            excess: LEAST_EXCESS * if times > 1 { times } else { 1 },
         }
     }
 
@@ -191,7 +197,7 @@ mod tests {
     #[test]
     fn what_is_set_aside_leaves_most_of_a_budget() {
         let tiles = tiles(54, 900);
-        let dealer = Dealer::new();
+        let dealer = Dealer::new(1);
         let mut groups = Vec::new();
         for budget in (4 * LEAST_EXCESS..400_000).step_by(997) {
             dealer.deal(budget, tiles.iter(), &mut groups);
@@ -211,5 +217,29 @@ mod tests {
                 next = group.tiles.end;
             }
         }
+    }
+
+    #[test]
+    fn what_nobody_is_expected_to_need_is_dealt_to_all_alike() {
+        let tiles = tiles(54, 900);
+        let dealer = Dealer::new(1);
+        let mut groups = Vec::new();
+        for (budget, least) in [(80_000, 1.0), (200_000, 2.5), (1 << 50, 200.0)] {
+            dealer.deal(budget, tiles.iter(), &mut groups);
+            let each = |group: &Group| group.allotment as f64 / (900 * group.tiles.len()) as f64;
+            let all: Vec<f64> = groups.iter().map(each).collect();
+            let (fewest, most) = all
+                .iter()
+                .fold((f64::MAX, 0.0_f64), |(fewest, most), &one| {
+                    (fewest.min(one), most.max(one))
+                });
+            assert!(most < 1.01 * fewest, "{budget}: {all:?}");
+            assert!(fewest >= least, "{budget}: {all:?}");
+            assert_eq!(groups.last().map(|group| group.tiles.end), Some(54));
+        }
+        // Few, and small, groups for few tiles.
+        dealer.deal_finely(1 << 50, tiles.iter().take(8), &mut groups);
+        let lengths: Vec<usize> = groups.iter().map(|group| group.tiles.len()).collect();
+        assert_eq!(lengths, [5, 3]);
     }
 }

@@ -199,7 +199,7 @@ impl Ladder {
         let each = sign * (seen / expected).ln() / (to - from) as f64;
         let between = self.ratios.iter_mut().zip(&mut self.seen);
         for (ratio, seen) in between.skip(from).take(to - from) {
-            let learning = f64::from(*seen + 2).recip().max(LEARNING);
+            let learning = f64::from(*seen + 1).recip().max(LEARNING);
             *ratio = (*ratio * (each * learning).exp()).clamp(LEAST_RATIO, 1.0);
             *seen += 1;
         }
