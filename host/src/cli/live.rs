@@ -75,7 +75,7 @@ pub(super) struct TimeArguments {
     /// 60]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = whole::<1, 1_000>)]
     hz: Option<u64>,
-    /// What a frame may take: 33ms, 2000000steps (the same frames on every machine),
+    /// What a frame may take: 33ms, 2000000steps (for the same gazes the same frames),
     /// paper (the seconds of its Table 2), paper-scaled (its time with level of detail
     /// as a part of its time without, of what that takes here) or off [default: a
     /// refresh of --hz, or else paper-scaled]

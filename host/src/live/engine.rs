@@ -300,7 +300,7 @@ where
     ) -> Result<Rendered, RenderError> {
         self.plan(eyes, quality, steps)?;
         if eyes.iter().any(|eye| eye.acuity.is_some()) {
-            self.dealer.expect_squares();
+            self.dealer.expect_squares(until == Until::Steps);
         }
         self.shared.first_ray.store(u64::MAX, Ordering::SeqCst);
         let (mut rounds, mut tracing) = (0, Duration::ZERO);

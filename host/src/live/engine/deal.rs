@@ -10,8 +10,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// dearest block's primary rays, or a pixel's whole tree.
 const LEAST_EXCESS: u64 = 2_048;
 
-/// The same where squares of pixels share their samples: the dearest square's.
-const LEAST_EXCESS_OF_SQUARES: u64 = 2 * LEAST_EXCESS;
+/// How many times as much where squares of pixels share their samples: most squares'.
+const TIMES_OF_SQUARES: u64 = 2;
+
+/// The same where no more is taken than there is, whatever comes: the dearest square's,
+/// each pixel of which has its own.
+const MOST_TIMES_OF_SQUARES: u64 = 12;
 
 /// Samples a pixel from which on a pixel's trees may take more than that: so many times as
 /// much, then, as it has times these samples.
@@ -38,6 +42,10 @@ const LEAST_TIMES: u64 = WHOLE * 9 / 8;
 
 /// And the most.
 const MOST_TIMES: u64 = WHOLE << 8;
+
+/// Of what is left, the part that is kept where there is more than is expected: some may
+/// take more above their share than is set aside for them.
+const CUSHION: u64 = 8;
 
 /// Tiles next to each other in the order, that one thread renders one after another:
 /// what one leaves is the next one's.
@@ -86,9 +94,15 @@ impl Dealer {
         }
     }
 
-    /// Squares of pixels share their samples.
-    pub(super) fn expect_squares(&mut self) {
-        self.excess = self.excess.max(LEAST_EXCESS_OF_SQUARES);
+    /// Squares of pixels share their samples. With `strictly`, a budget is kept whatever
+    /// they take.
+    pub(super) fn expect_squares(&mut self, strictly: bool) {
+        let times = if strictly {
+            MOST_TIMES_OF_SQUARES
+        } else {
+            TIMES_OF_SQUARES
+        };
+        self.excess = self.excess.max(LEAST_EXCESS * times);
     }
 
     /// Takes notice of what was taken too much.
@@ -136,7 +150,7 @@ impl Dealer {
         groups.clear();
         let expected = expected(tiles.clone());
         // Of each full group and what is set aside for it.
-        let to_groups = left / (full + self.excess) * full;
+        let to_groups = (left - left / CUSHION) / (full + self.excess) * full;
         let times = to_groups.saturating_mul(WHOLE) / expected.max(1);
         let times = times.clamp(LEAST_TIMES, MOST_TIMES);
         let mut open = None;
