@@ -153,7 +153,7 @@ impl Governor {
     /// Steps that a frame of full quality would take, by the newest frames; 0 where
     /// nothing is known.
     pub fn full_need(&self) -> f64 {
-        self.ladder().recent(0)
+        self.ladder().of_best()
     }
 
     fn ladder(&self) -> &Ladder {
@@ -400,6 +400,25 @@ mod tests {
         // It is found out later on as well, where the guess is not too far off.
         assert_eq!(begun(false), 2);
         assert_eq!(Governor::idle().better(), None);
+    }
+
+    #[test]
+    fn what_the_best_would_need_stays_near_what_it_needed() {
+        let mut governor = Governor::new();
+        assert_eq!(governor.full_need(), 0.0);
+        governor.learn(&Decision::FULL, 1_000_000, taken(1_000_000, 1.0e-3));
+        assert_eq!(governor.full_need(), 1.0e6);
+        // Where there is nearly nothing to see for the least quality.
+        let [_, least] = Decision::ENDS;
+        governor.learn(&least, 50_000, taken(50_000, 1.0e-3));
+        for _ in 0..20 {
+            governor.learn(&least, 10, taken(10, 1.0e-3));
+        }
+        assert_eq!(governor.full_need(), 0.5e6);
+        for _ in 0..20 {
+            governor.learn(&least, 1_000_000, taken(1_000_000, 1.0e-3));
+        }
+        assert_eq!(governor.full_need(), 2.0e6);
     }
 
     #[test]

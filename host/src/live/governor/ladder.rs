@@ -27,6 +27,10 @@ const RATIOS: Ratios = [
     0.95, 0.9, 0.7, 0.95, 0.7, 0.8, 0.6, 0.6, 0.75, 0.6, 0.6, 0.6, 0.6,
 ];
 
+/// How many times as much as a frame of the best quality others are taken to need, by
+/// where gazes go: what rungs far from it take says little.
+const MOST_CHANGE: f64 = 2.0;
+
 /// The least part of a frame of the quality above that one is taken to need.
 const LEAST_RATIO: f64 = 0.05;
 
@@ -47,6 +51,8 @@ pub(super) struct Ladder {
     /// Rungs and needs of the newest frames; the newest is at `newest`.
     recent: [(usize, f64); RECENT],
     newest: usize,
+    /// What the newest frame of the best rung needed; 0 before there was one.
+    best: f64,
     /// Where the newest frame's gaze was.
     last: Option<Cell>,
     /// Needs by where the gaze was.
@@ -65,6 +71,7 @@ impl Ladder {
             seen: [0; Quality::LADDER.len() - 1],
             recent: [(0, 0.0); RECENT],
             newest: 0,
+            best: 0.0,
             last: None,
             places: Places::new(),
             cell: None,
@@ -101,6 +108,17 @@ impl Ladder {
         let needs = self.recent.iter();
         let needs = needs.map(|&(of, need)| need * self.ratio(rung, of));
         needs.fold(0.0, f64::max)
+    }
+
+    /// What the best rung needs, by the newest frames; at most so many times as much as the
+    /// newest frame of it needed, or as small a part of that. 0 where nothing is known.
+    pub(super) fn of_best(&self) -> f64 {
+        let recent = self.recent(0);
+        if self.best > 0.0 {
+            recent.clamp(self.best / MOST_CHANGE, self.best * MOST_CHANGE)
+        } else {
+            recent
+        }
     }
 
     /// What a rung needs where the gaze goes, by the nearest rung that is known there. 0
@@ -183,6 +201,9 @@ impl Ladder {
         self.last = self.cell;
         self.newest = (self.newest + 1) % RECENT;
         self.recent[self.newest] = (rung, need);
+        if rung == 0 {
+            self.best = need;
+        }
         if let Some(cell) = self.cell {
             let ratios: [f64; Quality::LADDER.len()] =
                 std::array::from_fn(|other| self.ratio(other, rung));
