@@ -387,8 +387,11 @@ mod tests {
                     break;
                 }
             }
-            for _ in 0..100 {
+            let begun = governor.decide(allowance).rung;
+            for _ in 0..400 {
                 let decision = governor.decide(allowance);
+                assert!(of_best(decision.rung) <= 0.9, "it fits");
+                assert!(decision.rung == begun || !climbs, "it stays");
                 seen(&mut governor, decision);
             }
             governor.decide(allowance).rung

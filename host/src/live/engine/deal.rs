@@ -94,8 +94,8 @@ impl Dealer {
         }
     }
 
-    /// Squares of pixels share their samples. With `strictly`, a budget is kept whatever
-    /// they take.
+    /// Squares of pixels share their samples. With `strictly`, as much is set aside for
+    /// each as the dearest that was seen took, so that a budget is kept.
     pub(super) fn expect_squares(&mut self, strictly: bool) {
         let times = if strictly {
             MOST_TIMES_OF_SQUARES
