@@ -464,6 +464,9 @@ impl TileJob {
     /// [foveation](Renderer::with_foveation) it is a square whose samples are apart,
     /// of at most 17² samples. A budget that is spent already does nothing.
     ///
+    /// With a budget [that has an overrun](Budget::with_overrun) it does no more than that
+    /// either: what is broken off then is not finished, and begun anew by the next call.
+    ///
     /// # Errors
     /// A tile that is not inside the view; `pixels` of another length than
     /// the tile.

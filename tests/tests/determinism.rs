@@ -27,7 +27,7 @@ use std::sync::Arc;
 const MODES: [Mode; 2] = [Mode::Single, Mode::Tile];
 
 /// Glass, mirrors and a spheroid around the viewer, one thing beside another.
-fn glass_and_mirrors() -> Scene {
+pub(crate) fn glass_and_mirrors() -> Scene {
     let mut scene = paper_scene(PaperScene::A, icosphere(3)).expect("a scene");
     scene.materials.push(Material {
         diffuse: [0.0; 3],

@@ -29,6 +29,7 @@ mod levels;
 mod live;
 mod lod;
 mod optics;
+mod overrun;
 mod packages;
 mod paper_rays;
 mod public_functions;

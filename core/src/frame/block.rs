@@ -111,6 +111,9 @@ impl Block {
             }
             let own = detail.at(self.x % BLOCK + at.0, self.y % BLOCK + at.1);
             let pixel = self.pixel(renderer, view.kind(), at, own, budget, workspace);
+            if budget.is_exhausted() {
+                break;
+            }
             target.write(at.0, at.1, pixel);
             done += 1;
             goes_on = !budget.is_spent();
@@ -181,7 +184,8 @@ impl Block {
             .of_part((self.x % BLOCK, self.y % BLOCK), (self.columns, self.rows))
     }
 
-    /// All samples of a pixel, one ray after the other.
+    /// All samples of a pixel, one ray after the other; not all where they exhaust the
+    /// budget.
     fn pixel<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
@@ -214,6 +218,9 @@ impl Block {
                 (_, None, Kind::Dome(_)) => Pixel::default(),
             };
             sum.add(seen, workspace);
+            if budget.is_exhausted() {
+                break;
+            }
         }
         sum.mean(samples)
     }
@@ -297,6 +304,9 @@ impl Block {
                 let hits = tracer.nearest_of_tile(&rays, budget, workspace);
                 (detail, rays, hits)
             });
+            if budget.is_exhausted() {
+                return 0;
+            }
             let past = self.past(renderer, screen, offset);
             let past = <Simd as Runs<8>>::run(tracer.simd(), past);
             for (row, sums) in (0..self.rows).zip(&mut sums) {
@@ -309,6 +319,9 @@ impl Block {
                         let own = self.detail(renderer, view).at(0, 0);
                         let pixel =
                             self.pixel(renderer, view.kind(), (0, 0), own, budget, workspace);
+                        if budget.is_exhausted() {
+                            return 0;
+                        }
                         target.write(0, 0, pixel);
                         return 1;
                     }
@@ -326,6 +339,9 @@ impl Block {
                         let of = self.sample((column, row), sample, samples);
                         let hit = Some(hit);
                         let seen = tracer.radiance_from(&ray, hit, own, of, budget, workspace);
+                        if budget.is_exhausted() {
+                            return if last { row * self.columns + column } else { 0 };
+                        }
                         sum.add(seen, workspace);
                     } else {
                         workspace.statistics.primary += u64::from(traced);

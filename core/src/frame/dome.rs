@@ -58,7 +58,13 @@ impl Block {
                     let own = self.sample((column, row), sample, samples);
                     let seen = traced.pixel(renderer, lane, own, budget, workspace);
                     sum.add(seen, workspace);
+                    if budget.is_exhausted() {
+                        break;
+                    }
                 }
+            }
+            if budget.is_exhausted() {
+                break;
             }
             target.write(column, row, sum.mean(samples));
             done += 1;

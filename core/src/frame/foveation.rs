@@ -335,8 +335,8 @@ where
                 let block = piece.block(patch);
                 block.render(renderer, view, first, budget, workspace, &mut target)
             } else {
-                Lattice::render(piece, (renderer, view), budget, workspace, &mut target);
-                area
+                let seen = Lattice::render(piece, (renderer, view), budget, workspace, &mut target);
+                if seen { area } else { 0 }
             };
         }
         before += area;

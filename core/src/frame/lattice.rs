@@ -82,7 +82,7 @@ impl Node {
 }
 
 impl Lattice {
-    /// Renders a piece whose samples are apart.
+    /// Renders a piece whose samples are apart. False where that exhausts the budget.
     // Not a part of its callers, whose stack it would add to.
     #[inline(never)]
     pub(super) fn render<const W: usize>(
@@ -91,11 +91,14 @@ impl Lattice {
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
-    ) where
+    ) -> bool
+    where
         Simd: Runs<W>,
     {
         piece.show_background(renderer, view, target);
-        let Some(lod) = &renderer.lod else { return };
+        let Some(lod) = &renderer.lod else {
+            return true;
+        };
         let region = piece.region(lod, view);
         let seeing = Seeing {
             renderer,
@@ -109,7 +112,7 @@ impl Lattice {
             },
         };
         if seeing.region == Region::Outside {
-            return;
+            return true;
         }
         let mut grid = Grid::new(piece);
         let steps = (piece.side / grid.unit) as usize;
@@ -124,7 +127,7 @@ impl Lattice {
             && !piece.may_hit(renderer, screen, budget, workspace)
         {
             workspace.statistics.primary += grid.rays(&seeing);
-            return;
+            return true;
         }
         let mut lattice = Self {
             grid,
@@ -133,6 +136,9 @@ impl Lattice {
         let field = seeing.field(&piece);
         loop {
             lattice.trace(&seeing, budget, workspace);
+            if budget.is_exhausted() {
+                return false;
+            }
             let half = step / 2;
             let mut parts = [0u16; STEPS];
             for row in (0..steps).step_by(step) {
@@ -151,7 +157,7 @@ impl Lattice {
                 }
             }
             if parts == [0; STEPS] {
-                return;
+                return true;
             }
             (blocks, step) = (parts, half);
         }

@@ -252,7 +252,8 @@ impl<'p> FrameJob<'p> {
     ///
     /// `pictures` are those that the frame was begun with. A call does at most
     /// `slice` and what [`TileJob::render`] says of one pixel more, and at most
-    /// one tile.
+    /// one tile. Of both budgets an [overrun](Budget::with_overrun) holds; a slice whose
+    /// pixel it does not suffice for has done nothing of it.
     ///
     /// In time: with S the steps of `slice` and P those of the dearest pixel of the
     /// scene, a call takes at most (S + P) · C1 + C0. P is the scene's: a pixel is
@@ -299,7 +300,7 @@ impl<'p> FrameJob<'p> {
         let pixels = pixels.get_mut(..needed);
         let pixels = pixels.ok_or(TileError::Pixels { needed, given })?;
 
-        let mut budget = Budget::steps(slice.left().min(self.budget.left()));
+        let mut budget = slice.within(self.budget);
         let before = workspace.statistics.steps;
         let outcome = job.render(renderer, view, pixels, &mut budget, workspace)?;
         // What a pixel took above the call's budget counts for the frame's, so

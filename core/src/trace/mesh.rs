@@ -225,8 +225,16 @@ impl<const W: usize, S: Sought> Visitor<W> for InMesh<'_, '_, W, S> {
     /// [`Triangle::intersect`] on all lanes of a block, or on each triangle
     /// where there are no blocks.
     #[inline(always)]
-    fn leaf<L: Lanes<W>>(&mut self, l: L, child: u32, _near: f32, path: &mut Path<'_>) -> bool {
-        path.work.steps += u64::from((child >> COUNT_SHIFT & 7) + 1);
+    fn leaf<L: Lanes<W>, const ENDS: bool>(
+        &mut self,
+        l: L,
+        child: u32,
+        _near: f32,
+        path: &mut Path<'_, ENDS>,
+    ) -> bool {
+        if !path.take(u64::from((child >> COUNT_SHIFT & 7) + 1)) {
+            return false;
+        }
         let leaf = leaf_index(child);
         if W == 4 {
             return self.one_by_one(leaf);
@@ -318,10 +326,10 @@ impl<const W: usize, S: Sought> RayKernel<W> for SearchMesh<'_, '_, W, S> {
     fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (MeshHit, Work) {
         let slabs = Slabs::new(ray, self.mesh.extent);
         let mut search = InMesh::new(self.sought, self.mesh, ray, &slabs, (0.0, f32::INFINITY));
-        let mut path = Path::new(self.stack);
+        let mut path = Path::<false>::new(self.stack, 0);
         let (nodes, root) = (self.mesh.nodes, self.mesh.root);
         walk(lanes, nodes, root, &slabs, &mut search, &mut path);
-        (search.best, path.work)
+        (search.best, path.work())
     }
 }
 

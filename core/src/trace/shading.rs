@@ -127,7 +127,7 @@ where
         if EFFECTS & effect::DISPERSION != 0 {
             shading.go_on_with_fan(&mut gathered, workspace);
         }
-        let Some(pending) = workspace.pending.pop() else {
+        let Some(pending) = workspace.pending.pop().filter(|_| !budget.is_exhausted()) else {
             break;
         };
         next = pending;

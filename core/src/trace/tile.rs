@@ -21,7 +21,7 @@ use crate::numeric::max;
 use crate::shape::Ray;
 use glam::Vec3;
 use heapless::Vec;
-pub(super) use may_hit::MayHit;
+pub(super) use may_hit::{MOST_NODES, MayHit};
 pub(super) use search::{ALL_INSTANCES, TileInMeshSearch, TileSearch};
 
 /// Groups of a tile, and rays of a group.

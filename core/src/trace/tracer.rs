@@ -9,7 +9,7 @@ use super::row::{Between, RowHits, RowRays, RowSearch};
 use super::sample::Sample;
 use super::shading::{Pending, Shade, shade_and_record, shade_tree};
 use super::stack::{TraversalStack, Work};
-use super::tile::{ALL_INSTANCES, MayHit, TileHits, TileRays, TileSearch};
+use super::tile::{ALL_INSTANCES, MOST_NODES, MayHit, TileHits, TileRays, TileSearch};
 use super::world::{Search, SearchInstance};
 use crate::scene::format::effect;
 use crate::scene::{EffectSet, Scene};
@@ -193,7 +193,8 @@ where
         &self.scene
     }
 
-    /// The nearest hit.
+    /// The nearest hit; of those that it came to, where it
+    /// [exhausts](Budget::is_exhausted) the budget.
     pub fn nearest(
         &self,
         ray: &Ray,
@@ -226,16 +227,33 @@ where
         &self,
         sought: S,
         rung: u8,
+        within: (&Ray, f32),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Hit {
+        if may_count(budget) {
+            self.search_to::<false, S>(sought, rung, within, budget, workspace)
+        } else {
+            self.search_to::<true, S>(sought, rung, within, budget, workspace)
+        }
+    }
+
+    #[inline(always)]
+    fn search_to<const ENDS: bool, S: Sought>(
+        &self,
+        sought: S,
+        rung: u8,
         (ray, limit): (&Ray, f32),
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Hit {
-        let search = Search::<W, S> {
+        let search = Search::<W, ENDS, S> {
             sought,
             scene: &self.scene,
             rung,
             limit,
             stack: &mut workspace.stack,
+            most: budget.most(),
         };
         let (hit, work) = self.simd.run_along(ray, search);
         workspace.account(work, budget);
@@ -260,7 +278,7 @@ where
     /// direction lies between four `corners`, component by component: the rays
     /// of a part of a flat screen, between those of its corners. False only where
     /// none does, whatever their rungs; true, too, where the corners' components
-    /// differ in sign, or are no numbers. At most 16 steps.
+    /// differ in sign, are no numbers, or a budget is exhausted. At most 16 steps.
     // Nor a part of its caller: what it needs is not in the way of those that go deeper.
     #[inline(never)]
     pub fn may_hit(
@@ -274,6 +292,7 @@ where
             scene: &self.scene,
             origin,
             corners,
+            most: budget.most().min(MOST_NODES),
         });
         workspace.account(Work { steps, deepest: 0 }, budget);
         may_hit
@@ -288,15 +307,11 @@ where
         workspace: &mut Workspace,
     ) -> TileHits {
         let mut hits = TileHits::none_of(rays);
-        let work = <Simd as Runs<8>>::run(
-            self.simd,
-            TileSearch::<W> {
-                scene: &self.scene,
-                rays,
-                hits: &mut hits,
-                stack: &mut workspace.stack,
-            },
-        );
+        let work = if may_count(budget) {
+            self.tile_to::<false>(rays, &mut hits, budget, workspace)
+        } else {
+            self.tile_to::<true>(rays, &mut hits, budget, workspace)
+        };
         let all = [(ALL_INSTANCES, u8::MAX)];
         let deferred = hits.deferred.clone();
         let left = match work {
@@ -307,6 +322,9 @@ where
             None => all.as_slice(),
         };
         for &(instance, groups) in left {
+            if budget.is_exhausted() {
+                break;
+            }
             for (group, lane) in (0..8).flat_map(|group| (0..8).map(move |lane| (group, lane))) {
                 if groups >> group & 1 == 0 {
                     continue;
@@ -319,21 +337,69 @@ where
                     self.nearest_on(rung, &ray, budget, workspace)
                         .unwrap_or(Hit::NONE)
                 } else {
-                    let search = SearchInstance::<W> {
-                        scene: &self.scene,
-                        rung,
-                        instance,
-                        best: hits.get(group, lane),
-                        stack: &mut workspace.stack,
-                    };
-                    let (hit, work) = self.simd.run_along(&ray, search);
-                    workspace.account(work, budget);
-                    hit
+                    let best = hits.get(group, lane);
+                    self.nearer_in((instance, rung), &ray, best, budget, workspace)
                 };
                 hits.set(group, lane, hit);
             }
         }
         hits
+    }
+
+    fn tile_to<const ENDS: bool>(
+        &self,
+        rays: &TileRays,
+        hits: &mut TileHits,
+        budget: &Budget,
+        workspace: &mut Workspace,
+    ) -> Option<Work> {
+        let search = TileSearch::<W, ENDS> {
+            scene: &self.scene,
+            rays,
+            hits,
+            stack: &mut workspace.stack,
+            most: budget.most(),
+        };
+        <Simd as Runs<8>>::run(self.simd, search)
+    }
+
+    /// The nearest hit of a ray in an instance, through the meshes of a rung, or `best`
+    /// where that is nearer.
+    fn nearer_in(
+        &self,
+        of: (u32, u8),
+        ray: &Ray,
+        best: Hit,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Hit {
+        if may_count(budget) {
+            self.nearer_to::<false>(of, ray, best, budget, workspace)
+        } else {
+            self.nearer_to::<true>(of, ray, best, budget, workspace)
+        }
+    }
+
+    #[inline(always)]
+    fn nearer_to<const ENDS: bool>(
+        &self,
+        (instance, rung): (u32, u8),
+        ray: &Ray,
+        best: Hit,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Hit {
+        let search = SearchInstance::<W, ENDS> {
+            scene: &self.scene,
+            rung,
+            instance,
+            best,
+            stack: &mut workspace.stack,
+            most: budget.most(),
+        };
+        let (hit, work) = self.simd.run_along(ray, search);
+        workspace.account(work, budget);
+        hit
     }
 
     /// The nearest hits of eight rays that start apart, each on its own rung:
@@ -346,6 +412,10 @@ where
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> Option<RowHits> {
+        // The tree's node, and spheroids in it.
+        if budget.most() <= W as u64 {
+            return None;
+        }
         let scene = &self.scene;
         let mut found = <Simd as Runs<8>>::run(self.simd, RowSearch::<W> { scene, rays })?;
         if EFFECTS & effect::GRATICULE != 0
@@ -368,16 +438,7 @@ where
                 let Some((ray, rung)) = rung(lane) else {
                     continue;
                 };
-                let search = SearchInstance::<W> {
-                    scene,
-                    rung,
-                    instance,
-                    best: *best,
-                    stack: &mut workspace.stack,
-                };
-                let (hit, work) = self.simd.run_along(&ray, search);
-                workspace.account(work, budget);
-                *best = hit;
+                *best = self.nearer_in((instance, rung), &ray, *best, budget, workspace);
             }
         }
         Some(found)
@@ -485,6 +546,12 @@ where
             alpha: 1.0 - (1.0 - background.alpha),
         }
     }
+}
+
+/// Whether a search's steps are just counted: where they have no end and a program's speed
+/// counts for more than its size.
+const fn may_count(budget: &Budget) -> bool {
+    Simd::HAS_VECTORS && budget.is_endless()
 }
 
 #[cfg(test)]

@@ -66,12 +66,12 @@ fn on_spheroid(instance: &Instance, ray: &Ray, start: f32) -> Option<MeshHit> {
 impl<const W: usize, S: Sought> InWorld<'_, '_, W, S> {
     /// Looks into an instance that the ray enters at `near`. True where the search is over.
     #[inline(always)]
-    fn instance<L: Lanes<W>>(
+    fn instance<L: Lanes<W>, const ENDS: bool>(
         &mut self,
         lanes: L,
         number: u32,
         near: f32,
-        path: &mut Path<'_>,
+        path: &mut Path<'_, ENDS>,
     ) -> bool {
         let Some(instance) = self.scene.instances.get(number as usize) else {
             return false;
@@ -79,7 +79,9 @@ impl<const W: usize, S: Sought> InWorld<'_, '_, W, S> {
         if self.sought.is_any() && instance.flags & flag::OCCLUDES == 0 {
             return false;
         }
-        path.work.steps += 1;
+        if !path.take(1) {
+            return false;
+        }
         // The direction keeps its mapped length, so that distances agree.
         let ray = Ray::new(
             map_point(&instance.object_from_world, self.ray.origin()),
@@ -118,12 +120,12 @@ impl<const W: usize, S: Sought> InWorld<'_, '_, W, S> {
     /// The same, not a part of its caller: most rays meet no instance, and what a search in
     /// one needs would have to be kept in memory all through theirs.
     #[inline(never)]
-    fn instance_apart<L: Lanes<W>>(
+    fn instance_apart<L: Lanes<W>, const ENDS: bool>(
         &mut self,
         lanes: L,
         number: u32,
         near: f32,
-        path: &mut Path<'_>,
+        path: &mut Path<'_, ENDS>,
     ) -> bool {
         self.instance(lanes, number, near, path)
     }
@@ -136,7 +138,13 @@ impl<const W: usize, S: Sought> Visitor<W> for InWorld<'_, '_, W, S> {
     }
 
     #[inline(always)]
-    fn leaf<L: Lanes<W>>(&mut self, lanes: L, child: u32, near: f32, path: &mut Path<'_>) -> bool {
+    fn leaf<L: Lanes<W>, const ENDS: bool>(
+        &mut self,
+        lanes: L,
+        child: u32,
+        near: f32,
+        path: &mut Path<'_, ENDS>,
+    ) -> bool {
         if Simd::HAS_VECTORS {
             self.instance(lanes, leaf_index(child), near, path)
         } else {
@@ -146,7 +154,7 @@ impl<const W: usize, S: Sought> Visitor<W> for InWorld<'_, '_, W, S> {
 }
 
 /// One search through a scene.
-pub(super) struct Search<'r, 'a, const W: usize, S> {
+pub(super) struct Search<'r, 'a, const W: usize, const ENDS: bool, S> {
     pub(super) sought: S,
     pub(super) scene: &'r Scene<'a, W>,
     /// Of the ladders of meshes.
@@ -154,9 +162,11 @@ pub(super) struct Search<'r, 'a, const W: usize, S> {
     /// Hits farther than this are of no interest.
     pub(super) limit: f32,
     pub(super) stack: &'r mut TraversalStack,
+    /// Steps that it may take, if there is an end of them.
+    pub(super) most: u64,
 }
 
-impl<const W: usize, S: Sought> RayKernel<W> for Search<'_, '_, W, S> {
+impl<const W: usize, const ENDS: bool, S: Sought> RayKernel<W> for Search<'_, '_, W, ENDS, S> {
     type Output = (Hit, Work);
 
     #[inline(always)]
@@ -170,32 +180,34 @@ impl<const W: usize, S: Sought> RayKernel<W> for Search<'_, '_, W, S> {
             limit: self.limit,
             best: Hit::NONE,
         };
-        let mut path = Path::new(self.stack);
+        let mut path = Path::<ENDS>::new(self.stack, self.most);
         let (nodes, root) = (self.scene.nodes, self.scene.header.root);
         let found = walk(lanes, nodes, root, &slabs, &mut visitor, &mut path);
         if self.sought.is_any() && found {
             visitor.best.instance = 0;
         }
-        (visitor.best, path.work)
+        (visitor.best, path.work())
     }
 }
 
 /// One ray through one instance, for rays that could not go together.
-pub(super) struct SearchInstance<'r, 'a, const W: usize> {
+pub(super) struct SearchInstance<'r, 'a, const W: usize, const ENDS: bool> {
     pub(super) scene: &'r Scene<'a, W>,
     /// Of the ladders of meshes.
     pub(super) rung: u8,
     pub(super) instance: u32,
     pub(super) best: Hit,
     pub(super) stack: &'r mut TraversalStack,
+    /// Steps that it may take, if there is an end of them.
+    pub(super) most: u64,
 }
 
-impl<const W: usize> RayKernel<W> for SearchInstance<'_, '_, W> {
+impl<const W: usize, const ENDS: bool> RayKernel<W> for SearchInstance<'_, '_, W, ENDS> {
     type Output = (Hit, Work);
 
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (Hit, Work) {
-        let mut path = Path::new(self.stack);
+        let mut path = Path::<ENDS>::new(self.stack, self.most);
         let mut visitor = InWorld {
             sought: Nearest,
             scene: self.scene,
@@ -212,6 +224,6 @@ impl<const W: usize> RayKernel<W> for SearchInstance<'_, '_, W> {
                 visitor.instance(lanes, self.instance, near, &mut path);
             }
         }
-        (visitor.best, path.work)
+        (visitor.best, path.work())
     }
 }

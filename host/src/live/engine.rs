@@ -264,7 +264,7 @@ impl<const W: usize> Engine<'_, '_, W>
 where
     Simd: Runs<W>,
 {
-    /// Renders what these eyes see, at most `steps` of it.
+    /// Renders what these eyes see, in at most `steps`, never one more.
     ///
     /// # Errors
     /// Other eyes than it was made for; an eye that does not see a screen.
@@ -300,8 +300,9 @@ where
     ) -> Result<Rendered, RenderError> {
         self.plan(eyes, quality, steps)?;
         if eyes.iter().any(|eye| eye.acuity.is_some()) {
-            self.dealer.expect_squares(until == Until::Steps);
+            self.dealer.expect_squares();
         }
+        self.dealer.begin(steps.filter(|_| until == Until::Steps));
         self.shared.first_ray.store(u64::MAX, Ordering::SeqCst);
         let (mut rounds, mut tracing) = (0, Duration::ZERO);
         let mut round = |engine: &mut Self| {
@@ -511,6 +512,7 @@ where
                 groups.push(Group {
                     tiles: at..at + 1,
                     allotment: u64::MAX,
+                    overrun: u64::MAX,
                 });
             }
         }

@@ -43,7 +43,7 @@ impl Batch {
         self.count = at + 1;
     }
 
-    /// Sees what there is to see.
+    /// Sees what there is to see; not all of it where that exhausts the budget.
     pub(super) fn trace<const W: usize>(
         &mut self,
         seeing: &Seeing<'_, '_, W>,
@@ -86,6 +86,9 @@ impl Batch {
                 }
                 let of = Sample::new(x, y, sample, samples);
                 let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
+                if budget.is_exhausted() {
+                    return;
+                }
                 sum.add(seen, workspace);
             }
             self.seen[at].pixel = sum.mean(samples);
@@ -127,6 +130,9 @@ impl Batch {
             });
             let rays = rays.on_rungs(&rungs);
             let hits = tracer.nearest_of_tile(&rays, budget, workspace);
+            if budget.is_exhausted() {
+                return;
+            }
             for (at, sum) in sums.iter_mut().enumerate().take(count) {
                 let (column, row) = (at % BLOCK as usize, at / BLOCK as usize);
                 let hit = hits.at(column, row);
@@ -140,6 +146,9 @@ impl Batch {
                 let of = Sample::new(x, y, sample, samples);
                 let detail = self.details[at];
                 let seen = tracer.radiance_from(&ray, hit, detail, of, budget, workspace);
+                if budget.is_exhausted() {
+                    return;
+                }
                 sum.add(seen, workspace);
             }
         }

@@ -16,14 +16,16 @@ pub(in crate::trace) struct MayHit<'r, 'a, const W: usize> {
     pub(in crate::trace) scene: &'r Scene<'a, W>,
     pub(in crate::trace) origin: Vec3,
     pub(in crate::trace) corners: &'r [Vec3; 4],
+    /// Nodes to look into before the answer is that rays may.
+    pub(in crate::trace) most: u64,
 }
 
 /// Nodes after one another: half of them in the tree over instances leaves
 /// enough for every cover.
 const DEPTH: usize = 6;
 
-/// Nodes to look into before the answer is that rays may.
-const MOST_NODES: u64 = 16;
+/// Nodes that are looked into at most.
+pub(in crate::trace) const MOST_NODES: u64 = 16;
 
 impl<const W: usize> Kernel<W> for MayHit<'_, '_, W> {
     /// The answer, and how many nodes it took.
@@ -45,7 +47,7 @@ impl<const W: usize> Kernel<W> for MayHit<'_, '_, W> {
             let (Some(node), Some(place)) = (node, path.get_mut(depth)) else {
                 return (true, steps);
             };
-            if steps == MOST_NODES {
+            if steps == self.most {
                 return (true, steps);
             }
             steps += 1;

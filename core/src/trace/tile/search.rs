@@ -67,9 +67,17 @@ impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
     }
 
     #[inline(always)]
-    fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>) {
+    fn leaf<L: Lanes<EIGHT>, const ENDS: bool>(
+        &mut self,
+        l: L,
+        child: u32,
+        groups: u8,
+        path: &mut Path<'_, ENDS>,
+    ) {
         let count = (child >> COUNT_SHIFT & 7) + 1;
-        path.work.steps += u64::from(count);
+        if !path.take(u64::from(count)) {
+            return;
+        }
         let leaf = leaf_index(child);
         let Some(triangles) = self.leaves.leaf(leaf) else {
             return;
@@ -162,13 +170,13 @@ struct TileInWorld<'r, 'a, const W: usize> {
 impl<const W: usize> TileInWorld<'_, '_, W> {
     /// False where the rays cannot go together in the mesh's frame.
     #[inline(always)]
-    fn in_mesh<L: Lanes<EIGHT>>(
+    fn in_mesh<L: Lanes<EIGHT>, const ENDS: bool>(
         &mut self,
         l: L,
         mesh: &Mesh,
         (number, instance): (u32, &Instance),
         groups: u8,
-        path: &mut Path<'_>,
+        path: &mut Path<'_, ENDS>,
     ) -> bool {
         let Some(rays) = mapped(l, self.rays, groups, instance) else {
             return false;
@@ -192,7 +200,9 @@ impl<const W: usize> TileInWorld<'_, '_, W> {
             let enters = l.le(near, far);
             start[group] = l.store(l.select(enters, near, l.splat(f32::NAN)));
         }
-        path.work.steps += 1;
+        if !path.take(1) {
+            return true;
+        }
         let mut search = TileInMesh::<W> {
             leaves: Leaves::new(self.scene, mesh),
             rays: &rays,
@@ -216,7 +226,13 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
     }
 
     #[inline(always)]
-    fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>) {
+    fn leaf<L: Lanes<EIGHT>, const ENDS: bool>(
+        &mut self,
+        l: L,
+        child: u32,
+        groups: u8,
+        path: &mut Path<'_, ENDS>,
+    ) {
         let number = leaf_index(child);
         let Some(instance) = self.scene.instances.get(number as usize) else {
             return;
@@ -350,20 +366,22 @@ fn shears<L: Lanes<EIGHT>>(l: L, rays: &TileRays, groups: u8) -> Option<([usize;
 }
 
 /// All rays of a tile through a scene.
-pub(in crate::trace) struct TileSearch<'r, 'a, const W: usize> {
+pub(in crate::trace) struct TileSearch<'r, 'a, const W: usize, const ENDS: bool> {
     pub(in crate::trace) scene: &'r Scene<'a, W>,
     pub(in crate::trace) rays: &'r TileRays,
     pub(in crate::trace) hits: &'r mut TileHits,
     pub(in crate::trace) stack: &'r mut TraversalStack,
+    /// Steps that it may take, if there is an end of them.
+    pub(in crate::trace) most: u64,
 }
 
-impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
+impl<const W: usize, const ENDS: bool> Kernel<EIGHT> for TileSearch<'_, '_, W, ENDS> {
     /// `None` where the rays cannot go together.
     type Output = Option<Work>;
 
     #[inline(always)]
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
-        let mut path = Path::new(self.stack);
+        let mut path = Path::<ENDS>::new(self.stack, self.most);
         let slabs = TileSlabs::new(
             l,
             self.rays,
@@ -386,7 +404,7 @@ impl<const W: usize> Kernel<EIGHT> for TileSearch<'_, '_, W> {
             &mut visitor,
             &mut path,
         );
-        Some(path.work)
+        Some(path.work())
     }
 }
 
@@ -403,7 +421,7 @@ impl<const W: usize> Kernel<EIGHT> for TileInMeshSearch<'_, '_, W> {
 
     #[inline(always)]
     fn run<L: Lanes<EIGHT>>(self, l: L) -> Option<Work> {
-        let mut path = Path::new(self.stack);
+        let mut path = Path::<false>::new(self.stack, 0);
         let (axes, shear) = shears(l, self.rays, u8::MAX)?;
         let slabs = TileSlabs::new(l, self.rays, u8::MAX, self.mesh.extent, &self.hits.t)?;
         let mut search = TileInMesh::<W> {
@@ -425,6 +443,6 @@ impl<const W: usize> Kernel<EIGHT> for TileInMeshSearch<'_, '_, W> {
             &mut search,
             &mut path,
         );
-        Some(path.work)
+        Some(path.work())
     }
 }

@@ -10,7 +10,13 @@ pub(super) trait TileVisitor {
     /// The farthest hit of each group.
     fn hits(&mut self) -> &mut TileHits;
     /// Looks into a leaf.
-    fn leaf<L: Lanes<EIGHT>>(&mut self, l: L, child: u32, groups: u8, path: &mut Path<'_>);
+    fn leaf<L: Lanes<EIGHT>, const ENDS: bool>(
+        &mut self,
+        l: L,
+        child: u32,
+        groups: u8,
+        path: &mut Path<'_, ENDS>,
+    );
 }
 
 /// A node's planes as so many lanes, those past its width empty.
@@ -116,14 +122,14 @@ fn groups_within(hits: &TileHits, groups: u8, near: f32) -> u8 {
 /// Visits all leaves of the tree at `root` that any ray of `groups` enters no
 /// farther than its group's farthest hit. Bounded as the walk of one ray is.
 #[inline(always)]
-pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
+pub(super) fn walk_tile<const W: usize, const ENDS: bool, L: Lanes<EIGHT>, V: TileVisitor>(
     l: L,
     nodes: &[Node<W>],
     root: u32,
     slabs: &TileSlabs,
     groups: u8,
     visitor: &mut V,
-    path: &mut Path<'_>,
+    path: &mut Path<'_, ENDS>,
 ) {
     let interval = Interval::new(l, &slabs.span);
     let octant = slabs.span.octant();
@@ -133,8 +139,7 @@ pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
     let mut current = root;
     let mut active = groups;
     loop {
-        path.work.steps += 1;
-        let Some(node) = nodes.get(current as usize) else {
+        let Some(node) = nodes.get(current as usize).filter(|_| path.take(1)) else {
             return;
         };
         let hits = visitor.hits();
@@ -170,7 +175,7 @@ pub(super) fn walk_tile<const W: usize, L: Lanes<EIGHT>, V: TileVisitor>(
             *groups = entered;
             top += 1;
         }
-        path.work.deepest = path.work.deepest.max(top as u32);
+        path.deepest = path.deepest.max(top as u32);
         current = loop {
             if top == base {
                 return;

@@ -13,9 +13,9 @@ const LEAST_EXCESS: u64 = 2_048;
 /// How many times as much where squares of pixels share their samples: most squares'.
 const TIMES_OF_SQUARES: u64 = 2;
 
-/// The same where no more is taken than there is, whatever comes: the dearest square's,
-/// each pixel of which has its own.
-const MOST_TIMES_OF_SQUARES: u64 = 12;
+/// Where a budget is an end, the part of it that is set aside for a group at most: one that
+/// is smaller than what groups may take still goes to the first.
+const LEAST_PART_ASIDE: u64 = 4;
 
 /// Samples a pixel from which on a pixel's trees may take more than that: so many times as
 /// much, then, as it has times these samples.
@@ -55,6 +55,8 @@ pub(super) struct Group {
     pub(super) tiles: Range<usize>,
     /// What they may take together.
     pub(super) allotment: u64,
+    /// What they may take above it, to end what they have begun: no step more.
+    pub(super) overrun: u64,
 }
 
 /// Deals out all that each unfinished tile may need, to each on its own.
@@ -68,6 +70,7 @@ pub(super) fn everything<'t>(
             groups.push(Group {
                 tiles: at..at + 1,
                 allotment: u64::MAX,
+                overrun: u64::MAX,
             });
         }
     }
@@ -81,33 +84,40 @@ pub(super) fn expected<'t>(tiles: impl Iterator<Item = &'t Mutex<LiveTile>>) -> 
 
 /// Deals out a budget.
 pub(super) struct Dealer {
-    /// The most that a group may take above its allotment.
+    /// The most that a group is expected to take above its allotment.
     excess: u64,
+    /// The frame's budget, where it is an end: no group takes more than what is set aside
+    /// for it then, whatever it has begun.
+    kept: Option<u64>,
 }
 
 impl Dealer {
     /// Of pixels of so many samples.
     pub(super) const fn new(samples: u16) -> Self {
         let times = samples as u64 / FEW_SAMPLES;
-        Self {
-            excess: LEAST_EXCESS * if times > 1 { times } else { 1 },
-        }
+        let excess = LEAST_EXCESS * if times > 1 { times } else { 1 };
+        Self { excess, kept: None }
     }
 
-    /// Squares of pixels share their samples. With `strictly`, as much is set aside for
-    /// each as the dearest that was seen took, so that a budget is kept.
-    pub(super) fn expect_squares(&mut self, strictly: bool) {
-        let times = if strictly {
-            MOST_TIMES_OF_SQUARES
-        } else {
-            TIMES_OF_SQUARES
-        };
-        self.excess = self.excess.max(LEAST_EXCESS * times);
+    /// Squares of pixels share their samples.
+    pub(super) fn expect_squares(&mut self) {
+        self.excess = self.excess.max(LEAST_EXCESS * TIMES_OF_SQUARES);
+    }
+
+    /// A frame begins, whose budget is an end that is kept or not.
+    pub(super) const fn begin(&mut self, kept: Option<u64>) {
+        self.kept = kept;
+    }
+
+    /// What is set aside for each group.
+    fn aside(&self) -> u64 {
+        let most = self.kept.map_or(u64::MAX, |steps| steps / LEAST_PART_ASIDE);
+        self.excess.min(most)
     }
 
     /// Takes notice of what was taken too much.
     pub(super) fn look_at(&mut self, excess: &AtomicU64) {
-        // What comes next may be half as dear again.
+        // What comes next may be half as dear again; what was broken off is dearer.
         let most = excess.load(Ordering::SeqCst) * 3 / 2;
         self.excess = self.excess.max(most);
     }
@@ -116,15 +126,15 @@ impl Dealer {
     /// long as there is something left; and all the same part more, or as many times as
     /// much, of what no tile is expected to need. A budget is looked at before each block
     /// or square only, so that a group may take a little more than it is given: that much
-    /// is set aside for each.
+    /// is set aside for each, and where a budget is an end it is the most.
     pub(super) fn deal<'t>(
         &self,
         left: u64,
         tiles: impl Iterator<Item = &'t Mutex<LiveTile>> + Clone,
         groups: &mut Vec<Group>,
     ) {
-        let full =
-            (left / LEAST_GROUPS).clamp(LEAST_SHARE * self.excess, SHARE_OF_EXCESS * self.excess);
+        let aside = self.aside();
+        let full = (left / LEAST_GROUPS).clamp(LEAST_SHARE * aside, SHARE_OF_EXCESS * aside);
         self.deal_groups(left, full, tiles, groups);
     }
 
@@ -136,7 +146,7 @@ impl Dealer {
         tiles: impl Iterator<Item = &'t Mutex<LiveTile>> + Clone,
         groups: &mut Vec<Group>,
     ) {
-        self.deal_groups(left, LEAST_SHARE * self.excess, tiles, groups);
+        self.deal_groups(left, LEAST_SHARE * self.aside(), tiles, groups);
     }
 
     /// Deals to groups that are full when they have so much of what is expected.
@@ -148,9 +158,9 @@ impl Dealer {
         groups: &mut Vec<Group>,
     ) {
         groups.clear();
-        let expected = expected(tiles.clone());
+        let (aside, expected) = (self.aside(), expected(tiles.clone()));
         // Of each full group and what is set aside for it.
-        let to_groups = (left - left / CUSHION) / (full + self.excess) * full;
+        let to_groups = (left - left / CUSHION) / (full + aside).max(1) * full;
         let times = to_groups.saturating_mul(WHOLE) / expected.max(1);
         let times = times.clamp(LEAST_TIMES, MOST_TIMES);
         let mut open = None;
@@ -160,13 +170,14 @@ impl Dealer {
                 continue;
             }
             if open.is_none() {
-                if left <= self.excess {
+                if left <= aside {
                     return;
                 }
-                left -= self.excess;
+                left -= aside;
                 groups.push(Group {
                     tiles: at..at,
                     allotment: 0,
+                    overrun: self.kept.map_or(u64::MAX, |_| aside),
                 });
             }
             let Some(group) = groups.last_mut() else {
@@ -216,7 +227,7 @@ mod tests {
         for budget in (4 * LEAST_EXCESS..400_000).step_by(997) {
             dealer.deal(budget, tiles.iter(), &mut groups);
             let dealt: u64 = groups.iter().map(|group| group.allotment).sum();
-            let aside = groups.len() as u64 * dealer.excess;
+            let aside = groups.len() as u64 * dealer.aside();
             assert!(dealt + aside <= budget, "{dealt} and {aside} of {budget}");
             let needed = 54 * 900;
             let least = (budget / 2).min(needed);

@@ -84,7 +84,7 @@ where
                 let now = self.epoch.elapsed().as_nanos() as u64;
                 self.first_ray.fetch_min(now, Ordering::SeqCst);
             }
-            let mut budget = Budget::steps(group.allotment);
+            let mut budget = Budget::steps(group.allotment).with_overrun(group.overrun);
             let begun = workspace.statistics.steps;
             let tiles = plan.order.get(group.tiles.clone()).unwrap_or_default();
             for &(_, tile) in tiles {
