@@ -63,7 +63,8 @@ impl Default for SessionSettings {
 pub enum Latch {
     /// As soon as the frame before is on the walls.
     Early,
-    /// As late as the slowest of the last frames allows.
+    /// As late as the slowest of the last frames allows, or as soon as the last sample has
+    /// come that is expected until then.
     Late,
 }
 
@@ -420,7 +421,7 @@ impl Session<'_> {
         while goes_on && self.settings.frames != Some(self.report.frames) {
             let aim = self.pacing.aim();
             if self.settings.latch == Latch::Late {
-                sleep_until(aim.begin);
+                wait_until(aim.begin, tracker);
             }
             let latched = tracker.latch(tracker.at(aim.display));
             let look = Look::from(&latched.estimate).towards(stage.gaze());
@@ -520,9 +521,19 @@ impl Session<'_> {
     }
 }
 
-/// Sleeps, and spins at the end: systems wake late by some tenths of a millisecond.
+/// Systems wake late by some tenths of a millisecond, for which is spun.
+const SPIN: Duration = Duration::from_micros(300);
+
+/// Waits for the last sample until then; a frame that began later would know no more.
+fn wait_until(time: Instant, tracker: &LiveTracker) {
+    let asleep = time.checked_sub(SPIN).unwrap_or(time);
+    if !tracker.wait(asleep) {
+        sleep_until(time);
+    }
+}
+
+/// Sleeps, and spins at the end.
 fn sleep_until(time: Instant) {
-    const SPIN: Duration = Duration::from_micros(300);
     let left = time.saturating_duration_since(Instant::now());
     if let Some(asleep) = left.checked_sub(SPIN) {
         std::thread::sleep(asleep);

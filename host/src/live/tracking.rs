@@ -1,14 +1,16 @@
 //! A tracker that is listened to while frames are rendered.
 
+mod rhythm;
 mod thinning;
 
 use crate::tracker::{Feed, FeedClock, Notice, Trouble};
+use rhythm::Rhythm;
 use shisen_tracker::clock::{self, ClockEstimator};
 use shisen_tracker::decoder::{Counts, Event, Message};
 use shisen_tracker::estimate::{self, Estimate, GazeEstimator};
 use shisen_tracker::time::Micros;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use thinning::Thinning;
@@ -28,9 +30,16 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// that sends 2,000 a second or more 1,000 to 2,000 are used, evenly.
 pub struct LiveTracker {
     feed: FeedClock,
-    following: Arc<Mutex<Following>>,
+    shared: Arc<Shared>,
     over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
+}
+
+/// What the thread and those who ask it have in common.
+struct Shared {
+    following: Mutex<Following>,
+    /// A sample came.
+    came: Condvar,
 }
 
 /// What is known of the viewer.
@@ -39,6 +48,7 @@ struct Following {
     estimator: GazeEstimator,
     /// When the newest sample was measured and came.
     newest: Option<(Micros, Micros)>,
+    rhythm: Rhythm,
     samples: u64,
     passed_over: u64,
     counts: Counts,
@@ -99,22 +109,26 @@ impl LiveTracker {
         tell: impl FnMut(Happening) + Send + 'static,
     ) -> std::io::Result<Self> {
         let feed_clock = feed.clock();
-        let following = Arc::new(Mutex::new(Following {
-            clock,
-            estimator,
-            newest: None,
-            samples: 0,
-            passed_over: 0,
-            counts: Counts::new(),
-        }));
+        let shared = Arc::new(Shared {
+            following: Mutex::new(Following {
+                clock,
+                estimator,
+                newest: None,
+                rhythm: Rhythm::NEW,
+                samples: 0,
+                passed_over: 0,
+                counts: Counts::new(),
+            }),
+            came: Condvar::new(),
+        });
         let over = Arc::new(AtomicBool::new(false));
-        let (shared, ended) = (Arc::clone(&following), Arc::clone(&over));
+        let (heard, ended) = (Arc::clone(&shared), Arc::clone(&over));
         let thread = std::thread::Builder::new()
             .name("tracker".to_owned())
-            .spawn(move || listen(feed, &shared, &ended, tell))?;
+            .spawn(move || listen(feed, &heard, &ended, tell))?;
         Ok(Self {
             feed: feed_clock,
-            following,
+            shared,
             over,
             thread: Some(thread),
         })
@@ -130,9 +144,26 @@ impl LiveTracker {
         self.feed.at(instant)
     }
 
+    /// Waits for the last sample that is expected until then, by how they came of late; or
+    /// till then where that does not come, and says false.
+    pub fn wait(&self, until: Instant) -> bool {
+        let shared = &self.shared;
+        let mut following = shared.lock();
+        let last = self.at(until);
+        while !following.rhythm.is_last_before(last) {
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return false;
+            }
+            let waited = shared.came.wait_timeout(following, left);
+            (following, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        }
+        true
+    }
+
     /// Where the viewer looks at `display`, by all that has come until now.
     pub fn latch(&self, display: Micros) -> Latched {
-        let mut following = lock(&self.following);
+        let mut following = self.shared.lock();
         let latch = self.now();
         let estimate = following
             .estimator
@@ -153,7 +184,7 @@ impl LiveTracker {
 
     /// What became of the tracker's bytes so far.
     pub fn counts(&self) -> Counts {
-        lock(&self.following).counts
+        self.shared.lock().counts
     }
 }
 
@@ -175,17 +206,16 @@ impl Drop for LiveTracker {
     }
 }
 
-fn lock(following: &Mutex<Following>) -> MutexGuard<'_, Following> {
-    following.lock().unwrap_or_else(PoisonError::into_inner)
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Following> {
+        self.following
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// The thread's life.
-fn listen(
-    mut feed: Feed,
-    following: &Mutex<Following>,
-    over: &AtomicBool,
-    mut tell: impl FnMut(Happening),
-) {
+fn listen(mut feed: Feed, shared: &Shared, over: &AtomicBool, mut tell: impl FnMut(Happening)) {
     let is_live = feed.is_live();
     let mut sensors = [Thinning::NEW; 256];
     // What is to be told while nobody waits for what is followed: telling may take long.
@@ -197,18 +227,19 @@ fn listen(
             let sample = match &notice {
                 Notice::Decoded(Event::Sample(sample)) => *sample,
                 Notice::Decoded(Event::Message(message)) => {
-                    lock(following).estimator.on_message(message, &mut |_| {});
+                    shared.lock().estimator.on_message(message, &mut |_| {});
                     return tell(Happening::Device(*message, now));
                 }
                 Notice::Decoded(_) => return,
                 Notice::Trouble(trouble) => return troubles.push(*trouble),
                 _ => return tell(Happening::Feed(notice)),
             };
-            let mut locked = lock(following);
+            let mut locked = shared.lock();
             let Following {
                 clock,
                 estimator,
                 newest,
+                rhythm,
                 samples,
                 passed_over,
                 ..
@@ -231,17 +262,21 @@ fn listen(
                 // What is simulated is here when it is asked for, not before.
                 let came = if is_live { arrival } else { now.max(arrival) };
                 *newest = Some((stamp.time, came));
+                rhythm.hear(came);
             } else {
                 *passed_over += 1;
             }
             drop(locked);
+            if is_used {
+                shared.came.notify_all();
+            }
             happenings.drain(..).for_each(&mut tell);
         });
         let counts = feed.counts();
         for trouble in troubles {
             tell(Happening::Trouble(trouble, counts));
         }
-        lock(following).counts = counts;
+        shared.lock().counts = counts;
         if !is_live {
             std::thread::sleep(PAUSE);
         }

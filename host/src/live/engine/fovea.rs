@@ -75,8 +75,18 @@ pub(super) fn is_foveal(sight: Option<Vec3>, view: &View, tile: Tile) -> bool {
     {
         return false;
     }
-    let mut pixels = (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y)));
-    pixels.any(|(x, y)| at(x, y).is_some_and(|direction| direction.angle_between(forward) <= FOVEA))
+    (0..tile.height).any(|y| {
+        (0..tile.width).any(|x| at(x, y).is_some_and(|direction| is_near(direction, forward)))
+    })
+}
+
+/// Whether a direction of any length is within [`FOVEA`] of a line of sight, which has
+/// length 1.
+fn is_near(direction: Vec3, forward: Vec3) -> bool {
+    /// The square of the angle's cosine.
+    const SQUARE: f32 = 0.992_403_88;
+    let along = direction.dot(forward);
+    along > 0.0 && along * along >= SQUARE * direction.length_squared()
 }
 
 #[cfg(test)]
@@ -84,6 +94,18 @@ mod tests {
     use super::*;
     use crate::cave::{BuiltInCave, Cave, Eye};
     use crate::render::{self, Observer};
+
+    #[test]
+    fn near_is_within_five_degrees() {
+        let sight = Vec3::new(0.6, 0.0, -0.8);
+        for turn in 0..360 {
+            let about = glam::Quat::from_axis_angle(sight, turn as f32);
+            let at = |angle: f32| about * (glam::Quat::from_rotation_y(angle) * sight) * 7.0;
+            assert!(is_near(at(FOVEA - 1.0e-4), sight), "{turn}");
+            assert!(!is_near(at(FOVEA + 1.0e-4), sight), "{turn}");
+        }
+        assert!(!is_near(-sight, sight) && is_near(sight, sight));
+    }
 
     #[test]
     fn what_is_near_the_line_of_sight_is_found_without_looking_at_every_pixel() {
@@ -102,7 +124,7 @@ mod tests {
                     let sight = Vec3::new(angle.cos(), height, angle.sin()).normalize();
                     let is_near = |x: u32, y: u32| {
                         let towards = view.direction(x as f32, y as f32);
-                        towards.is_some_and(|towards| towards.angle_between(sight) <= FOVEA)
+                        towards.is_some_and(|towards| is_near(towards, sight))
                     };
                     let columns = tile.x..tile.x + tile.width;
                     let expected = columns
