@@ -27,6 +27,7 @@ mod gaze_command;
 mod hard_cases;
 mod levels;
 mod live;
+mod live_command;
 mod lod;
 mod optics;
 mod overrun;

@@ -141,7 +141,7 @@ pub(super) struct Arguments {
 enum LatchName {
     /// As soon as the frame before is shown
     Early,
-    /// As late as the last frames allow
+    /// With the last sample that comes in time, as late as the last frames allow
     Late,
 }
 

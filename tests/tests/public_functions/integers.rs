@@ -194,7 +194,24 @@ pub(super) const CASES: &[(&str, Case)] = &[
     ("core trace::budget::Budget::steps", |[steps, ..]| {
         let budget = Budget::steps(steps);
         assert_eq!((budget.left(), budget.is_spent()), (steps, steps == 0));
+        assert!(!budget.is_exhausted());
     }),
+    (
+        "core trace::budget::Budget::with_overrun",
+        |[steps, overrun, _]| {
+            let budget = Budget::steps(steps).with_overrun(overrun);
+            assert_eq!(budget.left(), steps);
+            assert_eq!(budget.is_exhausted(), steps == 0 && overrun == 0);
+            for view in every_view() {
+                let (mut left, mut workspace) = (budget, Workspace::new());
+                if let Some(ray) = view.ray(4.0, 4.0) {
+                    tracer().radiance(&ray, &mut left, &mut workspace);
+                }
+                let spent = workspace.statistics.steps;
+                assert!(spent <= steps.saturating_add(overrun), "{spent}");
+            }
+        },
+    ),
     ("core trace::mesh::MeshTracer::new", |[mesh, ..]| {
         let scene = BAKED.scene();
         let made = MeshTracer::new(&scene, mesh as usize, Simd::detect());
