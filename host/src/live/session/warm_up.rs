@@ -54,138 +54,137 @@ impl Session<'_> {
     where
         Simd: Runs<W>,
     {
+        WarmUp {
+            session: self,
+            engine,
+            stage,
+        }
+        .frames(look, eyes)
+    }
+}
+
+/// What is seen in a frame, and by whom.
+type Seen<'l> = (&'l Look, &'l [Observer]);
+
+/// What renders frames that nobody sees.
+struct WarmUp<'w, 's, 'e, 'c, const W: usize> {
+    session: &'w mut Session<'s>,
+    engine: &'w mut Engine<'e, 'c, W>,
+    stage: &'w mut dyn Stage<W>,
+}
+
+impl<const W: usize> WarmUp<'_, '_, '_, '_, W>
+where
+    Simd: Runs<W>,
+{
+    /// All of them.
+    fn frames(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> Result<(), SessionError> {
         for _ in 0..2 {
-            if stage.is_over() {
-                return Ok(());
-            }
-            self.render(engine, (look, eyes), &Decision::FULL, Purpose::WarmUp)?;
+            self.render((look, eyes), &Decision::FULL, Purpose::WarmUp)?;
         }
-        self.report.allowance = self.allowance(look.forward);
-        if matches!(self.report.allowance, Allowance::Time(_)) {
-            self.compare_ends(engine, (look, eyes), stage)?;
+        self.session.report.allowance = self.session.allowance(look.forward);
+        let allowance = self.session.report.allowance;
+        if matches!(allowance, Allowance::Time(_)) {
+            self.compare_ends((look, eyes))?;
         }
-        if self.report.allowance != Allowance::Unlimited {
-            if gaze_of(look, eyes).is_some() {
-                self.governor.follow(None);
-                self.settle(engine, (look, eyes), Purpose::Plain, stage)?;
+        if allowance != Allowance::Unlimited {
+            let gaze = gaze_of(look, eyes);
+            if gaze.is_some() {
+                self.session.governor.follow(None);
+                self.settle((look, eyes), Purpose::Plain)?;
             }
-            self.governor.follow(gaze_of(look, eyes));
-            self.settle(engine, (look, eyes), Purpose::WarmUp, stage)?;
-            if gaze_of(look, eyes).is_some() {
-                self.look_around(engine, (look, eyes), stage)?;
-                stage.observe(look, eyes);
-                self.governor.follow(gaze_of(look, eyes));
-                self.climb(engine, (look, eyes), Purpose::WarmUp, stage)?;
+            self.session.governor.follow(gaze);
+            self.settle((look, eyes), Purpose::WarmUp)?;
+            if gaze.is_some() {
+                self.look_around(look, eyes)?;
+                self.stage.observe(look, eyes);
+                self.session.governor.follow(gaze_of(look, eyes));
+                self.climb((look, eyes), Purpose::WarmUp)?;
             }
         }
         // When the first gaze is taken depends on frames like the first.
-        self.pacing.forget();
+        self.session.pacing.forget();
         for _ in 0..2 {
-            if stage.is_over() {
-                return Ok(());
-            }
-            let decision = self.governor.decide(self.for_tracing());
-            self.render(engine, (look, eyes), &decision, Purpose::WarmUp)?;
-            self.rung = decision.rung;
+            self.session.rung = self.render_decided((look, eyes), Purpose::WarmUp)?;
         }
         Ok(())
     }
 
-    /// Finds out what of a frame's time is no matter of its steps.
-    fn compare_ends<const W: usize>(
+    /// Has all render a frame, and says what it took; `None` where an end was asked for
+    /// instead.
+    fn render(
         &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        seen: (&Look, &[Observer]),
-        stage: &mut dyn Stage<W>,
-    ) -> Result<(), SessionError>
-    where
-        Simd: Runs<W>,
-    {
+        seen: Seen<'_>,
+        decision: &Decision,
+        purpose: Purpose,
+    ) -> Result<Option<Taken>, SessionError> {
+        if self.stage.is_over() {
+            return Ok(None);
+        }
+        let (_, taken) = self.session.render(self.engine, seen, decision, purpose)?;
+        Ok(Some(taken))
+    }
+
+    /// The same of the quality that fits, whose rung it is.
+    fn render_decided(&mut self, seen: Seen<'_>, purpose: Purpose) -> Result<usize, SessionError> {
+        let allowance = self.session.for_tracing();
+        let decision = self.session.governor.decide(allowance);
+        self.render(seen, &decision, purpose)?;
+        Ok(decision.rung)
+    }
+
+    /// Finds out what of a frame's time is no matter of its steps.
+    fn compare_ends(&mut self, seen: Seen<'_>) -> Result<(), SessionError> {
         let mut fastest: [Option<Taken>; 2] = [None; 2];
         for _ in 0..COMPARED_FRAMES {
             for (decision, fastest) in Decision::ENDS.iter().zip(&mut fastest) {
-                if stage.is_over() {
-                    return Ok(());
-                }
-                let (_, taken) = self.render(engine, seen, decision, Purpose::WarmUp)?;
-                if fastest.is_none_or(|fastest| taken.seconds < fastest.seconds) {
-                    *fastest = Some(taken);
-                }
+                let taken = self.render(seen, decision, Purpose::WarmUp)?;
+                *fastest = [*fastest, taken]
+                    .into_iter()
+                    .flatten()
+                    .min_by(|a, b| a.seconds.total_cmp(&b.seconds));
             }
         }
         if let [Some(many), Some(few)] = fastest {
-            self.governor.compare(many, few);
+            self.session.governor.compare(many, few);
         }
         Ok(())
     }
 
     /// Finds the quality that fits.
-    fn settle<const W: usize>(
-        &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        seen: (&Look, &[Observer]),
-        purpose: Purpose,
-        stage: &mut dyn Stage<W>,
-    ) -> Result<(), SessionError>
-    where
-        Simd: Runs<W>,
-    {
-        if stage.is_over() {
-            return Ok(());
-        }
-        self.render(engine, seen, &Decision::FULL, purpose)?;
+    fn settle(&mut self, seen: Seen<'_>, purpose: Purpose) -> Result<(), SessionError> {
+        self.render(seen, &Decision::FULL, purpose)?;
         for _ in 0..3 {
-            if stage.is_over() {
-                return Ok(());
-            }
-            let decision = self.governor.decide(self.for_tracing());
-            self.render(engine, seen, &decision, purpose)?;
+            self.render_decided(seen, purpose)?;
         }
-        self.climb(engine, seen, purpose, stage)
+        self.climb(seen, purpose)
     }
 
     /// Sees what the qualities around the one that fits take where a viewer may look
     /// next: how much less one takes than another is not the same everywhere.
-    fn look_around<const W: usize>(
-        &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        (look, eyes): (&Look, &mut Vec<Observer>),
-        stage: &mut dyn Stage<W>,
-    ) -> Result<(), SessionError>
-    where
-        Simd: Runs<W>,
-    {
+    fn look_around(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> Result<(), SessionError> {
         let across = look.forward.cross(look.up);
         for aside in [across, -across, look.up, -look.up] {
             let glance = look.towards(Some(look.forward + GLANCE * aside));
-            if !stage.observe(&glance, eyes) {
+            if !self.stage.observe(&glance, eyes) {
                 continue;
             }
-            self.governor.follow(gaze_of(&glance, eyes));
-            for decision in self.governor.around() {
-                if stage.is_over() {
-                    return Ok(());
-                }
-                self.render(engine, (&glance, eyes), &decision, Purpose::WarmUp)?;
+            self.session.governor.follow(gaze_of(&glance, eyes));
+            for decision in self.session.governor.around() {
+                self.render((&glance, eyes), &decision, Purpose::WarmUp)?;
             }
         }
         Ok(())
     }
 
     /// Takes better qualities as long as they fit.
-    fn climb<const W: usize>(
-        &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        seen: (&Look, &[Observer]),
-        purpose: Purpose,
-        stage: &mut dyn Stage<W>,
-    ) -> Result<(), SessionError>
-    where
-        Simd: Runs<W>,
-    {
-        while let Some(better) = self.governor.better().filter(|_| !stage.is_over()) {
-            self.render(engine, seen, &better, purpose)?;
-            if !self.governor.rise(self.for_tracing()) {
+    fn climb(&mut self, seen: Seen<'_>, purpose: Purpose) -> Result<(), SessionError> {
+        while let Some(better) = self.session.governor.better() {
+            if self.render(seen, &better, purpose)?.is_none() {
+                break;
+            }
+            let allowance = self.session.for_tracing();
+            if !self.session.governor.rise(allowance) {
                 break;
             }
         }
