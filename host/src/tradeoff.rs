@@ -34,6 +34,7 @@ use crate::selftest::{Effort, Row};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::error::Error;
+use std::fmt;
 use std::time::Instant;
 use thiserror::Error;
 
@@ -129,6 +130,15 @@ pub struct Bench<'b> {
     pub mesh: &'b TriangleMesh,
     /// Told what share of the section is done, 0 to 1.
     pub progress: &'b (dyn Fn(f64) + Sync),
+}
+
+impl fmt::Debug for Bench<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Bench")
+            .field("effort", &self.effort)
+            .field("threads", &self.threads)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Bench<'_> {

@@ -147,12 +147,12 @@
 
 #if defined(SHISEN_POINTERS_32)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2480
+#define SHISEN_FRAME_SIZE 2496
 #endif
 
 #if defined(SHISEN_POINTERS_64)
 // Bytes of memory for a frame's handle, without its pictures and tiles.
-#define SHISEN_FRAME_SIZE 2656
+#define SHISEN_FRAME_SIZE 2672
 #endif
 
 #if defined(SHISEN_POINTERS_32)

@@ -42,6 +42,8 @@
 #![allow(unsafe_code)]
 // The docs are read in the header, where names of C need no marks.
 #![allow(clippy::doc_markdown)]
+// Handles are C's, which sees nothing of what is in them.
+#![allow(missing_debug_implementations)]
 
 #[cfg(not(target_os = "none"))]
 extern crate std;

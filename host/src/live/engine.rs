@@ -27,6 +27,7 @@ use shisen_core::frame::{
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
+use std::fmt;
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -79,6 +80,16 @@ pub struct Engine<'e, 's, const W: usize> {
     dealer: Dealer,
     /// Of the newest frame.
     quality: Quality,
+}
+
+impl<const W: usize> fmt::Debug for Engine<'_, '_, W> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Engine")
+            .field("options", &self.options)
+            .field("share", &self.share)
+            .field("quality", &self.quality)
+            .finish_non_exhaustive()
+    }
 }
 
 /// What a frame came to.

@@ -9,6 +9,7 @@ use shisen_tracker::clock::{self, ClockEstimator};
 use shisen_tracker::decoder::{Counts, Event, Message};
 use shisen_tracker::estimate::{self, Estimate, GazeEstimator};
 use shisen_tracker::time::Micros;
+use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -33,6 +34,16 @@ pub struct LiveTracker {
     shared: Arc<Shared>,
     over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
+}
+
+impl fmt::Debug for LiveTracker {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counts = self.counts();
+        f.debug_struct("LiveTracker")
+            .field("feed", &self.feed)
+            .field("counts", &counts)
+            .finish_non_exhaustive()
+    }
 }
 
 /// What the thread and those who ask it have in common.

@@ -7,6 +7,7 @@ use ::mpi::datatype::Equivalence as _;
 use ::mpi::environment::{Universe, initialize_with_threading, processor_name};
 use ::mpi::point_to_point::{Destination, Source};
 use ::mpi::topology::{Communicator, SimpleCommunicator};
+use std::fmt;
 
 /// The processes that `mpirun` started.
 pub struct Mpi {
@@ -15,6 +16,15 @@ pub struct Mpi {
     rank: usize,
     ranks: usize,
     universe: Option<Universe>,
+}
+
+impl fmt::Debug for Mpi {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Mpi")
+            .field("rank", &self.rank)
+            .field("ranks", &self.ranks)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Mpi {
