@@ -3,7 +3,9 @@
 ///
 /// Nothing is begun where a budget is spent. What has been begun by then goes on to its
 /// end, a pixel or a square of them, and takes a little more: as much as it takes, or,
-/// [with an overrun](Self::with_overrun), that many steps and never one more.
+/// [with an overrun](Self::with_overrun), that many steps and never one more. What a
+/// search says that was broken off is what it had come to: whoever asks has to look whether
+/// the budget [is exhausted](Self::is_exhausted).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Budget {
