@@ -32,7 +32,8 @@ use std::time::Duration;
 /// Each frame takes the newest gaze, is made as good as fits into its budget, and
 /// is shown at a refresh of the display. What does not fit is chosen before the
 /// frame begins: bounces, then faces, then the rim of the visual field. A frame
-/// whose budget ends before it is finished lacks its rim, never what is looked at.
+/// whose budget ends before it is finished lacks its rim: what is looked at comes first,
+/// and of a budget of time it is finished whatever it takes.
 ///
 /// Ctrl-C ends it, with its report.
 ///

@@ -125,10 +125,15 @@ where
         return Err(SessionError::NotInTable(settings.budget));
     }
     let mut eyes = Vec::new();
+    let first = match settings.budget {
+        // What has come by now is the clock's matter, which is to change no frame.
+        FrameBudget::Steps(_) => *tracker.home(),
+        _ => tracker.latch(tracker.now()).estimate,
+    };
     // As if the gaze were known: it may not have come yet, and will.
     let first = Look {
         widen: 0.0,
-        ..Look::from(&tracker.latch(tracker.now()).estimate)
+        ..Look::from(&first)
     };
     stage.observe(&first, &mut eyes);
     let period = Duration::from_secs_f64(1.0 / f64::from(settings.hz.max(1)));

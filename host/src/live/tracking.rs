@@ -51,6 +51,8 @@ struct Shared {
     following: Mutex<Following>,
     /// A sample came.
     came: Condvar,
+    /// What is taken to be seen before the first.
+    home: Estimate,
 }
 
 /// What is known of the viewer.
@@ -116,10 +118,11 @@ impl LiveTracker {
     pub fn start(
         feed: Feed,
         clock: ClockEstimator,
-        estimator: GazeEstimator,
+        mut estimator: GazeEstimator,
         tell: impl FnMut(Happening) + Send + 'static,
     ) -> std::io::Result<Self> {
         let feed_clock = feed.clock();
+        let home = estimator.estimate(feed.now(), &mut |_| {});
         let shared = Arc::new(Shared {
             following: Mutex::new(Following {
                 clock,
@@ -131,6 +134,7 @@ impl LiveTracker {
                 counts: Counts::new(),
             }),
             came: Condvar::new(),
+            home,
         });
         let over = Arc::new(AtomicBool::new(false));
         let (heard, ended) = (Arc::clone(&shared), Arc::clone(&over));
@@ -153,6 +157,11 @@ impl LiveTracker {
     /// A time of the system's clock on this one.
     pub fn at(&self, instant: Instant) -> Micros {
         self.feed.at(instant)
+    }
+
+    /// Where the viewer was taken to look before the first sample.
+    pub fn home(&self) -> &Estimate {
+        &self.shared.home
     }
 
     /// Waits for the last sample that is expected until then, by how they came of late; or

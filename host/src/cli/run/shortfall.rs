@@ -28,14 +28,14 @@ pub(super) struct Shortfall {
 impl Shortfall {
     /// Hears of a frame; what is to be told, if anything is.
     pub(super) fn hear(&mut self, record: &FrameRecord) -> Option<String> {
-        // What one block may take above its share is set aside, whatever is left.
         let is_nothing = record.tiles > 0 && record.unfinished_tiles == record.tiles;
         if let Some(steps) = record.budget_steps.filter(|_| is_nothing && !self.of_steps) {
             self.of_steps = true;
             return Some(format!(
-                "the budget is too small: of frame {} no tile is finished, with {steps} steps of \
-                 which some thousand are set aside; give a larger --budget",
-                record.frame
+                "the budget is too small: of frame {} no tile is finished in {steps} step{}; give \
+                 a larger --budget",
+                record.frame,
+                if steps == 1 { "" } else { "s" },
             ));
         }
         if record.rung == 0 {

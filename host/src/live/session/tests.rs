@@ -81,11 +81,14 @@ impl SwapLock for Slow<'_> {
 /// Looks at frames that take their time to show.
 struct Watcher<'d> {
     delays: &'d Delays,
+    /// Where the viewer was first taken to look.
+    first: Option<Vec3>,
     records: Vec<FrameRecord>,
 }
 
 impl Stage<8> for Watcher<'_> {
-    fn observe(&mut self, _: &Look, eyes: &mut Vec<Observer>) -> bool {
+    fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool {
+        self.first.get_or_insert(look.forward);
         *eyes = vec![Observer::new(Eye::Left, Viewer::default().eye(Eye::Left))];
         true
     }
@@ -127,6 +130,7 @@ fn play(
     let of = |engine: &mut Engine<'_, '_, 8>| {
         let mut watcher = Watcher {
             delays,
+            first: None,
             records: Vec::new(),
         };
         let mut lock = Slow {
@@ -134,13 +138,32 @@ fn play(
             shown: 0,
             alone: Alone,
         };
+        let by_steps = matches!(settings.budget, FrameBudget::Steps(_));
+        if by_steps {
+            // Samples come.
+            pause(50_000);
+        }
         let report = run(engine, &tracker, &settings, &mut watcher, &mut lock).unwrap();
+        if by_steps {
+            assert_eq!(watcher.first, Some(Vec3::NEG_Z));
+        }
         (report, watcher.records)
     };
     let (report, records) =
         with_engine(scene, &cave, &eyes, &options, None, Share::ALL, of).unwrap();
     adds_up(&report, &records, 1_000_000 / u64::from(settings.hz));
     (report, records)
+}
+
+#[test]
+fn what_a_budget_of_steps_begins_with_is_no_matter_of_the_clock() {
+    let settings = SessionSettings {
+        budget: FrameBudget::Steps(2_000),
+        ..settings(5)
+    };
+    let (_, records) = play(settings, &NONE, "mock");
+    // What follows is the mock's, which looks nearly there.
+    assert!(records.iter().any(|record| record.forward[2] > -1.0));
 }
 
 fn settings(frames: u64) -> SessionSettings {
