@@ -531,8 +531,8 @@ const SPIN: Duration = Duration::from_micros(300);
 
 /// Waits for the last sample until then; a frame that began later would know no more.
 fn wait_until(time: Instant, tracker: &LiveTracker) {
-    let asleep = time.checked_sub(SPIN).unwrap_or(time);
-    if !tracker.wait(asleep) {
+    let patience = time.saturating_duration_since(Instant::now() + SPIN);
+    if !tracker.wait(time, patience) {
         sleep_until(time);
     }
 }
