@@ -529,10 +529,12 @@ impl Session<'_> {
 /// Systems wake late by some tenths of a millisecond, for which is spun.
 const SPIN: Duration = Duration::from_micros(300);
 
-/// Waits for the last sample until then; a frame that began later would know no more.
+/// Waits for the last sample until then, but for the time that is spun: a frame that began
+/// later would know no more. Where none is the last by then, what comes while it is spun
+/// counts, too.
 fn wait_until(time: Instant, tracker: &LiveTracker) {
-    let patience = time.saturating_duration_since(Instant::now() + SPIN);
-    if !tracker.wait(time, patience) {
+    let asleep = time.checked_sub(SPIN).unwrap_or(time);
+    if !tracker.wait(asleep) {
         sleep_until(time);
     }
 }

@@ -164,14 +164,14 @@ impl LiveTracker {
         &self.shared.home
     }
 
-    /// Waits for the last sample that is expected until then, by how they came of late; no
-    /// longer than its patience lasts, and says false where that ends first.
-    pub fn wait(&self, until: Instant, patience: Duration) -> bool {
+    /// Waits for the last sample that is expected until then, by how they came of late; or
+    /// till then where that does not come, and says false.
+    pub fn wait(&self, until: Instant) -> bool {
         let shared = &self.shared;
         let mut following = shared.lock();
-        let (last, begun) = (self.at(until), Instant::now());
+        let last = self.at(until);
         while !following.rhythm.is_last_before(last) {
-            let left = patience.saturating_sub(begun.elapsed());
+            let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return false;
             }
