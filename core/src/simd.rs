@@ -53,6 +53,8 @@ pub trait Lanes<const W: usize>: Copy {
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
     /// Lane 0 in the lowest bit.
     fn bits(self, m: Self::M) -> u32;
+    /// Four numbers of each lane, lane by lane.
+    fn interleave(self, of_lanes: [Self::F; 4]) -> [[f32; 4]; W];
     /// Writes the lanes that are set in `hit`, in the sequence that `order`
     /// gives, to the front of `distances` and `children`, and says how many
     /// they are, and the last one's lane, any where there is none. `order` has `W` lane
@@ -181,6 +183,14 @@ impl<const W: usize> Lanes<W> for Portable {
     #[inline(always)]
     fn bits(self, m: u32) -> u32 {
         m
+    }
+    #[inline(always)]
+    fn interleave(self, of_lanes: [[f32; W]; 4]) -> [[f32; 4]; W] {
+        let mut out = [[0.0; 4]; W];
+        for (lane, out) in out.iter_mut().enumerate() {
+            *out = of_lanes.map(|numbers| numbers[lane]);
+        }
+        out
     }
     #[inline(always)]
     fn compress(
@@ -328,6 +338,7 @@ mod tests {
         type Output = (
             [[u32; 8]; 9],
             [u32; 2],
+            [[f32; 4]; 8],
             [([u32; 8], [u32; 8], usize, usize); 5],
         );
         #[inline(always)]
@@ -372,6 +383,7 @@ mod tests {
                     l.bits(l.or(l.le(a, b), l.eq(a, a))),
                     l.bits(l.and(l.le(a, b), l.eq(b, b))),
                 ],
+                l.interleave([0.0, 100.0, 200.0, 300.0].map(|first| l.add(near, l.splat(first)))),
                 compressed,
             )
         }
@@ -380,8 +392,10 @@ mod tests {
     #[test]
     fn every_path_computes_the_same_bits() {
         let portable = Simd::PORTABLE.run(Everything);
+        assert_eq!(portable.2[0], [0.5, 100.5, 200.5, 300.5]);
+        assert_eq!(portable.2[7], [7.5, 107.5, 207.5, 307.5]);
         assert_eq!(
-            portable.2[0],
+            portable.3[0],
             (
                 [0.5f32.to_bits(), 0, 0, 0, 0, 0, 0, 0],
                 [10, 0, 0, 0, 0, 0, 0, 0],
@@ -398,9 +412,9 @@ mod tests {
         assert_eq!(abs[5..], [3.5f32, 0.0, 7.25].map(f32::to_bits));
         assert_eq!(select[..3], [1.0f32, -0.0, 1.0].map(f32::to_bits));
         assert_eq!(select[5..], [nan, 0, (-7.25f32).to_bits()]);
-        assert_eq!(portable.2[1].1, [13, 12, 11, 10, 0, 0, 0, 0]);
-        assert_eq!(portable.2[3].1, [17, 16, 15, 14, 13, 12, 11, 10]);
-        let (_, children, count, last) = portable.2[4];
+        assert_eq!(portable.3[1].1, [13, 12, 11, 10, 0, 0, 0, 0]);
+        assert_eq!(portable.3[3].1, [17, 16, 15, 14, 13, 12, 11, 10]);
+        let (_, children, count, last) = portable.3[4];
         assert_eq!(
             (children, count, last),
             ([10, 11, 12, 13, 0, 0, 0, 0], 4, 3)

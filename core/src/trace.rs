@@ -21,7 +21,7 @@ mod tracer;
 mod walk;
 mod world;
 
-pub(crate) use background::colours;
+pub(crate) use background::Colours;
 pub use budget::{Budget, Statistics};
 pub(crate) use dispersion::Balance;
 pub use dispersion::{Spectrum, SpectrumError};

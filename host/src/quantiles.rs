@@ -5,6 +5,12 @@ pub fn median(of: Vec<f64>) -> f64 {
     quantile(&sorted(of), 0.5)
 }
 
+/// The median of the ratios of pairs, of times that were taken in turns: a machine that
+/// is faster at one time than at another was as fast for both of a pair.
+pub fn median_ratio(of: &[f64], to: &[f64]) -> f64 {
+    median(of.iter().zip(to).map(|(of, to)| of / to).collect())
+}
+
 /// The times that a quarter of all are below, and above.
 pub fn quartiles(of: Vec<f64>) -> [f64; 2] {
     let of = sorted(of);
@@ -43,5 +49,12 @@ mod tests {
         assert_eq!(quartiles(vec![7.0]), [7.0, 7.0]);
         assert_eq!(quantile_of(vec![2.0, 0.0, 1.0], 0.75), 1.5);
         assert_eq!(median(Vec::new()), 0.0);
+    }
+
+    #[test]
+    fn ratios_are_of_pairs() {
+        // Twice as slow in between: the medians, 2 and 5, say nothing.
+        assert_eq!(median_ratio(&[1.0, 2.0, 2.0], &[5.0, 10.0, 4.0]), 0.2);
+        assert_eq!(median_ratio(&[], &[]), 0.0);
     }
 }

@@ -278,10 +278,15 @@ where
             views.push((view, renderer(scene, observer, options, spectrum)?));
         }
     }
-    let places: Vec<(usize, Tile)> = views
-        .iter()
-        .enumerate()
-        .flat_map(|(picture, (view, _))| tiles(view, options.tile).map(move |tile| (picture, tile)))
+    // Eyes see nearly the same through a tile of a screen: one after the other, what
+    // the first has brought near is still there for the next.
+    let of_screen = eyes.len().max(1);
+    let places: Vec<(usize, Tile)> = (0..views.len())
+        .step_by(of_screen)
+        .flat_map(|first| {
+            let of_tile = move |tile| (first..first + of_screen).map(move |eye| (eye, tile));
+            tiles(&views[first].0, options.tile).flat_map(of_tile)
+        })
         .collect();
     let area = |tile: &Tile| tile.width as usize * tile.height as usize;
     // A frame's memory is there before the frame begins.

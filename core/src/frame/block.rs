@@ -455,9 +455,10 @@ impl Kernel<8> for Directions<'_> {
 
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> TileRays {
+        let (dx, dy) = self.offset;
+        let columns = self.screen.columns_at(l, self.block.x, dx);
         TileRays::from_rows(self.screen.eye(), |row| {
-            let place = (self.block.x, self.block.y + row as u32);
-            let [x, y, z] = self.screen.directions_at(l, place, self.offset);
+            let [x, y, z] = columns.directions(l, self.block.y + row as u32, dy);
             [l.store(x), l.store(y), l.store(z)]
         })
     }

@@ -95,30 +95,29 @@ impl Piece {
     ) where
         Simd: Runs<W>,
     {
-        let (left, top) = (target.x, target.y);
-        for row in (0..self.rows).step_by(BLOCK as usize) {
-            for column in (0..self.columns).step_by(BLOCK as usize) {
-                let block = Block {
-                    x: self.x + column,
-                    y: self.y + row,
-                    columns: BLOCK.min(self.columns - column),
-                    rows: BLOCK.min(self.rows - row),
-                    patch: Region::Outside,
-                };
-                let mut target = Target {
-                    pixels: &mut *target.pixels,
-                    width: target.width,
-                    x: left + column as usize,
-                    y: top + row as usize,
-                };
-                block.show_background(0, renderer, view, &mut target);
-            }
+        // As blocks that are as high as it is.
+        let left = target.x;
+        for column in (0..self.columns).step_by(BLOCK as usize) {
+            let block = Block {
+                x: self.x + column,
+                y: self.y,
+                columns: BLOCK.min(self.columns - column),
+                rows: self.rows,
+                patch: Region::Outside,
+            };
+            let mut target = Target {
+                pixels: &mut *target.pixels,
+                x: left + column as usize,
+                ..*target
+            };
+            block.show_background(0, renderer, view, &mut target);
         }
     }
 }
 
 impl Block {
-    /// Gives its pixels from number `first` on what a ray sees that meets nothing.
+    /// Gives its pixels from number `first` on what a ray sees that meets nothing,
+    /// however many rows they are.
     fn show_background<const W: usize>(
         &self,
         first: u32,

@@ -4,7 +4,8 @@ use super::block::{BLOCK, Block, Target};
 use super::view::Screen;
 use crate::scene::format::Background;
 use crate::simd::{Kernel, Lanes};
-use crate::trace::{self, Pixel};
+use crate::trace::{Colours, Pixel};
+use zerocopy::transmute;
 
 /// What is seen past all objects, by row, then column.
 pub(super) struct Past([[Pixel; BLOCK as usize]; BLOCK as usize]);
@@ -30,24 +31,26 @@ pub(super) struct SeePast<'r> {
 }
 
 impl SeePast<'_> {
-    /// Of a row; `None` where that cannot be computed for all together.
+    /// Of its rows from the first on; false where some cannot be computed for all
+    /// pixels together.
     #[inline(always)]
-    fn row<L: Lanes<8>>(&self, l: L, row: u32) -> Option<[Pixel; BLOCK as usize]> {
-        let place = (self.block.x, self.block.y + row);
-        let directions = self.screen.directions_at(l, place, self.offset);
-        let [red, green, blue] = trace::colours(l, self.background, directions)?;
-        let (red, green, blue) = (l.store(red), l.store(green), l.store(blue));
-        let alpha = 1.0 - (1.0 - self.background.alpha);
-        let mut pixels = [Pixel::default(); BLOCK as usize];
-        for (column, pixel) in pixels.iter_mut().enumerate() {
-            *pixel = Pixel {
-                red: red[column],
-                green: green[column],
-                blue: blue[column],
-                alpha,
+    fn each_row<L: Lanes<8>>(
+        &self,
+        l: L,
+        mut take: impl FnMut(u32, [Pixel; BLOCK as usize]),
+    ) -> bool {
+        let (dx, dy) = self.offset;
+        let columns = self.screen.columns_at(l, self.block.x, dx);
+        let colours = Colours::new(l, self.background);
+        let alpha = l.splat(1.0 - (1.0 - self.background.alpha));
+        for row in 0..self.block.rows {
+            let directions = columns.directions(l, self.block.y + row, dy);
+            let Some([red, green, blue]) = colours.along(l, directions) else {
+                return false;
             };
+            take(row, transmute!(l.interleave([red, green, blue, alpha])));
         }
-        Some(pixels)
+        true
     }
 }
 
@@ -57,10 +60,8 @@ impl Kernel<8> for SeePast<'_> {
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> Option<Past> {
         let mut past = Past(Default::default());
-        for row in 0..self.block.rows {
-            past.0[(row % BLOCK) as usize] = self.row(l, row)?;
-        }
-        Some(past)
+        self.each_row(l, |row, pixels| past.0[(row % BLOCK) as usize] = pixels)
+            .then_some(past)
     }
 }
 
@@ -75,14 +76,19 @@ impl Kernel<8> for CopyPast<'_, '_, '_> {
 
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> Option<()> {
-        let block = self.past.block;
-        for row in 0..block.rows {
-            let pixels = self.past.row(l, row)?;
-            let places = self.target.row(row, block.columns);
-            for (place, pixel) in places.iter_mut().zip(&pixels) {
-                *place = *pixel;
+        let Self { past, target } = self;
+        let columns = past.block.columns;
+        past.each_row(l, |row, pixels| {
+            let places = target.row(row, columns);
+            match places.first_chunk_mut() {
+                Some(all) => *all = pixels,
+                None => {
+                    for (place, pixel) in places.iter_mut().zip(pixels) {
+                        *place = pixel;
+                    }
+                }
             }
-        }
-        Some(())
+        })
+        .then_some(())
     }
 }

@@ -4,11 +4,13 @@ use super::{Avx2, Kernel, Lanes, RayKernel};
 use crate::shape::Ray;
 use core::arch::x86_64::{
     __m256, __m256i, _CMP_EQ_OQ, _CMP_LE_OQ, _mm_cvtsi64_si128, _mm256_add_ps, _mm256_and_ps,
-    _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cmp_ps,
-    _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_ps,
-    _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permutevar8x32_epi32,
-    _mm256_permutevar8x32_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_sqrt_ps,
-    _mm256_srlv_epi32, _mm256_storeu_ps, _mm256_storeu_si256, _mm256_sub_ps,
+    _mm256_andnot_ps, _mm256_blendv_ps, _mm256_castpd_ps, _mm256_castps_pd, _mm256_castps_si256,
+    _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_loadu_ps,
+    _mm256_loadu_si256, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps,
+    _mm256_or_ps, _mm256_permute2f128_ps, _mm256_permutevar8x32_epi32, _mm256_permutevar8x32_ps,
+    _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_sqrt_ps, _mm256_srlv_epi32,
+    _mm256_storeu_ps, _mm256_storeu_si256, _mm256_sub_ps, _mm256_unpackhi_pd, _mm256_unpackhi_ps,
+    _mm256_unpacklo_pd, _mm256_unpacklo_ps,
 };
 use glam::Vec3;
 
@@ -159,6 +161,32 @@ impl Lanes<8> for Avx2 {
     #[inline(always)]
     fn bits(self, m: __m256) -> u32 {
         unsafe { _mm256_movemask_ps(m) as u32 }
+    }
+    #[inline(always)]
+    fn interleave(self, [a, b, c, d]: [__m256; 4]) -> [[f32; 4]; 8] {
+        let mut out = [[0.0; 4]; 8];
+        let (pairs, _) = out.as_chunks_mut::<2>();
+        unsafe {
+            let ab = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
+            let cd = _mm256_castps_pd(_mm256_unpacklo_ps(c, d));
+            // Each of these has two lanes of eight, four apart.
+            let lane0 = _mm256_castpd_ps(_mm256_unpacklo_pd(ab, cd));
+            let lane1 = _mm256_castpd_ps(_mm256_unpackhi_pd(ab, cd));
+            let ab = _mm256_castps_pd(_mm256_unpackhi_ps(a, b));
+            let cd = _mm256_castps_pd(_mm256_unpackhi_ps(c, d));
+            let lane2 = _mm256_castpd_ps(_mm256_unpacklo_pd(ab, cd));
+            let lane3 = _mm256_castpd_ps(_mm256_unpackhi_pd(ab, cd));
+            let rows = [
+                _mm256_permute2f128_ps::<0x20>(lane0, lane1),
+                _mm256_permute2f128_ps::<0x20>(lane2, lane3),
+                _mm256_permute2f128_ps::<0x31>(lane0, lane1),
+                _mm256_permute2f128_ps::<0x31>(lane2, lane3),
+            ];
+            for (pair, row) in pairs.iter_mut().zip(rows) {
+                _mm256_storeu_ps(pair.as_flattened_mut().as_mut_ptr(), row);
+            }
+        }
+        out
     }
     #[inline(always)]
     fn compress(

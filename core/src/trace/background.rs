@@ -1,6 +1,6 @@
 //! What is seen past all objects: a gradient over the elevation.
 
-use crate::numeric::{SQUARABLE, normalize};
+use crate::numeric::{SQUARABLE, map3, normalize};
 use crate::scene::format::Background;
 use crate::simd::Lanes;
 use glam::Vec3;
@@ -23,38 +23,54 @@ pub(super) fn colour(background: &Background, direction: Vec3) -> Vec3 {
     horizon + (Vec3::from_array(far) - horizon) * height.abs()
 }
 
-/// [`colour`] times the background's coverage in every lane, added to nothing;
-/// `None` where a direction is too short or too long for [`normalize`] to take
-/// it as it is.
-#[inline(always)]
-pub(crate) fn colours<L: Lanes<8>>(
-    l: L,
-    background: &Background,
-    [x, y, z]: [L::F; 3],
-) -> Option<[L::F; 3]> {
-    let largest = l.max(l.abs(x), l.max(l.abs(y), l.abs(z)));
-    let usable = l.and(
-        l.le(l.splat(*SQUARABLE.start()), largest),
-        l.le(largest, l.splat(*SQUARABLE.end())),
-    );
-    if l.bits(usable) != 0xff {
-        return None;
-    }
-    let square = l.add(l.add(l.mul(x, x), l.mul(y, y)), l.mul(z, z));
-    let height = l.div(y, l.sqrt(square));
-    Some([
-        channel(l, background, 0, height),
-        channel(l, background, 1, height),
-        channel(l, background, 2, height),
-    ])
+/// [`colour`] times the background's coverage, added to nothing, for eight directions
+/// at a time.
+pub(crate) struct Colours<F> {
+    horizon: [F; 3],
+    /// From the horizon to the zenith, and to the nadir.
+    slopes: [[F; 3]; 2],
+    alpha: F,
+    /// The largest components that [`normalize`] takes as they are.
+    usable: [F; 2],
 }
 
-#[inline(always)]
-fn channel<L: Lanes<8>>(l: L, background: &Background, channel: usize, height: L::F) -> L::F {
-    let horizon = background.horizon[channel % 3];
-    let up = l.splat(background.zenith[channel % 3] - horizon);
-    let down = l.splat(background.nadir[channel % 3] - horizon);
-    let slope = l.select(l.le(l.splat(0.0), height), up, down);
-    let colour = l.add(l.splat(horizon), l.mul(slope, l.abs(height)));
-    l.add(l.splat(0.0), l.mul(colour, l.splat(background.alpha)))
+impl<F: Copy> Colours<F> {
+    /// Ready for any number of directions: what stays the same is not read again where
+    /// pixels are written in between.
+    #[inline(always)]
+    pub(crate) fn new<L: Lanes<8, F = F>>(l: L, background: &Background) -> Self {
+        let to = |far: [f32; 3]| {
+            map3([0, 1, 2], |channel: usize| {
+                l.splat(far[channel] - background.horizon[channel])
+            })
+        };
+        Self {
+            horizon: map3(background.horizon, |horizon| l.splat(horizon)),
+            slopes: [to(background.zenith), to(background.nadir)],
+            alpha: l.splat(background.alpha),
+            usable: [*SQUARABLE.start(), *SQUARABLE.end()].map(|length| l.splat(length)),
+        }
+    }
+
+    /// Linear RGB; `None` where a direction is too short or too long for [`normalize`]
+    /// to take it as it is.
+    #[inline(always)]
+    pub(crate) fn along<L: Lanes<8, F = F>>(&self, l: L, [x, y, z]: [F; 3]) -> Option<[F; 3]> {
+        let largest = l.max(l.abs(x), l.max(l.abs(y), l.abs(z)));
+        let [shortest, longest] = self.usable;
+        let usable = l.and(l.le(shortest, largest), l.le(largest, longest));
+        if l.bits(usable) != 0xff {
+            return None;
+        }
+        let square = l.add(l.add(l.mul(x, x), l.mul(y, y)), l.mul(z, z));
+        let height = l.div(y, l.sqrt(square));
+        let is_up = l.le(l.splat(0.0), height);
+        let height = l.abs(height);
+        Some(map3([0, 1, 2], |channel: usize| {
+            let [up, down] = self.slopes;
+            let slope = l.select(is_up, up[channel], down[channel]);
+            let colour = l.add(self.horizon[channel], l.mul(slope, height));
+            l.add(l.splat(0.0), l.mul(colour, self.alpha))
+        }))
+    }
 }

@@ -9,7 +9,7 @@ use shisen::live::{Allowance, Decision, Governor, Look, Quality, Table2, Taken};
 use shisen::look::ViewDirection;
 use shisen::overview::viewer::ViewerCamera;
 use shisen::picture::{Picture, colour_differences, srgb_from_linear};
-use shisen::quantiles::{median, quantile_of, quartiles};
+use shisen::quantiles::{median, median_ratio, quantile_of, quartiles};
 use shisen::render::Observer;
 use shisen::scene::Background;
 use shisen::scene::builtin::{PrismBench, grid};
@@ -189,6 +189,12 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let of = [1.0, 3.0, 2.0].map(|x| n.wide(x));
         let middle = median(of.to_vec());
         assert!(!n.within(f32::MAX) || of.contains(&middle), "{middle}");
+    }),
+    ("host quantiles::median_ratio", |n| {
+        let of = [1.0, 3.0, 2.0].map(|x| n.wide(x));
+        let ratio = median_ratio(&of, &of);
+        let usable = of.iter().all(|of| of.is_finite() && *of != 0.0);
+        assert!(!usable || ratio == 1.0, "{ratio}");
     }),
     ("host quantiles::quartiles", |n| {
         let of = [1.0, 3.0, 2.0].map(|x| n.wide(x));

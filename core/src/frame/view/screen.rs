@@ -1,4 +1,5 @@
 use super::{Directions, View};
+use crate::numeric::map3;
 use crate::shape::Ray;
 use crate::simd::Lanes;
 use core::fmt;
@@ -44,6 +45,26 @@ impl fmt::Display for ViewError {
 }
 
 impl core::error::Error for ViewError {}
+
+/// Eight columns of a screen's rays.
+pub(crate) struct ScreenColumns<F> {
+    /// Towards the first row.
+    tops: [F; 3],
+    row_step: [F; 3],
+    last_row: u32,
+}
+
+impl<F: Copy> ScreenColumns<F> {
+    /// [`Screen::direction`] of a row's pixels, at an offset from their centres. One past
+    /// the view's borders repeats its last one.
+    #[inline(always)]
+    pub(crate) fn directions<L: Lanes<8, F = F>>(&self, l: L, y: u32, dy: f32) -> [F; 3] {
+        let row = l.splat(y.min(self.last_row) as f32 + dy);
+        map3([0, 1, 2], |axis: usize| {
+            l.add(self.tops[axis], l.mul(self.row_step[axis], row))
+        })
+    }
+}
 
 impl Screen {
     /// As [`View::new`].
@@ -103,31 +124,23 @@ impl Screen {
         (self.first_pixel + self.column_step * x) + self.row_step * y
     }
 
-    /// [`direction`](Self::direction) of eight pixels of a row from `(x, y)`
-    /// on, at an offset from their centres. Those past the view's borders
-    /// repeat its last column and row.
+    /// Eight columns from `x` on, at an offset from their pixels' centres. Those past
+    /// the view's borders repeat its last one.
     #[inline(always)]
-    pub(crate) fn directions_at<L: Lanes<8>>(
-        &self,
-        l: L,
-        (x, y): (u32, u32),
-        (dx, dy): (f32, f32),
-    ) -> [L::F; 3] {
+    pub(crate) fn columns_at<L: Lanes<8>>(&self, l: L, x: u32, dx: f32) -> ScreenColumns<L::F> {
         let mut columns = [0.0; 8];
         for (column, place) in (x..).zip(&mut columns) {
             *place = column.min(self.columns - 1) as f32 + dx;
         }
         let columns = l.load(&columns);
-        let row = l.splat(y.min(self.rows - 1) as f32 + dy);
-        let first = self.first_pixel.to_array();
-        let column_step = self.column_step.to_array();
-        let row_step = self.row_step.to_array();
-        let along = |axis: usize| [first[axis], column_step[axis], row_step[axis]];
-        [
-            affine(l, along(0), columns, row),
-            affine(l, along(1), columns, row),
-            affine(l, along(2), columns, row),
-        ]
+        let (first, step) = (self.first_pixel.to_array(), self.column_step.to_array());
+        ScreenColumns {
+            tops: map3([0, 1, 2], |axis: usize| {
+                l.add(l.splat(first[axis]), l.mul(l.splat(step[axis]), columns))
+            }),
+            row_step: map3(self.row_step.to_array(), |step| l.splat(step)),
+            last_row: self.rows - 1,
+        }
     }
 
     /// The ray through a point of the screen, in pixels from the centre of
@@ -141,7 +154,8 @@ impl Screen {
 impl Directions for Screen {
     #[inline(always)]
     fn directions<L: Lanes<8>>(&self, l: L, place: (u32, u32)) -> [L::F; 3] {
-        self.directions_at(l, place, (0.0, 0.0))
+        let (x, y) = place;
+        self.columns_at(l, x, 0.0).directions(l, y, 0.0)
     }
 
     #[inline]
@@ -149,14 +163,6 @@ impl Directions for Screen {
         let (x, y) = (x.min(self.columns - 1), y.min(self.rows - 1));
         self.direction(x as f32, y as f32)
     }
-}
-
-/// One component of directions, rounded as a single one is. A function, not a
-/// closure over vectors: see the walk.
-#[inline(always)]
-fn affine<L: Lanes<8>>(l: L, [first, column, row]: [f32; 3], x: L::F, y: L::F) -> L::F {
-    let along = l.mul(l.splat(column), x);
-    l.add(l.add(l.splat(first), along), l.mul(l.splat(row), y))
 }
 
 #[cfg(test)]

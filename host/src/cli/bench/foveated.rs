@@ -11,7 +11,7 @@ use serde::Serialize;
 use shisen::bake::BakedScene;
 use shisen::live::{Engine, Quality, Share, with_engine};
 use shisen::picture::Picture;
-use shisen::quantiles::median;
+use shisen::quantiles::{median, median_ratio};
 use shisen::render::{self, Observer};
 use shisen::scene::builtin::PaperScene;
 use shisen::tradeoff::{PictureDifference, Sight};
@@ -25,7 +25,8 @@ use std::fmt;
 ///
 /// Scenes A to D, the viewer looking at the front wall (state 1) and at the floor
 /// (state 2), three walls for two eyes. Frames are rendered in turns, by what
-/// `shisen run` renders them with; times are medians, of tracing. Errors are FLIP
+/// `shisen run` renders them with; times are medians, of tracing, and their ratios medians
+/// of those of frames of the same turn. Errors are FLIP
 /// against full tracing, from 0 (equal) to 1, weighted by the part of the visual
 /// cortex that sees a pixel, as in `shisen tradeoff`.
 ///
@@ -83,6 +84,13 @@ struct Measured {
     flip: f64,
 }
 
+/// All ways of one frame.
+struct Compared {
+    ways: [Measured; WAYS.len()],
+    /// Plain by foveated.
+    time_ratio: f64,
+}
+
 /// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
@@ -92,10 +100,14 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let of_scene = frames.frames(scene)?;
         for (state, (forward, up)) in (1..).zip(STATES) {
             let look = Look { forward, up };
-            let ([plain, paper, foveated], least_steps) = match &of_scene.scene {
+            let (ways, least_steps) = match &of_scene.scene {
                 BakedScene::Fast(baked) => cell(baked.scene(), &of_scene, look, frames.repeat),
                 BakedScene::Compact(baked) => cell(baked.scene(), &of_scene, look, frames.repeat),
             }?;
+            let Compared {
+                ways: [plain, paper, foveated],
+                time_ratio,
+            } = ways;
             cells.push(Cell {
                 scene: scene.name(),
                 state,
@@ -105,7 +117,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 least_steps,
                 primary_ratio: plain.rays.primary as f64 / foveated.rays.primary as f64,
                 steps_ratio: plain.steps as f64 / foveated.steps as f64,
-                time_ratio: plain.seconds / foveated.seconds,
+                time_ratio,
             });
         }
     }
@@ -124,7 +136,7 @@ fn cell<const W: usize>(
     frames: &Frames,
     look: Look,
     repeat: u32,
-) -> Result<([Measured; WAYS.len()], u64), Failure>
+) -> Result<(Compared, u64), Failure>
 where
     Simd: Runs<W>,
 {
@@ -184,7 +196,7 @@ fn ways<const W: usize>(
     frames: &Frames,
     look: Look,
     repeat: u32,
-) -> Result<[Measured; WAYS.len()], Failure>
+) -> Result<Compared, Failure>
 where
     Simd: Runs<W>,
 {
@@ -215,7 +227,7 @@ fn measure<const W: usize>(
     sights: &[Sight],
     look: Look,
     repeat: u32,
-) -> Result<[Measured; WAYS.len()], Failure>
+) -> Result<Compared, Failure>
 where
     Simd: Runs<W>,
 {
@@ -238,6 +250,8 @@ where
             }
         }
     }
+    let [plain, _, foveated] = &seconds;
+    let time_ratio = median_ratio(plain, foveated);
     let [truth, ..] = &pictures;
     let mut measured = Vec::new();
     for ((found, seconds), work) in pictures.iter().zip(seconds).zip(work) {
@@ -253,10 +267,10 @@ where
             flip: error.all.flip,
         });
     }
-    let [plain, paper, foveated] = measured[..] else {
+    let Ok(ways) = measured.try_into() else {
         unreachable!("as many as there are ways")
     };
-    Ok([plain, paper, foveated])
+    Ok(Compared { ways, time_ratio })
 }
 
 impl fmt::Display for Report {

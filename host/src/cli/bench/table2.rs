@@ -9,14 +9,15 @@ use clap::Args;
 use glam::Vec3;
 use serde::Serialize;
 use shisen::live::Table2;
-use shisen::quantiles::median;
+use shisen::quantiles::{median, median_ratio};
 use std::fmt;
 
 /// The paper's Table 2: frames with and without level of detail
 ///
 /// Scenes A to D, the viewer looking at the front wall (state 1) and at the
 /// floor (state 2), three walls for two eyes. Frames with and without level of
-/// detail are rendered in turns; times are medians.
+/// detail are rendered in turns; times are medians, and ratios of times medians of the
+/// ratios of frames of the same turn.
 ///
 /// With --json, one object: threads, size, mesh, repeat (frames that a median is of) and cells: for each scene and
 /// state `lod_seconds`, `plain_seconds`, `paper_lod_seconds`, `paper_plain_seconds`, ratio,
@@ -104,7 +105,10 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
                     statistics[turn] = Some(work);
                 }
             }
-            let [plain_seconds, lod_seconds, cut_seconds, levels_seconds] = seconds.map(median);
+            let [as_plain, with_lod, _, with_levels] = &seconds;
+            let ratio = median_ratio(with_lod, as_plain);
+            let levels_ratio = median_ratio(with_levels, as_plain);
+            let [plain_seconds, lod_seconds, cut_seconds, _] = seconds.map(median);
             let [Some(plain_work), Some(lod_work), _, Some(levels_work)] = statistics else {
                 continue;
             };
@@ -116,7 +120,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 plain_seconds,
                 paper_lod_seconds: lod[number],
                 paper_plain_seconds: plain,
-                ratio: lod_seconds / plain_seconds,
+                ratio,
                 paper_ratio: lod[number] / plain,
                 asked_ratio: asked[number],
                 bound_ratio: bound[number],
@@ -126,8 +130,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 plain_steps: plain_work.steps,
                 steps_ratio: lod_work.steps as f64 / plain_work.steps as f64,
                 cut_seconds,
-                bookkeeping: (same > SAME_WORK)
-                    .then_some(levels_seconds / plain_seconds / same - 1.0),
+                bookkeeping: (same > SAME_WORK).then_some(levels_ratio / same - 1.0),
             });
         }
     }
