@@ -53,6 +53,8 @@ pub trait Lanes<const W: usize>: Copy {
     fn or(self, a: Self::M, b: Self::M) -> Self::M;
     /// Lane 0 in the lowest bit.
     fn bits(self, m: Self::M) -> u32;
+    /// Has a record brought near that will be read soon; changes no result.
+    fn prefetch<T>(self, record: &T);
     /// Four numbers of each lane, lane by lane.
     fn interleave(self, of_lanes: [Self::F; 4]) -> [[f32; 4]; W];
     /// Writes the lanes that are set in `hit`, in the sequence that `order`
@@ -184,6 +186,8 @@ impl<const W: usize> Lanes<W> for Portable {
     fn bits(self, m: u32) -> u32 {
         m
     }
+    #[inline(always)]
+    fn prefetch<T>(self, _: &T) {}
     #[inline(always)]
     fn interleave(self, of_lanes: [[f32; W]; 4]) -> [[f32; 4]; W] {
         let mut out = [[0.0; 4]; W];

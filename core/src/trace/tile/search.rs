@@ -62,6 +62,13 @@ impl<const W: usize> TileInMesh<'_, '_, W> {
 
 impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
     #[inline(always)]
+    fn expect<L: Lanes<EIGHT>>(&self, l: L, child: u32) {
+        if let Some(block) = self.leaves.block(leaf_index(child)) {
+            l.prefetch(block);
+        }
+    }
+
+    #[inline(always)]
     fn hits(&mut self) -> &mut TileHits {
         self.hits
     }
@@ -220,6 +227,10 @@ impl<const W: usize> TileInWorld<'_, '_, W> {
 }
 
 impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
+    /// Instances are few, and stay near.
+    #[inline(always)]
+    fn expect<L: Lanes<EIGHT>>(&self, _: L, _: u32) {}
+
     #[inline(always)]
     fn hits(&mut self) -> &mut TileHits {
         self.hits

@@ -9,6 +9,8 @@ use crate::trace::walk::Path;
 pub(super) trait TileVisitor {
     /// The farthest hit of each group.
     fn hits(&mut self) -> &mut TileHits;
+    /// Has a leaf brought near that will be looked into.
+    fn expect<L: Lanes<EIGHT>>(&self, l: L, child: u32);
     /// Looks into a leaf.
     fn leaf<L: Lanes<EIGHT>, const ENDS: bool>(
         &mut self,
@@ -159,7 +161,7 @@ pub(super) fn walk_tile<const W: usize, const ENDS: bool, L: Lanes<EIGHT>, V: Ti
             if candidates >> lane & 1 == 0 {
                 continue;
             }
-            let entered = groups_that_enter(l, node, lane, slabs, hits, active);
+            let entered = groups_that_enter(l, node, lane, slabs, visitor.hits(), active);
             if entered == 0 {
                 continue;
             }
@@ -173,6 +175,13 @@ pub(super) fn walk_tile<const W: usize, const ENDS: bool, L: Lanes<EIGHT>, V: Ti
             *distance = near[lane];
             *child = node.child[lane];
             *groups = entered;
+            // Levels of detail do not all stay near from one tile to the next: frames of
+            // one take a hundredth less, others as long (`bench table2`, scene B).
+            if *child & LEAF != 0 {
+                visitor.expect(l, *child);
+            } else if let Some(node) = nodes.get(*child as usize) {
+                l.prefetch(node);
+            }
             top += 1;
         }
         path.deepest = path.deepest.max(top as u32);
