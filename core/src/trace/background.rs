@@ -30,7 +30,8 @@ pub(crate) struct Colours<F> {
     /// From the horizon to the zenith, and to the nadir.
     slopes: [[F; 3]; 2],
     alpha: F,
-    /// The largest components that [`normalize`] takes as they are.
+    /// The least and the most that the largest component of a direction may be for
+    /// [`normalize`] to take it as it is.
     usable: [F; 2],
 }
 
@@ -39,16 +40,17 @@ impl<F: Copy> Colours<F> {
     /// pixels are written in between.
     #[inline(always)]
     pub(crate) fn new<L: Lanes<8, F = F>>(l: L, background: &Background) -> Self {
-        let to = |far: [f32; 3]| {
-            map3([0, 1, 2], |channel: usize| {
-                l.splat(far[channel] - background.horizon[channel])
-            })
-        };
+        let horizon = Vec3::from_array(background.horizon);
+        let up = Vec3::from_array(background.zenith) - horizon;
+        let down = Vec3::from_array(background.nadir) - horizon;
         Self {
             horizon: map3(background.horizon, |horizon| l.splat(horizon)),
-            slopes: [to(background.zenith), to(background.nadir)],
+            slopes: [
+                map3(up.to_array(), |slope| l.splat(slope)),
+                map3(down.to_array(), |slope| l.splat(slope)),
+            ],
             alpha: l.splat(background.alpha),
-            usable: [*SQUARABLE.start(), *SQUARABLE.end()].map(|length| l.splat(length)),
+            usable: [l.splat(*SQUARABLE.start()), l.splat(*SQUARABLE.end())],
         }
     }
 
@@ -57,8 +59,8 @@ impl<F: Copy> Colours<F> {
     #[inline(always)]
     pub(crate) fn along<L: Lanes<8, F = F>>(&self, l: L, [x, y, z]: [F; 3]) -> Option<[F; 3]> {
         let largest = l.max(l.abs(x), l.max(l.abs(y), l.abs(z)));
-        let [shortest, longest] = self.usable;
-        let usable = l.and(l.le(shortest, largest), l.le(largest, longest));
+        let [least, most] = self.usable;
+        let usable = l.and(l.le(least, largest), l.le(largest, most));
         if l.bits(usable) != 0xff {
             return None;
         }
@@ -66,11 +68,19 @@ impl<F: Copy> Colours<F> {
         let height = l.div(y, l.sqrt(square));
         let is_up = l.le(l.splat(0.0), height);
         let height = l.abs(height);
-        Some(map3([0, 1, 2], |channel: usize| {
-            let [up, down] = self.slopes;
-            let slope = l.select(is_up, up[channel], down[channel]);
-            let colour = l.add(self.horizon[channel], l.mul(slope, height));
-            l.add(l.splat(0.0), l.mul(colour, self.alpha))
-        }))
+        Some([
+            self.channel(l, 0, is_up, height),
+            self.channel(l, 1, is_up, height),
+            self.channel(l, 2, is_up, height),
+        ])
+    }
+
+    /// A function, not a closure: see the walk.
+    #[inline(always)]
+    fn channel<L: Lanes<8, F = F>>(&self, l: L, channel: usize, is_up: L::M, height: F) -> F {
+        let [up, down] = &self.slopes;
+        let slope = l.select(is_up, up[channel % 3], down[channel % 3]);
+        let colour = l.add(self.horizon[channel % 3], l.mul(slope, height));
+        l.add(l.splat(0.0), l.mul(colour, self.alpha))
     }
 }
