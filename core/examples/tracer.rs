@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("the ball is {} m away", hit.on.t);
     assert_eq!(hit.on.t, ball::DISTANCE - ball::RADIUS);
 
-    // As an eye at the origin sees it through a screen of 1.2 m².
+    // As an eye at the origin sees it through a screen of 1.2 m a side.
     let corner = |x, y| Vec3::new(x, y, -2.0);
     let (left, right, up) = (corner(-0.6, -0.6), corner(0.6, -0.6), corner(-0.6, 0.6));
     let view = FlatScreen::from_corners(left, right, up, [40, 20]).view_from(Vec3::ZERO)?;

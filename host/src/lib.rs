@@ -52,8 +52,9 @@
 //! ```
 //!
 //! The core depends on neither of the others, the driver on the core for the types of the
-//! gaze alone, and this crate on both. `core/capi` is the core and the driver for C, and
-//! `tests/firmware` both on a Cortex-M7, in place of this crate.
+//! gaze (and of the pixels that a display controller sends by `link`), and this crate on
+//! both. `core/capi` is the core and the driver for C, and `tests/firmware` both on a
+//! Cortex-M7, in place of this crate.
 //!
 //! # The reasons
 //!
@@ -88,7 +89,7 @@
 //! | render frame after frame, each in its time | [`live`] |
 //! | keep and show pictures | [`picture`], [`stereo`], [`overview`], [`dashboard`], `window` |
 //! | see whether it is right, and what that costs | [`selftest`], [`gaze_reference`], [`tradeoff`], `firmware` |
-//! | read and write any file | [`files`], [`description`], [`chart`], [`quantiles`] |
+//! | read and write any file, and sum up times | [`files`], [`description`], [`chart`], [`quantiles`] |
 //!
 //! # Features
 //!

@@ -183,7 +183,7 @@ pub struct ClockEstimator {
     last: Option<Last>,
     suspect: Option<Suspect>,
     open: Option<Open>,
-    /// A ring: the oldest is at `length − BLOCKS` once it is full.
+    /// The oldest first.
     blocks: [Point; BLOCKS],
     length: usize,
     line: Point,
@@ -329,6 +329,7 @@ impl ClockEstimator {
         self.last = None;
         self.suspect = None;
         self.frozen = false;
+        self.length = 0;
     }
 
     fn start(&mut self, raw: DeviceTime, arrival: Micros) {

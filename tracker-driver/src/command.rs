@@ -5,8 +5,8 @@
 //! A [`Session`] plays it by the caller's clock: [`Session::poll`] says what
 //! to do next and returns at once, [`Session::on_bytes`] and
 //! [`Session::on_event`] tell it what came in. What is not answered in time
-//! is said again, [`Session::tries`] times in all; then the session says what
-//! is wrong, above all whether the line's speed is.
+//! is said again, [`TRIES`] times in all; then the session says what is wrong, above
+//! all whether the line's speed is.
 //!
 //! ```
 //! use shisen_tracker::command::{Action, Failure, Session};
@@ -256,7 +256,8 @@ impl Session {
         }
     }
 
-    /// How often the script was begun again.
+    /// How often an answer did not come: after each but the third the script is begun
+    /// again.
     pub const fn tries(&self) -> u8 {
         self.tries
     }

@@ -102,7 +102,7 @@ pub(crate) fn scene() -> Scene {
             }
         }),
         children: [LEAF, 0, 0, 0],
-        // 3, 2, 1, 0, two bits each, for rays of each of the eight octants.
+        // 0, 1, 2, 3, two bits each from the lowest, for rays of each of the eight octants.
         order: [0b1110_0100 << 16 | 0b1110_0100; 4],
         instance,
         material,

@@ -12,8 +12,9 @@ where
     /// Renders a tile of a view into `pixels` (rows, from the top), and enters
     /// into a ledger what each effect does in it. The pixels are those of
     /// [`TileJob::render`](super::TileJob::render), ray by ray and slower; this
-    /// is for reports. The statistics are those of
-    /// [`Mode::Single`](super::Mode::Single).
+    /// is for reports. The rays are those of [`Mode::Single`](super::Mode::Single); the
+    /// steps are of each of them, without the test by which that mode spares those of
+    /// blocks that see nothing.
     ///
     /// # Errors
     /// A tile that is not inside the view; `pixels` of another length than

@@ -105,7 +105,7 @@ const EXAMPLES: &[Examples] = &[
     (
         "dome curve",
         &[(
-            "The error of all named mirrors, as charts",
+            "The error of mirrors by their axis ratio, as charts",
             "shisen dome curve --out curves",
         )],
     ),

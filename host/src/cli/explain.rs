@@ -47,7 +47,7 @@ pub(super) struct Arguments {
     #[arg(id = "explained", value_name = "SCENE", value_parser = SceneName::parser(),
           conflicts_with = "scene")]
     explained: Option<SceneName>,
-    /// The same
+    /// The same scene, as other commands have it
     #[arg(long, value_name = "SCENE", value_parser = SceneName::parser())]
     scene: Option<SceneName>,
     #[command(flatten)]

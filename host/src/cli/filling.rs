@@ -129,7 +129,7 @@ impl FillArguments {
     pub(super) fn wanted(&self, lod_is_on: bool) -> Result<Wanted, Failure> {
         if self.fill != Choice::Background && !lod_is_on {
             return Err(Failure::usage(
-                "--fill is for --lod paper or paper-ellipse: with --lod off no ray is skipped",
+                "--fill is for --lod paper, paper-ellipse or foveated: with --lod off no ray is skipped",
             ));
         }
         if let (Some(argument), true) = (self.capture.given(), self.fill != Choice::Capture) {

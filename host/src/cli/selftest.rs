@@ -8,6 +8,7 @@ use serde::Serialize;
 use shisen::selftest::{self, Effort, FRAMES, Outcome, Row};
 use shisen_core::Simd;
 use std::fmt;
+use std::io::{self, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Tries the tracer on hard cases, against exact references
@@ -29,12 +30,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// are), reference, naive (the naive way), passed, error, bound, `naive_error` and
 /// control (whether the naive way is within the bound, too) each. An error is null
 /// where something was no number, or where a verdict was wrong beyond doubt.
-///
-/// Examples:
-///   shisen selftest
-///   shisen selftest refraction --json
 #[derive(Debug, Args)]
-#[command(verbatim_doc_comment)]
 pub(super) struct Arguments {
     /// Only cases whose name has this in it
     #[arg(value_name = "PART")]
@@ -85,7 +81,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let simd = Simd::detect().name();
     let paths_compared = paths_compared(&cases, simd);
     if paths_compared == [PORTABLE] {
-        eprintln!("{NO_AVX2}");
+        // Nobody is left to tell where standard error is closed.
+        let _ = writeln!(io::stderr(), "{NO_AVX2}");
     }
     let report = Report {
         quick: arguments.quick,

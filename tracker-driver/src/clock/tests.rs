@@ -187,6 +187,15 @@ fn a_restart_is_told_and_followed() {
 }
 
 #[test]
+fn a_clock_that_is_forgotten_has_no_rate() {
+    let mut clock = clock();
+    follow(&mut clock, &mut device(100, 0), seconds(1, 6));
+    assert!(clock.rate().is_some());
+    clock.reset();
+    assert_eq!(clock.rate(), None);
+}
+
+#[test]
 fn one_wrong_time_is_an_outlier() {
     let mut clock = clock();
     let mut device = device(0, 100);

@@ -32,8 +32,8 @@ use std::time::{Duration, Instant};
 /// latch (early or late), frames, `late_frames`, samples (since the line was opened),
 /// `passed_over_samples` (of these, not used, as there were too many), stages (of
 /// `sample_to_arrive`, `arrive_to_latch`, `latch_to_first_ray`, `first_ray_to_done`,
-/// `done_to_present`, `arrive_to_first_ray` and `motion_to_wall` frames, and least,
-/// p50, p95, p99 and most in milliseconds), `involuntary_switches` and
+/// `done_to_present`, `arrive_to_first_ray` and `motion_to_wall`, each with frames, and
+/// least, p50, p95, p99 and most in milliseconds), `involuntary_switches` and
 /// `stolen_seconds`; gains: `tracker_hz` and `motion_to_wall_ms`, by which the late
 /// latch is ahead at the median; files (with --out: the paths of frames.csv, all times of
 /// each frame, latency.csv, the histograms of all legs, latency.svg, motion to wall, and

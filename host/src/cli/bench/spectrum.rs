@@ -36,7 +36,7 @@ use views::{CLOSE, MAIN, WIDE, strip};
 /// wavelengths, in turns 416 in all, in the colours of the CIE's table. How soon a
 /// comb is as close to it as the paper's method is found by more and more rays,
 /// of which each takes one wavelength, or some, or all. At the default scale all
-/// this takes several minutes.
+/// this takes some twenty minutes of one thread.
 ///
 /// With --json, one object: threads, size, samples, repeat, `glass_share` (of the
 /// pixels, those that meet a ball), `reference_seconds`, rows: for each number of wavelengths and method (paper, fixed or comb)
@@ -62,7 +62,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 140,
           value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_SAMPLES)))]
     samples: u16,
-    /// The paper's own scale: 2048 pixels a side, 3,500 rays a pixel; takes hours
+    /// The paper's own scale: 2048 pixels a side, 3,500 rays a pixel; takes days
     #[arg(long, conflicts_with_all = ["size", "samples"])]
     paper_scale: bool,
     /// Numbers of wavelengths, 1 to 64
@@ -90,8 +90,8 @@ const METHODS: [Method; 3] = [Method::Paper, Method::Fixed, Method::Comb];
 /// Wavelengths into which each sample of the reference is split.
 const REFERENCE_WAVELENGTHS: u32 = 13;
 
-/// What POV-Ray 3.7 takes for a glass ball, as a ratio to no dispersion: see
-/// `reference/spectral.md`.
+/// What POV-Ray 3.7 took for a glass ball on another machine, as a ratio to no dispersion;
+/// `tests/peers/run` measures it beside ours.
 const POV_RAY: [(u32, f64); 3] = [(7, 4.82), (10, 6.50), (14, 8.91)];
 
 /// How often frames are rendered whose times alone matter, at least.

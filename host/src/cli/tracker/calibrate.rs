@@ -8,6 +8,7 @@ use super::{TrackerName, warn_of_sensors};
 use clap::{Args, ValueEnum};
 use miette::Diagnostic;
 use serde::Serialize;
+use shisen::files::write_atomically;
 use shisen::look::Point;
 use shisen::tracker::calibration::{
     CalibrationFile, EYES, Fits, Gatherer, SeenTarget, TimedTarget, device_name, estimation,
@@ -26,7 +27,7 @@ use thiserror::Error;
 ///
 /// Takes what the tracker says while the viewer looks at targets, fits a
 /// calibration to it, and writes FILE, for --calibration of `shisen tracker
-/// monitor` and `shisen cave`. With --targets the targets are somewhere in the
+/// monitor`, `shisen cave` and `shisen run`. With --targets the targets are somewhere in the
 /// room, and SPEC can also be a recording (replay:FILE); without, nine of them are
 /// shown on this terminal, two seconds each, and it has to fill the [screen] of
 /// --setup. Of several sensors the first that is seen is the viewer's head, or the
@@ -152,7 +153,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     file.targets = gatherer.finish()?;
     let text = file.to_toml()?;
-    std::fs::write(&arguments.file, text).map_err(Fault::write(&arguments.file))?;
+    write_atomically(&arguments.file, |file| file.write_all(text.as_bytes()))
+        .map_err(Fault::write(&arguments.file))?;
     let fits = file.fit()?;
     let name = arguments.file.display().to_string();
     print(&Report::new(name, &file, &fits), arguments.json)
