@@ -159,7 +159,7 @@ impl Bench<'_> {
         (from, to): (f64, f64),
         mut run: impl FnMut(&W) -> Result<(f64, T), Cause>,
     ) -> Result<Vec<(Time, T)>, Cause> {
-        let (least, patience) = self.effort.pick((3, 1.0), (5, 15.0));
+        let (least, patience) = self.effort.pick((3, 0.5), (5, 15.0));
         let start = Instant::now();
         let mut seconds = vec![Vec::new(); ways.len()];
         let mut first = Vec::new();

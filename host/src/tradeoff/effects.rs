@@ -1,6 +1,6 @@
 //! What each effect costs, and what a frame without it lacks.
 
-use super::frames::CloseUp;
+use super::frames::{CLOSE_UP, CloseUp};
 use super::gaze::{NOT_MISSED, UNSEEN};
 use super::metrics::MEASURES;
 use super::{
@@ -28,7 +28,7 @@ const LOOKED_AT: Vec3 = Vec3::new(0.15, -0.75, -2.3);
 const SAMPLES: u16 = 4;
 
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
-    let size = bench.effort.pick(128, 384);
+    let size = bench.effort.pick(96, 384);
     let baked: Baked = Baked::new(&scene(bench)?)?;
     let cave = room(size)?;
     let eye = [Observer::new(
@@ -56,7 +56,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
     let truth = measured[0].1.pictures[0].picture.clone();
     let view = render::view(&cave.walls[0], &eye[0])?;
     let sight = Sight::new(&view, LOOKED_AT);
-    let near = CloseUp::new(LOOKED_AT, &eye)?;
+    let near = CloseUp::new(LOOKED_AT, &eye, bench.effort.pick(120, CLOSE_UP))?;
     let near_frame =
         |effects: Effects| near.frame(&baked, &eye, &with(effects), Filling::Background);
     let near_truth = near_frame(Effects::AUTO)?;

@@ -37,12 +37,12 @@ pub(super) struct CloseUp {
 }
 
 /// Pixels a side of a close-up: 500 of them and more within 1°.
-const CLOSE_UP: u32 = 200;
+pub(super) const CLOSE_UP: u32 = 200;
 
 impl CloseUp {
     /// Of viewers that look along `forward`, not upwards, past the middle of the
-    /// head: 5° all round what the eyes look at.
-    pub(super) fn new(forward: Vec3, eyes: &[Observer]) -> Result<Self, Cause> {
+    /// head: 5° all round what the eyes look at, with so many pixels a side.
+    pub(super) fn new(forward: Vec3, eyes: &[Observer], size: u32) -> Result<Self, Cause> {
         let forward = forward.as_dvec3().normalize();
         let right = forward.cross(DVec3::Y).normalize();
         let up = right.cross(forward);
@@ -54,7 +54,7 @@ impl CloseUp {
             corner(-1.0, -1.0),
             corner(1.0, -1.0),
             corner(-1.0, 1.0),
-            [CLOSE_UP; 2],
+            [size; 2],
         )?;
         let mut sights = Vec::new();
         for eye in eyes {
@@ -182,7 +182,11 @@ impl Room {
             options: bench.options(),
             line_of_sight,
             sights: Vec::new(),
-            near: CloseUp::new(line_of_sight.forward(), &observers(line_of_sight, None))?,
+            near: CloseUp::new(
+                line_of_sight.forward(),
+                &observers(line_of_sight, None),
+                CLOSE_UP,
+            )?,
         };
         let forward = line_of_sight.forward();
         let sights = room.views(None)?.into_iter();

@@ -48,7 +48,7 @@ const RAYS_OF_EACH: u16 = 8;
 const MOST_WAVELENGTHS: u32 = Wavelengths::MOST;
 
 pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
-    let details = LOWER_LEFT[..bench.effort.pick(3, LOWER_LEFT.len())].iter();
+    let details = LOWER_LEFT[bench.effort.pick(1..3, 0..LOWER_LEFT.len())].iter();
     let details: Vec<Balls> = details
         .map(|&at| Balls::new(bench, at))
         .collect::<Result<_, _>>()?;
@@ -251,7 +251,7 @@ fn about(bench: &Bench<'_>, details: &[Balls], share: f64, own: f64) -> String {
 }
 
 fn true_samples(bench: &Bench<'_>) -> u16 {
-    bench.effort.pick(480, 512)
+    bench.effort.pick(400, 512)
 }
 
 /// The scene before one wall, for one eye.
