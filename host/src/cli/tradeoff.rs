@@ -162,10 +162,10 @@ fn weight_of(topics: &[Topic], effort: Effort) -> f64 {
     let of = |topic: &Topic| match topic {
         Topic::Gaze => (7.6, 257.0),
         Topic::Capture => (3.0, 306.0),
-        Topic::Spectrum => (31.0, 580.0),
+        Topic::Spectrum => (21.7, 580.0),
         Topic::Budget => (1.1, 29.0),
         Topic::Precision => (0.3, 35.0),
-        Topic::Effects => (12.5, 88.0),
+        Topic::Effects => (5.6, 88.0),
         Topic::Latency => (2.5, 151.0),
         Topic::Cases => (1.3, 369.0),
     };
