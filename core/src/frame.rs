@@ -38,11 +38,11 @@ pub use view::{
 use crate::gaze::{Detail, Gaze, Region};
 use crate::scene::{EffectSet, Scene};
 use crate::simd::{Runs, Simd};
-use crate::trace::RowHits;
+use crate::trace::{RowHits, Sample};
 use view::{RayRow, Screen};
 
 /// Most samples of a pixel.
-pub const MAX_SAMPLES: u16 = 4096;
+pub const MAX_SAMPLES: u16 = Sample::MOST;
 
 /// How good a picture to make.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -18,6 +18,10 @@ use format::{
     Triangle,
 };
 
+/// Children of nodes that wait at once while a ray goes through the deepest trees that
+/// there may be: scenes that could need more are refused when they are loaded.
+pub const STACK_ENTRIES: usize = 128;
+
 /// A checked scene. `W` is the width of its nodes and leaves: 8 in the fast
 /// layout for hosts, 4 in the compact one for microcontrollers. The same
 /// scene baked in either gives the same pictures.

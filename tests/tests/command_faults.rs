@@ -597,3 +597,77 @@ fn a_report_that_cannot_be_printed_is_a_failure() {
     assert_eq!(full.status.code(), Some(1), "{message}");
     assert!(message.contains("standard output"), "{message}");
 }
+
+/// What help says of an argument: all up to the next one.
+fn help_of(folder: &Path, command: &[&str], argument: &str) -> String {
+    let output = shisen(folder)
+        .args(command)
+        .arg("--help")
+        .assert()
+        .success();
+    let help = String::from_utf8(output.get_output().stdout.clone()).unwrap();
+    let (_, after) = help.split_once(&format!("      {argument} <")).unwrap();
+    let (own, _) = after.split_once("\n      --").unwrap();
+    own.to_owned()
+}
+
+/// Who gives one of them nevertheless is told why there is none.
+#[test]
+fn values_that_a_command_refuses_are_not_in_its_help() {
+    let folder = folder();
+    let (all, live) = (["comb", "split", "paper", "fixed"], &["paper", "fixed"]);
+    for (command, argument, values, refused) in [
+        (
+            &["explain"][..],
+            "--lod",
+            &["off", "paper", "foveated"][..],
+            &["foveated"][..],
+        ),
+        (&["explain"], "--dispersion", &all, live),
+        (&["run"], "--dispersion", &all, live),
+        (&["bench", "budget"], "--dispersion", &all, live),
+        (&["bench", "latency"], "--dispersion", &all, live),
+        (&["cave"], "--dispersion", &all, &[]),
+        (&["run"], "--lod", &["off", "paper", "foveated"], &[]),
+    ] {
+        let help = help_of(folder.path(), command, argument);
+        for value in values {
+            let is_there = help.contains(&format!("- {value}:"));
+            assert_ne!(is_there, refused.contains(value), "{command:?}: {help}");
+        }
+    }
+    for (arguments, expected) in [
+        (
+            &["explain", "--lod", "foveated"][..],
+            "leaves some out: take --lod paper",
+        ),
+        (
+            &["explain", "prism", "--dispersion", "fixed"],
+            "explain comb or split",
+        ),
+        (
+            &[
+                "run",
+                "--scene",
+                "prism",
+                "--hz",
+                "60",
+                "--dispersion",
+                "paper",
+            ],
+            "take comb or split",
+        ),
+    ] {
+        refused_by(&folder, arguments, expected);
+    }
+}
+
+/// Fails as wrong usage does.
+fn refused_by(folder: &tempfile::TempDir, arguments: &[&str], expected: &str) {
+    refused(
+        folder.path(),
+        shisen(folder.path()).args(arguments),
+        2,
+        &[expected],
+    );
+}

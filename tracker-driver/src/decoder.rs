@@ -142,6 +142,7 @@ pub enum Message {
 
 /// What a device found in the eyes' movement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct EyeEvent {
     /// What happened.
     pub kind: EyeEventKind,
@@ -155,6 +156,7 @@ pub struct EyeEvent {
 
 /// What can happen to an eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EyeEventKind {
     /// It closed and opened again.
@@ -175,6 +177,7 @@ pub enum EyeEventKind {
 
 /// One of the two eyes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Side {
     /// The left one.
     Left,

@@ -144,6 +144,7 @@ pub enum Progress {
 
 /// Why a device could not be spoken to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum I2cHidError<E> {
     /// The bus.

@@ -29,6 +29,7 @@ pub struct SpheroidMirror {
 
 /// Why there is no such mirror.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MirrorError {
     /// The axis ratio is NaN or outside [`SpheroidMirror::AXIS_RATIOS`].

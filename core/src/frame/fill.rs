@@ -41,6 +41,7 @@ pub struct Surroundings<'p> {
 
 /// Why two pictures are no surroundings.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SurroundingsError {
     /// There are no such dome masters.

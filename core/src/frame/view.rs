@@ -14,6 +14,7 @@ pub use screen::ViewError;
 
 use crate::shape::Ray;
 use crate::simd::Lanes;
+use crate::trace::Sample;
 use glam::Vec3;
 
 /// The rays of a picture: from an eye through the pixels of a flat screen or
@@ -31,7 +32,7 @@ pub(super) enum Kind {
 
 impl View {
     /// Most pixels a side: their numbers are exact in f32.
-    pub const MOST_PIXELS: u32 = 1 << 16;
+    pub const MOST_PIXELS: u32 = Sample::MOST_PIXELS;
 
     /// The rays of a flat screen: an off-axis frustum (Kooima 2008). The ray
     /// through the centre of pixel (x, y) starts at `eye` (metres, in the

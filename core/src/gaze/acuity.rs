@@ -21,6 +21,7 @@ pub struct Acuity {
 
 /// Why two numbers are no acuity.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum AcuityError {
     /// A slope that is not from 0 to [`Acuity::STEEPEST`].

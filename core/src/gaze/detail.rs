@@ -73,6 +73,7 @@ pub struct FaceRange {
 
 /// Why two numbers are no range of faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FaceRangeError {
     /// A least number of 0.

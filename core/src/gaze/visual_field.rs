@@ -45,6 +45,7 @@ pub struct VisualField {
 
 /// Why limits make no visual field. Angles are radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum VisualFieldError {
     /// A limit is NaN or infinite.

@@ -7,9 +7,8 @@ use super::format::{
     Material, Mesh, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, Table, Texture, VERSION, checksum, effect,
     kind, light, texture,
 };
-use super::{EffectSet, Scene, SceneError};
+use super::{EffectSet, STACK_ENTRIES, Scene, SceneError};
 use crate::shape::{Ray, Slabs, Spheroid};
-use crate::trace::STACK_ENTRIES;
 use core::ops::{Range, RangeInclusive};
 use tree::{Tree, check_tree};
 use zerocopy::{FromBytes, Immutable, KnownLayout};

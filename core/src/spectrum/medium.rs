@@ -32,6 +32,7 @@ pub struct Medium {
 
 /// Why there is no such medium, or no such index.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MediumError {
     /// A range that is NaN, not from less to more, or not within

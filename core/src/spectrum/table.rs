@@ -39,6 +39,7 @@ pub struct SpectralTable<'a> {
 
 /// Why there is no such table.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TableError {
     /// Phases that are no power of two, or more than

@@ -11,6 +11,7 @@ pub struct Wavelengths {
 
 /// Why there are no such wavelengths.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum WavelengthsError {
     /// None, or more than [`Wavelengths::MOST`].

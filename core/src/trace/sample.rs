@@ -1,9 +1,7 @@
-use crate::frame::{MAX_SAMPLES, View};
-
 /// Which sample of which pixel a ray is. Whatever is drawn by lot goes by it:
 /// the same for tiles of any size, in any order, on any number of threads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sample {
+pub(crate) struct Sample {
     column: u16,
     row: u16,
     index: u16,
@@ -11,12 +9,18 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// Pixels a side of the largest view: their numbers have 16 bits.
+    pub(crate) const MOST_PIXELS: u32 = 1 << 16;
+
+    /// Most of a pixel.
+    pub(crate) const MOST: u16 = 4096;
+
     /// The only one of a pixel that is alone: what a ray has that belongs to
     /// no picture.
-    pub const ALONE: Self = Self::new(0, 0, 0, 1);
+    pub(crate) const ALONE: Self = Self::new(0, 0, 0, 1);
 
     /// Number `index` of the `count` of a pixel of a view.
-    pub const fn new(column: u32, row: u32, index: u16, count: u16) -> Self {
+    pub(crate) const fn new(column: u32, row: u32, index: u16, count: u16) -> Self {
         Self {
             column: column as u16,
             row: row as u16,
@@ -26,26 +30,24 @@ impl Sample {
     }
 
     /// Its number among the pixel's, from 0.
-    pub const fn index(self) -> u16 {
+    pub(crate) const fn index(self) -> u16 {
         self.index
     }
 
     /// How many the pixel has: 1 or more.
-    pub const fn count(self) -> u16 {
+    pub(crate) const fn count(self) -> u16 {
         self.count
     }
 
     /// A number that looks drawn by lot, the same for all samples of a pixel:
     /// Wellons' `lowbias32` of its place.
-    pub const fn seed(self) -> u32 {
+    pub(crate) const fn seed(self) -> u32 {
         let mut x = (self.row as u32) << 16 | self.column as u32;
         x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
         x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
         x ^ (x >> 16)
     }
 }
-
-const _: () = assert!(View::MOST_PIXELS == 1 << 16 && MAX_SAMPLES < u16::MAX);
 
 #[cfg(test)]
 mod tests {
@@ -79,7 +81,7 @@ mod tests {
 
     #[test]
     fn the_last_pixel_is_not_the_first() {
-        let last = Sample::new(View::MOST_PIXELS - 1, View::MOST_PIXELS - 1, 0, 1);
+        let last = Sample::new(Sample::MOST_PIXELS - 1, Sample::MOST_PIXELS - 1, 0, 1);
         assert_ne!(last, Sample::ALONE);
         assert_ne!(last.seed(), Sample::ALONE.seed());
     }

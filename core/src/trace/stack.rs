@@ -1,6 +1,4 @@
-/// Entries of a [`TraversalStack`]. Scenes that could need more are refused
-/// when they are loaded.
-pub const STACK_ENTRIES: usize = 128;
+use crate::scene::STACK_ENTRIES;
 
 /// Children that traversal has still to visit: a little over 1 KiB that the
 /// caller owns, so that it is neither allocated nor cleared for each ray.

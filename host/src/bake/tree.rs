@@ -5,8 +5,8 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
+use shisen_core::scene::STACK_ENTRIES;
 use shisen_core::scene::format::{COUNT_SHIFT, INDEX, LEAF, Node};
-use shisen_core::trace::STACK_ENTRIES;
 use std::time::Duration;
 
 /// An axis-aligned box: least and greatest corner.

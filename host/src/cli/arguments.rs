@@ -1,8 +1,8 @@
 //! Values of arguments, and the arguments that commands share.
 
 use super::failure::Failure;
-use clap::builder::{OsStringValueParser, PossibleValue, TypedValueParser};
-use clap::{Args, ValueEnum};
+use clap::builder::{EnumValueParser, OsStringValueParser, PossibleValue, TypedValueParser};
+use clap::{Arg, Args, Command, ValueEnum};
 use serde::Serialize;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Wall};
@@ -12,8 +12,9 @@ use shisen::simplify::PolygonLevels;
 use shisen_core::Simd;
 use shisen_core::gaze::{FaceRange, HeadPose};
 use shisen_tracker::head::osvr_hdk;
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fmt;
+use std::marker::PhantomData;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -21,6 +22,43 @@ use std::time::Duration;
 
 /// The most threads that can be asked for.
 const MOST_THREADS: u64 = 1024;
+
+/// The values of an argument without those that a command refuses: these are in no list of
+/// what there may be, and are read, so that the command says why it has no use for them.
+#[derive(Debug, Clone)]
+pub(super) struct Without<T> {
+    refused: &'static [&'static str],
+    of: PhantomData<fn() -> T>,
+}
+
+impl<T> Without<T> {
+    /// Without the values of these names.
+    pub(super) const fn new(refused: &'static [&'static str]) -> Self {
+        let of = PhantomData;
+        Self { refused, of }
+    }
+}
+
+impl<T: ValueEnum + Clone + Send + Sync + 'static> TypedValueParser for Without<T> {
+    type Value = T;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        argument: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<T, clap::Error> {
+        EnumValueParser::new().parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let all = T::value_variants().iter();
+        let values = all.filter_map(ValueEnum::to_possible_value);
+        Some(Box::new(
+            values.filter(|value| !self.refused.contains(&value.get_name())),
+        ))
+    }
+}
 
 /// `--scene`: a letter, a name or a file.
 #[derive(Debug, Clone)]

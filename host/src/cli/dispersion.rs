@@ -1,8 +1,9 @@
 //! Arguments of commands whose pictures may have wavelengths.
 
+use super::arguments::Without;
 use super::failure::Failure;
 use super::warn;
-use clap::{Args, ValueEnum};
+use clap::{Arg, Args, ValueEnum};
 use serde::Serialize;
 use shisen::bake::BakedScene;
 use shisen::render::Options;
@@ -52,6 +53,11 @@ enum MethodChoice {
     Paper,
     /// The same in the colours of the others
     Fixed,
+}
+
+/// The argument `--dispersion` of what is about one frame.
+pub(super) fn in_one_frame(dispersion: Arg) -> Arg {
+    dispersion.value_parser(Without::<MethodChoice>::new(&["paper", "fixed"]))
 }
 
 impl From<MethodChoice> for Method {

@@ -3,8 +3,9 @@
 mod report;
 
 use super::arguments::{Model, SceneName};
+use super::dispersion::in_one_frame;
 use super::failure::Failure;
-use super::lod::LodArguments;
+use super::lod::{LodArguments, of_every_pixel};
 use super::print;
 use super::room::RoomArguments;
 use super::source::Source;
@@ -41,6 +42,7 @@ use shisen_core::scene::{EffectSet, Records};
 /// `not_simulated` (effect and reason, of each that the scene does not ask for)
 /// and `not_built` (what no scene can ask for).
 #[derive(Debug, Args)]
+#[command(mut_arg("lod", of_every_pixel), mut_arg("dispersion", in_one_frame))]
 pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a
     /// baked scene [default: A]

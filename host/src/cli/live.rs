@@ -5,6 +5,7 @@ mod allocations;
 mod interference;
 
 use super::arguments::{Model, SceneName};
+use super::dispersion::in_one_frame;
 use super::failure::Failure;
 use super::lod::LodArguments;
 use super::room::RoomArguments;
@@ -37,6 +38,7 @@ use std::time::Duration;
 
 /// What is shown to whom, and how well.
 #[derive(Debug, Clone, Args)]
+#[command(mut_arg("dispersion", in_one_frame))]
 pub(super) struct LiveArguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked
     /// scene

@@ -1,11 +1,11 @@
 //! Arguments of commands in which detail may follow the gaze.
 
-use super::arguments::LevelArguments;
+use super::arguments::{LevelArguments, Without};
 use super::failure::Failure;
 use super::levels::Level;
 use super::source::{Loaded, bake};
 use super::warn;
-use clap::{Args, ValueEnum};
+use clap::{Arg, Args, ValueEnum};
 use glam::DVec3;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::Eye;
@@ -63,6 +63,11 @@ impl Choice {
             Self::Foveated => "foveated",
         }
     }
+}
+
+/// The argument `--lod` of what counts the rays of every pixel.
+pub(super) fn of_every_pixel(lod: Arg) -> Arg {
+    lod.value_parser(Without::<Choice>::new(&["foveated"]))
 }
 
 impl LodArguments {

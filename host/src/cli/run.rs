@@ -13,7 +13,7 @@ mod watched;
 use super::arguments::span;
 use super::failure::Failure;
 use super::filling::CaptureDetail;
-use super::live::{Change, LiveArguments, TimeArguments};
+use super::live::{Change, LiveArguments, TimeArguments, paper_lod};
 use super::print;
 use super::tracker::{Interrupt, TrackerName, whole};
 use clap::{Args, ValueEnum};
@@ -76,9 +76,7 @@ use std::time::Duration;
 /// for and holds no frame up; where it is closed, frames go on to the end of --frames
 /// or --seconds, and without these end. Where the X server goes away, they go on.
 #[derive(Debug, Args)]
-#[command(mut_arg("lod", |lod| lod.default_value("paper").hide_default_value(false)
-    .help("What follows the gaze: detail falls with the distance from the line of sight, and \
-           nothing outside the visual field is traced")))]
+#[command(mut_arg("lod", paper_lod))]
 pub(super) struct Arguments {
     #[command(flatten)]
     live: LiveArguments,

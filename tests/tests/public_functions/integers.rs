@@ -24,7 +24,7 @@ use shisen_core::gaze::{Detail, FaceRange, Gaze, LineOfSight, VisualField};
 use shisen_core::scene::EffectSet;
 use shisen_core::scene::format::Node;
 use shisen_core::spectrum::{Matching, SpectralSample, SpectralTable, Wavelengths};
-use shisen_core::trace::{MeshTracer, Sample, TileRays, Tracer, TraversalStack};
+use shisen_core::trace::{MeshTracer, TileRays, Tracer, TraversalStack};
 use shisen_tests::rays::Random;
 use shisen_tracker::command::{Action, Script, Session, Watch};
 use shisen_tracker::eye::adhawk;
@@ -216,11 +216,6 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let scene = BAKED.scene();
         let made = MeshTracer::new(&scene, mesh as usize, Simd::detect());
         assert!(made.is_none() || mesh < 8);
-    }),
-    ("core trace::sample::Sample::new", |[a, b, c]| {
-        let sample = Sample::new(a as u32, b as u32, c as u16, b as u16);
-        assert_eq!((sample.index(), sample.count()), (c as u16, b as u16));
-        std::hint::black_box(sample.seed());
     }),
     ("core trace::tile::TileRays::on_rung", |[rung, ..]| {
         let rays = rays().on_rung(rung as u8);

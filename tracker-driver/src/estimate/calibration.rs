@@ -7,6 +7,7 @@ use shisen_core::numeric::{normalize, sqrt};
 
 /// What a measured place is made of, before it is turned into a direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Model {
     /// 1, x, y: shift, scale, turn and shear. At least 3 targets, not on a
     /// line.
@@ -78,6 +79,7 @@ pub struct Residual {
 
 /// Why targets make no calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CalibrationError {
     /// Fewer targets than the model has terms.

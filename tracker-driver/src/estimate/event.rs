@@ -6,6 +6,7 @@ use crate::time::Micros;
 
 /// Something that happened to the gaze or to its data.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Event {
     /// Another rung of the ladder is taken.

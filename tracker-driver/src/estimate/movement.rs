@@ -91,6 +91,7 @@ pub(super) enum Change {
 
 /// A saccade that is over.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Saccade {
     /// Radians.
     pub amplitude: f32,

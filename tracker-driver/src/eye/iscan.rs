@@ -167,6 +167,7 @@ impl Default for Outputs {
 
 /// A record cannot have this many outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OutputsError {
     /// How many were given.
     pub found: usize,

@@ -28,6 +28,7 @@ pub struct Axes {
 
 /// A quaternion that is no rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AxesError {
     /// Its norm; NaN where a part is NaN.
     pub norm: f32,

@@ -251,6 +251,7 @@ pub fn change_speed(baud: u32) -> Option<Script> {
 
 /// What a status record says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
     /// The station that it names.
     pub station: u8,

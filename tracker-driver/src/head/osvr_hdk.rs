@@ -153,6 +153,7 @@ impl Report {
 
 /// Why a report was refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ReportError {
     /// Neither 16 nor 32 bytes.

@@ -33,6 +33,7 @@ pub const MOST_RECORD_BYTES: usize = 254;
 
 /// How a list's numbers are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Format {
     /// Decimal digits.
     Ascii,
@@ -43,6 +44,7 @@ pub enum Format {
 
 /// Units of length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Units {
     /// Inches: what the devices start with.
     #[default]

@@ -136,6 +136,7 @@ impl Default for Axes {
 
 /// Why a descriptor is not that of an eye or head tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LayoutError {
     /// It is none at all.

@@ -181,6 +181,7 @@ pub struct FaultsConfig {
 
 /// A value of a [`FaultsConfig`] that is out of range.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FaultsConfigError {
     field: &'static str,
     found: f32,

@@ -61,6 +61,7 @@ impl Default for TrackerConfig {
 
 /// A value of a [`TrackerConfig`] that is out of range.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TrackerConfigError {
     field: &'static str,
     found: f32,

@@ -1,8 +1,7 @@
 //! Trees of boxes: whether they are trees, and how deep.
 
 use crate::scene::format::{COUNT_SHIFT, INDEX, LEAF, Mesh};
-use crate::scene::{Scene, SceneError};
-use crate::trace::STACK_ENTRIES;
+use crate::scene::{STACK_ENTRIES, Scene, SceneError};
 use core::ops::Range;
 use heapless::Vec;
 

@@ -9,7 +9,7 @@ use super::super::picture_files::{make_writable, metadata};
 use super::super::print;
 use super::super::source::bake;
 use clap::Args;
-use report::{Cost, Peer, Report, Row, SameError, Splits};
+use report::{Cost, Report, Row, SameError, Split, Splits};
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{Cave, Eye, Viewer, Wall};
 use shisen::effects::Effects;
@@ -51,7 +51,7 @@ use views::{CLOSE, MAIN, WIDE, strip};
 /// meets glass `glass_share`, samples, wavelengths, `comb_seconds`,
 /// `plain_seconds` (without dispersion), ratio; splits: of a view that one ball
 /// fills, each ray split, one ray a pixel: `glass_share`, `plain_seconds` and
-/// peers: wavelengths, seconds, ratio and `pov_ray_ratio`; images (paths).
+/// counts: wavelengths, seconds and ratio; images (paths).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Pixels along each side of the picture
@@ -90,9 +90,8 @@ const METHODS: [Method; 3] = [Method::Paper, Method::Fixed, Method::Comb];
 /// Wavelengths into which each sample of the reference is split.
 const REFERENCE_WAVELENGTHS: u32 = 13;
 
-/// What POV-Ray 3.7 took for a glass ball on another machine, as a ratio to no dispersion;
-/// `tests/peers/run` measures it beside ours.
-const POV_RAY: [(u32, f64); 3] = [(7, 4.82), (10, 6.50), (14, 8.91)];
+/// Wavelengths into which each ray is split where that alone is measured.
+const SPLITS: [u32; 3] = [7, 10, 14];
 
 /// How often frames are rendered whose times alone matter, at least.
 const COST_ROUNDS: u32 = 5;
@@ -373,25 +372,24 @@ fn cost(arguments: &Arguments, size: u32, wavelengths: u32) -> Result<Cost, Fail
     })
 }
 
-/// A view that a ball fills, by POV-Ray's way.
+/// A view that a ball fills, each ray split.
 fn splits(arguments: &Arguments, size: u32) -> Result<Splits, Failure> {
     let bench = Bench::new(arguments, &CLOSE, size)?;
     let mut ways = vec![(Dispersion::Off, 1)];
-    for (count, _) in POV_RAY {
+    for count in SPLITS {
         ways.push((dispersion(Method::Split, count)?, 1));
     }
     let seconds = bench.seconds(&ways, arguments.repeat.max(COST_ROUNDS))?;
     let plain = seconds[0];
-    let peers = POV_RAY.iter().zip(&seconds[1..]);
+    let counts = SPLITS.iter().zip(&seconds[1..]);
     Ok(Splits {
         glass_share: share(&bench.glass()?),
         plain_seconds: plain,
-        peers: peers
-            .map(|(&(wavelengths, pov_ray_ratio), &seconds)| Peer {
+        counts: counts
+            .map(|(&wavelengths, &seconds)| Split {
                 wavelengths,
                 seconds,
                 ratio: seconds / plain,
-                pov_ray_ratio,
             })
             .collect(),
     })

@@ -5,7 +5,7 @@
 //! serial port. Tests run beside one another, so the frames here
 //! are rendered by a process of its own.
 
-use super::{Audience, Change, LiveArguments, Newest, TimeArguments};
+use super::{Audience, Change, LiveArguments, Newest, TimeArguments, paper_lod};
 use clap::Parser;
 use shisen::live::{Alone, FrameRecord, SessionSettings};
 use shisen::render::{CaptureOptions, Observer};
@@ -74,7 +74,7 @@ impl Audience for Auditor {
 }
 
 #[derive(Parser)]
-#[command(mut_arg("lod", |lod| lod.default_value("paper")))]
+#[command(mut_arg("lod", paper_lod))]
 struct Line {
     #[command(flatten)]
     live: LiveArguments,

@@ -6,6 +6,7 @@ use core::fmt;
 
 /// A configuration that cannot work.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EstimatorConfigError {
     /// A number outside its range, or NaN.

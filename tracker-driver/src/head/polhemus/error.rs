@@ -5,6 +5,7 @@ use core::fmt;
 
 /// Why a list of items was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ItemListError {
     /// The device has no such item, or none that is described.

@@ -8,6 +8,7 @@ use core::fmt;
 
 /// Why a descriptor was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DescriptorError {
     /// Where: the offset of the item, in bytes.
     pub offset: usize,
@@ -17,6 +18,7 @@ pub struct DescriptorError {
 
 /// What can be wrong with a descriptor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Problem {
     /// It has more than [`MOST_BYTES`] bytes.

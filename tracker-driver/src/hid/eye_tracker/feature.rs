@@ -39,6 +39,7 @@ pub struct Configuration {
 
 /// How a device is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
     /// 1 ready, 2 configuring, 3 the screen is not set up, 4 the user is not
     /// calibrated ([`status_name`]).
@@ -92,6 +93,7 @@ impl Mode {
 
 /// Why a feature report cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ReportError {
     /// The device's descriptor has no such report.

@@ -9,6 +9,7 @@ use glam::{Mat3, Vec3};
 
 /// Why there is no such dome master.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum DomeError {
     /// No pixels, or more than [`View::MOST_PIXELS`] a side.
@@ -19,12 +20,14 @@ pub enum DomeError {
     /// The viewpoint is not finite or too far out.
     Position {
         /// Where it is: metres.
+        #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
         position: Vec3,
     },
     /// The axes are not of unit length, right angles and right-handed, within
     /// [`DomeError::SKEW`], or not finite.
     Axes {
         /// The axes.
+        #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
         axes: Mat3,
     },
     /// The field of view is NaN, 0 or less, or more than 2π.
@@ -51,6 +54,7 @@ pub enum DomeError {
     /// [`DomeScreen::FARTHEST_EYE`].
     Eye {
         /// Where it is: metres, in the room.
+        #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
         eye: Vec3,
         /// From it to the screen's centre: radii.
         distance: f32,

@@ -61,16 +61,15 @@ pub(super) struct Cost {
 pub(super) struct Splits {
     pub(super) glass_share: f64,
     pub(super) plain_seconds: f64,
-    pub(super) peers: Vec<Peer>,
+    pub(super) counts: Vec<Split>,
 }
 
-/// Beside POV-Ray's ratio.
+/// Into so many wavelengths.
 #[derive(Debug, Serialize)]
-pub(super) struct Peer {
+pub(super) struct Split {
     pub(super) wavelengths: u32,
     pub(super) seconds: f64,
     pub(super) ratio: f64,
-    pub(super) pov_ray_ratio: f64,
 }
 
 impl fmt::Display for Report {
@@ -132,12 +131,8 @@ impl fmt::Display for Report {
             "where {:.0} % do, every ray split:",
             1e2 * self.splits.glass_share
         )?;
-        for peer in &self.splits.peers {
-            write!(
-                f,
-                " ×{:.2} for {} (POV-Ray ×{:.2})",
-                peer.ratio, peer.wavelengths, peer.pov_ray_ratio
-            )?;
+        for count in &self.splits.counts {
+            write!(f, " ×{:.2} for {}", count.ratio, count.wavelengths)?;
         }
         Ok(())
     }
