@@ -60,7 +60,7 @@ fn usage_is_that_of_the_command_asked_for() {
             "shisen cave",
         ),
         (
-            &["bench", "latency", "--scene", "grid"],
+            &["bench", "latency", "--scene", "grid", "--budget", "paper"],
             "shisen bench latency",
         ),
         (

@@ -49,6 +49,18 @@ fn the_command_follows_the_mock_and_reports() {
     }
     let stages = report["stages"].as_object().expect("stages");
     assert_eq!(stages.len(), 7);
+    for (leg, stage) in stages {
+        let classes = report["histograms"][leg].as_array().expect("a histogram");
+        let of = |class: &Value| {
+            (
+                class[0].as_f64().expect("ms"),
+                class[1].as_u64().expect("frames"),
+            )
+        };
+        let frames: u64 = classes.iter().map(|class| of(class).1).sum();
+        assert_eq!(frames, stage["frames"].as_u64().unwrap_or(0), "{leg}");
+        assert!(classes.is_sorted_by_key(|class| of(class).0), "{leg}");
+    }
     let rungs = report["rungs"].as_array().expect("rungs");
     let frames: u64 = rungs
         .iter()

@@ -59,7 +59,9 @@ use std::time::Duration;
 /// `lost_samples` (by the device's count), `dropped_bytes`, `motion_to_wall_ms` (frames,
 /// least, p50, p95, p99, most; null without samples), stages (the same of
 /// `sample_to_arrive`, `arrive_to_latch`, `latch_to_first_ray`, `first_ray_to_done`,
-/// `done_to_present`, `arrive_to_first_ray` and `motion_to_wall`), `involuntary_switches`
+/// `done_to_present`, `arrive_to_first_ray` and `motion_to_wall`), histograms (of each of
+/// these stages the classes that have frames: where a class ends, in milliseconds, and how
+/// many frames; each is a fifth longer than the one before), `involuntary_switches`
 /// (how often the system took the processor away) and `stolen_seconds` (of all
 /// processors, by whatever this machine runs on); null where the system does not say;
 /// stereo (format and `eye_order`, the first eye first), fill (by now, where keys changed

@@ -182,6 +182,12 @@ impl Governor {
         }
     }
 
+    /// The newest frames were a look around: what the next one needs is what is known of
+    /// where its gaze is.
+    pub fn look_back(&mut self) {
+        self.with_gaze.forget_newest();
+    }
+
     /// The rung above, whatever it takes, for a frame that nobody sees: as long as
     /// what it costs is a guess, it may be one that quality never rises above.
     pub fn better(&self) -> Option<Decision> {
@@ -343,6 +349,58 @@ mod tests {
         assert!(short.iter().all(|&frame| frame < 1_000), "{short:?}");
         assert!(short.len() <= 8, "{short:?}");
         assert!(rungs[0] <= 6 && rungs[1] == 7, "{rungs:?}");
+    }
+
+    /// What other places have made of the ratios between rungs is no matter where these were
+    /// seen.
+    #[test]
+    fn what_was_seen_here_counts_for_more_than_ratios_of_elsewhere() {
+        let mut governor = Governor::new();
+        let whole = Decision::whole;
+        let seen = |governor: &mut Governor, gaze: Vec3, rung: usize, need: u64| {
+            governor.follow(Some(gaze));
+            governor.learn(&whole(rung), need, taken(need, 1.0e-3));
+        };
+        // Elsewhere the eighth rung takes five times as much as the ninth, here little more.
+        for aside in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y] {
+            seen(&mut governor, aside, 0, 900_000);
+            seen(&mut governor, aside, 9, 20_000);
+            seen(&mut governor, aside, 8, 100_000);
+        }
+        seen(&mut governor, Vec3::NEG_Z, 8, 110_000);
+        seen(&mut governor, Vec3::NEG_Z, 9, 83_000);
+        // In all places there are, or have been, frames of the best rung take as much.
+        assert!((governor.full_need() / 9.0e5 - 1.0).abs() < 0.01);
+        governor.with_gaze.choose(100_000.0);
+        assert_eq!(governor.decide(Allowance::Steps(250_000)).rung, 9);
+        for _ in 0..CALM {
+            seen(&mut governor, Vec3::NEG_Z, 9, 83_000);
+            governor.decide(Allowance::Steps(250_000));
+        }
+        assert_eq!(governor.decide(Allowance::Steps(250_000)).rung, 8);
+    }
+
+    #[test]
+    fn a_look_around_keeps_no_quality_down() {
+        let mut governor = Governor::new();
+        let (ahead, aside) = (Some(Vec3::NEG_Z), Some(Vec3::X));
+        governor.follow(ahead);
+        for (rung, need) in [(13, 40_000), (12, 60_000)] {
+            governor.learn(&Decision::whole(rung), need, taken(need, 1.0e-3));
+        }
+        governor.with_gaze.choose(1.0);
+        governor.follow(aside);
+        let dear = 400_000;
+        governor.learn(&Decision::whole(13), dear, taken(dear, 1.0e-3));
+        governor.follow(ahead);
+        let allowance = Allowance::Steps(100_000);
+        assert!(!governor.rise(allowance));
+        governor.look_back();
+        assert!(governor.rise(allowance));
+        assert_eq!(governor.decide(allowance).rung, 12);
+        // There it still does not fit.
+        governor.follow(aside);
+        assert_eq!(governor.decide(allowance).rung, 13);
     }
 
     #[test]

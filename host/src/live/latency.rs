@@ -91,6 +91,12 @@ impl Leg {
 /// Longest time that is kept as it is: longer ones count as this.
 const LONGEST: Duration = Duration::from_mins(1);
 
+/// Where the first of a histogram's few classes ends: nanoseconds.
+const FIRST_CLASS: u64 = 10_000;
+
+/// How many times as far the next class reaches.
+const WIDER: f64 = 1.2;
+
 /// Histograms of all legs, to three digits from a microsecond to a minute. They
 /// take no memory while they are filled.
 #[derive(Debug, Clone)]
@@ -138,8 +144,7 @@ impl Latencies {
 
     /// What a leg comes to; `None` where no frame had one.
     pub fn of(&self, leg: Leg) -> Option<Summary> {
-        let number = Leg::ALL.iter().position(|one| *one == leg)?;
-        let histogram = self.legs.get(number).filter(|legs| !legs.is_empty())?;
+        let histogram = self.leg(leg).filter(|legs| !legs.is_empty())?;
         let milliseconds = |nanoseconds: u64| nanoseconds as f64 * 1.0e-6;
         let at = |quantile: f64| milliseconds(histogram.value_at_quantile(quantile));
         Some(Summary {
@@ -152,12 +157,30 @@ impl Latencies {
         })
     }
 
+    fn leg(&self, leg: Leg) -> Option<&Histogram<u64>> {
+        let number = Leg::ALL.iter().position(|one| *one == leg);
+        number.and_then(|number| self.legs.get(number))
+    }
+
+    /// A leg's frames in few classes, each a fifth longer than the one before: the end of
+    /// each that has any in milliseconds, and how many.
+    pub fn few_classes(&self, leg: Leg) -> impl Iterator<Item = (f64, u64)> + '_ {
+        let classes = self.leg(leg).into_iter();
+        let classes = classes.flat_map(|legs| legs.iter_log(FIRST_CLASS, WIDER));
+        let classes = classes.map(|class| {
+            (
+                class.value_iterated_to() as f64 * 1.0e-6,
+                class.count_since_last_iteration(),
+            )
+        });
+        classes.filter(|&(_, frames)| frames > 0)
+    }
+
     /// A leg's frames by how long they took: the end of each class in milliseconds,
     /// and how many are in it. Classes are a thousandth wide or more.
     pub fn classes(&self, leg: Leg) -> impl Iterator<Item = (f64, u64)> + '_ {
-        let number = Leg::ALL.iter().position(|one| *one == leg);
-        let histogram = number.and_then(|number| self.legs.get(number));
-        let classes = histogram.into_iter().flat_map(Histogram::iter_recorded);
+        let classes = self.leg(leg).into_iter();
+        let classes = classes.flat_map(Histogram::iter_recorded);
         classes.map(|class| {
             (
                 class.value_iterated_to() as f64 * 1.0e-6,
@@ -221,6 +244,20 @@ mod tests {
             .map(|(_, count)| count)
             .sum();
         assert_eq!(counted, 1_000);
+        // From 0.6 to 1.6 ms, each a fifth longer than the one before.
+        let few: Vec<_> = latencies.few_classes(Leg::ArriveToFirstRay).collect();
+        assert!((5..=7).contains(&few.len()), "{few:?}");
+        assert_eq!(few.iter().map(|&(_, count)| count).sum::<u64>(), 1_000);
+        for pair in few.windows(2) {
+            assert!((pair[1].0 / pair[0].0 - 1.2).abs() < 2.0e-3, "{few:?}");
+        }
+        let (first, last) = (few[0].0, few[few.len() - 1].0);
+        assert!(
+            (0.6..0.72).contains(&first) && (1.598..1.92).contains(&last),
+            "{few:?}"
+        );
+        let of_none = Latencies::new();
+        assert_eq!(of_none.few_classes(Leg::MotionToWall).count(), 0);
     }
 
     #[test]

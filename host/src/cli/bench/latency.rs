@@ -10,7 +10,8 @@ use super::super::live::{
 use super::super::picture_files::make_writable;
 use super::super::print;
 use super::super::tracker::{Interrupt, protocol, whole};
-use clap::Args;
+use clap::builder::ArgPredicate;
+use clap::{Arg, Args};
 use serde::Serialize;
 use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
 use shisen::tracker::pty::Pty;
@@ -39,7 +40,7 @@ use std::time::{Duration, Instant};
 /// each frame, latency.csv, the histograms of all legs, latency.svg, motion to wall, and
 /// legs.svg, all legs at the highest rate, taken late).
 #[derive(Debug, Args)]
-#[command(mut_arg("lod", paper_lod))]
+#[command(mut_arg("lod", paper_lod), mut_arg("budget", in_half_a_refresh))]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     live: LiveArguments,
@@ -63,6 +64,21 @@ pub(in crate::cli) struct Arguments {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// The argument `--budget`: unless told otherwise frames are over well before their refresh,
+/// on any machine, so that there is time to wait for the newest sample.
+fn in_half_a_refresh(budget: Arg) -> Arg {
+    budget
+        .default_value_if("hz", ArgPredicate::IsPresent, None::<&str>)
+        .default_value("8ms")
+        .hide_default_value(true)
+        .help(
+            "What a frame may take: 33ms, 2000000steps (for the same gazes the same frames), paper \
+             (the seconds of its Table 2), paper-scaled (its time with level of detail as a part \
+             of its time without, of what that takes here) or off [default: a refresh of --hz, or \
+             else 8ms, half of one at 60 Hz]",
+        )
 }
 
 /// What was measured.

@@ -51,6 +51,7 @@ pub(super) struct Report {
     passed_over_samples: u64,
     motion_to_wall_ms: Option<Summary>,
     stages: BTreeMap<&'static str, Option<Summary>>,
+    histograms: BTreeMap<&'static str, Vec<(f64, u64)>>,
 }
 
 /// What a session does not know of itself.
@@ -249,6 +250,10 @@ impl Report {
             stages: Leg::ALL
                 .into_iter()
                 .map(|leg| (leg.name(), of.latencies.of(leg)))
+                .collect(),
+            histograms: Leg::ALL
+                .into_iter()
+                .map(|leg| (leg.name(), of.latencies.few_classes(leg).collect()))
                 .collect(),
         }
     }

@@ -89,6 +89,11 @@ impl Ladder {
         self.cell = Some(Cell::of(forward));
     }
 
+    /// The newest frames are of no concern for the next: their gazes were elsewhere.
+    pub(super) fn forget_newest(&mut self) {
+        self.recent = [(self.rung, 0.0); RECENT];
+    }
+
     /// What a rung takes as a part of what another does.
     fn ratio(&self, rung: usize, other: usize) -> f64 {
         let between = |from: usize, to: usize| -> f64 {
@@ -102,17 +107,31 @@ impl Ladder {
         }
     }
 
+    /// The same where the next frame's gaze is, as far as it has been there: what was seen
+    /// of both rungs, or of rungs near them.
+    fn ratio_here(&self, rung: usize, other: usize) -> f64 {
+        let there = |rung: usize| self.cell.map_or(0.0, |cell| self.there(cell, rung));
+        match there(other) {
+            of_other if of_other > 0.0 => there(rung) / of_other,
+            _ => self.ratio(rung, other),
+        }
+    }
+
     /// What a rung needs, by the newest frames: the most of the last few. 0 where
     /// nothing is known.
     pub(super) fn recent(&self, rung: usize) -> f64 {
         let needs = self.recent.iter();
-        let needs = needs.map(|&(of, need)| need * self.ratio(rung, of));
+        let needs = needs.map(|&(of, need)| need * self.ratio_here(rung, of));
         needs.fold(0.0, f64::max)
     }
 
-    /// What the best rung needs, by the newest frames; at most so many times as much as the
-    /// newest frame of it needed, or as small a part of that. 0 where nothing is known.
+    /// What the best rung needs: what it needed where the gaze is, or else wherever it has
+    /// been. Of frames that follow no gaze, by the newest ones; at most so many times as much
+    /// as the newest frame of it needed, or as small a part of that. 0 where nothing is known.
     pub(super) fn of_best(&self) -> f64 {
+        if let Some(need) = self.cell.and_then(|cell| self.places.of_best(cell)) {
+            return need;
+        }
         let recent = self.recent(0);
         if self.best > 0.0 {
             recent.clamp(self.best / MOST_CHANGE, self.best * MOST_CHANGE)
@@ -208,6 +227,12 @@ impl Ladder {
             let ratios: [f64; Quality::LADDER.len()] =
                 std::array::from_fn(|other| self.ratio(other, rung));
             self.places.learn(cell, rung, |other| need * ratios[other]);
+            // What is known of places says more than the last place that was looked at.
+            for (rung, ratio) in self.ratios.iter_mut().enumerate() {
+                if let Some(seen) = self.places.ratio(rung) {
+                    *ratio = seen.clamp(LEAST_RATIO, 1.0);
+                }
+            }
         }
     }
 

@@ -55,6 +55,33 @@ impl Places {
         all.filter(|&(_, need)| need > 0.0)
     }
 
+    /// What frames of the rung below one need as a part of what its own do, by all cells in
+    /// which both are known: the dearer they are there, the more these count. `None` where
+    /// there are none.
+    pub(super) fn ratio(&self, rung: usize) -> Option<f64> {
+        let both = self
+            .0
+            .iter()
+            .filter_map(|rungs| match rungs.get(rung..rung + 2) {
+                Some(&[own, below]) if own > 0.0 && below > 0.0 => Some((own, below)),
+                _ => None,
+            });
+        let (own, below) = both.fold((0.0, 0.0), |sums, both| (sums.0 + both.0, sums.1 + both.1));
+        (own > 0.0).then(|| below / own)
+    }
+
+    /// What frames of the best rung need with the gaze there: what they needed, or else what
+    /// they did in the middle of the other cells. `None` before there was one.
+    pub(super) fn of_best(&self, cell: Cell) -> Option<f64> {
+        let of = |rungs: &[f64; RUNGS]| rungs.first().copied().filter(|&need| need > 0.0);
+        self.0.get(cell.0).and_then(of).or_else(|| {
+            let needs = self.0.iter().filter_map(of);
+            let (count, sum) =
+                needs.fold((0.0, 0.0), |(count, sum), need| (count + 1.0, sum + need));
+            (count > 0.0).then(|| sum / count)
+        })
+    }
+
     /// Takes what a frame of a rung needed, and what others are expected to by that.
     pub(super) fn learn(&mut self, cell: Cell, rung: usize, expected: impl Fn(usize) -> f64) {
         let Some(known) = self.0.get_mut(cell.0) else {
@@ -119,6 +146,7 @@ mod tests {
         }
         assert!((need(&places, 4).unwrap() - 60.0).abs() < 0.5);
         assert_eq!(places.known(Cell::of(Vec3::X)).count(), 0);
+        assert_eq!(places.ratio(4), None);
         // What is known of others stays for longer.
         places.learn(cell, 5, |_| 30.0);
         assert_eq!(places.known(cell).count(), 2);
@@ -127,5 +155,29 @@ mod tests {
         }
         assert!((55.0..59.0).contains(&need(&places, 4).unwrap()));
         assert!((need(&places, 5).unwrap() - 20.0).abs() < 1.0);
+    }
+
+    #[test]
+    fn dear_places_count_for_more_than_cheap_ones() {
+        let mut places = Places::new();
+        let (cheap, dear) = (Cell::of(Vec3::NEG_Z), Cell::of(Vec3::X));
+        for (cell, rung, need) in [
+            (cheap, 8, 80.0),
+            (cheap, 9, 20.0),
+            (dear, 8, 920.0),
+            (dear, 9, 730.0),
+        ] {
+            places.learn(cell, rung, |_| need);
+        }
+        let elsewhere = Cell::of(Vec3::Y);
+        places.learn(elsewhere, 9, |_| 900.0);
+        assert!((places.ratio(8).unwrap() - 0.75).abs() < 1.0e-3);
+        assert_eq!(places.ratio(9), None);
+        // The best is as dear wherever it has been seen, and elsewhere as in the middle.
+        assert_eq!(places.of_best(cheap), None);
+        places.learn(cheap, 0, |_| 1000.0);
+        places.learn(dear, 0, |_| 1200.0);
+        assert_eq!(places.of_best(dear), Some(1200.0));
+        assert_eq!(places.of_best(elsewhere), Some(1100.0));
     }
 }

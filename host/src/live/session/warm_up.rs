@@ -99,6 +99,7 @@ where
                 self.look_around(look, eyes)?;
                 self.stage.observe(look, eyes);
                 self.session.governor.follow(gaze_of(look, eyes));
+                self.session.governor.look_back();
                 self.climb((look, eyes), Purpose::WarmUp)?;
             }
         }
@@ -160,8 +161,8 @@ where
         self.climb(seen, purpose)
     }
 
-    /// Sees what the qualities around the one that fits take where a viewer may look
-    /// next: how much less one takes than another is not the same everywhere.
+    /// Sees what the qualities around the one that fits, and the best, take where a viewer
+    /// may look next: how much less one takes than another is not the same everywhere.
     fn look_around(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> Result<(), SessionError> {
         let across = look.forward.cross(look.up);
         for aside in [across, -across, look.up, -look.up] {
@@ -170,6 +171,7 @@ where
                 continue;
             }
             self.session.governor.follow(gaze_of(&glance, eyes));
+            self.render((&glance, eyes), &Decision::FULL, Purpose::WarmUp)?;
             for decision in self.session.governor.around() {
                 self.render((&glance, eyes), &decision, Purpose::WarmUp)?;
             }
