@@ -218,7 +218,7 @@ pub enum RenderError {
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
     /// No threads to be had.
-    #[error("the threads could not be started: {0}")]
+    #[error("the threads could not be started: {0}; ask for fewer of them")]
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 

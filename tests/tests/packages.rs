@@ -10,7 +10,10 @@ const PACKAGES: [(&str, &[&str]); 4] = [
     ("shisen-core", &["CHANGELOG.md", "examples/"]),
     ("shisen-tracker", &["CHANGELOG.md", "examples/", "udev/"]),
     ("shisen", &["CHANGELOG.md", "examples/", "build.rs"]),
-    ("shisen-capi", &["examples/", "include/", "cbindgen.toml"]),
+    (
+        "shisen-capi",
+        &["CHANGELOG.md", "examples/", "include/", "cbindgen.toml"],
+    ),
 ];
 
 /// In every one.

@@ -172,7 +172,12 @@ impl Share {
 #[non_exhaustive]
 pub enum SwapError {
     /// Some have not said in time that they have rendered a frame.
-    #[error("frame {frame} is not there after {} s on {}", wait.as_secs_f64(), names.join(", "))]
+    #[error(
+        "frame {frame} is not there after {} s on {}: see what has stopped there, and start all \
+         of them again",
+        wait.as_secs_f64(),
+        names.join(", ")
+    )]
     Late {
         /// Which frame.
         frame: u64,
@@ -182,7 +187,10 @@ pub enum SwapError {
         names: Vec<String>,
     },
     /// The one that orders says nothing.
-    #[error("{name} has said nothing for {} s", wait.as_secs_f64())]
+    #[error(
+        "{name} has said nothing for {} s: see what has stopped there, and start all of them again",
+        wait.as_secs_f64()
+    )]
     Silent {
         /// Its rank and machine.
         name: String,

@@ -5,7 +5,7 @@ use super::super::print;
 use super::super::ray_counts::RayCounts;
 use super::cells::{Rows, Title};
 use super::frames::{FrameArguments, Way};
-use clap::Args;
+use clap::{Arg, Args};
 use glam::Vec3;
 use serde::Serialize;
 use shisen::live::Table2;
@@ -30,12 +30,18 @@ use std::fmt;
 /// the rays of the field take nearly all steps of the plain frame, the share of
 /// time that asking for their levels adds to it (else null).
 #[derive(Debug, Args)]
+#[command(mut_arg("repeat", often))]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     frames: FrameArguments,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+/// The argument `--repeat`: ratios of a few frames differ by hundredths from run to run.
+fn often(repeat: Arg) -> Arg {
+    repeat.default_value("25")
 }
 
 /// Where the viewer looks in states 1 and 2, and what is up then.

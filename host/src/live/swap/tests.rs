@@ -169,7 +169,9 @@ fn one_that_is_late_is_named() {
     let said: Vec<String> = said.into_iter().flatten().collect();
     assert_eq!(
         said,
-        ["frame 1 is not there after 0.3 s on rank 2 (thread)"]
+        [
+            "frame 1 is not there after 0.3 s on rank 2 (thread): see what has stopped there, and start all of them again"
+        ]
     );
 }
 
@@ -181,7 +183,9 @@ fn silence_and_nonsense_are_told() {
     });
     assert_eq!(
         said[1].as_deref(),
-        Some("rank 0 (thread) has said nothing for 0.2 s")
+        Some(
+            "rank 0 (thread) has said nothing for 0.2 s: see what has stopped there, and start all of them again"
+        )
     );
     for nonsense in [&[9u8][..], &[], &[2, 1, 2, 3]] {
         let [mut leader, follower] = <[Channels; 2]>::try_from(Channels::new(2)).unwrap();
