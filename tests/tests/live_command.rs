@@ -664,3 +664,20 @@ fn latency_is_measured_over_a_line() {
         assert!(times.len() >= 4 && times.is_sorted(), "{row:?}");
     }
 }
+
+/// What qualities differ by where pixels are left out, or a capture is taken anew.
+#[test]
+fn a_lower_quality_is_told_in_full() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (way, expected) in [
+        (&["--lod", "foveated"][..], " times as coarse\n"),
+        (&["--fill", "capture"], "% of the capture anew\n"),
+    ] {
+        let mut command = shisen(folder.path());
+        let command = command.args(["run", "--size", "24", "--hz", "100", "--frames", "5"]);
+        let command = command.args(["--budget", "4000steps"]).args(way);
+        let output = command.assert().success().get_output().stdout.clone();
+        let text = String::from_utf8(output).expect("text");
+        assert!(text.contains(expected), "{text}");
+    }
+}

@@ -346,7 +346,7 @@ impl fmt::Display for Report {
         }
         self.fmt_samples(f)?;
         for rung in self.rungs.iter().filter(|rung| rung.frames > 0) {
-            writeln!(
+            write!(
                 f,
                 "  {:6} frames: {} bounces, faces of level {}, field to {:.0}%, its centre to \
                  {:.0}%",
@@ -356,6 +356,13 @@ impl fmt::Display for Report {
                 100.0 * rung.field,
                 100.0 * rung.centre
             )?;
+            if rung.sampling > 1.0 {
+                write!(f, ", {} times as coarse", rung.sampling)?;
+            }
+            if rung.capture < 1.0 {
+                write!(f, ", {:.0}% of the capture anew", 100.0 * rung.capture)?;
+            }
+            writeln!(f)?;
         }
         if let Some(together) = &self.around.cluster {
             writeln!(f, "{together}")?;
