@@ -29,6 +29,7 @@ mod levels;
 mod live;
 mod live_command;
 mod lod;
+mod logged;
 mod optics;
 mod overrun;
 mod packages;
