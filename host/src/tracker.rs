@@ -22,7 +22,7 @@ mod times;
 pub use feed::{Feed, FeedClock, FeedError, Notice, PAUSE, Senses, Trouble, simulated};
 pub use hid::{Features, features};
 pub use live::LiveError;
-pub use protocol::{Protocol, UnknownProtocol};
+pub use protocol::{ProtocolSpec, UnknownProtocol};
 pub use recording::{Recorder, Recording, RecordingError, RecordingFormat};
 pub use settings::settings;
 pub use spec::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec, SpecError};

@@ -12,9 +12,9 @@ use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::decoder::{Decoder as _, Event};
 use shisen_tracker::estimate::{EstimatorConfig, GazeEstimator};
 use shisen_tracker::mock::{
-    Faults, FaultsConfig, Format, Reader, Source as _, Tracker, TrackerConfig, Viewer,
-    ViewerConfig, Wire,
+    Faults, FaultsConfig, Source as _, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire,
 };
+use shisen_tracker::protocol::{Protocol, Reader};
 use shisen_tracker::time::Micros;
 use std::error::Error;
 
@@ -26,14 +26,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let viewer = Viewer::new(ViewerConfig::default(), SEED);
     let mut truth = viewer.clone();
     let tracker = Tracker::new(TrackerConfig::default(), viewer, SEED)?;
-    let format = Format::named("link").ok_or("no such protocol")?;
-    let mut reader = Reader::new(&format).ok_or("no such device")?;
+    let protocol = Protocol::named("link").ok_or("no such protocol")?;
+    let mut reader = Reader::new(&protocol).ok_or("no such device")?;
     let bad_line = FaultsConfig {
         drop: 0.01,
         corrupt: 0.01,
         ..FaultsConfig::default()
     };
-    let mut line = Faults::new(Wire::new(tracker, format), bad_line, SEED)?;
+    let mut line = Faults::new(Wire::new(tracker, protocol), bad_line, SEED)?;
 
     let mut clock = ClockEstimator::new(ClockConfig {
         least_delay: TrackerConfig::default().latency,

@@ -13,8 +13,9 @@
 use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
 use shisen_tracker::decoder::{Decoder as _, Event};
 use shisen_tracker::head::fastrak::{Config, Fastrak};
-use shisen_tracker::head::polhemus::{Family, Format as Written, ItemList};
-use shisen_tracker::mock::{Format, Line, Tracker, TrackerConfig, Viewer, ViewerConfig};
+use shisen_tracker::head::polhemus::{Family, Format, ItemList};
+use shisen_tracker::mock::{Line, Tracker, TrackerConfig, Viewer, ViewerConfig};
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::time::Micros;
 use shisen_tracker::uart::{DeviceEnd, Due, HostEnd};
 use std::collections::VecDeque;
@@ -74,12 +75,8 @@ impl Write for Port {
 fn main() -> Result<(), Box<dyn Error>> {
     // What the board asks for: positions and quaternions, in binary. The device was left
     // with positions and angles in ASCII.
-    let wanted = Config::new(ItemList::new(
-        Family::Fastrak,
-        Written::Binary,
-        &[2, 11, 0],
-    )?);
-    let left = Config::new(ItemList::new(Family::Fastrak, Written::Ascii, &[2, 4, 1])?);
+    let wanted = Config::new(ItemList::new(Family::Fastrak, Format::Binary, &[2, 11, 0])?);
+    let left = Config::new(ItemList::new(Family::Fastrak, Format::Ascii, &[2, 4, 1])?);
     let mut tracker = HostEnd::new(Fastrak::new(wanted.clone()), wanted.start(false));
     let mut port = Port::default();
 
@@ -89,7 +86,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..TrackerConfig::default()
     };
     let head = Tracker::new(config, viewer, 7)?;
-    let mut device = DeviceEnd::new(Line::new(head, &Format::Fastrak(left)));
+    let mut device = DeviceEnd::new(Line::new(head, &Protocol::Fastrak(left)));
     let mut far = Port::default();
 
     let (mut samples, mut set_up) = (0, None);

@@ -43,6 +43,7 @@
 //! | [`eye`] | eye trackers on a serial line |
 //! | [`hid`] | eye and head trackers of HID usage page 0x12, by their report descriptor |
 //! | [`link`] | boards that speak our own link, and displays that do |
+//! | [`protocol`] | any of these devices, chosen at run time |
 //! | [`sample`], [`time`] | what comes out of a decoder: heads, eyes, and when |
 //! | [`clock`] | from a device's times to the caller's clock |
 //! | [`estimate`] | the line of sight at the time of display, and how sure it is |
@@ -93,6 +94,7 @@ pub mod i2c;
 pub mod link;
 #[cfg(any(test, feature = "mock"))]
 pub mod mock;
+pub mod protocol;
 mod rotation;
 pub mod sample;
 #[cfg(feature = "serial")]

@@ -5,8 +5,8 @@
 //!   sight is at any time of its recent past and future;
 //! - [`Tracker`] measures it, with noise, blinks and a clock of its own, and
 //!   gives [`Sample`](crate::sample::Sample)s;
-//! - [`Wire`] turns samples into the bytes of a protocol;
-//! - [`Reader`] is the decoder of these bytes;
+//! - [`Wire`] turns samples into the bytes of a protocol, which
+//!   [`Reader`](crate::protocol::Reader) decodes;
 //! - [`Device`] hears what a host says to the device, and [`Line`] is both: the
 //!   device's end of a line, which `uart::DeviceEnd` puts on a port;
 //! - [`Faults`] stands between any source and its reader: delay, jitter,
@@ -22,7 +22,6 @@ mod line;
 mod movement;
 mod noise;
 mod random;
-mod reader;
 mod tracker;
 mod wire;
 
@@ -33,9 +32,8 @@ pub use faults::{
 pub use line::Line;
 pub use movement::{Kind, ScriptedTarget, Truth, Viewer, ViewerConfig};
 pub use random::Random;
-pub use reader::Reader;
 pub use tracker::{Tracker, TrackerConfig, TrackerConfigError};
-pub use wire::{Format, RAW_CENTRE, RAW_PER_METRE, Wire};
+pub use wire::{RAW_CENTRE, RAW_PER_METRE, Wire};
 
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,7 @@ use crate::decoder::Decoder;
 use crate::head::osvr_hdk;
 use crate::hid::eye_tracker::documented::DESCRIPTOR;
 use crate::hid::eye_tracker::{Axes, EyeTracker};
-use crate::mock::{Format, Reader};
+use crate::protocol::{Protocol, Reader};
 use crate::testing::{ARRIVAL, Random, assert_usable, random_bytes, random_count};
 
 /// A billion where `SHISEN_HEAVY` asks for it.
@@ -25,7 +25,7 @@ fn random_bytes_of_each_line_pass_as_often_as_said() {
         ("adhawk", f64::exp2(-36.0)),
     ];
     for ((name, rate), seed) in rates.into_iter().zip(900..) {
-        let mut reader = Reader::new(&Format::named(name).unwrap()).unwrap();
+        let mut reader = Reader::new(&Protocol::named(name).unwrap()).unwrap();
         let fed = random_count(HEAVY);
         let passed = random_bytes(&mut reader, fed, seed);
         let said = rate * fed as f64;

@@ -1,6 +1,7 @@
 //! What the decoders' tests share: faults in a stream, random bytes, cuts.
 
 use crate::decoder::{Decoder, DropReason, Event};
+use crate::protocol::Protocol;
 use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
 use crate::time::{DeviceTime, Micros};
 use glam::{Quat, Vec3};
@@ -101,14 +102,14 @@ pub(crate) fn mock_head(count: usize) -> Vec<Sample> {
 /// What the mock says in a protocol of that name, ten times a second: records of which
 /// no two are alike, so without the further ones of a blink.
 pub(crate) fn mock_records(name: &str, count: usize) -> Vec<Vec<u8>> {
-    use crate::mock::{Format, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+    use crate::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
     let config = TrackerConfig {
         rate: 60,
         ..TrackerConfig::default()
     };
     let viewer = Viewer::new(ViewerConfig::default(), 9);
     let tracker = Tracker::new(config, viewer, 9).unwrap();
-    let mut wire = Wire::new(tracker, Format::named(name).unwrap());
+    let mut wire = Wire::new(tracker, Protocol::named(name).unwrap());
     let mut records: Vec<Vec<u8>> = Vec::new();
     for i in 0.. {
         let (_, mut sample) = wire.source().next_sample();
@@ -128,19 +129,18 @@ pub(crate) fn mock_records(name: &str, count: usize) -> Vec<Vec<u8>> {
 
 /// All protocols of serial lines as is usual, and Flock's other modes, which believe
 /// more.
-pub(crate) fn serial_lines() -> Vec<(std::string::String, crate::mock::Format)> {
+pub(crate) fn serial_lines() -> Vec<(std::string::String, Protocol)> {
     use crate::head::flock::{self, Mode};
-    use crate::mock::Format;
-    let serial = Format::NAMES[..]
+    let serial = Protocol::NAMES[..]
         .iter()
         .filter(|name| !["osvr-hdk", "hid"].contains(name));
-    let serial = serial.map(|name| ((*name).into(), Format::named(name).unwrap()));
+    let serial = serial.map(|name| ((*name).into(), Protocol::named(name).unwrap()));
     let modes = Mode::ALL.into_iter().map(|mode| {
         let config = flock::Config {
             mode,
             ..flock::Config::default()
         };
-        (std::format!("{mode:?}"), Format::Flock(config))
+        (std::format!("{mode:?}"), Protocol::Flock(config))
     });
     serial.chain(modes).collect()
 }

@@ -3,7 +3,8 @@
 
 use crate::command::{Failure, Watch};
 use crate::decoder::{Decoder, Event};
-use crate::mock::{Format, Reader, Source, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use crate::mock::{Source, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use crate::protocol::{Protocol, Reader};
 use crate::testing::{assert_usable, serial_lines};
 use crate::time::Micros;
 use std::vec::Vec;
@@ -38,7 +39,7 @@ struct Levels {
 impl Levels {
     /// What the mock sends in so many seconds: with pauses between its records, or
     /// without.
-    fn of(format: &Format, seconds: u64, pauses: bool) -> Self {
+    fn of(protocol: &Protocol, seconds: u64, pauses: bool) -> Self {
         const RATE: u32 = 125;
         let baud = 115_200;
         let config = TrackerConfig {
@@ -46,7 +47,7 @@ impl Levels {
             ..TrackerConfig::default()
         };
         let viewer = Viewer::new(ViewerConfig::default(), 6);
-        let mut wire = Wire::new(Tracker::new(config, viewer, 6).unwrap(), format.clone());
+        let mut wire = Wire::new(Tracker::new(config, viewer, 6).unwrap(), protocol.clone());
         let mut bits = Vec::new();
         let until = (seconds * baud) as usize;
         while bits.len() < until {
@@ -103,8 +104,8 @@ impl Levels {
 }
 
 /// What the watch says at last, and the samples.
-fn listen(format: &Format, bytes: &[(Micros, u8)], until: Micros) -> (Option<Failure>, u64) {
-    let mut reader = Reader::new(format).unwrap();
+fn listen(protocol: &Protocol, bytes: &[(Micros, u8)], until: Micros) -> (Option<Failure>, u64) {
+    let mut reader = Reader::new(protocol).unwrap();
     let mut watch = Watch::new();
     let mut samples = 0;
     for &(time, byte) in bytes {
@@ -138,12 +139,12 @@ fn stated(name: &str) -> Option<f64> {
 fn a_wrong_speed_is_told_as_such() {
     let seconds = if cfg!(miri) { 1 } else { 5 };
     let end = Micros::from_millis(1_000 * seconds);
-    for (name, format) in serial_lines() {
+    for (name, protocol) in serial_lines() {
         let mut worst = 0.0_f64;
         for pauses in [true, false] {
-            let levels = Levels::of(&format, seconds, pauses);
+            let levels = Levels::of(&protocol, seconds, pauses);
             let sent = levels.read((1, 1), Misframed::Kept);
-            let (verdict, samples) = listen(&format, &sent, end);
+            let (verdict, samples) = listen(&protocol, &sent, end);
             assert!(
                 verdict.is_none() && samples > 80 * seconds,
                 "{name}: {verdict:?}"
@@ -151,7 +152,7 @@ fn a_wrong_speed_is_told_as_such() {
             for ratio in RATIOS {
                 for misframed in [Misframed::Kept, Misframed::Zero, Misframed::Dropped] {
                     let bytes = levels.read(ratio, misframed);
-                    let (verdict, samples) = listen(&format, &bytes, end);
+                    let (verdict, samples) = listen(&protocol, &bytes, end);
                     let case = std::format!("{name} {pauses} {ratio:?} {misframed:?}: {samples}");
                     match verdict {
                         Some(Failure::NoRecord { .. }) => (),

@@ -18,8 +18,6 @@ use shisen_tracker::head::flock;
 use shisen_tracker::head::hatire;
 #[cfg(feature = "liberty")]
 use shisen_tracker::head::liberty;
-#[cfg(any(feature = "fastrak", feature = "liberty"))]
-use shisen_tracker::head::polhemus::{Family, Format, ItemList};
 #[cfg(feature = "link")]
 use shisen_tracker::link;
 use shisen_tracker::time::Micros;
@@ -112,31 +110,19 @@ pub(crate) enum Device {
     AdHawk(adhawk::AdHawk),
 }
 
-#[cfg(feature = "fastrak")]
-fn fastrak() -> Result<fastrak::Config, Status> {
-    let items = ItemList::new(Family::Fastrak, Format::Binary, &[2, 11, 0]);
-    items
-        .map(fastrak::Config::new)
-        .map_err(|_| Status::DeviceCommands)
-}
-
-#[cfg(feature = "liberty")]
-fn liberty() -> Result<liberty::Config, Status> {
-    let items = ItemList::new(Family::Liberty, Format::Binary, &[2, 7, 8, 0]);
-    items
-        .map(liberty::Config::new)
-        .map_err(|_| Status::DeviceCommands)
-}
-
 impl Device {
     pub(crate) fn new(protocol: Protocol) -> Result<Self, Status> {
         match protocol {
             #[cfg(feature = "link")]
             Protocol::Link => Ok(Self::Link(link::Link::new())),
             #[cfg(feature = "fastrak")]
-            Protocol::Fastrak => Ok(Self::Fastrak(fastrak::Fastrak::new(fastrak()?))),
+            Protocol::Fastrak => Ok(Self::Fastrak(fastrak::Fastrak::new(
+                fastrak::Config::default(),
+            ))),
             #[cfg(feature = "liberty")]
-            Protocol::Liberty => Ok(Self::Liberty(liberty::Liberty::new(liberty()?))),
+            Protocol::Liberty => Ok(Self::Liberty(liberty::Liberty::new(
+                liberty::Config::default(),
+            ))),
             #[cfg(feature = "flock")]
             Protocol::Flock => Ok(Self::Flock(flock::Flock::new(flock::Config::default()))),
             #[cfg(feature = "hatire")]
@@ -157,17 +143,16 @@ impl Device {
     /// `reset` says so.
     #[allow(
         unused_variables,
-        clippy::unnecessary_wraps,
-        reason = "not every protocol takes a rate or a reset, or can fail"
+        reason = "not every protocol takes a rate or a reset"
     )]
-    pub(crate) fn start(&self, hertz: Option<u16>, reset: bool) -> Result<Script, Status> {
-        Ok(match self {
+    pub(crate) fn start(&self, hertz: Option<u16>, reset: bool) -> Script {
+        match self {
             #[cfg(feature = "link")]
             Self::Link(_) => link::start(hertz),
             #[cfg(feature = "fastrak")]
-            Self::Fastrak(_) => fastrak()?.start(reset),
+            Self::Fastrak(_) => fastrak::Config::default().start(reset),
             #[cfg(feature = "liberty")]
-            Self::Liberty(_) => liberty()?.start(reset),
+            Self::Liberty(_) => liberty::Config::default().start(reset),
             #[cfg(feature = "flock")]
             Self::Flock(_) => flock::Config::default().start(1, 1, reset),
             #[cfg(feature = "hatire")]
@@ -176,10 +161,12 @@ impl Device {
             Self::Iscan(_) => iscan::start(),
             #[cfg(feature = "asl")]
             Self::Asl(_) => asl::start(),
-            // Directions, origins, pupils, and how the head is turned.
             #[cfg(feature = "adhawk")]
-            Self::AdHawk(_) => adhawk::start(0b1_0010_1110, hertz.unwrap_or(250).into()),
-        })
+            Self::AdHawk(_) => {
+                let hertz = hertz.unwrap_or(adhawk::USUAL_HERTZ);
+                adhawk::start(adhawk::USUAL_FIELDS, hertz.into())
+            }
+        }
     }
 }
 

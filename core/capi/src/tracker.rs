@@ -512,7 +512,7 @@ pub unsafe extern "C" fn shisen_tracker_set_up(
         // SAFETY: as promised above.
         let tracker = unsafe { exclusive(tracker) }?;
         let session = room::<Session>(memory, memory_size, 0)?;
-        let script = tracker.device.start(tracker.hertz, reset != 0)?;
+        let script = tracker.device.start(tracker.hertz, reset != 0);
         // SAFETY: there is room.
         unsafe { session.write(Session::new(script)) };
         // SAFETY: it was just written, and is the tracker's from now on.

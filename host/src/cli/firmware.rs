@@ -22,7 +22,8 @@ use shisen_core::EffectSet;
 use shisen_core::frame::{FlatScreen, MAX_DEPTH};
 use shisen_core::scene::Scene;
 use shisen_tracker::link::display::{Rendering, Subject};
-use shisen_tracker::mock::{Format, Wire};
+use shisen_tracker::mock::Wire;
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::path::{Path, PathBuf};
@@ -171,9 +172,9 @@ impl TrackerChoice {
                 let recording = Recording::read(&spec.path)?;
                 let samples: Vec<Sample> = recording.samples().copied().collect();
                 let samples = Recorded(samples.into_iter().peekable());
-                Some(Box::new(Wire::new(samples, Format::Link)))
+                Some(Box::new(Wire::new(samples, Protocol::Link)))
             }
-            Some(Spec::Mock(spec)) => Some(Box::new(Wire::new(simulated(spec)?, Format::Link))),
+            Some(Spec::Mock(spec)) => Some(Box::new(Wire::new(simulated(spec)?, Protocol::Link))),
             // Others are refused when they are read.
             _ => None,
         })

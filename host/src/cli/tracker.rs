@@ -19,7 +19,7 @@ pub(super) use happenings::Happenings;
 use super::failure::Failure;
 use clap::Subcommand;
 use miette::Diagnostic;
-use shisen::tracker::{Protocol, Spec};
+use shisen::tracker::{ProtocolSpec, Spec};
 use shisen_tracker::estimate::Event;
 use std::fmt;
 use std::str::FromStr;
@@ -133,8 +133,8 @@ impl fmt::Display for TrackerName {
 }
 
 /// `--as`: a protocol, as an argument names it.
-pub(super) fn protocol(name: &str) -> Result<Protocol, String> {
-    name.parse::<Protocol>().map_err(|error| told(&error))
+pub(super) fn protocol(name: &str) -> Result<ProtocolSpec, String> {
+    name.parse::<ProtocolSpec>().map_err(|error| told(&error))
 }
 
 /// A whole number within a range, which is named where it is not.

@@ -3,7 +3,7 @@
 use super::calibration::{ScriptError, read_script, scripted};
 use super::hid::Features;
 use super::live::{Live, LiveError};
-use super::protocol::Protocol;
+use super::protocol::ProtocolSpec;
 use super::recording::{Recording, RecordingError};
 use super::spec::{MockSpec, Spec};
 use miette::Diagnostic;
@@ -320,9 +320,9 @@ impl Feed {
     /// What has a head, and what has eyes: by the protocol, or by what was
     /// recorded.
     pub fn senses(&self, spec: &Spec) -> Senses {
-        let of = |protocol: Option<&Protocol>| Senses {
-            head: protocol.is_none_or(Protocol::has_head),
-            eyes: protocol.is_none_or(Protocol::has_eyes),
+        let of = |spec: Option<&ProtocolSpec>| Senses {
+            head: spec.is_none_or(|spec| spec.protocol().has_head()),
+            eyes: spec.is_none_or(|spec| spec.protocol().has_eyes()),
         };
         match (spec, &self.kind) {
             (Spec::Mock(spec), _) => of(spec.protocol.as_ref()),

@@ -4,7 +4,7 @@ mod permission;
 
 use super::feed::{Notice, Trouble};
 use super::hid::{self, Features};
-use super::protocol::Protocol;
+use super::protocol::ProtocolSpec;
 use super::spec::{HidName, HidSpec, SerialSpec};
 use miette::Diagnostic;
 use shisen_tracker::command::{Action, Failure, Script, Session, Watch};
@@ -213,7 +213,7 @@ impl Live {
         self.held_back
     }
 
-    pub(super) fn protocol(&self) -> Option<&Protocol> {
+    pub(super) fn protocol(&self) -> Option<&ProtocolSpec> {
         match &self.wanted {
             Wanted::Serial(spec) => Some(&spec.protocol),
             Wanted::Hid(_) => None,
@@ -376,7 +376,12 @@ impl Live {
         self.session = Some(match spec.speed {
             Some(speed) => {
                 port.set_speed(spec.baud)?;
-                Session::new(spec.protocol.change_speed(speed).unwrap_or_default())
+                Session::new(
+                    spec.protocol
+                        .protocol()
+                        .change_speed(speed)
+                        .unwrap_or_default(),
+                )
             }
             None => Session::new(spec.protocol.start(false)),
         });
@@ -453,7 +458,7 @@ impl Drop for Live {
         if !spec.stop {
             return;
         }
-        let mut session = Session::new(spec.protocol.stop());
+        let mut session = Session::new(spec.protocol.protocol().stop());
         while let Action::Send(bytes) = session.poll(Micros(0)) {
             if port.write(bytes).is_err() {
                 return;
@@ -469,7 +474,7 @@ fn session(wanted: &Wanted) -> Option<Session> {
     };
     let faster = spec
         .speed
-        .and_then(|speed| spec.protocol.change_speed(speed));
+        .and_then(|speed| spec.protocol.protocol().change_speed(speed));
     Some(Session::new(
         faster.unwrap_or_else(|| spec.protocol.start(spec.reset)),
     ))
@@ -558,7 +563,7 @@ fn plug(wanted: &Wanted) -> Result<Plugged, LiveError> {
 /// Puts a line's RTS where it has to be. A port that has none is taken as it is,
 /// unless it was asked for.
 fn set_rts(spec: &SerialSpec, mut set: impl FnMut(bool) -> io::Result<()>) -> io::Result<()> {
-    match (spec.rts, spec.protocol.rts()) {
+    match (spec.rts, spec.protocol.protocol().rts()) {
         (Some(high), _) => set(high).map_err(|reason| {
             io::Error::new(
                 reason.kind(),

@@ -1,7 +1,7 @@
 //! The device's end of a line: samples out, as a device writes them, and the
 //! host's commands in.
 
-use super::protocol::Protocol;
+use super::protocol::ProtocolSpec;
 use super::pty::Pty;
 use shisen_tracker::mock::{Device, Line, Source};
 use shisen_tracker::sample::Sample;
@@ -73,7 +73,7 @@ pub struct Turn {
 pub fn serve(
     pty: &mut Pty,
     source: impl Source<Item = Sample>,
-    protocol: &Protocol,
+    protocol: &ProtocolSpec,
     begin: Begin<'_>,
     goes_on: &mut dyn FnMut(Turn) -> bool,
 ) -> io::Result<()> {

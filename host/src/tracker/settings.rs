@@ -1,6 +1,5 @@
 //! How a protocol's device is set up, as `key=value` of a `SPEC` says it.
 
-use super::protocol::Asked;
 use super::spec::SpecError;
 use glam::{Mat3, Quat, Vec3};
 use shisen_tracker::eye::asl;
@@ -9,10 +8,10 @@ use shisen_tracker::head::axes::Axes;
 use shisen_tracker::head::flock::{self, Mode, Range};
 use shisen_tracker::head::hatire::{self, Translation};
 use shisen_tracker::head::liberty::{self, Model};
-use shisen_tracker::head::polhemus::{Family, Format as Written, ItemList, Units};
+use shisen_tracker::head::polhemus::{Family, Format, ItemList, Units};
 use shisen_tracker::head::{fastrak, polhemus};
 use shisen_tracker::hid::eye_tracker;
-use shisen_tracker::mock::Format;
+use shisen_tracker::protocol::{Asked, Protocol};
 use shisen_tracker::time::Micros;
 use std::str::FromStr;
 
@@ -93,13 +92,13 @@ impl<'a> Options<'a> {
         self,
         kind: &'static str,
         allowed: &str,
-        protocol: Option<(&'static str, &Format)>,
+        protocol: Option<&Protocol>,
     ) -> Result<(), SpecError> {
         let Some((key, _)) = self.0.first() else {
             return Ok(());
         };
         let (of, settings) = match protocol {
-            Some((name, format)) => (name, allowed_for(format)),
+            Some(protocol) => (protocol.name(), allowed_for(protocol)),
             None => (kind, ""),
         };
         let lists = [allowed, settings]
@@ -123,67 +122,67 @@ const FRAME: &str = "where +X, +Y and +Z point, such as forward,right,down: forw
 
 /// Each protocol that has settings, and these, for a person.
 pub fn settings() -> impl Iterator<Item = (&'static str, &'static str)> {
-    let all = Format::NAMES.into_iter().filter_map(|name| {
-        let format = Format::named(name)?;
-        Some((name, allowed_for(&format)))
+    let all = Protocol::NAMES.into_iter().filter_map(|name| {
+        let protocol = Protocol::named(name)?;
+        Some((name, allowed_for(&protocol)))
     });
     all.filter(|(_, settings)| !settings.is_empty())
 }
 
-/// The settings of a format, for a person.
-pub(super) const fn allowed_for(format: &Format) -> &'static str {
-    match format {
-        Format::Link | Format::AdHawk => "rate=HZ",
-        Format::Fastrak(_) => {
+/// The settings of a protocol, for a person.
+const fn allowed_for(protocol: &Protocol) -> &'static str {
+    match protocol {
+        Protocol::Link | Protocol::AdHawk => "rate=HZ",
+        Protocol::Fastrak(_) => {
             "items=2,11,0, format=binary|ascii, units=inches|cm, stations=N, reset_s=S, \
              word_metres=3, word_degrees=180, \
              frame=forward,right,down, sensor=forward,right,down"
         }
-        Format::Liberty(_) => {
+        Protocol::Liberty(_) => {
             "items=2,7,8,0, units=inches|cm, stations=N, model=liberty|patriot|latus, \
              records=CP|any, size=little|big|any, \
              frame=forward,right,down, sensor=forward,right,down"
         }
-        Format::Flock(_) => {
+        Protocol::Flock(_) => {
             "format=position-quaternion|position-angles|position-matrix|quaternion|angles|matrix|\
              position, range=36|72|144, group=0|1, birds=N, first=N, inverse=0|1, confirm=0|1, \
              letter=C, run=F, half_turn=180, \
              frame=forward,right,down, sensor=forward,right,down"
         }
-        Format::Hatire(_) => {
+        Protocol::Hatire(_) => {
             "bytes=little|big, order=yaw,pitch,roll, position=none|cm, \
              frame=forward,right,down, sensor=forward,right,down"
         }
-        Format::Iscan(_) => {
+        Protocol::Iscan(_) => {
             "outputs=pupil-x,pupil-y,pupil-diameter,gaze-x,gaze-y,other, largest=N, \
              zero=lost|point, confirm=0|1"
         }
-        Format::Asl(_) => "layout=numbered|base, zero=lost|point",
-        Format::EyeTracker(..) => "axes=right,up,back, origin=X,Y,Z",
+        Protocol::Asl(_) => "layout=numbered|base, zero=lost|point",
+        Protocol::EyeTracker(..) => "axes=right,up,back, origin=X,Y,Z",
         _ => "",
     }
 }
 
-/// Takes the options that are a format's settings.
+/// Takes the options that are a protocol's settings.
 ///
 /// # Errors
 /// A value that its setting cannot have.
 pub(super) fn set(
-    format: &mut Format,
+    protocol: &mut Protocol,
     asked: &mut Asked,
     options: &mut Options<'_>,
 ) -> Result<(), SpecError> {
-    match format {
-        Format::Link => {
+    match protocol {
+        Protocol::Link => {
             let rate = options.number("rate", (1, u16::MAX), "1 to 65535 Hz")?;
             asked.rate = rate.or(asked.rate);
         }
-        Format::Fastrak(config) => set_fastrak(config, options)?,
-        Format::Liberty(config) => set_liberty(config, options)?,
-        Format::Flock(config) => set_flock(config, asked, options)?,
-        Format::Hatire(config) => set_hatire(config, options)?,
-        Format::Iscan(config) => set_iscan(config, options)?,
-        Format::Asl(config) => {
+        Protocol::Fastrak(config) => set_fastrak(config, options)?,
+        Protocol::Liberty(config) => set_liberty(config, options)?,
+        Protocol::Flock(config) => set_flock(config, asked, options)?,
+        Protocol::Hatire(config) => set_hatire(config, options)?,
+        Protocol::Iscan(config) => set_iscan(config, options)?,
+        Protocol::Asl(config) => {
             let layout = options.one_of("layout", "numbered or base", |value| match value {
                 "numbered" => Some(asl::Layout::Numbered),
                 "base" => Some(asl::Layout::Base),
@@ -192,11 +191,11 @@ pub(super) fn set(
             config.layout = layout.unwrap_or(config.layout);
             config.zero_is_lost = zero(options)?.unwrap_or(config.zero_is_lost);
         }
-        Format::AdHawk => {
+        Protocol::AdHawk => {
             let rate = options.number("rate", (1, 1_000), "1 to 1000 Hz")?;
             asked.rate = rate.or(asked.rate);
         }
-        Format::EyeTracker(_, axes) => set_axes(axes, options)?,
+        Protocol::EyeTracker(_, axes) => set_axes(axes, options)?,
         _ => {}
     }
     Ok(())
@@ -227,8 +226,8 @@ pub(super) fn set_axes(
 
 fn set_fastrak(config: &mut fastrak::Config, options: &mut Options<'_>) -> Result<(), SpecError> {
     let format = options.one_of("format", "binary or ascii", |value| match value {
-        "binary" => Some(Written::Binary),
-        "ascii" => Some(Written::Ascii),
+        "binary" => Some(Format::Binary),
+        "ascii" => Some(Format::Ascii),
         _ => None,
     })?;
     set_items(&mut config.items, Family::Fastrak, format, options)?;

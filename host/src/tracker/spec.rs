@@ -5,7 +5,7 @@ mod read;
 
 pub use error::SpecError;
 
-use super::protocol::Protocol;
+use super::protocol::ProtocolSpec;
 use super::times::Times;
 use shisen_tracker::clock::ClockConfig;
 use shisen_tracker::hid::eye_tracker::Axes;
@@ -67,7 +67,7 @@ pub struct MockSpec {
     pub rate: u32,
     /// The protocol that the samples pass through; none hands them on as they
     /// are.
-    pub protocol: Option<Protocol>,
+    pub protocol: Option<ProtocolSpec>,
     /// The head is held still, as by a chin rest.
     pub still: bool,
     /// A table of what is looked at, and when: see
@@ -109,7 +109,7 @@ pub struct SerialSpec {
     /// The port.
     pub path: String,
     /// What the device speaks.
-    pub protocol: Protocol,
+    pub protocol: ProtocolSpec,
     /// How fast.
     pub baud: u32,
     /// Whether the device is reset first, which can take 20 s.
@@ -122,7 +122,7 @@ pub struct SerialSpec {
     /// that is seen where nobody says so.
     pub head: Option<u8>,
     /// Whether the line's RTS is to be high; where nobody says so it is as
-    /// [`Protocol::rts`] has it.
+    /// [`Protocol::rts`](shisen_tracker::protocol::Protocol::rts) has it.
     pub rts: Option<bool>,
     /// After how long its data are stale.
     pub times: Times,

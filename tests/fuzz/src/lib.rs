@@ -12,10 +12,11 @@ use shisen::scene::Scene;
 use shisen_tracker::decoder::{Decoder, Event};
 use shisen_tracker::head::fastrak::{self, Fastrak};
 use shisen_tracker::head::liberty::{self, Liberty};
-use shisen_tracker::head::polhemus::{Family, Format as Written, ItemList};
+use shisen_tracker::head::polhemus::{Family, Format, ItemList};
 use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, Mode, documented};
 use shisen_tracker::i2c::{I2cHid, Interrupt};
-use shisen_tracker::mock::{Device, Format};
+use shisen_tracker::mock::Device;
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::path::Path;
@@ -39,7 +40,7 @@ pub fn run(target: &str, bytes: &[u8]) {
 
 /// Records of each protocol, to start from.
 pub fn seeds() -> Vec<(&'static str, Vec<u8>)> {
-    let mut seeds: Vec<_> = Format::NAMES
+    let mut seeds: Vec<_> = Protocol::NAMES
         .iter()
         .map(|name| (*name, records(name, 1, 12).concat()))
         .collect();
@@ -100,7 +101,7 @@ fn stream(name: &str, bytes: &[u8]) {
     let Some((&size, bytes)) = bytes.split_first() else {
         return;
     };
-    let known = Format::NAMES.iter().find(|known| **known == name);
+    let known = Protocol::NAMES.iter().find(|known| **known == name);
     let name = *known.expect("a fuzz target's name");
     let mut line = Line::new(name);
     // A question, which few decoders make something of, and none that is asked for too
@@ -121,7 +122,7 @@ fn stream(name: &str, bytes: &[u8]) {
     // Cut otherwise, it says the same; only reports depend on where they end.
     if !matches!(name, "osvr-hdk" | "hid") {
         let mut samples = 0;
-        let mut whole = decoder(&Format::named(name).expect("a name of the list"));
+        let mut whole = decoder(&Protocol::named(name).expect("a name of the list"));
         whole.on_sent(question, Micros(1));
         let mut count = |event| samples += u64::from(matches!(event, Event::Sample(_)));
         whole.feed(bytes, Micros(1), &mut count);
@@ -137,9 +138,9 @@ fn items(bytes: &[u8]) {
     };
     let (numbers, bytes) = bytes.split_at(usize::from(count).min(bytes.len()));
     let format = if kind & 1 == 0 {
-        Written::Binary
+        Format::Binary
     } else {
-        Written::Ascii
+        Format::Ascii
     };
     let family = if kind & 2 == 0 {
         Family::Fastrak
@@ -195,8 +196,8 @@ fn device(bytes: &[u8]) {
     let Some((&which, bytes)) = bytes.split_first() else {
         return;
     };
-    let name = Format::NAMES[usize::from(which) % Format::NAMES.len()];
-    let mut device = Device::new(&Format::named(name).expect("a name of the list"));
+    let name = Protocol::NAMES[usize::from(which) % Protocol::NAMES.len()];
+    let mut device = Device::new(&Protocol::named(name).expect("a name of the list"));
     for (piece, millis) in bytes.chunks(16).zip(0..) {
         let now = Micros::from_millis(1_000 * millis);
         device.feed(piece, now, &mut |answer| assert!(!answer.is_empty()));

@@ -6,13 +6,14 @@ use glam::Vec3;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
 use shisen_tracker::decoder::{Decoder, Event};
 use shisen_tracker::estimate::{EstimatorConfig, GazeEstimator};
-use shisen_tracker::mock::{Format, Reader, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::protocol::{Protocol, Reader};
 use shisen_tracker::sample::{Eye, GazePoint, Pupil, Sample};
 use shisen_tracker::time::Micros;
 
-/// What reads a format.
-pub(crate) fn decoder(format: &Format) -> Reader {
-    Reader::new(format).expect("the documented descriptor")
+/// What reads a protocol.
+pub(crate) fn decoder(protocol: &Protocol) -> Reader {
+    Reader::new(protocol).expect("the documented descriptor")
 }
 
 /// Records of a protocol.
@@ -20,8 +21,8 @@ pub(crate) fn records(name: &str, seed: u64, count: usize) -> Vec<Vec<u8>> {
     let viewer = Viewer::new(ViewerConfig::default(), seed);
     let tracker = Tracker::new(TrackerConfig::default(), viewer, seed);
     let mut tracker = tracker.expect("the default configuration");
-    let format = Format::named(name).expect("a name of the list");
-    let mut wire = Wire::new(tracker.clone(), format);
+    let protocol = Protocol::named(name).expect("a name of the list");
+    let mut wire = Wire::new(tracker.clone(), protocol);
     (0..count)
         .filter_map(|_| wire.encode(&tracker.next_sample().1))
         .map(|chunk| chunk.bytes().to_vec())
@@ -71,10 +72,10 @@ pub(crate) struct Line {
 impl Line {
     /// Of a protocol, by its name.
     pub(crate) fn new(name: &'static str) -> Self {
-        let format = Format::named(name).expect("a name of the list");
+        let protocol = Protocol::named(name).expect("a name of the list");
         Self {
             name,
-            decoder: decoder(&format),
+            decoder: decoder(&protocol),
             clock: ClockEstimator::new(ClockConfig::default()).expect("the default"),
             gaze: GazeEstimator::new(EstimatorConfig::default()).expect("the default"),
             now: Micros(1_000_000),

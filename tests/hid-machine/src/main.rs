@@ -13,7 +13,8 @@ use shisen_tracker::hid::eye_tracker::documented;
 use shisen_tracker::hid::eye_tracker::{
     Axes, Capabilities, Configuration, EyeTracker, Mode, Status,
 };
-use shisen_tracker::mock::{Format, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::{GazePoint, Sample};
 use shisen_tracker::time::Micros;
 use std::error::Error;
@@ -212,11 +213,11 @@ fn pass(
 type Record = (Sample, Vec<u8>);
 
 /// Records of the simulated tracker.
-fn mock(format: &str, count: usize) -> Result<Vec<Record>, Box<dyn Error>> {
+fn mock(protocol: &str, count: usize) -> Result<Vec<Record>, Box<dyn Error>> {
     let viewer = Viewer::new(ViewerConfig::default(), 5);
     let mut tracker = Tracker::new(TrackerConfig::default(), viewer, 5)?;
-    let format = Format::named(format).ok_or("the mock does not know the format")?;
-    let mut wire = Wire::new(tracker.clone(), format);
+    let protocol = Protocol::named(protocol).ok_or("the mock does not know the protocol")?;
+    let mut wire = Wire::new(tracker.clone(), protocol);
     let samples = (0..count).map(|_| {
         let (_, sample) = tracker.next_sample();
         let chunk = wire.encode(&sample).ok_or("no report of a sample")?;

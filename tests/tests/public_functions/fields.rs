@@ -5,7 +5,7 @@ use super::frames::{picture, square};
 use super::host::{mirror, wall};
 use super::live::look;
 use super::numbers::{Case, Numbers, finite, finite_or_error};
-use super::records::{axes, items};
+use super::records::{a_protocol, axes, items};
 use super::tracker::{a_config, a_sample, a_screen};
 use glam::{Quat, Vec2};
 use shisen::cave::{Cave, Eye, Screen, Viewer, Wall};
@@ -28,7 +28,8 @@ use shisen_tracker::head::polhemus::Family;
 use shisen_tracker::head::{fastrak, flock, hatire, liberty, osvr_hdk};
 use shisen_tracker::hid::eye_tracker;
 use shisen_tracker::link::display::{FrameStart, Subject};
-use shisen_tracker::mock::{Faults, FaultsConfig, Format, Source};
+use shisen_tracker::mock::{Faults, FaultsConfig, Source};
+use shisen_tracker::protocol::{Asked, Protocol};
 use shisen_tracker::sample::{self, GazePoint, Sample};
 use shisen_tracker::time::Micros;
 use zerocopy::FromZeros;
@@ -277,16 +278,19 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let passed = faults.poll(Micros(u64::MAX)).expect("the sample");
         assert_eq!(format!("{passed:?}"), format!("{sample:?}"));
     }),
-    ("tracker mock::wire::Format::says_untracked", |n| {
-        let format = Format::EyeTracker(
-            a_screen(n),
-            eye_tracker::Axes {
-                rotation: n.quat(),
-                origin: n.vec3([0.0; 3]),
-            },
-        );
-        assert!(format.says_untracked());
+    ("tracker mock::wire::Protocol::says_untracked", |n| {
+        assert!(a_protocol(n).says_untracked());
     }),
+    ("tracker protocol::Protocol::name", protocol),
+    ("tracker protocol::Protocol::is_serial", protocol),
+    ("tracker protocol::Protocol::has_sensors", protocol),
+    ("tracker protocol::Protocol::has_head", protocol),
+    ("tracker protocol::Protocol::has_eyes", protocol),
+    ("tracker protocol::Protocol::start", protocol),
+    ("tracker protocol::Protocol::stop", protocol),
+    ("tracker protocol::Protocol::change_speed", protocol),
+    ("tracker protocol::Protocol::baud", protocol),
+    ("tracker protocol::Protocol::rts", protocol),
     ("tracker sample::Eye::is_empty", |n| {
         let eye = sample::Eye {
             direction: Some(sample::Reading::tracked(n.vec3([0.0, 0.0, -1.0]))),
@@ -489,6 +493,28 @@ fn spec(n: &mut Numbers) {
     });
     assert_eq!((spec.head(), spec.times()), (None, &Times::default()));
     assert_eq!(spec.clock(), Times::default().clock(Micros(0)));
+}
+
+/// What a protocol is like does not hang on its settings' numbers.
+fn protocol(n: &mut Numbers) {
+    let (found, asked) = (a_protocol(n), Asked::default());
+    assert_eq!(found.name(), "hid");
+    let is = [
+        found.is_serial(),
+        found.has_sensors(),
+        found.rts().is_some(),
+    ];
+    assert_eq!(is, [false; 3]);
+    assert!(found.has_head() && found.has_eyes() && found.baud() > 0);
+    let silent = !found.start(&asked, true).says_anything() && !found.stop().says_anything();
+    assert!(silent && found.change_speed(115_200).is_none());
+    let sane = fastrak::Config::default();
+    let config = fastrak::Config {
+        axes: axes(n),
+        ..sane.clone()
+    };
+    let script = Protocol::Fastrak(config).start(&asked, true);
+    assert_eq!(script, sane.start(true));
 }
 
 fn fastrak(n: &mut Numbers) {

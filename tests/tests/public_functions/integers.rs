@@ -14,7 +14,6 @@ use shisen::picture::Picture;
 use shisen::scene::camera::{CameraKey, CameraPath, DomeCamera};
 use shisen::simplify::PolygonLevels;
 use shisen::texture::Image;
-use shisen::tracker::Protocol;
 use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, DomePose, DomeProjection, FrameJob, LevelOfDetail, Mode, Part, Pictures, Place,
@@ -32,7 +31,8 @@ use shisen_tracker::head::polhemus::Family;
 use shisen_tracker::head::{fastrak, flock, hatire};
 use shisen_tracker::hid::{descriptor, eye_tracker};
 use shisen_tracker::link;
-use shisen_tracker::mock::{Device, Format, Random as Random32};
+use shisen_tracker::mock::{Device, Random as Random32};
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::Parts;
 use shisen_tracker::serial::Serial;
 use shisen_tracker::time::{DeviceTime, Micros};
@@ -346,8 +346,8 @@ pub(super) const CASES: &[(&str, Case)] = &[
     (
         "tracker mock::device::flock::Device::with_birds",
         |[first, birds, _]| {
-            let format = Format::named("flock").expect("a Flock");
-            std::hint::black_box(Device::new(&format).with_birds(first as u8, birds as u8));
+            let protocol = Protocol::named("flock").expect("a Flock");
+            std::hint::black_box(Device::new(&protocol).with_birds(first as u8, birds as u8));
         },
     ),
     (
@@ -499,16 +499,13 @@ pub(super) const CASES: &[(&str, Case)] = &[
             assert!(deviation.is_finite() && deviation >= 0.0, "{deviation}");
         },
     ),
-    (
-        "host tracker::protocol::Protocol::change_speed",
-        |[baud, ..]| {
-            for name in ["fastrak", "flock", "hatire"] {
-                let protocol: Protocol = name.parse().expect("a protocol");
-                let script = protocol.change_speed(baud as u32);
-                assert!(script.is_none_or(|script| script.is_complete()));
-            }
-        },
-    ),
+    ("tracker protocol::Protocol::change_speed", |[baud, ..]| {
+        for name in ["fastrak", "flock", "hatire"] {
+            let protocol = Protocol::named(name).expect("a protocol");
+            let script = protocol.change_speed(baud as u32);
+            assert!(script.is_none_or(|script| script.is_complete()));
+        }
+    }),
     ("host picture::Picture::new", |[width, height, _]| {
         let [width, height] = [width as u32, height as u32];
         let small = u64::from(width) * u64::from(height) < 1 << 22;

@@ -22,9 +22,10 @@ use shisen_tracker::link::display::{
     FrameStart, Order, Orders, PixelRun, Rendering, Report, Reports, Subject,
 };
 use shisen_tracker::mock::{
-    Device, Faults, FaultsConfig, Faulty, Format, Line, Random, Reader, ScriptedTarget, Source,
-    Tracker, TrackerConfig, Viewer, ViewerConfig, Wire,
+    Device, Faults, FaultsConfig, Faulty, Line, Random, ScriptedTarget, Source, Tracker,
+    TrackerConfig, Viewer, ViewerConfig, Wire,
 };
+use shisen_tracker::protocol::{Protocol, Reader};
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use shisen_tracker::uart::{DeviceEnd, Due, HostEnd};
@@ -37,7 +38,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     ("tracker eye::adhawk::encode::encode", |n| {
         let sample = a_sample(n);
         if let Some(packet) = adhawk::encode(&sample) {
-            reads(&Format::AdHawk, &packet);
+            reads(&Protocol::AdHawk, &packet);
         }
     }),
     ("tracker eye::asl::encode", |n| {
@@ -47,13 +48,13 @@ pub(super) const CASES: &[(&str, Case)] = &[
                 layout,
                 ..asl::Config::default()
             };
-            reads(&Format::Asl(config), &asl::encode(&sample, layout));
+            reads(&Protocol::Asl(config), &asl::encode(&sample, layout));
         }
     }),
     ("tracker eye::iscan::encode", |n| {
         let config = iscan::Config::default();
         reads(
-            &Format::Iscan(config),
+            &Protocol::Iscan(config),
             &iscan::encode(&a_sample(n), &config),
         );
     }),
@@ -64,14 +65,14 @@ pub(super) const CASES: &[(&str, Case)] = &[
         };
         finite(&config);
         reads(
-            &Format::Fastrak(config.clone()),
+            &Protocol::Fastrak(config.clone()),
             &config.encode(&a_sample(n)),
         );
     }),
     ("tracker head::fastrak::Config::encode", |n| {
         let config = fastrak::Config::new(items(Family::Fastrak));
         reads(
-            &Format::Fastrak(config.clone()),
+            &Protocol::Fastrak(config.clone()),
             &config.encode(&a_sample(n)),
         );
     }),
@@ -90,7 +91,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
                 mode,
                 ..flock::Config::default()
             };
-            reads(&Format::Flock(config), &config.encode(&sample));
+            reads(&Protocol::Flock(config), &config.encode(&sample));
         }
     }),
     ("tracker head::flock::Flock::new", |n| {
@@ -113,12 +114,12 @@ pub(super) const CASES: &[(&str, Case)] = &[
                 rotation: n.vec3([10.0, 20.0, 30.0]).to_array(),
                 translation: n.vec3([1.0, 2.0, 3.0]).to_array(),
             };
-            reads(&Format::Hatire(config), &config.encode_frame(&frame));
+            reads(&Protocol::Hatire(config), &config.encode_frame(&frame));
         }
     }),
     ("tracker head::hatire::Config::encode", |n| {
         let config = hatire::Config::default();
-        reads(&Format::Hatire(config), &config.encode(&a_sample(n)));
+        reads(&Protocol::Hatire(config), &config.encode(&a_sample(n)));
     }),
     ("tracker head::hatire::Hatire::new", |n| {
         let config = hatire::Config {
@@ -135,14 +136,14 @@ pub(super) const CASES: &[(&str, Case)] = &[
         };
         finite(&config);
         reads(
-            &Format::Liberty(config.clone()),
+            &Protocol::Liberty(config.clone()),
             &config.encode(&a_sample(n)),
         );
     }),
     ("tracker head::liberty::Config::encode", |n| {
         let config = liberty::Config::new(items(Family::Liberty));
         reads(
-            &Format::Liberty(config.clone()),
+            &Protocol::Liberty(config.clone()),
             &config.encode(&a_sample(n)),
         );
     }),
@@ -156,7 +157,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     }),
     ("tracker head::osvr_hdk::Report::of_head", |n| {
         let report = osvr_hdk::Report::of_head(3, n.quat());
-        reads(&Format::OsvrHdk, &osvr_hdk::encode(&report));
+        reads(&Protocol::OsvrHdk, &osvr_hdk::encode(&report));
     }),
     ("tracker head::osvr_hdk::encode", |n| {
         let mut report = osvr_hdk::Report::of_head(3, Quat::IDENTITY);
@@ -164,7 +165,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
         report.payload = osvr_hdk::Payload::Version2 {
             angular_velocity: n.vec3([0.1, 0.2, 0.3]),
         };
-        reads(&Format::OsvrHdk, &osvr_hdk::encode(&report));
+        reads(&Protocol::OsvrHdk, &osvr_hdk::encode(&report));
     }),
     ("tracker hid::eye_tracker::documented::tracking", |n| {
         let report = documented::tracking(&a_sample(n));
@@ -208,7 +209,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
             rotation: n.quat(),
             origin: n.vec3([0.1, 0.2, 0.3]),
         };
-        let mut wire = Wire::new(nothing(), Format::named("hid").expect("a format"));
+        let mut wire = Wire::new(nothing(), Protocol::named("hid").expect("a protocol"));
         let mut sound = tracker(Viewer::new(ViewerConfig::default(), 1));
         let record = wire.encode(&sound.next_sample().1).expect("a record");
         match EyeTracker::new(&documented::DESCRIPTOR, axes) {
@@ -218,7 +219,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
     }),
     ("tracker link::Encoder::sample", |n| {
         let frame = link::Encoder::new().sample(&a_sample(n));
-        reads(&Format::Link, &frame);
+        reads(&Protocol::Link, &frame);
     }),
     ("tracker link::display::Encoder::report", |n| {
         let frame = Report::Frame(FrameStart {
@@ -294,19 +295,19 @@ pub(super) const CASES: &[(&str, Case)] = &[
         }
     }),
     ("tracker mock::device::Device::new", |n| {
-        let format = a_format(n);
-        let mut device = Device::new(&format);
+        let protocol = a_protocol(n);
+        let mut device = Device::new(&protocol);
         let sample = Sample::arrived(Micros(1));
         assert!(device.measure(&sample).is_some());
     }),
     ("tracker mock::device::Device::measure", |n| {
-        for name in Format::NAMES {
-            let format = Format::named(name).expect("a format");
+        for name in Protocol::NAMES {
+            let protocol = Protocol::named(name).expect("a protocol");
             let sample = a_sample(n);
-            if let Some(measured) = Device::new(&format).measure(&sample) {
-                let mut wire = Wire::new(nothing(), format.clone());
+            if let Some(measured) = Device::new(&protocol).measure(&sample) {
+                let mut wire = Wire::new(nothing(), protocol.clone());
                 if let Some(record) = wire.encode(&measured) {
-                    reads(&format, record.bytes());
+                    reads(&protocol, record.bytes());
                 }
             }
         }
@@ -363,35 +364,35 @@ pub(super) const CASES: &[(&str, Case)] = &[
         }
     }),
     ("tracker mock::line::Line::new", |n| {
-        let format = a_format(n);
-        let mut line = Line::new(Once(Some(a_sample(n))), &format);
+        let protocol = a_protocol(n);
+        let mut line = Line::new(Once(Some(a_sample(n))), &protocol);
         if let Some(record) = line.poll(Micros(2)) {
-            reads(&format, record.bytes());
+            reads(&protocol, record.bytes());
         }
         assert_eq!(line.poll(Micros(2)), None);
     }),
     ("tracker mock::line::Line::of", |n| {
-        let format = a_format(n);
-        let device = Device::new(&format).with_birds(2, 3);
+        let protocol = a_protocol(n);
+        let device = Device::new(&protocol).with_birds(2, 3);
         let mut line = Line::of(Once(Some(a_sample(n))), device);
         while let Some(record) = line.poll(Micros(2)) {
-            reads(&format, record.bytes());
+            reads(&protocol, record.bytes());
         }
     }),
     ("tracker uart::device_end::DeviceEnd::new", |n| {
-        let device = DeviceEnd::new(Line::new(Once(Some(a_sample(n))), &a_format(n)));
+        let device = DeviceEnd::new(Line::new(Once(Some(a_sample(n))), &a_protocol(n)));
         assert_eq!((device.sent(), device.dropped()), (0, 0));
     }),
     ("tracker uart::device_end::DeviceEnd::serve", |n| {
-        for name in Format::NAMES {
-            let format = Format::named(name).expect("a format");
-            let mut device = DeviceEnd::new(Line::new(Once(Some(a_sample(n))), &format));
+        for name in Protocol::NAMES {
+            let protocol = Protocol::named(name).expect("a protocol");
+            let mut device = DeviceEnd::new(Line::new(Once(Some(a_sample(n))), &protocol));
             let mut port = Port::default();
             let Ok(()) = device.serve(&mut port, Micros(2), 64);
             // Before the sample, what has happened to the eyes: each changes once.
             let least = u64::from(!port.0.is_empty());
             assert!((least..=3 * least).contains(&device.sent()), "{name}");
-            reads(&format, &port.0);
+            reads(&protocol, &port.0);
         }
     }),
     ("tracker uart::host_end::HostEnd::new", |n| {
@@ -413,12 +414,12 @@ pub(super) const CASES: &[(&str, Case)] = &[
         assert!(matches!(due, Due::Wait(_)), "{due:?}");
         assert!(!port.0.is_empty());
     }),
-    ("tracker mock::reader::Reader::new", |n| {
-        let format = a_format(n);
-        let mut wire = Wire::new(nothing(), format.clone());
+    ("tracker protocol::reader::Reader::new", |n| {
+        let protocol = a_protocol(n);
+        let mut wire = Wire::new(nothing(), protocol.clone());
         let mut sound = tracker(Viewer::new(ViewerConfig::default(), 1));
         if let Some(record) = wire.encode(&sound.next_sample().1) {
-            reads(&format, record.bytes());
+            reads(&protocol, record.bytes());
         }
     }),
     ("tracker mock::tracker::Tracker::new", |n| {
@@ -440,35 +441,35 @@ pub(super) const CASES: &[(&str, Case)] = &[
             Err(error) => assert!(!error.to_string().is_empty()),
         }
     }),
-    ("tracker mock::wire::Format::carries", |n| {
+    ("tracker mock::wire::Protocol::carries", |n| {
         let sample = a_sample(n);
-        for name in Format::NAMES {
-            let format = Format::named(name).expect("a format");
-            assert!(format.carries(&sample), "{name}");
+        for name in Protocol::NAMES {
+            let protocol = Protocol::named(name).expect("a protocol");
+            assert!(protocol.carries(&sample), "{name}");
         }
     }),
     ("tracker mock::wire::Wire::new", |n| {
         let mut wire = Wire::new(
             tracker(Viewer::new(ViewerConfig::default(), 1)),
-            a_format(n),
+            a_protocol(n),
         );
         finite(&wire.poll(Micros(20_000)));
     }),
-    ("tracker mock::wire::Wire::set_format", |n| {
-        let mut wire = Wire::new(nothing(), Format::Link);
-        let format = a_format(n);
-        wire.set_format(format.clone());
+    ("tracker mock::wire::Wire::set_protocol", |n| {
+        let mut wire = Wire::new(nothing(), Protocol::Link);
+        let protocol = a_protocol(n);
+        wire.set_protocol(protocol.clone());
         if let Some(record) = wire.encode(&a_sample(n)) {
-            reads(&format, record.bytes());
+            reads(&protocol, record.bytes());
         }
     }),
     ("tracker mock::wire::Wire::encode", |n| {
         let sample = a_sample(n);
-        for name in Format::NAMES {
-            let format = Format::named(name).expect("a format");
-            let mut wire = Wire::new(nothing(), format.clone());
+        for name in Protocol::NAMES {
+            let protocol = Protocol::named(name).expect("a protocol");
+            let mut wire = Wire::new(nothing(), protocol.clone());
             if let Some(record) = wire.encode(&sample) {
-                reads(&format, record.bytes());
+                reads(&protocol, record.bytes());
             }
         }
     }),
@@ -543,8 +544,8 @@ fn tracker(viewer: Viewer<'_>) -> Tracker<'_> {
 
 /// What a device's reader makes of it is usable; axes that are none have no
 /// reader.
-fn reads(format: &Format, record: &[u8]) {
-    if let Some(mut reader) = Reader::new(format) {
+fn reads(protocol: &Protocol, record: &[u8]) {
+    if let Some(mut reader) = Reader::new(protocol) {
         takes(&mut reader, record);
     }
 }
@@ -588,7 +589,7 @@ fn eye_tracker(axes: eye_tracker::Axes) -> EyeTracker {
 }
 
 /// A HID eye tracker on any screen, in any axes.
-fn a_format(n: &mut Numbers) -> Format {
+pub(super) fn a_protocol(n: &mut Numbers) -> Protocol {
     let screen = Screen {
         corner: n.vec3([-1.0, 0.5, -1.0]),
         right: n.vec3([1.0, 0.0, 0.0]),
@@ -599,7 +600,7 @@ fn a_format(n: &mut Numbers) -> Format {
         rotation: n.quat(),
         origin: n.vec3([0.1, 0.2, 0.3]),
     };
-    Format::EyeTracker(screen, axes)
+    Protocol::EyeTracker(screen, axes)
 }
 
 fn pixel(n: &mut Numbers) -> Pixel {

@@ -16,13 +16,13 @@ use shisen::selftest::selected;
 use shisen::spectrum::medium;
 use shisen::stereo::Stereo;
 use shisen::tracker::calibration::CalibrationFile;
-use shisen::tracker::{Protocol, Spec, features};
+use shisen::tracker::{ProtocolSpec, Spec, features};
 use shisen::warp::{Aim, Lens, Projector, Throw};
 use shisen_core::scene::EffectSet;
 use shisen_core::spectrum::Medium;
 use shisen_tracker::head::fastrak::Status;
 use shisen_tracker::hid::device::Device;
-use shisen_tracker::mock::Format;
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::serial::Serial;
 use std::error::Error;
 use std::panic::catch_unwind;
@@ -58,8 +58,8 @@ pub(super) const CASES: &[Case] = cases! {
             finite(&found);
         }
     };
-    "tracker mock::wire::Format::named", "fastrak" => |text| {
-        assert_eq!(Format::named(text).is_some(), Format::NAMES.contains(&text));
+    "tracker protocol::Protocol::named", "fastrak" => |text| {
+        assert_eq!(Protocol::named(text).is_some(), Protocol::NAMES.contains(&text));
     };
     "tracker head::fastrak::Status::from_text", "21S3F9" => |text| {
         if let Some(found) = Status::from_text(text) {
@@ -92,9 +92,9 @@ pub(super) const CASES: &[Case] = cases! {
     };
     "host scene::builtin::PaperScene::from_str", "A" => parsed::<PaperScene>;
     "host stereo::Stereo::from_str", "anaglyph" => parsed::<Stereo>;
-    "host tracker::protocol::Protocol::from_str", "fastrak" => parsed::<Protocol>;
-    "host tracker::protocol::Protocol::named", "fastrak" => |text| {
-        said(Protocol::named(text));
+    "host tracker::protocol::ProtocolSpec::from_str", "fastrak" => parsed::<ProtocolSpec>;
+    "host tracker::protocol::ProtocolSpec::named", "fastrak" => |text| {
+        said(ProtocolSpec::named(text));
     };
     "host tracker::spec::read::Spec::from_str", "serial:/dev/none?protocol=flock&baud=9600&head=2"
         => parsed::<Spec>;
@@ -322,7 +322,7 @@ pub(super) fn torment(case: &Case) -> Result<(), String> {
 fn sane_texts_are_taken() {
     assert!(EffectSet::named("reflection").is_some());
     assert!(Medium::named("quartz-o").is_some() && medium("quartz-o").is_ok());
-    assert!(Format::named("fastrak").is_some());
+    assert!(Protocol::named("fastrak").is_some());
     assert!(Status::from_text("21S3F9").is_some());
     let sane = |name: &str| {
         let case = CASES.iter().find(|case| case.name.ends_with(name));
@@ -339,8 +339,12 @@ fn sane_texts_are_taken() {
     assert!(sane("Point::from_str").parse::<Point>().is_ok());
     assert!(sane("PaperScene::from_str").parse::<PaperScene>().is_ok());
     assert!(sane("Stereo::from_str").parse::<Stereo>().is_ok());
-    assert!(sane("Protocol::from_str").parse::<Protocol>().is_ok());
-    assert!(sane("Spec::from_str").parse::<Spec>().is_ok());
+    assert!(
+        sane("ProtocolSpec::from_str")
+            .parse::<ProtocolSpec>()
+            .is_ok()
+    );
+    assert!(sane("::Spec::from_str").parse::<Spec>().is_ok());
     let square = |_: &_| Ok::<_, io::Error>(TriangleMesh::square());
     let scene = Scene::from_toml(SCENE, "a.toml", Path::new(""), square);
     assert_eq!(material_names(SCENE), ["chrome"]);

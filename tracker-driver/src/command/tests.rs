@@ -1,9 +1,9 @@
 use super::*;
 use crate::decoder::{Decoder, DropReason, Dropped, Reply, Text};
 use crate::mock::{
-    Faults, FaultsConfig, Format, Reader, Source, Tracker, TrackerConfig, Viewer, ViewerConfig,
-    Wire,
+    Faults, FaultsConfig, Source, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire,
 };
+use crate::protocol::{Protocol, Reader};
 use crate::sample::Sample;
 use crate::testing::serial_lines;
 use std::format;
@@ -384,7 +384,7 @@ fn eye_trackers_are_started_and_stopped() {
 
 /// What a watch says of a line on which one device speaks and another is
 /// listened to: for how many of 30 tenths of a second something was wrong.
-fn watched(spoken: &Format, heard: &Format, corrupt: f32) -> (usize, Option<Failure>) {
+fn watched(spoken: &Protocol, heard: &Protocol, corrupt: f32) -> (usize, Option<Failure>) {
     let viewer = Viewer::new(ViewerConfig::default(), 5);
     let tracker = Tracker::new(TrackerConfig::default(), viewer, 5).unwrap();
     let faults = FaultsConfig {

@@ -75,7 +75,7 @@ pub(crate) use request::{
     EYE_TRACKING, GET_TRACKER_STATUS, PROPERTY_EVENTS, PROPERTY_FIELDS, PROPERTY_RATE,
     SET_PROPERTY, SYSTEM_CONTROL,
 };
-pub use request::{Request, start, stop};
+pub use request::{Request, USUAL_FIELDS, USUAL_HERTZ, start, stop};
 
 use crate::decoder::{
     Counts, Decoder, DropReason, Event, EyeEvent, EyeEventKind, Message, Reply, Side,

@@ -90,7 +90,8 @@
 
 use super::axes::Axes;
 use super::polhemus::{
-    Format, ItemList, MOST_RECORD_BYTES, Misread, Pose, Scale, Units, WORD_DEGREES, WORD_METRES,
+    Family, Format, ItemList, MOST_RECORD_BYTES, Misread, Pose, Scale, Units, WORD_DEGREES,
+    WORD_METRES,
 };
 use crate::command::{Awaited, Bytes, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Reply, Text};
@@ -130,6 +131,13 @@ pub struct Config {
     pub word_metres: f32,
     /// What 1 stands for in item 19: degrees, above 0.
     pub word_degrees: f32,
+}
+
+impl Default for Config {
+    /// A FASTRAK with [the usual items](ItemList::usual), as [`Config::new`] has it.
+    fn default() -> Self {
+        Self::new(ItemList::usual(Family::Fastrak))
+    }
 }
 
 impl Config {

@@ -64,7 +64,7 @@
 
 use super::axes::Axes;
 use super::polhemus::{
-    ItemList, MOST_RECORD_BYTES, Misread, Pose, Scale, Units, WORD_DEGREES, WORD_METRES,
+    Family, ItemList, MOST_RECORD_BYTES, Misread, Pose, Scale, Units, WORD_DEGREES, WORD_METRES,
 };
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Reply};
@@ -139,6 +139,13 @@ pub struct Config {
     pub records: Option<[u8; 2]>,
     /// What bytes 6 and 7 of the header say.
     pub size: Size,
+}
+
+impl Default for Config {
+    /// [The usual items](ItemList::usual), as [`Config::new`] has them.
+    fn default() -> Self {
+        Self::new(ItemList::usual(Family::Liberty))
+    }
 }
 
 impl Config {

@@ -165,6 +165,27 @@ impl ItemList {
         })
     }
 
+    /// The list that a family's devices are usually told, in binary: position, quaternion,
+    /// of a Liberty the time, and a space.
+    pub fn usual(family: Family) -> Self {
+        let numbers: &[u8] = match family {
+            Family::Fastrak => &[2, 11, 0],
+            Family::Liberty => &[2, 7, 8, 0],
+        };
+        let format = Format::Binary;
+        let known = |&number| Item::new(family, format, number).ok();
+        let mut items = Vec::new();
+        for item in numbers.iter().filter_map(known) {
+            // Four at most.
+            let _ = items.push(item);
+        }
+        Self {
+            bytes: items.iter().map(|item| item.bytes()).sum(),
+            items,
+            format,
+        }
+    }
+
     /// How its numbers are written.
     pub const fn format(&self) -> Format {
         self.format

@@ -7,11 +7,11 @@ mod flock;
 mod hatire;
 mod liberty;
 
-use super::wire::Format;
 use crate::decoder::EyeEventKind;
 use crate::eye::iscan;
-use crate::head::polhemus::{Family, Format as Written, ItemList, ItemListError, MOST_ITEMS};
+use crate::head::polhemus::{Family, Format, ItemList, ItemListError, MOST_ITEMS};
 use crate::link;
+use crate::protocol::Protocol;
 use crate::rotation::{compose, inverse};
 use crate::sample::Sample;
 use crate::time::Micros;
@@ -26,7 +26,7 @@ const MOST_ANSWER: usize = 64;
 /// The device at the other end of the line, as far as it takes commands.
 ///
 /// It streams from the start on, until it is told to stop, and as it is told
-/// to: [`Device::format`]. A reset makes it silent and deaf for a while, then it
+/// to: [`Device::protocol`]. A reset makes it silent and deaf for a while, then it
 /// is as it was at the start, or as it was last saved (`^K` of a FASTRAK).
 ///
 /// | Device | Commands |
@@ -44,7 +44,7 @@ const MOST_ANSWER: usize = 64;
 /// known here.
 #[derive(Debug, Clone)]
 pub struct Device {
-    format: Format,
+    protocol: Protocol,
     /// What a reset leaves.
     saved: Saved,
     heard: Vec<u8, MOST_HEARD>,
@@ -67,7 +67,7 @@ pub struct Device {
 
 #[derive(Debug, Clone)]
 struct Saved {
-    format: Format,
+    protocol: Protocol,
     streams: bool,
 }
 
@@ -104,12 +104,12 @@ enum Heard {
 }
 
 impl Device {
-    /// A device that streams records of this format.
-    pub fn new(format: &Format) -> Self {
+    /// A device that streams records of this protocol.
+    pub fn new(protocol: &Protocol) -> Self {
         Self {
-            format: format.clone(),
+            protocol: protocol.clone(),
             saved: Saved {
-                format: format.clone(),
+                protocol: protocol.clone(),
                 streams: true,
             },
             heard: Vec::new(),
@@ -128,8 +128,8 @@ impl Device {
     }
 
     /// How it writes its records, which commands change.
-    pub const fn format(&self) -> &Format {
-        &self.format
+    pub const fn protocol(&self) -> &Protocol {
+        &self.protocol
     }
 
     /// Whether it sends records without being asked for each.
@@ -188,7 +188,7 @@ impl Device {
         {
             turn.value = compose(inverse(front), turn.value);
         }
-        if self.format == Format::AdHawk {
+        if self.protocol == Protocol::AdHawk {
             self.adhawk.leave_out(&mut sent);
         }
         Some(sent)
@@ -196,7 +196,7 @@ impl Device {
 
     /// Takes what the host said by `now`, and hands over the answers.
     pub fn feed(&mut self, bytes: &[u8], now: Micros, answer: &mut dyn FnMut(&[u8])) {
-        if self.format == Format::Link {
+        if self.protocol == Protocol::Link {
             let (streams, rate) = (&mut self.streams, &mut self.rate);
             return self.link.feed(bytes, &mut |command| match command {
                 link::Command::Stop => *streams = false,
@@ -215,7 +215,7 @@ impl Device {
             }
             if self.heard.push(byte).is_err() {
                 // No command is as long.
-                if matches!(self.format, Format::Fastrak(_)) {
+                if matches!(self.protocol, Protocol::Fastrak(_)) {
                     self.refuse_long(answer);
                     self.overlong = byte != b'\r';
                 }
@@ -237,28 +237,28 @@ impl Device {
         let Some(&first) = self.heard.first() else {
             return Heard::More;
         };
-        match self.format {
-            Format::Link | Format::OsvrHdk | Format::Asl(_) | Format::EyeTracker(..) => {
+        match self.protocol {
+            Protocol::Link | Protocol::OsvrHdk | Protocol::Asl(_) | Protocol::EyeTracker(..) => {
                 Heard::Took(1)
             }
-            Format::Fastrak(_) => self.fastrak(first, now, answer),
-            Format::Liberty(_) => self.liberty(now, answer),
-            Format::Flock(_) => self.flock(first, answer),
-            Format::Hatire(_) => self.hatire(first, now, answer),
-            Format::Iscan(_) => {
+            Protocol::Fastrak(_) => self.fastrak(first, now, answer),
+            Protocol::Liberty(_) => self.liberty(now, answer),
+            Protocol::Flock(_) => self.flock(first, answer),
+            Protocol::Hatire(_) => self.hatire(first, now, answer),
+            Protocol::Iscan(_) => {
                 self.set(first, iscan::START[0], iscan::STOP[0]);
                 Heard::Took(1)
             }
-            Format::AdHawk => self.adhawk(first, answer),
+            Protocol::AdHawk => self.adhawk(first, answer),
         }
     }
 
     /// Whether it says that this happened to the eyes: our own link does, an `AdHawk` where
     /// the host asked for it.
     pub(super) fn tells(&self, kind: EyeEventKind, now: Micros) -> bool {
-        let has_it = match self.format {
-            Format::Link => true,
-            Format::AdHawk => self.adhawk.tells(kind),
+        let has_it = match self.protocol {
+            Protocol::Link => true,
+            Protocol::AdHawk => self.adhawk.tells(kind),
             _ => false,
         };
         has_it && self.streams && !self.restarts(now)
@@ -278,7 +278,7 @@ impl Device {
     /// Restarts as it was saved, and is not there for the better part of the
     /// time that a host waits for it.
     fn restart(&mut self, now: Micros, usual: Micros) -> Heard {
-        self.format = self.saved.format.clone();
+        self.protocol = self.saved.protocol.clone();
         self.streams = self.saved.streams;
         (self.asked, self.rate, self.next) = (0, None, Micros(0));
         (self.clock, self.front) = (Zero::None, Zero::None);
@@ -297,7 +297,7 @@ fn line(heard: &[u8]) -> Option<Vec<u8, MOST_HEARD>> {
 fn relist(
     items: &mut ItemList,
     family: Family,
-    format: Option<Written>,
+    format: Option<Format>,
     numbers: Option<&[u8]>,
 ) -> Result<(), ItemListError> {
     let same: Vec<u8, MOST_ITEMS> = items.numbers().collect();

@@ -4,8 +4,9 @@
 use super::device::Device;
 use super::eye_events::{EyeEvents, MOST_AT_ONCE};
 use super::faults::{Chunk, Source};
-use super::wire::{Format, Wire};
+use super::wire::Wire;
 use crate::decoder::{EyeEvent, Message};
+use crate::protocol::Protocol;
 use crate::sample::Sample;
 use crate::time::Micros;
 use heapless::Deque;
@@ -24,15 +25,15 @@ pub struct Line<S> {
 }
 
 impl<S: Source<Item = Sample>> Line<S> {
-    /// A device that measures `source` and streams records of this format.
-    pub fn new(source: S, format: &Format) -> Self {
-        Self::of(source, Device::new(format))
+    /// A device that measures `source` and streams records of this protocol.
+    pub fn new(source: S, protocol: &Protocol) -> Self {
+        Self::of(source, Device::new(protocol))
     }
 
     /// This device, measuring `source`.
     pub fn of(source: S, device: Device) -> Self {
         Self {
-            wire: Wire::new(source, device.format().clone()),
+            wire: Wire::new(source, device.protocol().clone()),
             device,
             eyes: EyeEvents::default(),
             events: Deque::new(),
@@ -49,8 +50,8 @@ impl<S: Source<Item = Sample>> Line<S> {
     /// Takes what the host said by `now`, and hands over the answers.
     pub fn hear(&mut self, bytes: &[u8], now: Micros, answer: &mut dyn FnMut(&[u8])) {
         self.device.feed(bytes, now, answer);
-        if self.device.format() != self.wire.format() {
-            self.wire.set_format(self.device.format().clone());
+        if self.device.protocol() != self.wire.protocol() {
+            self.wire.set_protocol(self.device.protocol().clone());
         }
     }
 

@@ -4,11 +4,11 @@ use super::faults::{Chunk, Source};
 use crate::decoder::Message;
 use crate::estimate::{Screen, plane_of};
 use crate::eye::{adhawk, asl, iscan};
-use crate::head::hatire::{self, Translation};
-use crate::head::polhemus::{self, Family, ItemList};
-use crate::head::{fastrak, flock, liberty, osvr_hdk};
+use crate::head::hatire::Translation;
+use crate::head::{fastrak, liberty, osvr_hdk};
 use crate::hid::eye_tracker::{self, documented};
 use crate::link;
+use crate::protocol::Protocol;
 use crate::rotation::{compose, inverse, rotate};
 use crate::sample::{GazePoint, Pupil, Reading, Sample};
 use crate::time::Micros;
@@ -23,77 +23,8 @@ pub const RAW_PER_METRE: f32 = 600.0;
 /// A pupil in raw units.
 const RAW_PUPIL: f32 = 400.0;
 
-/// A protocol and how its device is set up.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-// One of them at a time, and it stays where it is.
-#[allow(clippy::large_enum_variant)]
-pub enum Format {
-    /// Our own link: everything that a sample has.
-    Link,
-    /// Polhemus FASTRAK, IS-600, IS-900: the head.
-    Fastrak(fastrak::Config),
-    /// Polhemus Liberty, Patriot: the head.
-    Liberty(liberty::Config),
-    /// Ascension Flock of Birds: the head.
-    Flock(flock::Config),
-    /// Hatire: the head.
-    Hatire(hatire::Config),
-    /// The OSVR HDK's HID reports: how the head is turned.
-    OsvrHdk,
-    /// ISCAN: one eye, in raw units.
-    Iscan(iscan::Config),
-    /// ASL EYE-TRAC: one eye, in raw units.
-    Asl(asl::Config),
-    /// `AdHawk`: both eyes, and how the head is turned.
-    AdHawk,
-    /// A HID eye tracker of the [`documented`] layout: the head and a point on
-    /// this screen, in coordinates that these axes take to the tracker's.
-    EyeTracker(Screen, eye_tracker::Axes),
-}
-
-impl Format {
-    /// The names that [`named`](Self::named) takes.
-    pub const NAMES: [&'static str; 10] = [
-        "link", "fastrak", "liberty", "flock", "hatire", "osvr-hdk", "iscan", "asl", "adhawk",
-        "hid",
-    ];
-
-    /// A device by its name, set up as is usual: positions and quaternions,
-    /// binary, timestamps where there are any; a screen of 2 m × 1 m, 1 m
-    /// ahead of the origin. `None` for other names.
-    pub fn named(name: &str) -> Option<Self> {
-        let binary = polhemus::Format::Binary;
-        Some(match name {
-            "link" => Self::Link,
-            "fastrak" => {
-                let items = ItemList::new(Family::Fastrak, binary, &[2, 11, 0]);
-                Self::Fastrak(fastrak::Config::new(items.ok()?))
-            }
-            "liberty" => {
-                let items = ItemList::new(Family::Liberty, binary, &[2, 7, 8, 0]);
-                Self::Liberty(liberty::Config::new(items.ok()?))
-            }
-            "flock" => Self::Flock(flock::Config::default()),
-            "hatire" => Self::Hatire(hatire::Config::default()),
-            "osvr-hdk" => Self::OsvrHdk,
-            "iscan" => Self::Iscan(iscan::Config::default()),
-            "asl" => Self::Asl(asl::Config::default()),
-            "adhawk" => Self::AdHawk,
-            "hid" => Self::EyeTracker(
-                Screen {
-                    corner: Vec3::new(-1.0, 0.5, -1.0),
-                    right: Vec3::X,
-                    down: Vec3::NEG_Y,
-                    size: Vec2::new(2.0, 1.0),
-                },
-                eye_tracker::Axes::default(),
-            ),
-            _ => return None,
-        })
-    }
-
-    /// Whether a sample has what this format's devices measure: the pose that
+impl Protocol {
+    /// Whether a sample has what this protocol's devices measure: the pose that
     /// their records hold, or where the eyes look.
     pub fn carries(&self, sample: &Sample) -> bool {
         let head = &sample.head;
@@ -127,16 +58,16 @@ impl Format {
 #[derive(Debug, Clone)]
 pub struct Wire<S> {
     source: S,
-    format: Format,
+    protocol: Protocol,
     link: link::Encoder,
 }
 
 impl<S: Source<Item = Sample>> Wire<S> {
-    /// Of samples in a format.
-    pub fn new(source: S, format: Format) -> Self {
+    /// Of samples in a protocol.
+    pub fn new(source: S, protocol: Protocol) -> Self {
         Self {
             source,
-            format,
+            protocol,
             link: link::Encoder::new(),
         }
     }
@@ -147,39 +78,39 @@ impl<S: Source<Item = Sample>> Wire<S> {
     }
 
     /// How they are written.
-    pub const fn format(&self) -> &Format {
-        &self.format
+    pub const fn protocol(&self) -> &Protocol {
+        &self.protocol
     }
 
     /// Writes them so from now on, as a device does that was told to.
-    pub fn set_format(&mut self, format: Format) {
-        self.format = format;
+    pub fn set_protocol(&mut self, protocol: Protocol) {
+        self.protocol = protocol;
     }
 
     /// The bytes of a sample: one record, packet or report. `None` where the
     /// protocol has nothing to say of it.
     pub fn encode(&mut self, sample: &Sample) -> Option<Chunk> {
-        if !self.format.says_untracked() && !self.format.carries(sample) {
+        if !self.protocol.says_untracked() && !self.protocol.carries(sample) {
             return None;
         }
         let chunk = |bytes: &[u8]| Some(Chunk::new(sample.arrival, bytes));
-        match &self.format {
-            Format::Link => chunk(&self.link.sample(sample)),
-            Format::Fastrak(config) => chunk(&config.encode(sample)),
-            Format::Liberty(config) => chunk(&config.encode(sample)),
-            Format::Flock(config) => chunk(&config.encode(sample)),
-            Format::Hatire(config) => chunk(&config.encode(sample)),
-            Format::OsvrHdk => {
+        match &self.protocol {
+            Protocol::Link => chunk(&self.link.sample(sample)),
+            Protocol::Fastrak(config) => chunk(&config.encode(sample)),
+            Protocol::Liberty(config) => chunk(&config.encode(sample)),
+            Protocol::Flock(config) => chunk(&config.encode(sample)),
+            Protocol::Hatire(config) => chunk(&config.encode(sample)),
+            Protocol::OsvrHdk => {
                 let turn = sample.head.orientation?.value;
                 let sequence = sample.sequence.unwrap_or(0) as u8;
                 chunk(&osvr_hdk::encode(&osvr_hdk::Report::of_head(
                     sequence, turn,
                 )))
             }
-            Format::Iscan(config) => chunk(&iscan::encode(&raw(sample), config)),
-            Format::Asl(config) => chunk(&asl::encode(&raw(sample), config.layout)),
-            Format::AdHawk => chunk(&adhawk::encode(sample)?),
-            Format::EyeTracker(screen, axes) => {
+            Protocol::Iscan(config) => chunk(&iscan::encode(&raw(sample), config)),
+            Protocol::Asl(config) => chunk(&asl::encode(&raw(sample), config.layout)),
+            Protocol::AdHawk => chunk(&adhawk::encode(sample)?),
+            Protocol::EyeTracker(screen, axes) => {
                 let seen = in_axes(&on_screen(sample, screen), axes);
                 chunk(&documented::tracking(&seen))
             }
@@ -191,9 +122,9 @@ impl<S> Wire<S> {
     /// The bytes of something that the device says beside its samples, at `now`; `None`
     /// where the protocol has none for it.
     pub(super) fn encode_message(&mut self, message: &Message, now: Micros) -> Option<Chunk> {
-        match (&self.format, message) {
-            (Format::Link, message) => Some(Chunk::new(now, &self.link.message(message))),
-            (Format::AdHawk, Message::Eyes(event)) => {
+        match (&self.protocol, message) {
+            (Protocol::Link, message) => Some(Chunk::new(now, &self.link.message(message))),
+            (Protocol::AdHawk, Message::Eyes(event)) => {
                 Some(Chunk::new(now, &adhawk::encode_event(event)))
             }
             _ => None,

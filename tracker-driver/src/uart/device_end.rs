@@ -124,8 +124,9 @@ mod tests {
     use crate::command::Script;
     use crate::decoder::{Decoder, Event};
     use crate::head::fastrak::{self, Fastrak};
-    use crate::head::polhemus::{Family, Format as Written, ItemList};
-    use crate::mock::{Format, Tracker, TrackerConfig, Viewer, ViewerConfig};
+    use crate::head::polhemus::{Family, Format, ItemList};
+    use crate::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig};
+    use crate::protocol::Protocol;
     use crate::uart::doubles::End;
     use crate::uart::{Due, HostEnd, drain};
     use embedded_io::ErrorKind;
@@ -133,14 +134,14 @@ mod tests {
 
     /// Position and quaternion, in binary.
     fn config() -> fastrak::Config {
-        let items = ItemList::new(Family::Fastrak, Written::Binary, &[2, 11, 0]);
+        let items = ItemList::new(Family::Fastrak, Format::Binary, &[2, 11, 0]);
         fastrak::Config::new(items.unwrap())
     }
 
     fn device(config: &fastrak::Config) -> DeviceEnd<Tracker<'static>> {
         let viewer = Viewer::new(ViewerConfig::default(), 5);
         let tracker = Tracker::new(TrackerConfig::default(), viewer, 5).unwrap();
-        DeviceEnd::new(Line::new(tracker, &Format::Fastrak(config.clone())))
+        DeviceEnd::new(Line::new(tracker, &Protocol::Fastrak(config.clone())))
     }
 
     /// A host sets the device up over two ports and stops it, all by this crate.

@@ -15,7 +15,7 @@ use clap::{Arg, Args};
 use serde::Serialize;
 use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
 use shisen::tracker::pty::Pty;
-use shisen::tracker::{MockSpec, Protocol, SerialSpec, Spec, Times, serve, simulated};
+use shisen::tracker::{MockSpec, ProtocolSpec, SerialSpec, Spec, Times, serve, simulated};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
@@ -48,7 +48,7 @@ pub(in crate::cli) struct Arguments {
     time: TimeArguments,
     /// What the tracker speaks: a protocol as for `shisen tracker mock`
     #[arg(long = "as", value_name = "PROTOCOL", default_value = "link", value_parser = protocol)]
-    protocol: Protocol,
+    protocol: ProtocolSpec,
     /// Samples per second of the tracker
     #[arg(long, value_name = "HZ,…", value_delimiter = ',', default_value = "60,250,1000",
           value_parser = whole::<60, 10_000>)]
@@ -227,7 +227,7 @@ impl Arguments {
         let tracker = self.live.listen(&Spec::Serial(SerialSpec {
             path,
             protocol: self.protocol.clone(),
-            baud: self.protocol.baud(),
+            baud: self.protocol.protocol().baud(),
             reset: false,
             speed: None,
             stop: false,

@@ -291,7 +291,7 @@ mod tests {
     use super::*;
     use shisen::tracker::pty::Pty;
     use shisen::tracker::serve::{Begin, serve};
-    use shisen::tracker::{MockSpec, Protocol, simulated};
+    use shisen::tracker::{MockSpec, ProtocolSpec, simulated};
     use shisen_tracker::estimate::State;
     use shisen_tracker::head::hatire::{Config, FRAME_BYTES};
     use shisen_tracker::sample::Sample;
@@ -313,7 +313,7 @@ mod tests {
                 seed: 4,
                 ..MockSpec::default()
             };
-            let protocol: Protocol = "link".parse().unwrap();
+            let protocol: ProtocolSpec = "link".parse().unwrap();
             let source = simulated(&spec).unwrap();
             serve(&mut pty, source, &protocol, Begin::AtOnce, &mut |_| {
                 !until.load(Ordering::Relaxed)

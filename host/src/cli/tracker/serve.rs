@@ -11,9 +11,10 @@ use miette::Diagnostic;
 use shisen::tracker::pty::Pty;
 use shisen::tracker::serve::{Begin, SILENT, Stage};
 use shisen::tracker::{
-    Feed, MockSpec, PAUSE, Protocol, Recording, ReplaySpec, Spec, Times, serve, simulated,
+    Feed, MockSpec, PAUSE, ProtocolSpec, Recording, ReplaySpec, Spec, Times, serve, simulated,
 };
-use shisen_tracker::mock::{Format, Source};
+use shisen_tracker::mock::Source;
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::io;
@@ -33,7 +34,7 @@ pub(in crate::cli) struct MockArguments {
     /// `shisen tracker --help`) [default: link on a line, and samples as they
     /// are otherwise]
     #[arg(long = "as", value_name = "PROTOCOL", value_parser = protocol)]
-    protocol: Option<Protocol>,
+    protocol: Option<ProtocolSpec>,
     /// A name for the line's other end; a link that leads nowhere gives way
     #[arg(long, value_name = "PATH")]
     pty: Option<PathBuf>,
@@ -73,7 +74,7 @@ pub(in crate::cli) struct ReplayArguments {
     /// What the line speaks: link, fastrak, liberty, flock, hatire, iscan, asl or
     /// adhawk, and its settings, as for `shisen tracker mock` [default: link]
     #[arg(long = "as", value_name = "PROTOCOL", requires = "to", value_parser = protocol)]
-    protocol: Option<Protocol>,
+    protocol: Option<ProtocolSpec>,
     /// A name for the line's other end; a link that leads nowhere gives way
     #[arg(long, value_name = "PTY")]
     to: Option<PathBuf>,
@@ -159,7 +160,7 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let protocol = on_a_line(arguments.protocol.clone())?;
     let recording = Recording::read(&arguments.file)?;
     let samples: Vec<Sample> = recording.samples().copied().collect();
-    check(&samples, &protocol, &arguments.file)?;
+    check(&samples, protocol.protocol(), &arguments.file)?;
     tell_pauses(&samples);
     let samples = from_the_first(samples);
     let over = samples.last().map_or(Micros(0), |last| last.arrival);
@@ -204,10 +205,9 @@ fn from_the_first(mut samples: Vec<Sample>) -> Vec<Sample> {
 /// Whether samples have what a protocol's devices send: all, or, with a
 /// warning, some. Eyes may be lost at times.
 fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Failure> {
-    let format = protocol.format();
     let with = samples
         .iter()
-        .filter(|sample| format.carries(sample))
+        .filter(|sample| protocol.carries(sample))
         .count();
     let what = if protocol.has_eyes() {
         "gaze"
@@ -225,7 +225,7 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
     }
     let without = samples.len() - with;
     if without > 0 && !protocol.has_eyes() {
-        let sent = if format.says_untracked() {
+        let sent = if protocol.says_untracked() {
             "are sent as not tracked"
         } else {
             "are left out"
@@ -239,7 +239,7 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
 }
 
 /// Says what a recording waits for.
-fn tell_stage(stage: Stage, path: &Path, protocol: &Protocol) {
+fn tell_stage(stage: Stage, path: &Path, protocol: &ProtocolSpec) {
     let path = path.display();
     super::follow::say(&match stage {
         Stage::Unread => format!("waiting until somebody opens {path}"),
@@ -253,10 +253,10 @@ fn tell_stage(stage: Stage, path: &Path, protocol: &Protocol) {
     });
 }
 
-fn on_a_line(protocol: Option<Protocol>) -> Result<Protocol, Failure> {
+fn on_a_line(protocol: Option<ProtocolSpec>) -> Result<ProtocolSpec, Failure> {
     match protocol {
         Some(protocol) => Ok(protocol),
-        None => Ok(Format::NAMES[0].parse::<Protocol>()?),
+        None => Ok(Protocol::NAMES[0].parse::<ProtocolSpec>()?),
     }
 }
 
@@ -295,11 +295,11 @@ struct Played {
 fn line(
     path: &Path,
     source: impl Source<Item = Sample>,
-    protocol: &Protocol,
+    protocol: &ProtocolSpec,
     end: &EndArguments,
     play: Play,
 ) -> Result<Played, Failure> {
-    if !protocol.is_serial() {
+    if !protocol.protocol().is_serial() {
         return Err(Failure::usage(&format!(
             "{protocol} does not go over a serial line: its devices are HID. Choose another \
              --as"

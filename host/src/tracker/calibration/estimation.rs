@@ -4,7 +4,7 @@ use super::super::{Senses, Spec};
 use super::Calibrated;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::estimate::{EstimatorConfig, Eyes, RoomFromTracker, Screen, Sensors};
-use shisen_tracker::mock::Format;
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::time::Micros;
 
 /// How the gaze is estimated from what a tracker says: one whose origin is at
@@ -55,7 +55,7 @@ fn is_coarse(spec: &Spec) -> bool {
         Spec::Mock(spec) => spec.protocol.as_ref(),
         Spec::Hid(_) | Spec::Replay(_) => None,
     };
-    protocol.is_some_and(|protocol| matches!(protocol.format(), Format::Asl(_) | Format::Iscan(_)))
+    protocol.is_some_and(|spec| matches!(spec.protocol(), Protocol::Asl(_) | Protocol::Iscan(_)))
 }
 
 /// The screen in front of the mock.
@@ -63,8 +63,8 @@ fn mock_screen(spec: &Spec, head: HeadPose) -> Option<Screen> {
     let Spec::Mock(mock) = spec else {
         return None;
     };
-    match mock.protocol.as_ref()?.format() {
-        Format::EyeTracker(screen, _) => Some(Screen {
+    match mock.protocol.as_ref()?.protocol() {
+        Protocol::EyeTracker(screen, _) => Some(Screen {
             corner: head.position + head.orientation * screen.corner,
             right: head.orientation * screen.right,
             down: head.orientation * screen.down,

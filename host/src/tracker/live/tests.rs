@@ -157,7 +157,7 @@ fn a_line_is_changed_to_another_speed_and_left_silent() {
     };
     let viewer = Viewer::new(ViewerConfig::default(), 1);
     let tracker = Tracker::new(TrackerConfig::default(), viewer, 1).unwrap();
-    let mut line = Line::new(tracker, spec.protocol.format());
+    let mut line = Line::new(tracker, spec.protocol.protocol());
     let mut live = Live::serial(spec).unwrap();
     let (mut told, mut buffer) = (Vec::new(), [0; 256]);
     let mut serve = |now, told: &mut Vec<(u32, u8)>| {

@@ -1,4 +1,4 @@
-use super::super::protocol::Protocol;
+use super::super::protocol::ProtocolSpec;
 use super::super::spec::Spec;
 use super::*;
 use miette::Diagnostic;
@@ -10,12 +10,12 @@ const SECONDS: u64 = 1;
 
 /// What the mock sends in a second, and what a decoder makes of it.
 fn heard(sent_as: &str, read_as: &str) -> (Vec<Sample>, Vec<Sample>, u64) {
-    let protocol = |text: &str| text.parse::<Protocol>().unwrap();
+    let protocol = |text: &str| text.parse::<ProtocolSpec>().unwrap();
     let tracker = || {
         let viewer = Viewer::new(ViewerConfig::default(), 3);
         Tracker::new(TrackerConfig::default(), viewer, 3).unwrap()
     };
-    let mut wire = Wire::new(tracker(), protocol(sent_as).format().clone());
+    let mut wire = Wire::new(tracker(), protocol(sent_as).protocol().clone());
     let mut decoder = protocol(read_as).decoder().unwrap();
     let (mut found, mut truth, mut unlike) = (Vec::new(), tracker(), 0);
     let mut sent = Vec::new();
@@ -205,10 +205,10 @@ fn what_cannot_be_set_says_what_can() {
         let (name, settings) = spec.split_once('&').unwrap();
         let error = format!("mock:as={name}&{settings}").parse::<Spec>();
         assert!(error.unwrap_err().to_string().contains(message), "{spec}");
-        let error = format!("{name}?{settings}").parse::<Protocol>();
+        let error = format!("{name}?{settings}").parse::<ProtocolSpec>();
         assert!(error.unwrap_err().to_string().contains(message), "{spec}");
     }
-    let plain = "osvr-hdk?units=cm".parse::<Protocol>().unwrap_err();
+    let plain = "osvr-hdk?units=cm".parse::<ProtocolSpec>().unwrap_err();
     let said = Diagnostic::help(&plain).unwrap().to_string();
     assert!(said.contains("without one"), "{said}");
 }

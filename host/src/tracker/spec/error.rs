@@ -1,10 +1,10 @@
 //! What is wrong with a `SPEC`, and what can stand there.
 
-use crate::tracker::protocol::{Protocol, UnknownProtocol};
+use crate::tracker::protocol::{ProtocolSpec, UnknownProtocol};
 use miette::Diagnostic;
 use shisen_tracker::estimate::EstimatorConfigError;
 use shisen_tracker::head::polhemus::ItemListError;
-use shisen_tracker::mock::Format;
+use shisen_tracker::protocol::Protocol;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
@@ -95,7 +95,10 @@ pub enum SpecError {
     },
     /// A reset is asked for where there is none.
     #[error("{of} has no command for a reset: reset=1 does nothing")]
-    #[diagnostic(help("leave reset out; those with one are {}", names(Protocol::has_reset)))]
+    #[diagnostic(help(
+        "leave reset out; those with one are {}",
+        names(ProtocolSpec::has_reset)
+    ))]
     NoReset {
         /// The protocol.
         of: &'static str,
@@ -115,7 +118,7 @@ pub enum SpecError {
     ResetAndSpeed,
     /// A stop is asked for where there is none.
     #[error("{of} has no command that stops it: stop=1 does nothing")]
-    #[diagnostic(help("leave stop out; those with one are {}", names(Protocol::has_stop)))]
+    #[diagnostic(help("leave stop out; those with one are {}", names(ProtocolSpec::has_stop)))]
     NoStop {
         /// The protocol.
         of: &'static str,
@@ -128,7 +131,7 @@ pub enum SpecError {
     #[error("{name} does not go over a serial line")]
     #[diagnostic(help(
         "plug the device in and give hid:VENDOR:PRODUCT, or one of {}",
-        names(Protocol::is_serial)
+        names(|spec| spec.protocol().is_serial())
     ))]
     NotSerial {
         /// The protocol.
@@ -138,7 +141,7 @@ pub enum SpecError {
     #[error("serial:{path} says not which protocol its device speaks")]
     #[diagnostic(help(
         "append ?protocol=NAME, NAME being one of {}",
-        names(Protocol::is_serial)
+        names(|spec| spec.protocol().is_serial())
     ))]
     NoProtocol {
         /// The port.
@@ -146,9 +149,9 @@ pub enum SpecError {
     },
 }
 
-fn names(of: fn(&Protocol) -> bool) -> String {
-    let named = Format::NAMES
+fn names(of: fn(&ProtocolSpec) -> bool) -> String {
+    let named = Protocol::NAMES
         .into_iter()
-        .filter(|name| Protocol::named(name).is_ok_and(|protocol| of(&protocol)));
+        .filter(|name| ProtocolSpec::named(name).is_ok_and(|protocol| of(&protocol)));
     named.collect::<Vec<_>>().join(", ")
 }

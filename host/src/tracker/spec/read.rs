@@ -1,7 +1,7 @@
 //! `SPEC`, as it is written.
 
 use super::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec, SpecError};
-use crate::tracker::protocol::Protocol;
+use crate::tracker::protocol::ProtocolSpec;
 use crate::tracker::settings::{Options, set_axes};
 use crate::tracker::times::{self, Times};
 use shisen_tracker::head::fastrak::BAUD_RATES;
@@ -44,7 +44,7 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
         (!value.is_empty()).then(|| value.into())
     })?;
     if let Some(name) = options.take("as") {
-        let mut protocol = Protocol::named(name)?;
+        let mut protocol = ProtocolSpec::named(name)?;
         protocol.set(&mut options)?;
         spec.protocol = Some(protocol);
     }
@@ -52,7 +52,7 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
     spec.times = Times::take(&mut options)?;
     one_sensor(spec.head, spec.protocol.as_ref(), "mock")?;
     let protocol = spec.protocol.as_ref();
-    let sensors = protocol.map_or(0..=0, Protocol::simulated_sensors);
+    let sensors = protocol.map_or(0..=0, ProtocolSpec::simulated_sensors);
     match spec.head.filter(|head| !sensors.contains(head)) {
         None => {}
         Some(head) if sensors.start() == sensors.end() => {
@@ -60,7 +60,7 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
         }
         Some(head) => return Err(SpecError::NoSensor { head, sensors }),
     }
-    let protocol = protocol.map(|protocol| (protocol.name(), protocol.format()));
+    let protocol = protocol.map(ProtocolSpec::protocol);
     let allowed = "seed=N, rate=HZ, as=PROTOCOL, still=1, targets=FILE, head=N";
     options.end("mock", &with_times(allowed), protocol)?;
     Ok(spec)
@@ -80,8 +80,8 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     let Some(name) = options.take("protocol") else {
         return Err(SpecError::NoProtocol { path: path.into() });
     };
-    let mut protocol = Protocol::named(name)?;
-    if !protocol.is_serial() {
+    let mut protocol = ProtocolSpec::named(name)?;
+    if !protocol.protocol().is_serial() {
         return Err(SpecError::NotSerial {
             name: protocol.name(),
         });
@@ -94,7 +94,7 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     }
     let speed = match options.take("speed") {
         None => None,
-        Some(_) if protocol.change_speed(BAUD_RATES[0]).is_none() => {
+        Some(_) if protocol.protocol().change_speed(BAUD_RATES[0]).is_none() => {
             return Err(SpecError::NoSpeed {
                 of: protocol.name(),
             });
@@ -120,12 +120,11 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
         });
     }
     protocol.set(&mut options)?;
-    let named = Some((protocol.name(), protocol.format()));
     let allowed = "protocol=NAME, baud=N, speed=N, reset=1, stop=1, head=N, rts=0|1";
-    options.end("serial", &with_times(allowed), named)?;
+    options.end("serial", &with_times(allowed), Some(protocol.protocol()))?;
     Ok(SerialSpec {
         path: path.into(),
-        baud: baud.unwrap_or(protocol.baud()),
+        baud: baud.unwrap_or(protocol.protocol().baud()),
         protocol,
         reset,
         speed,
@@ -175,14 +174,14 @@ fn head(options: &mut Options<'_>) -> Result<Option<u8>, SpecError> {
 /// Refuses the choice of a sensor where there is one.
 fn one_sensor(
     head: Option<u8>,
-    protocol: Option<&Protocol>,
+    protocol: Option<&ProtocolSpec>,
     kind: &'static str,
 ) -> Result<(), SpecError> {
-    let several = protocol.is_some_and(Protocol::has_sensors);
+    let several = protocol.is_some_and(|spec| spec.protocol().has_sensors());
     match head.filter(|_| !several) {
         None => Ok(()),
         Some(head) => Err(SpecError::OneSensor {
-            of: protocol.map_or(kind, Protocol::name),
+            of: protocol.map_or(kind, ProtocolSpec::name),
             head,
         }),
     }

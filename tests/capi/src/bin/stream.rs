@@ -2,7 +2,8 @@
 //! our link, as a line brings it: a few bytes at a time.
 
 use shisen_capi_tests::push;
-use shisen_tracker::mock::{Format, Source, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::mock::{Source, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::time::Micros;
 use std::error::Error;
 
@@ -19,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..TrackerConfig::default()
     };
     let tracker = Tracker::new(config, Viewer::new(ViewerConfig::default(), 1), 1)?;
-    let mut wire = Wire::new(tracker, Format::Link);
+    let mut wire = Wire::new(tracker, Protocol::Link);
     let mut stream = Vec::new();
     while let Some(record) = wire.poll(DURATION) {
         let count = record.bytes().len().div_ceil(BYTES) as u64;

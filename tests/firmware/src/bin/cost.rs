@@ -21,7 +21,8 @@ use shisen_tracker::head::polhemus::{self, Family, ItemList};
 use shisen_tracker::head::{hatire::Hatire, liberty::Liberty, osvr_hdk};
 use shisen_tracker::hid::eye_tracker::{Axes, EyeTracker, documented};
 use shisen_tracker::link::Link;
-use shisen_tracker::mock::{Format, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::time::Micros;
 
 /// The clock of mps2-an500 counts at 25 MHz.
@@ -125,12 +126,12 @@ impl Report {
     fn decoder<D: Decoder + Clone>(
         &mut self,
         name: &str,
-        format: Format,
+        protocol: Protocol,
         mut decoder: D,
         whole: bool,
         bound: u32,
     ) -> Option<()> {
-        let mut wire = Wire::new(tracker()?, format);
+        let mut wire = Wire::new(tracker()?, protocol);
         let mut source = tracker()?;
         let mut last = Tally::default();
         let mut byte = Tally::default();
@@ -175,26 +176,26 @@ impl Report {
     fn decoders(&mut self) -> Option<()> {
         hprintln!("instructions         last byte to sample             each     whole  bytes of");
         hprintln!("protocol        bytes    mean    most   bound   other  record  state");
-        let named = Format::named;
+        let named = Protocol::named;
         self.decoder("link", named("link")?, Link::new(), false, 3_900)?;
         for (name, items, format, bound) in FASTRAKS {
             let items = ItemList::new(Family::Fastrak, format, items).ok()?;
             let config = fastrak::Config::new(items);
             let decoder = Fastrak::new(config.clone());
-            self.decoder(name, Format::Fastrak(config), decoder, false, bound)?;
+            self.decoder(name, Protocol::Fastrak(config), decoder, false, bound)?;
         }
-        let Format::Liberty(config) = named("liberty")? else {
+        let Protocol::Liberty(config) = named("liberty")? else {
             return None;
         };
         let decoder = Liberty::new(config.clone());
-        self.decoder("liberty", Format::Liberty(config), decoder, false, 3_600)?;
+        self.decoder("liberty", Protocol::Liberty(config), decoder, false, 3_600)?;
         for (name, mode, bound) in FLOCKS {
             let config = flock::Config {
                 mode,
                 ..flock::Config::default()
             };
             let decoder = Flock::new(config);
-            self.decoder(name, Format::Flock(config), decoder, false, bound)?;
+            self.decoder(name, Protocol::Flock(config), decoder, false, bound)?;
         }
         let decoder = Hatire::new(Default::default());
         self.decoder("hatire", named("hatire")?, decoder, false, 1_100)?;

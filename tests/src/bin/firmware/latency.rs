@@ -4,7 +4,8 @@ use crate::{Bench, PaperScene, Wrong, check, paper};
 use glam::Vec3;
 use shisen_tracker::link::Encoder;
 use shisen_tracker::link::display::FrameDone;
-use shisen_tracker::mock::{Chunk, Format, Source, Wire};
+use shisen_tracker::mock::{Chunk, Source, Wire};
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::{Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
 
@@ -25,7 +26,7 @@ impl Bench {
             let tracker = shisen::tracker::simulated(&spec).map_err(|error| error.to_string())?;
             let mut run = self.run(
                 scene.as_bytes(),
-                Some(Box::new(Wire::new(tracker, Format::Link))),
+                Some(Box::new(Wire::new(tracker, Protocol::Link))),
             );
             run.frames = 6;
             // The line is looked at often, as a board with a fast tracker would.

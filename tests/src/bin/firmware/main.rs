@@ -31,7 +31,8 @@ use shisen_core::frame::FlatScreen;
 use shisen_tests::meshes::cow;
 use shisen_tracker::link::Encoder;
 use shisen_tracker::link::display::Rendering;
-use shisen_tracker::mock::{Chunk, Source};
+use shisen_tracker::mock::{Chunk, Source, Wire};
+use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::{Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
 use std::cell::Cell;
@@ -397,7 +398,7 @@ impl Bench {
             return Err("no mock".to_owned());
         };
         let tracker = shisen::tracker::simulated(&spec).map_err(|error| error.to_string())?;
-        let wire = shisen_tracker::mock::Wire::new(tracker, shisen_tracker::mock::Format::Link);
+        let wire = Wire::new(tracker, Protocol::Link);
         let mut run = self.run(scene.as_bytes(), Some(Box::new(wire)));
         run.rendering.eye_distance = 0.064;
         run.frames = 4;

@@ -4,7 +4,8 @@ use super::*;
 use crate::clock::{ClockConfig, ClockEstimator};
 use crate::decoder::{Decoder, Event as Decoded, EyeEvent, EyeEventKind, Side};
 use crate::eye::{adhawk, asl, iscan};
-use crate::mock::{Format, Line, Reader, Source, Tracker, TrackerConfig, Viewer, ViewerConfig};
+use crate::mock::{Line, Source, Tracker, TrackerConfig, Viewer, ViewerConfig};
+use crate::protocol::{Protocol, Reader};
 use crate::sample::Pupil;
 
 fn shut(i: u64) -> Sample {
@@ -292,7 +293,7 @@ impl<S: Source<Item = Sample>> Source for Pretends<S> {
 fn blinks_that_only_events_tell_come_through_the_line() {
     for name in ["adhawk", "link"] {
         let blinks = |asks: bool| {
-            let format = Format::named(name).unwrap();
+            let protocol = Protocol::named(name).unwrap();
             let viewer = Viewer::new(ViewerConfig::default(), 5);
             let config = TrackerConfig {
                 losses: 0.0,
@@ -303,14 +304,14 @@ fn blinks_that_only_events_tell_come_through_the_line() {
                 tracker: Tracker::new(config, viewer, 5).unwrap(),
                 last: None,
             };
-            let mut line = Line::new(tracker, &format);
+            let mut line = Line::new(tracker, &protocol);
             if asks {
                 let mask = u32::MAX;
                 let enable = true;
                 let request = adhawk::Request::Events { mask, enable };
                 line.hear(&request.encode(1), Micros(0), &mut |_| {});
             }
-            let mut reader = Reader::new(&format).unwrap();
+            let mut reader = Reader::new(&protocol).unwrap();
             let mut clock = ClockEstimator::new(ClockConfig::default()).unwrap();
             let mut gaze: GazeEstimator = GazeEstimator::new(EstimatorConfig::default()).unwrap();
             let (mut started, mut ended, mut marked) = (0, 0, 0);

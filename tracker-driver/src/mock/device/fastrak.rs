@@ -2,8 +2,8 @@
 
 use super::{Device, Heard, MOST_ANSWER, line, relist};
 use crate::head::fastrak::{BAUD_RATES, Config, RESET};
-use crate::head::polhemus::{Family, Format as Written, ItemListError, MOST_ITEMS, Units};
-use crate::mock::wire::Format;
+use crate::head::polhemus::{Family, Format, ItemListError, MOST_ITEMS, Units};
+use crate::protocol::Protocol;
 use crate::time::Micros;
 use heapless::Vec;
 
@@ -43,7 +43,7 @@ impl Device {
         answer: &mut dyn FnMut(&[u8]),
     ) -> Heard {
         let streams = self.streams;
-        let Format::Fastrak(config) = &mut self.format else {
+        let Protocol::Fastrak(config) = &mut self.protocol else {
             return Heard::Took(1);
         };
         let format = |config: &mut Config, format| {
@@ -56,11 +56,11 @@ impl Device {
             b'S' => answer(&status(config, streams)),
             b'U' => config.units = Units::Inches,
             b'u' => config.units = Units::Centimetres,
-            b'F' => format(config, Written::Ascii),
-            b'f' => format(config, Written::Binary),
+            b'F' => format(config, Format::Ascii),
+            b'f' => format(config, Format::Binary),
             b'W' => {
                 config.units = Units::Inches;
-                let usual = Some(Written::Ascii);
+                let usual = Some(Format::Ascii);
                 let _ = relist(
                     &mut config.items,
                     Family::Fastrak,
@@ -69,7 +69,7 @@ impl Device {
                 );
             }
             SAVE => {
-                self.saved.format = self.format.clone();
+                self.saved.protocol = self.protocol.clone();
                 self.saved.streams = self.streams;
             }
             RESET => {
@@ -201,7 +201,7 @@ fn number(text: Option<&[u8]>) -> Result<u32, Code> {
 }
 
 fn status(config: &Config, streams: bool) -> Vec<u8, MOST_ANSWER> {
-    let flags = u8::from(config.items.format() == Written::Binary)
+    let flags = u8::from(config.items.format() == Format::Binary)
         | u8::from(config.units == Units::Centimetres) << 1
         | u8::from(streams) << 3;
     let digit = b"0123456789ABCDEF".get(usize::from(flags)).copied();

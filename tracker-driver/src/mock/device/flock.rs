@@ -5,7 +5,7 @@ use crate::head::flock::command::{
     ALL_UNITS, CRYSTAL, ERROR, EXPANDED_ERROR, GROUP_MODE, STATUS, TO_BIRD, UNITS, command_bytes,
 };
 use crate::head::flock::{MOST_BIRDS, Mode};
-use crate::mock::wire::Format;
+use crate::protocol::Protocol;
 use crate::sample::Sample;
 use glam::Vec3;
 
@@ -61,12 +61,12 @@ impl Device {
 
     /// What its `n`th sensor, from 0, measures; `None` where it has fewer that send.
     pub(in crate::mock) fn nth_sensor(&self, sample: &Sample, n: u8) -> Option<Sample> {
-        let birds = match &self.format {
-            Format::Flock(config) if config.group => self.flock.birds,
+        let birds = match &self.protocol {
+            Protocol::Flock(config) if config.group => self.flock.birds,
             _ => 1,
         };
         let mut measured = *sample;
-        if let Format::Flock(_) = self.format {
+        if let Protocol::Flock(_) = self.protocol {
             let address = self.flock.first.saturating_add(n);
             measured.sensor = measured.sensor.saturating_add(address.saturating_sub(1));
             if let Some(place) = &mut measured.head.position {
@@ -78,7 +78,7 @@ impl Device {
 
     pub(super) fn flock(&mut self, first: u8, answer: &mut dyn FnMut(&[u8])) -> Heard {
         let streams = self.streams;
-        let Format::Flock(config) = &mut self.format else {
+        let Protocol::Flock(config) = &mut self.protocol else {
             return Heard::Took(1);
         };
         let length = command_bytes(first);

@@ -2,7 +2,7 @@
 
 use super::{Device, Heard, Zero};
 use crate::head::hatire::{Config, RESET_TIME, TEXT_BYTES};
-use crate::mock::wire::Format;
+use crate::protocol::Protocol;
 use crate::time::Micros;
 
 /// Codes of text.
@@ -16,7 +16,7 @@ impl Device {
         now: Micros,
         answer: &mut dyn FnMut(&[u8]),
     ) -> Heard {
-        let Format::Hatire(config) = self.format else {
+        let Protocol::Hatire(config) = self.protocol else {
             return Heard::Took(1);
         };
         match first {

@@ -3,7 +3,7 @@
 use super::{Device, Heard, Zero, line, relist};
 use crate::head::liberty::{RESET, RESET_TIME};
 use crate::head::polhemus::{Family, MOST_ITEMS, Units};
-use crate::mock::wire::Format;
+use crate::protocol::Protocol;
 use crate::time::Micros;
 use heapless::Vec;
 
@@ -23,7 +23,7 @@ impl Device {
         let Some(line) = line(&self.heard) else {
             return Heard::More;
         };
-        let Format::Liberty(config) = &mut self.format else {
+        let Protocol::Liberty(config) = &mut self.protocol else {
             return Heard::Took(line.len() + 1);
         };
         match line.as_slice() {

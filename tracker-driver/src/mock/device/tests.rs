@@ -6,7 +6,8 @@ use crate::head::flock::Mode;
 use crate::head::polhemus::Units;
 use crate::head::{fastrak, flock, hatire, liberty};
 use crate::mock::Source;
-use crate::mock::{Line, Reader, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use crate::mock::{Line, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use crate::protocol::Reader;
 
 /// Plays a script against the device, to its end.
 fn play(device: &mut Device, script: Script) {
@@ -32,19 +33,19 @@ fn play(device: &mut Device, script: Script) {
 
 #[test]
 fn every_device_starts_and_stops_by_its_own_script() {
-    for name in Format::NAMES {
-        let format = Format::named(name).unwrap();
-        let (start, stop) = match &format {
-            Format::Link => (link::start(Some(240)), link::stop()),
-            Format::Fastrak(config) => (config.start(true), fastrak::stop()),
-            Format::Liberty(config) => (config.start(true), liberty::stop()),
-            Format::Flock(config) => (config.start(1, 1, true), flock::stop()),
-            Format::Hatire(_) => (hatire::start(true), hatire::stop()),
-            Format::Iscan(_) => (iscan::start(), iscan::stop()),
-            Format::AdHawk => (adhawk::start(2, 250.0), adhawk::stop()),
+    for name in Protocol::NAMES {
+        let protocol = Protocol::named(name).unwrap();
+        let (start, stop) = match &protocol {
+            Protocol::Link => (link::start(Some(240)), link::stop()),
+            Protocol::Fastrak(config) => (config.start(true), fastrak::stop()),
+            Protocol::Liberty(config) => (config.start(true), liberty::stop()),
+            Protocol::Flock(config) => (config.start(1, 1, true), flock::stop()),
+            Protocol::Hatire(_) => (hatire::start(true), hatire::stop()),
+            Protocol::Iscan(_) => (iscan::start(), iscan::stop()),
+            Protocol::AdHawk => (adhawk::start(2, 250.0), adhawk::stop()),
             _ => continue,
         };
-        let mut device = Device::new(&format);
+        let mut device = Device::new(&protocol);
         assert!(device.streams(), "{name}");
         play(&mut device, stop);
         assert!(!device.streams(), "{name}");
@@ -63,28 +64,28 @@ fn every_device_starts_and_stops_by_its_own_script() {
 #[test]
 fn a_device_streams_as_it_is_told() {
     let of = |format, items| ItemList::new(Family::Fastrak, format, items).unwrap();
-    let mut fastrak = fastrak::Config::new(of(Written::Ascii, &[2, 4, 1]));
+    let mut fastrak = fastrak::Config::new(of(Format::Ascii, &[2, 4, 1]));
     fastrak.units = Units::Centimetres;
-    let items = ItemList::new(Family::Liberty, Written::Binary, &[2, 7, 0]);
+    let items = ItemList::new(Family::Liberty, Format::Binary, &[2, 7, 0]);
     let mut liberty = liberty::Config::new(items.unwrap());
     liberty.units = Units::Centimetres;
     for (name, script) in [
         ("fastrak", fastrak.start(false)),
         ("liberty", liberty.start(false)),
     ] {
-        let mut device = Device::new(&Format::named(name).unwrap());
+        let mut device = Device::new(&Protocol::named(name).unwrap());
         play(&mut device, script);
-        match device.format() {
-            Format::Fastrak(config) => assert_eq!(config, &fastrak),
-            Format::Liberty(config) => assert_eq!(config, &liberty),
+        match device.protocol() {
+            Protocol::Fastrak(config) => assert_eq!(config, &fastrak),
+            Protocol::Liberty(config) => assert_eq!(config, &liberty),
             other => panic!("{other:?}"),
         }
-        let Some(Format::Fastrak(usual)) = Format::named("fastrak") else {
+        let Some(Protocol::Fastrak(usual)) = Protocol::named("fastrak") else {
             panic!("it is one");
         };
         if name == "fastrak" {
             play(&mut device, usual.start(false));
-            assert_eq!(device.format(), &Format::Fastrak(usual));
+            assert_eq!(device.protocol(), &Protocol::Fastrak(usual));
         }
     }
     for mode in Mode::ALL {
@@ -93,30 +94,30 @@ fn a_device_streams_as_it_is_told() {
             group: true,
             ..flock::Config::default()
         };
-        let mut device = Device::new(&Format::named("flock").unwrap());
+        let mut device = Device::new(&Protocol::named("flock").unwrap());
         play(&mut device, config.start(2, 1, false));
-        assert_eq!(device.format(), &Format::Flock(config));
+        assert_eq!(device.protocol(), &Protocol::Flock(config));
     }
     // A list that is none changes nothing.
-    let mut device = Device::new(&Format::named("fastrak").unwrap());
+    let mut device = Device::new(&Protocol::named("fastrak").unwrap());
     device.feed(b"O1,2,11\rO1,999,0\rO1\r", Micros(0), &mut |_| {});
-    assert_eq!(Some(device.format().clone()), Format::named("fastrak"));
+    assert_eq!(Some(device.protocol().clone()), Protocol::named("fastrak"));
 }
 
 #[test]
 fn a_fastrak_says_how_it_is() {
-    let format = Format::named("fastrak").unwrap();
-    let Format::Fastrak(config) = &format else {
+    let protocol = Protocol::named("fastrak").unwrap();
+    let Protocol::Fastrak(config) = &protocol else {
         panic!("another device");
     };
     let mut decoder = fastrak::Fastrak::new(config.clone());
     let mut texts = 0;
-    Device::new(&format).feed(b"S", Micros(0), &mut |answer| {
+    Device::new(&protocol).feed(b"S", Micros(0), &mut |answer| {
         decoder.feed(answer, Micros(0), &mut |event| {
             if let Event::Message(Message::Text(text)) = event {
                 let status = fastrak::Status::from_text(text.as_str()).unwrap();
                 assert!(status.continuous);
-                assert_eq!(status.format, Written::Binary);
+                assert_eq!(status.format, Format::Binary);
                 assert_eq!(status.units, Units::Inches);
                 texts += 1;
             }
@@ -127,8 +128,8 @@ fn a_fastrak_says_how_it_is() {
 
 #[test]
 fn noise_is_passed_over() {
-    for name in Format::NAMES {
-        let mut device = Device::new(&Format::named(name).unwrap());
+    for name in Protocol::NAMES {
+        let mut device = Device::new(&Protocol::named(name).unwrap());
         for byte in 0..=u8::MAX {
             device.feed(&[byte; 3], Micros(0), &mut |_| {});
         }
@@ -148,9 +149,9 @@ struct Bench {
 const STEP: Micros = Micros::from_millis(10);
 
 impl Bench {
-    fn new(name: &str, settings: impl Fn(&mut Format)) -> Self {
-        let mut format = Format::named(name).unwrap();
-        settings(&mut format);
+    fn new(name: &str, settings: impl Fn(&mut Protocol)) -> Self {
+        let mut protocol = Protocol::named(name).unwrap();
+        settings(&mut protocol);
         let viewer = Viewer::new(ViewerConfig::default(), 5);
         let config = TrackerConfig {
             rate: 100,
@@ -160,8 +161,8 @@ impl Bench {
         };
         let tracker = Tracker::new(config, viewer, 5).unwrap();
         Self {
-            device: Device::new(&format),
-            wire: Wire::new(tracker, format),
+            device: Device::new(&protocol),
+            wire: Wire::new(tracker, protocol),
             now: Micros(0),
             line: std::vec::Vec::new(),
         }
@@ -171,7 +172,7 @@ impl Bench {
         let line = &mut self.line;
         self.device
             .feed(bytes, self.now, &mut |bytes| line.extend_from_slice(bytes));
-        self.wire.set_format(self.device.format().clone());
+        self.wire.set_protocol(self.device.protocol().clone());
     }
 
     fn run(&mut self, steps: u64) {
@@ -187,9 +188,9 @@ impl Bench {
         }
     }
 
-    /// What a decoder for the present format makes of what was sent since.
+    /// What a decoder for the present protocol makes of what was sent since.
     fn heard(&mut self) -> std::vec::Vec<Event> {
-        let mut reader = Reader::new(self.device.format()).unwrap();
+        let mut reader = Reader::new(self.device.protocol()).unwrap();
         let mut events = std::vec::Vec::new();
         let line = core::mem::take(&mut self.line);
         reader.feed(&line, self.now, &mut |event| events.push(event));
@@ -282,8 +283,8 @@ fn a_fastrak_refuses_what_it_does_not_know() {
         bench.line.clear();
     }
     assert_eq!(
-        Some(bench.device.format().clone()),
-        Format::named("fastrak")
+        Some(bench.device.protocol().clone()),
+        Protocol::named("fastrak")
     );
     // What is right gets no answer.
     for command in [
@@ -305,7 +306,7 @@ fn a_fastrak_refuses_what_it_does_not_know() {
 /// the command has one.
 #[test]
 fn a_fastrak_refuses_a_line_once() {
-    let mut device = Device::new(&Format::named("fastrak").unwrap());
+    let mut device = Device::new(&Protocol::named("fastrak").unwrap());
     let mut said = |line: &[u8]| {
         let mut answers = std::vec::Vec::new();
         device.feed(line, Micros(0), &mut |answer| {
@@ -334,7 +335,7 @@ fn a_device_sends_at_the_rate_that_it_was_told() {
         (300, 60),
         (240, 100),
     ] {
-        let mut device = Device::new(&Format::Link);
+        let mut device = Device::new(&Protocol::Link);
         device.rate = Some(asked);
         let sent = (0..10 * of).filter(|&i| {
             let time = Micros(u64::from(i) * 1_000_000 / u64::from(of));
@@ -363,7 +364,7 @@ fn a_reset_is_silence_and_then_as_before() {
             _ => {}
         }
         assert_eq!(
-            bench.device.format() == &Format::named(name).unwrap(),
+            bench.device.protocol() == &Protocol::named(name).unwrap(),
             name == "hatire"
         );
         bench.tell(stop);
@@ -378,7 +379,7 @@ fn a_reset_is_silence_and_then_as_before() {
         bench.run(20);
         assert_eq!(bench.line, b"", "{name}");
         bench.run(100 * seconds);
-        assert_eq!(Some(bench.device.format().clone()), Format::named(name));
+        assert_eq!(Some(bench.device.protocol().clone()), Protocol::named(name));
         let sent = bench.samples() as u64;
         assert!(
             sent > 0 && sent <= 100 * seconds / 10 + 40,
@@ -391,21 +392,21 @@ fn a_reset_is_silence_and_then_as_before() {
 /// position and angles.
 #[test]
 fn a_fastrak_is_saved_and_forgets() {
-    let mut bench = Bench::new("fastrak", |format| {
-        let Format::Fastrak(config) = format else {
+    let mut bench = Bench::new("fastrak", |protocol| {
+        let Protocol::Fastrak(config) = protocol else {
             panic!("it is one");
         };
         config.reset_time = Micros::from_millis(100);
     });
     bench.tell(b"cuO1,2,4,0\r\x0B");
-    let saved = bench.device.format().clone();
+    let saved = bench.device.protocol().clone();
     bench.tell(b"UO1,2,11,0\r\x19");
     bench.run(20);
     assert_eq!(
         (bench.line.as_slice(), bench.device.streams()),
         (&b""[..], false)
     );
-    assert_eq!(bench.device.format(), &saved);
+    assert_eq!(bench.device.protocol(), &saved);
     bench.tell(b"WP");
     bench.run(2);
     assert_eq!(bench.line.len(), 47);
@@ -421,7 +422,7 @@ fn a_fastrak_is_saved_and_forgets() {
     let status = fastrak::Status::from_text(text.as_str()).unwrap();
     assert_eq!(
         (status.format, status.units),
-        (Written::Ascii, Units::Inches)
+        (Format::Ascii, Units::Inches)
     );
     assert!(!status.continuous);
 }
@@ -581,7 +582,7 @@ fn of_birds(birds: u8, first: u8, stopped: bool) -> std::vec::Vec<Sample> {
         ..TrackerConfig::default()
     };
     let tracker = Tracker::new(measured, viewer, 5).unwrap();
-    let device = Device::new(&Format::Flock(config)).with_birds(first, birds);
+    let device = Device::new(&Protocol::Flock(config)).with_birds(first, birds);
     let mut line = Line::of(tracker, device);
     if stopped {
         // One record of each.
@@ -620,7 +621,7 @@ fn every_bird_of_a_group_sends() {
     // B is asked for twice: two of each.
     assert_eq!(of_birds(3, 1, true).len(), 6);
     let mut units: std::vec::Vec<u8> = std::vec::Vec::new();
-    let mut device = Device::new(&Format::named("flock").unwrap()).with_birds(2, 3);
+    let mut device = Device::new(&Protocol::named("flock").unwrap()).with_birds(2, 3);
     device.feed(b"O\x24", Micros(0), &mut |answer| units.extend(answer));
     assert_eq!(units[..5], [0xC0, 0xE0, 0xE0, 0xE0, 0]);
 }
@@ -632,11 +633,11 @@ fn an_adhawk_tells_what_the_eyes_do_where_it_is_asked_to() {
     let heard = |mask: u32| {
         let viewer = Viewer::new(ViewerConfig::default(), 5);
         let tracker = Tracker::new(TrackerConfig::default(), viewer, 5).unwrap();
-        let mut line = Line::new(tracker, &Format::AdHawk);
+        let mut line = Line::new(tracker, &Protocol::AdHawk);
         let enable = true;
         let ask = adhawk::Request::Events { mask, enable }.encode(1);
         line.hear(&ask, Micros(0), &mut |_| {});
-        let mut reader = Reader::new(&Format::AdHawk).unwrap();
+        let mut reader = Reader::new(&Protocol::AdHawk).unwrap();
         let mut kinds = std::vec::Vec::new();
         while let Some(chunk) = line.poll(Micros::from_millis(30_000)) {
             reader.feed(chunk.bytes(), chunk.arrival, &mut |event| match event {

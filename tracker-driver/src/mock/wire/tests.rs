@@ -1,6 +1,7 @@
 use super::*;
 use crate::decoder::{Decoder, Event};
-use crate::mock::{Reader, Tracker, TrackerConfig, Viewer, ViewerConfig};
+use crate::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig};
+use crate::protocol::Reader;
 use crate::rotation::{angle, to_vector};
 use std::vec::Vec;
 
@@ -32,10 +33,10 @@ fn expected(name: &str) -> [Option<f32>; 3] {
 #[test]
 fn samples_come_through_every_protocol() {
     let until = Micros::from_millis(if cfg!(miri) { 20 } else { 10_000 });
-    for name in Format::NAMES {
-        let format = Format::named(name).unwrap();
-        let mut decoder = Reader::new(&format).unwrap();
-        let mut wire = Wire::new(tracker(), format);
+    for name in Protocol::NAMES {
+        let protocol = Protocol::named(name).unwrap();
+        let mut decoder = Reader::new(&protocol).unwrap();
+        let mut wire = Wire::new(tracker(), protocol);
         let mut sent = tracker();
         let (mut count, mut gazes, mut worst) = (0, 0, [0f32; 3]);
         let mut found = Vec::new();
@@ -73,7 +74,7 @@ fn samples_come_through_every_protocol() {
                     Some(Vec3::new(place.x, -place.y, -1.0))
                 }
                 Some(GazePoint::Plane(point)) => {
-                    let Format::EyeTracker(screen, _) = wire.format() else {
+                    let Protocol::EyeTracker(screen, _) = wire.protocol() else {
                         panic!("{name}");
                     };
                     let place = screen.corner + screen.right * point.x + screen.down * point.y;
@@ -101,7 +102,6 @@ fn samples_come_through_every_protocol() {
         }
         assert_eq!(gazes > 0, gaze.is_some(), "{name}");
     }
-    assert_eq!(Format::named("vrpn"), None);
 }
 
 /// What a head tracker did not measure it does not send as measured.
@@ -109,13 +109,13 @@ fn samples_come_through_every_protocol() {
 fn a_sample_without_a_head_is_no_pose() {
     let (_, mut sample) = tracker().next_sample();
     sample.head = crate::sample::Head::default();
-    for name in Format::NAMES {
-        let format = Format::named(name).unwrap();
+    for name in Protocol::NAMES {
+        let protocol = Protocol::named(name).unwrap();
         let eyes = matches!(name, "link" | "iscan" | "asl" | "adhawk" | "hid");
-        assert_eq!(format.carries(&sample), eyes, "{name}");
-        let says = format.says_untracked();
-        let mut reader = Reader::new(&format).unwrap();
-        let mut wire = Wire::new(tracker(), format);
+        assert_eq!(protocol.carries(&sample), eyes, "{name}");
+        let says = protocol.says_untracked();
+        let mut reader = Reader::new(&protocol).unwrap();
+        let mut wire = Wire::new(tracker(), protocol);
         let Some(chunk) = wire.encode(&sample) else {
             assert!(!says, "{name}");
             continue;
@@ -133,6 +133,6 @@ fn a_sample_without_a_head_is_no_pose() {
     let mut eyeless = tracker().next_sample().1;
     (eyeless.left, eyeless.right) = Default::default();
     for name in ["iscan", "asl", "adhawk"] {
-        assert!(!Format::named(name).unwrap().carries(&eyeless), "{name}");
+        assert!(!Protocol::named(name).unwrap().carries(&eyeless), "{name}");
     }
 }

@@ -1,6 +1,6 @@
-//! What reads the bytes of a format.
+//! What reads the bytes of a protocol.
 
-use super::wire::Format;
+use super::Protocol;
 use crate::decoder::{Counts, Decoder, Event};
 use crate::eye::{adhawk::AdHawk, asl::Asl, iscan::Iscan};
 use crate::head::fastrak::Fastrak;
@@ -12,7 +12,7 @@ use crate::hid::eye_tracker::{EyeTracker, documented};
 use crate::link::Link;
 use crate::time::Micros;
 
-/// The decoder of a [`Format`], whichever it is.
+/// The decoder of a [`Protocol`], whichever it is.
 #[derive(Debug, Clone)]
 pub struct Reader(Kind);
 
@@ -35,18 +35,18 @@ enum Kind {
 impl Reader {
     /// A decoder of a device that is set up this way; a HID eye tracker's is
     /// of the [`documented`] descriptor, and `None` where its axes are none.
-    pub fn new(format: &Format) -> Option<Self> {
-        Some(Self(match format.clone() {
-            Format::Link => Kind::Link(Link::new()),
-            Format::Fastrak(config) => Kind::Fastrak(Fastrak::new(config)),
-            Format::Liberty(config) => Kind::Liberty(Liberty::new(config)),
-            Format::Flock(config) => Kind::Flock(Flock::new(config)),
-            Format::Hatire(config) => Kind::Hatire(Hatire::new(config)),
-            Format::OsvrHdk => Kind::OsvrHdk(osvr_hdk::Decoder::new()),
-            Format::Iscan(config) => Kind::Iscan(Iscan::new(config)),
-            Format::Asl(config) => Kind::Asl(Asl::new(config)),
-            Format::AdHawk => Kind::AdHawk(AdHawk::new()),
-            Format::EyeTracker(_, axes) => {
+    pub fn new(protocol: &Protocol) -> Option<Self> {
+        Some(Self(match protocol.clone() {
+            Protocol::Link => Kind::Link(Link::new()),
+            Protocol::Fastrak(config) => Kind::Fastrak(Fastrak::new(config)),
+            Protocol::Liberty(config) => Kind::Liberty(Liberty::new(config)),
+            Protocol::Flock(config) => Kind::Flock(Flock::new(config)),
+            Protocol::Hatire(config) => Kind::Hatire(Hatire::new(config)),
+            Protocol::OsvrHdk => Kind::OsvrHdk(osvr_hdk::Decoder::new()),
+            Protocol::Iscan(config) => Kind::Iscan(Iscan::new(config)),
+            Protocol::Asl(config) => Kind::Asl(Asl::new(config)),
+            Protocol::AdHawk => Kind::AdHawk(AdHawk::new()),
+            Protocol::EyeTracker(_, axes) => {
                 Kind::EyeTracker(EyeTracker::new(&documented::DESCRIPTOR, axes).ok()?)
             }
         }))
