@@ -20,13 +20,16 @@
 //! assert_eq!(session.poll(Micros(1_000_005)), Action::Send(b"S"));
 //! ```
 //!
-//! What only listens and has nothing to say finds out the same by a
+//! Samples that come before all was said are of unknown units: [`SettingUp`] says how long
+//! they are held back. What only listens and has nothing to say finds out the same by a
 //! [`Watch`].
 
 mod failure;
+mod setting_up;
 mod watch;
 
 pub use failure::Failure;
+pub use setting_up::SettingUp;
 pub use watch::Watch;
 
 use crate::decoder::{Event, Message};

@@ -8,7 +8,7 @@ use core::ptr::null_mut;
 use glam::{Quat, Vec3};
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator};
-use shisen_tracker::command::{Action, MOST_COMMAND_BYTES, Session};
+use shisen_tracker::command::{Action, MOST_COMMAND_BYTES, Session, SettingUp};
 use shisen_tracker::decoder::{Decoder, DropReason, Event};
 use shisen_tracker::estimate::{EstimatorConfig, Eyes, GazeEstimator, RoomFromTracker, State};
 use shisen_tracker::time::Micros;
@@ -41,11 +41,6 @@ const _: () = assert!(needed::<Session>() <= SHISEN_SETUP_SIZE);
 const _: () = assert!(MOST_COMMAND_BYTES == SHISEN_MOST_COMMAND_BYTES);
 const _: () = assert!(DropReason::ALL.len() == SHISEN_DROP_REASONS);
 
-/// How long a device's samples are held back while it is set up: what it sends
-/// until then may be in other units than it is asked for. One that takes longer
-/// is believed.
-const SETTING_UP: Micros = Micros::from_millis(800);
-
 /// A tracker, what is known of its clock, and where the viewer looks.
 pub struct Tracker {
     device: Device,
@@ -54,8 +49,8 @@ pub struct Tracker {
     hertz: Option<u16>,
     /// In the caller's memory, while the device is set up.
     setup: Option<&'static mut Session>,
-    /// The first poll of a device that is set up.
-    polled: Option<Micros>,
+    /// Begins with the first poll; a reset gets no longer time.
+    setting_up: SettingUp,
 }
 
 /// Which eye's line of sight is taken.
@@ -283,7 +278,7 @@ pub unsafe extern "C" fn shisen_tracker_init(
             place(&raw mut (*handle).gaze, || estimator(settings))?;
             place(&raw mut (*handle).device, || Device::new(protocol))?;
             (&raw mut (*handle).setup).write(None);
-            (&raw mut (*handle).polled).write(None);
+            (&raw mut (*handle).setting_up).write(SettingUp::new());
         }
         // SAFETY: as promised above.
         unsafe { write(tracker, handle) }?;
@@ -379,14 +374,14 @@ impl Tracker {
             clock,
             gaze,
             setup,
-            polled,
+            setting_up,
             hertz: _,
         } = self;
         if let Some(session) = setup {
             session.on_bytes(bytes.len());
         }
-        let is_set_up = setup.as_ref().is_none_or(|session| session.has_said_all())
-            || polled.is_some_and(|polled| arrival.since(polled) >= SETTING_UP);
+        let has_said_all = setup.as_ref().is_none_or(|session| session.has_said_all());
+        let is_set_up = setting_up.is_over(has_said_all, arrival);
         device.feed(bytes, arrival, &mut |event| {
             if let Some(session) = setup {
                 session.on_event(&event);
@@ -517,7 +512,7 @@ pub unsafe extern "C" fn shisen_tracker_set_up(
         unsafe { session.write(Session::new(script)) };
         // SAFETY: it was just written, and is the tracker's from now on.
         tracker.setup = Some(unsafe { exclusive(session) }?);
-        tracker.polled = None;
+        tracker.setting_up = SettingUp::new();
         Ok(Status::Ok)
     })())
 }
@@ -561,7 +556,7 @@ pub unsafe extern "C" fn shisen_tracker_poll(
             return Ok(Status::Ok);
         };
         let now = Micros(now_us);
-        tracker.polled.get_or_insert(now);
+        tracker.setting_up.begin(now);
         match session.poll(now) {
             Action::Send(bytes) => {
                 let room = buffer.get_mut(..bytes.len());

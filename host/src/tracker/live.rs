@@ -7,7 +7,7 @@ use super::hid::{self, Features};
 use super::protocol::ProtocolSpec;
 use super::spec::{HidName, HidSpec, SerialSpec};
 use miette::Diagnostic;
-use shisen_tracker::command::{Action, Failure, Script, Session, Watch};
+use shisen_tracker::command::{Action, Failure, Script, Session, SettingUp, Watch};
 use shisen_tracker::decoder::{Counts, Decoder, Event};
 use shisen_tracker::hid::device::Device;
 use shisen_tracker::hid::eye_tracker::LayoutError;
@@ -23,13 +23,7 @@ const BACK_OFF: [Micros; 2] = [Micros::from_millis(20), Micros::from_millis(500)
 /// Bytes that are read at once; no report is longer.
 const CHUNK: usize = 4096;
 
-/// How long a device's samples are held back while it is set up: what it sends
-/// until then may be in other units than it is asked for; a reset's time comes
-/// on top. One that takes longer,
-/// or takes no commands at all, is believed.
-const SETTING_UP: Micros = Micros::from_millis(800);
-
-/// What a change of the line's speed takes on top.
+/// How much longer a device is set up whose line's speed is changed first.
 const CHANGING_SPEED: Micros = Micros::from_millis(600);
 
 /// A device that has said nothing for so long is told again what to send: it may
@@ -156,8 +150,8 @@ pub(super) struct Live {
     retry_at: Micros,
     back_off: Micros,
     refusal: Option<Refusal>,
-    /// From then on samples are handed on whether or not it is set up.
-    believed_at: Micros,
+    /// Until that is over, samples are held back.
+    setting_up: SettingUp,
     /// When it is told again what to send if nothing comes until then.
     again_at: Micros,
     /// Since when it is waited for, after it was told to restart.
@@ -179,10 +173,12 @@ impl Live {
 
     fn open(wanted: Wanted) -> Result<Self, LiveError> {
         let plugged = plug(&wanted)?;
-        let mut live = Self {
+        Ok(Self {
             session: session(&wanted),
             then: script_after(&wanted),
             watch: watch(&wanted),
+            setting_up: setting_up(&wanted, Micros(0)),
+            resets_since: resets_since(&wanted, Micros(0)),
             wanted,
             port: Some(plugged.port),
             path: plugged.path,
@@ -194,15 +190,10 @@ impl Live {
             retry_at: Micros(0),
             back_off: BACK_OFF[0],
             refusal: None,
-            believed_at: SETTING_UP,
             again_at: AGAIN,
-            resets_since: None,
             again: false,
             held_back: 0,
-        };
-        live.believed_at = believed(&live.wanted, Micros(0));
-        live.resets_since = resets_since(&live.wanted, Micros(0));
-        Ok(live)
+        })
     }
 
     pub(super) fn counts(&self) -> Counts {
@@ -301,7 +292,7 @@ impl Live {
         let (again_at, held_back) = (&mut self.again_at, &mut self.held_back);
         let has_said_all =
             session.as_ref().is_none_or(Session::has_said_all) && self.then.is_none();
-        let set_up = has_said_all || now >= self.believed_at;
+        let set_up = self.setting_up.is_over(has_said_all, now);
         self.decoder.feed(&buffer[..read], now, &mut |event| {
             watch.on_event(&event, now);
             goes_on |= back && matches!(event, Event::Sample(_));
@@ -320,7 +311,7 @@ impl Live {
         if goes_on && let Wanted::Serial(spec) = &self.wanted {
             self.session = Some(Session::new(spec.protocol.start(false)));
             self.resets_since = None;
-            self.believed_at = now.after(SETTING_UP);
+            self.setting_up = SettingUp::since(now, Micros(0));
         }
         Ok(())
     }
@@ -388,7 +379,7 @@ impl Live {
         self.then = script_after(&self.wanted);
         self.resets_since = None;
         self.again = true;
-        self.believed_at = now.after(setting_up(&self.wanted));
+        self.setting_up = SettingUp::since(now, speed_time(&self.wanted));
         Ok(())
     }
 
@@ -409,7 +400,7 @@ impl Live {
                 self.said = false;
                 self.announce = true;
                 self.refusal = None;
-                self.believed_at = believed(&self.wanted, now);
+                self.setting_up = setting_up(&self.wanted, now);
                 self.again = false;
                 self.resets_since = resets_since(&self.wanted, now);
                 self.again_at = now.after(AGAIN);
@@ -500,17 +491,17 @@ fn watch(wanted: &Wanted) -> Watch {
     }
 }
 
-/// From when on a device is believed that is set up from `now` on.
-fn believed(wanted: &Wanted, now: Micros) -> Micros {
-    now.after(reset_time(wanted)).after(setting_up(wanted))
+/// How long samples are held back of a device that was plugged in `now`.
+fn setting_up(wanted: &Wanted, now: Micros) -> SettingUp {
+    SettingUp::since(now, reset_time(wanted).after(speed_time(wanted)))
 }
 
-/// How long its samples are held back.
-fn setting_up(wanted: &Wanted) -> Micros {
+/// How long a change of the line's speed takes, where one is asked for.
+fn speed_time(wanted: &Wanted) -> Micros {
     if script_after(wanted).is_some() {
-        SETTING_UP.after(CHANGING_SPEED)
+        CHANGING_SPEED
     } else {
-        SETTING_UP
+        Micros(0)
     }
 }
 

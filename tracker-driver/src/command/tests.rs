@@ -32,6 +32,56 @@ fn script() -> Script {
     script
 }
 
+/// Whether samples count at these times of a device that says nothing.
+fn believed(setting_up: SettingUp, session: &Session, times: [u64; 3]) -> [bool; 3] {
+    times.map(|now| setting_up.is_over(session.has_said_all(), Micros(now)))
+}
+
+#[test]
+fn samples_count_once_all_was_said() {
+    let mut session = Session::new(script());
+    let mut setting_up = SettingUp::new();
+    // It has not begun.
+    assert_eq!(
+        believed(setting_up, &session, [0, 800_000, u64::MAX]),
+        [false; 3]
+    );
+    assert!(setting_up.is_over(true, Micros(0)));
+    setting_up.begin(Micros(10));
+    let said = [
+        (10, Action::Send(b"R")),
+        (10, Action::Wait(Micros(510))),
+        (510, Action::Send(b"c")),
+        (511, Action::Send(b"C")),
+    ];
+    for (now, action) in said {
+        assert!(!setting_up.is_over(session.has_said_all(), Micros(now)));
+        assert_eq!(session.poll(Micros(now)), action);
+    }
+    assert!(setting_up.is_over(session.has_said_all(), Micros(511)));
+}
+
+#[test]
+fn a_device_that_takes_long_is_believed_in_the_end() {
+    let session = Session::new(script());
+    let mut setting_up = SettingUp::new();
+    for now in [1_000, 2_000] {
+        // The first time counts.
+        setting_up.begin(Micros(now));
+        let times = [999, 800_999, 801_000];
+        assert_eq!(
+            believed(setting_up, &session, times),
+            [false, false, true],
+            "{now}"
+        );
+    }
+    let reset = SettingUp::since(Micros(1_000), Micros::from_millis(10_000));
+    assert_eq!(
+        believed(reset, &session, [801_000, 10_800_999, 10_801_000]),
+        [false, false, true]
+    );
+}
+
 #[test]
 fn a_script_is_played_by_the_callers_clock() {
     let mut session = Session::new(script());

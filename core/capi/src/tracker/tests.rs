@@ -120,7 +120,7 @@ fn samples_count_once_a_device_has_been_told_everything() {
             tracker.gaze.estimate(Micros(at), &mut |_| {}).state
         };
         assert_eq!(state(tracker, 1_000), State::FullQuality);
-        tracker.polled = Some(Micros(2_000));
+        tracker.setting_up.begin(Micros(2_000));
         let said = |tracker: &mut Tracker| {
             let session = tracker.setup.as_mut().unwrap();
             matches!(session.poll(Micros(2_000)), Action::Send(_))
@@ -136,7 +136,7 @@ fn samples_count_once_a_device_has_been_told_everything() {
         assert_eq!(begun, Status::Ok);
         // SAFETY: a tracker that was made, nobody else's in what follows.
         let tracker = unsafe { &mut *tracker };
-        tracker.polled = Some(Micros(0));
+        tracker.setting_up.begin(Micros(0));
         tracker.feed(&record(&mut encoder, 799_000), Micros(799_000));
         assert!(
             tracker

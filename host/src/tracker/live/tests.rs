@@ -204,10 +204,10 @@ fn a_device_is_believed_after_its_reset() {
     };
     let now = Micros(7);
     let usual = wanted("serial:/dev/ttyS0?protocol=fastrak");
-    assert_eq!(believed(&usual, now), now.after(SETTING_UP));
+    assert_eq!(setting_up(&usual, now), SettingUp::since(now, Micros(0)));
     let reset = wanted("serial:/dev/ttyS0?protocol=fastrak&reset=1");
-    let least = now.after(Micros::from_millis(10_000)).after(SETTING_UP);
-    assert_eq!(believed(&reset, now), least);
+    let away = Micros::from_millis(10_000);
+    assert_eq!(setting_up(&reset, now), SettingUp::since(now, away));
     let faster = wanted("serial:/dev/ttyS0?protocol=fastrak&speed=115200");
-    assert!(believed(&faster, now) > now.after(SETTING_UP));
+    assert!(!setting_up(&faster, now).is_over(false, now.after(SettingUp::MOST)));
 }
