@@ -30,6 +30,7 @@
 //! further, which here is left to whoever knows the room.
 
 use crate::decoder::{Counts, DropReason, Dropped, Event};
+use crate::rotation::{compose, inverse};
 use crate::sample::{Head, Reading, Sample};
 use crate::time::Micros;
 use core::fmt;
@@ -113,14 +114,15 @@ impl Report {
     pub fn of_head(sequence: u8, head: Quat) -> Self {
         Self {
             sequence,
-            orientation: Y_UP_FROM_Z_UP.conjugate() * head * HEAD_FROM_SENSOR,
+            orientation: compose(compose(inverse(Y_UP_FROM_Z_UP), head), HEAD_FROM_SENSOR),
             payload: Payload::Version1,
         }
     }
 
     /// How the head is turned: `tracker_from_head`, both with +Y up.
     pub fn head_orientation(&self) -> Quat {
-        Y_UP_FROM_Z_UP * self.orientation * HEAD_FROM_SENSOR.conjugate()
+        let y_up_from_sensor = compose(Y_UP_FROM_Z_UP, self.orientation);
+        compose(y_up_from_sensor, inverse(HEAD_FROM_SENSOR))
     }
 
     /// The head as all devices have it: the head's axes, and a tracker's

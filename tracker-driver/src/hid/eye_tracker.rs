@@ -50,13 +50,14 @@ pub use feature::{Capabilities, Configuration, Mode, ReportError, Status, status
 use super::descriptor::{DescriptorError, ReportKind, Reports, Usage, walk};
 use super::usages as u;
 use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event, Message};
-use crate::rotation::{compose, inverse, unit};
+use crate::head::axes::from_columns;
+use crate::rotation::{compose, inverse, rotate, unit};
 use crate::sample::{Eye, GazeFrame, GazePoint, Head, Reading, Sample};
 use crate::time::Micros;
 use crate::valid;
 use core::fmt;
 use field::{Field, Group, Key};
-use glam::{Mat3, Quat, Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use heapless::Vec;
 use shisen_core::numeric;
 
@@ -351,7 +352,7 @@ impl EyeTracker {
             for (part, field) in place.iter_mut().zip(fields) {
                 *part = Field::read_metres(*field, body)?;
             }
-            Some(self.axes.rotation * Vec3::from_array(place) + self.axes.origin)
+            Some(rotate(self.axes.rotation, Vec3::from_array(place)) + self.axes.origin)
         });
         let mut next = || vectors.next().flatten();
         let (left, right, head, towards) = (next(), next(), next(), next());
@@ -477,7 +478,7 @@ fn facing(towards: Vec3) -> Option<Quat> {
     let forward = numeric::normalize(towards)?;
     let right = numeric::normalize(forward.cross(Vec3::Y)).filter(|_| forward.y.abs() < 0.999)?;
     let up = right.cross(forward);
-    Some(Quat::from_mat3(&Mat3::from_cols(right, up, -forward)).normalize())
+    from_columns([right, up, -forward]).ok()
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! mock and for tests. The table is in the [module above](super).
 
 use super::{Capabilities, Configuration, Status};
+use crate::rotation::rotate;
 use crate::sample::{Eye, GazePoint, Head, Sample};
 use glam::Vec3;
 
@@ -75,7 +76,7 @@ pub fn tracking(sample: &Sample) -> [u8; TRACKING_LENGTH] {
     let head = position.map(|position| position.value);
     let towards = head
         .zip(orientation)
-        .map(|(head, turn)| head + turn.value * Vec3::NEG_Z * HEAD_POINT_DISTANCE);
+        .map(|(head, turn)| head + rotate(turn.value, Vec3::NEG_Z) * HEAD_POINT_DISTANCE);
     let places = [origin(&sample.left), origin(&sample.right), head, towards]
         .map(|place| place.map(|place| place.to_array()));
     let values = [gaze.map(|[x, _]| x), gaze.map(|[_, y]| y)]
