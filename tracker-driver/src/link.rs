@@ -78,6 +78,7 @@ use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event, Message};
 use crate::sample::Sample;
 use crate::time::Micros;
+use crate::valid;
 use fields::{read_sample, write_sample};
 use frame::{Checked, Content, Frames, Received};
 pub use frame::{Frame, LONGEST_FRAME};
@@ -88,7 +89,7 @@ pub const VERSION: u8 = 1;
 
 /// How far a direction or a quaternion may be from norm 1. Whoever sends one
 /// has normalised it in `f32`; the bits are handed on as they came.
-pub const NORM_TOLERANCE: f32 = 1.0e-3;
+pub const NORM_TOLERANCE: f32 = valid::UNIT_TOLERANCE;
 
 const SAMPLE: u8 = 1;
 const TEXT: u8 = 2;

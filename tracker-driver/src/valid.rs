@@ -4,6 +4,21 @@ use crate::decoder::DropReason;
 use glam::{Quat, Vec3};
 use shisen_core::numeric;
 
+/// How far the norm of a quaternion that a device sends, or of a row of a matrix, may be
+/// from 1, and the dot product of two rows from 0.
+///
+/// The coarsest format, 14 bits, accounts for 0.0003, and a device's own fixed-point
+/// arithmetic for some more; what is further off is no rotation but damaged or misread
+/// bytes.
+pub const NORM_TOLERANCE: f32 = 0.01;
+
+/// How far from 1 the norm may be of what somebody has normalised in `f32`.
+pub(crate) const UNIT_TOLERANCE: f32 = 1.0e-3;
+
+/// The farthest position of a head that is believed, in metres along each axis: more
+/// than any of the trackers reaches, less than most misread bytes say.
+pub const FARTHEST_POSITION: f32 = 100.0;
+
 /// Shorter is no direction: what the device would need is not in its digits.
 const SHORTEST: f32 = 1.0e-3;
 
@@ -28,6 +43,11 @@ pub(crate) fn place(value: Vec3, limit: f32) -> Result<Vec3, DropReason> {
     Ok(value)
 }
 
+/// Where a head tracker says that a head is, in metres.
+pub(crate) fn position(metres: Vec3) -> Result<Vec3, DropReason> {
+    place(metres, FARTHEST_POSITION)
+}
+
 /// A vector of any length as a unit vector.
 pub(crate) fn direction(value: Vec3) -> Result<Vec3, DropReason> {
     let norm = length(&place(value, LONGEST)?.to_array());
@@ -37,15 +57,34 @@ pub(crate) fn direction(value: Vec3) -> Result<Vec3, DropReason> {
     Ok(value / norm)
 }
 
-/// A quaternion whose norm is 1 within `tolerance`, normalised.
+/// A quaternion whose norm is 1 within `tolerance`, normalised; what is too long for
+/// squares is out of range.
 pub(crate) fn rotation(value: Quat, tolerance: f32) -> Result<Quat, DropReason> {
-    let parts = value.to_array();
-    for part in parts {
+    for part in value.to_array() {
         within(part, LONGEST)?;
     }
+    unit(value, tolerance).map_err(|_| DropReason::NotUnit)
+}
+
+/// The quaternion that a head tracker sends, normalised.
+pub(crate) fn sent_rotation(value: Quat) -> Result<Quat, DropReason> {
+    if !value.is_finite() {
+        return Err(DropReason::OutOfRange);
+    }
+    unit(value, NORM_TOLERANCE).map_err(|_| DropReason::NotUnit)
+}
+
+/// A quaternion whose norm is 1 within `tolerance`, normalised.
+///
+/// # Errors
+///
+/// The norm that it has; NaN where a part is NaN.
+pub(crate) fn unit(value: Quat, tolerance: f32) -> Result<Quat, f32> {
+    let parts = value.to_array();
     let norm = length(&parts);
-    if (norm - 1.0).abs() > tolerance {
-        return Err(DropReason::NotUnit);
+    // Of NaN and of what is too long for squares, too.
+    if !((norm - 1.0).abs() <= tolerance) {
+        return Err(norm);
     }
     Ok(Quat::from_array(parts.map(|part| part / norm)))
 }
@@ -75,6 +114,20 @@ mod tests {
         assert_eq!(direction(Vec3::ZERO), Err(DropReason::NotUnit));
         let none = Quat::from_xyzw(0.0, 0.0, 0.0, 0.0);
         assert_eq!(rotation(none, 0.1), Err(DropReason::NotUnit));
+        assert_eq!(unit(none, 0.1), Err(0.0));
+        let long = Quat::from_xyzw(f32::MAX, 0.0, 0.0, 1.0);
+        assert_eq!(unit(long, 0.1), Err(f32::INFINITY));
+        assert!(unit(Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0), 0.1).is_err());
+        assert_eq!(sent_rotation(none), Err(DropReason::NotUnit));
+        assert_eq!(sent_rotation(long), Err(DropReason::NotUnit));
+        for bad in [f32::NAN, f32::INFINITY] {
+            let sent = sent_rotation(Quat::from_xyzw(0.0, bad, 0.0, 1.0));
+            assert_eq!(sent, Err(DropReason::OutOfRange));
+        }
+        for bad in [f32::NAN, f32::INFINITY, -101.0] {
+            let far = position(Vec3::new(0.0, bad, 0.0));
+            assert_eq!(far, Err(DropReason::OutOfRange));
+        }
     }
 
     #[test]

@@ -98,9 +98,6 @@ pub const RESPONSE_TIMEOUT: Micros = Micros::from_millis(1_000);
 /// The bytes of a packet.
 pub type Packet = Vec<u8, LONGEST_PACKET>;
 
-/// How far the inertial sensor's quaternion may be from norm 1.
-pub const NORM_TOLERANCE: f32 = 0.01;
-
 pub(crate) const START_OF_PACKET: u8 = 0xAA;
 /// Before the payload.
 const OVERHEAD: usize = 3;

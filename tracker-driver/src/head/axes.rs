@@ -1,22 +1,14 @@
 //! From a device's axes to those of [`Head`](crate::sample::Head), and the
 //! forms in which devices write a rotation down.
 
+pub use crate::valid::{FARTHEST_POSITION, NORM_TOLERANCE};
+
 use crate::decoder::DropReason;
 use crate::rotation::{compose, inverse};
+use crate::valid;
 use core::fmt;
 use glam::{Mat3, Quat, Vec3};
 use shisen_core::numeric::{sin_cos, sqrt};
-
-/// How far the norm of a quaternion, or of a row of a matrix, may be from 1,
-/// and the dot product of two rows from 0.
-///
-/// The coarsest format, 14 bits, accounts for 0.0003; what is further off is
-/// no rotation but damaged or misread bytes.
-pub const NORM_TOLERANCE: f32 = 0.01;
-
-/// The farthest position that is believed, in metres along each axis: more
-/// than any of the trackers reaches, less than most misread bytes say.
-pub const FARTHEST_POSITION: f32 = 100.0;
 
 /// What the axes of a device have to do with those of
 /// [`Head`](crate::sample::Head).
@@ -73,10 +65,7 @@ impl Axes {
     ///
     /// Where either is no rotation.
     pub fn new(tracker_from_device: Quat, head_from_sensor: Quat) -> Result<Self, AxesError> {
-        let unit = |q: Quat| {
-            let norm = sqrt(norm_squared(q.to_array()));
-            unit_quaternion(q.to_array()).map_err(|_| AxesError { norm })
-        };
+        let unit = |q| valid::unit(q, NORM_TOLERANCE).map_err(|norm| AxesError { norm });
         Ok(Self {
             tracker_from_device: unit(tracker_from_device)?,
             head_from_sensor: unit(head_from_sensor)?,
@@ -108,24 +97,6 @@ impl Axes {
 
 /// Forward (+X) becomes −Z, right (+Y) +X and down (+Z) −Y.
 const FROM_FORWARD_RIGHT_DOWN: Quat = Quat::from_xyzw(0.5, 0.5, -0.5, 0.5);
-
-fn norm_squared([x, y, z, w]: [f32; 4]) -> f32 {
-    x * x + y * y + z * z + w * w
-}
-
-/// The rotation that x, y, z, w are.
-pub(crate) fn unit_quaternion(xyzw: [f32; 4]) -> Result<Quat, DropReason> {
-    if !xyzw.iter().all(|part| part.is_finite()) {
-        return Err(DropReason::OutOfRange);
-    }
-    let norm = sqrt(norm_squared(xyzw));
-    // The square of a large part may be infinite.
-    if !((norm - 1.0).abs() <= NORM_TOLERANCE) {
-        return Err(DropReason::NotUnit);
-    }
-    let [x, y, z, w] = xyzw.map(|part| part / norm);
-    Ok(Quat::from_xyzw(x, y, z, w))
-}
 
 /// The rotation whose columns are the sensor's axes.
 pub(crate) fn from_columns([x, y, z]: [Vec3; 3]) -> Result<Quat, DropReason> {
@@ -160,9 +131,8 @@ pub(crate) fn from_columns([x, y, z]: [Vec3; 3]) -> Result<Quat, DropReason> {
         let s = 2.0 * sqrt(1.0 + z.z - x.x - y.y);
         [(z.x + x.z) / s, (z.y + y.z) / s, 0.25 * s, (x.y - y.x) / s]
     };
-    let norm = sqrt(norm_squared(parts));
-    let [x, y, z, w] = parts.map(|part| part / norm);
-    Ok(Quat::from_xyzw(x, y, z, w))
+    let norm = valid::length(&parts);
+    Ok(Quat::from_array(parts.map(|part| part / norm)))
 }
 
 /// The sensor's axes: the columns of the rotation's matrix.
@@ -187,7 +157,7 @@ pub(crate) fn from_euler_degrees(
     let about_z = Quat::from_xyzw(0.0, 0.0, sa, ca);
     let about_y = Quat::from_xyzw(0.0, se, 0.0, ce);
     let about_x = Quat::from_xyzw(sr, 0.0, 0.0, cr);
-    unit_quaternion(compose(compose(about_z, about_y), about_x).to_array())
+    valid::sent_rotation(compose(compose(about_z, about_y), about_x))
 }
 
 /// The reverse of [`from_euler_degrees`]: azimuth and roll within ±180,
@@ -201,16 +171,6 @@ pub(crate) fn euler_degrees(q: Quat) -> [f32; 3] {
     let elevation = libm::atan2f(-x.z, cos * x.x + sin * x.y);
     let roll = libm::atan2f(sin * z.x - cos * z.y, cos * y.y - sin * y.x);
     [azimuth, elevation, roll].map(f32::to_degrees)
-}
-
-/// A place in metres, if it can be believed.
-pub(crate) fn plausible(metres: Vec3) -> Result<Vec3, DropReason> {
-    // NaN fails the comparison.
-    if metres.abs().max_element() <= FARTHEST_POSITION && metres.is_finite() {
-        Ok(metres)
-    } else {
-        Err(DropReason::OutOfRange)
-    }
 }
 
 #[cfg(test)]
@@ -255,20 +215,11 @@ mod tests {
     #[test]
     fn what_is_no_rotation_is_refused() {
         use DropReason::{NotUnit, OutOfRange};
-        assert_eq!(unit_quaternion([0.0; 4]), Err(NotUnit));
-        assert_eq!(unit_quaternion([f32::MAX, 0.0, 0.0, 1.0]), Err(NotUnit));
-        assert_eq!(unit_quaternion([f32::NAN, 0.0, 0.0, 1.0]), Err(OutOfRange));
-        assert_eq!(
-            unit_quaternion([0.0, 0.0, f32::INFINITY, 1.0]),
-            Err(OutOfRange)
-        );
         assert_eq!(from_columns([Vec3::X, Vec3::Y, Vec3::NEG_Z]), Err(NotUnit));
         assert_eq!(from_columns([Vec3::X, Vec3::X, Vec3::Z]), Err(NotUnit));
         assert_eq!(from_columns([Vec3::NAN, Vec3::Y, Vec3::Z]), Err(OutOfRange));
         assert_eq!(from_euler_degrees(f32::NAN, 0.0, 0.0), Err(OutOfRange));
         assert_eq!(from_euler_degrees(0.0, 361.0, 0.0), Err(OutOfRange));
-        assert_eq!(plausible(Vec3::new(0.0, f32::NAN, 0.0)), Err(OutOfRange));
-        assert_eq!(plausible(Vec3::new(0.0, 0.0, -101.0)), Err(OutOfRange));
     }
 
     fn rotation() -> impl Strategy<Value = Quat> {

@@ -155,6 +155,7 @@ use crate::rotation::inverse;
 use crate::sample::{Head, Reading, Sample};
 use crate::stream::{Front, Step, Stream};
 use crate::time::Micros;
+use crate::valid;
 use command::{EXAMINE, answer, command_bytes};
 use glam::{Quat, Vec3};
 use heapless::Vec;
@@ -361,7 +362,7 @@ impl Config {
                 Some(axes::from_euler_degrees(z, y, x)?)
             }
             (Mode::Quaternion | Mode::PositionQuaternion, &[w, x, y, z, ..]) => {
-                Some(straight(axes::unit_quaternion([x, y, z, w])?))
+                Some(straight(valid::sent_rotation(Quat::from_xyzw(x, y, z, w))?))
             }
             (Mode::Matrix | Mode::PositionMatrix, &[xx, xy, xz, yx, yy, yz, zx, zy, zz, ..]) => {
                 let columns = [

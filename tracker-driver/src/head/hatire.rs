@@ -62,6 +62,7 @@ use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Text};
 use crate::sample::{Head, Reading, Sample};
 use crate::stream::{Front, Step, Stream};
 use crate::time::Micros;
+use crate::valid;
 use glam::{Quat, Vec3};
 
 /// Bytes of a frame.
@@ -268,7 +269,7 @@ impl Config {
         let position = match self.translation {
             Translation::None => None,
             Translation::Centimetres => {
-                let metres = axes::plausible(Vec3::from_array(frame.translation) * 0.01)?;
+                let metres = valid::position(Vec3::from_array(frame.translation) * 0.01)?;
                 Some(Reading::tracked(self.axes.position(metres)))
             }
         };

@@ -29,10 +29,12 @@
 //! point depends on how the device woke up; Monado turns them a quarter
 //! further, which here is left to whoever knows the room.
 
+use super::axes::NORM_TOLERANCE;
 use crate::decoder::{Counts, DropReason, Dropped, Event};
 use crate::rotation::{compose, inverse};
 use crate::sample::{Head, Reading, Sample};
 use crate::time::Micros;
+use crate::valid;
 use core::fmt;
 use glam::{Quat, Vec3};
 
@@ -49,13 +51,6 @@ pub const REPORT_LENGTH: usize = 16;
 
 /// Bytes of a report that is sent with its reserved half.
 pub const PADDED_REPORT_LENGTH: usize = 32;
-
-/// How far the norm of a reported quaternion may be from 1.
-///
-/// Rounding to 14 fractional bits accounts for less than 0.0001; the rest
-/// leaves room for the device's own fixed-point arithmetic. What is further
-/// off is no rotation but damaged or misread bytes.
-pub const NORM_TOLERANCE: f32 = 0.01;
 
 /// One in the quaternion's fixed-point format.
 const QUATERNION_ONE: f32 = 16_384.0;
@@ -303,12 +298,7 @@ fn bytes(value: f32, one: f32) -> [u8; 2] {
 /// The normalised quaternion, or the norm that is too far from 1.
 fn orientation(parts: [[u8; 2]; 4]) -> Result<Quat, f32> {
     let parts = parts.map(|part| fixed_point(part, QUATERNION_ONE));
-    let [i, j, k, real] = parts;
-    let norm = libm::sqrtf(i * i + j * j + k * k + real * real);
-    if (norm - 1.0).abs() > NORM_TOLERANCE {
-        return Err(norm);
-    }
-    Ok(Quat::from_xyzw(i / norm, j / norm, k / norm, real / norm))
+    valid::unit(Quat::from_array(parts), NORM_TOLERANCE)
 }
 
 /// Decodes the reports of one device and keeps count of those that did not

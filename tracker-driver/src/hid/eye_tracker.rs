@@ -194,7 +194,7 @@ impl EyeTracker {
     /// that are none.
     pub fn new(descriptor: &[u8], axes: Axes) -> Result<Self, LayoutError> {
         let origin = valid::place(axes.origin, FARTHEST_ORIGIN);
-        if origin.is_err() || valid::rotation(axes.rotation, 1.0e-3).is_err() {
+        if origin.is_err() || valid::rotation(axes.rotation, valid::UNIT_TOLERANCE).is_err() {
             return Err(LayoutError::Axes);
         }
         let mut tracker = Self {

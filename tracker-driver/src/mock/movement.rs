@@ -65,8 +65,8 @@ impl ViewerConfig {
             position,
             orientation,
         } = self.resting_head;
-        let is_pose =
-            valid::place(position, 1.0e6).is_ok() && valid::rotation(orientation, 1.0e-3).is_ok();
+        let is_pose = valid::place(position, 1.0e6).is_ok()
+            && valid::rotation(orientation, valid::UNIT_TOLERANCE).is_ok();
         Self {
             resting_head: if is_pose {
                 self.resting_head

@@ -2,6 +2,7 @@
 
 use super::{EstimatorConfig, Filter, Screen};
 use crate::time::Micros;
+use crate::valid::UNIT_TOLERANCE;
 use core::fmt;
 
 /// A configuration that cannot work.
@@ -376,7 +377,7 @@ fn ascend<T: PartialOrd + Copy>(
 }
 
 fn unit(field: &'static str, length: f32) -> Result<(), EstimatorConfigError> {
-    if (length - 1.0).abs() <= 1.0e-3 {
+    if (length - 1.0).abs() <= UNIT_TOLERANCE {
         Ok(())
     } else {
         Err(EstimatorConfigError::NotUnit { field, length })

@@ -1,6 +1,6 @@
 //! The stream of the eyes: its fields.
 
-use super::{BOTH, LEFT, MILLIMETRE, NANOSECONDS_PER_MICROSECOND, NORM_TOLERANCE, RIGHT};
+use super::{BOTH, LEFT, MILLIMETRE, NANOSECONDS_PER_MICROSECOND, RIGHT};
 use crate::decoder::DropReason;
 use crate::sample::{GazePoint, Part, Parts, Pupil, Reading, Sample};
 use crate::time::{DeviceTime, Micros};
@@ -159,7 +159,7 @@ fn read_field(
         }
         8 => match measured(numbers, 0, f32::MAX)? {
             Some(turn) => {
-                let turn = valid::rotation(Quat::from_array(turn), NORM_TOLERANCE)?;
+                let turn = valid::rotation(Quat::from_array(turn), valid::NORM_TOLERANCE)?;
                 sample.head.orientation = Some(Reading::tracked(turn));
             }
             None => miss(Part::HeadOrientation),

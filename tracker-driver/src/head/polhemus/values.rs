@@ -7,7 +7,8 @@ use super::{Misread, Pose, Scale};
 use crate::decoder::DropReason;
 use crate::sample::{Head, Reading};
 use crate::time::DeviceTime;
-use glam::Vec3;
+use crate::valid;
+use glam::{Quat, Vec3};
 
 /// The numbers of a record, in the device's units.
 #[derive(Debug, Clone, Copy, Default)]
@@ -74,7 +75,7 @@ impl Values {
         };
         let position = self
             .position
-            .map(|p| axes::plausible(Vec3::from_array(p) * metres))
+            .map(|p| valid::position(Vec3::from_array(p) * metres))
             .transpose()?;
         // The best form that came; the others are checked all the same.
         let euler = self
@@ -105,7 +106,7 @@ impl Values {
         };
         let quaternion = self
             .quaternion
-            .map(|[w, x, y, z]| axes::unit_quaternion([x, y, z, w]))
+            .map(|[w, x, y, z]| valid::sent_rotation(Quat::from_xyzw(x, y, z, w)))
             .transpose()?;
         let orientation = quaternion.or(cosines).or(euler);
         let time = match (self.milliseconds, self.whole_milliseconds) {
