@@ -18,6 +18,14 @@ use glam::Vec3;
 /// Half the distance from 1 to the next f32: the unit roundoff, 2⁻²⁴.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON * 0.5;
 
+/// A hash of 32 bits in which each depends on all (Wellons' lowbias32, 2018).
+#[inline]
+pub(crate) const fn lowbias32(word: u32) -> u32 {
+    let word = (word ^ word >> 16).wrapping_mul(0x7feb_352d);
+    let word = (word ^ word >> 15).wrapping_mul(0x846c_a68b);
+    word ^ word >> 16
+}
+
 /// The correctly rounded square root; NaN below zero.
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {

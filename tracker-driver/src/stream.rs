@@ -5,6 +5,7 @@
 //! of its front. Nothing depends on how the stream was cut into pieces.
 
 use crate::decoder::{Counts, DropReason, Dropped, Event, Message};
+use crate::time::Micros;
 use core::cell::Cell;
 
 /// Bytes thrown away in a row that are told of at once.
@@ -59,6 +60,32 @@ impl Front<'_> {
         } else {
             DropReason::OutOfStep
         })
+    }
+}
+
+/// When the last byte came of a record that is whole and waits for what comes behind it,
+/// which tells whether it is one: it has the time of its own last byte.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Whole(Option<Micros>);
+
+impl Whole {
+    /// No record waits.
+    pub(crate) const NONE: Self = Self(None);
+
+    /// Asks `step` about a front of which `length` bytes would be the record, with the time
+    /// when that came.
+    pub(crate) fn ask(
+        &mut self,
+        front: Front<'_>,
+        length: usize,
+        arrival: Micros,
+        step: impl FnOnce(Front<'_>, Micros) -> Step,
+    ) -> Step {
+        let arrival = self.0.unwrap_or(arrival);
+        let step = step(front, arrival);
+        let waits = matches!(step, Step::More) && front.bytes.len() >= length;
+        self.0 = waits.then_some(arrival);
+        step
     }
 }
 

@@ -1,3 +1,5 @@
+use crate::numeric::lowbias32;
+
 /// Which sample of which pixel a ray is. Whatever is drawn by lot goes by it:
 /// the same for tiles of any size, in any order, on any number of threads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,12 +42,9 @@ impl Sample {
     }
 
     /// A number that looks drawn by lot, the same for all samples of a pixel:
-    /// Wellons' `lowbias32` of its place.
+    /// a hash of its place.
     pub(crate) const fn seed(self) -> u32 {
-        let mut x = (self.row as u32) << 16 | self.column as u32;
-        x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
-        x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
-        x ^ (x >> 16)
+        lowbias32((self.row as u32) << 16 | self.column as u32)
     }
 }
 

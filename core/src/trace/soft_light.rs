@@ -1,6 +1,6 @@
 //! Points of a light that has a size.
 
-use crate::numeric::{min, normalize, sqrt};
+use crate::numeric::{lowbias32, min, normalize, sqrt};
 use crate::scene::format::{Light, light};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -18,9 +18,9 @@ pub(super) struct Points {
 impl Points {
     /// Those of a light for a pixel, by its seed.
     pub(super) const fn new(seed: u32, light: u32) -> Self {
-        let first = mixed(seed ^ light.wrapping_mul(0x9e37_79b9));
+        let first = lowbias32(seed ^ light.wrapping_mul(0x9e37_79b9));
         Self {
-            scramble: [first, mixed(first ^ 0x5bf0_3635)],
+            scramble: [first, lowbias32(first ^ 0x5bf0_3635)],
         }
     }
 
@@ -42,13 +42,6 @@ impl Points {
             centred(second ^ self.scramble[1]),
         ]
     }
-}
-
-/// A hash of 32 bits in which each depends on all (Wellons' lowbias32, 2018).
-const fn mixed(word: u32) -> u32 {
-    let word = (word ^ word >> 16).wrapping_mul(0x7feb_352d);
-    let word = (word ^ word >> 15).wrapping_mul(0x846c_a68b);
-    word ^ word >> 16
 }
 
 /// 32 bits as a number from −1 to 1: the middle of one of 2²³ equal parts.

@@ -60,7 +60,7 @@ use super::numbers;
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
-use crate::stream::{Front, Step, Stream};
+use crate::stream::{Front, Step, Stream, Whole};
 use crate::time::Micros;
 use glam::Vec2;
 use heapless::Vec;
@@ -143,7 +143,7 @@ pub struct Asl {
     /// A frame, and the byte behind it.
     stream: Stream<{ LONGEST_FRAME + 1 }>,
     /// When the last byte came of what is a frame if another follows.
-    whole: Option<Micros>,
+    whole: Whole,
     last: Option<u16>,
 }
 
@@ -162,13 +162,10 @@ impl Decoder for Asl {
         let (config, last, whole) = (self.config, &mut self.last, &mut self.whole);
         let mut lost = 0;
         self.stream.feed(bytes, sink, |front| {
-            let step = step(config, front, whole.unwrap_or(arrival));
-            *whole = match step {
-                Step::More if front.bytes.len() >= config.layout.frame_length() => {
-                    Some(whole.unwrap_or(arrival))
-                }
-                _ => None,
-            };
+            let length = config.layout.frame_length();
+            let step = whole.ask(front, length, arrival, |front, arrival| {
+                step(config, front, arrival)
+            });
             if let Step::Take(_, Event::Sample(sample)) = step
                 && let Some(number) = sample.sequence
             {
@@ -190,7 +187,7 @@ impl Decoder for Asl {
 
     fn reset(&mut self) {
         self.stream.reset();
-        (self.last, self.whole) = (None, None);
+        (self.last, self.whole) = (None, Whole::NONE);
     }
 }
 

@@ -51,7 +51,7 @@ use super::numbers;
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::sample::{Eye, GazePoint, Pupil, Reading, Sample};
-use crate::stream::{Front, Step, Stream};
+use crate::stream::{Front, Step, Stream, Whole};
 use crate::time::Micros;
 use core::fmt;
 use glam::Vec2;
@@ -228,7 +228,7 @@ pub struct Iscan {
     config: Config,
     stream: Stream<{ LONGEST_RECORD + 2 }>,
     /// When the last byte came of what is a record if a header follows.
-    whole: Option<Micros>,
+    whole: Whole,
     strangers: Strangers,
 }
 
@@ -280,15 +280,12 @@ impl Decoder for Iscan {
         let (config, whole) = (&self.config, &mut self.whole);
         let strangers = &mut self.strangers;
         self.stream.feed(bytes, sink, |front| {
-            let step = step(config, front, whole.unwrap_or(arrival));
-            strangers.note(front.bytes, &step);
             // With the record there is no more to wait for than a header.
-            *whole = match step {
-                Step::More if front.bytes.len() >= config.outputs.record_length() => {
-                    Some(whole.unwrap_or(arrival))
-                }
-                _ => None,
-            };
+            let length = config.outputs.record_length();
+            let step = whole.ask(front, length, arrival, |front, arrival| {
+                step(config, front, arrival)
+            });
+            strangers.note(front.bytes, &step);
             step
         });
     }
@@ -299,7 +296,7 @@ impl Decoder for Iscan {
 
     fn reset(&mut self) {
         self.stream.reset();
-        self.whole = None;
+        self.whole = Whole::NONE;
         self.strangers = Strangers::default();
     }
 

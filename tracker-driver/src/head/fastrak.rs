@@ -90,8 +90,8 @@
 
 use super::axes::Axes;
 use super::polhemus::{
-    Family, Format, ItemList, MOST_RECORD_BYTES, Misread, Pose, Scale, Units, WORD_DEGREES,
-    WORD_METRES,
+    Family, Format, Header, ItemList, MOST_RECORD_BYTES, Pose, Scale, Units, WORD_DEGREES,
+    WORD_METRES, record,
 };
 use crate::command::{Awaited, Bytes, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Reply, Text};
@@ -404,31 +404,21 @@ impl Records {
             Some(&status) if status == b' ' || status.is_ascii_alphabetic() => status,
             Some(_) => return nowhere,
         };
-        let length = self.config.record_bytes();
-        let Some(items) = bytes.get(HEADER_BYTES..length) else {
-            return Step::More;
-        };
-        let measured = status == b' ';
-        let pose = match self.config.items.read(items, measured, self.config.scale()) {
-            Ok(pose) => pose,
-            Err(Misread::Shape) => return front.broken_off(),
-            Err(Misread::Value(reason)) => return front.unusable(length, reason),
-        };
-        let changed = self
-            .status
-            .get_mut(usize::from(station - 1))
-            .is_some_and(|last| core::mem::replace(last, status) != status);
-        let fault = (changed && !measured).then(|| Message::Fault {
-            code: u32::from(status),
-            meaning: fault_meaning(status),
-        });
-        let sample = Sample {
-            device_time: pose.time,
+        let header = Header {
+            bytes: HEADER_BYTES,
             sensor: station - 1,
-            head: pose.head,
-            ..Sample::arrived(arrival)
+            status,
+            meaning: fault_meaning(status),
         };
-        Step::take(length, fault, Event::Sample(sample))
+        let Self { config, status } = self;
+        record(
+            front,
+            header,
+            &config.items,
+            config.scale(),
+            status,
+            arrival,
+        )
     }
 }
 

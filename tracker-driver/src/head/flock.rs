@@ -153,7 +153,7 @@ use crate::command::PATIENCE;
 use crate::decoder::{Counts, Decoder, DropReason, Event};
 use crate::rotation::inverse;
 use crate::sample::{Head, Reading, Sample};
-use crate::stream::{Front, Step, Stream};
+use crate::stream::{Front, Step, Stream, Whole};
 use crate::time::Micros;
 use crate::valid;
 use command::{EXAMINE, answer, command_bytes};
@@ -430,8 +430,7 @@ impl Config {
 pub struct Flock {
     stream: Stream<{ MOST_RECORD_BYTES + 1 }>,
     config: Config,
-    /// When the last byte came of the record that waits for the next one.
-    whole: Option<Micros>,
+    whole: Whole,
     /// A parameter that was asked for, and when.
     asked: Option<(u8, Micros)>,
     /// What came last, since that was asked, belongs to nothing.
@@ -444,7 +443,7 @@ impl Flock {
         Self {
             stream: Stream::default(),
             config,
-            whole: None,
+            whole: Whole::NONE,
             asked: None,
             noisy: false,
         }
@@ -469,13 +468,10 @@ impl Decoder for Flock {
                 }
                 return step;
             }
-            let step = config.step(front, whole.unwrap_or(arrival));
-            *whole = match step {
-                Step::More if front.bytes.len() >= config.record_bytes() => {
-                    Some(whole.unwrap_or(arrival))
-                }
-                _ => None,
-            };
+            let length = config.record_bytes();
+            let step = whole.ask(front, length, arrival, |front, arrival| {
+                config.step(front, arrival)
+            });
             if step != Step::More {
                 *noisy = matches!(step, Step::Skip(_));
             }
@@ -489,7 +485,7 @@ impl Decoder for Flock {
 
     fn reset(&mut self) {
         self.stream.reset();
-        (self.whole, self.asked) = (None, None);
+        (self.whole, self.asked) = (Whole::NONE, None);
         self.noisy = false;
     }
 

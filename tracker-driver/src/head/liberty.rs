@@ -64,7 +64,8 @@
 
 use super::axes::Axes;
 use super::polhemus::{
-    Family, ItemList, MOST_RECORD_BYTES, Misread, Pose, Scale, Units, WORD_DEGREES, WORD_METRES,
+    Family, Header, ItemList, MOST_RECORD_BYTES, Pose, Scale, Units, WORD_DEGREES, WORD_METRES,
+    record,
 };
 use crate::command::{Awaited, PATIENCE, Script};
 use crate::decoder::{Counts, Decoder, DropReason, Event, Message, Reply};
@@ -333,31 +334,14 @@ impl Records {
             // length is not relied on: it may be what is damaged.
             return Step::Skip(DropReason::Length);
         }
-        let Some(items) = bytes.get(HEADER_BYTES..length) else {
-            return Step::More;
-        };
-        let measured = error == b' ';
-        let pose = match self.config.items.read(items, measured, self.config.scale()) {
-            Ok(pose) => pose,
-            Err(Misread::Shape) => return front.broken_off(),
-            Err(Misread::Value(reason)) => return front.unusable(length, reason),
-        };
-        let sensor = station.saturating_sub(1);
-        let changed = self
-            .error
-            .get_mut(usize::from(sensor))
-            .is_some_and(|last| core::mem::replace(last, error) != error);
-        let fault = (changed && !measured).then_some(Message::Fault {
-            code: u32::from(error),
+        let header = Header {
+            bytes: HEADER_BYTES,
+            sensor: station.saturating_sub(1),
+            status: error,
             meaning: "",
-        });
-        let sample = Sample {
-            device_time: pose.time,
-            sensor,
-            head: pose.head,
-            ..Sample::arrived(arrival)
         };
-        Step::take(length, fault, Event::Sample(sample))
+        let Self { config, error } = self;
+        record(front, header, &config.items, config.scale(), error, arrival)
     }
 }
 

@@ -14,9 +14,10 @@ pub use error::ItemListError;
 pub(crate) use numbers::{from_seven_bits, nearest_word, to_seven_bits};
 
 use super::axes::{self, Axes};
-use crate::decoder::DropReason;
-use crate::sample::Head;
-use crate::time::DeviceTime;
+use crate::decoder::{DropReason, Event, Message};
+use crate::sample::{Head, Sample};
+use crate::stream::{Front, Step};
+use crate::time::{DeviceTime, Micros};
 use glam::{Quat, Vec3};
 use heapless::Vec;
 use item::{Content, Form, Item};
@@ -82,7 +83,7 @@ pub struct ItemList {
 
 /// Why bytes are not a list's items.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Misread {
+enum Misread {
     /// They are not in the items' form: likely no record at all.
     Shape,
     /// A number is none that the device may send.
@@ -111,6 +112,56 @@ pub(crate) struct Scale<'a> {
     /// Degrees that are 1 in item 19.
     pub(crate) word_degrees: f32,
     pub(crate) axes: &'a Axes,
+}
+
+/// What stands before a record's items.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Header {
+    /// Its own bytes.
+    pub(crate) bytes: usize,
+    /// Whose record it is, from 0.
+    pub(crate) sensor: u8,
+    /// A space, or what is wrong.
+    pub(crate) status: u8,
+    /// What the manual says about that.
+    pub(crate) meaning: &'static str,
+}
+
+/// The record behind a header at the front of a stream. With a fault its readings are not
+/// tracked, and the fault is said where it is none of the `last` of its sensor.
+pub(crate) fn record(
+    front: Front<'_>,
+    header: Header,
+    list: &ItemList,
+    scale: Scale<'_>,
+    last: &mut [u8],
+    arrival: Micros,
+) -> Step {
+    let length = header.bytes + list.bytes();
+    let Some(items) = front.bytes.get(header.bytes..length) else {
+        return Step::More;
+    };
+    let Header { sensor, status, .. } = header;
+    let measured = status == b' ';
+    let pose = match list.read(items, measured, scale) {
+        Ok(pose) => pose,
+        Err(Misread::Shape) => return front.broken_off(),
+        Err(Misread::Value(reason)) => return front.unusable(length, reason),
+    };
+    let changed = last
+        .get_mut(usize::from(sensor))
+        .is_some_and(|last| core::mem::replace(last, status) != status);
+    let fault = (changed && !measured).then_some(Message::Fault {
+        code: u32::from(status),
+        meaning: header.meaning,
+    });
+    let sample = Sample {
+        device_time: pose.time,
+        sensor,
+        head: pose.head,
+        ..Sample::arrived(arrival)
+    };
+    Step::take(length, fault, Event::Sample(sample))
 }
 
 impl ItemList {
@@ -242,7 +293,7 @@ impl ItemList {
     }
 
     /// Reads a record's items. `bytes` are [`ItemList::bytes`] long.
-    pub(crate) fn read(&self, bytes: &[u8], tracked: bool, scale: Scale) -> Result<Pose, Misread> {
+    fn read(&self, bytes: &[u8], tracked: bool, scale: Scale) -> Result<Pose, Misread> {
         // All of the form before any of the values: only what has the form
         // is a record.
         let mut values = Values::default();
