@@ -15,8 +15,8 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Public types of a file whose names end in `Error`.
-fn errors(path: &Path) -> Vec<(Ident, Vec<Attribute>)> {
+/// Public types of a file whose names end in `Error` or `Event`.
+fn logged(path: &Path) -> Vec<(Ident, Vec<Attribute>)> {
     let file = syn::parse_file(&std::fs::read_to_string(path).unwrap()).unwrap();
     let types = file.items.into_iter().filter_map(|item| match item {
         Item::Enum(of) => Some((of.vis, of.ident, of.attrs)),
@@ -25,7 +25,9 @@ fn errors(path: &Path) -> Vec<(Ident, Vec<Attribute>)> {
     });
     types
         .filter(|(seen, name, _)| {
-            matches!(seen, Visibility::Public(_)) && name.to_string().ends_with("Error")
+            let name = name.to_string();
+            matches!(seen, Visibility::Public(_))
+                && (name.ends_with("Error") || name.ends_with("Event"))
         })
         .map(|(_, name, attributes)| (name, attributes))
         .collect()
@@ -33,7 +35,7 @@ fn errors(path: &Path) -> Vec<(Ident, Vec<Attribute>)> {
 
 /// Firmware has nothing else to print them with.
 #[test]
-fn every_error_of_firmware_can_be_logged_by_defmt() {
+fn every_error_and_event_of_firmware_can_be_logged_by_defmt() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut files = Vec::new();
     for package in ["core", "tracker-driver"] {
@@ -44,7 +46,7 @@ fn every_error_of_firmware_can_be_logged_by_defmt() {
     files.retain(|file| !of_hosts.iter().any(|host| file.ends_with(host)));
     let mut count = 0;
     for file in files {
-        for (name, attributes) in errors(&file) {
+        for (name, attributes) in logged(&file) {
             let is_logged = attributes.iter().any(|attribute| {
                 matches!(&attribute.meta, Meta::List(list)
                     if list.path.is_ident("cfg_attr")

@@ -36,6 +36,7 @@ pub trait Decoder {
 
 /// What a decoder found.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Event {
     /// A record of a sensor.
@@ -113,6 +114,7 @@ impl DropReason {
 
 /// Something that a device says beside its samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Message {
     /// The device reports a fault, by its own number or letter.
@@ -219,8 +221,16 @@ impl Text {
     }
 }
 
+#[cfg(feature = "defmt")]
+impl defmt::Format for Text {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "{=str}", self.as_str());
+    }
+}
+
 /// A device's answer to a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reply {
     /// Which command, as the protocol numbers them.
     pub to: u32,

@@ -52,7 +52,7 @@ pub use head::HeadConfig;
 #[cfg(any(test, feature = "mock"))]
 pub(crate) use movement::minimum_jerk;
 pub use movement::{Landing, Movement, PursuitConfig, Saccade, SaccadeConfig};
-pub use one_euro::{OneEuro, OneEuroConfig};
+pub use one_euro::OneEuroConfig;
 
 use crate::decoder::Message;
 use crate::rotation::{along, angle, rotate};
@@ -64,6 +64,7 @@ use glam::Vec3;
 use head::{HeadTrack, forward};
 use hidden::Hidden;
 use movement::{Change, EyeTrack};
+use one_euro::OneEuro;
 use shisen_core::gaze::{HeadPose, LineOfSight};
 use shisen_core::numeric::{largest_magnitude, sin_cos};
 use shisen_core::shape::Ray;

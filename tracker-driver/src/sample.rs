@@ -15,6 +15,7 @@ use glam::{Quat, Vec2, Vec3};
 
 /// A value and whether the device measured it for this sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reading<T> {
     /// The value; always finite, and a unit vector or unit quaternion where
     /// it stands for a direction or a rotation.
@@ -48,21 +49,28 @@ impl<T> Reading<T> {
 /// too; what it has to do with the room is not known to a decoder and not
 /// applied.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Head {
     /// Metres, in the tracker's frame.
+    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub position: Option<Reading<Vec3>>,
     /// Unit quaternion, `tracker_from_head`.
+    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub orientation: Option<Reading<Quat>>,
     /// Radians per second about the head's own axes.
+    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub angular_velocity: Option<Vec3>,
 }
 
 /// One eye, or both taken as one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Eye {
     /// Where the line of sight starts: metres, in the [`GazeFrame`].
+    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub origin: Option<Reading<Vec3>>,
     /// Where it goes: a unit vector, in the [`GazeFrame`].
+    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub direction: Option<Reading<Vec3>>,
     /// The pupil's diameter.
     pub pupil: Option<Pupil>,
@@ -79,6 +87,7 @@ impl Eye {
 
 /// How large a pupil is.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Pupil {
     /// Its diameter in metres.
     Diameter(f32),
@@ -88,6 +97,7 @@ pub enum Pupil {
 
 /// The axes of an [`Eye`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum GazeFrame {
     /// The head's: the tracker is worn.
     #[default]
@@ -98,15 +108,16 @@ pub enum GazeFrame {
 
 /// A place that is looked at, on a plane that the device knows.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum GazePoint {
     /// Metres from the upper left corner of the calibrated area, x to the
     /// right and y **down**.
-    Plane(Vec2),
+    Plane(#[cfg_attr(feature = "defmt", defmt(Debug2Format))] Vec2),
     /// From (0, 0), the upper left corner of a picture, to (1, 1), the lower
     /// right.
-    Normalized(Vec2),
+    Normalized(#[cfg_attr(feature = "defmt", defmt(Debug2Format))] Vec2),
     /// The device's own units; only a calibration makes a direction of them.
-    Raw(Vec2),
+    Raw(#[cfg_attr(feature = "defmt", defmt(Debug2Format))] Vec2),
 }
 
 impl GazePoint {
@@ -120,6 +131,7 @@ impl GazePoint {
 
 /// What a tracker reported at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sample {
     /// When it was measured, by the device's clock; `None` where the
     /// protocol has no time.

@@ -74,7 +74,7 @@ fn random_reports_pass_as_often_as_said() {
             "{passed} of {fed}"
         );
     };
-    let hdk = osvr_hdk::Decoder::new;
+    let hdk = osvr_hdk::OsvrHdk::new;
     near(reports(&mut hdk(), 16, None, 1), HDK);
     assert_eq!(reports(&mut hdk(), 15, None, 2).0, 0.0);
     let eye_tracker = || EyeTracker::new(&DESCRIPTOR, Axes::default()).unwrap();

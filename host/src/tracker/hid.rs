@@ -93,7 +93,7 @@ pub(super) fn plug(spec: &HidSpec) -> Result<Plugged, LiveError> {
         return Ok(Plugged {
             device,
             path,
-            decoder: Box::new(osvr_hdk::Decoder::new()),
+            decoder: Box::new(osvr_hdk::OsvrHdk::new()),
             features: None,
         });
     }

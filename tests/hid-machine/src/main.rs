@@ -441,7 +441,7 @@ fn decodes_a_head_tracker(api: &mut HidApi) -> Outcome {
     let mut device = hdk()?;
     let devices = wait_for(api, osvr_hdk::USB_IDS[0], 1)?;
     let opened = open(api, &devices[0][0])?;
-    let mut decoder = osvr_hdk::Decoder::new();
+    let mut decoder = osvr_hdk::OsvrHdk::new();
     for (sample, report) in mock("osvr-hdk", 400)? {
         let event = pass(&mut device, &report, &opened, &mut decoder, sample.arrival)?;
         let Event::Sample(found) = event else {

@@ -8,8 +8,8 @@ use shisen_tracker::command::{Session, Watch};
 use shisen_tracker::decoder::Event;
 use shisen_tracker::estimate::{
     Calibration, EstimatorConfig, Eyes, FallbackConfig, Filter, GazeEstimator, GazePrediction,
-    HeadConfig, Measured, Model, OneEuro, OneEuroConfig, PursuitConfig, RoomFromTracker,
-    SaccadeConfig, Screen, Target, plane_of,
+    HeadConfig, Measured, Model, OneEuroConfig, PursuitConfig, RoomFromTracker, SaccadeConfig,
+    Screen, Target, plane_of,
 };
 use shisen_tracker::eye::adhawk;
 use shisen_tracker::head::axes::Axes;
@@ -98,12 +98,6 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let sample = a_sample(n);
         let head = a_head_pose(n);
         finite(&Measured::of(&config, &sample, &head));
-    }),
-    ("tracker estimate::one_euro::OneEuro::new", |n| {
-        filters(n, |_| Vec3::NEG_Z, |_| 0.01);
-    }),
-    ("tracker estimate::one_euro::OneEuro::filter", |n| {
-        filters(n, |n| n.vec3([0.1, 0.2, -0.97]), |n| n.next(0.01));
     }),
     ("tracker estimate::GazeEstimator::new", |n| {
         if let Ok(mut gaze) = GazeEstimator::new(a_config(n)) {
@@ -255,25 +249,6 @@ fn is_direction(found: Option<Vec3>) {
         found.is_none_or(|v| (v.length() - 1.0).abs() < 1.0e-5),
         "{found:?}"
     );
-}
-
-/// A filter of any corners, over some directions and steps.
-fn filters(n: &mut Numbers, way: fn(&mut Numbers) -> Vec3, step: fn(&mut Numbers) -> f32) {
-    let mut filter = OneEuro::new(OneEuroConfig {
-        least_cutoff: n.next(1.0),
-        beta: n.next(0.5),
-        speed_cutoff: n.next(1.0),
-    });
-    let usable = |v: Vec3| v.is_finite();
-    for _ in 0..4 {
-        let measured = way(n);
-        let step = step(n);
-        let filtered = filter.filter(measured, step);
-        if usable(measured) {
-            assert!(filtered.is_finite(), "{filtered}");
-        }
-        assert!(filter.group_delay().is_finite(), "{}", filter.group_delay());
-    }
 }
 
 pub(super) fn a_config(n: &mut Numbers) -> EstimatorConfig {

@@ -198,10 +198,8 @@ impl<const N: usize> EyeTrack<N> {
         if let Some((last, _)) = self.samples.newest()
             && time.since(last) > self.config.most_gap
         {
-            self.samples.clear();
-            self.flight = None;
+            self.clear();
             self.steady_since = time;
-            self.followed = Vec3::ZERO;
         }
         self.samples.push(time, direction);
         let followed = self.flight.map_or(self.followed, |flight| flight.followed);
@@ -404,9 +402,11 @@ impl<const N: usize> EyeTrack<N> {
         normalize(steady.fold(Vec3::ZERO, |sum, (_, d)| sum + d))
     }
 
+    /// Forgets all samples, and what they meant.
     pub(super) fn clear(&mut self) {
         self.samples.clear();
         self.flight = None;
+        self.followed = Vec3::ZERO;
     }
 }
 

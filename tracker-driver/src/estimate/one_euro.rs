@@ -32,7 +32,7 @@ impl Default for OneEuroConfig {
 
 /// A filter's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OneEuro {
+pub(super) struct OneEuro {
     config: OneEuroConfig,
     state: Option<State>,
 }
@@ -53,7 +53,7 @@ impl OneEuro {
 
     /// A filter that has seen nothing. Numbers outside the ranges at
     /// [`OneEuroConfig`] are moved to the nearest that is in it, NaN to the least.
-    pub const fn new(config: OneEuroConfig) -> Self {
+    pub(super) const fn new(config: OneEuroConfig) -> Self {
         Self {
             config: OneEuroConfig {
                 least_cutoff: within(config.least_cutoff, 0.01, 1000.0),
@@ -67,7 +67,7 @@ impl OneEuro {
     /// The next unit vector, `step` seconds after the one before; the first
     /// passes as it is. What is not finite or far from unit length, and a `step`
     /// that is not above 10⁻⁹ s, changes nothing; a step is 10⁶ s at most.
-    pub fn filter(&mut self, measured: Vec3, step: f32) -> Vec3 {
+    pub(super) fn filter(&mut self, measured: Vec3, step: f32) -> Vec3 {
         // Of the square of its length.
         if !(measured.dot(measured) <= 4.0) {
             return self.state.map_or(measured, |state| state.filtered);
@@ -101,12 +101,12 @@ impl OneEuro {
     }
 
     /// How late a steady movement comes out at present, seconds.
-    pub fn group_delay(&self) -> f32 {
+    pub(super) fn group_delay(&self) -> f32 {
         self.state.map_or(0.0, |state| state.delay)
     }
 
     /// Starts again at the next vector, as after a saccade or a gap.
-    pub fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         self.state = None;
     }
 }
@@ -216,6 +216,39 @@ mod tests {
             assert!((lag - delay).abs() < 0.02 * delay, "{lag} {delay}");
         }
         assert_eq!(OneEuro::new(OneEuroConfig::default()).group_delay(), 0.0);
+    }
+
+    /// Corners, directions and steps of any numbers, mixed.
+    #[test]
+    fn whatever_comes_in_what_comes_out_is_finite() {
+        let hostile = [
+            0.01,
+            0.0,
+            -1.0,
+            1.0e-30,
+            1.0e30,
+            f32::MAX,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            f32::NAN,
+        ];
+        for beta in hostile {
+            for cutoff in hostile {
+                let mut filter = OneEuro::new(OneEuroConfig {
+                    least_cutoff: cutoff,
+                    beta,
+                    speed_cutoff: cutoff,
+                });
+                for x in hostile {
+                    for step in hostile {
+                        let measured = Vec3::new(x, 0.2, -0.97);
+                        let filtered = filter.filter(measured, step);
+                        assert!(filtered.is_finite() || !measured.is_finite(), "{filtered}");
+                        assert!(filter.group_delay().is_finite());
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -417,6 +417,13 @@ fn a_reset_forgets_all() {
     assert_eq!(estimate.state, State::FullQuality);
     assert_eq!((estimate.gaze_time, estimate.head_time), (None, None));
     assert_eq!(run.estimator.state(), State::FullQuality);
+    // A target that moved, too: 10° a second.
+    let moving = |i: u64| sample(Vec3::new(8.7e-4 * (i % 100) as f32, 0.0, -1.0));
+    run.time = 1_000_000;
+    run.run(300, &|i| Some(moving(i)));
+    assert_ne!(run.estimator.eyes.followed(), Vec3::ZERO);
+    run.estimator.reset();
+    assert_eq!(run.estimator.eyes.followed(), Vec3::ZERO);
 }
 
 #[test]

@@ -30,7 +30,7 @@
 //! further, which here is left to whoever knows the room.
 
 use super::axes::NORM_TOLERANCE;
-use crate::decoder::{Counts, DropReason, Dropped, Event};
+use crate::decoder::{Counts, Decoder, DropReason, Dropped, Event};
 use crate::rotation::{compose, inverse};
 use crate::sample::{Head, Reading, Sample};
 use crate::time::Micros;
@@ -304,12 +304,12 @@ fn orientation(parts: [[u8; 2]; 4]) -> Result<Quat, f32> {
 /// Decodes the reports of one device and keeps count of those that did not
 /// make it.
 #[derive(Debug, Clone, Default)]
-pub struct Decoder {
+pub struct OsvrHdk {
     last_sequence: Option<u8>,
     counts: Counts,
 }
 
-impl Decoder {
+impl OsvrHdk {
     /// A decoder that has seen no report.
     pub fn new() -> Self {
         Self::default()
@@ -329,7 +329,7 @@ impl Decoder {
     }
 }
 
-impl crate::decoder::Decoder for Decoder {
+impl Decoder for OsvrHdk {
     /// Takes one whole report: a HID device sends no others. It is decoded as
     /// [`decode`] does; a report that only repeats the one before is dropped.
     fn feed(&mut self, report: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {

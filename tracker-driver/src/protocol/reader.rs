@@ -7,7 +7,7 @@ use crate::head::fastrak::Fastrak;
 use crate::head::flock::Flock;
 use crate::head::hatire::Hatire;
 use crate::head::liberty::Liberty;
-use crate::head::osvr_hdk;
+use crate::head::osvr_hdk::OsvrHdk;
 use crate::hid::eye_tracker::{EyeTracker, documented};
 use crate::link::Link;
 use crate::time::Micros;
@@ -25,7 +25,7 @@ enum Kind {
     Liberty(Liberty),
     Flock(Flock),
     Hatire(Hatire),
-    OsvrHdk(osvr_hdk::Decoder),
+    OsvrHdk(OsvrHdk),
     Iscan(Iscan),
     Asl(Asl),
     AdHawk(AdHawk),
@@ -42,7 +42,7 @@ impl Reader {
             Protocol::Liberty(config) => Kind::Liberty(Liberty::new(config)),
             Protocol::Flock(config) => Kind::Flock(Flock::new(config)),
             Protocol::Hatire(config) => Kind::Hatire(Hatire::new(config)),
-            Protocol::OsvrHdk => Kind::OsvrHdk(osvr_hdk::Decoder::new()),
+            Protocol::OsvrHdk => Kind::OsvrHdk(OsvrHdk::new()),
             Protocol::Iscan(config) => Kind::Iscan(Iscan::new(config)),
             Protocol::Asl(config) => Kind::Asl(Asl::new(config)),
             Protocol::AdHawk => Kind::AdHawk(AdHawk::new()),

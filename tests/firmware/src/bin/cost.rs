@@ -204,7 +204,7 @@ impl Report {
         let decoder = asl::Asl::new(Default::default());
         self.decoder("asl", named("asl")?, decoder, false, 650)?;
         self.decoder("adhawk", named("adhawk")?, AdHawk::new(), false, 5_000)?;
-        let decoder = osvr_hdk::Decoder::new();
+        let decoder = osvr_hdk::OsvrHdk::new();
         self.decoder("osvr-hdk", named("osvr-hdk")?, decoder, true, 300)?;
         let hid = EyeTracker::new(&documented::DESCRIPTOR, Axes::default()).ok()?;
         self.decoder("hid", named("hid")?, hid, true, 4_700)?;

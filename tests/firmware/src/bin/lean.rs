@@ -191,7 +191,7 @@ fn run() -> Option<()> {
         &mut asl::Asl::new(black_box(asl::Config::default())),
         &mut adhawk::AdHawk::new(),
         &mut link::Link::new(),
-        &mut osvr_hdk::Decoder::new(),
+        &mut osvr_hdk::OsvrHdk::new(),
         &mut tracker,
     ];
     // The last two need no commands, or others: they get those of the first.

@@ -1,5 +1,4 @@
 use super::*;
-use crate::decoder::Decoder as _;
 use core::f32::consts::FRAC_1_SQRT_2;
 use proptest::prelude::*;
 use std::format;
@@ -198,7 +197,7 @@ fn head_has_the_heads_axes() {
 }
 
 /// What a decoder makes of one report.
-fn event(decoder: &mut Decoder, report: &[u8]) -> Event {
+fn event(decoder: &mut OsvrHdk, report: &[u8]) -> Event {
     let mut events = std::vec::Vec::new();
     decoder.feed(report, Micros(9), &mut |event| events.push(event));
     assert_eq!(events.len(), 1);
@@ -211,7 +210,7 @@ fn dropped(bytes: u32, reason: DropReason) -> Event {
 
 #[test]
 fn decoder_counts_gaps_across_the_wrap() {
-    let mut decoder = Decoder::new();
+    let mut decoder = OsvrHdk::new();
     let numbered = |sequence: u8| {
         let mut bytes = VERSION_1;
         bytes[1] = sequence;
@@ -239,7 +238,7 @@ fn decoder_counts_gaps_across_the_wrap() {
 
 #[test]
 fn decoder_says_why_a_report_was_dropped() {
-    let mut decoder = Decoder::new();
+    let mut decoder = OsvrHdk::new();
     let mut damaged = VERSION_1;
     damaged[1] = 8;
     damaged[9] = 0;
@@ -316,7 +315,7 @@ proptest! {
 
     #[test]
     fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..40)) {
-        let mut decoder = Decoder::new();
+        let mut decoder = OsvrHdk::new();
         if let Ok(report) = decode(&bytes) {
             prop_assert!(report.orientation.is_normalized());
             prop_assert!(report.head().orientation.unwrap().value.is_normalized());
