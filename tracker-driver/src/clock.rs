@@ -72,10 +72,14 @@ impl Default for ClockConfig {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ClockConfigError {
-    field: &'static str,
-    found: u64,
-    least: u64,
-    most: u64,
+    /// Which, and its unit.
+    pub field: &'static str,
+    /// The value.
+    pub found: u64,
+    /// The least it can be.
+    pub least: u64,
+    /// The most it can be.
+    pub most: u64,
 }
 
 impl fmt::Display for ClockConfigError {

@@ -183,9 +183,12 @@ pub struct FaultsConfig {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FaultsConfigError {
-    field: &'static str,
-    found: f32,
-    most: f32,
+    /// Which, and its unit where it has one.
+    pub field: &'static str,
+    /// The value; it may be NaN.
+    pub found: f32,
+    /// The most it can be; the least is 0.
+    pub most: f32,
 }
 
 impl fmt::Display for FaultsConfigError {

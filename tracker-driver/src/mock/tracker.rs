@@ -63,10 +63,14 @@ impl Default for TrackerConfig {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TrackerConfigError {
-    field: &'static str,
-    found: f32,
-    least: f32,
-    most: f32,
+    /// Which, and its unit where it has one.
+    pub field: &'static str,
+    /// The value; it may be NaN.
+    pub found: f32,
+    /// The least it can be.
+    pub least: f32,
+    /// The most it can be.
+    pub most: f32,
 }
 
 impl fmt::Display for TrackerConfigError {
