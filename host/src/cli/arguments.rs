@@ -217,10 +217,7 @@ pub(super) struct EffectReport {
 impl EffectReport {
     /// The names of what is carried out of a scene, and of what it asks for.
     pub(super) fn new(effects: &Effects, baked: &BakedScene) -> Self {
-        let asked = match baked {
-            BakedScene::Fast(baked) => baked.scene().effects(),
-            BakedScene::Compact(baked) => baked.scene().effects(),
-        };
+        let asked = baked.effects();
         Self {
             effects: effects.of(asked).names().collect(),
             effects_asked: asked.names().collect(),

@@ -15,7 +15,7 @@ use super::tracker::{Happenings, whole};
 use clap::{Arg, Args};
 use glam::Vec3;
 pub(super) use interference::Interference;
-use shisen::bake::{BakedScene, Layout};
+use shisen::bake::BakedScene;
 use shisen::cave::Cave;
 use shisen::live::{
     Engine, FrameBudget, FrameRecord, LiveTracker, Look, Order, Quality, SessionError,
@@ -27,6 +27,7 @@ use shisen::scene::builtin::PaperScene;
 use shisen::spectrum::Dispersion;
 use shisen::tracker::calibration::{Calibrated, estimation};
 use shisen::tracker::{Feed, Spec};
+use shisen::with_scene;
 use shisen_core::frame::Tile;
 use shisen_core::gaze::HeadPose;
 use shisen_core::scene::Scene;
@@ -281,11 +282,7 @@ impl TimeArguments {
 impl Prepared {
     /// What traces.
     pub(super) const fn simd(&self) -> Simd {
-        match self.baked.layout() {
-            Layout::Fast => self.options.simd,
-            // Four lanes have the portable path only.
-            Layout::Compact => Simd::PORTABLE,
-        }
+        self.baked.layout().simd(self.options.simd)
     }
 
     /// What a session has of these; the rest is its own.
@@ -344,10 +341,8 @@ impl Prepared {
         audience: &mut dyn Audience,
         part: P,
     ) -> Result<P::Output, Failure> {
-        match &self.baked {
-            BakedScene::Fast(baked) => self.trace(baked.scene(), share, audience, part),
-            BakedScene::Compact(baked) => self.trace(baked.scene(), share, audience, part),
-        }
+        with_scene!(&self.baked, |scene| self
+            .trace(scene, share, audience, part))
     }
 
     fn trace<P: Part, const W: usize>(

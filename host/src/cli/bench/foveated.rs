@@ -8,13 +8,13 @@ use super::frames::{FrameArguments, Frames, Look, Way};
 use super::table2::STATES;
 use clap::Args;
 use serde::Serialize;
-use shisen::bake::BakedScene;
 use shisen::live::{Engine, Quality, Share, with_engine};
 use shisen::picture::Picture;
 use shisen::quantiles::{median, median_ratio};
 use shisen::render::{self, Observer};
 use shisen::scene::builtin::PaperScene;
 use shisen::tradeoff::{PictureDifference, Sight};
+use shisen::with_scene;
 use shisen_core::frame::{Outcome, Spectrum, Tile, TileJob};
 use shisen_core::scene::Scene;
 use shisen_core::trace::{Budget, Pixel, Workspace};
@@ -100,10 +100,12 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let of_scene = frames.frames(scene)?;
         for (state, (forward, up)) in (1..).zip(STATES) {
             let look = Look { forward, up };
-            let (ways, least_steps) = match &of_scene.scene {
-                BakedScene::Fast(baked) => cell(baked.scene(), &of_scene, look, frames.repeat),
-                BakedScene::Compact(baked) => cell(baked.scene(), &of_scene, look, frames.repeat),
-            }?;
+            let (ways, least_steps) = with_scene!(&of_scene.scene, |scene| cell(
+                scene,
+                &of_scene,
+                look,
+                frames.repeat
+            ))?;
             let Compared {
                 ways: [plain, paper, foveated],
                 time_ratio,

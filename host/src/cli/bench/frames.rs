@@ -9,6 +9,7 @@ use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::PaperScene;
+use shisen::with_scene;
 use shisen_core::frame::{LevelOfDetail, Statistics};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use std::num::NonZeroUsize;
@@ -133,14 +134,9 @@ impl Frames {
         let eyes = Self::observers(way, look)?;
         let (cave, options) = (&self.cave, &self.options);
         let quiet = |_, _| {};
-        match &self.scene {
-            BakedScene::Fast(baked) => {
-                render::cave_filled(&baked.scene(), cave, &eyes, options, filling, &quiet)
-            }
-            BakedScene::Compact(baked) => {
-                render::cave_filled(&baked.scene(), cave, &eyes, options, filling, &quiet)
-            }
-        }
+        with_scene!(&self.scene, |scene| render::cave_filled(
+            &scene, cave, &eyes, options, filling, &quiet
+        ))
         .map_err(Failure::from_error)
     }
 

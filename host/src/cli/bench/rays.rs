@@ -192,8 +192,7 @@ where
         hits: hits.iter().filter(|hit| **hit != RayHit::MISS).count(),
         steps_per_ray: steps as f64 / rays.len() as f64,
         build_seconds,
-        // Four lanes have the portable path only.
-        simd: if W == 8 { simd } else { Simd::PORTABLE }.name(),
+        simd: arguments.layout.0.simd(simd).name(),
         threads,
         repeat: arguments.repeat,
         layout: arguments.layout.0.name(),

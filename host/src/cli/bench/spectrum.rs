@@ -18,6 +18,7 @@ use shisen::quantiles::median;
 use shisen::render::{self, Frame, Observer, Options};
 use shisen::scene::builtin::spheres;
 use shisen::spectrum::{Dispersion, Method};
+use shisen::with_scene;
 use shisen_core::frame::MAX_SAMPLES;
 use shisen_core::scene::EffectSet;
 use shisen_core::spectrum::Wavelengths;
@@ -137,10 +138,9 @@ impl Bench {
             Viewer::default().eye(Eye::Centre),
         )];
         let (cave, quiet) = (&self.cave, |_, _| {});
-        match &self.scene {
-            BakedScene::Fast(baked) => render::cave(&baked.scene(), cave, &eye, options, &quiet),
-            BakedScene::Compact(baked) => render::cave(&baked.scene(), cave, &eye, options, &quiet),
-        }
+        with_scene!(&self.scene, |scene| render::cave(
+            &scene, cave, &eye, options, &quiet
+        ))
         .map_err(Failure::from_error)
     }
 

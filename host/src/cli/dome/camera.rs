@@ -10,6 +10,7 @@ use shisen::render::{self, DomePicture, Options};
 use shisen::scene::Scene;
 use shisen::scene::builtin::grid;
 use shisen::scene::camera::DomeCamera;
+use shisen::with_scene;
 use shisen_core::frame::{DomeProjection, MirrorCamera, View};
 use shisen_core::shape::Spheroid;
 use std::str::FromStr;
@@ -203,10 +204,9 @@ pub(super) fn trace(
 ) -> Result<DomePicture, Failure> {
     let progress = Progress::new(quiet);
     let show = |done, total| progress.show(done, total);
-    let picture = match baked {
-        BakedScene::Fast(baked) => render::dome(&baked.scene(), view, None, options, &show),
-        BakedScene::Compact(baked) => render::dome(&baked.scene(), view, None, options, &show),
-    };
+    let picture = with_scene!(baked, |scene| render::dome(
+        &scene, view, None, options, &show
+    ));
     progress.finish();
     picture.map_err(Failure::from_error)
 }

@@ -16,7 +16,6 @@ use shisen::dome::{Mapping, Named};
 use shisen::look::Point;
 use shisen::render::DomePicture;
 use shisen::scene::camera::{CameraPath, DomeCamera};
-use shisen_core::Simd;
 use shisen_core::frame::{Statistics, View};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -256,11 +255,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         scene: source.name,
         mesh: source.mesh,
         threads: options.threads,
-        simd: match baked.layout() {
-            Layout::Fast => options.simd.name(),
-            // Four lanes have the portable path only.
-            Layout::Compact => Simd::PORTABLE.name(),
-        },
+        simd: baked.layout().simd(options.simd).name(),
         depth: arguments.tracing.depth,
         samples: arguments.tracing.samples,
         effects: EffectReport::new(&options.effects, &baked),
