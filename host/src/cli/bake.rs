@@ -3,7 +3,7 @@
 use super::arguments::{LayoutChoice, LevelArguments, Model, SceneName};
 use super::failure::{Failure, Fault};
 use super::levels::Level;
-use super::print;
+use super::output::print;
 use super::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
 use clap::Args;
 use serde::Serialize;

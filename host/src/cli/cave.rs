@@ -10,8 +10,8 @@ use super::arguments::{EffectReport, Model, PictureSize, SceneName, field_of_vie
 use super::failure::Failure;
 use super::filling::{FillArguments, Wanted};
 use super::lod::LodArguments;
+use super::output::print;
 use super::picture_files::{hexadecimal, make_writable};
-use super::print;
 use super::progress::Progress;
 use super::room::RoomArguments;
 use super::source::Source;

@@ -2,7 +2,7 @@
 
 use super::arguments::Without;
 use super::failure::Failure;
-use super::warn;
+use super::output::warn;
 use clap::{Arg, Args, ValueEnum};
 use serde::Serialize;
 use shisen::bake::BakedScene;

@@ -6,7 +6,7 @@ use super::arguments::{Model, SceneName};
 use super::dispersion::in_one_frame;
 use super::failure::Failure;
 use super::lod::{LodArguments, of_every_pixel};
-use super::print;
+use super::output::print;
 use super::room::RoomArguments;
 use super::source::Source;
 use super::tracing::TracingArguments;

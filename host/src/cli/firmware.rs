@@ -4,8 +4,8 @@ mod report;
 
 use super::arguments::{LevelArguments, Model, SceneName, WallsName};
 use super::failure::Failure;
+use super::output::print;
 use super::picture_files::{make_writable, metadata};
-use super::print;
 use super::source::{Loaded, Source, bake};
 use clap::{Args, Subcommand};
 use glam::Vec3;

@@ -2,7 +2,8 @@
 
 use super::failure::Failure;
 use super::levels::Level;
-use super::{print, source};
+use super::output::print;
+use super::source;
 use clap::Args;
 use serde::Serialize;
 use shisen::bake::BakedScene;

@@ -14,7 +14,7 @@ use super::arguments::span;
 use super::failure::Failure;
 use super::filling::CaptureDetail;
 use super::live::{Change, LiveArguments, TimeArguments, paper_lod};
-use super::print;
+use super::output::print;
 use super::tracker::{Interrupt, TrackerName, whole};
 use clap::{Args, ValueEnum};
 use frames::{Frames, Output};

@@ -85,7 +85,7 @@ pub(super) fn warn_of_sensors(event: &Event) {
     else {
         return;
     };
-    super::warn(&if *heard {
+    super::output::warn(&if *heard {
         format!(
             "several sensors: {taken} is taken for the head, not {ignored}; choose another with \
              head=N in SPEC"

@@ -4,7 +4,7 @@ use super::super::failure::Failure;
 use super::super::live::{
     Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
 };
-use super::super::print;
+use super::super::output::print;
 use super::super::tracker::{Interrupt, TrackerName, whole};
 use clap::Args;
 use serde::Serialize;

@@ -3,7 +3,7 @@
 
 use super::super::failure::Failure;
 use super::super::filling::CaptureArguments;
-use super::super::print;
+use super::super::output::print;
 use super::cells::{Rows, Title};
 use super::frames::{FrameArguments, Frames, Look, Way};
 use super::table2::STATES;

@@ -1,7 +1,7 @@
 //! `shisen bench foveated`: what it saves to sample the periphery coarsely.
 
 use super::super::failure::Failure;
-use super::super::print;
+use super::super::output::print;
 use super::super::ray_counts::RayCounts;
 use super::cells::{Rows, Title};
 use super::frames::{FrameArguments, Frames, Look, Way};

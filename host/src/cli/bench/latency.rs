@@ -7,8 +7,8 @@ use super::super::failure::Failure;
 use super::super::live::{
     Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
 };
+use super::super::output::print;
 use super::super::picture_files::make_writable;
-use super::super::print;
 use super::super::tracker::{Interrupt, protocol, whole};
 use clap::builder::ArgPredicate;
 use clap::{Arg, Args};

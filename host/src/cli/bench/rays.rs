@@ -2,7 +2,7 @@
 
 use super::super::arguments::{LayoutChoice, SimdChoice, threads};
 use super::super::failure::{Failure, Fault};
-use super::super::print;
+use super::super::output::print;
 use super::super::source::load_mesh;
 use clap::Args;
 use glam::Vec3;

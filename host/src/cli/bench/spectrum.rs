@@ -5,8 +5,8 @@ mod views;
 
 use super::super::arguments::threads;
 use super::super::failure::Failure;
+use super::super::output::print;
 use super::super::picture_files::{make_writable, metadata};
-use super::super::print;
 use super::super::source::bake;
 use clap::Args;
 use report::{Cost, Report, Row, SameError, Split, Splits};

@@ -1,7 +1,7 @@
 //! `shisen bench sweep`: whether a gaze can make level of detail dearer.
 
 use super::super::failure::Failure;
-use super::super::print;
+use super::super::output::print;
 use super::cells::Title;
 use super::frames::{FrameArguments, Frames, Way};
 use clap::Args;

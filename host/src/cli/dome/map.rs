@@ -1,7 +1,7 @@
 //! `shisen dome map`: angles and their places in a dome master.
 
 use super::super::failure::Failure;
-use super::super::print;
+use super::super::output::print;
 use super::arguments::{MappingChoice, MirrorArguments};
 use clap::Args;
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! `shisen dome nearfield`: what surroundings near the mirror cost.
 
 use super::super::failure::Failure;
+use super::super::output::print;
 use super::super::picture_files::make_writable;
-use super::super::print;
 use super::arguments::{MappingChoice, MirrorArguments};
 use super::figure::Figure;
 use clap::{Args, ValueEnum};

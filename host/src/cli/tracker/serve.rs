@@ -1,7 +1,7 @@
 //! `shisen tracker mock` and `replay`: trackers for others to read.
 
 use super::super::failure::Failure;
-use super::super::warn;
+use super::super::output::{say, warn};
 use super::follow::EndArguments;
 use super::monitor::show;
 use super::sample::Records;
@@ -241,7 +241,7 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
 /// Says what a recording waits for.
 fn tell_stage(stage: Stage, path: &Path, protocol: &Protocol) {
     let path = path.display();
-    super::follow::say(&match stage {
+    say(&match stage {
         Stage::Unread => format!("waiting until somebody opens {path}"),
         Stage::Untold if protocol.is_told() => format!(
             "{path} was opened; waiting until the device is told what to send, or nothing is \
@@ -314,7 +314,7 @@ fn line(
             LineError::Open { path, reason }
         }
     })?;
-    super::follow::say(&format!(
+    say(&format!(
         "{} speaks {protocol}, at {}",
         path.display(),
         pty.name().display()
