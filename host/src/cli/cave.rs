@@ -322,7 +322,7 @@ impl Frames<'_> {
             &scene, cave, eyes, options, filling, &show
         ));
         progress.finish();
-        frame.map_err(Failure::from_error)
+        Ok(frame?)
     }
 
     /// With nothing that follows the gaze.

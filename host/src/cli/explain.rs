@@ -203,10 +203,9 @@ impl Frames<'_> {
             options,
             ..
         } = self;
-        with_scene!(self.baked, |scene| render::account(
+        Ok(with_scene!(self.baked, |scene| render::account(
             &scene, cave, observers, options
-        ))
-        .map_err(Failure::from_error)
+        ))?)
     }
 
     /// Seconds of a frame.
@@ -222,7 +221,7 @@ impl Frames<'_> {
         let frame = with_scene!(self.baked, |scene| render::cave(
             &scene, cave, observers, &options, &quiet
         ));
-        Ok(frame.map_err(Failure::from_error)?.seconds)
+        Ok(frame?.seconds)
     }
 
     /// A frame's seconds; and of each effect, those without it and what it adds to

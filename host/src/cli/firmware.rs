@@ -320,7 +320,7 @@ impl Compared<'_> {
         let without = !EffectSet::from_bits(linked).contains(EffectSet::DISPERSION);
         let again = |frame: &ShownFrame| {
             let pictures = reference(self.scene, self.screens, &self.rendering, frame, without);
-            let pictures = pictures.map_err(Failure::from_error)?;
+            let pictures = pictures?;
             let hash = frame_hash(pictures.iter().map(Picture::hash));
             Ok(FrameReport::new(frame, hash))
         };

@@ -134,7 +134,7 @@ where
 {
     fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), Failure> {
         if over.is_empty() {
-            *over = self.pictures().map_err(Failure::from_error)?;
+            *over = self.pictures()?;
             self.copy(over);
         } else if filled {
             self.copy_over(over);
@@ -378,11 +378,10 @@ impl Prepared {
             audience,
         };
         let (scene, capture) = ((scene, spectrum), arguments.capture);
-        with_engine(scene, cave, &eyes, options, capture, share, |engine| {
+        let played = with_engine(scene, cave, &eyes, options, capture, share, |engine| {
             part.play(engine, &mut stage)
-        })
-        .map_err(Failure::from_error)?
-        .map_err(Failure::from_error)
+        })?;
+        Ok(played?)
     }
 }
 

@@ -5,6 +5,7 @@ use crate::picture::{Picture, PictureError};
 use crate::render::RenderError;
 use crate::spectrum::Method;
 use glam::Vec3;
+use miette::Diagnostic;
 use shisen_core::capture::{Mapping, SpheroidMirror};
 use shisen_core::frame::{
     Budget, DomeError, DomePose, DomeProjection, FlatScreen, FrameError, FrameJob, LevelOfDetail,
@@ -24,7 +25,7 @@ const PHASES: u32 = 8;
 const MIRROR_RADIUS: f32 = 0.01;
 
 /// Why a frame cannot be made again.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum ReferenceError {
     /// A screen that the eye does not see.
@@ -44,6 +45,7 @@ pub enum ReferenceError {
     Tile(#[from] TileError),
     /// Wavelengths at which a medium is not known.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Render(#[from] RenderError),
     /// A picture too large.
     #[error(transparent)]

@@ -15,6 +15,7 @@ use super::tracking::{Latched, LiveTracker};
 use crate::render::{Observer, RenderError};
 use glam::Vec3;
 use hdrhistogram::Histogram;
+use miette::Diagnostic;
 use pacing::Pacing;
 pub use report::{FrameRecord, SessionReport};
 use shares::Shares;
@@ -69,14 +70,16 @@ pub enum Latch {
 }
 
 /// Why a session does not begin.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum SessionError {
     /// A budget of the paper's for a scene that is not the paper's.
     #[error("the paper's Table 2 has no such scene, so there is no budget {0} for it")]
+    #[diagnostic(help("give a time, a number of steps, or no budget"))]
     NotInTable(FrameBudget),
     /// A frame that cannot be rendered.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Render(#[from] RenderError),
     /// Machines that no longer show the same.
     #[error(transparent)]

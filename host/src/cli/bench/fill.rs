@@ -204,7 +204,7 @@ impl Frames {
         let mut pictures = found.pictures.iter().zip(&full.pictures);
         for wall in &self.cave.walls {
             for observer in Self::observers(Way::Lod, look)? {
-                let view = render::view(wall, &observer).map_err(Failure::from_error)?;
+                let view = render::view(wall, &observer)?;
                 if let (Some((found, full)), Some(lod)) = (pictures.next(), &observer.lod) {
                     error.add(&view, lod, &found.picture, &full.picture);
                 }

@@ -167,7 +167,7 @@ where
     let foveated = Frames::observers(Way::Foveated, look)?;
     for screen in frames.cave.screens() {
         for (eye, foveated) in plain.iter().zip(&foveated) {
-            let view = render::view(screen, eye).map_err(Failure::from_error)?;
+            let view = render::view(screen, eye)?;
             let (renderer, chooses) = (of(eye)?, of(foveated)?);
             for y in (0..view.rows()).step_by(SQUARE as usize) {
                 for x in (0..view.columns()).step_by(SQUARE as usize) {
@@ -207,7 +207,7 @@ where
     let mut sights = Vec::new();
     for screen in cave.screens() {
         for eye in &eyes {
-            let view = render::view(screen, eye).map_err(Failure::from_error)?;
+            let view = render::view(screen, eye)?;
             sights.push(Sight::new(&view, look.forward));
         }
     }
@@ -220,8 +220,7 @@ where
         None,
         Share::ALL,
         |engine| measure(engine, &sights, look, repeat),
-    )
-    .map_err(Failure::from_error)?
+    )?
 }
 
 fn measure<const W: usize>(
@@ -240,11 +239,9 @@ where
     for round in 0..=repeat {
         for (number, way) in WAYS.into_iter().enumerate() {
             let eyes: [Observer; 2] = Frames::observers(way, look)?;
-            let frame = engine
-                .render(&eyes, &Quality::FULL, None)
-                .map_err(Failure::from_error)?;
+            let frame = engine.render(&eyes, &Quality::FULL, None)?;
             if round == 0 {
-                pictures[number] = engine.pictures().map_err(Failure::from_error)?;
+                pictures[number] = engine.pictures()?;
                 engine.copy(&mut pictures[number]);
                 work[number] = Some(frame.statistics);
             } else {

@@ -134,10 +134,9 @@ impl Frames {
         let eyes = Self::observers(way, look)?;
         let (cave, options) = (&self.cave, &self.options);
         let quiet = |_, _| {};
-        with_scene!(&self.scene, |scene| render::cave_filled(
+        Ok(with_scene!(&self.scene, |scene| render::cave_filled(
             &scene, cave, &eyes, options, filling, &quiet
-        ))
-        .map_err(Failure::from_error)
+        ))?)
     }
 
     /// The two eyes, with what follows their gaze.

@@ -138,10 +138,9 @@ impl Bench {
             Viewer::default().eye(Eye::Centre),
         )];
         let (cave, quiet) = (&self.cave, |_, _| {});
-        with_scene!(&self.scene, |scene| render::cave(
+        Ok(with_scene!(&self.scene, |scene| render::cave(
             &scene, cave, &eye, options, &quiet
-        ))
-        .map_err(Failure::from_error)
+        ))?)
     }
 
     /// Which pixels meet glass: they change where none lets light through.

@@ -208,5 +208,5 @@ pub(super) fn trace(
         &scene, view, None, options, &show
     ));
     progress.finish();
-    picture.map_err(Failure::from_error)
+    Ok(picture?)
 }
