@@ -7,6 +7,7 @@ use super::failure::Failure;
 use super::output::print;
 use super::picture_files::{make_writable, metadata};
 use super::source::{Loaded, Source, bake};
+use super::tracker::Recorded;
 use clap::{Args, Subcommand};
 use glam::Vec3;
 use report::{FrameReport, Report};
@@ -23,8 +24,6 @@ use shisen_core::frame::{FlatScreen, MAX_DEPTH};
 use shisen_core::scene::Scene;
 use shisen_tracker::link::display::{Rendering, Subject};
 use shisen_tracker::mock::{Format, Wire};
-use shisen_tracker::sample::Sample;
-use shisen_tracker::time::Micros;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -169,25 +168,13 @@ impl TrackerChoice {
         Ok(match &self.0 {
             Some(Spec::Replay(spec)) => {
                 let recording = Recording::read(&spec.path)?;
-                let samples: Vec<Sample> = recording.samples().copied().collect();
-                let samples = Recorded(samples.into_iter().peekable());
+                let samples = Recorded::new(recording.samples().copied().collect());
                 Some(Box::new(Wire::new(samples, Format::Link)))
             }
             Some(Spec::Mock(spec)) => Some(Box::new(Wire::new(simulated(spec)?, Format::Link))),
             // Others are refused when they are read.
             _ => None,
         })
-    }
-}
-
-/// Recorded samples, at their times.
-struct Recorded(std::iter::Peekable<std::vec::IntoIter<Sample>>);
-
-impl shisen_tracker::mock::Source for Recorded {
-    type Item = Sample;
-
-    fn poll(&mut self, until: Micros) -> Option<Sample> {
-        self.0.next_if(|sample| sample.arrival <= until)
     }
 }
 

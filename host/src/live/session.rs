@@ -5,7 +5,7 @@ mod report;
 mod shares;
 mod warm_up;
 
-use super::budget::{FrameBudget, Table2};
+use super::budget::{FrameBudget, MOST_STEPS, Table2};
 use super::engine::{Engine, Rendered};
 use super::governor::{Allowance, Decision, Governor, Taken};
 use super::latency::Stamps;
@@ -23,9 +23,6 @@ use shisen_core::{Runs, Simd};
 use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
 use thiserror::Error;
-
-/// Steps that are told apart.
-const MOST_STEPS: u64 = 1_000_000_000_000;
 
 /// What a frame may take besides tracing, more than twice as much as others, before it
 /// counts as held up: others take some tenths of a millisecond.

@@ -5,7 +5,7 @@ use super::contender::{RaySet, Subject, locked};
 use super::measure::{cpu_seconds, median};
 use super::rays::{Random, incoherent};
 use super::report::{Report, Row};
-use shisen::bake::{BakeError, Baked};
+use shisen::bake::{BakeError, Baked, Layout};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::simplify::PolygonLevels;
 use shisen_core::scene::Scene;
@@ -16,7 +16,7 @@ use std::process::Stdio;
 use std::time::Instant;
 
 /// Rungs of a scene's polygon levels where nothing else is asked for.
-const RUNGS: u32 = 19;
+const RUNGS: u32 = Layout::Fast.polygon_levels();
 
 /// Above so many triangles another mark is meant for baking.
 const LARGE: usize = 20_000;

@@ -11,6 +11,7 @@ use serde::Serialize;
 use shisen::bake::{Baked, Layout, lone_mesh};
 use shisen::files::write_atomically;
 use shisen::mesh::TriangleMesh;
+use shisen::quantiles::median;
 use shisen_core::shape::Ray;
 use shisen_core::trace::{MeshTracer, TraversalStack};
 use shisen_core::{Runs, Simd};
@@ -180,13 +181,11 @@ where
         }
     }
     rates.sort_by(f64::total_cmp);
-    let last = rates.len().saturating_sub(1);
-    let rate = |index: usize| rates.get(index).copied().unwrap_or_default();
     let report = Report {
         mrays_per_second: Rate {
-            median: f64::midpoint(rate(last / 2), rate(last.div_ceil(2))),
-            min: rate(0),
-            max: rate(last),
+            min: rates.first().copied().unwrap_or_default(),
+            max: rates.last().copied().unwrap_or_default(),
+            median: median(rates),
         },
         rays: rays.len(),
         hits: hits.iter().filter(|hit| **hit != RayHit::MISS).count(),

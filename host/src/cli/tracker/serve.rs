@@ -5,7 +5,7 @@ use super::super::output::{say, warn};
 use super::follow::EndArguments;
 use super::monitor::show;
 use super::sample::Records;
-use super::{Interrupt, protocol, whole};
+use super::{Interrupt, Recorded, protocol, whole};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::pty::Pty;
@@ -164,7 +164,7 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let samples = from_the_first(samples);
     let over = samples.last().map_or(Micros(0), |last| last.arrival);
     let recorded = samples.len() as u64;
-    let samples = Samples(samples.into_iter().peekable());
+    let samples = Recorded::new(samples);
     let play = Play::ToReader { over };
     let played = line(path, samples, &protocol, &arguments.end, play)?;
     if played.whole && played.sent < recorded {
@@ -257,17 +257,6 @@ fn on_a_line(protocol: Option<Protocol>) -> Result<Protocol, Failure> {
     match protocol {
         Some(protocol) => Ok(protocol),
         None => Ok(Format::NAMES[0].parse::<Protocol>()?),
-    }
-}
-
-/// Recorded samples, at their times.
-struct Samples(std::iter::Peekable<std::vec::IntoIter<Sample>>);
-
-impl Source for Samples {
-    type Item = Sample;
-
-    fn poll(&mut self, until: Micros) -> Option<Sample> {
-        self.0.next_if(|sample| sample.arrival <= until)
     }
 }
 
