@@ -1,4 +1,4 @@
-//! What commands that render frames after a tracker have in common.
+//! Frames played after a tracker to an audience: what commands that do so have in common.
 
 #[cfg(all(test, unix))]
 mod allocations;
