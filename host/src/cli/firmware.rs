@@ -2,7 +2,7 @@
 
 mod report;
 
-use super::arguments::{LevelArguments, Model, SceneName, WallsName};
+use super::arguments::{LevelArguments, Model, SceneName, WallsName, turn};
 use super::failure::Failure;
 use super::output::print;
 use super::picture_files::{make_writable, metadata};
@@ -114,7 +114,7 @@ pub(super) struct Arguments {
     slice: u32,
     /// Degrees that the line of sight may move while a frame is rendered: if by more, it
     /// is cut short and the next begun; 0 finishes each
-    #[arg(long, value_name = "DEGREES", default_value_t = 5.0, value_parser = restart_angle)]
+    #[arg(long, value_name = "DEGREES", default_value_t = 5.0, value_parser = turn)]
     restart: f32,
     /// Frames of the walls
     #[arg(long, value_name = "N", default_value_t = 3,
@@ -313,14 +313,6 @@ impl Compared<'_> {
         };
         watched.frames.iter().map(again).collect()
     }
-}
-
-/// Degrees of `--restart`.
-fn restart_angle(text: &str) -> Result<f32, String> {
-    let degrees = text.parse().ok();
-    degrees
-        .filter(|degrees| (0.0..=180.0).contains(degrees))
-        .ok_or_else(|| "give degrees from 0 to 180".to_owned())
 }
 
 /// Writes the last frame of the walls that is whole, or the last, and the dome master.

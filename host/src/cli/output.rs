@@ -56,3 +56,9 @@ pub(super) fn say(what: &str) {
 pub(super) fn warn(of: &str) {
     say(&format!("Warning: {of}"));
 }
+
+/// So many of something that an s makes several of: 1 eye, 2 eyes.
+pub(super) fn counted(count: u64, what: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {what}{ending}")
+}

@@ -54,9 +54,8 @@ const WAYS: [Way; 3] = [Way::Plain, Way::Lod, Way::Foveated];
 /// What was measured.
 #[derive(Debug, Serialize)]
 struct Report {
-    threads: usize,
-    size: u32,
-    mesh: String,
+    #[serde(flatten)]
+    title: Title,
     cells: Vec<Cell>,
 }
 
@@ -94,7 +93,6 @@ struct Compared {
 /// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
-    let (mesh, threads) = frames.title();
     let mut cells = Vec::new();
     for scene in PaperScene::ALL {
         let of_scene = frames.frames(scene)?;
@@ -124,9 +122,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     let report = Report {
-        threads,
-        size: frames.size,
-        mesh,
+        title: frames.title(),
         cells,
     };
     print(&report, arguments.json)
@@ -274,12 +270,7 @@ where
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let title = Title {
-            mesh: &self.mesh,
-            size: self.size,
-            threads: self.threads,
-        };
-        writeln!(f, "{title}; milliseconds a frame")?;
+        writeln!(f, "{}; milliseconds a frame", self.title)?;
         let mut table = Rows::new(f, &self.cells, 26, |c| (c.scene, c.state))?;
         table.numbers("plain", 1, |c| Some(1e3 * c.plain.seconds))?;
         table.numbers("paper", 1, |c| Some(1e3 * c.paper.seconds))?;

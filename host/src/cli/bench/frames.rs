@@ -2,7 +2,8 @@
 
 use super::super::arguments::{EffectArguments, LevelArguments, Model, SceneName, threads};
 use super::super::failure::Failure;
-use super::super::source::{Loaded, Source, bake};
+use super::super::source::{BUILT_IN_MESH, Loaded, Source, bake};
+use super::cells::Title;
 use clap::Args;
 use glam::Vec3;
 use shisen::bake::{BakedScene, Layout};
@@ -60,13 +61,16 @@ pub(super) enum Way {
 }
 
 impl FrameArguments {
-    /// What the mesh is called, and how many threads there are.
-    pub(super) fn title(&self) -> (String, usize) {
-        let mesh = match &self.model.mesh {
-            Some(path) => path.display().to_string(),
-            None => "quadruped".to_owned(),
-        };
-        (mesh, self.options().threads)
+    /// What they are called.
+    pub(super) fn title(&self) -> Title {
+        Title {
+            threads: self.options().threads,
+            size: self.size,
+            mesh: match &self.model.mesh {
+                Some(path) => path.display().to_string(),
+                None => BUILT_IN_MESH.to_owned(),
+            },
+        }
     }
 
     fn options(&self) -> Options {

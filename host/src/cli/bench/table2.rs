@@ -60,9 +60,8 @@ const WAYS: [Way; 4] = [Way::Plain, Way::Lod, Way::Cut, Way::Levels];
 /// What was measured.
 #[derive(Debug, Serialize)]
 struct Report {
-    threads: usize,
-    size: u32,
-    mesh: String,
+    #[serde(flatten)]
+    title: Title,
     repeat: u32,
     cells: Vec<Cell>,
 }
@@ -91,7 +90,6 @@ struct Cell {
 /// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
-    let (mesh, threads) = frames.title();
     let mut cells = Vec::new();
     for (Table2 { scene, lod, plain }, bound) in Table2::ROWS.into_iter().zip(BOUND) {
         let of_scene = frames.frames(scene)?;
@@ -134,9 +132,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     let report = Report {
-        threads,
-        size: frames.size,
-        mesh,
+        title: frames.title(),
         repeat: frames.repeat,
         cells,
     };
@@ -145,12 +141,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let title = Title {
-            mesh: &self.mesh,
-            size: self.size,
-            threads: self.threads,
-        };
-        writeln!(f, "{title}; milliseconds a frame")?;
+        writeln!(f, "{}; milliseconds a frame", self.title)?;
         let mut table = Rows::new(f, &self.cells, 22, |c| (c.scene, c.state))?;
         table.numbers("level of detail", 2, |c| Some(1e3 * c.lod_seconds))?;
         table.numbers("its rays in full", 2, |c| Some(1e3 * c.cut_seconds))?;

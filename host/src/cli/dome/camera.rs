@@ -1,6 +1,7 @@
 //! The camera of a dome master and what it sees, from arguments.
 
 use super::arguments::{ConfigChoice, MappingChoice};
+use crate::cli::arguments::number_within;
 use crate::cli::failure::Failure;
 use crate::cli::progress::Progress;
 use clap::Args;
@@ -174,9 +175,7 @@ impl Optics {
 
 /// `--distance`: mirror radii.
 pub(super) fn distance(text: &str) -> Result<f64, String> {
-    let number: Option<f64> = text.trim().parse().ok();
-    number
-        .filter(|distance| (1.0e-3..=1.0e12).contains(distance))
+    number_within(text, 1.0e-3, 1.0e12)
         .ok_or_else(|| "give mirror radii from 0.001 to 1e12, such as 100".to_owned())
 }
 
