@@ -1,4 +1,4 @@
-//! A wall in 30 lines: what an eye sees through it, wherever that eye is.
+//! A wall: what an eye sees through it, wherever that eye is.
 //!
 //! ```sh
 //! cargo run -p shisen-core --example off_axis > wall.pgm

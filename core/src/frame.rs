@@ -12,9 +12,9 @@ mod detail;
 mod dome;
 mod fill;
 mod foveation;
+mod job;
 mod lattice;
 mod ledger;
-mod order;
 mod past;
 mod view;
 
@@ -30,7 +30,7 @@ use dome::hits_together;
 pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
 use foveation::Foveation;
 pub use foveation::LARGEST_STRIDE;
-pub use order::{FrameError, FrameJob, Part, Pictures, Place, Progress, Tiles};
+pub use job::{FrameError, FrameJob, Part, Pictures, Place, Progress, Tiles};
 pub use view::{
     DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen, MirrorCamera, View, ViewError,
 };
@@ -98,18 +98,23 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// Blocks are of the view's grid, cut off at the tile's borders.
-    fn parts(self) -> impl Iterator<Item = BlockPart> {
-        let cut = |first: u32, end: u32| {
-            let starts = (first / BLOCK..end.div_ceil(BLOCK)).map(|block| block * BLOCK);
-            starts.map(move |start| (start.max(first), (start + BLOCK).min(end)))
+    /// What it has of the blocks of the view's grid, in rows.
+    fn blocks(self) -> impl Iterator<Item = Self> {
+        self.squares(BLOCK)
+    }
+
+    /// What it has of the squares of the view's grid, in rows.
+    fn squares(self, side: u32) -> impl Iterator<Item = Self> {
+        let cut = move |first: u32, end: u32| {
+            let starts = (first / side..end.div_ceil(side)).map(move |square| square * side);
+            starts.map(move |start| (start.max(first), (start + side).min(end)))
         };
         cut(self.y, self.y + self.height).flat_map(move |(y, below)| {
-            cut(self.x, self.x + self.width).map(move |(x, right)| BlockPart {
+            cut(self.x, self.x + self.width).map(move |(x, right)| Self {
                 x,
                 y,
-                columns: right - x,
-                rows: below - y,
+                width: right - x,
+                height: below - y,
             })
         })
     }
@@ -135,17 +140,6 @@ impl Tile {
             Err(TileError::Pixels { needed, given })
         }
     }
-}
-
-/// The part of a block of a view's grid that a tile has.
-#[derive(Debug, Clone, Copy)]
-struct BlockPart {
-    x: u32,
-    y: u32,
-    /// 1 to [`BLOCK`].
-    columns: u32,
-    /// 1 to [`BLOCK`].
-    rows: u32,
 }
 
 /// Why a tile cannot be rendered.
@@ -383,6 +377,15 @@ where
             .at(x % BLOCK, y % BLOCK)
     }
 
+    /// What is seen past all objects at a point of a view, in its pixels; nothing outside
+    /// a dome master's rim.
+    fn past(&self, view: &View, x: f32, y: f32) -> Pixel {
+        match view.direction(x, y) {
+            Some(direction) => self.tracer.missed(direction),
+            None => Pixel::default(),
+        }
+    }
+
     /// Where the patch of blocks of the view that pixel (x, y) is in lies in
     /// the field.
     fn patch_region(&self, view: &View, x: u32, y: u32) -> Region {
@@ -492,12 +495,12 @@ impl TileJob {
         }
         let mut before = 0;
         let mut patch = None;
-        for part in tile.parts() {
-            let BlockPart {
+        for part in tile.blocks() {
+            let Tile {
                 x,
                 y,
-                columns,
-                rows,
+                width: columns,
+                height: rows,
             } = part;
             let area = rows * columns;
             if self.finished < before + area {
@@ -557,15 +560,12 @@ impl TileJob {
             return Ok(());
         }
         let mut number = 0;
-        for part in tile.parts() {
-            for y in part.y..part.y + part.rows {
-                for x in part.x..part.x + part.columns {
+        for part in tile.blocks() {
+            for y in part.y..part.y + part.height {
+                for x in part.x..part.x + part.width {
                     let index = tile.index(x, y);
                     if let (true, Some(pixel)) = (number >= self.finished, pixels.get_mut(index)) {
-                        *pixel = match view.direction(x as f32, y as f32) {
-                            Some(direction) => renderer.tracer.missed(direction),
-                            None => Pixel::default(),
-                        };
+                        *pixel = renderer.past(view, x as f32, y as f32);
                     }
                     number += 1;
                 }

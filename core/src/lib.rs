@@ -86,5 +86,4 @@ mod simd;
 pub mod spectrum;
 pub mod trace;
 
-pub use scene::EffectSet;
 pub use simd::{Runs, Simd};

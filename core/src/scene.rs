@@ -51,23 +51,23 @@ impl<'a, const W: usize> Scene<'a, W> {
     /// # Errors
     /// [`SceneError`] says what is wrong and at which byte or record.
     pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, SceneError> {
-        let header = validate::header::<W>(bytes)?;
+        let (header, own) = validate::header::<W>(bytes)?;
         let scene = Self {
             header,
-            nodes: validate::table(bytes, header.nodes, "nodes")?,
-            leaves: validate::table(bytes, header.leaves, "leaves")?,
-            meshes: validate::table(bytes, header.meshes, "meshes")?,
-            instances: validate::table(bytes, header.instances, "instances")?,
-            materials: validate::table(bytes, header.materials, "materials")?,
-            lights: validate::table(bytes, header.lights, "lights")?,
-            triangles: validate::table(bytes, header.triangles, "triangles")?,
-            normals: validate::table(bytes, header.normals, "normals")?,
-            id_leaves: validate::table(bytes, header.id_leaves, "leaves of numbers")?,
-            positions: validate::table(bytes, header.positions, "positions")?,
-            coordinates: validate::table(bytes, header.coordinates, "coordinates")?,
-            textures: validate::table(bytes, header.textures, "textures")?,
-            texels: validate::table(bytes, header.texels, "texels")?,
-            media: validate::table(bytes, header.media, "media")?,
+            nodes: validate::table(own, header.nodes, "nodes")?,
+            leaves: validate::table(own, header.leaves, "leaves")?,
+            meshes: validate::table(own, header.meshes, "meshes")?,
+            instances: validate::table(own, header.instances, "instances")?,
+            materials: validate::table(own, header.materials, "materials")?,
+            lights: validate::table(own, header.lights, "lights")?,
+            triangles: validate::table(own, header.triangles, "triangles")?,
+            normals: validate::table(own, header.normals, "normals")?,
+            id_leaves: validate::table(own, header.id_leaves, "leaves of numbers")?,
+            positions: validate::table(own, header.positions, "positions")?,
+            coordinates: validate::table(own, header.coordinates, "coordinates")?,
+            textures: validate::table(own, header.textures, "textures")?,
+            texels: validate::table(own, header.texels, "texels")?,
+            media: validate::table(own, header.media, "media")?,
         };
         validate::contents(&scene)?;
         Ok(scene)

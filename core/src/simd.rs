@@ -15,6 +15,7 @@
 mod avx2;
 
 use crate::shape::Ray;
+use glam::Vec3;
 
 /// Vectors of `W` f32 and what can be done with them. A value of the
 /// implementing type is the proof that its instructions may be used.
@@ -71,6 +72,16 @@ pub trait Lanes<const W: usize>: Copy {
         distances: &mut [f32; W],
         children: &mut [u32; W],
     ) -> (usize, usize);
+}
+
+/// A vector that is the same in all lanes times one of each, summed from x to z as
+/// `map_vector` and [`Vec3::dot`] do.
+#[inline(always)]
+pub(crate) fn dot<const W: usize, L: Lanes<W>>(l: L, axis: Vec3, [x, y, z]: [L::F; 3]) -> L::F {
+    let x = l.mul(l.splat(axis.x), x);
+    let y = l.mul(l.splat(axis.y), y);
+    let z = l.mul(l.splat(axis.z), z);
+    l.add(l.add(x, y), z)
 }
 
 /// Plain Rust on any target; compilers vectorise much of it.

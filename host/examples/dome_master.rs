@@ -9,12 +9,10 @@
 //! show the same: the mirror is optics, not an object, so its picture lacks nothing.
 
 use shisen::bake::Baked;
-use shisen::dome::Named;
 use shisen::quadruped::quadruped;
 use shisen::render::{self, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::camera::DomeCamera;
-use shisen_core::capture::Mapping;
 use shisen_core::frame::{DomeProjection, MirrorCamera, View};
 use std::error::Error;
 use std::f32::consts::PI;
@@ -24,15 +22,8 @@ const SIZE: u32 = 256;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let baked = Baked::<8>::new(&paper_scene(PaperScene::A, quadruped())?)?;
-    let mirror = Named::Best.mirror().single()?;
-    let by_mirror = MirrorCamera {
-        mirror,
-        mapping: Mapping::Exact,
-        // Metres: next to nothing beside the room, so that nothing is displaced.
-        radius: 1.0e-6,
-        viewpoint: mirror.screen_distance(),
-        mirrored: false,
-    };
+    // Metres: next to nothing beside the room, so that nothing is displaced.
+    let by_mirror = MirrorCamera::best(1.0e-6);
     let render = |name: &str, projection| -> Result<_, Box<dyn Error>> {
         let view = View::dome(projection, DomeCamera::UPRIGHT.pose(), SIZE)?;
         let options = Options::default();

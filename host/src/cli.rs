@@ -20,10 +20,11 @@ mod firmware;
 mod gaze;
 mod inspect;
 mod levels;
-mod live;
 mod lod;
 mod medium;
+mod output;
 mod picture_files;
+mod play;
 mod progress;
 mod ray_counts;
 mod room;
@@ -36,11 +37,9 @@ mod tracker;
 mod tradeoff;
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser};
-use failure::{Failure, Fault};
-use serde::Serialize;
+use failure::Failure;
 use std::ffi::OsString;
-use std::fmt;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::iter::successors;
 use std::process::ExitCode;
 
@@ -121,27 +120,4 @@ pub(crate) fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.print(),
     }
-}
-
-/// Prints a command's report: as one JSON object on one line, or as text.
-fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<(), Failure> {
-    let text = if json {
-        serde_json::to_string(report).map_err(io::Error::from)
-    } else {
-        Ok(report.to_string())
-    };
-    let mut stdout = io::stdout().lock();
-    match text.and_then(|text| writeln!(stdout, "{text}").and_then(|()| stdout.flush())) {
-        // Whoever closed the pipe has read all that was wanted.
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Fault::Print { reason: error }.into())
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Says what may not be as expected though the command goes on.
-fn warn(of: &str) {
-    // Nobody is left to tell where standard error is closed.
-    let _ = writeln!(io::stderr(), "Warning: {of}");
 }

@@ -34,7 +34,8 @@ pub trait WriteSeek: Write + Seek {}
 impl<T: Write + Seek> WriteSeek for T {}
 
 /// Writes a file under a temporary name beside `path`, then renames it, over
-/// an existing file too, so that nobody ever sees half of it.
+/// an existing file too, so that nobody ever sees half of it. Of a link it is what that
+/// leads to. A device or a pipe stays what it is, and is handed all of it in the end.
 ///
 /// # Errors
 ///
@@ -44,6 +45,17 @@ pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> io::Result<()> {
+    // Nothing is there yet, or nothing that can be seen: the rest says so.
+    let target = std::fs::canonicalize(path);
+    let path = target.as_deref().unwrap_or(path);
+    let is_special = |meta: &std::fs::Metadata| !meta.is_file() && !meta.is_dir();
+    if std::fs::metadata(path).is_ok_and(|meta| is_special(&meta)) {
+        // Encoders go back in what they write, which a pipe does not.
+        let mut whole = io::Cursor::new(Vec::new());
+        write(&mut whole)?;
+        let mut device = std::fs::OpenOptions::new().write(true).open(path)?;
+        return device.write_all(whole.get_ref());
+    }
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
@@ -66,7 +78,9 @@ pub fn explain(reason: &io::Error) -> String {
         io::ErrorKind::NotFound => "the folder does not exist; create it first",
         io::ErrorKind::NotADirectory => "a part of the path is a file, not a folder",
         io::ErrorKind::IsADirectory => "a folder has this name; choose another",
-        io::ErrorKind::PermissionDenied => "the folder is not writable; change its permissions",
+        io::ErrorKind::PermissionDenied => {
+            "it, or the folder, is not writable; change the permissions, or choose another"
+        }
         io::ErrorKind::ReadOnlyFilesystem => "the file system is read-only; choose another folder",
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
             "there is no space left; free some, or choose another folder"
@@ -79,6 +93,52 @@ pub fn explain(reason: &io::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_regular_file_stays_what_it_is() {
+        use std::os::unix::fs::FileTypeExt;
+        let folder = tempfile::tempdir().unwrap();
+        let put =
+            |path: &Path, text: &str| write_atomically(path, |f| f.write_all(text.as_bytes()));
+
+        // A link leads where it led.
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        std::fs::write(&file, "before").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        put(&link, "after").unwrap();
+        assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "after");
+
+        // Whoever reads a pipe gets all of it.
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::read_to_string(pipe).unwrap()
+        });
+        put(&pipe, "through").unwrap();
+        assert_eq!(reader.join().unwrap(), "through");
+        let kind = std::fs::symlink_metadata(&pipe).unwrap().file_type();
+        assert!(kind.is_fifo());
+
+        // Devices by links, so that no test can take the machine's own away.
+        for (device, expected) in [
+            ("/dev/null", None),
+            ("/dev/full", Some(io::ErrorKind::StorageFull)),
+        ] {
+            if !Path::new(device).exists() {
+                continue;
+            }
+            let link = folder.path().join("device");
+            std::os::unix::fs::symlink(device, &link).unwrap();
+            assert_eq!(put(&link, "away").err().map(|e| e.kind()), expected);
+            let kind = std::fs::metadata(device).unwrap().file_type();
+            assert!(kind.is_char_device(), "{device}");
+            std::fs::remove_file(&link).unwrap();
+        }
+    }
 
     #[test]
     fn only_regular_files_are_read() {

@@ -14,6 +14,7 @@ pub use fill::{Capture, CaptureOptions, Filling};
 use glam::{DVec3, Vec3};
 use images::images;
 pub use ledger::{Account, account};
+use miette::Diagnostic;
 use rayon::ThreadPool;
 use shisen_core::frame::{
     Budget, DomeError, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, SpectrumError,
@@ -174,15 +175,20 @@ pub fn frame_hash(pictures: impl IntoIterator<Item = u64>) -> u64 {
     hash.digest()
 }
 
-/// Why a frame cannot be rendered.
-#[derive(Debug, Error)]
+/// Why a frame cannot be rendered. What is to be done about it is in the message or, as
+/// a [`Diagnostic`], in the help.
+#[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum RenderError {
     /// An eye that does not see a wall.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Wall(#[from] WallError),
     /// A wall's rays that cannot be traced.
     #[error("wall \"{wall}\" cannot be traced")]
+    #[diagnostic(help(
+        "move the head away from the wall's plane, to the side that it is seen from"
+    ))]
     View {
         /// Its name.
         wall: String,
@@ -192,9 +198,11 @@ pub enum RenderError {
     },
     /// An eye that is not inside a dome.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Dome(#[from] DomeScreenError),
     /// A dome's rays that cannot be traced.
     #[error("dome \"{dome}\" cannot be traced")]
+    #[diagnostic(help("move the head towards the dome's centre"))]
     DomeView {
         /// Its name.
         dome: String,
@@ -207,6 +215,10 @@ pub enum RenderError {
     Picture(#[from] PictureError),
     /// A dome master that cannot be traced.
     #[error("the surroundings cannot be captured")]
+    #[diagnostic(help(
+        "capture 1 to {limit} pixels a side, from a head that is in the room",
+        limit = View::MOST_PIXELS
+    ))]
     Surroundings(#[from] SurroundingsError),
     /// A frame that cannot have been the one before.
     #[error(
@@ -552,4 +564,51 @@ pub(crate) fn tiles(view: &View, side: u32) -> impl Iterator<Item = Tile> + use<
             height: side.max(1).min(rows - y),
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cave::BuiltInCave;
+
+    #[test]
+    fn errors_name_the_next_step() {
+        let limit = View::MOST_PIXELS.to_string();
+        let behind = |cave, wall, place| {
+            let cave = Cave::built_in(cave, [8; 2]).unwrap();
+            let screen = cave.screens().nth(wall).unwrap();
+            view(screen, &Observer::new(Eye::Centre, place)).unwrap_err()
+        };
+        let wall = "front".to_owned();
+        for (error, step) in [
+            (
+                behind(BuiltInCave::ThreeWall, 0, DVec3::NEG_Z * 9.0),
+                "move the head",
+            ),
+            (
+                behind(BuiltInCave::Dome, 0, DVec3::Y * 9.0),
+                "move the head",
+            ),
+            (
+                RenderError::View {
+                    wall,
+                    source: ViewError::Screen,
+                },
+                "move the head",
+            ),
+            (
+                RenderError::Surroundings(DomeError::Size { size: 0 }.into()),
+                &limit,
+            ),
+        ] {
+            let help = Diagnostic::help(&error).unwrap().to_string();
+            assert!(help.contains(step), "{error}: {help}");
+        }
+        // What other crates' errors say it in is the message.
+        let said = RenderError::Previous.to_string();
+        assert!(
+            said.contains("fill from a frame of the same walls"),
+            "{said}"
+        );
+    }
 }

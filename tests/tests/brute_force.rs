@@ -379,27 +379,37 @@ where
     for tile in tiles {
         let (mesh_hits, _) = in_mesh.nearest_of_tile(tile, &mut stack);
         let scene_hits = in_scene.nearest_of_tile(tile, &mut budget, &mut workspace);
-        for (column, row) in places() {
+        let rays = || places().map(|(column, row)| tile.at(column, row));
+        let (mut nearest, mut any) = (Vec::new(), Vec::new());
+        let steps = in_mesh.nearest_of_each(rays(), &mut stack, |hit| nearest.push(hit));
+        let fewer = in_mesh.any_of_each(rays(), &mut stack, |hit| any.push(hit));
+        assert!(fewer <= steps, "{context}: {fewer} of {steps} steps");
+        assert!(nearest.iter().map(Option::is_some).eq(any), "{context}");
+        let mut all = 0;
+        for ((column, row), nearest) in places().zip(nearest) {
             let Some(ray) = tile.at(column, row) else {
                 continue;
             };
             let what = format!("{context}, {simd:?} {W} wide, {column} {row}: {ray:?}");
             let together = mesh_hits.at(column, row).map(|hit| hit.on);
-            let alone = in_mesh.nearest(&ray, &mut stack).0;
+            let (alone, steps) = in_mesh.nearest(&ray, &mut stack);
+            all += steps;
             let bits = |hit: MeshHit| (hit.t.to_bits(), hit.triangle);
             assert_eq!(together.map(bits), alone.map(bits), "{what}");
+            assert_eq!(nearest.map(bits), alone.map(bits), "{what}");
             let alone = in_scene.nearest(&ray, &mut budget, &mut workspace);
             let together = scene_hits.at(column, row);
             let bits = |hit: Hit| (hit.on.t.to_bits(), hit.instance, hit.on.triangle);
             assert_eq!(together.map(bits), alone.map(bits), "{what}");
             hits += usize::from(alone.is_some());
         }
+        assert_eq!(steps, all, "{context}, {simd:?} {W} wide");
     }
     hits
 }
 
 #[test]
-fn tiles_find_what_their_rays_find_alone() {
+fn tiles_and_rows_of_rays_find_what_these_find_alone() {
     let mut hits = 0;
     for case in 0..cases("scenes by tiles", 700, 20_000) {
         let seed = 0x71_0000 + case as u64;

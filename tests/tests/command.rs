@@ -539,7 +539,6 @@ fn assert_cell(cell: &Value, scene: &str, state: u64) {
     assert_eq!(
         keys(cell),
         [
-            "asked_ratio",
             "bookkeeping",
             "bound_ratio",
             "cut_seconds",
@@ -644,7 +643,6 @@ fn the_papers_table_is_measured() {
         assert!(text.contains(expected), "{expected}: {text}");
     }
     for (name, key, digits) in [
-        ("asked for, at most", "asked_ratio", 2),
         ("bound, misses free", "bound_ratio", 2),
         ("ratio of steps", "steps_ratio", 3),
     ] {
@@ -657,19 +655,21 @@ fn the_papers_table_is_measured() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
-/// At the size of the paper's pictures: smaller ones have blocks of pixels that span more
-/// levels.
+/// Of scenes A to D in states 1 and 2, at the size of the paper's pictures: smaller ones
+/// have blocks of pixels that span more levels.
 #[test]
 fn the_steps_of_the_papers_table_are_as_few_as_asked_for() {
+    // The project's aim for ratios of times: that of plain tracing where nothing can be
+    // saved, and three hundredths for the clock.
+    let most = [0.55, 0.46, 0.58, 0.51, 1.03, 0.28, 1.03, 0.38];
     let folder = folder();
     let mut command = shisen(folder.path());
     let command = command.args(["bench", "table2", "--size", "256", "--repeat", "1"]);
     let found = report(command);
     let cells = found["cells"].as_array().unwrap();
     assert_eq!(cells.len(), 8);
-    for cell in cells {
-        let number = |key: &str| cell[key].as_f64().unwrap();
-        let [steps, asked] = ["steps_ratio", "asked_ratio"].map(number);
+    for (cell, asked) in cells.iter().zip(most) {
+        let steps = cell["steps_ratio"].as_f64().unwrap();
         assert!(steps > 0.0 && steps <= asked, "{cell}");
     }
 }

@@ -4,12 +4,13 @@ use glam::Vec3;
 use shisen::bake::{Baked, Layout};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::simplify::PolygonLevels;
+use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, FlatScreen, FrameError, FrameJob, LevelOfDetail, Mode, Outcome, Part, Pixel, Place,
     Progress, Renderer, Settings, Tile, TileJob, Workspace,
 };
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
-use shisen_core::{EffectSet, Simd};
+use shisen_core::scene::EffectSet;
 use shisen_tests::meshes::icosphere;
 
 const ALL: u32 = EffectSet::ALL.bits();
@@ -306,9 +307,9 @@ fn what_is_no_frame_is_refused() {
     };
     assert_eq!(new(&parts, SIDE, 36), None);
     for side in [0, FrameJob::LARGEST_TILE + 1, u32::MAX] {
-        assert_eq!(new(&parts, side, 36), Some(FrameError::TileSize));
+        assert_eq!(new(&parts, side, 36), Some(FrameError::TileSize { side }));
     }
-    assert_eq!(new(&[], SIDE, 36), Some(FrameError::Pictures));
+    assert_eq!(new(&[], SIDE, 36), Some(FrameError::Pictures { count: 0 }));
     let places = FrameError::Places {
         needed: 36,
         given: 35,

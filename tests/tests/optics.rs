@@ -367,20 +367,22 @@ fn spheres_and_spheroids_face_along_their_gradient() {
     assert!(lit > 100, "{lit}");
 }
 
+/// A wide floor under a light, which is all that lights it.
+fn floor(light: Light) -> Scene {
+    let mut scene = empty();
+    scene.ambient = [0.0; 3];
+    add_box(
+        &mut scene,
+        [-50.0, -1.0, -50.0],
+        [50.0, 0.0, 50.0],
+        matt([0.5; 3]),
+    );
+    scene.lights.push(light);
+    scene
+}
+
 #[test]
 fn point_lights_fall_off_and_cast_shadows() {
-    let floor = |light: Light| {
-        let mut scene = empty();
-        scene.ambient = [0.0; 3];
-        add_box(
-            &mut scene,
-            [-50.0, -1.0, -50.0],
-            [50.0, 0.0, 50.0],
-            matt([0.5; 3]),
-        );
-        scene.lights.push(light);
-        scene
-    };
     let look = |scene: &Scene| seen(scene, 0, [0.0, 3.0, 4.0], [0.0, -3.0, -4.0]).green;
     for (x, height) in [(0.0f64, 1.0f64), (0.0, 5.0), (2.0, 3.0), (30.0, 40.0)] {
         let position = DVec3::new(x, height, 0.0);
@@ -417,15 +419,7 @@ fn point_lights_fall_off_and_cast_shadows() {
 
 #[test]
 fn directional_light_passes_a_mesh_through_its_box_alone() {
-    let mut scene = empty();
-    scene.ambient = [0.0; 3];
-    add_box(
-        &mut scene,
-        [-50.0, -1.0, -50.0],
-        [50.0, 0.0, 50.0],
-        matt([0.5; 3]),
-    );
-    scene.lights.push(Light::Directional {
+    let scene = floor(Light::Directional {
         direction: DVec3::NEG_Y,
         colour: [1.0; 3],
     });

@@ -3,6 +3,7 @@
 use serde_json::Value;
 use shisen_tests::command::shisen;
 use shisen_tests::meshes::icosphere;
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -122,6 +123,84 @@ fn every_key_of_the_report_is_explained() {
         for key in object.as_object().unwrap().keys() {
             assert!(section.contains(&format!("`{key}`")), "{key}");
         }
+    }
+}
+
+/// The keys of an object and of whatever is in it.
+fn keys_within(value: &Value, keys: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(object) => {
+            keys.extend(object.keys().cloned());
+            object.values().for_each(|value| keys_within(value, keys));
+        }
+        Value::Array(values) => values.iter().for_each(|value| keys_within(value, keys)),
+        _ => {}
+    }
+}
+
+/// The words of a text, with underscores and without anything else that is no letter and
+/// no digit.
+fn words(text: &str) -> BTreeSet<&str> {
+    text.split(|c: char| !c.is_alphanumeric() && c != '_')
+        .collect()
+}
+
+/// Commands whose help says what is in their report, and what else is read.
+const REPORTS: [(&[&str], &str); 13] = [
+    (&["cave", "--size", "8", "--lod", "paper"], ""),
+    (
+        &["cave", "--size", "8", "--tracker", "mock", "--frames", "2"],
+        "",
+    ),
+    (
+        &["run", "--size", "8", "--frames", "5", "--record", "f.jsonl"],
+        "",
+    ),
+    (&["bake", "A", "--output", "a.shisen", "--levels", "3"], ""),
+    (&["inspect", "a.shisen"], ""),
+    (&["explain", "--size", "8", "--repeat", "1"], ""),
+    (&["gaze"], "0.3 -0.5 -1\n"),
+    (&["medium", "quartz-o"], ""),
+    (&["spectrum", "--wavelengths", "7"], ""),
+    (&["dome", "design", "--config", "paper-3"], ""),
+    (&["dome", "map", "--config", "paper-3"], ""),
+    (&["dome", "render", "--size", "8", "--mapping", "exact"], ""),
+    (&["bench", "table2", "--size", "8", "--repeat", "1"], ""),
+];
+
+/// How many words of a command line are its command's name.
+fn names_of(command: &[&str]) -> usize {
+    let of_a_group = matches!(command[0], "dome" | "bench");
+    1 + usize::from(of_a_group)
+}
+
+#[test]
+fn every_key_of_a_report_is_explained_by_help() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |command: &[&str], argument: &str, input: &str| {
+        let mut shisen = shisen(folder.path());
+        let output = shisen.args(command).arg(argument).write_stdin(input);
+        let output = output.assert().success().get_output().stdout.clone();
+        String::from_utf8(output).unwrap()
+    };
+    for (command, input) in REPORTS {
+        let help = said(&command[..names_of(command)], "--help", "");
+        let explained = words(&help);
+        let report = said(command, "--json", input);
+        let mut keys = BTreeSet::new();
+        keys_within(&serde_json::from_str(&report).unwrap(), &mut keys);
+        // What `run` writes of each frame is explained there, too.
+        if let Ok(frames) = fs::read_to_string(folder.path().join("f.jsonl")) {
+            let frame = frames.lines().next().unwrap();
+            keys_within(&serde_json::from_str(frame).unwrap(), &mut keys);
+            fs::remove_file(folder.path().join("f.jsonl")).unwrap();
+        }
+        assert!(keys.len() > 5, "{command:?}: {report}");
+        let missing: Vec<&String> = keys
+            .iter()
+            .filter(|key| !explained.contains(key.as_str()))
+            .collect();
+        assert!(missing.is_empty(), "{command:?}: {missing:?} of {help}");
     }
 }
 

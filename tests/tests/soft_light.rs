@@ -7,11 +7,11 @@ use shisen::material::Material;
 use shisen::mesh::TriangleMesh;
 use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
-use shisen_core::EffectSet;
 use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, Outcome, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
 };
+use shisen_core::scene::EffectSet;
 use std::f64::consts::PI;
 
 /// Half the sides of the light, along x and along z: metres.

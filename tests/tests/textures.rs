@@ -8,9 +8,10 @@ use shisen::scene::camera::CameraPath;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen::simplify::PolygonLevels;
 use shisen::texture::{Image, Pattern, Texture};
+use shisen_core::scene::EffectSet;
 use shisen_core::shape::Ray;
 use shisen_core::trace::{Budget, Tracer, Workspace};
-use shisen_core::{EffectSet, Runs, Simd};
+use shisen_core::{Runs, Simd};
 use shisen_tests::rays::Random;
 use std::sync::Arc;
 

@@ -3,7 +3,6 @@
 use crate::memory::{shared, write};
 use crate::status::{Status, settled};
 use glam::{Mat3, Vec3};
-use shisen_core::capture::{Mapping, SpheroidMirror};
 use shisen_core::frame::{DomePose, DomeProjection, MirrorCamera, View};
 
 /// A dome master: a square picture of half of all directions, reflected at the
@@ -29,14 +28,7 @@ pub struct Dome {
 
 impl Dome {
     pub(crate) fn view(&self) -> Result<View, Status> {
-        let mirror = SpheroidMirror::BEST;
-        let projection = DomeProjection::Mirror(MirrorCamera {
-            mirror,
-            mapping: Mapping::Exact,
-            radius: self.radius,
-            viewpoint: mirror.screen_distance(),
-            mirrored: false,
-        });
+        let projection = DomeProjection::Mirror(MirrorCamera::best(self.radius));
         let [right, top, behind] = [self.right, self.top, self.behind].map(Vec3::from_array);
         let pose = DomePose {
             position: Vec3::from_array(self.position),

@@ -4,7 +4,7 @@ use crate::memory::{needed, room, shared, slice, write};
 use crate::status::{Status, of_scene, settled};
 use core::ffi::{c_char, c_void};
 use core::ptr::null;
-use shisen_core::EffectSet;
+use shisen_core::scene::EffectSet;
 
 /// Bytes of memory for a scene's handle.
 #[cfg(target_pointer_width = "32")]

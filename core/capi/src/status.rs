@@ -223,8 +223,8 @@ impl From<DomeError> for Status {
 impl From<FrameError> for Status {
     fn from(error: FrameError) -> Self {
         match error {
-            FrameError::TileSize => Self::TileSize,
-            FrameError::Pictures => Self::Pictures,
+            FrameError::TileSize { .. } => Self::TileSize,
+            FrameError::Pictures { .. } => Self::Pictures,
             _ => Self::MemoryTooSmall,
         }
     }

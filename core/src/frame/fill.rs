@@ -3,13 +3,10 @@
 use super::block::BLOCK;
 use super::detail::{BlockLevels, PATCH, region_of};
 use super::view::{Directions, Kind, View};
-use super::{
-    BlockPart, DomeError, DomePose, DomeProjection, MirrorCamera, Renderer, Tile, TileError,
-};
-use crate::capture::{Mapping, SpheroidMirror};
+use super::{DomeError, DomePose, DomeProjection, MirrorCamera, Renderer, Tile, TileError};
 use crate::gaze::Region;
 use crate::numeric::{arctangent, max, min, sqrt};
-use crate::simd::{Kernel, Lanes, Runs, Simd};
+use crate::simd::{Kernel, Lanes, Runs, Simd, dot};
 use crate::trace::Pixel;
 use core::f32::consts::FRAC_2_PI;
 use core::fmt;
@@ -86,14 +83,7 @@ impl<'p> Surroundings<'p> {
     /// # Errors
     /// A pose or a size that cannot be.
     pub fn views(pose: DomePose, side: u32) -> Result<[View; 2], DomeError> {
-        let mirror = SpheroidMirror::BEST;
-        let camera = MirrorCamera {
-            mirror,
-            mapping: Mapping::Exact,
-            radius: Self::MIRROR_RADIUS,
-            viewpoint: mirror.screen_distance(),
-            mirrored: false,
-        };
+        let camera = MirrorCamera::best(Self::MIRROR_RADIUS);
         let mut behind = pose;
         let axes = &mut behind.room_from_capture;
         (axes.x_axis, axes.z_axis) = (-axes.x_axis, -axes.z_axis);
@@ -258,7 +248,7 @@ where
             Region::Mixed => None,
         };
         let simd = self.tracer.simd();
-        for part in tile.parts() {
+        for part in tile.blocks() {
             let place = (part.x, part.y);
             let known = own(region_of(lod, view, place, PATCH))
                 .or_else(|| own(region_of(lod, view, place, BLOCK)));
@@ -268,39 +258,39 @@ where
                 None => BlockLevels::new(lod, simd, view, place),
             };
             if levels.reaches_the_border() {
-                part.fill(simd, view, tile, fill, &levels, pixels);
+                fill.apply(simd, view, (tile, part), &levels, pixels);
             }
         }
         Ok(())
     }
 }
 
-impl BlockPart {
-    fn fill(
+impl Fill<'_> {
+    /// Fills what a tile has of a block.
+    fn apply(
         &self,
         simd: Simd,
         view: &View,
-        tile: Tile,
-        fill: &Fill<'_>,
+        (tile, block): (Tile, Tile),
         levels: &BlockLevels,
         pixels: &mut [Pixel],
     ) {
-        for row in self.y..self.y + self.rows {
-            let places = match fill {
+        for row in block.y..block.y + block.height {
+            let places = match self {
                 Fill::Surroundings(surroundings) => {
-                    Some(surroundings.places(simd, view, row, self.x))
+                    Some(surroundings.places(simd, view, row, block.x))
                 }
                 Fill::Pixels(_) => None,
             };
-            for column in self.x..self.x + self.columns {
+            for column in block.x..block.x + block.width {
                 let level = levels.at(column % BLOCK, row % BLOCK);
                 if level >= BLEND || !view.has(column, row) {
                     continue;
                 }
                 let index = tile.index(column, row);
-                let filled = match (fill, &places) {
+                let filled = match (self, &places) {
                     (Fill::Surroundings(surroundings), Some(places)) => {
-                        surroundings.at(places.at((column - self.x) as usize))
+                        surroundings.at(places.at((column - block.x) as usize))
                     }
                     (Fill::Pixels(pixels), _) => pixels.get(index).copied().unwrap_or_default(),
                     (Fill::Surroundings(_), None) => continue,
@@ -380,9 +370,9 @@ impl<V: Directions> Kernel<8> for Find<'_, V> {
     fn run<L: Lanes<8>>(self, l: L) -> Places {
         let direction = self.view.directions(l, self.place);
         let [right, top, back] = self.axes;
-        let right = along(l, right, direction);
-        let top = along(l, top, direction);
-        let back = along(l, back, direction);
+        let right = dot(l, right, direction);
+        let top = dot(l, top, direction);
+        let back = dot(l, back, direction);
         let aside = l.sqrt(l.add(l.mul(right, right), l.mul(top, top)));
         let angle = arctangent(l, aside, l.abs(back));
         // The distance from the centre is the angle: equation 1.
@@ -401,14 +391,6 @@ impl<V: Directions> Kernel<8> for Find<'_, V> {
             near_rim: !l.bits(l.le(radius, l.splat(1.0 - 3.0 / self.side))) & 0xff,
         }
     }
-}
-
-#[inline(always)]
-fn along<L: Lanes<8>>(l: L, axis: Vec3, [x, y, z]: [L::F; 3]) -> L::F {
-    let x = l.mul(l.splat(axis.x), x);
-    let y = l.mul(l.splat(axis.y), y);
-    let z = l.mul(l.splat(axis.z), z);
-    l.add(l.add(x, y), z)
 }
 
 #[cfg(test)]

@@ -141,11 +141,7 @@ impl Block {
         }
         for (column, row) in self.places_from(first) {
             let (x, y) = self.at(column, row, (0.0, 0.0));
-            let pixel = match view.direction(x, y) {
-                Some(direction) => renderer.tracer.missed(direction),
-                None => Pixel::default(),
-            };
-            target.write(column, row, pixel);
+            target.write(column, row, renderer.past(view, x, y));
         }
     }
 }
@@ -230,7 +226,7 @@ where
                 if quarter.stride > 1 {
                     return each(quarter);
                 }
-                square.squares(BLOCK).all(|block| {
+                square.blocks().all(|block| {
                     each(Piece {
                         x: block.x,
                         y: block.y,
@@ -240,24 +236,6 @@ where
                         ..quarter
                     })
                 })
-            })
-        })
-    }
-}
-
-impl Tile {
-    /// What it has of the squares of the view's grid, in rows.
-    fn squares(self, side: u32) -> impl Iterator<Item = Self> {
-        let cut = move |first: u32, end: u32| {
-            let starts = (first / side..end.div_ceil(side)).map(move |square| square * side);
-            starts.map(move |start| (start.max(first), (start + side).min(end)))
-        };
-        cut(self.y, self.y + self.height).flat_map(move |(y, below)| {
-            cut(self.x, self.x + self.width).map(move |(x, right)| Self {
-                x,
-                y,
-                width: right - x,
-                height: below - y,
             })
         })
     }

@@ -28,11 +28,11 @@ where
         workspace: &mut Workspace,
     ) -> Result<(), TileError> {
         tile.check(view, pixels.len())?;
-        for part in tile.parts() {
+        for part in tile.blocks() {
             let patch = self.patch_region(view, part.x, part.y);
             let detail = self.block_detail(patch, view, part.x, part.y);
-            for y in part.y..part.y + part.rows {
-                for x in part.x..part.x + part.columns {
+            for y in part.y..part.y + part.height {
+                for x in part.x..part.x + part.width {
                     let detail = detail.at(x % BLOCK, y % BLOCK);
                     let mut sum = Sum::NONE;
                     for index in 0..self.settings.samples {
@@ -43,9 +43,7 @@ where
                             (Some(detail), Some(ray)) => self
                                 .tracer
                                 .radiance_and_record(&ray, detail, sample, workspace, ledger),
-                            _ => view
-                                .direction(column, row)
-                                .map_or(Pixel::default(), |to| self.tracer.missed(to)),
+                            _ => self.past(view, column, row),
                         };
                         sum.add(seen, workspace);
                     }

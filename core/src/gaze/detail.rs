@@ -1,6 +1,6 @@
 use core::fmt;
 
-/// What a level buys: the depth, the polygons and the samples of a ray tree.
+/// What a level buys: the depth, the polygons and the wavelengths of a ray tree.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Detail(f32);
 
@@ -45,14 +45,6 @@ impl Detail {
         let pairs = removed.saturating_add(1 << 32) >> 33;
         // The last pair of an odd number is a single face.
         (u64::from(range.min) + 2 * pairs).min(u64::from(range.max)) as u32
-    }
-
-    /// Samples of a pixel, of `most`: `most` at level 1, 1 towards the field's
-    /// rim, 0 where nothing is traced. For antialiasing that follows the gaze;
-    /// the paper has none.
-    pub fn samples(self, most: u16) -> u16 {
-        let more = f32::from(most.saturating_sub(1)) * self.0;
-        u16::from(self.is_traced()).min(most) + more as u16
     }
 
     /// Wavelengths among which a pixel's samples are split, of `most`: `most`
@@ -189,14 +181,12 @@ mod tests {
     }
 
     #[test]
-    fn samples_and_wavelengths_thin_out_to_one() {
+    fn wavelengths_thin_out_to_one() {
         let faint = detail(1.0e-6);
-        assert_eq!((faint.samples(64), faint.wavelengths(8)), (1, 1));
-        assert_eq!((faint.samples(1), faint.wavelengths(0)), (1, 0));
-        assert_eq!(detail(0.5).samples(5), 3);
-        assert_eq!(detail(0.0).samples(9), 0);
+        assert_eq!(faint.wavelengths(8), 1);
+        assert_eq!(faint.wavelengths(0), 0);
+        assert_eq!(detail(0.5).wavelengths(5), 3);
         assert_eq!(detail(0.0).wavelengths(9), 0);
-        assert_eq!(Detail::FULL.samples(u16::MAX), u16::MAX);
         assert_eq!(Detail::FULL.wavelengths(u8::MAX), u8::MAX);
     }
 

@@ -1,6 +1,6 @@
 use super::{Boundary, LineOfSight, VisualField, VisualFieldLimits};
 use crate::numeric::{arctangent, max, min, scale_to_one, sqrt, tangent};
-use crate::simd::{Kernel, Lanes, Portable, Runs, Simd};
+use crate::simd::{Kernel, Lanes, Portable, Runs, Simd, dot};
 use core::f32::consts::{FRAC_1_SQRT_2, PI};
 use glam::Vec3;
 
@@ -538,14 +538,6 @@ fn angles<const W: usize, L: Lanes<W>>(l: L, [f, r, u]: [L::F; 3]) -> (L::F, L::
     let beta = arctangent(l, l.abs(u), ahead);
     let behind = l.sub(l.splat(PI), alpha);
     (l.select(l.le(l.splat(0.0), f), alpha, behind), beta)
-}
-
-#[inline(always)]
-fn dot<const W: usize, L: Lanes<W>>(l: L, axis: Vec3, [x, y, z]: [L::F; 3]) -> L::F {
-    let x = l.mul(l.splat(axis.x), x);
-    let y = l.mul(l.splat(axis.y), y);
-    let z = l.mul(l.splat(axis.z), z);
-    l.add(l.add(x, y), z)
 }
 
 struct Row<'a> {

@@ -18,7 +18,7 @@ impl From<f32> for DoubleFloat {
 
 impl DoubleFloat {
     /// a + b, exactly.
-    fn sum(a: f32, b: f32) -> Self {
+    pub(crate) fn sum(a: f32, b: f32) -> Self {
         let high = a + b;
         let of_b = high - a;
         let low = (a - (high - of_b)) + (b - of_b);

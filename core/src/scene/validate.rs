@@ -13,7 +13,8 @@ use core::ops::{Range, RangeInclusive};
 use tree::{Tree, check_tree};
 use zerocopy::{FromBytes, Immutable, KnownLayout};
 
-pub(super) fn header<const W: usize>(bytes: &[u8]) -> Result<&Header, SceneError> {
+/// The header, and the scene's own bytes of what may be more.
+pub(super) fn header<const W: usize>(bytes: &[u8]) -> Result<(&Header, &[u8]), SceneError> {
     let truncated = |needed| SceneError::Truncated {
         needed,
         found: bytes.len() as u64,
@@ -37,7 +38,9 @@ pub(super) fn header<const W: usize>(bytes: &[u8]) -> Result<&Header, SceneError
             supported: VERSION,
         });
     }
-    let computed = checksum(bytes, header.byte_len).ok_or(truncated(u64::from(header.byte_len)))?;
+    let needed = truncated(u64::from(header.byte_len));
+    let own = bytes.get(..header.byte_len as usize).ok_or(needed)?;
+    let computed = checksum(own, header.byte_len).ok_or(needed)?;
     if computed != header.checksum {
         return Err(SceneError::Checksum {
             stored: header.checksum,
@@ -50,26 +53,25 @@ pub(super) fn header<const W: usize>(bytes: &[u8]) -> Result<&Header, SceneError
             expected: W as u32,
         });
     }
-    Ok(header)
+    Ok((header, own))
 }
 
+/// The records of a table among a scene's own bytes.
 pub(super) fn table<'a, T>(
-    bytes: &'a [u8],
+    own: &'a [u8],
     table: Table,
     name: &'static str,
 ) -> Result<&'a [T], SceneError>
 where
     T: FromBytes + Immutable + KnownLayout,
 {
-    let header = bytes.get(20..24).and_then(|b| b.try_into().ok());
-    let end = header.map_or(0, u32::from_le_bytes) as usize;
     let wrong = SceneError::Table {
         name,
         offset: table.offset,
         count: table.count,
     };
-    let from = bytes
-        .get(table.offset as usize..end)
+    let from = own
+        .get(table.offset as usize..)
         .filter(|_| (table.offset as usize).is_multiple_of(ALIGNMENT))
         .ok_or(wrong)?;
     <[T]>::ref_from_prefix_with_elems(from, table.count as usize)

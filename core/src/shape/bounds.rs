@@ -33,6 +33,10 @@ impl Slabs {
     /// [`Ray::FARTHEST`] is finite, and so are sums of three such.
     pub(crate) const LEAST_COMPONENT: f32 = 1.0e-26;
 
+    /// Components that are a smaller share of the largest count as so much of it: their
+    /// reciprocals are of a size with which there is still something to be compared.
+    pub(crate) const LEAST_SHARE: f32 = 1.0e-18;
+
     /// Extents up to this keep the widening of all planes finite, so that a
     /// box from +∞ to −∞ is never entered.
     pub const LARGEST_EXTENT: f32 = 1.0e17;
@@ -45,7 +49,7 @@ impl Slabs {
     #[inline(always)]
     pub fn new(ray: &Ray, extent: f32) -> Self {
         let (o, d) = (ray.origin(), ray.direction());
-        let least = greater(largest_number(d) * 1.0e-18, Self::LEAST_COMPONENT);
+        let least = greater(largest_number(d) * Self::LEAST_SHARE, Self::LEAST_COMPONENT);
         let mut reciprocal = Vec3::new(1.0 / d.x, 1.0 / d.y, 1.0 / d.z);
         if smallest_number(d) < least {
             reciprocal = clamped_reciprocal(d, least);

@@ -1,6 +1,6 @@
 //! Reflection, refraction and Fresnel's equations.
 
-use crate::numeric::{DoubleFloat, min, normalize, sqrt};
+use crate::numeric::{DoubleFloat, max, min, normalize, sqrt};
 use glam::Vec3;
 
 /// The direction mirrored about a unit normal; its components at most 10¹⁸.
@@ -34,7 +34,7 @@ pub struct Refraction {
 /// direction: at grazing and at normal incidence, at the critical angle and
 /// between media that are nearly the same.
 pub fn refract(direction: Vec3, normal: Vec3, from: f32, to: f32) -> Refraction {
-    let cos_in = min(-direction.dot(normal), 1.0).max(0.0);
+    let cos_in = max(min(-direction.dot(normal), 1.0), 0.0);
     // With m and n the two indices and g = n·cos θₜ: g² = n² − m² + m²·cos² θᵢ.
     let (m, n) = (from, to);
     let difference = (n - m) * (n + m);
@@ -43,7 +43,10 @@ pub fn refract(direction: Vec3, normal: Vec3, from: f32, to: f32) -> Refraction 
     // Near the critical angle what is left of the two terms is mostly their
     // rounding.
     if g2.abs() < a * a * NEARLY_CRITICAL {
-        g2 = critical(m, n, cos_in);
+        g2 = nearly_critical(m, n, cos_in);
+        if g2.abs() < a * a * CRITICAL {
+            g2 = critical(m, n, cos_in);
+        }
     }
     if !(g2 > 0.0) {
         return Refraction {
@@ -82,6 +85,16 @@ pub fn refract(direction: Vec3, normal: Vec3, from: f32, to: f32) -> Refraction 
 /// The part of m²·cos² θᵢ that g² is below where it is worked out in twice as
 /// many digits.
 const NEARLY_CRITICAL: f32 = 0.125;
+
+/// And where it is worked out with all of them: of 45 bits 25 are left here.
+const CRITICAL: f32 = 1.0 / 1_048_576.0;
+
+/// n² − m² + m²·cos², good to some 45 bits of its terms.
+fn nearly_critical(m: f32, n: f32, cos: f32) -> f32 {
+    let difference = DoubleFloat::sum(n, -m).multiply(DoubleFloat::sum(n, m));
+    let a = DoubleFloat::product(m, cos);
+    difference.add(a.multiply(a)).rounded()
+}
 
 /// n² − m² + m²·cos², every digit of it: all products are sums of two f32, and
 /// the ten of them are added without a rounding.

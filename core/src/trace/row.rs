@@ -10,6 +10,7 @@ use super::graticule;
 use super::hit::{Hit, MeshHit};
 use super::tracer::{Pixel, Workspace};
 use super::walk::leaf_index;
+use super::world::map_component;
 use crate::numeric::{SQUARABLE, UNIT_ROUNDOFF};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, LEAF, Material, NO_MATERIAL, Node, effect, kind};
@@ -260,7 +261,7 @@ impl<F: Copy, M: Copy> RowSlabs<F, M> {
             return None;
         }
         let least = l.max(
-            l.mul(largest(d), l.splat(1.0e-18)),
+            l.mul(largest(d), l.splat(Slabs::LEAST_SHARE)),
             l.splat(Slabs::LEAST_COMPONENT),
         );
         let slack = l.splat(Slabs::SLACK * UNIT_ROUNDOFF);
@@ -339,19 +340,10 @@ fn planes<const W: usize, L: Lanes<EIGHT>>(
 #[inline(always)]
 fn vector<L: Lanes<EIGHT>>(l: L, map: &[[f32; 3]; 4], v: [L::F; 3]) -> [L::F; 3] {
     [
-        component(l, map, 0, v),
-        component(l, map, 1, v),
-        component(l, map, 2, v),
+        map_component(l, map, 0, v),
+        map_component(l, map, 1, v),
+        map_component(l, map, 2, v),
     ]
-}
-
-#[inline(always)]
-fn component<L: Lanes<EIGHT>>(l: L, map: &[[f32; 3]; 4], to: usize, v: [L::F; 3]) -> L::F {
-    let to = to % 3;
-    let x = l.mul(l.splat(map[0][to]), v[0]);
-    let y = l.mul(l.splat(map[1][to]), v[1]);
-    let z = l.mul(l.splat(map[2][to]), v[2]);
-    l.add(l.add(x, y), z)
 }
 
 #[inline(always)]

@@ -7,7 +7,7 @@ use super::texture::{self, TEXTURES};
 use super::world::{map_point, map_vector};
 use crate::numeric::{UNIT_ROUNDOFF, largest_magnitude, map3, max, normalize};
 use crate::scene::Scene;
-use crate::scene::format::{Instance, Material, NO_MATERIAL, flag, kind};
+use crate::scene::format::{Instance, Material, Mesh, NO_MATERIAL, Triangle, flag, kind};
 use crate::shape::{Ray, Spheroid};
 use glam::Vec3;
 
@@ -31,7 +31,7 @@ pub(super) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// With what `effects`, bits of [`EffectSet`](crate::EffectSet), make of it;
+    /// With what `effects`, bits of [`EffectSet`](crate::scene::EffectSet), make of it;
     /// those not in `EFFECTS` have no code. `None` only where a scene's bytes make
     /// no sense.
     pub(super) fn new<const W: usize, const EFFECTS: u32>(
@@ -76,9 +76,9 @@ impl<'a> Surface<'a> {
                         .get(number as usize)
                         .map(|&n| Vec3::from_array(n))
                 };
-                corner(0)? * weights[0] + corner(1)? * weights[1] + corner(2)? * weights[2]
+                Some(corner(0)? * weights[0] + corner(1)? * weights[1] + corner(2)? * weights[2])
             } else {
-                normal
+                None
             };
             let point = a * weights[0] + b * weights[1] + c * weights[2];
             let material = material_of(record.material)?;
@@ -89,15 +89,7 @@ impl<'a> Surface<'a> {
             let reach = map3([a, b, c], |corner| largest_magnitude(to_world(corner)));
             let reach = max(reach[0], max(reach[1], reach[2]));
             let coordinate = if is_textured(material) && mesh.coordinate_count > 0 {
-                let corner = |i: usize| {
-                    let number = mesh.first_coordinate.checked_add(record.corners[i])?;
-                    scene.coordinates.get(number as usize)
-                };
-                let [a, b, c] = [corner(0)?, corner(1)?, corner(2)?];
-                [
-                    a[0] * weights[0] + b[0] * weights[1] + c[0] * weights[2],
-                    a[1] * weights[0] + b[1] * weights[1] + c[1] * weights[2],
-                ]
+                coordinate(scene, mesh, record, weights)?
             } else {
                 [0.0; 2]
             };
@@ -119,7 +111,7 @@ impl<'a> Surface<'a> {
             (
                 point,
                 normal,
-                normal,
+                None,
                 material,
                 coordinate,
                 largest_magnitude(to_world(point)),
@@ -131,7 +123,8 @@ impl<'a> Surface<'a> {
         let geometric_normal =
             world_normal(instance, normal).or_else(|| normalize(-ray.direction()))?;
         let point = to_world(point);
-        let shading_normal = world_normal(instance, smooth)
+        let shading_normal = smooth
+            .and_then(|smooth| world_normal(instance, smooth))
             .filter(|n| n.dot(geometric_normal) > 0.0)
             .unwrap_or(geometric_normal);
         let translation = Vec3::from_array(instance.world_from_object[3]);
@@ -175,6 +168,25 @@ impl<'a> Surface<'a> {
         };
         self.point + self.geometric_normal * side
     }
+}
+
+/// Where on its texture a point of a triangle is that has these weights.
+#[inline(always)]
+fn coordinate<const W: usize>(
+    scene: &Scene<'_, W>,
+    mesh: &Mesh,
+    triangle: &Triangle,
+    weights: [f32; 3],
+) -> Option<[f32; 2]> {
+    let corner = |i: usize| {
+        let number = mesh.first_coordinate.checked_add(triangle.corners[i])?;
+        scene.coordinates.get(number as usize)
+    };
+    let [a, b, c] = [corner(0)?, corner(1)?, corner(2)?];
+    Some([
+        a[0] * weights[0] + b[0] * weights[1] + c[0] * weights[2],
+        a[1] * weights[0] + b[1] * weights[1] + c[1] * weights[2],
+    ])
 }
 
 /// Normals go by the inverse transpose; both maps are stored.

@@ -3,7 +3,42 @@
 use super::{BakeError, Baked};
 use crate::scene::Scene;
 use crate::simplify::PolygonLevels;
-use shisen_core::scene::SceneError;
+use shisen_core::Simd;
+use shisen_core::scene::{EffectSet, Records, SceneError};
+use shisen_core::spectrum::Medium;
+
+/// What an expression gives for the [`Scene`](shisen_core::scene::Scene) in a
+/// [`BakedScene`](crate::bake::BakedScene), whichever of the two layouts it is in. The
+/// expression is compiled for both, so that it can call what is generic over the width of
+/// nodes.
+///
+/// ```
+/// use shisen::bake::{BakedScene, Layout, lone_mesh};
+/// use shisen::quadruped::quadruped;
+/// use shisen::with_scene;
+///
+/// # fn main() -> Result<(), shisen::bake::BakeError> {
+/// let baked = BakedScene::new(&lone_mesh(quadruped()), Layout::Compact)?;
+/// let bytes = with_scene!(&baked, |scene| scene.byte_len());
+/// assert_eq!(bytes as usize, baked.as_bytes().len());
+/// # Ok(())
+/// # }
+/// ```
+#[macro_export]
+macro_rules! with_scene {
+    ($baked:expr, |$scene:ident| $value:expr) => {
+        match $baked {
+            $crate::bake::BakedScene::Fast(baked) => {
+                let $scene = baked.scene();
+                $value
+            }
+            $crate::bake::BakedScene::Compact(baked) => {
+                let $scene = baked.scene();
+                $value
+            }
+        }
+    };
+}
 
 /// Which of the two layouts a scene is baked in. Both give the same pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +69,15 @@ impl Layout {
         match self {
             Self::Fast => "fast",
             Self::Compact => "compact",
+        }
+    }
+
+    /// What scenes of this layout are traced with where `asked` is asked for.
+    pub const fn simd(self, asked: Simd) -> Simd {
+        match self {
+            Self::Fast => asked,
+            // Four lanes have the portable path only.
+            Self::Compact => Simd::PORTABLE,
         }
     }
 }
@@ -100,6 +144,21 @@ impl BakedScene {
             Self::Compact(baked) => baked.as_bytes(),
         }
     }
+
+    /// The effects that it asks for.
+    pub fn effects(&self) -> EffectSet {
+        with_scene!(self, |scene| scene.effects())
+    }
+
+    /// What it asks for them by.
+    pub fn records(&self) -> Records<'_> {
+        with_scene!(self, |scene| scene.records())
+    }
+
+    /// What light goes through in it.
+    pub fn media(&self) -> &[Medium] {
+        with_scene!(self, |scene| scene.media())
+    }
 }
 
 #[cfg(test)]
@@ -121,6 +180,8 @@ mod tests {
             assert_eq!(baked.layout(), layout);
             let read = BakedScene::from_bytes(baked.as_bytes()).unwrap();
             assert_eq!(read, baked, "{}", layout.name());
+            let bytes = with_scene!(&read, |scene| scene.byte_len());
+            assert_eq!(bytes as usize, baked.as_bytes().len());
         }
         assert_eq!(
             BakedScene::from_bytes(b"not a scene"),

@@ -217,10 +217,7 @@ pub(super) struct EffectReport {
 impl EffectReport {
     /// The names of what is carried out of a scene, and of what it asks for.
     pub(super) fn new(effects: &Effects, baked: &BakedScene) -> Self {
-        let asked = match baked {
-            BakedScene::Fast(baked) => baked.scene().effects(),
-            BakedScene::Compact(baked) => baked.scene().effects(),
-        };
+        let asked = baked.effects();
         Self {
             effects: effects.of(asked).names().collect(),
             effects_asked: asked.names().collect(),
@@ -392,9 +389,18 @@ pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
     number_within(text, 1.0, 179.0).ok_or_else(|| "give degrees from 1 to 179, such as 90".into())
 }
 
-fn number_within(text: &str, low: f64, high: f64) -> Option<f64> {
+/// A number within a range, both ends included.
+pub(super) fn number_within(text: &str, low: f64, high: f64) -> Option<f64> {
     let number: f64 = text.trim().parse().ok()?;
     (low..=high).contains(&number).then_some(number)
+}
+
+/// How far a viewer turns: degrees.
+pub(super) fn turn(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(degrees) if (0.0..=180.0).contains(&degrees) => Ok(degrees),
+        _ => Err("give degrees from 0 to 180".to_owned()),
+    }
 }
 
 /// `--threads`.

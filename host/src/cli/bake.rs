@@ -3,14 +3,15 @@
 use super::arguments::{LayoutChoice, LevelArguments, Model, SceneName};
 use super::failure::{Failure, Fault};
 use super::levels::Level;
-use super::print;
+use super::output::print;
 use super::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
 use clap::Args;
 use serde::Serialize;
-use shisen::bake::{Baked, BakedScene};
+use shisen::bake::BakedScene;
 use shisen::files::write_atomically;
 use shisen::scene::Scene;
 use shisen::simplify::PolygonLevels;
+use shisen::with_scene;
 use std::fmt;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -77,10 +78,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let baked = bake(&scene, &names.join(", "), layout, levels.as_ref())?;
     let path = &arguments.output;
     write_atomically(path, |file| file.write_all(baked.as_bytes())).map_err(Fault::write(path))?;
-    let report = match &baked {
-        BakedScene::Fast(baked) => Report::new(arguments, baked, levels.as_ref(), start),
-        BakedScene::Compact(baked) => Report::new(arguments, baked, levels.as_ref(), start),
-    };
+    let report = Report::new(arguments, &baked, levels.as_ref(), start);
     print(&report, arguments.json)
 }
 
@@ -120,15 +118,18 @@ fn load(arguments: &Arguments) -> Result<Scene, Failure> {
 }
 
 impl Report {
-    fn new<const W: usize>(
+    fn new(
         arguments: &Arguments,
-        baked: &Baked<W>,
+        baked: &BakedScene,
         asked: Option<&PolygonLevels>,
         start: Instant,
     ) -> Self {
-        let scene = baked.scene();
-        let (nodes, leaves, _) = scene.sizes();
-        let levels = Level::all(baked);
+        let ((nodes, leaves, _), objects, stack_entries) = with_scene!(baked, |scene| (
+            scene.sizes(),
+            scene.instances().len(),
+            scene.stack_entries(),
+        ));
+        let levels = Level::of(baked);
         let deviation = |asked: &PolygonLevels| {
             Level::by_mesh(&levels)
                 .map(|levels| {
@@ -140,12 +141,12 @@ impl Report {
         Self {
             path: arguments.output.display().to_string(),
             bytes: baked.as_bytes().len(),
-            layout: arguments.layout.0.name(),
-            objects: scene.instances().len(),
+            layout: baked.layout().name(),
+            objects,
             triangles: Level::finest_faces(&levels),
             nodes,
             leaves,
-            stack_entries: scene.stack_entries(),
+            stack_entries,
             largest_deviation: asked.map(deviation),
             levels,
             seconds: start.elapsed().as_secs_f64(),

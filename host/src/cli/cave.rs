@@ -10,8 +10,8 @@ use super::arguments::{EffectReport, Model, PictureSize, SceneName, field_of_vie
 use super::failure::Failure;
 use super::filling::{FillArguments, Wanted};
 use super::lod::LodArguments;
+use super::output::print;
 use super::picture_files::{hexadecimal, make_writable};
-use super::print;
 use super::progress::Progress;
 use super::room::RoomArguments;
 use super::source::Source;
@@ -22,12 +22,12 @@ use glam::DVec3;
 use lod::{Filled, LodPictures};
 use pictures::Writer;
 use report::Report;
-use shisen::bake::{BakedScene, Layout};
+use shisen::bake::BakedScene;
 use shisen::cave::Cave;
 use shisen::overview::viewer::ViewerCamera;
 use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::stereo::Stereo;
-use shisen_core::Simd;
+use shisen::with_scene;
 use std::path::PathBuf;
 use tracked::{Follower, TrackerArguments};
 
@@ -195,11 +195,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         size: arguments.room.size,
         scene: source.name,
         mesh: source.mesh,
-        simd: match baked.layout() {
-            Layout::Fast => options.simd.name(),
-            // Four lanes have the portable path only.
-            Layout::Compact => Simd::PORTABLE.name(),
-        },
+        simd: baked.layout().simd(options.simd).name(),
         depth: arguments.tracing.depth,
         samples: arguments.tracing.samples,
         effects: EffectReport::new(&options.effects, &baked),
@@ -303,11 +299,10 @@ fn lod_pictures(
         return Ok(None);
     };
     let of = (observer, lod);
-    match baked {
-        BakedScene::Fast(baked) => LodPictures::new(&baked.scene(), cave, of, options, frames),
-        BakedScene::Compact(baked) => LodPictures::new(&baked.scene(), cave, of, options, frames),
-    }
-    .map(Some)
+    let pictures = with_scene!(baked, |scene| LodPictures::new(
+        &scene, cave, of, options, frames
+    ));
+    pictures.map(Some)
 }
 
 /// What the frames of one run have in common.
@@ -323,16 +318,11 @@ impl Frames<'_> {
         let Self { cave, options, .. } = self;
         let progress = Progress::new(self.quiet);
         let show = |done, total| progress.show(done, total);
-        let frame = match self.baked {
-            BakedScene::Fast(baked) => {
-                render::cave_filled(&baked.scene(), cave, eyes, options, filling, &show)
-            }
-            BakedScene::Compact(baked) => {
-                render::cave_filled(&baked.scene(), cave, eyes, options, filling, &show)
-            }
-        };
+        let frame = with_scene!(self.baked, |scene| render::cave_filled(
+            &scene, cave, eyes, options, filling, &show
+        ));
         progress.finish();
-        frame.map_err(Failure::from_error)
+        Ok(frame?)
     }
 
     /// With nothing that follows the gaze.

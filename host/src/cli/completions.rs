@@ -1,15 +1,16 @@
 //! `shisen completions`: what a shell completes command lines by.
 
 use super::Shisen;
-use super::failure::{Failure, Fault};
+use super::failure::Failure;
+use super::output;
 use clap::{Args, CommandFactory as _};
 use clap_complete::Shell;
-use std::io::{self, Write as _};
+use std::io::Write as _;
 
 /// Prints a script that completes command lines in a shell
 ///
 /// It knows commands, arguments and the values that these list. Where a shell looks for
-/// such scripts is in its manual; the examples are where most systems have it.
+/// such scripts is in its manual; the examples are where bash and fish have it on most systems.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// For which shell
@@ -26,12 +27,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         "shisen",
         &mut script,
     );
-    let mut stdout = io::stdout().lock();
-    match stdout.write_all(&script).and_then(|()| stdout.flush()) {
-        // Whoever closed the pipe has read all that was wanted.
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Fault::Print { reason: error }.into())
-        }
-        _ => Ok(()),
-    }
+    output::write(|stdout| stdout.write_all(&script))?;
+    Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::arguments::Without;
 use super::failure::Failure;
-use super::warn;
+use super::output::warn;
 use clap::{Arg, Args, ValueEnum};
 use serde::Serialize;
 use shisen::bake::BakedScene;
@@ -122,10 +122,7 @@ impl DispersionArguments {
                 *of = each;
             }
         }
-        let (asked, media) = match baked {
-            BakedScene::Fast(baked) => (baked.scene().effects(), baked.scene().media().to_vec()),
-            BakedScene::Compact(baked) => (baked.scene().effects(), baked.scene().media().to_vec()),
-        };
+        let asked = baked.effects();
         if dispersion == Dispersion::Off {
             options.effects = options.effects.less(EffectSet::DISPERSION);
         }
@@ -134,6 +131,7 @@ impl DispersionArguments {
             options.dispersion = dispersion;
             return Ok(None);
         }
+        let media = baked.media();
         if let (Dispersion::Images(wavelengths, matching), None) = (dispersion, range) {
             let mut clamped = wavelengths;
             for known in media.iter().map(Medium::range) {
@@ -149,7 +147,7 @@ impl DispersionArguments {
             dispersion = Dispersion::Images(clamped, matching);
         }
         if let Some(wavelengths) = dispersion.wavelengths() {
-            check_known(&media, wavelengths.range())?;
+            check_known(media, wavelengths.range())?;
         }
         let each = match dispersion {
             Dispersion::Comb(_, each) => usize::from(each),

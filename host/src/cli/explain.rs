@@ -6,7 +6,7 @@ use super::arguments::{Model, SceneName};
 use super::dispersion::in_one_frame;
 use super::failure::Failure;
 use super::lod::{LodArguments, of_every_pixel};
-use super::print;
+use super::output::print;
 use super::room::RoomArguments;
 use super::source::Source;
 use super::tracing::TracingArguments;
@@ -20,7 +20,8 @@ use shisen::render::{self, Account, Observer, Options};
 use shisen::scene::builtin::PaperScene;
 use shisen::scene::file::material_names;
 use shisen::spectrum::Dispersion;
-use shisen_core::scene::{EffectSet, Records};
+use shisen::with_scene;
+use shisen_core::scene::EffectSet;
 
 /// Shows which effects a scene asks for, and what each costs
 ///
@@ -97,7 +98,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         observers: &observers,
         options: &options,
     };
-    let records = frames.records();
+    let records = baked.records();
     let asked = EffectSet::of_records(&records);
     let carried_out = options.effects.of(asked).intersection(asked);
     let named = |set: EffectSet| {
@@ -194,14 +195,7 @@ struct Frames<'r> {
     options: &'r Options,
 }
 
-impl<'r> Frames<'r> {
-    fn records(&self) -> Records<'r> {
-        match self.baked {
-            BakedScene::Fast(baked) => baked.scene().records(),
-            BakedScene::Compact(baked) => baked.scene().records(),
-        }
-    }
-
+impl Frames<'_> {
     fn account(&self) -> Result<Account, Failure> {
         let Self {
             cave,
@@ -209,11 +203,9 @@ impl<'r> Frames<'r> {
             options,
             ..
         } = self;
-        match self.baked {
-            BakedScene::Fast(baked) => render::account(&baked.scene(), cave, observers, options),
-            BakedScene::Compact(baked) => render::account(&baked.scene(), cave, observers, options),
-        }
-        .map_err(Failure::from_error)
+        Ok(with_scene!(self.baked, |scene| render::account(
+            &scene, cave, observers, options
+        ))?)
     }
 
     /// Seconds of a frame.
@@ -226,15 +218,10 @@ impl<'r> Frames<'r> {
             ..*self.options
         };
         let quiet = |_, _| {};
-        let frame = match self.baked {
-            BakedScene::Fast(baked) => {
-                render::cave(&baked.scene(), cave, observers, &options, &quiet)
-            }
-            BakedScene::Compact(baked) => {
-                render::cave(&baked.scene(), cave, observers, &options, &quiet)
-            }
-        };
-        Ok(frame.map_err(Failure::from_error)?.seconds)
+        let frame = with_scene!(self.baked, |scene| render::cave(
+            &scene, cave, observers, &options, &quiet
+        ));
+        Ok(frame?.seconds)
     }
 
     /// A frame's seconds; and of each effect, those without it and what it adds to

@@ -154,9 +154,11 @@ pub(super) enum Fault {
         /// Of how many.
         total: usize,
     },
-    /// A report that cannot be printed.
-    #[error("cannot write the report to standard output: {reason}")]
-    #[diagnostic(help("the files themselves are complete"))]
+    /// Standard output that takes nothing more.
+    #[error("cannot write to standard output: {reason}")]
+    #[diagnostic(help(
+        "make room where it leads to, or let it lead elsewhere; the files themselves are complete"
+    ))]
     Print {
         /// What the system said.
         reason: io::Error,

@@ -39,6 +39,19 @@ impl CaptureDetail {
     }
 }
 
+/// Refuses what is said of a capture where none is made.
+///
+/// # Errors
+/// Of usage: what was `given`.
+pub(super) fn refuse_detail(given: Option<&str>) -> Result<(), Failure> {
+    match given {
+        Some(argument) => Err(Failure::usage(&format!(
+            "{argument} is for --fill capture: nothing else is captured"
+        ))),
+        None => Ok(()),
+    }
+}
+
 /// How to capture the surroundings.
 #[derive(Debug, Args)]
 pub(super) struct CaptureArguments {
@@ -132,10 +145,8 @@ impl FillArguments {
                 "--fill is for --lod paper, paper-ellipse or foveated: with --lod off no ray is skipped",
             ));
         }
-        if let (Some(argument), true) = (self.capture.given(), self.fill != Choice::Capture) {
-            return Err(Failure::usage(&format!(
-                "{argument} is for --fill capture: nothing else is captured"
-            )));
+        if self.fill != Choice::Capture {
+            refuse_detail(self.capture.given())?;
         }
         if self.previous_look.is_some() && self.fill != Choice::Previous {
             return Err(Failure::usage(

@@ -2,11 +2,12 @@
 
 mod report;
 
-use super::arguments::{LevelArguments, Model, SceneName, WallsName};
+use super::arguments::{LevelArguments, Model, SceneName, WallsName, turn};
 use super::failure::Failure;
+use super::output::print;
 use super::picture_files::{make_writable, metadata};
-use super::print;
 use super::source::{Loaded, Source, bake};
+use super::tracker::Recorded;
 use clap::{Args, Subcommand};
 use glam::Vec3;
 use report::{FrameReport, Report};
@@ -18,14 +19,11 @@ use shisen::firmware::{
 use shisen::picture::Picture;
 use shisen::render::frame_hash;
 use shisen::tracker::{Recording, Spec, simulated};
-use shisen_core::EffectSet;
 use shisen_core::frame::{FlatScreen, MAX_DEPTH};
-use shisen_core::scene::Scene;
+use shisen_core::scene::{EffectSet, Scene};
 use shisen_tracker::link::display::{Rendering, Subject};
 use shisen_tracker::mock::Wire;
 use shisen_tracker::protocol::Protocol;
-use shisen_tracker::sample::Sample;
-use shisen_tracker::time::Micros;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -116,7 +114,7 @@ pub(super) struct Arguments {
     slice: u32,
     /// Degrees that the line of sight may move while a frame is rendered: if by more, it
     /// is cut short and the next begun; 0 finishes each
-    #[arg(long, value_name = "DEGREES", default_value_t = 5.0, value_parser = restart_angle)]
+    #[arg(long, value_name = "DEGREES", default_value_t = 5.0, value_parser = turn)]
     restart: f32,
     /// Frames of the walls
     #[arg(long, value_name = "N", default_value_t = 3,
@@ -170,25 +168,13 @@ impl TrackerChoice {
         Ok(match &self.0 {
             Some(Spec::Replay(spec)) => {
                 let recording = Recording::read(&spec.path)?;
-                let samples: Vec<Sample> = recording.samples().copied().collect();
-                let samples = Recorded(samples.into_iter().peekable());
+                let samples = Recorded::new(recording.samples().copied().collect());
                 Some(Box::new(Wire::new(samples, Protocol::Link)))
             }
             Some(Spec::Mock(spec)) => Some(Box::new(Wire::new(simulated(spec)?, Protocol::Link))),
             // Others are refused when they are read.
             _ => None,
         })
-    }
-}
-
-/// Recorded samples, at their times.
-struct Recorded(std::iter::Peekable<std::vec::IntoIter<Sample>>);
-
-impl shisen_tracker::mock::Source for Recorded {
-    type Item = Sample;
-
-    fn poll(&mut self, until: Micros) -> Option<Sample> {
-        self.0.next_if(|sample| sample.arrival <= until)
     }
 }
 
@@ -321,20 +307,12 @@ impl Compared<'_> {
         let without = !EffectSet::from_bits(linked).contains(EffectSet::DISPERSION);
         let again = |frame: &ShownFrame| {
             let pictures = reference(self.scene, self.screens, &self.rendering, frame, without);
-            let pictures = pictures.map_err(Failure::from_error)?;
+            let pictures = pictures?;
             let hash = frame_hash(pictures.iter().map(Picture::hash));
             Ok(FrameReport::new(frame, hash))
         };
         watched.frames.iter().map(again).collect()
     }
-}
-
-/// Degrees of `--restart`.
-fn restart_angle(text: &str) -> Result<f32, String> {
-    let degrees = text.parse().ok();
-    degrees
-        .filter(|degrees| (0.0..=180.0).contains(degrees))
-        .ok_or_else(|| "give degrees from 0 to 180".to_owned())
 }
 
 /// Writes the last frame of the walls that is whole, or the last, and the dome master.

@@ -1,7 +1,8 @@
 //! `shisen gaze`: the levels of directions.
 
 use super::arguments::face_range;
-use super::failure::{Failure, Fault};
+use super::failure::Failure;
+use super::output;
 use clap::{Args, ValueEnum};
 use glam::{DVec3, Vec3};
 use miette::Diagnostic;
@@ -192,20 +193,23 @@ struct Levels {
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let levels = Levels::new(arguments)?;
-    let mut output = BufWriter::new(io::stdout().lock());
-    let result = levels.of_input(arguments, &mut output);
-    // What was right before a wrong line is not lost.
-    match result.and_then(|()| output.flush().map_err(Stop::Output)) {
-        Ok(()) => Ok(()),
-        Err(Stop::Input(fault)) => {
-            // The fault is what matters, even where nobody reads the rest.
-            let _ = output.flush();
-            Err(fault.into())
+    let mut wrong = None;
+    let written = output::write(|stdout| {
+        let mut output = BufWriter::new(stdout);
+        match levels.of_input(arguments, &mut output) {
+            Ok(()) => {}
+            // What was right before a wrong line is not lost.
+            Err(Stop::Input(fault)) => wrong = Some(fault),
+            Err(Stop::Output(reason)) => return Err(reason),
         }
-        // Whoever closed the pipe has read all that was wanted.
-        Err(Stop::Output(reason)) if reason.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        Err(Stop::Output(reason)) => Err(Fault::Print { reason }.into()),
+        output.flush()
+    });
+    // It is what matters, even where nobody reads the rest.
+    if let Some(fault) = wrong {
+        return Err(fault.into());
     }
+    written?;
+    Ok(())
 }
 
 /// What ends the reading and writing early.

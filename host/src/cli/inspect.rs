@@ -2,10 +2,13 @@
 
 use super::failure::Failure;
 use super::levels::Level;
-use super::{print, source};
+use super::output::print;
+use super::source;
 use clap::Args;
 use serde::Serialize;
-use shisen::bake::{Baked, BakedScene};
+use shisen::bake::BakedScene;
+use shisen::with_scene;
+use shisen_core::scene::Scene;
 use shisen_core::scene::format::{
     Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Table, Texel, Texture,
     Triangle,
@@ -65,23 +68,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 impl Report {
     fn new(path: String, baked: &BakedScene) -> Self {
-        let layout = baked.layout().name();
-        match baked {
-            BakedScene::Fast(baked) => Self::of(path, layout, baked),
-            BakedScene::Compact(baked) => Self::of(path, layout, baked),
-        }
+        with_scene!(baked, |scene| Self::of(path, baked, &scene))
     }
 
-    fn of<const W: usize>(path: String, layout: &'static str, baked: &Baked<W>) -> Self {
-        let bytes = baked.as_bytes();
-        let scene = baked.scene();
-        let tables = tables::<W>(bytes);
-        let levels = Level::all(baked);
+    fn of<const W: usize>(path: String, baked: &BakedScene, scene: &Scene<'_, W>) -> Self {
+        let tables = tables::<W>(baked.as_bytes());
+        let levels = Level::of(baked);
         let triangles = Level::finest_faces(&levels);
         let length = u64::from(scene.byte_len());
         Self {
             path,
-            layout,
+            layout: baked.layout().name(),
             version: shisen_core::scene::format::VERSION,
             bytes: length,
             tables,

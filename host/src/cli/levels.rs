@@ -1,7 +1,9 @@
 //! The polygon levels that a baked scene has, for reports.
 
 use serde::Serialize;
-use shisen::bake::{Baked, BakedScene};
+use shisen::bake::BakedScene;
+use shisen::with_scene;
+use shisen_core::scene::Scene;
 use shisen_core::scene::format::{IdLeaf, LeafBlock, Mesh, Node};
 use std::fmt;
 
@@ -19,22 +21,17 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// Of all meshes of a scene of either layout, as [`all`](Self::all).
+    /// Of all meshes in their order, the finest first.
     pub(super) fn of(baked: &BakedScene) -> Vec<Self> {
-        match baked {
-            BakedScene::Fast(baked) => Self::all(baked),
-            BakedScene::Compact(baked) => Self::all(baked),
-        }
+        with_scene!(baked, |scene| Self::all(&scene))
     }
 
-    /// Of all meshes in their order, the finest first.
-    pub(super) fn all<const W: usize>(baked: &Baked<W>) -> Vec<Self> {
+    fn all<const W: usize>(scene: &Scene<'_, W>) -> Vec<Self> {
         let leaf_bytes = if W == 4 {
             size_of::<IdLeaf>()
         } else {
             size_of::<LeafBlock<W>>()
         };
-        let scene = baked.scene();
         let mut levels = Vec::new();
         let mut mesh = 0;
         let mut finer: Option<&Mesh> = None;

@@ -3,8 +3,8 @@
 use super::arguments::{LevelArguments, Without};
 use super::failure::Failure;
 use super::levels::Level;
+use super::output::warn;
 use super::source::{Loaded, bake};
-use super::warn;
 use clap::{Arg, Args, ValueEnum};
 use glam::DVec3;
 use shisen::bake::{BakedScene, Layout};

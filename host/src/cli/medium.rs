@@ -1,7 +1,7 @@
 //! `shisen medium`: how a medium bends light of each wavelength.
 
 use super::failure::Failure;
-use super::print;
+use super::output::print;
 use clap::Args;
 use clap::builder::{StringValueParser, TypedValueParser};
 use serde::Serialize;

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use shisen_core::frame::Statistics;
+use std::fmt;
 
 /// How many rays of each kind were traced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -36,5 +37,20 @@ impl From<Statistics> for RayCounts {
             refracted: statistics.refracted,
             shadow: statistics.shadow,
         }
+    }
+}
+
+impl fmt::Display for RayCounts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            primary,
+            reflected,
+            refracted,
+            shadow,
+        } = self;
+        write!(
+            f,
+            "{primary} primary, {reflected} reflected, {refracted} refracted, {shadow} shadow"
+        )
     }
 }

@@ -12,9 +12,9 @@ mod watched;
 
 use super::arguments::span;
 use super::failure::Failure;
-use super::filling::CaptureDetail;
-use super::live::{Change, LiveArguments, TimeArguments, paper_lod};
-use super::print;
+use super::filling::{CaptureDetail, refuse_detail};
+use super::output::print;
+use super::play::{Change, LiveArguments, TimeArguments, paper_lod};
 use super::tracker::{Interrupt, TrackerName, whole};
 use clap::{Args, ValueEnum};
 use frames::{Frames, Output};
@@ -200,10 +200,8 @@ impl Arguments {
                  ray is skipped",
             ));
         }
-        if let (Some(argument), true) = (self.capture.given(), self.fill != FillName::Capture) {
-            return Err(Failure::usage(&format!(
-                "{argument} is for --fill capture: nothing else is captured"
-            )));
+        if self.fill != FillName::Capture {
+            refuse_detail(self.capture.given())?;
         }
         if self.cluster && self.view == View::Window {
             return Err(Failure::usage(

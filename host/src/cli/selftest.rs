@@ -1,14 +1,13 @@
 //! `shisen selftest`: the hard cases, and how the naive way does at them.
 
 use super::failure::{Failure, Fault};
-use super::print;
+use super::output::{print, say};
 use super::progress::Progress;
 use clap::Args;
 use serde::Serialize;
 use shisen::selftest::{self, Effort, FRAMES, Outcome, Row};
 use shisen_core::Simd;
 use std::fmt;
-use std::io::{self, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Tries the tracer on hard cases, against exact references
@@ -81,8 +80,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let simd = Simd::detect().name();
     let paths_compared = paths_compared(&cases, simd);
     if paths_compared == [PORTABLE] {
-        // Nobody is left to tell where standard error is closed.
-        let _ = writeln!(io::stderr(), "{NO_AVX2}");
+        say(NO_AVX2);
     }
     let report = Report {
         quick: arguments.quick,

@@ -2,7 +2,7 @@
 
 use super::arguments::{Model, Normals, SceneName};
 use super::failure::{Failure, Fault};
-use super::warn;
+use super::output::warn;
 use glam::{DAffine3, DVec3};
 use shisen::bake::{BakeError, BakedScene, Layout};
 use shisen::import::{self, ImportError};

@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::medium::{NamedMedium, decimal};
-use super::print;
+use super::output::print;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use serde::Serialize;

@@ -7,6 +7,8 @@ mod happenings;
 mod list;
 mod monitor;
 mod record;
+#[cfg(unix)]
+mod recorded;
 mod said;
 mod sample;
 #[cfg(unix)]
@@ -15,6 +17,8 @@ mod show;
 
 pub(super) use follow::with_drops;
 pub(super) use happenings::Happenings;
+#[cfg(unix)]
+pub(super) use recorded::Recorded;
 
 use super::failure::Failure;
 use clap::Subcommand;
@@ -85,7 +89,7 @@ pub(super) fn warn_of_sensors(event: &Event) {
     else {
         return;
     };
-    super::warn(&if *heard {
+    super::output::warn(&if *heard {
         format!(
             "several sensors: {taken} is taken for the head, not {ignored}; choose another with \
              head=N in SPEC"

@@ -2,8 +2,8 @@
 
 use super::arguments::threads;
 use super::failure::{Failure, Fault};
+use super::output::print;
 use super::picture_files::make_writable;
-use super::print;
 use super::progress::Progress;
 use super::source::{BUILT_IN_MESH, load_mesh};
 use clap::builder::PossibleValue;

@@ -5,16 +5,17 @@ use crate::picture::{Picture, PictureError};
 use crate::render::RenderError;
 use crate::spectrum::Method;
 use glam::Vec3;
-use shisen_core::capture::{Mapping, SpheroidMirror};
+use miette::Diagnostic;
+use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, DomeError, DomePose, DomeProjection, FlatScreen, FrameError, FrameJob, LevelOfDetail,
     MirrorCamera, Mode, Part, Pixel, Place, Progress, Renderer, Settings, Spectrum, TileError,
     View, ViewError, Workspace,
 };
 use shisen_core::gaze::{Gaze, LineOfSight, LineOfSightError, VisualField};
+use shisen_core::scene::EffectSet;
 use shisen_core::scene::Scene;
 use shisen_core::spectrum::{SpectralSample, SpectralTable, Wavelengths};
-use shisen_core::{EffectSet, Simd};
 use shisen_tracker::link::display::{FrameStart, Rendering, Subject};
 use thiserror::Error;
 
@@ -24,7 +25,7 @@ const PHASES: u32 = 8;
 const MIRROR_RADIUS: f32 = 0.01;
 
 /// Why a frame cannot be made again.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum ReferenceError {
     /// A screen that the eye does not see.
@@ -44,6 +45,7 @@ pub enum ReferenceError {
     Tile(#[from] TileError),
     /// Wavelengths at which a medium is not known.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Render(#[from] RenderError),
     /// A picture too large.
     #[error(transparent)]
@@ -139,14 +141,7 @@ fn spectrum(count: u8, samples: &mut Vec<SpectralSample>) -> Option<Spectrum<'_>
 }
 
 fn dome(place: Vec3, size: u16) -> Result<View, DomeError> {
-    let mirror = SpheroidMirror::BEST;
-    let camera = MirrorCamera {
-        mirror,
-        mapping: Mapping::Exact,
-        radius: MIRROR_RADIUS,
-        viewpoint: mirror.screen_distance(),
-        mirrored: false,
-    };
+    let camera = MirrorCamera::best(MIRROR_RADIUS);
     let pose = DomePose::over_room(place);
     View::dome(DomeProjection::Mirror(camera), pose, size.into())
 }

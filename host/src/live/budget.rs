@@ -33,15 +33,15 @@ pub enum BudgetError {
     #[error("{0} of what: give {0}ms or {0}steps")]
     NoUnit(String),
     /// None at all, or too much.
-    #[error("{0} is out of range: give 0.1ms to 60000ms, or 1steps to 1000000000000steps")]
+    #[error("{0} is out of range: give 0.1ms to 60000ms, or 1steps to {MOST_STEPS}steps")]
     OutOfRange(String),
     /// Something else.
     #[error("\"{0}\" is no budget: give off, paper, paper-scaled, 33ms or 2000000steps")]
     Unknown(String),
 }
 
-/// Most steps.
-const MOST_STEPS: u64 = 1_000_000_000_000;
+/// The most steps that a frame may be given, and that are told apart of what it takes.
+pub(super) const MOST_STEPS: u64 = 1_000_000_000_000;
 
 impl FromStr for FrameBudget {
     type Err = BudgetError;

@@ -146,7 +146,11 @@ impl Latencies {
     pub fn of(&self, leg: Leg) -> Option<Summary> {
         let histogram = self.leg(leg).filter(|legs| !legs.is_empty())?;
         let milliseconds = |nanoseconds: u64| nanoseconds as f64 * 1.0e-6;
-        let at = |quantile: f64| milliseconds(histogram.value_at_quantile(quantile));
+        // A quantile is the end of its class, which may lie past all that is in it.
+        let at = |quantile: f64| {
+            let value = histogram.value_at_quantile(quantile);
+            milliseconds(value.min(histogram.max()))
+        };
         Some(Summary {
             frames: histogram.len(),
             least: milliseconds(histogram.min()),

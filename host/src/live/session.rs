@@ -5,7 +5,7 @@ mod report;
 mod shares;
 mod warm_up;
 
-use super::budget::{FrameBudget, Table2};
+use super::budget::{FrameBudget, MOST_STEPS, Table2};
 use super::engine::{Engine, Rendered};
 use super::governor::{Allowance, Decision, Governor, Taken};
 use super::latency::Stamps;
@@ -15,6 +15,7 @@ use super::tracking::{Latched, LiveTracker};
 use crate::render::{Observer, RenderError};
 use glam::Vec3;
 use hdrhistogram::Histogram;
+use miette::Diagnostic;
 use pacing::Pacing;
 pub use report::{FrameRecord, SessionReport};
 use shares::Shares;
@@ -22,9 +23,6 @@ use shisen_core::{Runs, Simd};
 use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
 use thiserror::Error;
-
-/// Steps that are told apart.
-const MOST_STEPS: u64 = 1_000_000_000_000;
 
 /// What a frame may take besides tracing, more than twice as much as others, before it
 /// counts as held up: others take some tenths of a millisecond.
@@ -69,14 +67,16 @@ pub enum Latch {
 }
 
 /// Why a session does not begin.
-#[derive(Debug, Error)]
+#[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum SessionError {
     /// A budget of the paper's for a scene that is not the paper's.
     #[error("the paper's Table 2 has no such scene, so there is no budget {0} for it")]
+    #[diagnostic(help("give a time, a number of steps, or no budget"))]
     NotInTable(FrameBudget),
     /// A frame that cannot be rendered.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Render(#[from] RenderError),
     /// Machines that no longer show the same.
     #[error(transparent)]

@@ -3,7 +3,8 @@
 use crate::say;
 use shisen_core::frame::{Pixel, Renderer, Settings};
 use shisen_core::scene::{Scene, SceneError};
-use shisen_core::{EffectSet, Simd};
+use shisen_core::Simd;
+use shisen_core::scene::EffectSet;
 
 /// The effects that are linked.
 pub const EFFECTS: u32 = if cfg!(feature = "dispersion") {

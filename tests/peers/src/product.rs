@@ -5,7 +5,7 @@ use super::contender::{RaySet, Subject, locked};
 use super::measure::{cpu_seconds, median};
 use super::rays::{Random, incoherent};
 use super::report::{Report, Row};
-use shisen::bake::{BakeError, Baked};
+use shisen::bake::{BakeError, Baked, Layout};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::simplify::PolygonLevels;
 use shisen_core::scene::Scene;
@@ -16,7 +16,7 @@ use std::process::Stdio;
 use std::time::Instant;
 
 /// Rungs of a scene's polygon levels where nothing else is asked for.
-const RUNGS: u32 = 19;
+const RUNGS: u32 = Layout::Fast.polygon_levels();
 
 /// Above so many triangles another mark is meant for baking.
 const LARGE: usize = 20_000;
@@ -76,10 +76,10 @@ pub fn bake_and_check(subject: &Subject, report: &mut Report) -> Result<(), Box<
         report.at_most(format!("{name}: scene A checked, ms"), 1.0e3 * check, 5.0);
     }
     let mark = if large { 5000.0 } else { 150.0 };
-    // By processor time, which other programs do not lengthen; on several threads it is
-    // over earlier.
-    let what = format!("{name}: scene A baked with {RUNGS} levels, ms of processor time");
-    report.at_most(what, processor, mark);
+    // What one waits for; the processor time beside it is what other programs do not
+    // lengthen.
+    let what = format!("{name}: scene A baked with {RUNGS} levels, ms on all threads");
+    report.at_most(what, wall, mark);
     Ok(())
 }
 

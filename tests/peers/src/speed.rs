@@ -255,10 +255,12 @@ fn marks(ratios: &[Ratio], report: &mut Report) {
             report.at_least(what, ratio, mark);
         }
     }
-    for what in kinds {
-        if let Some(ratio) = mean(Task::Nearest, what, "Shisen native build", false) {
-            let what = format!("{what} rays: default build / native build");
-            report.at_least(what, ratio, 0.9);
+    for (task, of) in [(Task::Nearest, "rays"), (Task::Any, "rays, any hit")] {
+        for what in kinds {
+            if let Some(ratio) = mean(task, what, "Shisen native build", false) {
+                let what = format!("{what} {of}: default build / native build");
+                report.at_least(what, ratio, 0.9);
+            }
         }
     }
     for what in ["primary", "zoom"] {

@@ -105,7 +105,7 @@ pub(super) const EXEMPT_OF_INTEGERS: &[Exempt] = &[
     },
     Exempt {
         why: "its integers are what it gives: the tiles of a frame",
-        run_by: &["host/src/cli/live.rs"],
+        run_by: &["host/src/cli/play.rs"],
         names: &["host live::engine::Engine::tiles"],
     },
     Exempt {

@@ -69,11 +69,11 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let pose = DomePose::over_room(Vec3::Y);
         assert!(side as u32 == 0 || Surroundings::new(pose, side as u32, [&[], &[]]).is_err());
     }),
-    ("core frame::order::FrameJob::tiles_of", |[a, b, side]| {
+    ("core frame::job::FrameJob::tiles_of", |[a, b, side]| {
         let sizes = [[a as u32, b as u32], [b as u32, a as u32], [8, 8]];
         assert!(FrameJob::tiles_of(sizes.into_iter(), side as u32) >= 1);
     }),
-    ("core frame::order::FrameJob::new", |[side, ..]| {
+    ("core frame::job::FrameJob::new", |[side, ..]| {
         of_four(|parts| {
             let mut places = [Place::default(); 64];
             let made = FrameJob::new(parts, side as u32, Budget::UNLIMITED, &mut places);
@@ -88,13 +88,13 @@ pub(super) const CASES: &[(&str, Case)] = &[
             assert_eq!([view.columns(), view.rows()], [size as u32; 2]);
         }
     }),
-    ("core frame::order::Pictures::view", |[number, ..]| {
+    ("core frame::job::Pictures::view", |[number, ..]| {
         of_four(|parts| {
             let found = Pictures::<8>::view(parts, number as usize);
             assert_eq!(found.is_some(), number < 4);
         });
     }),
-    ("core frame::order::Pictures::renderer", |[number, ..]| {
+    ("core frame::job::Pictures::renderer", |[number, ..]| {
         of_four(|parts| {
             let found = Pictures::<8>::renderer(parts, number as usize);
             assert_eq!(found.is_some(), number < 4);
@@ -102,9 +102,6 @@ pub(super) const CASES: &[(&str, Case)] = &[
     }),
     ("core gaze::detail::Detail::bounces", |[most, ..]| {
         each_detail(|detail| assert!(detail.bounces(most as u8) <= most as u8));
-    }),
-    ("core gaze::detail::Detail::samples", |[most, ..]| {
-        each_detail(|detail| assert!(detail.samples(most as u16) <= (most as u16).max(1)));
     }),
     ("core gaze::detail::Detail::wavelengths", |[most, ..]| {
         each_detail(|detail| assert!(detail.wavelengths(most as u8) <= (most as u8).max(1)));

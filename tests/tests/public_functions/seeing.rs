@@ -32,7 +32,7 @@ pub(super) const CASES: &[(&str, Case)] = &[
         if let Some(detail) = Detail::of_level(n.next(0.5)) {
             let faces = FaceRange::new(8, 20).expect("a range");
             assert!((8..=20).contains(&detail.faces(faces)));
-            assert!(detail.bounces(5) <= 5 && detail.samples(16) <= 16);
+            assert!(detail.bounces(5) <= 5);
             assert!(detail.wavelengths(40) <= 40);
             assert!((0.0..=1.0).contains(&detail.level()));
         }
@@ -150,6 +150,11 @@ pub(super) const CASES: &[(&str, Case)] = &[
         let view = View::dome(DomeProjection::MirrorBall, pose, 8);
         finite_or_error(view).inspect(rays_are_rays);
     }),
+    ("core frame::view::dome::MirrorCamera::best", |n| {
+        let projection = DomeProjection::Mirror(MirrorCamera::best(n.next(0.01)));
+        let view = View::dome(projection, DomePose::over_room(Vec3::Y), 8);
+        finite_or_error(view).inspect(rays_are_rays);
+    }),
     (
         "core frame::view::flat_screen::FlatScreen::from_corners",
         |n| {
@@ -244,10 +249,10 @@ pub(super) const CASES: &[(&str, Case)] = &[
             finite(&pixels);
         }
     }),
-    ("core frame::order::FrameJob::new", |n| {
+    ("core frame::job::FrameJob::new", |n| {
         frames(n);
     }),
-    ("core frame::order::FrameJob::render", |n| {
+    ("core frame::job::FrameJob::render", |n| {
         frames(n);
     }),
     ("core frame::Renderer::new", |n| {
@@ -387,6 +392,28 @@ pub(super) const CASES: &[(&str, Case)] = &[
                 assert_eq!(any, nearest.is_some());
                 assert!(fewer <= steps, "{fewer} steps, and {steps} for the nearest");
             }
+        }
+    }),
+    ("core trace::mesh::MeshTracer::nearest_of_each", |n| {
+        let rays = [a_ray(n), None, a_ray(n)];
+        for mesh in 0..BAKED.scene().meshes().len() {
+            let (tracer, stack) = (mesh_tracer(mesh), &mut TraversalStack::EMPTY.clone());
+            let mut found = Vec::new();
+            tracer.nearest_of_each(rays.into_iter(), stack, |hit| found.push(hit));
+            let alone = rays.map(|ray| ray.and_then(|ray| tracer.nearest(&ray, stack).0));
+            assert_eq!(found, alone);
+        }
+    }),
+    ("core trace::mesh::MeshTracer::any_of_each", |n| {
+        let rays = [a_ray(n), None, a_ray(n)];
+        for mesh in 0..BAKED.scene().meshes().len() {
+            let (tracer, stack) = (mesh_tracer(mesh), &mut TraversalStack::EMPTY.clone());
+            let mut found = Vec::new();
+            tracer.any_of_each(rays.into_iter(), stack, |any| found.push(any));
+            assert_eq!(
+                found,
+                rays.map(|ray| ray.is_some_and(|ray| tracer.any(&ray, stack).0))
+            );
         }
     }),
     ("core trace::mesh::MeshTracer::nearest_of_tile", |n| {

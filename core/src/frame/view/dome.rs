@@ -78,6 +78,21 @@ impl MirrorCamera {
 
     /// Farthest viewpoint: equatorial radii.
     const FARTHEST_VIEWPOINT: f32 = 1000.0;
+
+    /// The best mirror, of an equatorial radius in metres, within
+    /// [`RADII`](Self::RADII): each pixel looks at the point that shows its direction, the
+    /// picture is left and right as a viewer under the dome sees it, and the screen's
+    /// centre is at the pose's position.
+    pub const fn best(radius: f32) -> Self {
+        let mirror = SpheroidMirror::BEST;
+        Self {
+            mirror,
+            mapping: Mapping::Exact,
+            radius,
+            viewpoint: mirror.screen_distance(),
+            mirrored: false,
+        }
+    }
 }
 
 /// The rays of a dome master.

@@ -11,7 +11,7 @@ use crate::trace::leaves::Leaves;
 use crate::trace::mesh::MeshView;
 use crate::trace::stack::{TraversalStack, Work};
 use crate::trace::walk::{Path, leaf_index};
-use crate::trace::world::map_point;
+use crate::trace::world::{map_component, map_point};
 use glam::Vec3;
 
 /// Against the triangles of one instance.
@@ -319,9 +319,9 @@ fn mapped<L: Lanes<EIGHT>>(
             l.load(&rays.direction[axis][group])
         });
         let d = [
-            mapped_axis(l, map, 0, &d),
-            mapped_axis(l, map, 1, &d),
-            mapped_axis(l, map, 2, &d),
+            map_component(l, map, 0, d),
+            map_component(l, map, 1, d),
+            map_component(l, map, 2, d),
         ];
         let [x, y, z] = map3(d, magnitude);
         let largest = l.max(x, l.max(y, z));
@@ -337,15 +337,6 @@ fn mapped<L: Lanes<EIGHT>>(
         }
     }
     Some(inside)
-}
-
-/// One component of mapped directions, summed in the order of `map_vector`.
-#[inline(always)]
-fn mapped_axis<L: Lanes<EIGHT>>(l: L, map: &[[f32; 3]; 4], axis: usize, d: &[L::F; 3]) -> L::F {
-    let x = l.mul(l.splat(map[0][axis]), d[0]);
-    let y = l.mul(l.splat(map[1][axis]), d[1]);
-    let z = l.mul(l.splat(map[2][axis]), d[2]);
-    l.add(l.add(x, y), z)
 }
 
 /// The main axis that all rays share, last, and their shears; `None` where

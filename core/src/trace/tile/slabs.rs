@@ -25,7 +25,7 @@ impl Span {
             largest = max(largest, largest_number(ray.direction()));
         }
         // No ray's own component is replaced by a least one: see TileSlabs.
-        let least = max(largest * LEAST_SHARE, Slabs::LEAST_COMPONENT);
+        let least = max(largest * Slabs::LEAST_SHARE, Slabs::LEAST_COMPONENT);
         let corners = map3([0, 1, 2], |axis: usize| {
             [0, 1, 2, 3].map(|corner: usize| corners[corner].to_array()[axis])
         });
@@ -62,10 +62,6 @@ impl Span {
         self.negative[0] | self.negative[1] << 1 | self.negative[2] << 2
     }
 }
-
-/// Components smaller than this share of the largest are replaced by it, as
-/// [`Slabs`] does.
-const LEAST_SHARE: f32 = 1.0e-18;
 
 /// What rounding may move a plane by, as [`Slabs`] has it.
 #[inline(always)]
@@ -142,7 +138,7 @@ impl TileSlabs {
             let m = map3([0, 1, 2], |axis: usize| magnitude(axis, d[axis]));
             let largest = l.max(m[0], l.max(m[1], m[2]));
             let least = l.max(
-                l.mul(largest, l.splat(LEAST_SHARE)),
+                l.mul(largest, l.splat(Slabs::LEAST_SHARE)),
                 l.splat(Slabs::LEAST_COMPONENT),
             );
             let looks = l.le(zero, l.load(&nearest[group]));

@@ -1,10 +1,10 @@
 //! `shisen bench budget`: frames at half of what they take.
 
 use super::super::failure::Failure;
-use super::super::live::{
+use super::super::output::print;
+use super::super::play::{
     Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
 };
-use super::super::print;
 use super::super::tracker::{Interrupt, TrackerName, whole};
 use clap::Args;
 use serde::Serialize;

@@ -1,27 +1,27 @@
 //! Tables with a column for each of the paper's scenes and gazes.
 
+use super::super::output::counted;
+use serde::Serialize;
 use std::fmt;
 
-/// What frames were rendered, as a table's first line begins.
-pub(super) struct Title<'a> {
-    pub(super) mesh: &'a str,
+/// What frames were rendered, as a report and a table's first line begin.
+#[derive(Debug, Serialize)]
+pub(super) struct Title {
+    pub(super) threads: usize,
     /// Pixels along each side of a wall.
     pub(super) size: u32,
-    pub(super) threads: usize,
+    pub(super) mesh: String,
 }
 
-impl fmt::Display for Title<'_> {
+impl fmt::Display for Title {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             mesh,
             size,
             threads,
         } = self;
-        let plural = if *threads == 1 { "" } else { "s" };
-        write!(
-            f,
-            "{mesh}, {size} × {size} pixels × 6, {threads} thread{plural}"
-        )
+        let threads = counted(*threads as u64, "thread");
+        write!(f, "{mesh}, {size} × {size} pixels × 6, {threads}")
     }
 }
 

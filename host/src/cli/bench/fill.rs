@@ -1,9 +1,10 @@
 //! `shisen bench fill`: what it costs to show something where the gaze skips
 //! rays, and how far that is from what is there.
 
+use super::super::arguments::turn;
 use super::super::failure::Failure;
 use super::super::filling::CaptureArguments;
-use super::super::print;
+use super::super::output::print;
 use super::cells::{Rows, Title};
 use super::frames::{FrameArguments, Frames, Look, Way};
 use super::table2::STATES;
@@ -44,19 +45,11 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-fn turn(text: &str) -> Result<f32, String> {
-    match text.parse() {
-        Ok(degrees) if (0.0..=180.0).contains(&degrees) => Ok(degrees),
-        _ => Err("give degrees from 0 to 180".to_owned()),
-    }
-}
-
 /// What was measured.
 #[derive(Debug, Serialize)]
 struct Report {
-    threads: usize,
-    size: u32,
-    mesh: String,
+    #[serde(flatten)]
+    title: Title,
     turn: f32,
     fill_size: u32,
     cells: Vec<Cell>,
@@ -86,7 +79,6 @@ struct Fill {
 /// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
-    let (mesh, threads) = frames.title();
     let capture = arguments.capture.options();
     let mut cells = Vec::new();
     for scene in [PaperScene::A, PaperScene::B, PaperScene::C, PaperScene::D] {
@@ -102,9 +94,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     let report = Report {
-        threads,
-        size: frames.size,
-        mesh,
+        title: frames.title(),
         turn: arguments.turn,
         fill_size: capture.size,
         cells,
@@ -204,7 +194,7 @@ impl Frames {
         let mut pictures = found.pictures.iter().zip(&full.pictures);
         for wall in &self.cave.walls {
             for observer in Self::observers(Way::Lod, look)? {
-                let view = render::view(wall, &observer).map_err(Failure::from_error)?;
+                let view = render::view(wall, &observer)?;
                 if let (Some((found, full)), Some(lod)) = (pictures.next(), &observer.lod) {
                     error.add(&view, lod, &found.picture, &full.picture);
                 }
@@ -216,16 +206,11 @@ impl Frames {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let title = Title {
-            mesh: &self.mesh,
-            size: self.size,
-            threads: self.threads,
-        };
         writeln!(
             f,
-            "{title}, hemispheres of {}² pixels, {}° turned; milliseconds a frame, and codes of \
+            "{}, hemispheres of {}² pixels, {}° turned; milliseconds a frame, and codes of \
              255 from full tracing outside the field",
-            self.fill_size, self.turn
+            self.title, self.fill_size, self.turn
         )?;
         let fill = |cell: &Cell, number: usize, of: fn(&Fill) -> Option<f64>| {
             cell.fills.get(number).and_then(of)

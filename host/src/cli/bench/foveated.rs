@@ -1,20 +1,20 @@
 //! `shisen bench foveated`: what it saves to sample the periphery coarsely.
 
 use super::super::failure::Failure;
-use super::super::print;
+use super::super::output::print;
 use super::super::ray_counts::RayCounts;
 use super::cells::{Rows, Title};
 use super::frames::{FrameArguments, Frames, Look, Way};
 use super::table2::STATES;
 use clap::Args;
 use serde::Serialize;
-use shisen::bake::BakedScene;
 use shisen::live::{Engine, Quality, Share, with_engine};
 use shisen::picture::Picture;
 use shisen::quantiles::{median, median_ratio};
 use shisen::render::{self, Observer};
 use shisen::scene::builtin::PaperScene;
 use shisen::tradeoff::{PictureDifference, Sight};
+use shisen::with_scene;
 use shisen_core::frame::{Outcome, Spectrum, Tile, TileJob};
 use shisen_core::scene::Scene;
 use shisen_core::trace::{Budget, Pixel, Workspace};
@@ -54,9 +54,8 @@ const WAYS: [Way; 3] = [Way::Plain, Way::Lod, Way::Foveated];
 /// What was measured.
 #[derive(Debug, Serialize)]
 struct Report {
-    threads: usize,
-    size: u32,
-    mesh: String,
+    #[serde(flatten)]
+    title: Title,
     cells: Vec<Cell>,
 }
 
@@ -94,16 +93,17 @@ struct Compared {
 /// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
-    let (mesh, threads) = frames.title();
     let mut cells = Vec::new();
     for scene in PaperScene::ALL {
         let of_scene = frames.frames(scene)?;
         for (state, (forward, up)) in (1..).zip(STATES) {
             let look = Look { forward, up };
-            let (ways, least_steps) = match &of_scene.scene {
-                BakedScene::Fast(baked) => cell(baked.scene(), &of_scene, look, frames.repeat),
-                BakedScene::Compact(baked) => cell(baked.scene(), &of_scene, look, frames.repeat),
-            }?;
+            let (ways, least_steps) = with_scene!(&of_scene.scene, |scene| cell(
+                scene,
+                &of_scene,
+                look,
+                frames.repeat
+            ))?;
             let Compared {
                 ways: [plain, paper, foveated],
                 time_ratio,
@@ -122,9 +122,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     let report = Report {
-        threads,
-        size: frames.size,
-        mesh,
+        title: frames.title(),
         cells,
     };
     print(&report, arguments.json)
@@ -165,7 +163,7 @@ where
     let foveated = Frames::observers(Way::Foveated, look)?;
     for screen in frames.cave.screens() {
         for (eye, foveated) in plain.iter().zip(&foveated) {
-            let view = render::view(screen, eye).map_err(Failure::from_error)?;
+            let view = render::view(screen, eye)?;
             let (renderer, chooses) = (of(eye)?, of(foveated)?);
             for y in (0..view.rows()).step_by(SQUARE as usize) {
                 for x in (0..view.columns()).step_by(SQUARE as usize) {
@@ -205,7 +203,7 @@ where
     let mut sights = Vec::new();
     for screen in cave.screens() {
         for eye in &eyes {
-            let view = render::view(screen, eye).map_err(Failure::from_error)?;
+            let view = render::view(screen, eye)?;
             sights.push(Sight::new(&view, look.forward));
         }
     }
@@ -218,8 +216,7 @@ where
         None,
         Share::ALL,
         |engine| measure(engine, &sights, look, repeat),
-    )
-    .map_err(Failure::from_error)?
+    )?
 }
 
 fn measure<const W: usize>(
@@ -238,11 +235,9 @@ where
     for round in 0..=repeat {
         for (number, way) in WAYS.into_iter().enumerate() {
             let eyes: [Observer; 2] = Frames::observers(way, look)?;
-            let frame = engine
-                .render(&eyes, &Quality::FULL, None)
-                .map_err(Failure::from_error)?;
+            let frame = engine.render(&eyes, &Quality::FULL, None)?;
             if round == 0 {
-                pictures[number] = engine.pictures().map_err(Failure::from_error)?;
+                pictures[number] = engine.pictures()?;
                 engine.copy(&mut pictures[number]);
                 work[number] = Some(frame.statistics);
             } else {
@@ -275,12 +270,7 @@ where
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let title = Title {
-            mesh: &self.mesh,
-            size: self.size,
-            threads: self.threads,
-        };
-        writeln!(f, "{title}; milliseconds a frame")?;
+        writeln!(f, "{}; milliseconds a frame", self.title)?;
         let mut table = Rows::new(f, &self.cells, 26, |c| (c.scene, c.state))?;
         table.numbers("plain", 1, |c| Some(1e3 * c.plain.seconds))?;
         table.numbers("paper", 1, |c| Some(1e3 * c.paper.seconds))?;

@@ -2,13 +2,15 @@
 
 use super::super::arguments::{EffectArguments, LevelArguments, Model, SceneName, threads};
 use super::super::failure::Failure;
-use super::super::source::{Loaded, Source, bake};
+use super::super::source::{BUILT_IN_MESH, Loaded, Source, bake};
+use super::cells::Title;
 use clap::Args;
 use glam::Vec3;
 use shisen::bake::{BakedScene, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
 use shisen::render::{self, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::PaperScene;
+use shisen::with_scene;
 use shisen_core::frame::{LevelOfDetail, Statistics};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use std::num::NonZeroUsize;
@@ -59,13 +61,16 @@ pub(super) enum Way {
 }
 
 impl FrameArguments {
-    /// What the mesh is called, and how many threads there are.
-    pub(super) fn title(&self) -> (String, usize) {
-        let mesh = match &self.model.mesh {
-            Some(path) => path.display().to_string(),
-            None => "quadruped".to_owned(),
-        };
-        (mesh, self.options().threads)
+    /// What they are called.
+    pub(super) fn title(&self) -> Title {
+        Title {
+            threads: self.options().threads,
+            size: self.size,
+            mesh: match &self.model.mesh {
+                Some(path) => path.display().to_string(),
+                None => BUILT_IN_MESH.to_owned(),
+            },
+        }
     }
 
     fn options(&self) -> Options {
@@ -133,15 +138,9 @@ impl Frames {
         let eyes = Self::observers(way, look)?;
         let (cave, options) = (&self.cave, &self.options);
         let quiet = |_, _| {};
-        match &self.scene {
-            BakedScene::Fast(baked) => {
-                render::cave_filled(&baked.scene(), cave, &eyes, options, filling, &quiet)
-            }
-            BakedScene::Compact(baked) => {
-                render::cave_filled(&baked.scene(), cave, &eyes, options, filling, &quiet)
-            }
-        }
-        .map_err(Failure::from_error)
+        Ok(with_scene!(&self.scene, |scene| render::cave_filled(
+            &scene, cave, &eyes, options, filling, &quiet
+        ))?)
     }
 
     /// The two eyes, with what follows their gaze.

@@ -4,11 +4,11 @@ mod files;
 
 use super::super::arguments::span;
 use super::super::failure::Failure;
-use super::super::live::{
+use super::super::output::print;
+use super::super::picture_files::make_writable;
+use super::super::play::{
     Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
 };
-use super::super::picture_files::make_writable;
-use super::super::print;
 use super::super::tracker::{Interrupt, protocol, whole};
 use clap::builder::ArgPredicate;
 use clap::{Arg, Args};

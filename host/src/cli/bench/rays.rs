@@ -2,7 +2,7 @@
 
 use super::super::arguments::{LayoutChoice, SimdChoice, threads};
 use super::super::failure::{Failure, Fault};
-use super::super::print;
+use super::super::output::print;
 use super::super::source::load_mesh;
 use clap::Args;
 use glam::Vec3;
@@ -11,6 +11,7 @@ use serde::Serialize;
 use shisen::bake::{Baked, Layout, lone_mesh};
 use shisen::files::write_atomically;
 use shisen::mesh::TriangleMesh;
+use shisen::quantiles::median;
 use shisen_core::shape::Ray;
 use shisen_core::trace::{MeshTracer, TraversalStack};
 use shisen_core::{Runs, Simd};
@@ -180,20 +181,17 @@ where
         }
     }
     rates.sort_by(f64::total_cmp);
-    let last = rates.len().saturating_sub(1);
-    let rate = |index: usize| rates.get(index).copied().unwrap_or_default();
     let report = Report {
         mrays_per_second: Rate {
-            median: f64::midpoint(rate(last / 2), rate(last.div_ceil(2))),
-            min: rate(0),
-            max: rate(last),
+            min: rates.first().copied().unwrap_or_default(),
+            max: rates.last().copied().unwrap_or_default(),
+            median: median(rates),
         },
         rays: rays.len(),
         hits: hits.iter().filter(|hit| **hit != RayHit::MISS).count(),
         steps_per_ray: steps as f64 / rays.len() as f64,
         build_seconds,
-        // Four lanes have the portable path only.
-        simd: if W == 8 { simd } else { Simd::PORTABLE }.name(),
+        simd: arguments.layout.0.simd(simd).name(),
         threads,
         repeat: arguments.repeat,
         layout: arguments.layout.0.name(),
@@ -215,17 +213,15 @@ where
         .map_init(
             || TraversalStack::EMPTY,
             |stack, (rays, hits)| {
-                let mut total = 0;
-                for (ray, hit) in rays.iter().zip(hits) {
-                    let Some(ray) = ray else { continue };
-                    let (nearest, steps) = tracer.nearest(ray, stack);
-                    total += steps;
-                    *hit = nearest.map_or(RayHit::MISS, |nearest| RayHit {
-                        triangle: nearest.triangle,
-                        t: nearest.t,
-                    });
-                }
-                total
+                let mut hits = hits.iter_mut();
+                tracer.nearest_of_each(rays.iter().copied(), stack, |nearest| {
+                    if let Some(hit) = hits.next() {
+                        *hit = nearest.map_or(RayHit::MISS, |nearest| RayHit {
+                            triangle: nearest.triangle,
+                            t: nearest.t,
+                        });
+                    }
+                })
             },
         )
         .sum()

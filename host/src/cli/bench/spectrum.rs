@@ -5,8 +5,8 @@ mod views;
 
 use super::super::arguments::threads;
 use super::super::failure::Failure;
+use super::super::output::print;
 use super::super::picture_files::{make_writable, metadata};
-use super::super::print;
 use super::super::source::bake;
 use clap::Args;
 use report::{Cost, Report, Row, SameError, Split, Splits};
@@ -18,6 +18,7 @@ use shisen::quantiles::median;
 use shisen::render::{self, Frame, Observer, Options};
 use shisen::scene::builtin::spheres;
 use shisen::spectrum::{Dispersion, Method};
+use shisen::with_scene;
 use shisen_core::frame::MAX_SAMPLES;
 use shisen_core::scene::EffectSet;
 use shisen_core::spectrum::Wavelengths;
@@ -137,11 +138,9 @@ impl Bench {
             Viewer::default().eye(Eye::Centre),
         )];
         let (cave, quiet) = (&self.cave, |_, _| {});
-        match &self.scene {
-            BakedScene::Fast(baked) => render::cave(&baked.scene(), cave, &eye, options, &quiet),
-            BakedScene::Compact(baked) => render::cave(&baked.scene(), cave, &eye, options, &quiet),
-        }
-        .map_err(Failure::from_error)
+        Ok(with_scene!(&self.scene, |scene| render::cave(
+            &scene, cave, &eye, options, &quiet
+        ))?)
     }
 
     /// Which pixels meet glass: they change where none lets light through.

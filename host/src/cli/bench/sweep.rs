@@ -1,7 +1,7 @@
 //! `shisen bench sweep`: whether a gaze can make level of detail dearer.
 
 use super::super::failure::Failure;
-use super::super::print;
+use super::super::output::print;
 use super::cells::Title;
 use super::frames::{FrameArguments, Frames, Way};
 use clap::Args;
@@ -40,9 +40,8 @@ pub(in crate::cli) struct Arguments {
 /// What was measured.
 #[derive(Debug, Serialize)]
 struct Report {
-    threads: usize,
-    size: u32,
-    mesh: String,
+    #[serde(flatten)]
+    title: Title,
     directions: u32,
     scenes: Vec<OfScene>,
 }
@@ -121,7 +120,6 @@ fn worst(gazes: &mut [Measured], of: impl Fn(&Measured) -> f64) -> &mut Measured
 /// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let frames = &arguments.frames;
-    let (mesh, threads) = frames.title();
     let mut scenes = Vec::new();
     for scene in PaperScene::ALL {
         let of_scene = frames.frames(scene)?;
@@ -159,9 +157,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         scenes.push(report);
     }
     let report = Report {
-        threads,
-        size: frames.size,
-        mesh,
+        title: frames.title(),
         directions: arguments.directions,
         scenes,
     };
@@ -178,15 +174,10 @@ fn direction(number: u32, of: u32) -> DVec3 {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let title = Title {
-            mesh: &self.mesh,
-            size: self.size,
-            threads: self.threads,
-        };
         write!(
             f,
-            "{title}, {} directions; level of detail against plain tracing",
-            self.directions
+            "{}, {} directions; level of detail against plain tracing",
+            self.title, self.directions
         )?;
         for scene in &self.scenes {
             let at = |worst: &Worst| {

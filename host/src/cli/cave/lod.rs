@@ -36,7 +36,7 @@ pub(super) fn report(
         for observer in observers {
             let both = pictures.next();
             let Some(lod) = &observer.lod else { continue };
-            let view = render::view(screen, observer).map_err(Failure::from_error)?;
+            let view = render::view(screen, observer)?;
             let coverage = Coverage::new(&view, lod, depth);
             if let Some((found, full)) = both {
                 error.add(&view, lod, &found.picture, &full.picture);
@@ -118,7 +118,7 @@ impl LodPictures {
             .map_err(Failure::from_error)?;
         let (mut levels, mut polygons, mut difference) = (Vec::new(), Vec::new(), Vec::new());
         for (number, screen) in cave.screens().enumerate() {
-            let view = render::view(screen, observer).map_err(Failure::from_error)?;
+            let view = render::view(screen, observer)?;
             let made = |picture: Result<Picture, _>| {
                 picture
                     .map(|picture| (screen, picture))

@@ -2,6 +2,7 @@
 
 use super::super::arguments::EffectReport;
 use super::super::dispersion::DispersionReport;
+use super::super::output::counted;
 use super::super::ray_counts::RayCounts;
 use serde::Serialize;
 use std::fmt;
@@ -175,7 +176,6 @@ impl fmt::Display for Report {
         if let Some(mesh) = &self.mesh {
             write!(f, " of {mesh}")?;
         }
-        let plural = |count: usize| if count == 1 { "" } else { "s" };
         let Self {
             walls,
             domes,
@@ -189,25 +189,16 @@ impl fmt::Display for Report {
         f.write_str(":")?;
         for (count, what) in [(*walls, "wall"), (*domes, "dome")] {
             if count > 0 {
-                write!(f, " {count} {what}{},", plural(count))?;
+                write!(f, " {},", counted(count as u64, what))?;
             }
         }
         writeln!(
             f,
-            " {eyes} eye{}, traced in {seconds:.3} s on {threads} thread{} ({simd})",
-            plural(*eyes),
-            plural(*threads),
+            " {}, traced in {seconds:.3} s on {} ({simd})",
+            counted(*eyes as u64, "eye"),
+            counted(*threads as u64, "thread"),
         )?;
-        let RayCounts {
-            primary,
-            reflected,
-            refracted,
-            shadow,
-        } = self.rays;
-        writeln!(
-            f,
-            "rays: {primary} primary, {reflected} reflected, {refracted} refracted, {shadow} shadow"
-        )?;
+        writeln!(f, "rays: {}", self.rays)?;
         if let Some(lod) = &self.lod {
             writeln!(
                 f,

@@ -1,6 +1,7 @@
 //! Frames that follow a tracker.
 
 use super::super::failure::{Failure, Fault};
+use super::super::output::counted;
 use super::super::tracker::{Happenings, Interrupt, TrackerName, whole};
 use clap::Args;
 use miette::Diagnostic;
@@ -264,12 +265,14 @@ impl std::fmt::Display for Report {
                 one.frame, one.state, one.frame_hash
             )?;
         }
-        let count = self.frames.len();
-        let plural = if count == 1 { "" } else { "s" };
         write!(
             f,
-            "{count} frame{plural} of scene {} along {} at {} Hz, {:.3} s of tracing",
-            self.scene, self.tracker, self.hz, self.seconds
+            "{} of scene {} along {} at {} Hz, {:.3} s of tracing",
+            counted(self.frames.len() as u64, "frame"),
+            self.scene,
+            self.tracker,
+            self.hz,
+            self.seconds
         )
     }
 }
@@ -295,8 +298,24 @@ mod tests {
     use shisen_tracker::estimate::State;
     use shisen_tracker::head::hatire::{Config, FRAME_BYTES};
     use shisen_tracker::sample::Sample;
+    use std::path::Path;
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
+
+    /// Along the device on a line.
+    fn follower(line: &Path, protocol: &str) -> Follower {
+        let name = format!("serial:{}?protocol={protocol}", line.display());
+        let name: TrackerName = name.parse().unwrap();
+        let arguments = TrackerArguments {
+            tracker: None,
+            calibration: None,
+            frames: 1,
+            hz: 60,
+        };
+        let interrupt = Interrupt::new();
+        let follower = Follower::new(&name, &arguments, HeadPose::IDENTITY, &interrupt);
+        follower.unwrap_or_else(|_| panic!("it says something"))
+    }
 
     /// Frames that take longer than a tracker's samples are apart, by far: what comes in
     /// the meantime keeps its times.
@@ -319,19 +338,7 @@ mod tests {
                 !until.load(Ordering::Relaxed)
             })
         });
-        let name = format!("serial:{}?protocol=link", path.display());
-        let name: TrackerName = name.parse().unwrap();
-        let arguments = TrackerArguments {
-            tracker: None,
-            calibration: None,
-            frames: 1,
-            hz: 60,
-        };
-        let interrupt = Interrupt::new();
-        let follower = Follower::new(&name, &arguments, HeadPose::IDENTITY, &interrupt);
-        let Ok(mut follower) = follower else {
-            panic!("it says something");
-        };
+        let mut follower = follower(&path, "link");
         let Source::Device(tracker) = &follower.source else {
             panic!("it is a device");
         };
@@ -375,22 +382,8 @@ mod tests {
             }
             pty
         });
-        let name = format!("serial:{}?protocol=hatire", path.display());
-        let name: TrackerName = name.parse().unwrap();
-        let arguments = TrackerArguments {
-            tracker: None,
-            calibration: None,
-            frames: 1,
-            hz: 60,
-        };
-        let interrupt = Interrupt::new();
-        let follower = Follower::new(&name, &arguments, HeadPose::IDENTITY, &interrupt);
-        let Ok(Follower {
-            source: Source::Device(tracker),
-            ..
-        }) = follower
-        else {
-            panic!("it is a device, and says something");
+        let Source::Device(tracker) = follower(&path, "hatire").source else {
+            panic!("it is a device");
         };
         begun.store(true, Ordering::Relaxed);
         let mut pty = device.join().unwrap();

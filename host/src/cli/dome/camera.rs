@@ -1,6 +1,7 @@
 //! The camera of a dome master and what it sees, from arguments.
 
 use super::arguments::{ConfigChoice, MappingChoice};
+use crate::cli::arguments::number_within;
 use crate::cli::failure::Failure;
 use crate::cli::progress::Progress;
 use clap::Args;
@@ -10,6 +11,7 @@ use shisen::render::{self, DomePicture, Options};
 use shisen::scene::Scene;
 use shisen::scene::builtin::grid;
 use shisen::scene::camera::DomeCamera;
+use shisen::with_scene;
 use shisen_core::frame::{DomeProjection, MirrorCamera, View};
 use shisen_core::shape::Spheroid;
 use std::str::FromStr;
@@ -173,9 +175,7 @@ impl Optics {
 
 /// `--distance`: mirror radii.
 pub(super) fn distance(text: &str) -> Result<f64, String> {
-    let number: Option<f64> = text.trim().parse().ok();
-    number
-        .filter(|distance| (1.0e-3..=1.0e12).contains(distance))
+    number_within(text, 1.0e-3, 1.0e12)
         .ok_or_else(|| "give mirror radii from 0.001 to 1e12, such as 100".to_owned())
 }
 
@@ -203,10 +203,9 @@ pub(super) fn trace(
 ) -> Result<DomePicture, Failure> {
     let progress = Progress::new(quiet);
     let show = |done, total| progress.show(done, total);
-    let picture = match baked {
-        BakedScene::Fast(baked) => render::dome(&baked.scene(), view, None, options, &show),
-        BakedScene::Compact(baked) => render::dome(&baked.scene(), view, None, options, &show),
-    };
+    let picture = with_scene!(baked, |scene| render::dome(
+        &scene, view, None, options, &show
+    ));
     progress.finish();
-    picture.map_err(Failure::from_error)
+    Ok(picture?)
 }

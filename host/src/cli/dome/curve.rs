@@ -1,8 +1,8 @@
 //! `shisen dome curve`: the paper's figures 10 to 16.
 
 use super::super::failure::Failure;
+use super::super::output::print;
 use super::super::picture_files::make_writable;
-use super::super::print;
 use super::arguments::{ConfigChoice, MappingChoice};
 use super::figure::Figure;
 use clap::Args;

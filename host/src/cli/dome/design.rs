@@ -1,7 +1,7 @@
 //! `shisen dome design`: the mirror that takes the truest dome master.
 
 use super::super::failure::Failure;
-use super::super::print;
+use super::super::output::print;
 use super::arguments::{MappingChoice, MirrorArguments, projection_name};
 use clap::Args;
 use serde::Serialize;

@@ -1,7 +1,8 @@
 //! `shisen dome map`: angles and their places in a dome master.
 
+use super::super::arguments::number_within;
 use super::super::failure::Failure;
-use super::super::print;
+use super::super::output::print;
 use super::arguments::{MappingChoice, MirrorArguments};
 use clap::Args;
 use serde::Serialize;
@@ -41,9 +42,7 @@ pub(in crate::cli) struct Arguments {
 }
 
 fn step(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse().ok();
-    number
-        .filter(|degrees| (0.001..=90.0).contains(degrees))
+    number_within(text, 0.001, 90.0)
         .ok_or_else(|| "give degrees from 0.001 to 90, such as 10".into())
 }
 

@@ -1,8 +1,9 @@
 //! `shisen dome nearfield`: what surroundings near the mirror cost.
 
+use super::super::arguments::number_within;
 use super::super::failure::Failure;
+use super::super::output::print;
 use super::super::picture_files::make_writable;
-use super::super::print;
 use super::arguments::{MappingChoice, MirrorArguments};
 use super::figure::Figure;
 use clap::{Args, ValueEnum};
@@ -108,9 +109,7 @@ impl ViewpointChoice {
 }
 
 fn world_offset(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse().ok();
-    number
-        .filter(|offset| (0.0..=1.0e6).contains(offset))
+    number_within(text, 0.0, 1.0e6)
         .ok_or_else(|| "give numbers from 0 to 1e6, such as 1,1000".into())
 }
 

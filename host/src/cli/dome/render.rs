@@ -1,11 +1,11 @@
 //! `shisen dome render`: dome masters of a scene.
 
 use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
-use crate::cli::arguments::{EffectReport, Model, SceneName};
+use crate::cli::arguments::{EffectReport, Model, SceneName, number_within};
 use crate::cli::dispersion::DispersionReport;
 use crate::cli::failure::Failure;
+use crate::cli::output::{counted, print};
 use crate::cli::picture_files::{hexadecimal, make_writable, metadata};
-use crate::cli::print;
 use crate::cli::ray_counts::RayCounts;
 use crate::cli::source::{Loaded, Source, bake};
 use crate::cli::tracing::TracingArguments;
@@ -16,7 +16,6 @@ use shisen::dome::{Mapping, Named};
 use shisen::look::Point;
 use shisen::render::DomePicture;
 use shisen::scene::camera::{CameraPath, DomeCamera};
-use shisen_core::Simd;
 use shisen_core::frame::{Statistics, View};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -100,9 +99,7 @@ struct Output {
 
 /// `--tilt`.
 fn tilt(text: &str) -> Result<f64, String> {
-    let number: Option<f64> = text.trim().parse().ok();
-    number
-        .filter(|degrees| (-360.0..=360.0).contains(degrees))
+    number_within(text, -360.0, 360.0)
         .ok_or_else(|| "give degrees from -360 to 360, such as 30".to_owned())
 }
 
@@ -256,11 +253,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         scene: source.name,
         mesh: source.mesh,
         threads: options.threads,
-        simd: match baked.layout() {
-            Layout::Fast => options.simd.name(),
-            // Four lanes have the portable path only.
-            Layout::Compact => Simd::PORTABLE.name(),
-        },
+        simd: baked.layout().simd(options.simd).name(),
         depth: arguments.tracing.depth,
         samples: arguments.tracing.samples,
         effects: EffectReport::new(&options.effects, &baked),
@@ -317,31 +310,21 @@ fn write(names: &Names, frame: u32, found: &DomePicture, title: &str) -> Result<
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "scene {}: {} dome master", self.scene, self.frames)?;
-        f.write_str(if self.frames == 1 { "" } else { "s" })?;
+        let masters = counted(self.frames.into(), "dome master");
+        write!(f, "scene {}: {masters}", self.scene)?;
         match self.config {
             Some(config) => write!(f, " by {config} ({})", self.mapping)?,
             None => write!(f, " of {} degrees without a mirror", self.fov)?,
         }
         writeln!(
             f,
-            ", {0} × {0}, traced in {1:.3} s on {2} thread{3} ({4})",
+            ", {0} × {0}, traced in {1:.3} s on {2} ({3})",
             self.size,
             self.seconds,
-            self.threads,
-            if self.threads == 1 { "" } else { "s" },
+            counted(self.threads as u64, "thread"),
             self.simd
         )?;
-        let RayCounts {
-            primary,
-            reflected,
-            refracted,
-            shadow,
-        } = self.rays;
-        write!(
-            f,
-            "rays: {primary} primary, {reflected} reflected, {refracted} refracted, {shadow} shadow"
-        )?;
+        write!(f, "rays: {}", self.rays)?;
         for image in &self.images {
             write!(f, "\n{}", image.path)?;
         }

@@ -2,7 +2,7 @@
 
 use crate::cli::arguments::{PictureSize, WallsName};
 use crate::cli::failure::{Failure, Fault};
-use crate::cli::print;
+use crate::cli::output::print;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use shisen::cave::{Cave, DomeScreen};

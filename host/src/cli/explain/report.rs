@@ -1,6 +1,7 @@
 //! What `shisen explain` prints.
 
 use crate::cli::dispersion::DispersionReport;
+use crate::cli::output::counted;
 use serde::Serialize;
 use shisen_core::scene::format::{Light, Material, effect, flag, light};
 use shisen_core::scene::{EffectSet, Records};
@@ -188,17 +189,14 @@ impl fmt::Display for Report {
         if let Some(mesh) = &self.mesh {
             write!(f, " of {mesh}")?;
         }
-        let plural = |count: usize| if count == 1 { "" } else { "s" };
         writeln!(
             f,
-            " on {} for {} eye{}: {} pixels, {} on {} thread{}",
+            " on {} for {}: {} pixels, {} on {}",
             self.walls.join(", "),
-            self.eyes,
-            plural(self.eyes),
+            counted(self.eyes as u64, "eye"),
             self.pixels,
             self.seconds,
-            self.threads,
-            plural(self.threads),
+            counted(self.threads as u64, "thread"),
         )?;
         writeln!(
             f,

@@ -3,7 +3,7 @@
 use super::super::picture_files::hexadecimal;
 use serde::Serialize;
 use shisen::firmware::{Image, ShownFrame, Watched};
-use shisen_core::EffectSet;
+use shisen_core::scene::EffectSet;
 use shisen_tracker::estimate::State;
 use shisen_tracker::link::display::Subject;
 use std::fmt;

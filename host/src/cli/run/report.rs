@@ -2,7 +2,7 @@
 
 use super::watched::Watched;
 use super::{Arguments, FillName, LatchName};
-use crate::cli::live::{Interference, Played, Prepared};
+use crate::cli::play::{Interference, Played, Prepared};
 use hdrhistogram::Histogram;
 use serde::Serialize;
 use shisen::live::{

@@ -1,5 +1,6 @@
 //! Budgets that are too small for the least quality.
 
+use crate::cli::output::counted;
 use shisen::live::{FrameRecord, Quality};
 
 /// Frames over their time before that is told: one or two may have been held up.
@@ -32,10 +33,10 @@ impl Shortfall {
         if let Some(steps) = record.budget_steps.filter(|_| is_nothing && !self.of_steps) {
             self.of_steps = true;
             return Some(format!(
-                "the budget is too small: of frame {} no tile is finished in {steps} step{}; give \
-                 a larger --budget",
+                "the budget is too small: of frame {} no tile is finished in {}; give a larger \
+                 --budget",
                 record.frame,
-                if steps == 1 { "" } else { "s" },
+                counted(steps, "step"),
             ));
         }
         if record.rung == 0 {

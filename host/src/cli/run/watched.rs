@@ -1,6 +1,6 @@
 //! What the loop hears of a window.
 
-use crate::cli::live::Change;
+use crate::cli::play::Change;
 use serde::Serialize;
 
 /// What a key asks of the loop.

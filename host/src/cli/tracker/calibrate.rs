@@ -1,8 +1,8 @@
 //! `shisen tracker calibrate`: from what a tracker says to where eyes look.
 
 use super::super::failure::{Failure, Fault};
-use super::super::print;
-use super::follow::{EndArguments, follow, say};
+use super::super::output::{print, say};
+use super::follow::{EndArguments, follow};
 use super::show::Shown;
 use super::{TrackerName, warn_of_sensors};
 use clap::{Args, ValueEnum};

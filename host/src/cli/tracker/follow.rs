@@ -2,7 +2,7 @@
 
 use super::super::arguments::span;
 use super::super::failure::Failure;
-use super::super::warn;
+use super::super::output::{say, warn};
 use super::features::FeatureReport;
 use super::happenings::Happenings;
 use super::sample::{ByReason, by_reason};
@@ -12,7 +12,6 @@ use miette::Diagnostic;
 use shisen::tracker::{Feed, Notice, Trouble};
 use shisen_tracker::decoder::{Counts, Event};
 use shisen_tracker::time::Micros;
-use std::io::Write;
 use std::time::Duration;
 use thiserror::Error;
 
@@ -141,10 +140,4 @@ pub(in crate::cli) fn with_drops(trouble: &Trouble, counts: &Counts) -> String {
         return trouble.to_string();
     }
     format!("{trouble}; thrown away so far:{}", ByReason(&reasons))
-}
-
-/// Says something on standard error.
-pub(super) fn say(what: &str) {
-    // Nobody is left to tell where it is closed.
-    let _ = writeln!(std::io::stderr(), "{what}");
 }

@@ -1,7 +1,7 @@
 //! What a tracker says of itself, and what happens to its clock and to the gaze, in
 //! words.
 
-use super::super::warn;
+use super::super::output::warn;
 use super::warn_of_sensors;
 use super::with_drops;
 use shisen::live::Happening;

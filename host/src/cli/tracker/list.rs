@@ -1,7 +1,7 @@
 //! `shisen tracker list`: what is plugged in.
 
 use super::super::failure::Failure;
-use super::super::{print, warn};
+use super::super::output::{print, warn};
 use super::features::FeatureReport;
 use clap::Args;
 use serde::Serialize;

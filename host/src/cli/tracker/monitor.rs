@@ -1,11 +1,11 @@
 //! `shisen tracker monitor`: what a tracker says, as it says it.
 
 use super::super::failure::Failure;
+use super::super::output;
 use super::TrackerName;
 use super::follow::{EndArguments, follow};
 use super::sample::{Record, Records};
 use clap::Args;
-use miette::Diagnostic;
 use shisen::tracker::Feed;
 use shisen::tracker::calibration::{Calibrated, estimation};
 use shisen_tracker::decoder::Event;
@@ -13,7 +13,6 @@ use shisen_tracker::estimate::GazeEstimator;
 use shisen_tracker::time::Micros;
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
-use thiserror::Error;
 
 /// Shows what a tracker says
 ///
@@ -108,14 +107,6 @@ pub(super) fn show(
     shown
 }
 
-/// Nobody can read on.
-#[derive(Debug, Error, Diagnostic)]
-#[error("cannot write to standard output: {reason}")]
-#[diagnostic(help("make room where it leads to, or let it lead elsewhere"))]
-struct Unwritten {
-    reason: io::Error,
-}
-
 /// Standard output: one line that changes, or a line a record.
 struct Screen {
     json: bool,
@@ -140,26 +131,17 @@ impl Screen {
             return Ok(true);
         }
         self.shown = Some(now);
-        let mut stdout = io::stdout().lock();
-        let written = if self.json {
-            let text = serde_json::to_string(record).map_err(io::Error::from);
-            text.and_then(|text| writeln!(stdout, "{text}"))
-        } else if self.live {
-            write!(stdout, "\r\x1b[K{record}")
+        Ok(if self.live {
+            output::write(|stdout| write!(stdout, "\r\x1b[K{record}"))?
         } else {
-            writeln!(stdout, "{record}")
-        };
-        match written.and_then(|()| stdout.flush()) {
-            Ok(()) => Ok(true),
-            // Whoever closed the pipe has read all that was wanted.
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
-            Err(reason) => Err(Unwritten { reason }.into()),
-        }
+            output::print_one(record, self.json)?
+        })
     }
 
     fn end(&self) {
         if self.live && self.shown.is_some() {
-            let _ = writeln!(io::stdout());
+            // What ended it matters more.
+            let _ = output::write(|stdout| writeln!(stdout));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `shisen tracker record`: what a tracker says, into a file.
 
 use super::super::failure::Failure;
-use super::super::print;
+use super::super::output::print;
 use super::TrackerName;
 use super::follow::{EndArguments, follow};
 use super::sample::{ByReason, by_reason};

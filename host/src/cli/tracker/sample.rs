@@ -1,6 +1,6 @@
 //! Samples, for reports.
 
-use super::super::warn;
+use super::super::output::warn;
 use super::features::FeatureReport;
 use super::happenings::Happenings;
 use super::said::Said;

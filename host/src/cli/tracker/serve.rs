@@ -1,11 +1,11 @@
 //! `shisen tracker mock` and `replay`: trackers for others to read.
 
 use super::super::failure::Failure;
-use super::super::warn;
+use super::super::output::{say, warn};
 use super::follow::EndArguments;
 use super::monitor::show;
 use super::sample::Records;
-use super::{Interrupt, protocol, whole};
+use super::{Interrupt, Recorded, protocol, whole};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::pty::Pty;
@@ -165,7 +165,7 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let samples = from_the_first(samples);
     let over = samples.last().map_or(Micros(0), |last| last.arrival);
     let recorded = samples.len() as u64;
-    let samples = Samples(samples.into_iter().peekable());
+    let samples = Recorded::new(samples);
     let play = Play::ToReader { over };
     let played = line(path, samples, &protocol, &arguments.end, play)?;
     if played.whole && played.sent < recorded {
@@ -241,7 +241,7 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
 /// Says what a recording waits for.
 fn tell_stage(stage: Stage, path: &Path, protocol: &ProtocolSpec) {
     let path = path.display();
-    super::follow::say(&match stage {
+    say(&match stage {
         Stage::Unread => format!("waiting until somebody opens {path}"),
         Stage::Untold if protocol.is_told() => format!(
             "{path} was opened; waiting until the device is told what to send, or nothing is \
@@ -257,17 +257,6 @@ fn on_a_line(protocol: Option<ProtocolSpec>) -> Result<ProtocolSpec, Failure> {
     match protocol {
         Some(protocol) => Ok(protocol),
         None => Ok(Protocol::NAMES[0].parse::<ProtocolSpec>()?),
-    }
-}
-
-/// Recorded samples, at their times.
-struct Samples(std::iter::Peekable<std::vec::IntoIter<Sample>>);
-
-impl Source for Samples {
-    type Item = Sample;
-
-    fn poll(&mut self, until: Micros) -> Option<Sample> {
-        self.0.next_if(|sample| sample.arrival <= until)
     }
 }
 
@@ -314,7 +303,7 @@ fn line(
             LineError::Open { path, reason }
         }
     })?;
-    super::follow::say(&format!(
+    say(&format!(
         "{} speaks {protocol}, at {}",
         path.display(),
         pty.name().display()

@@ -4,7 +4,6 @@
 use glam::Vec3;
 use shisen_capi_tests::pieces;
 use shisen_core::Simd;
-use shisen_core::capture::{Mapping, SpheroidMirror};
 use shisen_core::frame::{
     Budget, DomePose, DomeProjection, FlatScreen, LevelOfDetail, MirrorCamera, Mode, Outcome,
     Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
@@ -81,14 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let view = screen.view_from(eye)?;
         hash = fnv1a(hash, &picture(&following, &view, &mut workspace)?);
     }
-    let mirror = SpheroidMirror::BEST;
-    let projection = DomeProjection::Mirror(MirrorCamera {
-        mirror,
-        mapping: Mapping::Exact,
-        radius: 0.001,
-        viewpoint: mirror.screen_distance(),
-        mirrored: false,
-    });
+    let projection = DomeProjection::Mirror(MirrorCamera::best(0.001));
     let view = View::dome(projection, DomePose::over_room(Vec3::ZERO), SIDE)?;
     let steps = workspace.statistics.steps;
     let dome = fnv1a(FNV_START, &picture(&renderer, &view, &mut workspace)?);

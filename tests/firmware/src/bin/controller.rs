@@ -12,7 +12,6 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use glam::Vec3;
 use heapless::Deque;
-use shisen_core::capture::{Mapping, SpheroidMirror};
 use shisen_core::frame::{
     Budget, DomePose, DomeProjection, FrameJob, MirrorCamera, Part, Pictures, Pixel, Place,
     Progress, Renderer, Statistics, Tile, Tiles, View, Workspace,
@@ -293,19 +292,14 @@ fn frame(
     done.cut_short
 }
 
+/// Of the mirror through which a dome master is taken: metres.
+const MIRROR_RADIUS: f32 = 0.01;
+
 /// A dome master of everything around a place, as the best mirror shows it.
 #[inline(never)]
 fn dome(place: Vec3, size: u16) -> Option<View> {
-    let mirror = SpheroidMirror::BEST;
-    let camera = MirrorCamera {
-        mirror,
-        mapping: Mapping::Exact,
-        radius: 0.01,
-        viewpoint: mirror.screen_distance(),
-        mirrored: false,
-    };
     View::dome(
-        DomeProjection::Mirror(camera),
+        DomeProjection::Mirror(MirrorCamera::best(MIRROR_RADIUS)),
         DomePose::over_room(place),
         size.into(),
     )

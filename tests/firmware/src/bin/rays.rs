@@ -30,7 +30,7 @@ const SIDE: u32 = 64;
 const BLOCK: u32 = 8;
 /// All effects but dispersion, as the controller has them.
 const EFFECTS: u32 =
-    shisen_core::EffectSet::ALL.bits() & !shisen_core::EffectSet::DISPERSION.bits();
+    shisen_core::scene::EffectSet::ALL.bits() & !shisen_core::scene::EffectSet::DISPERSION.bits();
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {

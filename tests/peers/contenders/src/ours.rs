@@ -45,14 +45,15 @@ impl Trace for Nearest {
     }
 
     fn trace(&self, rays: &[[f32; 6]], _: usize, hits: &mut [Hit]) {
-        let mut stack = TraversalStack::EMPTY;
-        for (raw, hit) in rays.iter().zip(hits) {
-            let nearest = ray(raw).and_then(|ray| self.0.nearest(&ray, &mut stack).0);
-            *hit = nearest.map_or(Hit::MISS, |hit| Hit {
-                triangle: hit.triangle,
-                t: hit.t,
-            });
-        }
+        let (mut stack, mut hits) = (TraversalStack::EMPTY, hits.iter_mut());
+        self.0.nearest_of_each(rays.iter().map(ray), &mut stack, |nearest| {
+            if let Some(hit) = hits.next() {
+                *hit = nearest.map_or(Hit::MISS, |hit| Hit {
+                    triangle: hit.triangle,
+                    t: hit.t,
+                });
+            }
+        });
     }
 }
 
@@ -62,18 +63,19 @@ impl Trace for Any {
     }
 
     fn trace(&self, rays: &[[f32; 6]], _: usize, hits: &mut [Hit]) {
-        let mut stack = TraversalStack::EMPTY;
-        for (raw, hit) in rays.iter().zip(hits) {
-            let any = ray(raw).is_some_and(|ray| self.0.any(&ray, &mut stack).0);
-            *hit = if any {
-                Hit {
-                    triangle: 0,
-                    t: 0.0,
-                }
-            } else {
-                Hit::MISS
-            };
-        }
+        let (mut stack, mut hits) = (TraversalStack::EMPTY, hits.iter_mut());
+        self.0.any_of_each(rays.iter().map(ray), &mut stack, |any| {
+            if let Some(hit) = hits.next() {
+                *hit = if any {
+                    Hit {
+                        triangle: 0,
+                        t: 0.0,
+                    }
+                } else {
+                    Hit::MISS
+                };
+            }
+        });
     }
 }
 

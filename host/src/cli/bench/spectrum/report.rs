@@ -1,5 +1,6 @@
 //! What `shisen bench spectrum` prints.
 
+use crate::cli::output::counted;
 use serde::Serialize;
 use std::fmt;
 
@@ -74,13 +75,12 @@ pub(super) struct Split {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let plural = if self.threads == 1 { "" } else { "s" };
         writeln!(
             f,
-            "spheres, {size} × {size} pixels, {} rays a pixel, {} thread{plural}; {:.0} % of the \
-             pixels meet glass",
+            "spheres, {size} × {size} pixels, {} rays a pixel, {}; {:.0} % of the pixels meet \
+             glass",
             self.samples,
-            self.threads,
+            counted(self.threads as u64, "thread"),
             1e2 * self.glass_share,
             size = self.size,
         )?;

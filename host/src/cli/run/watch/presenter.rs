@@ -2,10 +2,10 @@
 
 use super::{Shared, lock};
 use crate::cli::failure::Failure;
-use crate::cli::live::Change;
+use crate::cli::output::warn;
 use crate::cli::picture_files::{make_writable, metadata};
+use crate::cli::play::Change;
 use crate::cli::run::watched::Command;
-use crate::cli::warn;
 use shisen::cave::Cave;
 use shisen::dashboard::{Canvas, Dashboard, Frame, PlaceMapError, Status, ViewName};
 use shisen::scene::builtin::PaperScene;

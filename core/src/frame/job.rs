@@ -81,9 +81,15 @@ impl Place {
 #[non_exhaustive]
 pub enum FrameError {
     /// Tiles of no pixels, or of more than [`FrameJob::LARGEST_TILE`] a side.
-    TileSize,
+    TileSize {
+        /// Pixels a side that were asked for.
+        side: u32,
+    },
     /// No pictures, or more than 65,535.
-    Pictures,
+    Pictures {
+        /// How many there are.
+        count: usize,
+    },
     /// Less room than there are tiles.
     Places {
         /// How many there are.
@@ -96,11 +102,11 @@ pub enum FrameError {
 impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TileSize => {
+            Self::TileSize { side } => {
                 let most = FrameJob::LARGEST_TILE;
-                write!(f, "tiles have 1 to {most} pixels a side")
+                write!(f, "tiles have 1 to {most} pixels a side, not {side}")
             }
-            Self::Pictures => f.write_str("a frame has 1 to 65535 pictures"),
+            Self::Pictures { count } => write!(f, "a frame has 1 to 65535 pictures, not {count}"),
             Self::Places { needed, given } => {
                 write!(
                     f,
@@ -196,11 +202,11 @@ impl<'p> FrameJob<'p> {
         Simd: Runs<W>,
     {
         if !(1..=Self::LARGEST_TILE).contains(&side) {
-            return Err(FrameError::TileSize);
+            return Err(FrameError::TileSize { side });
         }
         let count = pictures.count();
         if !(1..=usize::from(u16::MAX)).contains(&count) {
-            return Err(FrameError::Pictures);
+            return Err(FrameError::Pictures { count });
         }
         let views = (0..count).map_while(|number| pictures.view(number));
         let sizes = views.clone().map(|view| size(&view));

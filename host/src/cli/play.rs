@@ -1,4 +1,4 @@
-//! What commands that render frames after a tracker have in common.
+//! Frames played after a tracker to an audience: what commands that do so have in common.
 
 #[cfg(all(test, unix))]
 mod allocations;
@@ -15,7 +15,7 @@ use super::tracker::{Happenings, whole};
 use clap::{Arg, Args};
 use glam::Vec3;
 pub(super) use interference::Interference;
-use shisen::bake::{BakedScene, Layout};
+use shisen::bake::BakedScene;
 use shisen::cave::Cave;
 use shisen::live::{
     Engine, FrameBudget, FrameRecord, LiveTracker, Look, Order, Quality, SessionError,
@@ -27,6 +27,7 @@ use shisen::scene::builtin::PaperScene;
 use shisen::spectrum::Dispersion;
 use shisen::tracker::calibration::{Calibrated, estimation};
 use shisen::tracker::{Feed, Spec};
+use shisen::with_scene;
 use shisen_core::frame::Tile;
 use shisen_core::gaze::HeadPose;
 use shisen_core::scene::Scene;
@@ -133,7 +134,7 @@ where
 {
     fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), Failure> {
         if over.is_empty() {
-            *over = self.pictures().map_err(Failure::from_error)?;
+            *over = self.pictures()?;
             self.copy(over);
         } else if filled {
             self.copy_over(over);
@@ -281,11 +282,7 @@ impl TimeArguments {
 impl Prepared {
     /// What traces.
     pub(super) const fn simd(&self) -> Simd {
-        match self.baked.layout() {
-            Layout::Fast => self.options.simd,
-            // Four lanes have the portable path only.
-            Layout::Compact => Simd::PORTABLE,
-        }
+        self.baked.layout().simd(self.options.simd)
     }
 
     /// What a session has of these; the rest is its own.
@@ -344,10 +341,8 @@ impl Prepared {
         audience: &mut dyn Audience,
         part: P,
     ) -> Result<P::Output, Failure> {
-        match &self.baked {
-            BakedScene::Fast(baked) => self.trace(baked.scene(), share, audience, part),
-            BakedScene::Compact(baked) => self.trace(baked.scene(), share, audience, part),
-        }
+        with_scene!(&self.baked, |scene| self
+            .trace(scene, share, audience, part))
     }
 
     fn trace<P: Part, const W: usize>(
@@ -383,11 +378,10 @@ impl Prepared {
             audience,
         };
         let (scene, capture) = ((scene, spectrum), arguments.capture);
-        with_engine(scene, cave, &eyes, options, capture, share, |engine| {
+        let played = with_engine(scene, cave, &eyes, options, capture, share, |engine| {
             part.play(engine, &mut stage)
-        })
-        .map_err(Failure::from_error)?
-        .map_err(Failure::from_error)
+        })?;
+        Ok(played?)
     }
 }
 

@@ -172,7 +172,7 @@ mod line {
 fn frames_take_no_memory() {
     if std::env::var_os(ALONE).is_none() {
         let own = std::env::current_exe().unwrap();
-        let name = "cli::live::allocations::frames_take_no_memory";
+        let name = "cli::play::allocations::frames_take_no_memory";
         let child = Command::new(own)
             .args(["--exact", name, "--test-threads=1", "--nocapture"])
             .env(ALONE, "1")
