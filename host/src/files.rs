@@ -85,7 +85,7 @@ pub fn explain(reason: &io::Error) -> String {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
             "there is no space left; free some, or choose another folder"
         }
-        _ => return reason.to_string(),
+        _ => "it cannot be used; choose another",
     };
     format!("{advice} ({reason})")
 }

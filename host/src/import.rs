@@ -71,7 +71,7 @@ pub enum ImportError {
         fault: std::io::Error,
     },
     /// Contents that are not the format's.
-    #[error("{place}: {problem}")]
+    #[error("{place}: {problem}; correct it there, or export the mesh again")]
     Syntax {
         /// Where.
         place: Place,

@@ -581,21 +581,25 @@ fn rays_that_are_none_are_named() {
 fn a_report_that_cannot_be_printed_is_a_failure() {
     let folder = folder();
     let program = shisen(folder.path()).get_program().to_owned();
-    let run = |out: fs::File| {
+    let full = |arguments: &[&str]| {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full");
         std::process::Command::new(&program)
             .current_dir(folder.path())
-            .args(["cave", "--size", "8", "--json"])
-            .stdout(out)
+            .args(arguments)
+            .stdout(full.unwrap())
             .output()
             .unwrap()
     };
-    let full = run(fs::OpenOptions::new()
-        .write(true)
-        .open("/dev/full")
-        .unwrap());
-    let message = String::from_utf8(full.stderr).unwrap();
-    assert_eq!(full.status.code(), Some(1), "{message}");
-    assert!(message.contains("standard output"), "{message}");
+    for arguments in [
+        &["cave", "--size", "8", "--json"][..],
+        &["cave", "--help"],
+        &["--version"],
+    ] {
+        let full = full(arguments);
+        let message = String::from_utf8(full.stderr).unwrap();
+        assert_eq!(full.status.code(), Some(1), "{arguments:?}: {message}");
+        assert!(message.contains("standard output"), "{message}");
+    }
 }
 
 /// What help says of an argument: all up to the next one.

@@ -3,7 +3,7 @@
 //! # What was tried
 //!
 //! Mrays/s on one thread of a Xeon with AVX2, the cow of 5,804 triangles, each
-//! pair in one run; `cargo bench -p shisen-tests --bench peers -- cow.obj`
+//! pair in one run; `cargo bench -p shisen-tests --bench paths -- cow.obj`
 //! measures what stands (rays are described in `tests/src/rays.rs`).
 //!
 //! | what | from | to |

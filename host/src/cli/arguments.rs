@@ -16,6 +16,7 @@ use std::ffi::{OsStr, OsString};
 use std::fmt;
 use std::marker::PhantomData;
 use std::num::NonZeroUsize;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
@@ -165,9 +166,7 @@ pub(super) struct LevelArguments {
     faces: Option<Faces>,
     /// Polygon levels of each mesh, from MIN to MAX [default: 19, or 12 in the
     /// compact layout]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(
-        i64::from(*PolygonLevels::RUNGS.start())..=i64::from(*PolygonLevels::RUNGS.end())
-    ))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(PolygonLevels::RUNGS))]
     levels: Option<u32>,
 }
 
@@ -387,6 +386,22 @@ pub(super) fn span(text: &str) -> Result<Duration, String> {
 /// A perspective view's field: degrees.
 pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
     number_within(text, 1.0, 179.0).ok_or_else(|| "give degrees from 1 to 179, such as 90".into())
+}
+
+/// The parser of a whole number within a range, which it names where there is none.
+pub(super) fn whole<T>(
+    range: RangeInclusive<T>,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + fmt::Display + Clone + Send + Sync + 'static,
+{
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        number.ok_or_else(|| {
+            let (least, most) = (range.start(), range.end());
+            format!("give a whole number from {least} to {most}")
+        })
+    }
 }
 
 /// A number within a range, both ends included.

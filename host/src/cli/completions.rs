@@ -10,7 +10,7 @@ use std::io::Write as _;
 /// Prints a script that completes command lines in a shell
 ///
 /// It knows commands, arguments and the values that these list. Where a shell looks for
-/// such scripts is in its manual; the examples are where bash and fish have it on most systems.
+/// such scripts is in its manual; the examples are where bash, zsh and fish have it on most systems.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// For which shell

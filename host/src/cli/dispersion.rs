@@ -1,6 +1,6 @@
 //! Arguments of commands whose pictures may have wavelengths.
 
-use super::arguments::Without;
+use super::arguments::{Without, whole};
 use super::failure::Failure;
 use super::output::warn;
 use clap::{Arg, Args, ValueEnum};
@@ -17,7 +17,7 @@ pub(super) struct DispersionArguments {
     /// Wavelengths where the scene asks for dispersion, 1 to 64; 1 for none
     /// [default: 14]
     #[arg(long, value_name = "N", allow_negative_numbers = true,
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wavelengths::MOST)))]
+          value_parser = whole::<u32>(1..=Wavelengths::MOST))]
     wavelengths: Option<u32>,
     /// How rays take them
     #[arg(long, value_name = "METHOD", value_enum, default_value = "comb")]
@@ -25,7 +25,7 @@ pub(super) struct DispersionArguments {
     /// Wavelengths that each ray of a comb takes: with several, edges without
     /// colours stay so with fewer rays a pixel [default: 1]
     #[arg(long, value_name = "N",
-          value_parser = clap::value_parser!(u8).range(1..=i64::from(Wavelengths::MOST)))]
+          value_parser = whole::<u8>(1..=Wavelengths::MOST as u8))]
     each: Option<u8>,
     /// The range that they are in, such as 400,700: nanometres, from 360 to 830
     /// [default: 400,700, or with --dispersion paper 380,750 as far as the media
@@ -55,9 +55,16 @@ enum MethodChoice {
     Fixed,
 }
 
-/// The argument `--dispersion` of what is about one frame.
-pub(super) fn in_one_frame(dispersion: Arg) -> Arg {
-    dispersion.value_parser(Without::<MethodChoice>::new(&["paper", "fixed"]))
+/// These arguments of what is about one frame, where a picture each has no place.
+pub(super) fn in_one_frame(argument: Arg) -> Arg {
+    match argument.get_id().as_str() {
+        "dispersion" => argument.value_parser(Without::<MethodChoice>::new(&["paper", "fixed"])),
+        "range" => argument.help(
+            "The range that they are in, such as 400,700: nanometres, from 360 to 830 \
+             [default: 400,700]",
+        ),
+        _ => argument,
+    }
 }
 
 impl From<MethodChoice> for Method {

@@ -5,8 +5,25 @@ use clap::Command;
 /// A command, and each example's purpose and command line.
 type Examples = (&'static str, &'static [(&'static str, &'static str)]);
 
-/// Of every command that does something.
+/// Of every command, and of what has commands within.
 const EXAMPLES: &[Examples] = &[
+    (
+        "",
+        &[
+            (
+                "Three walls of a CAVE for two eyes, into the folder shisen-out",
+                "shisen cave",
+            ),
+            (
+                "A simulated viewer in a window, each frame in its time",
+                "shisen run --view window --seconds 30",
+            ),
+            (
+                "What is plugged in to follow a viewer by",
+                "shisen tracker list",
+            ),
+        ],
+    ),
     (
         "cave",
         &[
@@ -90,6 +107,19 @@ const EXAMPLES: &[Examples] = &[
         )],
     ),
     (
+        "dome",
+        &[
+            (
+                "The best mirror for a camera close to it",
+                "shisen dome design --projection perspective",
+            ),
+            (
+                "A dome master of scene A through it",
+                "shisen dome render --config best --mapping exact --size 2048",
+            ),
+        ],
+    ),
+    (
         "dome design",
         &[
             (
@@ -151,6 +181,20 @@ const EXAMPLES: &[Examples] = &[
         )],
     ),
     (
+        "tracker",
+        &[
+            ("What is plugged in", "shisen tracker list"),
+            (
+                "What it says",
+                "shisen tracker monitor 'serial:/dev/ttyUSB0?protocol=fastrak'",
+            ),
+            (
+                "A simulated one that others can read",
+                "shisen tracker mock --as fastrak --pty /tmp/tracker",
+            ),
+        ],
+    ),
+    (
         "tracker list",
         &[("What is plugged in", "shisen tracker list")],
     ),
@@ -197,11 +241,31 @@ const EXAMPLES: &[Examples] = &[
         )],
     ),
     (
+        "firmware",
+        &[(
+            "One frame of scene A on an emulated Cortex-M7",
+            "shisen firmware run --frames 1",
+        )],
+    ),
+    (
         "firmware run",
         &[(
             "One frame of scene A on an emulated Cortex-M7",
             "shisen firmware run --frames 1",
         )],
+    ),
+    (
+        "bench",
+        &[
+            (
+                "Frames with detail that follows the gaze beside frames without",
+                "shisen bench table2",
+            ),
+            (
+                "From a movement of the eye to the wall, for five seconds",
+                "shisen bench latency --seconds 5",
+            ),
+        ],
     ),
     (
         "bench rays",
@@ -287,6 +351,10 @@ const EXAMPLES: &[Examples] = &[
                 "shisen completions bash > ~/.local/share/bash-completion/completions/shisen",
             ),
             (
+                "For zsh, where fpath has ~/.zfunc",
+                "shisen completions zsh > ~/.zfunc/_shisen",
+            ),
+            (
                 "For fish",
                 "shisen completions fish > ~/.config/fish/completions/shisen.fish",
             ),
@@ -297,16 +365,21 @@ const EXAMPLES: &[Examples] = &[
 /// A command, and all within it, with examples at the end of their help.
 pub(super) fn with_examples(command: Command) -> Command {
     EXAMPLES.iter().fold(command, |command, (path, examples)| {
-        let path: Vec<&str> = path.split(' ').collect();
+        let path: Vec<&str> = path.split_whitespace().collect();
         at(command, &path, &text(examples))
     })
 }
 
-/// The help of the command at a path ends with a text. Commands that this system has
-/// not are left out.
+/// The help of the command at a path ends with a text, after what it ends with already.
+/// Commands that this system has not are left out.
 fn at(command: Command, path: &[&str], text: &str) -> Command {
     match path.split_first() {
-        None => command.after_help(text.to_owned()),
+        None => match command.get_after_long_help().map(ToString::to_string) {
+            Some(before) => command
+                .after_help(text.to_owned())
+                .after_long_help(format!("{before}\n\n{text}")),
+            None => command.after_help(text.to_owned()),
+        },
         Some((name, rest)) if command.find_subcommand(name).is_some() => {
             command.mut_subcommand(*name, |one| at(one, rest, text))
         }
@@ -325,6 +398,7 @@ mod tests {
     use super::super::Shisen;
     use super::*;
     use clap::CommandFactory as _;
+    use std::iter;
 
     /// The arguments of a line as a shell takes them apart, up to a redirection.
     fn words(line: &str) -> Vec<String> {
@@ -341,19 +415,15 @@ mod tests {
         words
     }
 
-    /// The paths of all commands that do something.
+    /// The paths of a command and of all within it.
     fn paths(command: &Command, of: &str) -> Vec<String> {
         let within = command
             .get_subcommands()
             .filter(|one| one.get_name() != "help");
-        let within: Vec<String> = within
-            .flat_map(|one| paths(one, &format!("{of} {}", one.get_name())))
-            .collect();
-        if within.is_empty() {
-            vec![of.trim_start().to_owned()]
-        } else {
-            within
-        }
+        let within = within.flat_map(|one| paths(one, &format!("{of} {}", one.get_name())));
+        iter::once(of.trim_start().to_owned())
+            .chain(within)
+            .collect()
     }
 
     #[test]
@@ -397,5 +467,15 @@ mod tests {
             let end = help.split("Examples:\n").nth(1).unwrap();
             assert!(end.contains("shisen dome warp --walls hall.toml"), "{end}");
         }
+    }
+
+    #[test]
+    fn what_help_ends_with_already_stays() {
+        let mut command = with_examples(Shisen::command());
+        let tracker = command.find_subcommand_mut("tracker").unwrap();
+        let help = tracker.render_long_help().to_string();
+        let (settings, examples) = help.split_once("Examples:\n").unwrap();
+        assert!(settings.contains("not set up as usual"), "{settings}");
+        assert!(examples.contains("shisen tracker list"), "{examples}");
     }
 }

@@ -2,7 +2,7 @@
 
 mod report;
 
-use super::arguments::{Model, SceneName};
+use super::arguments::{Model, SceneName, whole};
 use super::dispersion::in_one_frame;
 use super::failure::Failure;
 use super::lod::{LodArguments, of_every_pixel};
@@ -43,7 +43,7 @@ use shisen_core::scene::EffectSet;
 /// `not_simulated` (effect and reason, of each that the scene does not ask for)
 /// and `not_built` (what no scene can ask for).
 #[derive(Debug, Args)]
-#[command(mut_arg("lod", of_every_pixel), mut_arg("dispersion", in_one_frame))]
+#[command(mut_arg("lod", of_every_pixel), mut_args(in_one_frame))]
 pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a
     /// baked scene [default: A]
@@ -63,7 +63,7 @@ pub(super) struct Arguments {
     tracing: TracingArguments,
     /// How often to render each frame
     #[arg(long, value_name = "N", default_value_t = 5,
-          value_parser = clap::value_parser!(u32).range(1..=1_000))]
+          value_parser = whole::<u32>(1..=1_000))]
     repeat: u32,
     /// Print one JSON object
     #[arg(long)]

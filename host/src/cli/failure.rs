@@ -231,11 +231,17 @@ impl Failure {
     }
 }
 
-/// Says what is wrong with a command line, and how that is said to whoever started it.
+/// Says what is wrong with a command line, or the help asked for, and how that ends.
 fn tell(error: &clap::Error) -> ExitCode {
-    // Nobody is left to tell where even these streams are closed.
-    let _ = error.print();
-    u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
+    let said = error.print().and_then(|()| io::stdout().flush());
+    match said {
+        // Help is a report, as any other.
+        Err(reason) if !error.use_stderr() && reason.kind() != io::ErrorKind::BrokenPipe => {
+            Failure::from(Fault::Print { reason }).print()
+        }
+        // Nobody is left to tell where standard error is closed.
+        _ => u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from),
+    }
 }
 
 impl<D: Diagnostic + Send + Sync + 'static> From<D> for Failure {

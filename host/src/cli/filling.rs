@@ -1,5 +1,6 @@
 //! What shows where the gaze skips rays, as it is asked for.
 
+use super::arguments::whole;
 use super::failure::Failure;
 use clap::{Args, ValueEnum};
 use shisen::cave::Wall;
@@ -12,7 +13,7 @@ pub(super) struct CaptureDetail {
     /// With --fill capture, pixels along each side of a hemisphere [default:
     /// 128]
     #[arg(id = "fill-size", long = "fill-size", value_name = "PIXELS",
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
+          value_parser = whole::<u32>(1..=Wall::MOST_PIXELS))]
     size: Option<u32>,
     /// With --fill capture, the level of detail of its rays, 0 to 1, which limits
     /// their bounces, to --depth times it, rounded down, and the faces of meshes:

@@ -2,7 +2,7 @@
 
 mod report;
 
-use super::arguments::{LevelArguments, Model, SceneName, WallsName, turn};
+use super::arguments::{LevelArguments, Model, SceneName, WallsName, turn, whole};
 use super::failure::Failure;
 use super::output::print;
 use super::picture_files::{make_writable, metadata};
@@ -86,11 +86,11 @@ pub(super) struct Arguments {
     walls: WallsName,
     /// Pixels along each side of a wall that does not say itself
     #[arg(long, value_name = "PIXELS", default_value_t = 64,
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
+          value_parser = whole::<u32>(1..=Wall::MOST_PIXELS))]
     size: u32,
     /// One eye in the middle of the head, or two
     #[arg(long, value_name = "1|2", default_value_t = 1,
-          value_parser = clap::value_parser!(u8).range(1..=2))]
+          value_parser = whole::<u8>(1..=2))]
     eyes: u8,
     /// Whether detail follows the gaze: paper or off
     #[arg(long, value_name = "paper|off", default_value = "paper",
@@ -98,19 +98,19 @@ pub(super) struct Arguments {
     lod: String,
     /// Reflections and refractions after one another
     #[arg(long, value_name = "N", default_value_t = 3,
-          value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_DEPTH)))]
+          value_parser = whole::<u8>(0..=MAX_DEPTH))]
     depth: u8,
     /// Wavelengths that dispersive media tell apart; more than 1 takes a
     /// firmware with dispersion, which is built then
     #[arg(long, value_name = "N", default_value_t = 1,
-          value_parser = clap::value_parser!(u8).range(1..=32))]
+          value_parser = whole::<u8>(1..=32))]
     wavelengths: u8,
     /// Steps that a frame may take [default: all that it needs]
     #[arg(long, value_name = "STEPS")]
     budget: Option<u64>,
     /// Steps of a slice, between which the board listens
     #[arg(long, value_name = "STEPS", default_value_t = 10_000,
-          value_parser = clap::value_parser!(u32).range(1..))]
+          value_parser = whole::<u32>(1..=u32::MAX))]
     slice: u32,
     /// Degrees that the line of sight may move while a frame is rendered: if by more, it
     /// is cut short and the next begun; 0 finishes each
@@ -118,10 +118,10 @@ pub(super) struct Arguments {
     restart: f32,
     /// Frames of the walls
     #[arg(long, value_name = "N", default_value_t = 3,
-          value_parser = clap::value_parser!(u32).range(1..=100_000))]
+          value_parser = whole::<u32>(1..=100_000))]
     frames: u32,
     /// Then a dome master of so many pixels a side, from the room's origin
-    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u16).range(1..=512))]
+    #[arg(long, value_name = "PIXELS", value_parser = whole::<u16>(1..=512))]
     capture: Option<u16>,
     /// Folder of the pictures; made where it does not exist
     #[arg(long, value_name = "DIR", default_value = "shisen-out")]

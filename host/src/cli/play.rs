@@ -4,14 +4,14 @@
 mod allocations;
 mod interference;
 
-use super::arguments::{Model, SceneName};
+use super::arguments::{Model, SceneName, whole};
 use super::dispersion::in_one_frame;
 use super::failure::Failure;
 use super::lod::LodArguments;
 use super::room::RoomArguments;
 use super::source::Source;
 use super::tracing::TracingArguments;
-use super::tracker::{Happenings, whole};
+use super::tracker::Happenings;
 use clap::{Arg, Args};
 use glam::Vec3;
 pub(super) use interference::Interference;
@@ -39,7 +39,7 @@ use std::time::Duration;
 
 /// What is shown to whom, and how well.
 #[derive(Debug, Clone, Args)]
-#[command(mut_arg("dispersion", in_one_frame))]
+#[command(mut_args(in_one_frame))]
 pub(super) struct LiveArguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked
     /// scene
@@ -76,7 +76,7 @@ pub(super) fn paper_lod(lod: Arg) -> Arg {
 pub(super) struct TimeArguments {
     /// Refreshes per second; without --budget, also what a frame may take [default:
     /// 60]
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = whole::<1, 1_000>)]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = whole::<u64>(1..=1_000))]
     hz: Option<u64>,
     /// What a frame may take: 33ms, 2000000steps (for the same gazes the same frames),
     /// paper (the seconds of its Table 2), paper-scaled (its time with level of detail

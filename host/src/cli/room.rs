@@ -1,6 +1,6 @@
 //! Arguments of commands that show a scene to a viewer in a room.
 
-use super::arguments::{HeadReport, WallsName, interpupillary_distance};
+use super::arguments::{HeadReport, WallsName, interpupillary_distance, whole};
 use super::failure::Failure;
 use clap::Args;
 use glam::DVec3;
@@ -20,11 +20,11 @@ pub(super) struct RoomArguments {
     walls: WallsName,
     /// Pixels along each side of a wall or dome that does not say itself
     #[arg(long, value_name = "PIXELS", default_value_t = 256,
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
+          value_parser = whole::<u32>(1..=Wall::MOST_PIXELS))]
     pub(super) size: u32,
     /// One eye in the middle of the head, or two
     #[arg(long, value_name = "1|2", default_value_t = 2,
-          value_parser = clap::value_parser!(u8).range(1..=2))]
+          value_parser = whole::<u8>(1..=2))]
     eyes: u8,
     /// Where the head is: metres, in the room
     #[arg(

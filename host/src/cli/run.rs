@@ -10,12 +10,12 @@ mod together;
 mod watch;
 mod watched;
 
-use super::arguments::span;
+use super::arguments::{span, whole};
 use super::failure::Failure;
 use super::filling::{CaptureDetail, refuse_detail};
 use super::output::print;
 use super::play::{Change, LiveArguments, TimeArguments, paper_lod};
-use super::tracker::{Interrupt, TrackerName, whole};
+use super::tracker::{Interrupt, TrackerName};
 use clap::{Args, ValueEnum};
 use frames::{Frames, Output};
 use log::Log;
@@ -96,7 +96,7 @@ pub(super) struct Arguments {
     seconds: Option<Duration>,
     /// End after so many frames
     #[arg(long, value_name = "N", allow_negative_numbers = true,
-          value_parser = whole::<1, { u64::MAX }>)]
+          value_parser = whole::<u64>(1..=u64::MAX))]
     frames: Option<u64>,
     /// What becomes of the frames
     #[arg(long, value_enum, default_value = "none")]
@@ -130,7 +130,7 @@ pub(super) struct Arguments {
     cluster: bool,
     /// How long a frame of another process is waited for, with --cluster
     #[arg(long, value_name = "S", default_value_t = 5, allow_negative_numbers = true,
-          value_parser = whole::<1, 3_600>, requires = "cluster")]
+          value_parser = whole::<u64>(1..=3_600), requires = "cluster")]
     swap_timeout: u64,
     /// Print one JSON object
     #[arg(long)]

@@ -1,6 +1,6 @@
 //! Arguments of commands that trace a scene.
 
-use super::arguments::{EffectArguments, threads};
+use super::arguments::{EffectArguments, threads, whole};
 use super::dispersion::{DispersionArguments, DispersionReport};
 use super::failure::Failure;
 use clap::Args;
@@ -19,11 +19,11 @@ pub(super) struct TracingArguments {
     /// Reflections and refractions to follow, one after another; with --lod
     /// those of the centre of the field
     #[arg(long, visible_alias = "reflect-max", value_name = "N", default_value_t = 3,
-          value_parser = clap::value_parser!(u8).range(0..=i64::from(MAX_DEPTH)))]
+          value_parser = whole::<u8>(0..=MAX_DEPTH))]
     pub(super) depth: u8,
     /// Rays a pixel
     #[arg(long, value_name = "N", default_value_t = 1,
-          value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_SAMPLES)))]
+          value_parser = whole::<u16>(1..=MAX_SAMPLES))]
     pub(super) samples: u16,
     /// Threads to trace on [default: as many as the machine runs at once]
     #[arg(long, value_name = "N", value_parser = threads)]

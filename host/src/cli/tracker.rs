@@ -141,13 +141,6 @@ pub(super) fn protocol(name: &str) -> Result<ProtocolSpec, String> {
     name.parse::<ProtocolSpec>().map_err(|error| told(&error))
 }
 
-/// A whole number within a range, which is named where it is not.
-pub(super) fn whole<const LEAST: u64, const MOST: u64>(text: &str) -> Result<u64, String> {
-    let number = text.parse().ok();
-    let number = number.filter(|number| (LEAST..=MOST).contains(number));
-    number.ok_or_else(|| format!("give a whole number from {LEAST} to {MOST}"))
-}
-
 /// An error and what to do about it, on a line.
 fn told(error: &dyn Diagnostic) -> String {
     match error.help() {

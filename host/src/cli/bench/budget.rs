@@ -1,11 +1,12 @@
 //! `shisen bench budget`: frames at half of what they take.
 
+use super::super::arguments::whole;
 use super::super::failure::Failure;
 use super::super::output::print;
 use super::super::play::{
     Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
 };
-use super::super::tracker::{Interrupt, TrackerName, whole};
+use super::super::tracker::{Interrupt, TrackerName};
 use clap::Args;
 use serde::Serialize;
 use shisen::live::{Alone, FrameBudget, FrameRecord, SessionReport, SessionSettings};
@@ -42,7 +43,7 @@ pub(in crate::cli) struct Arguments {
     tracker: TrackerName,
     /// Of each budget
     #[arg(long, value_name = "N", default_value = "10000", allow_negative_numbers = true,
-          value_parser = whole::<10, 1_000_000>)]
+          value_parser = whole::<u64>(10..=1_000_000))]
     frames: u64,
     /// Print one JSON object
     #[arg(long)]

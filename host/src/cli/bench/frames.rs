@@ -1,6 +1,6 @@
 //! Frames of the paper's scenes with and without level of detail, in turns.
 
-use super::super::arguments::{EffectArguments, LevelArguments, Model, SceneName, threads};
+use super::super::arguments::{EffectArguments, LevelArguments, Model, SceneName, threads, whole};
 use super::super::failure::Failure;
 use super::super::source::{BUILT_IN_MESH, Loaded, Source, bake};
 use super::cells::Title;
@@ -25,11 +25,11 @@ pub(super) struct FrameArguments {
     threads: Option<NonZeroUsize>,
     /// Pixels along each side of a wall
     #[arg(long, value_name = "PIXELS", default_value_t = 256,
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wall::MOST_PIXELS)))]
+          value_parser = whole::<u32>(1..=Wall::MOST_PIXELS))]
     pub(super) size: u32,
     /// How often to render each frame
     #[arg(long, value_name = "N", default_value_t = 5,
-          value_parser = clap::value_parser!(u32).range(1..=1_000))]
+          value_parser = whole::<u32>(1..=1_000))]
     pub(super) repeat: u32,
     #[command(flatten)]
     levels: LevelArguments,

@@ -2,14 +2,14 @@
 
 mod files;
 
-use super::super::arguments::span;
+use super::super::arguments::{span, whole};
 use super::super::failure::Failure;
 use super::super::output::print;
 use super::super::picture_files::make_writable;
 use super::super::play::{
     Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
 };
-use super::super::tracker::{Interrupt, protocol, whole};
+use super::super::tracker::{Interrupt, protocol};
 use clap::builder::ArgPredicate;
 use clap::{Arg, Args};
 use serde::Serialize;
@@ -51,7 +51,7 @@ pub(in crate::cli) struct Arguments {
     protocol: ProtocolSpec,
     /// Samples per second of the tracker
     #[arg(long, value_name = "HZ,…", value_delimiter = ',', default_value = "60,250,1000",
-          value_parser = whole::<60, 10_000>)]
+          value_parser = whole::<u64>(60..=10_000))]
     rates: Vec<u64>,
     /// Of each run
     #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true,

@@ -1,6 +1,6 @@
 //! `shisen bench rays`: how fast rays are traced.
 
-use super::super::arguments::{LayoutChoice, SimdChoice, threads};
+use super::super::arguments::{LayoutChoice, SimdChoice, threads, whole};
 use super::super::failure::{Failure, Fault};
 use super::super::output::print;
 use super::super::source::load_mesh;
@@ -49,7 +49,7 @@ pub(in crate::cli) struct Arguments {
     threads: NonZeroUsize,
     /// How often to trace all rays
     #[arg(long, value_name = "N", default_value_t = 7,
-          value_parser = clap::value_parser!(u32).range(1..=10_000))]
+          value_parser = whole::<u32>(1..=10_000))]
     repeat: u32,
     /// Write what each ray hit: u32 triangle, counted from 0 in the file's
     /// order, or 0xFFFFFFFF; f32 distance in units of the direction, or

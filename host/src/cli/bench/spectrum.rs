@@ -3,7 +3,7 @@
 mod report;
 mod views;
 
-use super::super::arguments::threads;
+use super::super::arguments::{threads, whole};
 use super::super::failure::Failure;
 use super::super::output::print;
 use super::super::picture_files::{make_writable, metadata};
@@ -57,22 +57,22 @@ use views::{CLOSE, MAIN, WIDE, strip};
 pub(in crate::cli) struct Arguments {
     /// Pixels along each side of the picture
     #[arg(long, value_name = "PIXELS", default_value_t = 512,
-          value_parser = clap::value_parser!(u32).range(8..=i64::from(Wall::MOST_PIXELS)))]
+          value_parser = whole::<u32>(8..=Wall::MOST_PIXELS))]
     size: u32,
     /// Rays a pixel
     #[arg(long, value_name = "N", default_value_t = 140,
-          value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_SAMPLES)))]
+          value_parser = whole::<u16>(1..=MAX_SAMPLES))]
     samples: u16,
     /// The paper's own scale: 2048 pixels a side, 3,500 rays a pixel; takes days
     #[arg(long, conflicts_with_all = ["size", "samples"])]
     paper_scale: bool,
     /// Numbers of wavelengths, 1 to 64
     #[arg(long, value_name = "N,…", default_value = "1,7,10,14", value_delimiter = ',',
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(Wavelengths::MOST)))]
+          value_parser = whole::<u32>(1..=Wavelengths::MOST))]
     wavelengths: Vec<u32>,
     /// How often to render each picture
     #[arg(long, value_name = "N", default_value_t = 1,
-          value_parser = clap::value_parser!(u32).range(1..=1_000))]
+          value_parser = whole::<u32>(1..=1_000))]
     repeat: u32,
     /// Threads to trace on [default: as many as the machine runs at once]
     #[arg(long, value_name = "N", value_parser = threads)]

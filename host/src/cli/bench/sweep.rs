@@ -1,5 +1,6 @@
 //! `shisen bench sweep`: whether a gaze can make level of detail dearer.
 
+use super::super::arguments::whole;
 use super::super::failure::Failure;
 use super::super::output::print;
 use super::cells::Title;
@@ -30,7 +31,7 @@ pub(in crate::cli) struct Arguments {
     frames: FrameArguments,
     /// How many directions
     #[arg(long, value_name = "N", default_value_t = 200,
-          value_parser = clap::value_parser!(u32).range(1..=100_000))]
+          value_parser = whole::<u32>(1..=100_000))]
     directions: u32,
     /// Print one JSON object
     #[arg(long)]

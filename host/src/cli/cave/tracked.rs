@@ -1,8 +1,9 @@
 //! Frames that follow a tracker.
 
+use super::super::arguments::whole;
 use super::super::failure::{Failure, Fault};
 use super::super::output::counted;
-use super::super::tracker::{Happenings, Interrupt, TrackerName, whole};
+use super::super::tracker::{Happenings, Interrupt, TrackerName};
 use clap::Args;
 use miette::Diagnostic;
 use serde::Serialize;
@@ -34,11 +35,11 @@ pub(super) struct TrackerArguments {
     calibration: Option<PathBuf>,
     /// Frames to render
     #[arg(long, value_name = "N", default_value_t = 1, requires = "tracker",
-          allow_negative_numbers = true, value_parser = whole::<1, 100_000>)]
+          allow_negative_numbers = true, value_parser = whole::<u64>(1..=100_000))]
     pub(super) frames: u64,
     /// Frames shown per second
     #[arg(long, value_name = "HZ", default_value_t = 60, requires = "tracker",
-          allow_negative_numbers = true, value_parser = whole::<1, 1_000>)]
+          allow_negative_numbers = true, value_parser = whole::<u64>(1..=1_000))]
     pub(super) hz: u64,
 }
 

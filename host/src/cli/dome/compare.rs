@@ -1,5 +1,6 @@
 //! `shisen dome compare`: a mirror's dome master against the true one.
 
+use super::super::arguments::whole;
 use super::arguments::MappingChoice;
 use super::camera::{MirrorChoice, trace, view};
 use crate::cli::arguments::threads;
@@ -41,11 +42,11 @@ pub(in crate::cli) struct Arguments {
     distance: f64,
     /// Columns and rows
     #[arg(long, value_name = "PIXELS", default_value_t = 1024,
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(View::MOST_PIXELS)))]
+          value_parser = whole::<u32>(1..=View::MOST_PIXELS))]
     size: u32,
     /// Rays a pixel
     #[arg(long, value_name = "N", default_value_t = 1,
-          value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_SAMPLES)))]
+          value_parser = whole::<u16>(1..=MAX_SAMPLES))]
     samples: u16,
     /// Threads to trace on [default: as many as the machine runs at once]
     #[arg(long, value_name = "N", value_parser = threads)]

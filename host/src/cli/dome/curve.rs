@@ -1,5 +1,6 @@
 //! `shisen dome curve`: the paper's figures 10 to 16.
 
+use super::super::arguments::whole;
 use super::super::failure::Failure;
 use super::super::output::print;
 use super::super::picture_files::make_writable;
@@ -41,7 +42,7 @@ pub(in crate::cli) struct Arguments {
     mapping: MappingChoice,
     /// Axis ratios in each figure
     #[arg(long, value_name = "N", default_value_t = 300,
-          value_parser = clap::value_parser!(u32).range(2..=10_000))]
+          value_parser = whole::<u32>(2..=10_000))]
     points: u32,
     /// Folder of the figures; made where it does not exist
     #[arg(long, value_name = "DIR", default_value = "shisen-out")]

@@ -1,5 +1,6 @@
 //! `shisen dome render`: dome masters of a scene.
 
+use super::super::arguments::whole;
 use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
 use crate::cli::arguments::{EffectReport, Model, SceneName, number_within};
 use crate::cli::dispersion::DispersionReport;
@@ -52,7 +53,7 @@ pub(in crate::cli) struct Arguments {
     mirror: MirrorChoice,
     /// Columns and rows
     #[arg(long, value_name = "PIXELS", default_value_t = 4096,
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(View::MOST_PIXELS)))]
+          value_parser = whole::<u32>(1..=View::MOST_PIXELS))]
     size: u32,
     /// Field of view of --mapping true: degrees, above 0 to 360 [default: 180]
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
@@ -71,7 +72,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = tilt)]
     tilt: Option<f64>,
     /// Pictures, from the first [default: to the last [[camera]], else 1]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=99_999))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=99_999))]
     frames: Option<u32>,
     #[command(flatten)]
     tracing: TracingArguments,

@@ -1,12 +1,12 @@
 //! Listening to a feed until somebody has enough.
 
-use super::super::arguments::span;
+use super::super::arguments::{span, whole};
 use super::super::failure::Failure;
 use super::super::output::{say, warn};
+use super::Interrupt;
 use super::features::FeatureReport;
 use super::happenings::Happenings;
 use super::sample::{ByReason, by_reason};
-use super::{Interrupt, whole};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::{Feed, Notice, Trouble};
@@ -21,7 +21,7 @@ use thiserror::Error;
 pub(super) struct EndArguments {
     /// End after so many samples
     #[arg(long, value_name = "N", allow_negative_numbers = true,
-          value_parser = whole::<1, { u64::MAX }>)]
+          value_parser = whole::<u64>(1..=u64::MAX))]
     pub(super) frames: Option<u64>,
     /// End after so many seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true,

@@ -1,11 +1,12 @@
 //! `shisen tracker mock` and `replay`: trackers for others to read.
 
+use super::super::arguments::whole;
 use super::super::failure::Failure;
 use super::super::output::{say, warn};
 use super::follow::EndArguments;
 use super::monitor::show;
 use super::sample::Records;
-use super::{Interrupt, Recorded, protocol, whole};
+use super::{Interrupt, Recorded, protocol};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::pty::Pty;
@@ -40,11 +41,11 @@ pub(in crate::cli) struct MockArguments {
     pty: Option<PathBuf>,
     /// Samples per second
     #[arg(long, value_name = "HZ", default_value_t = 500,
-          allow_negative_numbers = true, value_parser = whole::<60, 10_000>)]
+          allow_negative_numbers = true, value_parser = whole::<u64>(60..=10_000))]
     rate: u64,
     /// What decides all movements and all noise
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
-          value_parser = whole::<0, { u64::MAX }>)]
+          value_parser = whole::<u64>(0..=u64::MAX))]
     seed: u64,
     /// Hold the head still
     #[arg(long)]

@@ -307,7 +307,7 @@ impl Check<'_> {
         let given = name.as_ref();
         known.get(given.as_str()).copied().ok_or_else(|| {
             let suggestion = suggestion(given, known.keys().copied())
-                .unwrap_or_else(|| format!("the file describes no {kind}"));
+                .unwrap_or_else(|| format!("the file describes no {kind}: add \"{given}\" to it"));
             let fault = SceneFault::UnknownName {
                 kind,
                 given: given.clone(),

@@ -1,12 +1,7 @@
-//! Closest hits on one thread: this core beside `obvhs`, on the same rays,
-//! interleaved in one run. `cargo bench -p shisen-tests --bench peers`,
+//! Closest hits on one thread by each path there is for them, on the same rays,
+//! interleaved in one run. `cargo bench -p shisen-tests --bench paths`,
 //! optionally with `-- FILE.obj` for a mesh of one's own.
 
-use obvhs::BvhBuildParams;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh_from_tris;
-use obvhs::ray::{Ray as PeerRay, RayHit};
-use obvhs::triangle::Triangle as PeerTriangle;
 use shisen::bake::{Baked, lone_mesh};
 use shisen_core::Simd;
 use shisen_core::shape::Ray;
@@ -14,7 +9,7 @@ use shisen_core::trace::{MeshTracer, TileRays, TraversalStack};
 use shisen_tests::meshes::{icosphere, normalised};
 use shisen_tests::rays::{Random, RawRay, bounce, incoherent, pinhole};
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 const REPEAT: usize = 7;
 
@@ -31,7 +26,7 @@ fn main() {
     let start = Instant::now();
     let baked = Baked::<8>::new(&lone_mesh(mesh.clone())).expect("bakes");
     println!(
-        "ours: baked in {:?}, {} bytes",
+        "baked in {:?}, {} bytes",
         start.elapsed(),
         baked.as_bytes().len()
     );
@@ -40,23 +35,6 @@ fn main() {
     let avx2 = MeshTracer::new(&scene, 0, Simd::detect()).expect("a mesh");
     let portable = MeshTracer::new(&scene, 0, Simd::PORTABLE).expect("a mesh");
     let four = MeshTracer::new(&compact, 0, Simd::PORTABLE).expect("a mesh");
-
-    let triangles: Vec<PeerTriangle> = mesh
-        .triangles
-        .iter()
-        .map(|t| {
-            let [v0, v1, v2] = t.map(|i| mesh.positions[i as usize].into());
-            PeerTriangle { v0, v1, v2 }
-        })
-        .collect();
-    let mut build = Duration::ZERO;
-    let peer = build_cwbvh_from_tris(&triangles, BvhBuildParams::very_slow_build(), &mut build);
-    let peer_triangles: Vec<PeerTriangle> = peer
-        .primitive_indices
-        .iter()
-        .map(|&i| triangles[i as usize])
-        .collect();
-    println!("obvhs: built in {build:?}");
 
     let mut random = Random::new(1);
     let primary = pinhole(1024, 0.55);
@@ -80,34 +58,27 @@ fn main() {
     ];
     println!("Mrays/s, median of {REPEAT}, one thread");
     println!(
-        "{:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>11} {:>11}",
+        "{:>10} {:>9} {:>9} {:>9} {:>9} {:>11}",
         "rays",
         Simd::detect().name(),
         "portable",
         "4 wide",
         "8x8 tile",
-        "obvhs",
-        "ours/obvhs",
         "tile/single",
     );
     for (name, raw) in &sets {
         let rays = to_rays(raw);
-        let peer_rays: Vec<PeerRay> = raw
-            .iter()
-            .map(|&[a, b, c, d, e, f]| PeerRay::new_inf([a, b, c].into(), [d, e, f].into()))
-            .collect();
         // Only pictures come in blocks.
         let tiles = if matches!(*name, "zoom" | "primary") {
             to_tiles(raw)
         } else {
             Vec::new()
         };
-        let contenders: [&dyn Fn() -> u32; 5] = [
+        let contenders: [&dyn Fn() -> u32; 4] = [
             &|| ours(&avx2, &rays),
             &|| ours(&portable, &rays),
             &|| ours(&four, &rays),
             &|| in_tiles(&avx2, &tiles),
-            &|| theirs(&peer, &peer_triangles, &peer_rays),
         ];
         let rate = interleaved(&contenders).map(|seconds| rays.len() as f64 / seconds / 1e6);
         print!("{name:>10}");
@@ -115,7 +86,7 @@ fn main() {
     }
 }
 
-fn print_row(rate: &[f64; 5], tiled: bool) {
+fn print_row(rate: &[f64; 4], tiled: bool) {
     for (number, rate) in rate.iter().enumerate() {
         if number == 3 && !tiled {
             print!(" {:>9}", "-");
@@ -123,7 +94,6 @@ fn print_row(rate: &[f64; 5], tiled: bool) {
             print!(" {rate:9.2}");
         }
     }
-    print!(" {:11.2}", rate[0] / rate[4]);
     if tiled {
         print!(" {:11.2}", rate[3] / rate[0]);
     }
@@ -144,14 +114,6 @@ fn interleaved<const N: usize>(contenders: &[&dyn Fn() -> u32; N]) -> [f64; N] {
         times.sort_by(f64::total_cmp);
         times[REPEAT / 2]
     })
-}
-
-fn theirs(peer: &CwBvh, triangles: &[PeerTriangle], rays: &[PeerRay]) -> u32 {
-    let hits = rays.iter().filter(|ray| {
-        let mut hit = RayHit::none();
-        peer.ray_traverse(**ray, &mut hit, |ray, id| triangles[id].intersect(ray))
-    });
-    hits.count() as u32
 }
 
 fn in_tiles(tracer: &MeshTracer<'_>, tiles: &[TileRays]) -> u32 {
