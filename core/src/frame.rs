@@ -26,7 +26,7 @@ use block::{BLOCK, Block, Target};
 use core::fmt;
 use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
 pub use detail::{FACE_TOLERANCE, LevelOfDetail};
-use dome::hits_together;
+use dome::{goes_in_blocks, hits_together};
 pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
 use foveation::Foveation;
 pub use foveation::LARGEST_STRIDE;
@@ -39,7 +39,7 @@ use crate::gaze::{Detail, Gaze, Region};
 use crate::scene::{EffectSet, Scene};
 use crate::simd::{Runs, Simd};
 use crate::trace::{RowHits, Sample};
-use view::{RayRow, Screen};
+use view::{Dome, RayRow, Screen};
 
 /// Most samples of a pixel.
 pub const MAX_SAMPLES: u16 = Sample::MOST;
@@ -214,18 +214,14 @@ enum Pixels<const W: usize> {
 /// time has no code for it.
 #[derive(Debug, Clone, Copy)]
 struct Together<const W: usize> {
-    block: RenderBlock<W>,
+    block: RenderBlock<W, Screen>,
+    /// Of a dome that is seen from one point; none where rows of it are faster.
+    dome_block: Option<RenderBlock<W, Dome>>,
     row: FindRow<W>,
 }
 
-type RenderBlock<const W: usize> = fn(
-    &Block,
-    &Renderer<'_, W>,
-    (&View, &Screen),
-    &mut Budget,
-    &mut Workspace,
-    &mut Target<'_>,
-) -> u32;
+type RenderBlock<const W: usize, S> =
+    fn(&Block, &Renderer<'_, W>, (&View, &S), &mut Budget, &mut Workspace, &mut Target<'_>) -> u32;
 
 type FindRow<const W: usize> = fn(
     &Tracer<'_, W>,
@@ -255,7 +251,12 @@ where
         let together = match settings.mode {
             Mode::Single => None,
             Mode::Tile => Some(Together {
-                block: Block::render_together::<W>,
+                block: Block::render_together::<W, Screen>,
+                dome_block: if goes_in_blocks(&scene) {
+                    Some(Block::render_together::<W, Dome>)
+                } else {
+                    None
+                },
                 row: hits_together::<W, EFFECTS>,
             }),
         };

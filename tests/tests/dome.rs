@@ -10,8 +10,8 @@ use shisen::scene::builtin::{PaperScene, grid, paper_scene};
 use shisen_core::Simd;
 use shisen_core::capture::{Mapping, SpheroidMirror};
 use shisen_core::frame::{
-    Budget, DomeError, DomePose, DomeProjection, LevelOfDetail, MirrorCamera, Mode, Outcome, Pixel,
-    Renderer, Settings, Tile, TileJob, View, Workspace,
+    Budget, DomeError, DomePose, DomeProjection, DomeScreen, LevelOfDetail, MirrorCamera, Mode,
+    Outcome, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
 };
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
 use shisen_tests::meshes::icosphere;
@@ -53,6 +53,22 @@ fn projections() -> Vec<DomeProjection> {
         DomeProjection::MirrorBall,
     ];
     mirrors.chain(lenses).collect()
+}
+
+/// Those turned about all axes, and a dome that an eye beside its centre looks at.
+fn views(size: u32) -> Vec<View> {
+    let pose = askew(Vec3::ZERO);
+    let masters = projections()
+        .into_iter()
+        .map(|projection| View::dome(projection, pose, size).expect("a dome master"));
+    let screen = DomeScreen {
+        pose,
+        radius: 2.0,
+        field_of_view: 4.0,
+    };
+    let eye = Vec3::new(0.7, -0.2, 0.4);
+    let screen = View::dome_screen(screen, eye, size).expect("a dome");
+    masters.chain([screen]).collect()
 }
 
 /// Turned about all axes.
@@ -224,8 +240,7 @@ fn the_same_bytes_come_from_any_threads_tiles_vectors_and_layouts() {
             Baked::<8>::new(&scene).expect("a scene"),
             Baked::<4>::new(&scene).expect("a scene"),
         );
-        for projection in projections() {
-            let view = View::dome(projection, askew(Vec3::ZERO), 61).expect("a dome master");
+        for view in views(61) {
             for (samples, lod) in [(1, None), (1, Some(lod)), (11, None), (4, Some(lod))] {
                 let settings = |mode| Settings {
                     samples,
@@ -243,10 +258,7 @@ fn the_same_bytes_come_from_any_threads_tiles_vectors_and_layouts() {
                     let options = options(threads, tile, simd, settings(mode));
                     let fast = render::dome(&fast.scene(), &view, lod, &options, &|_, _| ());
                     let found = fast.expect("a picture");
-                    assert_eq!(
-                        found.picture, reference.picture,
-                        "{projection:?} {options:?}"
-                    );
+                    assert_eq!(found.picture, reference.picture, "{view:?} {options:?}");
                     let rays = [found.statistics, reference.statistics].map(|s| s.primary);
                     assert_eq!(rays[0], rays[1]);
                     let compact = render::dome(&compact.scene(), &view, lod, &options, &|_, _| ());
@@ -260,16 +272,20 @@ fn the_same_bytes_come_from_any_threads_tiles_vectors_and_layouts() {
 #[test]
 fn interrupted_pictures_are_the_same() {
     let baked = Baked::<8>::new(&small_scene()).expect("a scene");
-    for (mode, samples) in [(Mode::Single, 1), (Mode::Tile, 1), (Mode::Single, 9)] {
+    for (mode, samples) in [
+        (Mode::Single, 1),
+        (Mode::Tile, 1),
+        (Mode::Single, 9),
+        (Mode::Tile, 9),
+    ] {
         let settings = Settings {
             samples,
             mode,
             ..Settings::default()
         };
         let renderer = Renderer::new(baked.scene(), Simd::detect(), settings);
-        for projection in projections() {
-            let size = 29;
-            let view = View::dome(projection, askew(Vec3::ZERO), size).expect("a dome master");
+        let size = 61;
+        for view in views(size) {
             let tile = Tile {
                 x: 3,
                 y: 2,
@@ -301,7 +317,7 @@ fn interrupted_pictures_are_the_same() {
                 }
                 assert_eq!(outcome, Ok(Outcome::BudgetSpent));
             }
-            assert_eq!(pixels, whole, "{projection:?}");
+            assert_eq!(pixels, whole, "{view:?}");
             assert!(calls > 10);
         }
     }

@@ -556,7 +556,7 @@ fn what_there_is_not_is_usage() {
         ("nearfield", &["--distance", "1,nan"], "is NaN radii"),
         ("nearfield", &["--distance", "-1"], "above 0.61326"),
         ("nearfield", &["--world-offset", "1e7"], "0 to 1e6"),
-        ("curve", &["--points", "1"], "2..=10000"),
+        ("curve", &["--points", "1"], "from 2 to 10000"),
     ] {
         refused(&[command], more, expected);
     }

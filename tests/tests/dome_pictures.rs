@@ -183,11 +183,11 @@ fn what_cannot_be_is_said_with_its_range() {
         (&["--distance", "10"], "--scene grid"),
         (&["--scene", "grid", "--distance", "0"], "from 0.001"),
         (&["--scene", "grid", "--mesh", "a.obj"], "has no mesh"),
-        (&["--size", "0"], "1..=65536"),
+        (&["--size", "0"], "from 1 to 65536"),
         (&["--at", "1,nan,0"], "X,Y,Z"),
         (&["--at", "1e13,0,0"], "position is"),
         (&["--tilt", "400"], "-360 to 360"),
-        (&["--frames", "0"], "1..=99999"),
+        (&["--frames", "0"], "from 1 to 99999"),
         (&["--config", "paper-4"], "paper-3"),
     ] {
         let says = fail(folder, 2, &[&["render"], arguments].concat());

@@ -1,9 +1,9 @@
 //! A block of pixels that go through the scene together.
 
-use super::Renderer;
 use super::detail::BlockDetail;
 use super::past::{CopyPast, SeePast};
-use super::view::{Kind, Screen, View};
+use super::view::{Kind, Screen, Sight, View};
+use super::{Renderer, Together};
 use crate::gaze::Region;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
 use crate::trace::{Balance, Budget, NOT_TRACED, Pixel, RayDetail, Sample, TileRays, Workspace};
@@ -73,6 +73,16 @@ impl Block {
             (Kind::Screen(screen), Some(together)) if first == 0 => {
                 (together.block)(self, renderer, (view, screen), budget, workspace, target)
             }
+            // Where a dome is seen from one point, as a screen.
+            (
+                Kind::Dome(dome),
+                Some(Together {
+                    dome_block: Some(render),
+                    ..
+                }),
+            ) if first == 0 && dome.sees_all_of(self) => {
+                render(self, renderer, (view, dome), budget, workspace, target)
+            }
             // Eight rays at once, where there is something to take them.
             (Kind::Dome(dome), _) if Simd::HAS_VECTORS => {
                 self.render_dome(renderer, (view, dome), first, budget, workspace, target)
@@ -140,7 +150,8 @@ impl Block {
             0.5
         };
         let offsets = [(-around, -around), (around, around)];
-        self.reaches(renderer, screen, offsets, budget, workspace)
+        let corners = || self.corners(screen, offsets);
+        self.reaches(renderer, screen.eye(), corners, budget, workspace)
     }
 
     /// All of its pixels, none of which sees anything.
@@ -226,10 +237,10 @@ impl Block {
     }
 
     /// All of its pixels, going through the scene together.
-    pub(super) fn render_together<const W: usize>(
+    pub(super) fn render_together<const W: usize, S: Sight>(
         &self,
         renderer: &Renderer<'_, W>,
-        (view, screen): (&View, &Screen),
+        (view, sight): (&View, &S),
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
@@ -239,10 +250,11 @@ impl Block {
     {
         let samples = renderer.settings.samples;
         let offset = offset(0, samples);
-        let reaches = self.reaches(renderer, screen, [offset; 2], budget, workspace);
+        let corners = || sight.corners(renderer.tracer.simd(), self, offset);
+        let reaches = self.reaches(renderer, sight.eye(), corners, budget, workspace);
         if samples == 1 && !reaches {
             // Its mean is the sample itself.
-            let past = self.past(renderer, screen, offset);
+            let past = self.past(renderer, sight, offset);
             let copied = <Simd as Runs<8>>::run(renderer.tracer.simd(), CopyPast { past, target });
             if copied.is_some() {
                 let traced = renderer.block_traced(self.patch, view, self.x, self.y);
@@ -250,16 +262,16 @@ impl Block {
                 return self.columns * self.rows;
             }
         }
-        self.render_samples(renderer, (view, screen), reaches, budget, workspace, target)
+        self.render_samples(renderer, (view, sight), reaches, budget, workspace, target)
     }
 
-    /// Whether a sample of any pixel is traced and may hit anything, where samples lie
-    /// between two places in their pixels.
+    /// Whether a sample of any pixel is traced and may hit anything, where directions
+    /// from the eye lie between those of four corners.
     fn reaches<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
-        screen: &Screen,
-        offsets: [(f32, f32); 2],
+        eye: Vec3,
+        corners: impl FnOnce() -> [Vec3; 4],
         budget: &mut Budget,
         workspace: &mut Workspace,
     ) -> bool
@@ -267,17 +279,16 @@ impl Block {
         Simd: Runs<W>,
     {
         self.patch != Region::Outside && {
-            let corners = self.corners(screen, offsets);
             let tracer = &renderer.tracer;
-            tracer.may_hit(screen.eye(), &corners, budget, workspace)
+            tracer.may_hit(eye, &corners(), budget, workspace)
         }
     }
 
     /// Sample by sample, of which the first is known to reach something or not.
-    fn render_samples<const W: usize>(
+    fn render_samples<const W: usize, S: Sight>(
         &self,
         renderer: &Renderer<'_, W>,
-        (view, screen): (&View, &Screen),
+        (view, sight): (&View, &S),
         mut reaches: bool,
         budget: &mut Budget,
         workspace: &mut Workspace,
@@ -296,18 +307,19 @@ impl Block {
             let offset = offset(sample, samples);
             let last = sample + 1 == samples;
             if sample > 0 {
-                reaches = self.reaches(renderer, screen, [offset; 2], budget, workspace);
+                let corners = || sight.corners(tracer.simd(), self, offset);
+                reaches = self.reaches(renderer, sight.eye(), corners, budget, workspace);
             }
             let found = reaches.then(|| {
                 let detail = &*detail.get_or_insert_with(|| self.detail(renderer, view));
-                let rays = self.rays(renderer, screen, offset, detail);
+                let rays = self.rays(renderer, sight, offset, detail);
                 let hits = tracer.nearest_of_tile(&rays, budget, workspace);
                 (detail, rays, hits)
             });
             if budget.is_exhausted() {
                 return 0;
             }
-            let past = self.past(renderer, screen, offset);
+            let past = self.past(renderer, sight, offset);
             let past = <Simd as Runs<8>>::run(tracer.simd(), past);
             for (row, sums) in (0..self.rows).zip(&mut sums) {
                 for (column, sum) in (0..self.columns).zip(sums) {
@@ -349,7 +361,7 @@ impl Block {
                             past.pixel(column, row)
                         } else {
                             let (x, y) = self.at(column, row, offset);
-                            tracer.missed(screen.direction(x, y))
+                            tracer.missed(sight.towards(x, y))
                         };
                         sum.add(missed, workspace);
                     }
@@ -379,19 +391,19 @@ impl Block {
     }
 
     /// What its pixels show that see past everything.
-    fn past<'r, const W: usize>(
+    fn past<'r, const W: usize, S: Sight>(
         &'r self,
         renderer: &'r Renderer<'_, W>,
-        screen: &'r Screen,
+        sight: &'r S,
         offset: (f32, f32),
-    ) -> SeePast<'r>
+    ) -> SeePast<'r, S>
     where
         Simd: Runs<W>,
     {
         SeePast {
             block: self,
             background: renderer.tracer.scene().background(),
-            screen,
+            sight,
             offset,
         }
     }
@@ -408,7 +420,7 @@ impl Block {
     }
 
     /// Towards the block's corners: a place in its first pixel, one in its last.
-    fn corners(&self, screen: &Screen, [first, last]: [(f32, f32); 2]) -> [Vec3; 4] {
+    pub(super) fn corners(&self, screen: &Screen, [first, last]: [(f32, f32); 2]) -> [Vec3; 4] {
         let (left, above) = self.at(0, 0, first);
         let (right, below) = self.at(self.columns - 1, self.rows - 1, last);
         [
@@ -420,10 +432,10 @@ impl Block {
     }
 
     /// All 64 rays; those past a cut-off block's borders are not traced.
-    fn rays<const W: usize>(
+    fn rays<const W: usize, S: Sight>(
         &self,
         renderer: &Renderer<'_, W>,
-        screen: &Screen,
+        sight: &S,
         offset: (f32, f32),
         detail: &BlockDetail,
     ) -> TileRays
@@ -432,7 +444,7 @@ impl Block {
     {
         let directions = Directions {
             block: self,
-            screen,
+            sight,
             offset,
         };
         let rays = <Simd as Runs<8>>::run(renderer.tracer.simd(), directions);
@@ -444,21 +456,22 @@ impl Block {
     }
 }
 
-struct Directions<'r> {
+struct Directions<'r, S> {
     block: &'r Block,
-    screen: &'r Screen,
+    sight: &'r S,
     offset: (f32, f32),
 }
 
-impl Kernel<8> for Directions<'_> {
+impl<S: Sight> Kernel<8> for Directions<'_, S> {
     type Output = TileRays;
 
     #[inline(always)]
     fn run<L: Lanes<8>>(self, l: L) -> TileRays {
         let (dx, dy) = self.offset;
-        let columns = self.screen.columns_at(l, self.block.x, dx);
-        TileRays::from_rows(self.screen.eye(), |row| {
-            let [x, y, z] = columns.directions(l, self.block.y + row as u32, dy);
+        let columns = self.sight.columns_at(l, self.block.x, dx);
+        TileRays::from_rows(self.sight.eye(), |row| {
+            let row = self.block.y + row as u32;
+            let [x, y, z] = self.sight.towards_row(l, &columns, row, dy);
             [l.store(x), l.store(y), l.store(z)]
         })
     }

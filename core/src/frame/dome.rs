@@ -2,7 +2,10 @@
 
 use super::Renderer;
 use super::block::{Block, Sum, Target, offset};
+use super::past::RowPast;
 use super::view::{Dome, RayRow, View};
+use crate::scene::Scene;
+use crate::scene::format::{Instance, kind};
 use crate::simd::{Runs, Simd};
 use crate::trace::{Budget, Pixel, RayDetail, RowHits, Sample, Tracer, Workspace};
 
@@ -26,6 +29,10 @@ impl Block {
         let mut traced = Traced::NONE;
         let mut done = 0;
         for (column, row) in self.places_from(first) {
+            if traced.is_written && column > 0 {
+                done += 1;
+                continue;
+            }
             if budget.is_spent() {
                 break;
             }
@@ -44,6 +51,14 @@ impl Block {
                         budget,
                         workspace,
                     );
+                    if column == 0 && !budget.is_spent() {
+                        let columns = self.columns;
+                        traced.write_past(renderer, (row, columns), workspace, target);
+                        if traced.is_written {
+                            done += 1;
+                            continue;
+                        }
+                    }
                 }
                 let own = self.sample((column, row), 0, 1);
                 let seen = traced.pixel(renderer, column, own, budget, workspace);
@@ -99,6 +114,13 @@ impl Block {
     }
 }
 
+/// Whether a dome that is seen from one point is rendered by blocks, not rows: where
+/// there are vectors to do it with, and no spheroid, which eight rays at a time meet sooner.
+pub(super) fn goes_in_blocks<const W: usize>(scene: &Scene<'_, W>) -> bool {
+    let is_mesh = |instance: &Instance| instance.kind == kind::MESH;
+    Simd::HAS_VECTORS && scene.instances.iter().all(is_mesh)
+}
+
 /// The nearest hits of the rays of eight places, where they can go together.
 pub(super) fn hits_together<const W: usize, const EFFECTS: u32>(
     tracer: &Tracer<'_, W>,
@@ -119,6 +141,8 @@ struct Traced {
     /// `None` for those that are not traced.
     detail: [Option<RayDetail>; 8],
     hits: Option<RowHits>,
+    /// Whether their pixels are written already.
+    is_written: bool,
 }
 
 impl Traced {
@@ -126,6 +150,7 @@ impl Traced {
         rays: RayRow::EMPTY,
         detail: [None; 8],
         hits: None,
+        is_written: false,
     };
 
     fn new<const W: usize>(
@@ -144,6 +169,7 @@ impl Traced {
                 rays,
                 detail,
                 hits: None,
+                is_written: false,
             };
         }
         for (lane, detail) in (0..).zip(&mut detail) {
@@ -152,7 +178,45 @@ impl Traced {
         let hits = renderer.together.and_then(|together| {
             (together.row)(&renderer.tracer, (&rays, &detail), budget, workspace)
         });
-        Self { rays, detail, hits }
+        Self {
+            rays,
+            detail,
+            hits,
+            is_written: false,
+        }
+    }
+
+    /// Writes the pixels of a row, of a block of so many columns, if its rays are all
+    /// inside the rim and see past everything.
+    fn write_past<const W: usize>(
+        &mut self,
+        renderer: &Renderer<'_, W>,
+        (row, columns): (u32, u32),
+        workspace: &mut Workspace,
+        target: &mut Target<'_>,
+    ) where
+        Simd: Runs<W>,
+    {
+        let sees_past = match &self.hits {
+            Some(hits) => hits.are_none(),
+            None => self.detail.iter().all(Option::is_none),
+        };
+        if !sees_past || !self.rays.are_all() {
+            return;
+        }
+        let past = RowPast {
+            background: renderer.tracer.scene().background(),
+            directions: self.rays.directions(),
+        };
+        let Some(past) = <Simd as Runs<8>>::run(renderer.tracer.simd(), past) else {
+            return;
+        };
+        let pixels = target.row(row, columns);
+        for ((pixel, past), detail) in pixels.iter_mut().zip(past).zip(&self.detail) {
+            *pixel = past;
+            workspace.statistics.primary += u64::from(detail.is_some());
+        }
+        self.is_written = true;
     }
 
     /// What the ray of a place sees: nothing outside the rim.

@@ -131,7 +131,7 @@ impl Block {
             let past = SeePast {
                 block: self,
                 background: renderer.tracer.scene().background(),
-                screen,
+                sight: screen,
                 offset: (0.0, 0.0),
             };
             let copy = CopyPast { past, target };

@@ -1,7 +1,7 @@
 //! What pixels of a block show that see past everything.
 
 use super::block::{BLOCK, Block, Target};
-use super::view::Screen;
+use super::view::Sight;
 use crate::scene::format::Background;
 use crate::simd::{Kernel, Lanes};
 use crate::trace::{Colours, Pixel};
@@ -22,15 +22,47 @@ impl Past {
     }
 }
 
+/// What eight pixels show that see past everything: `None` where that cannot be computed
+/// for all of them together.
+pub(super) struct RowPast<'r> {
+    pub(super) background: &'r Background,
+    /// By component.
+    pub(super) directions: &'r [[f32; BLOCK as usize]; 3],
+}
+
+impl Kernel<8> for RowPast<'_> {
+    type Output = Option<[Pixel; BLOCK as usize]>;
+
+    #[inline(always)]
+    fn run<L: Lanes<8>>(self, l: L) -> Option<[Pixel; BLOCK as usize]> {
+        let [x, y, z] = self.directions;
+        let directions = [l.load(x), l.load(y), l.load(z)];
+        let [red, green, blue] = Colours::new(l, self.background).along(l, directions)?;
+        Some(pixels(l, self.background, [red, green, blue]))
+    }
+}
+
+/// Pixels of such colours.
+#[inline(always)]
+fn pixels<L: Lanes<8>>(
+    l: L,
+    background: &Background,
+    [red, green, blue]: [L::F; 3],
+) -> [Pixel; BLOCK as usize] {
+    // As it is taken off a tree's.
+    let alpha = l.splat(1.0 - (1.0 - background.alpha));
+    transmute!(l.interleave([red, green, blue, alpha]))
+}
+
 /// What pixels of a block show that see past everything.
-pub(super) struct SeePast<'r> {
+pub(super) struct SeePast<'r, S> {
     pub(super) block: &'r Block,
     pub(super) background: &'r Background,
-    pub(super) screen: &'r Screen,
+    pub(super) sight: &'r S,
     pub(super) offset: (f32, f32),
 }
 
-impl SeePast<'_> {
+impl<S: Sight> SeePast<'_, S> {
     /// Of its rows from the first on; false where some cannot be computed for all
     /// pixels together.
     #[inline(always)]
@@ -40,21 +72,21 @@ impl SeePast<'_> {
         mut take: impl FnMut(u32, [Pixel; BLOCK as usize]),
     ) -> bool {
         let (dx, dy) = self.offset;
-        let columns = self.screen.columns_at(l, self.block.x, dx);
+        let columns = self.sight.columns_at(l, self.block.x, dx);
         let colours = Colours::new(l, self.background);
-        let alpha = l.splat(1.0 - (1.0 - self.background.alpha));
         for row in 0..self.block.rows {
-            let directions = columns.directions(l, self.block.y + row, dy);
-            let Some([red, green, blue]) = colours.along(l, directions) else {
+            let row_of_view = self.block.y + row;
+            let directions = self.sight.towards_row(l, &columns, row_of_view, dy);
+            let Some(colours) = colours.along(l, directions) else {
                 return false;
             };
-            take(row, transmute!(l.interleave([red, green, blue, alpha])));
+            take(row, pixels(l, self.background, colours));
         }
         true
     }
 }
 
-impl Kernel<8> for SeePast<'_> {
+impl<S: Sight> Kernel<8> for SeePast<'_, S> {
     type Output = Option<Past>;
 
     #[inline(always)]
@@ -66,12 +98,12 @@ impl Kernel<8> for SeePast<'_> {
 }
 
 /// The same, straight to where the pixels go: `None` where some are not there.
-pub(super) struct CopyPast<'r, 't, 'p> {
-    pub(super) past: SeePast<'r>,
+pub(super) struct CopyPast<'r, 't, 'p, S> {
+    pub(super) past: SeePast<'r, S>,
     pub(super) target: &'t mut Target<'p>,
 }
 
-impl Kernel<8> for CopyPast<'_, '_, '_> {
+impl<S: Sight> Kernel<8> for CopyPast<'_, '_, '_, S> {
     type Output = Option<()>;
 
     #[inline(always)]

@@ -12,8 +12,9 @@ pub use flat_screen::FlatScreen;
 pub(super) use screen::Screen;
 pub use screen::ViewError;
 
+use super::block::Block;
 use crate::shape::Ray;
-use crate::simd::Lanes;
+use crate::simd::{Lanes, Simd};
 use crate::trace::Sample;
 use glam::Vec3;
 
@@ -139,6 +140,35 @@ impl View {
             Kind::Dome(dome) => dome.ray(x, y),
         }
     }
+}
+
+/// Pixels that are all seen from one point, where they are seen at all.
+pub(super) trait Sight {
+    /// What stays the same from row to row of eight columns.
+    type Columns<F: Copy>;
+
+    /// Where all rays start: metres.
+    fn eye(&self) -> Vec3;
+
+    /// Towards a point of the picture, in pixels from the centre of the first.
+    fn towards(&self, x: f32, y: f32) -> Vec3;
+
+    /// Eight columns from `x` on, at an offset from their pixels' centres. Those past
+    /// the picture's borders may be any.
+    fn columns_at<L: Lanes<8>>(&self, l: L, x: u32, dx: f32) -> Self::Columns<L::F>;
+
+    /// Towards a row's pixels: the bits of [`towards`](Self::towards).
+    fn towards_row<L: Lanes<8>>(
+        &self,
+        l: L,
+        columns: &Self::Columns<L::F>,
+        y: u32,
+        dy: f32,
+    ) -> [L::F; 3];
+
+    /// Four directions between which, component by component, those of a block's pixels
+    /// are, at an offset from their centres.
+    fn corners(&self, simd: Simd, block: &Block, offset: (f32, f32)) -> [Vec3; 4];
 }
 
 /// Directions of pixels, eight at a time.

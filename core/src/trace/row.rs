@@ -54,6 +54,11 @@ impl RowHits {
         })
     }
 
+    /// Whether no ray has met anything.
+    pub(crate) fn are_none(&self) -> bool {
+        self.hits.iter().all(|hit| hit.instance == u32::MAX)
+    }
+
     /// The nearest hit of a ray.
     #[inline]
     pub(crate) fn at(&self, lane: usize) -> Option<Hit> {

@@ -2,9 +2,10 @@ mod error;
 
 pub use error::DomeError;
 
-use super::{Directions, DomeScreen, View};
+use super::super::block::{BLOCK, Block};
+use super::{Directions, DomeScreen, Sight, View};
 use crate::capture::{Mapping, SpheroidMirror, equidistant, fisheye_equisolid, mirror_ball};
-use crate::numeric::{largest_magnitude, sqrt};
+use crate::numeric::{largest_magnitude, map3, max, min, sqrt};
 use crate::shape::Ray;
 use crate::simd::{Kernel, Lanes, Portable, Runs, Simd};
 use crate::trace::{RayDetail, RowRays};
@@ -129,6 +130,16 @@ impl RayRow {
     /// Whether no place is inside the rim.
     pub(crate) const fn is_empty(&self) -> bool {
         self.seen == 0
+    }
+
+    /// Whether each place is inside the rim, with a ray that can be traced.
+    pub(crate) fn are_all(&self) -> bool {
+        (0..8).all(|lane| self.ray(lane).is_some())
+    }
+
+    /// By component.
+    pub(crate) const fn directions(&self) -> &[[f32; 8]; 3] {
+        &self.directions
     }
 
     /// Those inside the rim that have a detail.
@@ -468,6 +479,102 @@ fn is_rotation(axes: &Mat3) -> bool {
         && off(y.dot(z), 0.0)
         && off(z.dot(x), 0.0)
         && x.cross(y).dot(z) > 0.0
+}
+
+impl Dome {
+    /// Whether its rays start all at one point, through each place of a block.
+    pub(crate) fn sees_all_of(&self, block: &Block) -> bool {
+        if let DomeProjection::Mirror(_) = self.projection {
+            return false;
+        }
+        // What is between places inside a circle is inside it: the block's corners.
+        let (left, above) = (block.x as f32 - 0.5, block.y as f32 - 0.5);
+        let (right, below) = (left + BLOCK as f32, above + BLOCK as f32);
+        let [.., distances] = self.place(
+            Portable,
+            [left, right, left, right],
+            [above, above, below, below],
+        );
+        distances.into_iter().all(|distance| distance <= 1.0)
+    }
+}
+
+/// A dome whose rays start all at one point, where it is inside its rim.
+impl Sight for Dome {
+    /// In pixels from the centre of the first.
+    type Columns<F: Copy> = F;
+
+    fn eye(&self) -> Vec3 {
+        self.pose.position
+    }
+
+    fn towards(&self, x: f32, y: f32) -> Vec3 {
+        let [[x], [y], [z]] = self.rays_of_one(x, y).direction;
+        Vec3::new(x, y, z)
+    }
+
+    #[inline(always)]
+    fn columns_at<L: Lanes<8>>(&self, l: L, x: u32, dx: f32) -> L::F {
+        let mut columns = [0.0; 8];
+        for (column, place) in (x..).zip(&mut columns) {
+            *place = column as f32 + dx;
+        }
+        l.load(&columns)
+    }
+
+    #[inline(always)]
+    fn towards_row<L: Lanes<8>>(&self, l: L, columns: &L::F, y: u32, dy: f32) -> [L::F; 3] {
+        self.rays(l, *columns, l.splat(y as f32 + dy)).direction
+    }
+
+    fn corners(&self, simd: Simd, block: &Block, offset: (f32, f32)) -> [Vec3; 4] {
+        let dome = self;
+        let [least, most] = <Simd as Runs<8>>::run(
+            simd,
+            Extremes {
+                dome,
+                block,
+                offset,
+            },
+        );
+        [least, most, least, most]
+    }
+}
+
+/// The least and the greatest components of the directions of a block's places.
+struct Extremes<'r> {
+    dome: &'r Dome,
+    block: &'r Block,
+    offset: (f32, f32),
+}
+
+impl Kernel<8> for Extremes<'_> {
+    type Output = [Vec3; 2];
+
+    #[inline(always)]
+    fn run<L: Lanes<8>>(self, l: L) -> [Vec3; 2] {
+        let Self {
+            dome,
+            block,
+            offset,
+        } = self;
+        let columns = dome.columns_at(l, block.x, offset.0);
+        let mut extremes = [(l.splat(f32::INFINITY), l.splat(f32::NEG_INFINITY)); 3];
+        for row in block.y..block.y + BLOCK {
+            let directions = dome.towards_row(l, &columns, row, offset.1);
+            for (extremes, component) in extremes.iter_mut().zip(directions) {
+                let (least, most) = *extremes;
+                *extremes = (l.min(component, least), l.max(component, most));
+            }
+        }
+        let least = map3(extremes, |(least, _)| {
+            l.store(least).into_iter().fold(f32::INFINITY, min)
+        });
+        let most = map3(extremes, |(_, most)| {
+            l.store(most).into_iter().fold(f32::NEG_INFINITY, max)
+        });
+        [Vec3::from_array(least), Vec3::from_array(most)]
+    }
 }
 
 impl Directions for Dome {

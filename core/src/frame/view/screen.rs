@@ -1,7 +1,8 @@
-use super::{Directions, View};
+use super::super::block::Block;
+use super::{Directions, Sight, View};
 use crate::numeric::map3;
 use crate::shape::Ray;
-use crate::simd::Lanes;
+use crate::simd::{Lanes, Simd};
 use core::fmt;
 use glam::Vec3;
 
@@ -148,6 +149,39 @@ impl Screen {
     #[inline(always)]
     pub(crate) fn ray(&self, x: f32, y: f32) -> Option<Ray> {
         Ray::new(self.eye, self.direction(x, y))
+    }
+}
+
+impl Sight for Screen {
+    type Columns<F: Copy> = ScreenColumns<F>;
+
+    fn eye(&self) -> Vec3 {
+        self.eye
+    }
+
+    #[inline(always)]
+    fn towards(&self, x: f32, y: f32) -> Vec3 {
+        self.direction(x, y)
+    }
+
+    #[inline(always)]
+    fn columns_at<L: Lanes<8>>(&self, l: L, x: u32, dx: f32) -> ScreenColumns<L::F> {
+        self.columns_at(l, x, dx)
+    }
+
+    #[inline(always)]
+    fn towards_row<L: Lanes<8>>(
+        &self,
+        l: L,
+        columns: &ScreenColumns<L::F>,
+        y: u32,
+        dy: f32,
+    ) -> [L::F; 3] {
+        columns.directions(l, y, dy)
+    }
+
+    fn corners(&self, _: Simd, block: &Block, offset: (f32, f32)) -> [Vec3; 4] {
+        block.corners(self, [offset; 2])
     }
 }
 
