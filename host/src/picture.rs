@@ -265,8 +265,7 @@ impl Picture {
     /// When the picture is empty or has the wrong number of pixels, a metadata
     /// key or value is not allowed, or the file cannot be written.
     pub fn write_png(&self, path: &Path, metadata: &[(&str, String)]) -> Result<(), PictureError> {
-        let bytes = |[red, green, blue, _]: [f32; 4]| [red, green, blue].map(srgb_from_linear);
-        self.write_8_bit(path, metadata, ColorType::Rgb, bytes)
+        self.write_8_bit(path, metadata, ColorType::Rgb, srgb_of_pixel)
     }
 
     /// The file that [`write_png`](Self::write_png) writes, without metadata.
@@ -275,8 +274,7 @@ impl Picture {
     ///
     /// When the picture is empty or has the wrong number of pixels.
     pub fn png_bytes(&self) -> io::Result<Vec<u8>> {
-        let code = |&[red, green, blue, _]: &[f32; 4]| [red, green, blue].map(srgb_from_linear);
-        let coded: Vec<[u8; 3]> = self.pixels.iter().map(code).collect();
+        let coded: Vec<[u8; 3]> = self.pixels.iter().copied().map(srgb_of_pixel).collect();
         let mut file = Vec::new();
         self.encode_png(&mut file, ColorType::Rgb, coded.as_flattened(), &[])?;
         Ok(file)
@@ -293,17 +291,13 @@ impl Picture {
         path: &Path,
         metadata: &[(&str, String)],
     ) -> Result<(), PictureError> {
-        let bytes = |[red, green, blue, alpha]: [f32; 4]| {
+        let bytes = |pixel: [f32; 4]| {
+            let [.., alpha] = pixel;
             if !(alpha > 0.0) {
                 return [0; 4];
             }
-            let code = |channel: f32| srgb_from_linear(channel / alpha);
-            [
-                code(red),
-                code(green),
-                code(blue),
-                (alpha * 255.0 + 0.5) as u8,
-            ]
+            let [red, green, blue] = srgb_of_pixel(pixel.map(|channel| channel / alpha));
+            [red, green, blue, (alpha * 255.0 + 0.5) as u8]
         };
         self.write_8_bit(path, metadata, ColorType::Rgba, bytes)
     }
@@ -460,6 +454,12 @@ impl Picture {
 /// powers, so that files are the same on every machine.
 pub fn srgb_from_linear(linear: f32) -> u8 {
     fast_srgb8::f32_to_srgb8(linear)
+}
+
+/// [`srgb_from_linear`] of a pixel's colours.
+fn srgb_of_pixel(pixel: [f32; 4]) -> [u8; 3] {
+    let [red, green, blue, _] = fast_srgb8::f32x4_to_srgb8(pixel);
+    [red, green, blue]
 }
 
 fn write_file(

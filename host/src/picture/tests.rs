@@ -70,6 +70,18 @@ fn srgb_clips_what_is_no_colour() {
 }
 
 #[test]
+fn pixels_have_the_codes_of_their_colours() {
+    let no_colours = [-1.0, f32::NAN, 1.5, f32::INFINITY, f32::NEG_INFINITY, -0.0];
+    let steps = (0..=10_000).map(|step| step as f32 / 9_999.0);
+    for value in steps.chain(no_colours) {
+        let colours = [value, 0.25, 1.0 - value];
+        let [red, green, blue] = colours;
+        let found = srgb_of_pixel([red, green, blue, value]);
+        assert_eq!(found, colours.map(srgb_from_linear), "{value}");
+    }
+}
+
+#[test]
 fn pixel_count_is_checked() {
     assert!(Picture::from_pixels(2, 3, vec![[0.0; 4]; 6]).is_ok());
     let error = Picture::from_pixels(2, 3, vec![[0.0; 4]; 5]).unwrap_err();
