@@ -36,7 +36,7 @@ mod tracing;
 mod tracker;
 mod tradeoff;
 
-use clap::{CommandFactory as _, FromArgMatches as _, Parser};
+use clap::{Arg, Command, CommandFactory as _, FromArgMatches as _, Parser};
 use failure::Failure;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
@@ -74,7 +74,7 @@ impl Shisen {
     fn read(
         words: impl IntoIterator<Item = impl Into<OsString> + Clone>,
     ) -> clap::error::Result<(Self, Vec<String>)> {
-        let mut command = examples::with_examples(Self::command());
+        let mut command = with_negative_numbers(examples::with_examples(Self::command()));
         let matches = command.try_get_matches_from_mut(words)?;
         let asked = Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
         let names = successors(matches.subcommand(), |(_, rest)| rest.subcommand());
@@ -104,6 +104,18 @@ impl Shisen {
     }
 }
 
+/// A command and all within it, whose arguments read a negative number as a value: what is
+/// wrong with it is the argument's to say.
+fn with_negative_numbers(command: Command) -> Command {
+    let reads = |argument: Arg| {
+        let has_value = argument.get_action().takes_values();
+        argument.allow_negative_numbers(has_value)
+    };
+    command
+        .mut_args(reads)
+        .mut_subcommands(with_negative_numbers)
+}
+
 /// Runs the command that the process was started with.
 pub(crate) fn main() -> ExitCode {
     // Wrapped lines are for people; whoever reads a log searches it.
@@ -119,5 +131,43 @@ pub(crate) fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.print(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// For each argument of a command and of all within it, a line that gives it a value.
+    fn lines(command: &Command, names: &[String], value: &str) -> Vec<Vec<String>> {
+        let arguments = command.get_arguments();
+        let with_value = arguments.filter(|argument| argument.get_action().takes_values());
+        let own = with_value.filter_map(Arg::get_long).map(|long| {
+            let words = [format!("--{long}"), value.to_owned()];
+            [names, &words].concat()
+        });
+        let within = command.get_subcommands().flat_map(|one| {
+            let names = [names, &[one.get_name().to_owned()]].concat();
+            lines(one, &names, value)
+        });
+        own.chain(within).collect()
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_value_is_said_in_our_own_words() {
+        let command = Shisen::command();
+        for value in ["abc", "-1"] {
+            let lines = lines(&command, &["shisen".to_owned()], value);
+            assert!(lines.len() > 150, "{}", lines.len());
+            for line in lines {
+                let Err(error) = Shisen::read(&line) else {
+                    continue;
+                };
+                let said = error.to_string();
+                for others in ["invalid digit", "invalid float", "unexpected argument"] {
+                    assert!(!said.contains(others), "{line:?}: {said}");
+                }
+            }
+        }
     }
 }

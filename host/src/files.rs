@@ -65,7 +65,9 @@ pub fn write_atomically(
     // asked for is a regular file, as far as the umask lets it.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = BufWriter::new(builder.tempfile_in(folder)?);
+    // Not what the temporary file was to be called.
+    let file = builder.tempfile_in(folder);
+    let mut file = BufWriter::new(file.map_err(|error| io::Error::from(error.kind()))?);
     write(&mut file)?;
     let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.persist(path).map_err(|error| error.error)?;
@@ -85,7 +87,8 @@ pub fn explain(reason: &io::Error) -> String {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
             "there is no space left; free some, or choose another folder"
         }
-        _ => "it cannot be used; choose another",
+        io::ErrorKind::AlreadyExists => "a file has this name; choose another",
+        _ => "this place cannot be used; choose another",
     };
     format!("{advice} ({reason})")
 }

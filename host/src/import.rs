@@ -71,7 +71,7 @@ pub enum ImportError {
         fault: std::io::Error,
     },
     /// Contents that are not the format's.
-    #[error("{place}: {problem}; correct it there, or export the mesh again")]
+    #[error("{place}: {}; correct it there, or export the mesh again", problem.trim_end_matches('.'))]
     Syntax {
         /// Where.
         place: Place,
@@ -81,7 +81,7 @@ pub enum ImportError {
     /// A length that the rest of the file cannot hold.
     #[error(
         "{place}: {what} takes {claimed} bytes at least, but only {available} are there; \
-         the file is cut off or damaged"
+         the file is cut off or damaged: export the mesh again"
     )]
     Claim {
         /// Where.
@@ -96,7 +96,7 @@ pub enum ImportError {
     /// A face with a vertex that does not exist.
     #[error(
         "{place}: face {face} (counted from 0) names vertex {index}, but the vertices \
-         go from {first} to {last}"
+         go from {first} to {last}; correct it there, or export the mesh again"
     )]
     VertexOutOfRange {
         /// Where.

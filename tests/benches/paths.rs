@@ -32,7 +32,7 @@ fn main() {
     );
     let compact = Baked::<4>::new(&lone_mesh(mesh.clone())).expect("bakes");
     let (scene, compact) = (baked.scene(), compact.scene());
-    let avx2 = MeshTracer::new(&scene, 0, Simd::detect()).expect("a mesh");
+    let detected = MeshTracer::new(&scene, 0, Simd::detect()).expect("a mesh");
     let portable = MeshTracer::new(&scene, 0, Simd::PORTABLE).expect("a mesh");
     let four = MeshTracer::new(&compact, 0, Simd::PORTABLE).expect("a mesh");
 
@@ -42,7 +42,8 @@ fn main() {
     let hits: Vec<_> = to_rays(&primary)
         .iter()
         .map(|ray| {
-            avx2.nearest(ray, &mut stack)
+            detected
+                .nearest(ray, &mut stack)
                 .0
                 .map(|hit| (hit.t, hit.triangle))
         })
@@ -75,10 +76,10 @@ fn main() {
             Vec::new()
         };
         let contenders: [&dyn Fn() -> u32; 4] = [
-            &|| ours(&avx2, &rays),
-            &|| ours(&portable, &rays),
-            &|| ours(&four, &rays),
-            &|| in_tiles(&avx2, &tiles),
+            &|| one_by_one(&detected, &rays),
+            &|| one_by_one(&portable, &rays),
+            &|| one_by_one(&four, &rays),
+            &|| in_tiles(&detected, &tiles),
         ];
         let rate = interleaved(&contenders).map(|seconds| rays.len() as f64 / seconds / 1e6);
         print!("{name:>10}");
@@ -127,7 +128,7 @@ fn in_tiles(tracer: &MeshTracer<'_>, tiles: &[TileRays]) -> u32 {
         .sum()
 }
 
-fn ours<const W: usize>(tracer: &MeshTracer<'_, W>, rays: &[Ray]) -> u32
+fn one_by_one<const W: usize>(tracer: &MeshTracer<'_, W>, rays: &[Ray]) -> u32
 where
     Simd: shisen_core::Runs<W>,
 {

@@ -86,7 +86,7 @@ fn what_there_is_not_is_usage() {
     for (arguments, expected) in [
         (&["cave", "--size", "0"][..], "--size"),
         (&["cave", "--size", "16385"], "from 1 to 16384"),
-        (&["cave", "--size", "-1"], "-1"),
+        (&["cave", "--size", "-1"], "from 1 to 16384"),
         (&["cave", "--threads", "0"], "--threads"),
         (&["cave", "--samples", "0"], "--samples"),
         (&["cave", "--depth", "17"], "from 0 to 16"),

@@ -176,6 +176,19 @@ fn what_cannot_be_is_said_with_its_range() {
         (&["--mapping", "true", "--fov", "0"], "above 0, to 360"),
         (&["--mapping", "true", "--fov", "nan"], "above 0, to 360"),
         (&["--mapping", "true", "--mirrored"], "there is no mirror"),
+        (
+            &["--mapping", "true", "--config", "best"],
+            "there is no mirror",
+        ),
+        (
+            &["--mapping", "true", "--mirror-size", "1"],
+            "--mirror-size is",
+        ),
+        (
+            &["--mapping", "true", "--viewpoint", "best"],
+            "--viewpoint is",
+        ),
+        (&["--nearest", "5"], "--viewpoint best"),
         (&["--mirror-size", "0"], "from 1e-9 to 1e6"),
         (&["--mirror-size", "nan"], "from 1e-9 to 1e6"),
         (&["--viewpoint", "1e9"], "-100 to 100"),

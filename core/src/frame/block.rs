@@ -80,7 +80,7 @@ impl Block {
                     dome_block: Some(render),
                     ..
                 }),
-            ) if first == 0 && dome.sees_all_of(self) => {
+            ) if first == 0 && dome.sees_all_from(self.x, self.y) => {
                 render(self, renderer, (view, dome), budget, workspace, target)
             }
             // Eight rays at once, where there is something to take them.
@@ -149,8 +149,9 @@ impl Block {
         } else {
             0.5
         };
-        let offsets = [(-around, -around), (around, around)];
-        let corners = || self.corners(screen, offsets);
+        let first = self.at(0, 0, (-around, -around));
+        let last = self.at(self.columns - 1, self.rows - 1, (around, around));
+        let corners = || screen.corners_between(first, last);
         self.reaches(renderer, screen.eye(), corners, budget, workspace)
     }
 
@@ -250,7 +251,7 @@ impl Block {
     {
         let samples = renderer.settings.samples;
         let offset = offset(0, samples);
-        let corners = || sight.corners(renderer.tracer.simd(), self, offset);
+        let corners = || self.corners(renderer.tracer.simd(), sight, offset);
         let reaches = self.reaches(renderer, sight.eye(), corners, budget, workspace);
         if samples == 1 && !reaches {
             // Its mean is the sample itself.
@@ -307,7 +308,7 @@ impl Block {
             let offset = offset(sample, samples);
             let last = sample + 1 == samples;
             if sample > 0 {
-                let corners = || sight.corners(tracer.simd(), self, offset);
+                let corners = || self.corners(tracer.simd(), sight, offset);
                 reaches = self.reaches(renderer, sight.eye(), corners, budget, workspace);
             }
             let found = reaches.then(|| {
@@ -419,16 +420,10 @@ impl Block {
         Sample::new(self.x + column, self.y + row, index, count)
     }
 
-    /// Towards the block's corners: a place in its first pixel, one in its last.
-    pub(super) fn corners(&self, screen: &Screen, [first, last]: [(f32, f32); 2]) -> [Vec3; 4] {
-        let (left, above) = self.at(0, 0, first);
-        let (right, below) = self.at(self.columns - 1, self.rows - 1, last);
-        [
-            screen.direction(left, above),
-            screen.direction(right, above),
-            screen.direction(left, below),
-            screen.direction(right, below),
-        ]
+    /// Directions between which its pixels are, at an offset from their centres.
+    fn corners(&self, simd: Simd, sight: &impl Sight, offset: (f32, f32)) -> [Vec3; 4] {
+        let last = (self.x + self.columns - 1, self.y + self.rows - 1);
+        sight.corners(simd, (self.x, self.y), last, offset)
     }
 
     /// All 64 rays; those past a cut-off block's borders are not traced.
@@ -442,12 +437,12 @@ impl Block {
     where
         Simd: Runs<W>,
     {
-        let directions = Directions {
+        let rays = RaysOf {
             block: self,
             sight,
             offset,
         };
-        let rays = <Simd as Runs<8>>::run(renderer.tracer.simd(), directions);
+        let rays = <Simd as Runs<8>>::run(renderer.tracer.simd(), rays);
         match detail {
             BlockDetail::Equal(detail) => rays.on_rung(detail.rung),
             BlockDetail::Own(own) => rays.on_rungs(&own.rungs),
@@ -456,13 +451,14 @@ impl Block {
     }
 }
 
-struct Directions<'r, S> {
+/// The rays of a block.
+struct RaysOf<'r, S> {
     block: &'r Block,
     sight: &'r S,
     offset: (f32, f32),
 }
 
-impl<S: Sight> Kernel<8> for Directions<'_, S> {
+impl<S: Sight> Kernel<8> for RaysOf<'_, S> {
     type Output = TileRays;
 
     #[inline(always)]

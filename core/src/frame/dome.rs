@@ -8,6 +8,7 @@ use crate::scene::Scene;
 use crate::scene::format::{Instance, kind};
 use crate::simd::{Runs, Simd};
 use crate::trace::{Budget, Pixel, RayDetail, RowHits, Sample, Tracer, Workspace};
+use core::num::NonZeroU32;
 
 impl Block {
     /// Renders the pixels from number `first` on, in rows, and says how many
@@ -28,45 +29,45 @@ impl Block {
         let mut detail = None;
         let mut traced = Traced::NONE;
         let mut done = 0;
-        for (column, row) in self.places_from(first) {
-            if traced.is_written && column > 0 {
-                done += 1;
-                continue;
-            }
+        let columns = NonZeroU32::new(self.columns).unwrap_or(NonZeroU32::MIN);
+        let (begun, mut from) = (first / columns, first % columns);
+        for row in begun..self.rows {
             if budget.is_spent() {
-                break;
+                return done;
             }
             let mut own = |column: u32| {
                 let detail = detail.get_or_insert_with(|| self.detail(renderer, view));
                 detail.at(column, row)
             };
-            let mut sum = Sum::NONE;
             if samples == 1 {
-                if column == 0 || done == 0 {
-                    let rays = self.rays_of_row(simd, dome, row);
-                    traced = Traced::new(
-                        renderer,
-                        rays,
-                        |lane| if lane < column { None } else { own(lane) },
-                        budget,
-                        workspace,
-                    );
-                    if column == 0 && !budget.is_spent() {
-                        let columns = self.columns;
-                        traced.write_past(renderer, (row, columns), workspace, target);
-                        if traced.is_written {
-                            done += 1;
-                            continue;
-                        }
+                let rays = self.rays_of_row(simd, dome, row);
+                traced = Traced::new(
+                    renderer,
+                    rays,
+                    |lane| if lane < from { None } else { own(lane) },
+                    budget,
+                    workspace,
+                );
+                if from == 0 && !budget.is_spent() {
+                    let pixels = target.row(row, self.columns);
+                    if traced.write_past(renderer, workspace, pixels) {
+                        done += self.columns;
+                        continue;
                     }
                 }
-                let own = self.sample((column, row), 0, 1);
-                let seen = traced.pixel(renderer, column, own, budget, workspace);
-                sum.add(seen, workspace);
-            } else {
+            }
+            for column in from..self.columns {
+                if column > from && budget.is_spent() {
+                    return done;
+                }
+                let mut sum = Sum::NONE;
                 for sample in 0..samples {
-                    let lane = u32::from(sample % 8);
-                    if lane == 0 {
+                    let lane = if samples == 1 {
+                        column
+                    } else {
+                        u32::from(sample % 8)
+                    };
+                    if samples > 1 && lane == 0 {
                         let rays = self.rays_of_pixel(simd, dome, (column, row), sample, samples);
                         traced = Traced::new(renderer, rays, |_| own(column), budget, workspace);
                     }
@@ -74,15 +75,13 @@ impl Block {
                     let seen = traced.pixel(renderer, lane, own, budget, workspace);
                     sum.add(seen, workspace);
                     if budget.is_exhausted() {
-                        break;
+                        return done;
                     }
                 }
+                target.write(column, row, sum.mean(samples));
+                done += 1;
             }
-            if budget.is_exhausted() {
-                break;
-            }
-            target.write(column, row, sum.mean(samples));
-            done += 1;
+            from = 0;
         }
         done
     }
@@ -141,8 +140,6 @@ struct Traced {
     /// `None` for those that are not traced.
     detail: [Option<RayDetail>; 8],
     hits: Option<RowHits>,
-    /// Whether their pixels are written already.
-    is_written: bool,
 }
 
 impl Traced {
@@ -150,7 +147,6 @@ impl Traced {
         rays: RayRow::EMPTY,
         detail: [None; 8],
         hits: None,
-        is_written: false,
     };
 
     fn new<const W: usize>(
@@ -169,7 +165,6 @@ impl Traced {
                 rays,
                 detail,
                 hits: None,
-                is_written: false,
             };
         }
         for (lane, detail) in (0..).zip(&mut detail) {
@@ -178,23 +173,18 @@ impl Traced {
         let hits = renderer.together.and_then(|together| {
             (together.row)(&renderer.tracer, (&rays, &detail), budget, workspace)
         });
-        Self {
-            rays,
-            detail,
-            hits,
-            is_written: false,
-        }
+        Self { rays, detail, hits }
     }
 
-    /// Writes the pixels of a row, of a block of so many columns, if its rays are all
-    /// inside the rim and see past everything.
+    /// Writes the first of a row's pixels if all rays are inside the rim and see past
+    /// everything; whether they do.
     fn write_past<const W: usize>(
-        &mut self,
+        &self,
         renderer: &Renderer<'_, W>,
-        (row, columns): (u32, u32),
         workspace: &mut Workspace,
-        target: &mut Target<'_>,
-    ) where
+        pixels: &mut [Pixel],
+    ) -> bool
+    where
         Simd: Runs<W>,
     {
         let sees_past = match &self.hits {
@@ -202,21 +192,20 @@ impl Traced {
             None => self.detail.iter().all(Option::is_none),
         };
         if !sees_past || !self.rays.are_all() {
-            return;
+            return false;
         }
         let past = RowPast {
             background: renderer.tracer.scene().background(),
             directions: self.rays.directions(),
         };
         let Some(past) = <Simd as Runs<8>>::run(renderer.tracer.simd(), past) else {
-            return;
+            return false;
         };
-        let pixels = target.row(row, columns);
         for ((pixel, past), detail) in pixels.iter_mut().zip(past).zip(&self.detail) {
             *pixel = past;
             workspace.statistics.primary += u64::from(detail.is_some());
         }
-        self.is_written = true;
+        true
     }
 
     /// What the ray of a place sees: nothing outside the rim.

@@ -49,7 +49,7 @@ fn pixels<L: Lanes<8>>(
     background: &Background,
     [red, green, blue]: [L::F; 3],
 ) -> [Pixel; BLOCK as usize] {
-    // As it is taken off a tree's.
+    // As what is left of a traced ray's: it rounds as that does.
     let alpha = l.splat(1.0 - (1.0 - background.alpha));
     transmute!(l.interleave([red, green, blue, alpha]))
 }

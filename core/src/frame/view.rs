@@ -12,7 +12,6 @@ pub use flat_screen::FlatScreen;
 pub(super) use screen::Screen;
 pub use screen::ViewError;
 
-use super::block::Block;
 use crate::shape::Ray;
 use crate::simd::{Lanes, Simd};
 use crate::trace::Sample;
@@ -167,8 +166,14 @@ pub(super) trait Sight {
     ) -> [L::F; 3];
 
     /// Four directions between which, component by component, those of a block's pixels
-    /// are, at an offset from their centres.
-    fn corners(&self, simd: Simd, block: &Block, offset: (f32, f32)) -> [Vec3; 4];
+    /// are, from its first to its last, at an offset from their centres.
+    fn corners(
+        &self,
+        simd: Simd,
+        first: (u32, u32),
+        last: (u32, u32),
+        offset: (f32, f32),
+    ) -> [Vec3; 4];
 }
 
 /// Directions of pixels, eight at a time.

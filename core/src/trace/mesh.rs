@@ -4,7 +4,8 @@
 //!
 //! Mrays/s on one thread of a Xeon with AVX2, the cow of 5,804 triangles, each
 //! pair in one run; `cargo bench -p shisen-tests --bench paths -- cow.obj`
-//! measures what stands (rays are described in `tests/src/rays.rs`).
+//! measures what stands (rays are described in `tests/src/rays.rs`), `tests/peers/run` also
+//! beside `obvhs`.
 //!
 //! | what | from | to |
 //! |---|---|---|

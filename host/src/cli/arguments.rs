@@ -1,7 +1,9 @@
 //! Values of arguments, and the arguments that commands share.
 
 use super::failure::Failure;
-use clap::builder::{EnumValueParser, OsStringValueParser, PossibleValue, TypedValueParser};
+use clap::builder::{
+    EnumValueParser, OsStringValueParser, PossibleValue, PossibleValuesParser, TypedValueParser,
+};
 use clap::{Arg, Args, Command, ValueEnum};
 use serde::Serialize;
 use shisen::bake::{BakedScene, Layout};
@@ -22,7 +24,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 /// The most threads that can be asked for.
-const MOST_THREADS: u64 = 1024;
+const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1024).unwrap();
 
 /// The values of an argument without those that a command refuses: these are in no list of
 /// what there may be, and are read, so that the command says why it has no use for them.
@@ -49,7 +51,13 @@ impl<T: ValueEnum + Clone + Send + Sync + 'static> TypedValueParser for Without<
         argument: Option<&Arg>,
         value: &OsStr,
     ) -> Result<T, clap::Error> {
-        EnumValueParser::new().parse_ref(command, argument, value)
+        let read = EnumValueParser::new().parse_ref(command, argument, value);
+        read.map_err(|error| {
+            // What there may be instead, without those that are refused.
+            let shown = self.possible_values().into_iter().flatten();
+            let shown = PossibleValuesParser::new(shown).parse_ref(command, argument, value);
+            shown.err().unwrap_or(error)
+        })
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
@@ -396,12 +404,35 @@ where
     T: FromStr + PartialOrd + fmt::Display + Clone + Send + Sync + 'static,
 {
     move |text| {
-        let number = text.parse().ok().filter(|number| range.contains(number));
-        number.ok_or_else(|| {
-            let (least, most) = (range.start(), range.end());
-            format!("give a whole number from {least} to {most}")
-        })
+        let number = text.trim().parse().ok();
+        number
+            .filter(|number| range.contains(number))
+            .ok_or_else(|| {
+                let (least, most) = (range.start(), range.end());
+                format!("give a whole number from {least} to {most}")
+            })
     }
+}
+
+/// The parser of a whole number that has no most but its type's.
+pub(super) fn whole_from<T>(
+    least: T,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + fmt::Display + Clone + Send + Sync + 'static,
+{
+    move |text| {
+        let number = text.trim().parse().ok();
+        number
+            .filter(|number| least <= *number)
+            .ok_or_else(|| format!("give a whole number from {least} on"))
+    }
+}
+
+/// Any number, whose range is told by what it is for.
+pub(super) fn number<T: FromStr>(text: &str) -> Result<T, String> {
+    let number = text.trim().parse();
+    number.map_err(|_| "give a number, such as 1.5".to_owned())
 }
 
 /// A number within a range, both ends included.
@@ -420,11 +451,7 @@ pub(super) fn turn(text: &str) -> Result<f32, String> {
 
 /// `--threads`.
 pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    text.trim()
-        .parse()
-        .ok()
-        .filter(|&threads: &NonZeroUsize| threads.get() as u64 <= MOST_THREADS)
-        .ok_or_else(|| format!("give a number from 1 to {MOST_THREADS}"))
+    whole(NonZeroUsize::MIN..=MOST_THREADS)(text)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Arguments of commands whose pictures may have wavelengths.
 
-use super::arguments::{Without, whole};
+use super::arguments::{Without, number, whole};
 use super::failure::Failure;
 use super::output::warn;
 use clap::{Arg, Args, ValueEnum};
@@ -16,7 +16,7 @@ use shisen_core::spectrum::{Medium, Wavelengths};
 pub(super) struct DispersionArguments {
     /// Wavelengths where the scene asks for dispersion, 1 to 64; 1 for none
     /// [default: 14]
-    #[arg(long, value_name = "N", allow_negative_numbers = true,
+    #[arg(long, value_name = "N",
           value_parser = whole::<u32>(1..=Wavelengths::MOST))]
     wavelengths: Option<u32>,
     /// How rays take them
@@ -35,7 +35,7 @@ pub(super) struct DispersionArguments {
         value_name = "LOW,HIGH",
         num_args = 1..=2,
         value_delimiter = ',',
-        allow_negative_numbers = true
+        value_parser = number::<f32>
     )]
     range: Option<Vec<f32>>,
 }
@@ -55,16 +55,18 @@ enum MethodChoice {
     Fixed,
 }
 
-/// These arguments of what is about one frame, where a picture each has no place.
-pub(super) fn in_one_frame(argument: Arg) -> Arg {
-    match argument.get_id().as_str() {
-        "dispersion" => argument.value_parser(Without::<MethodChoice>::new(&["paper", "fixed"])),
-        "range" => argument.help(
-            "The range that they are in, such as 400,700: nanometres, from 360 to 830 \
-             [default: 400,700]",
-        ),
-        _ => argument,
-    }
+/// The argument `--dispersion` of what is about one frame, in which no method has a place
+/// that makes a picture of each wavelength.
+pub(super) fn in_one_frame(dispersion: Arg) -> Arg {
+    dispersion.value_parser(Without::<MethodChoice>::new(&["paper", "fixed"]))
+}
+
+/// The argument `--range` beside that one.
+pub(super) fn range_in_one_frame(range: Arg) -> Arg {
+    range.help(
+        "The range that they are in, such as 400,700: nanometres, from 360 to 830 \
+         [default: 400,700]",
+    )
 }
 
 impl From<MethodChoice> for Method {

@@ -3,7 +3,7 @@
 mod report;
 
 use super::arguments::{Model, SceneName, whole};
-use super::dispersion::in_one_frame;
+use super::dispersion::{in_one_frame, range_in_one_frame};
 use super::failure::Failure;
 use super::lod::{LodArguments, of_every_pixel};
 use super::output::print;
@@ -43,7 +43,11 @@ use shisen_core::scene::EffectSet;
 /// `not_simulated` (effect and reason, of each that the scene does not ask for)
 /// and `not_built` (what no scene can ask for).
 #[derive(Debug, Args)]
-#[command(mut_arg("lod", of_every_pixel), mut_args(in_one_frame))]
+#[command(
+    mut_arg("lod", of_every_pixel),
+    mut_arg("dispersion", in_one_frame),
+    mut_arg("range", range_in_one_frame)
+)]
 pub(super) struct Arguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a
     /// baked scene [default: A]
@@ -86,7 +90,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let source = Source::load(name, &arguments.model)?;
     let baked = arguments.lod.baked(source.scene, &source.name)?;
     let (options, dispersion) = arguments.tracing.options(&baked)?;
-    if dispersion.is_some() && matches!(options.dispersion, Dispersion::Images(..)) {
+    if matches!(options.dispersion, Dispersion::Images(..)) {
         return Err(Failure::usage(
             "--dispersion paper and fixed are whole pictures one after the other, in which no \
              ray is traced for dispersion alone: explain comb or split",

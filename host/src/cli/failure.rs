@@ -46,6 +46,15 @@ pub(super) enum Fault {
         /// The file.
         path: PathBuf,
     },
+    /// What is to be a baked scene and cannot be read.
+    #[error("cannot read the baked scene in {}: {reason}", path.display())]
+    #[diagnostic(help("give the path of a scene that `shisen bake` wrote"))]
+    ReadBaked {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        reason: io::Error,
+    },
     /// Neither text nor a baked scene.
     #[error("{} is neither a TOML description nor a baked scene", path.display())]
     #[diagnostic(help("if `shisen bake` wrote it, it has been damaged since: bake it again"))]
@@ -55,7 +64,7 @@ pub(super) enum Fault {
     },
     /// A baked scene that the core refuses.
     #[error("{} cannot be used", path.display())]
-    #[diagnostic(help("bake the scene again with `shisen bake`"))]
+    #[diagnostic(help("bake the scene, or bake it again, with `shisen bake`"))]
     Blob {
         /// The file.
         path: PathBuf,
@@ -157,7 +166,7 @@ pub(super) enum Fault {
     /// Standard output that takes nothing more.
     #[error("cannot write to standard output: {reason}")]
     #[diagnostic(help(
-        "make room where it leads to, or let it lead elsewhere; the files themselves are complete"
+        "make room where it leads to, or let it lead elsewhere; files that were written are complete"
     ))]
     Print {
         /// What the system said.

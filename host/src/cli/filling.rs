@@ -1,6 +1,6 @@
 //! What shows where the gaze skips rays, as it is asked for.
 
-use super::arguments::whole;
+use super::arguments::{whole, whole_from};
 use super::failure::Failure;
 use clap::{Args, ValueEnum};
 use shisen::cave::Wall;
@@ -10,13 +10,12 @@ use shisen::render::CaptureOptions;
 /// How finely to capture the surroundings.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct CaptureDetail {
-    /// With --fill capture, pixels along each side of a hemisphere [default:
-    /// 128]
+    /// Of a capture, pixels along each side of a hemisphere [default: 128]
     #[arg(id = "fill-size", long = "fill-size", value_name = "PIXELS",
           value_parser = whole::<u32>(1..=Wall::MOST_PIXELS))]
     size: Option<u32>,
-    /// With --fill capture, the level of detail of its rays, 0 to 1, which limits
-    /// their bounces, to --depth times it, rounded down, and the faces of meshes:
+    /// Of a capture, the level of detail of its rays, 0 to 1, which limits their
+    /// bounces, to those of level 1 times it, rounded down, and the faces of meshes:
     /// mirrors show nothing at a level without bounces [default: 0.34]
     #[arg(id = "fill-level", long = "fill-level", value_name = "LEVEL", value_parser = level)]
     level: Option<f32>,
@@ -58,9 +57,10 @@ pub(super) fn refuse_detail(given: Option<&str>) -> Result<(), Failure> {
 pub(super) struct CaptureArguments {
     #[command(flatten)]
     detail: CaptureDetail,
-    /// With --fill capture, the most steps that it may take; what they do not
+    /// Of a capture, the most steps that it may take; what they do not
     /// reach shows the background [default: as many as it needs]
-    #[arg(id = "fill-steps", long = "fill-steps", value_name = "N")]
+    #[arg(id = "fill-steps", long = "fill-steps", value_name = "N",
+          value_parser = whole_from::<u64>(0))]
     steps: Option<u64>,
 }
 

@@ -1,6 +1,6 @@
 //! `shisen gaze`: the levels of directions.
 
-use super::arguments::face_range;
+use super::arguments::{face_range, whole};
 use super::failure::Failure;
 use super::output;
 use clap::{Args, ValueEnum};
@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     up: Option<Direction>,
     /// Reflections and refractions at level 1
-    #[arg(long, value_name = "N", default_value_t = 3)]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<u8>(0..=u8::MAX))]
     reflect_max: u8,
     /// Faces of a mesh at level 0 and at level 1
     #[arg(long, value_name = "MIN..MAX", default_value = "500..5804", value_parser = face_range)]

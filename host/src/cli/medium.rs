@@ -1,5 +1,6 @@
 //! `shisen medium`: how a medium bends light of each wavelength.
 
+use super::arguments::number;
 use super::failure::Failure;
 use super::output::print;
 use clap::Args;
@@ -29,10 +30,10 @@ pub(super) struct Arguments {
     medium: NamedMedium,
     /// Wavelengths: nanometres [default: the lines F, d and C]
     #[arg(long, value_name = "NM", num_args = 1.., value_delimiter = ',',
-          allow_negative_numbers = true)]
+          value_parser = number::<f32>)]
     wavelength: Vec<f32>,
     /// Angle between the sides of a prism: degrees, above 0 and below 180
-    #[arg(long, value_name = "DEGREES", default_value_t = 60.0, allow_negative_numbers = true,
+    #[arg(long, value_name = "DEGREES", default_value_t = 60.0,
           value_parser = prism)]
     prism: f64,
     /// Take wavelengths outside the medium's range at its end instead of

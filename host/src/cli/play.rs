@@ -5,7 +5,7 @@ mod allocations;
 mod interference;
 
 use super::arguments::{Model, SceneName, whole};
-use super::dispersion::in_one_frame;
+use super::dispersion::{in_one_frame, range_in_one_frame};
 use super::failure::Failure;
 use super::lod::LodArguments;
 use super::room::RoomArguments;
@@ -39,7 +39,10 @@ use std::time::Duration;
 
 /// What is shown to whom, and how well.
 #[derive(Debug, Clone, Args)]
-#[command(mut_args(in_one_frame))]
+#[command(
+    mut_arg("dispersion", in_one_frame),
+    mut_arg("range", range_in_one_frame)
+)]
 pub(super) struct LiveArguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked
     /// scene
@@ -76,7 +79,7 @@ pub(super) fn paper_lod(lod: Arg) -> Arg {
 pub(super) struct TimeArguments {
     /// Refreshes per second; without --budget, also what a frame may take [default:
     /// 60]
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = whole::<u64>(1..=1_000))]
+    #[arg(long, value_name = "HZ", value_parser = whole::<u64>(1..=1_000))]
     hz: Option<u64>,
     /// What a frame may take: 33ms, 2000000steps (for the same gazes the same frames),
     /// paper (the seconds of its Table 2), paper-scaled (its time with level of detail
@@ -189,7 +192,7 @@ impl LiveArguments {
         let source = Source::load(&self.scene, &self.model)?;
         let baked = self.lod.baked(source.scene, &source.name)?;
         let (options, dispersion) = self.tracing.options(&baked)?;
-        if dispersion.is_some() && matches!(options.dispersion, Dispersion::Images(..)) {
+        if matches!(options.dispersion, Dispersion::Images(..)) {
             return Err(Failure::usage(
                 "--dispersion paper renders a frame for each wavelength: take comb or split",
             ));

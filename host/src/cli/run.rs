@@ -10,7 +10,7 @@ mod together;
 mod watch;
 mod watched;
 
-use super::arguments::{span, whole};
+use super::arguments::{span, whole, whole_from};
 use super::failure::Failure;
 use super::filling::{CaptureDetail, refuse_detail};
 use super::output::print;
@@ -92,11 +92,11 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value = "late")]
     latch: LatchName,
     /// End after so many seconds
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = span)]
+    #[arg(long, value_name = "S", value_parser = span)]
     seconds: Option<Duration>,
     /// End after so many frames
-    #[arg(long, value_name = "N", allow_negative_numbers = true,
-          value_parser = whole::<u64>(1..=u64::MAX))]
+    #[arg(long, value_name = "N",
+          value_parser = whole_from::<u64>(1))]
     frames: Option<u64>,
     /// What becomes of the frames
     #[arg(long, value_enum, default_value = "none")]
@@ -129,7 +129,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     cluster: bool,
     /// How long a frame of another process is waited for, with --cluster
-    #[arg(long, value_name = "S", default_value_t = 5, allow_negative_numbers = true,
+    #[arg(long, value_name = "S", default_value_t = 5,
           value_parser = whole::<u64>(1..=3_600), requires = "cluster")]
     swap_timeout: u64,
     /// Print one JSON object

@@ -177,7 +177,11 @@ pub(super) fn load_mesh(path: &Path) -> Result<TriangleMesh, Failure> {
 /// # Errors
 /// A file that cannot be read, or that the core refuses.
 pub(super) fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
-    baked(path, &read(path)?)
+    let bytes = shisen::files::read(path).map_err(|reason| Fault::ReadBaked {
+        path: path.to_owned(),
+        reason,
+    })?;
+    baked(path, &bytes)
 }
 
 /// Whether a file's name says that it is a mesh.

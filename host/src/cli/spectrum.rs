@@ -1,5 +1,6 @@
 //! `shisen spectrum`: the wavelengths that rays take, and their colours.
 
+use super::arguments::{number, whole, whole_from};
 use super::failure::Failure;
 use super::medium::{NamedMedium, decimal};
 use super::output::print;
@@ -26,7 +27,7 @@ use std::fmt;
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// How many, from 1 to 64
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=Wavelengths::MOST))]
     wavelengths: u32,
     /// How they are chosen
     #[arg(long, value_enum, default_value = "comb")]
@@ -34,7 +35,7 @@ pub(super) struct Arguments {
     /// The range that they are in, such as 400,700: nanometres, from 360 to 830
     /// [default: 400,700, or 380,750 with --method paper]
     #[arg(long, value_name = "NM", num_args = 1..=2, value_delimiter = ',',
-          allow_negative_numbers = true)]
+          value_parser = number::<f32>)]
     range: Vec<f32>,
     /// The colour of each [default: wyman, or endo with --method paper]
     #[arg(long, value_enum)]
@@ -44,7 +45,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME", value_parser = NamedMedium::parser())]
     medium: Option<NamedMedium>,
     /// Which phase of a comb to show, from 0
-    #[arg(long, value_name = "K", default_value_t = 0)]
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = whole_from::<u32>(0))]
     phase: u32,
     /// Print one JSON object
     #[arg(long)]

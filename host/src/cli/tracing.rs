@@ -16,8 +16,8 @@ pub(super) struct TracingArguments {
     effects: EffectArguments,
     #[command(flatten)]
     dispersion: DispersionArguments,
-    /// Reflections and refractions to follow, one after another; with --lod
-    /// those of the centre of the field
+    /// Reflections and refractions to follow, one after another; where detail
+    /// follows the gaze, those of the centre of the field
     #[arg(long, visible_alias = "reflect-max", value_name = "N", default_value_t = 3,
           value_parser = whole::<u8>(0..=MAX_DEPTH))]
     pub(super) depth: u8,

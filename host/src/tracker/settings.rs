@@ -145,7 +145,7 @@ const fn allowed_for(protocol: &Protocol) -> &'static str {
         }
         Protocol::Flock(_) => {
             "format=position-quaternion|position-angles|position-matrix|quaternion|angles|matrix|\
-             position, range=36|72|144, group=0|1, birds=N, first=N, inverse=0|1, confirm=0|1, \
+             position, range=36|72|144, group=0|1, birds=N, first=N, inverse=1|0, confirm=0|1, \
              letter=C, run=F, half_turn=180, \
              frame=forward,right,down, sensor=forward,right,down"
         }
@@ -154,7 +154,7 @@ const fn allowed_for(protocol: &Protocol) -> &'static str {
              frame=forward,right,down, sensor=forward,right,down"
         }
         Protocol::Iscan(_) => {
-            "outputs=pupil-x,pupil-y,pupil-diameter,gaze-x,gaze-y,other, largest=N, \
+            "outputs=pupil-x,pupil-y,pupil-diameter,gaze-x,gaze-y (or other), largest=N, \
              zero=lost|point, confirm=0|1"
         }
         Protocol::Asl(_) => "layout=numbered|base, zero=lost|point",

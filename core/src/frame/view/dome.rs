@@ -2,7 +2,7 @@ mod error;
 
 pub use error::DomeError;
 
-use super::super::block::{BLOCK, Block};
+use super::super::block::BLOCK;
 use super::{Directions, DomeScreen, Sight, View};
 use crate::capture::{Mapping, SpheroidMirror, equidistant, fisheye_equisolid, mirror_ball};
 use crate::numeric::{largest_magnitude, map3, max, min, sqrt};
@@ -305,7 +305,7 @@ impl Dome {
         if self.seen_to > 1.0 {
             pixel = back_inside(l, pixel);
         }
-        let (origin, direction) = self.sight(l, pixel);
+        let (origin, direction) = self.lines(l, pixel);
         let axes = self.axes();
         let [x, y, z] = self.pose.position.to_array();
         let direction = self.in_room(l, axes, direction);
@@ -327,7 +327,7 @@ impl Dome {
     /// Towards places, or towards the nearest inside the rim.
     #[inline(always)]
     fn nearest_directions<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> [L::F; 3] {
-        let (_, direction) = self.sight(l, back_inside(l, self.place(l, x, y)));
+        let (_, direction) = self.lines(l, back_inside(l, self.place(l, x, y)));
         self.in_room(l, self.axes(), direction)
     }
 
@@ -383,7 +383,7 @@ impl Dome {
     /// Where lines of sight start, metres from the position (`None` for all at
     /// it), and where they go, both along the capture's own axes.
     #[inline(always)]
-    fn sight<const W: usize, L: Lanes<W>>(
+    fn lines<const W: usize, L: Lanes<W>>(
         &self,
         l: L,
         pixel: [L::F; 3],
@@ -482,13 +482,14 @@ fn is_rotation(axes: &Mat3) -> bool {
 }
 
 impl Dome {
-    /// Whether its rays start all at one point, through each place of a block.
-    pub(crate) fn sees_all_of(&self, block: &Block) -> bool {
+    /// Whether its rays start all at one point, and each place of a block of pixels is
+    /// inside the rim, from its first pixel on.
+    pub(crate) fn sees_all_from(&self, x: u32, y: u32) -> bool {
         if let DomeProjection::Mirror(_) = self.projection {
             return false;
         }
         // What is between places inside a circle is inside it: the block's corners.
-        let (left, above) = (block.x as f32 - 0.5, block.y as f32 - 0.5);
+        let (left, above) = (x as f32 - 0.5, y as f32 - 0.5);
         let (right, below) = (left + BLOCK as f32, above + BLOCK as f32);
         let [.., distances] = self.place(
             Portable,
@@ -527,24 +528,27 @@ impl Sight for Dome {
         self.rays(l, *columns, l.splat(y as f32 + dy)).direction
     }
 
-    fn corners(&self, simd: Simd, block: &Block, offset: (f32, f32)) -> [Vec3; 4] {
-        let dome = self;
-        let [least, most] = <Simd as Runs<8>>::run(
-            simd,
-            Extremes {
-                dome,
-                block,
-                offset,
-            },
-        );
+    fn corners(
+        &self,
+        simd: Simd,
+        first: (u32, u32),
+        _: (u32, u32),
+        offset: (f32, f32),
+    ) -> [Vec3; 4] {
+        let extremes = Extremes {
+            dome: self,
+            first,
+            offset,
+        };
+        let [least, most] = <Simd as Runs<8>>::run(simd, extremes);
         [least, most, least, most]
     }
 }
 
-/// The least and the greatest components of the directions of a block's places.
+/// The least and the greatest components of the directions of a whole block.
 struct Extremes<'r> {
     dome: &'r Dome,
-    block: &'r Block,
+    first: (u32, u32),
     offset: (f32, f32),
 }
 
@@ -560,7 +564,7 @@ impl Kernel<8> for Extremes<'_> {
         } = self;
         let columns = dome.columns_at(l, block.x, offset.0);
         let mut extremes = [(l.splat(f32::INFINITY), l.splat(f32::NEG_INFINITY)); 3];
-        for row in block.y..block.y + BLOCK {
+        for row in y..y + BLOCK {
             let directions = dome.towards_row(l, &columns, row, offset.1);
             for (extremes, component) in extremes.iter_mut().zip(directions) {
                 let (least, most) = *extremes;

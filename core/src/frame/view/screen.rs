@@ -1,4 +1,3 @@
-use super::super::block::Block;
 use super::{Directions, Sight, View};
 use crate::numeric::map3;
 use crate::shape::Ray;
@@ -125,6 +124,20 @@ impl Screen {
         (self.first_pixel + self.column_step * x) + self.row_step * y
     }
 
+    /// Towards the corners of a part of the screen, from its first point to its last.
+    pub(crate) fn corners_between(
+        &self,
+        (left, above): (f32, f32),
+        (right, below): (f32, f32),
+    ) -> [Vec3; 4] {
+        [
+            self.direction(left, above),
+            self.direction(right, above),
+            self.direction(left, below),
+            self.direction(right, below),
+        ]
+    }
+
     /// Eight columns from `x` on, at an offset from their pixels' centres. Those past
     /// the view's borders repeat its last one.
     #[inline(always)]
@@ -180,8 +193,15 @@ impl Sight for Screen {
         columns.directions(l, y, dy)
     }
 
-    fn corners(&self, _: Simd, block: &Block, offset: (f32, f32)) -> [Vec3; 4] {
-        block.corners(self, [offset; 2])
+    fn corners(
+        &self,
+        _: Simd,
+        first: (u32, u32),
+        last: (u32, u32),
+        (dx, dy): (f32, f32),
+    ) -> [Vec3; 4] {
+        let at = |(x, y): (u32, u32)| (x as f32 + dx, y as f32 + dy);
+        self.corners_between(at(first), at(last))
     }
 }
 

@@ -42,7 +42,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "SPEC", default_value = "mock")]
     tracker: TrackerName,
     /// Of each budget
-    #[arg(long, value_name = "N", default_value = "10000", allow_negative_numbers = true,
+    #[arg(long, value_name = "N", default_value = "10000",
           value_parser = whole::<u64>(10..=1_000_000))]
     frames: u64,
     /// Print one JSON object

@@ -54,7 +54,7 @@ pub(in crate::cli) struct Arguments {
           value_parser = whole::<u64>(60..=10_000))]
     rates: Vec<u64>,
     /// Of each run
-    #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true,
+    #[arg(long, value_name = "S", default_value = "10",
           value_parser = span)]
     seconds: Duration,
     /// Write each frame's times, the histograms and charts to this folder; made where it

@@ -34,12 +34,10 @@ pub(super) struct TrackerArguments {
     #[arg(long, value_name = "TOML", requires = "tracker")]
     calibration: Option<PathBuf>,
     /// Frames to render
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "tracker",
-          allow_negative_numbers = true, value_parser = whole::<u64>(1..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "tracker", value_parser = whole::<u64>(1..=100_000))]
     pub(super) frames: u64,
     /// Frames shown per second
-    #[arg(long, value_name = "HZ", default_value_t = 60, requires = "tracker",
-          allow_negative_numbers = true, value_parser = whole::<u64>(1..=1_000))]
+    #[arg(long, value_name = "HZ", default_value_t = 60, requires = "tracker", value_parser = whole::<u64>(1..=1_000))]
     pub(super) hz: u64,
 }
 

@@ -1,5 +1,6 @@
 //! Arguments that the commands of domes share.
 
+use crate::cli::arguments::number;
 use crate::cli::failure::Failure;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
@@ -96,7 +97,8 @@ pub(super) struct MirrorArguments {
         long,
         value_name = "RATIO",
         requires = "projection",
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        value_parser = number::<f64>
     )]
     a: Option<f64>,
     /// Viewpoint from the mirror's centre, equatorial radii, above --a
@@ -105,7 +107,8 @@ pub(super) struct MirrorArguments {
         value_name = "RADII",
         requires = "a",
         conflicts_with = "beta1",
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        value_parser = number::<f64>
     )]
     p: Option<f64>,
     /// Parametric angle of the mirror at the dome's rim, in place of --p: from
@@ -114,7 +117,8 @@ pub(super) struct MirrorArguments {
         long,
         value_name = "RADIANS",
         requires = "a",
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        value_parser = number::<f64>
     )]
     beta1: Option<f64>,
 }

@@ -1,7 +1,7 @@
 //! The camera of a dome master and what it sees, from arguments.
 
 use super::arguments::{ConfigChoice, MappingChoice};
-use crate::cli::arguments::number_within;
+use crate::cli::arguments::{number, number_within};
 use crate::cli::failure::Failure;
 use crate::cli::progress::Progress;
 use clap::Args;
@@ -19,30 +19,26 @@ use std::str::FromStr;
 /// Which mirror, and how it is looked at.
 #[derive(Debug, Args)]
 pub(super) struct MirrorChoice {
-    /// A mirror of the paper's Table 1, or the best there is
-    #[arg(long, value_name = "NAME", value_enum, default_value = "paper-1")]
-    config: ConfigChoice,
+    /// A mirror of the paper's Table 1, or the best there is [default: paper-1]
+    #[arg(long, value_name = "NAME", value_enum)]
+    config: Option<ConfigChoice>,
     /// How pixels become directions
     #[arg(long, value_enum, default_value = "mirror")]
     pub(super) mapping: MappingChoice,
-    /// Equatorial radius of the mirror: metres, from 1e-9 to 1e6
+    /// Equatorial radius of the mirror: metres, from 1e-9 to 1e6 [default: 0.001]
     #[arg(
         long,
         value_name = "METRES",
-        default_value_t = 1.0e-3,
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        value_parser = number::<f32>
     )]
-    mirror_size: f32,
+    mirror_size: Option<f32>,
     /// Which point of the mirror's axis is where the picture is taken from:
     /// screen (the screen's centre), best (which keeps parallax least), or a
     /// distance from the screen's centre towards the zenith, in equatorial radii
-    #[arg(
-        long,
-        value_name = "screen|best|RADII",
-        default_value = "screen",
-        allow_hyphen_values = true
-    )]
-    viewpoint: Viewpoint,
+    /// [default: screen]
+    #[arg(long, value_name = "screen|best|RADII", allow_hyphen_values = true)]
+    viewpoint: Option<Viewpoint>,
     /// Nearest surroundings for --viewpoint best: equatorial radii [default: the
     /// grid's distance, else 100]
     #[arg(long, value_name = "RADII", allow_hyphen_values = true, value_parser = distance)]
@@ -87,7 +83,19 @@ pub(super) struct Optics {
     pub(super) viewpoint: f64,
 }
 
+/// Of a mirror unless somebody asks: metres.
+const RADIUS: f32 = 1.0e-3;
+
 impl MirrorChoice {
+    /// The first of those that only a mirror has which was given, beside a grid, whose
+    /// distance is in the mirror's radii.
+    fn given(&self, grid: Option<f64>) -> Option<&'static str> {
+        let config = self.config.map(|_| "--config");
+        let size = self.mirror_size.filter(|_| grid.is_none());
+        let size = size.map(|_| "--mirror-size");
+        config.or(size).or(self.viewpoint.map(|_| "--viewpoint"))
+    }
+
     /// What they ask for; `field_of_view` is that without a mirror, radians, and
     /// `grid` the distance of the grid, equatorial radii.
     ///
@@ -99,8 +107,19 @@ impl MirrorChoice {
         field_of_view: f32,
         grid: Option<f64>,
     ) -> Result<Optics, Failure> {
-        let radius = self.mirror_size;
+        let radius = self.mirror_size.unwrap_or(RADIUS);
+        let viewpoint = self.viewpoint.unwrap_or(Viewpoint::Screen);
+        if self.nearest.is_some() && viewpoint != Viewpoint::Best {
+            return Err(Failure::usage(
+                "--nearest is for --viewpoint best: no other depends on the surroundings",
+            ));
+        }
         let Some(mapping) = self.mapping.0.core() else {
+            if let Some(argument) = self.given(grid) {
+                return Err(Failure::usage(&format!(
+                    "{argument} is for --mapping mirror or exact: by true there is no mirror"
+                )));
+            }
             return Ok(Optics {
                 projection: DomeProjection::Equidistant { field_of_view },
                 config: None,
@@ -108,14 +127,15 @@ impl MirrorChoice {
                 viewpoint: 0.0,
             });
         };
-        let double = self.config.0.mirror();
+        let ConfigChoice(named) = self.config.unwrap_or(ConfigChoice(Named::Paper1));
+        let double = named.mirror();
         if let Some(distance) = grid {
             // Its centre is the screen's.
             let near = NearField::new(double, self.mapping.0);
             near.check(distance)
                 .map_err(|error| Failure::usage(&error.to_string()))?;
         }
-        let viewpoint = match self.viewpoint {
+        let viewpoint = match viewpoint {
             Viewpoint::Screen => 0.0,
             Viewpoint::At(offset) => offset,
             Viewpoint::Best => {
@@ -137,7 +157,7 @@ impl MirrorChoice {
                 viewpoint: mirror.screen_distance() + viewpoint as f32,
                 mirrored,
             }),
-            config: Some(self.config.0),
+            config: Some(named),
             radius,
             viewpoint,
         })

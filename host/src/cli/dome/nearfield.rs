@@ -1,6 +1,6 @@
 //! `shisen dome nearfield`: what surroundings near the mirror cost.
 
-use super::super::arguments::number_within;
+use super::super::arguments::{number, number_within};
 use super::super::failure::Failure;
 use super::super::output::print;
 use super::super::picture_files::make_writable;
@@ -71,7 +71,8 @@ pub(in crate::cli) struct Arguments {
         value_name = "D,...",
         default_value = "1,2,3,10,100",
         value_delimiter = ',',
-        allow_hyphen_values = true
+        allow_hyphen_values = true,
+        value_parser = number::<f64>
     )]
     distance: Vec<f64>,
     /// Where the eye is

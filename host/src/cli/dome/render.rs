@@ -1,8 +1,7 @@
 //! `shisen dome render`: dome masters of a scene.
 
-use super::super::arguments::whole;
 use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
-use crate::cli::arguments::{EffectReport, Model, SceneName, number_within};
+use crate::cli::arguments::{EffectReport, Model, SceneName, number, number_within, whole};
 use crate::cli::dispersion::DispersionReport;
 use crate::cli::failure::Failure;
 use crate::cli::output::{counted, print};
@@ -56,7 +55,8 @@ pub(in crate::cli) struct Arguments {
           value_parser = whole::<u32>(1..=View::MOST_PIXELS))]
     size: u32,
     /// Field of view of --mapping true: degrees, above 0 to 360 [default: 180]
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true,
+          value_parser = number::<f64>)]
     fov: Option<f64>,
     /// Leave left and right exchanged, as a mirror shows them
     #[arg(long)]

@@ -1,6 +1,6 @@
 //! `shisen tracker mock` and `replay`: trackers for others to read.
 
-use super::super::arguments::whole;
+use super::super::arguments::{whole, whole_from};
 use super::super::failure::Failure;
 use super::super::output::{say, warn};
 use super::follow::EndArguments;
@@ -40,12 +40,11 @@ pub(in crate::cli) struct MockArguments {
     #[arg(long, value_name = "PATH")]
     pty: Option<PathBuf>,
     /// Samples per second
-    #[arg(long, value_name = "HZ", default_value_t = 500,
-          allow_negative_numbers = true, value_parser = whole::<u64>(60..=10_000))]
+    #[arg(long, value_name = "HZ", default_value_t = 500, value_parser = whole::<u64>(60..=10_000))]
     rate: u64,
     /// What decides all movements and all noise
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true,
-          value_parser = whole::<u64>(0..=u64::MAX))]
+    #[arg(long, value_name = "N", default_value_t = 1,
+          value_parser = whole_from::<u64>(0))]
     seed: u64,
     /// Hold the head still
     #[arg(long)]

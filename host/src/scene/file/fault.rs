@@ -210,6 +210,15 @@ pub(super) struct Check<'a> {
     pub(super) source: Source<'a>,
 }
 
+/// The table that things of a kind are in.
+fn plural(kind: &str) -> String {
+    match kind {
+        "mesh" => "meshes".to_owned(),
+        "medium" => "media".to_owned(),
+        other => format!("{other}s"),
+    }
+}
+
 impl Check<'_> {
     pub(super) fn fault(
         &self,
@@ -306,8 +315,10 @@ impl Check<'_> {
     ) -> Result<T, Located<SceneFault>> {
         let given = name.as_ref();
         known.get(given.as_str()).copied().ok_or_else(|| {
-            let suggestion = suggestion(given, known.keys().copied())
-                .unwrap_or_else(|| format!("the file describes no {kind}: add \"{given}\" to it"));
+            let suggestion = suggestion(given, known.keys().copied()).unwrap_or_else(|| {
+                let tables = plural(kind);
+                format!("the file describes no {kind}: add [{tables}.{given}] with its keys")
+            });
             let fault = SceneFault::UnknownName {
                 kind,
                 given: given.clone(),

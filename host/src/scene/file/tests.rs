@@ -468,7 +468,10 @@ fn the_nearest_name_is_suggested() {
     assert!(report.contains("material = \"crome\""), "{report}");
     let error = read("[[object]]\nmesh = \"cow\"").unwrap_err();
     let help = Diagnostic::help(&error).unwrap().to_string();
-    assert_eq!(help, "the file describes no mesh: add \"cow\" to it");
+    assert_eq!(
+        help,
+        "the file describes no mesh: add [meshes.cow] with its keys"
+    );
 }
 
 #[test]
