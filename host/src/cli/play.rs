@@ -191,7 +191,7 @@ impl LiveArguments {
         }
         let source = Source::load(&self.scene, &self.model)?;
         let baked = self.lod.baked(source.scene, &source.name)?;
-        let (options, dispersion) = self.tracing.options(&baked)?;
+        let (options, _) = self.tracing.options(&baked)?;
         if matches!(options.dispersion, Dispersion::Images(..)) {
             return Err(Failure::usage(
                 "--dispersion paper renders a frame for each wavelength: take comb or split",

@@ -559,10 +559,10 @@ impl Kernel<8> for Extremes<'_> {
     fn run<L: Lanes<8>>(self, l: L) -> [Vec3; 2] {
         let Self {
             dome,
-            block,
+            first: (x, y),
             offset,
         } = self;
-        let columns = dome.columns_at(l, block.x, offset.0);
+        let columns = dome.columns_at(l, x, offset.0);
         let mut extremes = [(l.splat(f32::INFINITY), l.splat(f32::NEG_INFINITY)); 3];
         for row in y..y + BLOCK {
             let directions = dome.towards_row(l, &columns, row, offset.1);
