@@ -573,7 +573,7 @@ fn numbers_out_of_range_are_told_the_range() {
     for (arguments, range) in [
         (
             &["tracker", "monitor", "mock", "--frames", "-1"][..],
-            "from 1 to 18446744073709551615",
+            "from 1 on",
         ),
         (
             &["tracker", "monitor", "mock", "--seconds", "nan"],
@@ -585,13 +585,10 @@ fn numbers_out_of_range_are_told_the_range() {
         ),
         (&["tracker", "mock", "--rate", "1e12"], "from 60 to 10000"),
         (&["tracker", "mock", "--rate", "-5"], "from 60 to 10000"),
-        (
-            &["tracker", "mock", "--seed", "-1"],
-            "from 0 to 18446744073709551615",
-        ),
+        (&["tracker", "mock", "--seed", "-1"], "from 0 on"),
         (
             &["tracker", "replay", "a.csv", "--frames", "1.5"],
-            "from 1 to 18446744073709551615",
+            "from 1 on",
         ),
         (
             &["cave", "--tracker", "mock", "--frames", "-1"],

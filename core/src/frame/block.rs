@@ -2,7 +2,7 @@
 
 use super::detail::BlockDetail;
 use super::past::{CopyPast, SeePast};
-use super::view::{Kind, Screen, Sight, View};
+use super::view::{Kind, OnePoint, Screen, View};
 use super::{Renderer, Together};
 use crate::gaze::Region;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
@@ -238,7 +238,7 @@ impl Block {
     }
 
     /// All of its pixels, going through the scene together.
-    pub(super) fn render_together<const W: usize, S: Sight>(
+    pub(super) fn render_together<const W: usize, S: OnePoint>(
         &self,
         renderer: &Renderer<'_, W>,
         (view, sight): (&View, &S),
@@ -286,7 +286,7 @@ impl Block {
     }
 
     /// Sample by sample, of which the first is known to reach something or not.
-    fn render_samples<const W: usize, S: Sight>(
+    fn render_samples<const W: usize, S: OnePoint>(
         &self,
         renderer: &Renderer<'_, W>,
         (view, sight): (&View, &S),
@@ -392,7 +392,7 @@ impl Block {
     }
 
     /// What its pixels show that see past everything.
-    fn past<'r, const W: usize, S: Sight>(
+    fn past<'r, const W: usize, S: OnePoint>(
         &'r self,
         renderer: &'r Renderer<'_, W>,
         sight: &'r S,
@@ -421,13 +421,13 @@ impl Block {
     }
 
     /// Directions between which its pixels are, at an offset from their centres.
-    fn corners(&self, simd: Simd, sight: &impl Sight, offset: (f32, f32)) -> [Vec3; 4] {
+    fn corners(&self, simd: Simd, sight: &impl OnePoint, offset: (f32, f32)) -> [Vec3; 4] {
         let last = (self.x + self.columns - 1, self.y + self.rows - 1);
         sight.corners(simd, (self.x, self.y), last, offset)
     }
 
     /// All 64 rays; those past a cut-off block's borders are not traced.
-    fn rays<const W: usize, S: Sight>(
+    fn rays<const W: usize, S: OnePoint>(
         &self,
         renderer: &Renderer<'_, W>,
         sight: &S,
@@ -458,7 +458,7 @@ struct RaysOf<'r, S> {
     offset: (f32, f32),
 }
 
-impl<S: Sight> Kernel<8> for RaysOf<'_, S> {
+impl<S: OnePoint> Kernel<8> for RaysOf<'_, S> {
     type Output = TileRays;
 
     #[inline(always)]

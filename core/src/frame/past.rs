@@ -1,7 +1,7 @@
 //! What pixels of a block show that see past everything.
 
 use super::block::{BLOCK, Block, Target};
-use super::view::Sight;
+use super::view::OnePoint;
 use crate::scene::format::Background;
 use crate::simd::{Kernel, Lanes};
 use crate::trace::{Colours, Pixel};
@@ -62,7 +62,7 @@ pub(super) struct SeePast<'r, S> {
     pub(super) offset: (f32, f32),
 }
 
-impl<S: Sight> SeePast<'_, S> {
+impl<S: OnePoint> SeePast<'_, S> {
     /// Of its rows from the first on; false where some cannot be computed for all
     /// pixels together.
     #[inline(always)]
@@ -86,7 +86,7 @@ impl<S: Sight> SeePast<'_, S> {
     }
 }
 
-impl<S: Sight> Kernel<8> for SeePast<'_, S> {
+impl<S: OnePoint> Kernel<8> for SeePast<'_, S> {
     type Output = Option<Past>;
 
     #[inline(always)]
@@ -103,7 +103,7 @@ pub(super) struct CopyPast<'r, 't, 'p, S> {
     pub(super) target: &'t mut Target<'p>,
 }
 
-impl<S: Sight> Kernel<8> for CopyPast<'_, '_, '_, S> {
+impl<S: OnePoint> Kernel<8> for CopyPast<'_, '_, '_, S> {
     type Output = Option<()>;
 
     #[inline(always)]

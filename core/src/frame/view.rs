@@ -142,7 +142,7 @@ impl View {
 }
 
 /// Pixels that are all seen from one point, where they are seen at all.
-pub(super) trait Sight {
+pub(super) trait OnePoint {
     /// What stays the same from row to row of eight columns.
     type Columns<F: Copy>;
 

@@ -409,7 +409,7 @@ mod tests {
         let short = fault(&ascii(&["3 0 1"]));
         assert!(short.starts_with("a.ply:14: "), "{short}");
         assert!(
-            short.ends_with("Expected 3 list elements, but found only 2."),
+            short.contains("Expected 3 list elements, but found only 2; correct it"),
             "{short}"
         );
         assert!(fault(&ascii(&["3 0 1 2"]).replace("double z", "double w")).contains("'z'"));

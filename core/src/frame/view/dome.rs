@@ -3,7 +3,7 @@ mod error;
 pub use error::DomeError;
 
 use super::super::block::BLOCK;
-use super::{Directions, DomeScreen, Sight, View};
+use super::{Directions, DomeScreen, OnePoint, View};
 use crate::capture::{Mapping, SpheroidMirror, equidistant, fisheye_equisolid, mirror_ball};
 use crate::numeric::{largest_magnitude, map3, max, min, sqrt};
 use crate::shape::Ray;
@@ -501,7 +501,7 @@ impl Dome {
 }
 
 /// A dome whose rays start all at one point, where it is inside its rim.
-impl Sight for Dome {
+impl OnePoint for Dome {
     /// In pixels from the centre of the first.
     type Columns<F: Copy> = F;
 

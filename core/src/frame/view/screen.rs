@@ -1,4 +1,4 @@
-use super::{Directions, Sight, View};
+use super::{Directions, OnePoint, View};
 use crate::numeric::map3;
 use crate::shape::Ray;
 use crate::simd::{Lanes, Simd};
@@ -165,7 +165,7 @@ impl Screen {
     }
 }
 
-impl Sight for Screen {
+impl OnePoint for Screen {
     type Columns<F: Copy> = ScreenColumns<F>;
 
     fn eye(&self) -> Vec3 {
