@@ -73,14 +73,15 @@ impl Block {
             (Kind::Screen(screen), Some(together)) if first == 0 => {
                 (together.block)(self, renderer, (view, screen), budget, workspace, target)
             }
-            // Where a dome is seen from one point, as a screen.
+            // Where a dome is seen from one point, as a screen. Without vectors there is no
+            // code for it, nor the stack that a test of the domes' places would take.
             (
                 Kind::Dome(dome),
                 Some(Together {
                     dome_block: Some(render),
                     ..
                 }),
-            ) if first == 0 && dome.sees_all_from(self.x, self.y) => {
+            ) if Simd::HAS_VECTORS && first == 0 && dome.sees_all_from(self.x, self.y) => {
                 render(self, renderer, (view, dome), budget, workspace, target)
             }
             // Eight rays at once, where there is something to take them.
