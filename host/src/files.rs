@@ -1,6 +1,7 @@
 //! Files that are read whole, and only such as have an end; files that appear complete or
 //! not at all.
 
+use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 
@@ -60,14 +61,10 @@ pub fn write_atomically(
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
     };
-    let mut builder = tempfile::Builder::new();
-    // Temporary files are the owner's alone unless told otherwise; what was
-    // asked for is a regular file, as far as the umask lets it.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    // Not what the temporary file was to be called.
-    let file = builder.tempfile_in(folder);
-    let mut file = BufWriter::new(file.map_err(|error| io::Error::from(error.kind()))?);
+    // Temporary files are the owner's alone; what was asked for is a regular file, as far
+    // as the umask lets it.
+    let file = tempfile::Builder::new().make_in(folder, |path| File::create_new(path))?;
+    let mut file = BufWriter::new(file);
     write(&mut file)?;
     let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.persist(path).map_err(|error| error.error)?;
@@ -91,6 +88,16 @@ pub fn explain(reason: &io::Error) -> String {
         _ => "this place cannot be used; choose another",
     };
     format!("{advice} ({reason})")
+}
+
+/// The same of a folder that cannot be made.
+pub fn explain_folder(reason: &io::Error) -> String {
+    match reason.kind() {
+        io::ErrorKind::NotFound => {
+            format!("no folder can be made there; choose another ({reason})")
+        }
+        _ => explain(reason),
+    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::detail::BlockDetail;
 use super::past::{CopyPast, SeePast};
-use super::view::{Kind, OnePoint, Screen, View};
+use super::view::{Dome, Kind, OnePoint, Screen, View};
 use super::{Renderer, Together};
 use crate::gaze::Region;
 use crate::simd::{Kernel, Lanes, Runs, Simd};
@@ -69,6 +69,9 @@ impl Block {
         Simd: Runs<W>,
     {
         match (view.kind(), renderer.together) {
+            (Kind::Dome(dome), _) if first == 0 && self.is_outside(dome, target) => {
+                self.columns * self.rows
+            }
             // What is left of a block that was interrupted goes ray by ray.
             (Kind::Screen(screen), Some(together)) if first == 0 => {
                 (together.block)(self, renderer, (view, screen), budget, workspace, target)
@@ -90,6 +93,19 @@ impl Block {
             }
             _ => self.render_singly(renderer, view, first, budget, workspace, target),
         }
+    }
+
+    /// Whether none of its pixels is inside a dome's rim, which then are nothing.
+    // Not a part of its callers, whose stack it would add to.
+    #[inline(never)]
+    fn is_outside(&self, dome: &Dome, target: &mut Target<'_>) -> bool {
+        let is_outside = dome.sees_nothing_from(self.x, self.y);
+        if is_outside {
+            for row in 0..self.rows {
+                target.row(row, self.columns).fill(Pixel::default());
+            }
+        }
+        is_outside
     }
 
     // Not a part of its callers, whose stack it would add to.

@@ -18,7 +18,7 @@ use std::ffi::{OsStr, OsString};
 use std::fmt;
 use std::marker::PhantomData;
 use std::num::NonZeroUsize;
-use std::ops::RangeInclusive;
+use std::ops::{Bound, RangeBounds};
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
@@ -396,36 +396,25 @@ pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
     number_within(text, 1.0, 179.0).ok_or_else(|| "give degrees from 1 to 179, such as 90".into())
 }
 
-/// The parser of a whole number within a range, which it names where there is none.
+/// The parser of a whole number within a range, `1..=8` or `1..`, which it names where
+/// there is none.
 pub(super) fn whole<T>(
-    range: RangeInclusive<T>,
+    range: impl RangeBounds<T> + Clone + Send + Sync + 'static,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
 where
-    T: FromStr + PartialOrd + fmt::Display + Clone + Send + Sync + 'static,
+    T: FromStr + PartialOrd + fmt::Display + 'static,
 {
     move |text| {
         let number = text.trim().parse().ok();
         number
             .filter(|number| range.contains(number))
-            .ok_or_else(|| {
-                let (least, most) = (range.start(), range.end());
-                format!("give a whole number from {least} to {most}")
+            .ok_or_else(|| match (range.start_bound(), range.end_bound()) {
+                (Bound::Included(least), Bound::Included(most)) => {
+                    format!("give a whole number from {least} to {most}")
+                }
+                (Bound::Included(least), _) => format!("give a whole number from {least} on"),
+                _ => "give a whole number".to_owned(),
             })
-    }
-}
-
-/// The parser of a whole number that has no most but its type's.
-pub(super) fn whole_from<T>(
-    least: T,
-) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
-where
-    T: FromStr + PartialOrd + fmt::Display + Clone + Send + Sync + 'static,
-{
-    move |text| {
-        let number = text.trim().parse().ok();
-        number
-            .filter(|number| least <= *number)
-            .ok_or_else(|| format!("give a whole number from {least} on"))
     }
 }
 

@@ -36,7 +36,7 @@ pub(super) struct Arguments {
     #[arg(required = true, value_parser = SceneName::parser())]
     input: Vec<SceneName>,
     /// Where the baked scene goes
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, visible_alias = "out", value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
     model: Model,

@@ -4,7 +4,7 @@ use clap::CommandFactory as _;
 use clap::error::ErrorKind;
 use miette::Diagnostic;
 use shisen::bake::BakeError;
-use shisen::files::explain;
+use shisen::files::{explain, explain_folder};
 use shisen_core::scene::SceneError;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -127,7 +127,7 @@ pub(super) enum Fault {
         bytes: usize,
     },
     /// A folder that pictures cannot go to.
-    #[error("the pictures cannot go to {}: {}", path.display(), explain(reason))]
+    #[error("the pictures cannot go to {}: {}", path.display(), explain_folder(reason))]
     #[diagnostic(help("give a folder that you may write to with --out"))]
     OutputFolder {
         /// The folder.

@@ -1,6 +1,6 @@
 //! What shows where the gaze skips rays, as it is asked for.
 
-use super::arguments::{whole, whole_from};
+use super::arguments::whole;
 use super::failure::Failure;
 use clap::{Args, ValueEnum};
 use shisen::cave::Wall;
@@ -60,7 +60,7 @@ pub(super) struct CaptureArguments {
     /// Of a capture, the most steps that it may take; what they do not
     /// reach shows the background [default: as many as it needs]
     #[arg(id = "fill-steps", long = "fill-steps", value_name = "N",
-          value_parser = whole_from::<u64>(0))]
+          value_parser = whole::<u64>(0..))]
     steps: Option<u64>,
 }
 
@@ -90,7 +90,8 @@ impl CaptureArguments {
 /// What shows where the gaze skips rays.
 #[derive(Debug, Args)]
 pub(super) struct FillArguments {
-    /// With --lod, what shows where the gaze skips rays
+    /// With --lod, what shows where the gaze skips rays. Anything but the background makes
+    /// --lod paper where that is not given
     #[arg(long, value_enum, default_value = "background")]
     fill: Choice,
     #[command(flatten)]

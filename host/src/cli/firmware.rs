@@ -2,7 +2,7 @@
 
 mod report;
 
-use super::arguments::{LevelArguments, Model, SceneName, WallsName, turn, whole, whole_from};
+use super::arguments::{LevelArguments, Model, SceneName, WallsName, turn, whole};
 use super::failure::Failure;
 use super::output::print;
 use super::picture_files::{make_writable, metadata};
@@ -106,11 +106,11 @@ pub(super) struct Arguments {
           value_parser = whole::<u8>(1..=32))]
     wavelengths: u8,
     /// Steps that a frame may take [default: all that it needs]
-    #[arg(long, value_name = "STEPS", value_parser = whole_from::<u64>(0))]
+    #[arg(long, value_name = "STEPS", value_parser = whole::<u64>(0..))]
     budget: Option<u64>,
     /// Steps of a slice, between which the board listens
     #[arg(long, value_name = "STEPS", default_value_t = 10_000,
-          value_parser = whole_from::<u32>(1))]
+          value_parser = whole::<u32>(1..))]
     slice: u32,
     /// Degrees that the line of sight may move while a frame is rendered: if by more, it
     /// is cut short and the next begun; 0 finishes each

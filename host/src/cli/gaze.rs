@@ -58,23 +58,23 @@ pub(super) struct Arguments {
     boundary: BoundaryChoice,
     /// Radius of the central field: degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_hyphen_values = true,
-          value_parser = degrees)]
+          value_parser = up_to(180.0))]
     central: f64,
     /// Limit of the visual field upwards: degrees, at most 90
     #[arg(long, value_name = "DEGREES", default_value_t = 60.0, allow_hyphen_values = true,
-          value_parser = degrees)]
+          value_parser = up_to(90.0))]
     field_up: f64,
     /// Limit downwards: degrees, at most 90
     #[arg(long, value_name = "DEGREES", default_value_t = 70.0, allow_hyphen_values = true,
-          value_parser = degrees)]
+          value_parser = up_to(90.0))]
     field_down: f64,
     /// Limit to the left: degrees, at most 180
     #[arg(long, value_name = "DEGREES", default_value_t = 100.0, allow_hyphen_values = true,
-          value_parser = degrees)]
+          value_parser = up_to(180.0))]
     field_left: f64,
     /// Limit to the right: degrees, at most 180
     #[arg(long, value_name = "DEGREES", default_value_t = 100.0, allow_hyphen_values = true,
-          value_parser = degrees)]
+          value_parser = up_to(180.0))]
     field_right: f64,
     /// Compute in double precision, by the reference that the tracer's single
     /// precision is measured against
@@ -109,11 +109,14 @@ impl FromStr for Direction {
     }
 }
 
-fn degrees(text: &str) -> Result<f64, String> {
-    let number = text.trim().parse().ok();
-    number
-        .filter(|degrees| *degrees > 0.0 && *degrees <= 180.0)
-        .ok_or_else(|| "give degrees above 0, at most 180".into())
+/// Degrees of a limit: more than none.
+fn up_to(most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| {
+        let number = text.trim().parse().ok();
+        number
+            .filter(|degrees| *degrees > 0.0 && *degrees <= most)
+            .ok_or_else(|| format!("give more than 0 and at most {most} degrees"))
+    }
 }
 
 /// What is wrong with the limits, as the options have them.

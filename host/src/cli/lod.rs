@@ -21,7 +21,7 @@ pub(super) struct LodArguments {
     /// What follows the gaze: detail falls with the distance from the line of
     /// sight, and nothing outside the visual field is traced. Polygon levels
     /// are those that the scene was baked with, or else as --faces and --levels
-    /// say [default: off, or paper with a --fill that is not the background]
+    /// say [default: off]
     #[arg(long, value_enum, default_value = "off", hide_default_value = true,
           default_value_ifs = [("fill", "capture", "paper"), ("fill", "previous", "paper")])]
     lod: Choice,

@@ -10,7 +10,7 @@ mod together;
 mod watch;
 mod watched;
 
-use super::arguments::{span, whole, whole_from};
+use super::arguments::{span, whole};
 use super::failure::Failure;
 use super::filling::{CaptureDetail, refuse_detail};
 use super::output::print;
@@ -96,7 +96,7 @@ pub(super) struct Arguments {
     seconds: Option<Duration>,
     /// End after so many frames
     #[arg(long, value_name = "N",
-          value_parser = whole_from::<u64>(1))]
+          value_parser = whole::<u64>(1..))]
     frames: Option<u64>,
     /// What becomes of the frames
     #[arg(long, value_enum, default_value = "none")]

@@ -1,6 +1,6 @@
 //! `shisen spectrum`: the wavelengths that rays take, and their colours.
 
-use super::arguments::{number, whole, whole_from};
+use super::arguments::{number, whole};
 use super::failure::Failure;
 use super::medium::{NamedMedium, decimal};
 use super::output::print;
@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME", value_parser = NamedMedium::parser())]
     medium: Option<NamedMedium>,
     /// Which phase of a comb to show, from 0
-    #[arg(long, value_name = "K", default_value_t = 0, value_parser = whole_from::<u32>(0))]
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = whole::<u32>(0..))]
     phase: u32,
     /// Print one JSON object
     #[arg(long)]

@@ -9,6 +9,7 @@
 
 mod table;
 
+use crate::files::explain;
 use miette::Diagnostic;
 use shisen_tracker::decoder::{Counts, Decoder, Event, Message, Text};
 use shisen_tracker::link;
@@ -48,10 +49,21 @@ impl RecordingFormat {
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum RecordingError {
-    /// The system refuses it.
+    /// The system does not let it be read.
     #[error("{}: {reason}", path.display())]
-    #[diagnostic(help("give the path of a file that you may read or write"))]
-    File {
+    #[diagnostic(help(
+        "give the path of a recording that you may read; `shisen tracker record` writes one"
+    ))]
+    Read {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// The system does not let it be written.
+    #[error("{}: cannot write: {}", path.display(), explain(reason))]
+    #[diagnostic(help("give the path of a file that you may write"))]
+    Write {
         /// Which.
         path: PathBuf,
         /// What the system said.
@@ -104,7 +116,10 @@ impl Recording {
     /// A file that cannot be read, holds no sample, or a table with a cell
     /// that cannot be used. Damaged frames are [`Event::Dropped`].
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
-        let bytes = std::fs::read(path).map_err(at(path))?;
+        let bytes = std::fs::read(path).map_err(|reason| RecordingError::Read {
+            path: path.into(),
+            reason,
+        })?;
         let recording = match RecordingFormat::of(path) {
             RecordingFormat::Csv => table::read(path, &bytes)?,
             RecordingFormat::Link => from_link(&bytes),
@@ -131,9 +146,9 @@ impl Recording {
     }
 }
 
-fn at(path: &Path) -> impl FnOnce(io::Error) -> RecordingError {
+fn unwritten(path: &Path) -> impl FnOnce(io::Error) -> RecordingError {
     let path = path.to_owned();
-    move |reason| RecordingError::File { path, reason }
+    move |reason| RecordingError::Write { path, reason }
 }
 
 /// Writes a recording, event after event. What was in its file stays there until
@@ -176,7 +191,7 @@ impl Recorder {
         let existed = path.exists();
         let mut options = File::options();
         let file = options.write(true).create(true).truncate(false).open(path);
-        let to = To::Nothing(file.map_err(at(path))?, existed);
+        let to = To::Nothing(file.map_err(unwritten(path))?, existed);
         let path = path.to_owned();
         Ok(Self { path, to })
     }
@@ -198,7 +213,7 @@ impl Recorder {
         }
         if let To::Nothing(file, _) = &self.to {
             let begun = file.try_clone().and_then(|file| To::begin(file, format));
-            self.to = begun.map_err(at(&self.path))?;
+            self.to = begun.map_err(unwritten(&self.path))?;
         }
         let written = match (&mut self.to, event) {
             (To::Csv(table), Event::Sample(sample)) => {
@@ -218,7 +233,7 @@ impl Recorder {
             }
             _ => Ok(()),
         };
-        written.map_err(at(&self.path))
+        written.map_err(unwritten(&self.path))
     }
 
     /// Writes all that is still in memory. A file that was not there before, and that
@@ -233,7 +248,7 @@ impl Recorder {
             To::Csv(table) => table.flush(),
             To::Link(file, _) => file.flush(),
         };
-        flushed.map_err(at(&self.path))
+        flushed.map_err(unwritten(&self.path))
     }
 }
 

@@ -498,6 +498,18 @@ impl Dome {
         );
         distances.into_iter().all(|distance| distance <= 1.0)
     }
+
+    /// Whether no place of a block of pixels is seen, from its first pixel on.
+    pub(crate) fn sees_nothing_from(&self, x: u32, y: u32) -> bool {
+        // The nearest place to the centre; rounding keeps the order of all others.
+        let centre = (self.side - 1) as f32 / 2.0;
+        let nearest = |first: u32| {
+            let low = first as f32 - 0.5;
+            max(low, min(centre, low + BLOCK as f32))
+        };
+        let [.., [distance]] = self.place(Portable, [nearest(x)], [nearest(y)]);
+        distance > self.seen_to
+    }
 }
 
 /// A dome whose rays start all at one point, where it is inside its rim.
@@ -620,5 +632,51 @@ impl Kernel<8> for Row<'_> {
             directions: [l.store(dx), l.store(dy), l.store(dz)],
             seen: l.bits(rays.seen),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_that_see_all_or_nothing_do() {
+        let projection = DomeProjection::Equidistant { field_of_view: 3.0 };
+        let pose = DomePose::over_room(Vec3::ZERO);
+        let sides: &[u32] = if cfg!(miri) {
+            &[19]
+        } else {
+            &[1, 7, 8, 9, 19, 64, 100, 333]
+        };
+        let (mut all, mut nothing, mut mixed) = (0, 0, 0);
+        for &side in sides {
+            let dome = Dome::new(projection, pose, side).unwrap();
+            for dome in [dome, dome.past_the_rim()] {
+                for (x, y) in (0..side).step_by(BLOCK as usize).flat_map(|x| {
+                    (0..side)
+                        .step_by(BLOCK as usize)
+                        .map(move |y| (x as f32, y as f32))
+                }) {
+                    // Also past the picture's border, and where samples of pixels are.
+                    let places = (0..=16).flat_map(|row| (0..=16).map(move |column| (column, row)));
+                    let seen = places
+                        .filter(|&(column, row)| {
+                            let at = |first: f32, half: u8| first - 0.5 + 0.5 * f32::from(half);
+                            dome.ray(at(x, column), at(y, row)).is_some()
+                        })
+                        .count();
+                    let (sees_all, sees_nothing) = (
+                        dome.sees_all_from(x as u32, y as u32),
+                        dome.sees_nothing_from(x as u32, y as u32),
+                    );
+                    assert!(!sees_all || seen == 17 * 17, "{side}: {x}, {y}");
+                    assert!(!sees_nothing || seen == 0, "{side}: {x}, {y}");
+                    all += u32::from(sees_all);
+                    nothing += u32::from(sees_nothing);
+                    mixed += u32::from(!sees_all && !sees_nothing);
+                }
+            }
+        }
+        assert!(mixed > 0 && (cfg!(miri) || (all > 100 && nothing > 100)));
     }
 }

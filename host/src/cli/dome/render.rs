@@ -14,7 +14,6 @@ use serde::Serialize;
 use shisen::bake::Layout;
 use shisen::dome::{Mapping, Named};
 use shisen::look::Point;
-use shisen::render::DomePicture;
 use shisen::scene::camera::{CameraPath, DomeCamera};
 use shisen_core::frame::{Statistics, View};
 use std::fmt;
@@ -138,7 +137,8 @@ struct Report {
 struct Image {
     frame: u32,
     path: String,
-    hash: String,
+    /// `None` without --json.
+    hash: Option<String>,
 }
 
 /// Where pictures go: a folder and what their names begin with.
@@ -225,7 +225,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         statistics.add(&found.statistics);
         seconds += found.seconds;
         let title = format!("dome master of scene {}, frame {frame}", source.name);
-        images.push(write(&names, frame, &found, &title)?);
+        let path = names.path(frame, "png");
+        found
+            .picture
+            .write_png_with_alpha(&path, &metadata(title.clone()))
+            .map_err(Failure::from_error)?;
+        images.push(Image {
+            frame,
+            path: path.display().to_string(),
+            // Of all its pixels: not for nobody to read.
+            hash: (arguments.output.json).then(|| hexadecimal(found.picture.hash())),
+        });
         if arguments.output.exr {
             let path = names.path(frame, "exr");
             found
@@ -294,19 +304,6 @@ fn placed(arguments: &Arguments) -> Option<DomeCamera> {
     let position = arguments.at.map_or(glam::DVec3::ZERO, |at| at.0);
     let tilt = arguments.tilt.unwrap_or(0.0).to_radians();
     Some(DomeCamera::tilted(position, tilt))
-}
-
-fn write(names: &Names, frame: u32, found: &DomePicture, title: &str) -> Result<Image, Failure> {
-    let path = names.path(frame, "png");
-    found
-        .picture
-        .write_png_with_alpha(&path, &metadata(title.to_owned()))
-        .map_err(Failure::from_error)?;
-    Ok(Image {
-        frame,
-        path: path.display().to_string(),
-        hash: hexadecimal(found.picture.hash()),
-    })
 }
 
 impl fmt::Display for Report {

@@ -1,6 +1,6 @@
 //! Listening to a feed until somebody has enough.
 
-use super::super::arguments::{span, whole_from};
+use super::super::arguments::{span, whole};
 use super::super::failure::Failure;
 use super::super::output::{say, warn};
 use super::Interrupt;
@@ -21,7 +21,7 @@ use thiserror::Error;
 pub(super) struct EndArguments {
     /// End after so many samples
     #[arg(long, value_name = "N",
-          value_parser = whole_from::<u64>(1))]
+          value_parser = whole::<u64>(1..))]
     pub(super) frames: Option<u64>,
     /// End after so many seconds
     #[arg(long, value_name = "S",

@@ -1,6 +1,6 @@
 //! `shisen tracker mock` and `replay`: trackers for others to read.
 
-use super::super::arguments::{whole, whole_from};
+use super::super::arguments::whole;
 use super::super::failure::Failure;
 use super::super::output::{say, warn};
 use super::follow::EndArguments;
@@ -44,7 +44,7 @@ pub(in crate::cli) struct MockArguments {
     rate: u64,
     /// What decides all movements and all noise
     #[arg(long, value_name = "N", default_value_t = 1,
-          value_parser = whole_from::<u64>(0))]
+          value_parser = whole::<u64>(0..))]
     seed: u64,
     /// Hold the head still
     #[arg(long)]

@@ -137,6 +137,13 @@ pub enum SpecError {
         /// The protocol.
         name: &'static str,
     },
+    /// A protocol of a serial line that there is not.
+    #[error("there is no protocol {name:?}")]
+    #[diagnostic(help("give one of {}", names(|spec| spec.protocol().is_serial())))]
+    UnknownOnSerial {
+        /// What was given.
+        name: String,
+    },
     /// A serial port without a protocol.
     #[error("serial:{path} says not which protocol its device speaks")]
     #[diagnostic(help(

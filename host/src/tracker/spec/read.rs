@@ -80,7 +80,8 @@ fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     let Some(name) = options.take("protocol") else {
         return Err(SpecError::NoProtocol { path: path.into() });
     };
-    let mut protocol = ProtocolSpec::named(name)?;
+    let mut protocol =
+        ProtocolSpec::named(name).map_err(|_| SpecError::UnknownOnSerial { name: name.into() })?;
     if !protocol.protocol().is_serial() {
         return Err(SpecError::NotSerial {
             name: protocol.name(),
