@@ -113,7 +113,7 @@ pub enum WallError {
         pixels: [u32; 2],
     },
     /// Edges that do not meet at a right angle, where a frustum needs one.
-    #[error("wall \"{wall}\" is no rectangle: its edges meet at {degrees}°")]
+    #[error("wall \"{wall}\" is no rectangle: its edges meet at {degrees:.4}°")]
     #[diagnostic(help(
         "a frustum's near plane is a rectangle; measure the three corners again, or use the wall's rays"
     ))]
@@ -140,7 +140,7 @@ pub enum WallError {
     },
     /// An eye that does not see the wall's front.
     #[error(
-        "wall \"{wall}\" does not face the eye at {}, {}, {}: the eye is {}",
+        "wall \"{wall}\" does not face the eye at {:.4}, {:.4}, {:.4}: the eye is {}",
         .eye.x, .eye.y, .eye.z, place(*.distance)
     )]
     #[diagnostic(help(
@@ -171,7 +171,7 @@ pub enum WallError {
 /// Where an eye is that is `distance` metres before a wall's plane, in words.
 fn place(distance: f64) -> String {
     if distance < -Wall::CLOSEST {
-        format!("{} m behind its plane", -distance)
+        format!("{:.6} m behind its plane", -distance)
     } else {
         "in its plane".to_owned()
     }

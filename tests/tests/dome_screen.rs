@@ -683,7 +683,7 @@ fn what_cannot_be_is_said_and_nothing_is_written() {
             2,
             "no dome \"large\"",
         ),
-        ("room.toml", "back.toml", &["--grid", "1x9"], 1, "1 × 9"),
+        ("room.toml", "back.toml", &["--grid", "1x9"], 2, "1 × 9"),
         ("room.toml", "back.toml", &["--grid", "0x9"], 2, "--grid"),
         ("room.toml", "back.toml", &["--format", "pdf"], 2, "mpcdi"),
     ] {

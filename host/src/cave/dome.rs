@@ -104,11 +104,11 @@ pub enum DomeScreenError {
     },
     /// An eye outside, or too near to the dome's surface.
     #[error(
-        "the eye at {}, {}, {} is not inside dome \"{dome}\": it is {distance} m from the centre",
+        "the eye at {:.4}, {:.4}, {:.4} is not inside dome \"{dome}\": it is {distance:.4} m from the centre",
         .eye.x, .eye.y, .eye.z
     )]
     #[diagnostic(help(
-        "move the head to within {farthest} m of the dome's centre, 0.99 of its radius, or give another centre or radius"
+        "move the head to within {farthest:.4} m of the dome's centre, 0.99 of its radius, or give another centre or radius"
     ))]
     Eye {
         /// The dome's name.

@@ -9,8 +9,9 @@ use std::io::Write as _;
 
 /// Prints a script that completes command lines in a shell
 ///
-/// It knows commands, arguments and the values that these list. Where a shell looks for
-/// such scripts is in its manual; the examples are where bash, zsh and fish have it on most systems.
+/// It knows commands, arguments and the values that these list as possible. Where a shell
+/// looks for such scripts is in its manual; the examples are where bash, zsh and fish have it
+/// on most systems. Make the folder with mkdir -p where there is none yet.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// For which shell

@@ -7,7 +7,7 @@ use super::failure::Failure;
 use super::output::print;
 use super::picture_files::{make_writable, metadata};
 use super::source::{Loaded, Source, bake};
-use super::tracker::Recorded;
+use super::tracker::{Recorded, told};
 use clap::{Args, Subcommand};
 use glam::Vec3;
 use report::{FrameReport, Report};
@@ -18,7 +18,7 @@ use shisen::firmware::{
 };
 use shisen::picture::Picture;
 use shisen::render::frame_hash;
-use shisen::tracker::{Recording, Spec, simulated};
+use shisen::tracker::{Recording, Spec, SpecError, simulated};
 use shisen_core::frame::{FlatScreen, MAX_DEPTH};
 use shisen_core::scene::{EffectSet, Scene};
 use shisen_tracker::link::display::{Rendering, Subject};
@@ -142,7 +142,7 @@ impl FromStr for TrackerChoice {
         if text == "none" {
             return Ok(Self(None));
         }
-        let spec: Spec = text.parse().map_err(|error| format!("{error}"))?;
+        let spec: Spec = text.parse().map_err(|error: SpecError| told(&error))?;
         if spec.head().is_some() {
             return Err(
                 "the board takes the first sensor for the viewer's head: leave head \
@@ -192,6 +192,8 @@ pub(super) fn run(firmware: &Firmware) -> Result<(), Failure> {
         )));
     };
     make_writable(&arguments.out)?;
+    // Before a firmware is built, which takes its time.
+    let tracker = arguments.tracker.bytes()?;
     let dispersion = arguments.wavelengths > 1;
     let image = match &arguments.image {
         Some(path) => Image::open(path)?,
@@ -218,7 +220,7 @@ pub(super) fn run(firmware: &Firmware) -> Result<(), Failure> {
         rendering,
         frames: arguments.frames,
         capture: arguments.capture.map(|size| (size, Vec3::ZERO)),
-        tracker: arguments.tracker.bytes()?,
+        tracker,
         patience: PATIENCE,
     })?;
     let linked = EffectSet::from_bits(watched.ready.linked);

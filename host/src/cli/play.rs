@@ -37,9 +37,15 @@ use shisen_tracker::estimate::GazeEstimator;
 use std::path::PathBuf;
 use std::time::Duration;
 
+/// The argument `--look`: a tracker says where the viewer looks.
+fn hidden(look: Arg) -> Arg {
+    look.hide(true)
+}
+
 /// What is shown to whom, and how well.
 #[derive(Debug, Clone, Args)]
 #[command(
+    mut_arg("look", hidden),
     mut_arg("dispersion", in_one_frame),
     mut_arg("range", range_in_one_frame)
 )]
@@ -180,6 +186,11 @@ impl LiveArguments {
     /// Of usage: a budget that there is not for the scene, wavelengths that take
     /// several frames; a scene or a room that cannot be used.
     pub(super) fn prepare(&self, time: &TimeArguments) -> Result<Prepared, Failure> {
+        if self.room.says_where_to_look() {
+            return Err(Failure::usage(
+                "--look is for a single frame: here the viewer looks where the tracker says",
+            ));
+        }
         let table = match self.scene {
             SceneName::Paper(scene) => Table2::of(scene),
             _ => None,

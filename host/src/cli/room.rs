@@ -100,6 +100,11 @@ impl RoomArguments {
         Ok(())
     }
 
+    /// Whether somebody said where the viewer looks.
+    pub(super) const fn says_where_to_look(&self) -> bool {
+        self.look.is_some()
+    }
+
     /// Where the viewer looks, and what is up then. A head that a tracker measured
     /// may be tilted; a direction that somebody gives is looked at upright.
     pub(super) fn directions(&self, pose: HeadPose) -> (DVec3, DVec3) {

@@ -194,10 +194,15 @@ impl Arguments {
     /// What is asked for together can be had together.
     fn check(&self) -> Result<(), Failure> {
         let stereo = self.stereo;
-        if self.fill == FillName::Capture && !self.live.lod.is_on() {
+        if self.fill != FillName::Background && !self.live.lod.is_on() {
             return Err(Failure::usage(
-                "--fill capture is for --lod paper, paper-ellipse or foveated: with --lod off no \
-                 ray is skipped",
+                "--fill is for --lod paper, paper-ellipse or foveated: with --lod off no ray is \
+                 skipped",
+            ));
+        }
+        if self.fill == FillName::Previous && self.view == View::None {
+            return Err(Failure::usage(
+                "--fill previous is for --view png or window: with --view none nothing is shown",
             ));
         }
         if self.fill != FillName::Capture {

@@ -141,8 +141,21 @@ pub(super) fn protocol(name: &str) -> Result<ProtocolSpec, String> {
     name.parse::<ProtocolSpec>().map_err(|error| told(&error))
 }
 
+/// Refuses protocols of devices that are on no serial line.
+///
+/// # Errors
+/// Of usage: such a protocol.
+pub(super) fn goes_over_a_line(protocol: &ProtocolSpec) -> Result<(), Failure> {
+    if protocol.protocol().is_serial() {
+        return Ok(());
+    }
+    Err(Failure::usage(&format!(
+        "{protocol} does not go over a serial line: its devices are HID. Choose another --as"
+    )))
+}
+
 /// An error and what to do about it, on a line.
-fn told(error: &dyn Diagnostic) -> String {
+pub(super) fn told(error: &dyn Diagnostic) -> String {
     match error.help() {
         Some(help) => format!("{error}; {help}"),
         None => error.to_string(),

@@ -1,5 +1,6 @@
 //! The head tracker of the OSVR Hacker Dev Kit: a USB HID device that sends
-//! its orientation without being asked, [`REPORT_RATE`] times a second.
+//! its orientation without being asked, 400 times a second; early units send fewer, and none
+//! come while the video input changes state.
 //!
 //! # Report
 //!
@@ -41,10 +42,6 @@ use glam::{Quat, Vec3};
 /// USB vendor and product ids under which the device appears: the regular
 /// ones, then those of early units.
 pub const USB_IDS: [(u16, u16); 2] = [(0x1532, 0x0B00), (0x03EB, 0x2421)];
-
-/// Reports per second; early units send fewer, and none come while the video
-/// input changes state.
-pub const REPORT_RATE: u32 = 400;
 
 /// Bytes that every report has.
 pub const REPORT_LENGTH: usize = 16;

@@ -9,7 +9,7 @@ use super::super::picture_files::make_writable;
 use super::super::play::{
     Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
 };
-use super::super::tracker::{Interrupt, protocol};
+use super::super::tracker::{Interrupt, goes_over_a_line, protocol};
 use clap::builder::ArgPredicate;
 use clap::{Arg, Args};
 use serde::Serialize;
@@ -129,6 +129,7 @@ const LATCHES: [(Latch, &str); 2] = [(Latch::Early, "early"), (Latch::Late, "lat
 
 /// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    goes_over_a_line(&arguments.protocol)?;
     let prepared = arguments.live.prepare(&arguments.time)?;
     if let Some(folder) = &arguments.out {
         make_writable(folder)?;

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 use shisen::cave::{Cave, DomeScreen};
 use shisen::files::write_atomically;
-use shisen::warp::{Nodes, Projector, Warp, bourke, mpcdi};
+use shisen::warp::{Nodes, Projector, Warp, WarpError, bourke, mpcdi};
 use std::fmt;
 use std::path::PathBuf;
 
@@ -104,7 +104,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Format::Mpcdi => (Nodes::Centres, projector.resolution()),
     };
     let grid = arguments.grid.map_or(grid, |grid| grid.0);
-    let warp = Warp::new(dome, &projector, grid, nodes)?;
+    let warp = Warp::new(dome, &projector, grid, nodes).map_err(|error| match error {
+        WarpError::Grid { .. } => Failure::usage(&error.to_string()),
+        other => other.into(),
+    })?;
     let path = &arguments.out;
     write_atomically(path, |file| match arguments.format {
         Format::Bourke => bourke::write(&warp, file),

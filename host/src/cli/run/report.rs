@@ -2,6 +2,7 @@
 
 use super::watched::Watched;
 use super::{Arguments, FillName, LatchName};
+use crate::cli::output::counted;
 use crate::cli::play::{Interference, Played, Prepared};
 use hdrhistogram::Histogram;
 use serde::Serialize;
@@ -301,15 +302,21 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "scene {}, {} × {} pixels a wall, {} threads, tracker {}, {} Hz, level of detail {}",
-            self.scene, self.size, self.size, self.around.threads, self.tracker, self.hz, self.lod
+            "scene {}, {} × {} pixels a wall, {}, tracker {}, {} Hz, level of detail {}",
+            self.scene,
+            self.size,
+            self.size,
+            counted(self.around.threads as u64, "thread"),
+            self.tracker,
+            self.hz,
+            self.lod
         )?;
         self.fmt_budget(f)?;
         writeln!(
             f,
-            "{} frames in {:.1} s at {} refreshes: {} late, {} over their time, {} over their \
+            "{} in {:.1} s at {} refreshes: {} late, {} over their time, {} over their \
              steps, {} unfinished, {} of these near the line of sight",
-            self.frames,
+            counted(self.frames, "frame"),
             self.seconds,
             self.refreshes,
             self.late_frames,

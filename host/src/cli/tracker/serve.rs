@@ -6,7 +6,7 @@ use super::super::output::{say, warn};
 use super::follow::EndArguments;
 use super::monitor::show;
 use super::sample::Records;
-use super::{Interrupt, Recorded, protocol};
+use super::{Interrupt, Recorded, goes_over_a_line, protocol};
 use clap::Args;
 use miette::Diagnostic;
 use shisen::tracker::pty::Pty;
@@ -288,12 +288,7 @@ fn line(
     end: &EndArguments,
     play: Play,
 ) -> Result<Played, Failure> {
-    if !protocol.protocol().is_serial() {
-        return Err(Failure::usage(&format!(
-            "{protocol} does not go over a serial line: its devices are HID. Choose another \
-             --as"
-        )));
-    }
+    goes_over_a_line(protocol)?;
     let interrupt = Interrupt::new();
     let mut pty = Pty::open(path).map_err(|reason| {
         let path = path.into();
