@@ -81,6 +81,32 @@ fn usage_is_that_of_the_command_asked_for() {
 }
 
 #[test]
+fn what_would_do_nothing_is_usage() {
+    let folder = folder();
+    for (arguments, expected) in [
+        (
+            &["run", "--fill", "previous", "--lod", "off"][..],
+            "with --lod off no ray is skipped",
+        ),
+        (
+            &["run", "--fill", "previous"],
+            "with --view none nothing is shown",
+        ),
+        (&["run", "--look", "floor"], "where the tracker says"),
+        (
+            &["bench", "latency", "--as", "hid"],
+            "does not go over a serial line",
+        ),
+        (
+            &["firmware", "run", "--tracker", "mock:rate=0"],
+            "60 to 10000",
+        ),
+    ] {
+        refused_by(&folder, arguments, expected);
+    }
+}
+
+#[test]
 fn what_there_is_not_is_usage() {
     let folder = folder();
     for (arguments, expected) in [
@@ -146,23 +172,6 @@ fn what_there_is_not_is_usage() {
         ),
         (&["gaze", "--faces", "5..4"], "5, is above the most, 4"),
         (&["gaze", "--faces", "500.."], "500..5804"),
-        (
-            &["run", "--fill", "previous", "--lod", "off"],
-            "with --lod off no ray is skipped",
-        ),
-        (
-            &["run", "--fill", "previous"],
-            "with --view none nothing is shown",
-        ),
-        (&["run", "--look", "floor"], "where the tracker says"),
-        (
-            &["bench", "latency", "--as", "hid"],
-            "does not go over a serial line",
-        ),
-        (
-            &["firmware", "run", "--tracker", "mock:rate=0"],
-            "60 to 10000",
-        ),
         (&["bake", "A"], "--output"),
         (&["bake", "-o", "x.shisen"], "INPUT"),
         (&["bake", "A", "B", "-o", "x.shisen"], "one scene at a time"),

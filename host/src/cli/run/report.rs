@@ -276,6 +276,30 @@ impl Report {
         writeln!(f, "; {} steps a frame at the median", self.median_steps)
     }
 
+    /// What frames of each rung were like.
+    fn fmt_rungs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for rung in self.rungs.iter().filter(|rung| rung.frames > 0) {
+            write!(
+                f,
+                "  {:6} frames: {} bounces, faces of level {}, field to {:.0}%, its centre to \
+                 {:.0}%",
+                rung.frames,
+                rung.depth,
+                rung.faces,
+                100.0 * rung.field,
+                100.0 * rung.centre
+            )?;
+            if rung.sampling > 1.0 {
+                write!(f, ", {} times as coarse", rung.sampling)?;
+            }
+            if rung.capture < 1.0 {
+                write!(f, ", {:.0}% of the capture anew", 100.0 * rung.capture)?;
+            }
+            writeln!(f)?;
+        }
+        Ok(())
+    }
+
     /// What became of the tracker's samples.
     fn fmt_samples(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} samples of the tracker", self.samples)?;
@@ -352,25 +376,7 @@ impl fmt::Display for Report {
             }
         }
         self.fmt_samples(f)?;
-        for rung in self.rungs.iter().filter(|rung| rung.frames > 0) {
-            write!(
-                f,
-                "  {:6} frames: {} bounces, faces of level {}, field to {:.0}%, its centre to \
-                 {:.0}%",
-                rung.frames,
-                rung.depth,
-                rung.faces,
-                100.0 * rung.field,
-                100.0 * rung.centre
-            )?;
-            if rung.sampling > 1.0 {
-                write!(f, ", {} times as coarse", rung.sampling)?;
-            }
-            if rung.capture < 1.0 {
-                write!(f, ", {:.0}% of the capture anew", 100.0 * rung.capture)?;
-            }
-            writeln!(f)?;
-        }
+        self.fmt_rungs(f)?;
         if let Some(together) = &self.around.cluster {
             writeln!(f, "{together}")?;
         }
