@@ -368,16 +368,21 @@ where
     fn run<L: Lanes<W>>(mut self, lanes: L) -> u64 {
         let mut steps: u64 = 0;
         for ray in self.rays {
-            let hit = ray.map_or(MeshHit::NONE, |ray| {
-                let search = SearchMesh {
-                    sought: self.sought,
-                    mesh: self.mesh,
-                    stack: &mut *self.stack,
-                };
-                let (hit, work) = search.run(lanes, &ray);
-                steps = steps.wrapping_add(work.steps);
-                hit
-            });
+            // Not by a closure: where a build does not inline it, it is compiled without the
+            // kernel's instructions, and each of them is a call.
+            let hit = match ray {
+                Some(ray) => {
+                    let search = SearchMesh {
+                        sought: self.sought,
+                        mesh: self.mesh,
+                        stack: &mut *self.stack,
+                    };
+                    let (hit, work) = search.run(lanes, &ray);
+                    steps = steps.wrapping_add(work.steps);
+                    hit
+                }
+                None => MeshHit::NONE,
+            };
             (self.take)((hit.triangle != u32::MAX).then_some(hit));
         }
         steps
