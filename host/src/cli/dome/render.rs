@@ -233,7 +233,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         images.push(Image {
             frame,
             path: path.display().to_string(),
-            // Of all its pixels: not for nobody to read.
+            // Of all its pixels, so only where somebody reads it.
             hash: (arguments.output.json).then(|| hexadecimal(found.picture.hash())),
         });
         if arguments.output.exr {
