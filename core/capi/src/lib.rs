@@ -15,12 +15,13 @@
 //! - For targets without an operating system, a path that leads to a panic is an
 //!   error of the linker: the symbol `a_path_leads_to_a_panic` is nowhere. Which
 //!   paths are ruled out is the optimiser's work: none is left at `opt-level` 2
-//!   and 3, which is the release profile's; some are at "s".
+//!   and 3 with fat LTO in one codegen unit, as the profile `firmware` of the workspace
+//!   has; some are at "s", and with the release profile's thin LTO.
 //!
 //! # Building it
 //!
 //! ```text
-//! cargo build --release --package shisen-capi --target thumbv7em-none-eabihf
+//! cargo build --profile firmware --package shisen-capi --target thumbv7em-none-eabihf
 //! ```
 //!
 //! with `RUSTFLAGS=-Ctarget-cpu=cortex-m7` for that processor, and
