@@ -59,7 +59,7 @@ pub fn measure(
         std::fs::write(&description, &picture.description)?;
         let theirs = out.join(format!("{}-povray.png", picture.name));
         let (mut us, mut them) = (Vec::new(), Vec::new());
-        for _ in 0..report.rounds.min(3) {
+        for _ in 0..report.rounds {
             let start = children_seconds();
             let mut command = shisen.command(&picture.arguments);
             command.arg("--depth").arg(DEPTH.to_string());
