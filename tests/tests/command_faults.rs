@@ -693,6 +693,10 @@ fn values_that_a_command_refuses_are_not_in_its_help() {
             ],
             "take comb or split",
         ),
+        (
+            &["cave", "--wavelengths", "3", "--each", "4"],
+            "there are 3 wavelengths: give at most 3",
+        ),
     ] {
         refused_by(&folder, arguments, expected);
     }

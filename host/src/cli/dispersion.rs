@@ -127,7 +127,14 @@ impl DispersionArguments {
                     method.name()
                 )));
             }
-            if let Dispersion::Comb(_, of) = &mut dispersion {
+            if let Dispersion::Comb(wavelengths, of) = &mut dispersion {
+                let count = wavelengths.count();
+                if usize::from(each) > count {
+                    return Err(Failure::usage(&format!(
+                        "--each is {each}, and there are {count} wavelengths: give at most {count}, \
+                         or more --wavelengths"
+                    )));
+                }
                 *of = each;
             }
         }
