@@ -1,7 +1,6 @@
 //! Wavelengths: taken only where a ray first enters a dispersive medium.
 
 use super::sample::Sample;
-use super::shading::Arrival;
 use crate::spectrum::{Medium, SpectralSample, SpectralTable};
 use core::fmt;
 use core::num::NonZeroU32;
@@ -276,20 +275,6 @@ impl Balance {
         }
         self.missing * self.light / f32::from(self.samples)
     }
-}
-
-/// A ray that enters a dispersive medium: what goes on from there, one
-/// wavelength after another.
-pub(super) struct Fan<'a> {
-    /// Wavelengths that are still to come.
-    pub(super) part: Part<'a>,
-    /// Rays that wait until all are through.
-    pub(super) waiting: usize,
-    /// Whether none has been sent yet.
-    pub(super) is_new: bool,
-    /// Whether what the border reflects goes with it.
-    pub(super) is_all: bool,
-    pub(super) at: Arrival<'a>,
 }
 
 #[cfg(test)]

@@ -2,11 +2,12 @@
 //!
 //! Compiled for a set of effects: what is not in it has no code here.
 
+mod fan;
 mod light;
 
 use super::background;
 use super::budget::Budget;
-use super::dispersion::{Balance, Fan, Part};
+use super::dispersion::Balance;
 use super::hit::Hit;
 use super::ledger::{Ledger, Record};
 use super::optics::{Refraction, reflect, refract};
@@ -19,7 +20,7 @@ use crate::scene::EffectSet;
 use crate::scene::format::effect;
 use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
-use crate::spectrum::SpectralSample;
+use fan::Fan;
 use glam::Vec3;
 
 /// Traces what a primary ray leaves behind where it hits.
@@ -363,117 +364,10 @@ where
         let (before, beyond) = if at.inside { (own, 1.0) } else { (1.0, own) };
         refract(at.direction, at.normal, before, beyond)
     }
-
-    /// A ray of all wavelengths enters a dispersive medium. What is reflected
-    /// goes the same way for those that the sample takes; the rest one after
-    /// another.
-    #[inline(never)]
-    fn begin_fan<R: Record>(
-        &self,
-        mut at: Arrival<'a>,
-        part: Part<'a>,
-        gathered: &mut Gathered<'_, 'a, R>,
-        workspace: &mut Workspace,
-    ) {
-        let share = 1.0 / part.count().max(1) as f32;
-        let of = |sample: &SpectralSample| self.refraction(&at, sample.nm).reflectance;
-        // The colour of all of the sample's wavelengths, and that of what they
-        // reflect.
-        let (white, reflected, reflectance) = if part.is_whole() {
-            let broad = part.broad.iter();
-            let reflected = broad.map(|sample| sample.weight * of(sample)).sum();
-            let white = part.rest().map(|sample| sample.weight).sum();
-            (white, reflected, reflected)
-        } else {
-            let (mut white, mut reflected, mut sum) = (Vec3::ZERO, Vec3::ZERO, 0.0);
-            for sample in part.rest() {
-                let reflectance = of(&sample);
-                white += sample.weight;
-                reflected += sample.weight * reflectance;
-                sum += reflectance;
-            }
-            (white, reflected, Vec3::splat(sum * share))
-        };
-        // The same for all fans of a sample: all of them have its wavelengths.
-        gathered.reflected = white;
-        let mut missing = gathered.missing.unwrap_or(Vec3::ONE - white);
-        at.is_tinted = true;
-        let transmission = Vec3::from_array(at.surface.material.transmission);
-        let sides = self.sides(&at, transmission * (Vec3::ONE - reflectance), reflectance);
-        if let Some(share) = sides.back {
-            Self::reflect_in_part(&at, share, gathered, workspace);
-            if sides.through.is_some() {
-                // What goes back has the colour of all, and what goes on is each
-                // wavelength's own share.
-                missing += at.weight * (reflected - white * reflectance);
-            }
-        }
-        gathered.missing = Some(missing);
-        if sides.through.is_none() {
-            return;
-        }
-        gathered.record.touch(effect::DISPERSION);
-        gathered.share = share;
-        gathered.is_first = true;
-        at.uncovered *= share;
-        gathered.fan = Some(Fan {
-            part,
-            is_new: true,
-            is_all: sides.back.is_none(),
-            waiting: workspace.pending.len(),
-            at,
-        });
-    }
-
-    /// Once all rays of a fan's wavelength are through, its next.
-    #[inline(always)]
-    fn go_on_with_fan<R: Record>(
-        &self,
-        gathered: &mut Gathered<'_, 'a, R>,
-        workspace: &mut Workspace,
-    ) {
-        if let Some(fan) = &gathered.fan
-            && workspace.pending.len() <= fan.waiting
-        {
-            self.next_of_fan(gathered, workspace);
-        }
-    }
-
-    #[inline(never)]
-    fn next_of_fan<R: Record>(
-        &self,
-        gathered: &mut Gathered<'_, 'a, R>,
-        workspace: &mut Workspace,
-    ) {
-        if let Some(fan) = &mut gathered.fan {
-            while let Some(sample) = fan.part.next() {
-                let refraction = self.refraction(&fan.at, sample.nm);
-                let cause = if fan.is_new {
-                    effect::REFRACTION
-                } else {
-                    effect::DISPERSION
-                };
-                let mut share = fan.at.let_through(&refraction);
-                if fan.is_all {
-                    share += refraction.reflectance;
-                }
-                let next = fan.at.refracted(&refraction, share, cause);
-                if next.is_some_and(|next| next.push(workspace)) {
-                    workspace.statistics.refracted += 1;
-                    gathered.is_first = fan.is_new;
-                    fan.is_new = false;
-                    (gathered.nm, gathered.tint) = (sample.nm, sample.weight);
-                    return;
-                }
-            }
-        }
-        gathered.fan = None;
-        gathered.nm = 0.0;
-    }
 }
 
 /// A ray where it meets the border of a clear body, or a mirror.
-pub(super) struct Arrival<'a> {
+struct Arrival<'a> {
     surface: Surface<'a>,
     /// The ray's: unit.
     direction: Vec3,
