@@ -365,6 +365,8 @@ pub fn frames(
     let threads: Vec<_> = (1..=most)
         .filter(|n| n.is_power_of_two() || *n == most)
         .collect();
+    // Long frames: a thread that is woken for its first one begins it late.
+    let size = if extent.quick { "512" } else { "1024" };
     measure(("threads", "threads"), &threads, &|count| {
         arguments(&["--size", size, "--threads", &count.to_string()])
     })
