@@ -482,11 +482,14 @@ impl<S: OnePoint> Kernel<8> for RaysOf<'_, S> {
     fn run<L: Lanes<8>>(self, l: L) -> TileRays {
         let (dx, dy) = self.offset;
         let columns = self.sight.columns_at(l, self.block.x, dx);
-        TileRays::from_rows(self.sight.eye(), |row| {
-            let row = self.block.y + row as u32;
-            let [x, y, z] = self.sight.towards_row(l, &columns, row, dy);
-            [l.store(x), l.store(y), l.store(z)]
-        })
+        let mut rays = TileRays::without_directions(self.sight.eye());
+        // Not a closure's body, which would leave the vectors' instruction set.
+        for row in 0..8 {
+            let y = self.block.y + row as u32;
+            let [x, y, z] = self.sight.towards_row(l, &columns, y, dy);
+            rays.set_row(row, &[l.store(x), l.store(y), l.store(z)]);
+        }
+        rays
     }
 }
 

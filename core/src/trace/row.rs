@@ -11,7 +11,7 @@ use super::hit::{Hit, MeshHit};
 use super::tracer::{Pixel, Workspace};
 use super::walk::leaf_index;
 use super::world::map_component;
-use crate::numeric::{SQUARABLE, UNIT_ROUNDOFF};
+use crate::numeric::{SQUARABLE, UNIT_ROUNDOFF, map3};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, LEAF, Material, NO_MATERIAL, Node, effect, kind};
 use crate::shape::{Ray, Slabs, Spheroid};
@@ -388,7 +388,10 @@ fn from_far<L: Lanes<EIGHT>>(
     unsure: u32,
     mut all: [f32; EIGHT],
 ) -> [f32; EIGHT] {
-    let [o, d] = [origin, direction].map(|v| v.map(|part| l.store(part)));
+    let [o, d] = [
+        map3(origin, |part| l.store(part)),
+        map3(direction, |part| l.store(part)),
+    ];
     for (lane, clearance) in all.iter_mut().enumerate() {
         if unsure >> lane & 1 != 0 {
             let of = |v: &[[f32; EIGHT]; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);

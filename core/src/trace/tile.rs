@@ -71,7 +71,8 @@ impl TileRays {
     /// through the finest meshes.
     #[inline(always)]
     pub fn new(origin: Vec3, mut direction: impl FnMut(usize, usize) -> Vec3) -> Self {
-        Self::from_rows(origin, |row| {
+        let mut rays = Self::without_directions(origin);
+        for row in 0..EIGHT {
             let mut components = [[0.0; EIGHT]; 3];
             for column in 0..EIGHT {
                 let [x, y, z] = direction(column, row).to_array();
@@ -79,35 +80,34 @@ impl TileRays {
                 components[1][column] = y;
                 components[2][column] = z;
             }
-            components
-        })
+            rays.set_row(row, &components);
+        }
+        rays
     }
 
-    /// As [`new`](Self::new), the components of eight directions at a time.
+    /// Rays from `origin` whose rows are still to be set.
     #[inline(always)]
-    pub(crate) fn from_rows(
-        origin: Vec3,
-        mut row_of: impl FnMut(usize) -> [[f32; EIGHT]; 3],
-    ) -> Self {
-        let mut rays = Self {
+    pub(crate) const fn without_directions(origin: Vec3) -> Self {
+        Self {
             origin,
             direction: [[[0.0; EIGHT]; EIGHT]; 3],
             rungs: Rungs::Equal(0),
-        };
-        for row in 0..EIGHT {
-            let components = row_of(row);
-            for axis in 0..3 {
-                // Four columns are next to each other: see `place`.
-                for half in 0..2 {
-                    let (group, lane) = place(4 * half, row);
-                    for column in 0..4 {
-                        rays.direction[axis][group][lane + column] =
-                            components[axis][4 * half + column];
-                    }
+        }
+    }
+
+    /// Sets the components of the eight directions of a row, 0 to 7.
+    #[inline(always)]
+    pub(crate) fn set_row(&mut self, row: usize, components: &[[f32; EIGHT]; 3]) {
+        for axis in 0..3 {
+            // Four columns are next to each other: see `place`.
+            for half in 0..2 {
+                let (group, lane) = place(4 * half, row);
+                for column in 0..4 {
+                    self.direction[axis][group][lane + column] =
+                        components[axis][4 * half + column];
                 }
             }
         }
-        rays
     }
 
     /// The same rays through the meshes of a rung.
@@ -122,7 +122,7 @@ impl TileRays {
     pub(crate) fn on_rungs(mut self, rungs: &[[u8; EIGHT]; EIGHT]) -> Self {
         let mut own = [[NOT_TRACED; EIGHT]; EIGHT];
         for (row, rungs) in rungs.iter().enumerate() {
-            // As in `from_rows`.
+            // As in `set_row`.
             for half in 0..2 {
                 let (group, lane) = place(4 * half, row);
                 for column in 0..4 {
