@@ -143,8 +143,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let cameras = arguments.cameras(&observers, (forward, up))?;
     let source = Source::load(&arguments.scene, &arguments.model)?;
     let baked = arguments.lod.baked(source.scene, &source.name)?;
-    make_writable(&arguments.out)?;
     let (options, dispersion) = arguments.tracing.options(&baked)?;
+    make_writable(&arguments.out)?;
     let frames = Frames {
         baked: &baked,
         cave: &cave,

@@ -209,8 +209,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         path
     };
     let names = Names::new(&arguments.out, &source.name);
-    make_writable(&names.folder)?;
     let (mut options, dispersion) = arguments.tracing.options(&baked)?;
+    make_writable(&names.folder)?;
     // Bands of rows: few enough for short ones to be shared out.
     options.tile = 8;
     let quiet = arguments.output.quiet || arguments.output.json;
