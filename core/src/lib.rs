@@ -38,7 +38,7 @@
 //!
 //! # Where things are
 //!
-//! Each module knows those above it only:
+//! Each module knows those above it only, but for the vectors of `simd`, which they share:
 //!
 //! | Module | What |
 //! |---|---|

@@ -35,11 +35,6 @@
 //! 13.4). What tinybvh does without is the shear and the exact signs of the watertight test,
 //! and the boxes of triangles that are hit, which make hits the same whatever was visited
 //! first.
-//!
-//! Four wide nodes in portable code are nearly as fast as eight wide ones with
-//! AVX2 on rays that mostly hit what is in front of them (zoom 8.3 against 8.6,
-//! primary 23.5 against 25.0), and slower where rays go everywhere (incoherent
-//! 3.8 against 6.3).
 
 use super::hit::{Any, Hit, MeshHit, Nearest, Sought};
 use super::leaves::Leaves;

@@ -191,9 +191,9 @@ pub(super) fn run(firmware: &Firmware) -> Result<(), Failure> {
             source.name
         )));
     };
-    make_writable(&arguments.out)?;
     // Before a firmware is built, which takes its time.
     let tracker = arguments.tracker.bytes()?;
+    make_writable(&arguments.out)?;
     let dispersion = arguments.wavelengths > 1;
     let image = match &arguments.image {
         Some(path) => Image::open(path)?,

@@ -105,11 +105,11 @@ struct Written {
 
 /// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    make_writable(&arguments.out)?;
     let (mesh, mesh_name) = match &arguments.mesh {
         Some(path) => (load_mesh(path)?, path.display().to_string()),
         None => (quadruped(), BUILT_IN_MESH.to_owned()),
     };
+    make_writable(&arguments.out)?;
     let available = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let threads = arguments.threads.map_or_else(available, NonZeroUsize::get);
     let topics: Vec<Topic> = Topic::ALL
