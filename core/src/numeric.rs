@@ -129,7 +129,24 @@ pub(crate) fn smallest_number(v: Vec3) -> f32 {
 /// `v` scaled to unit length without overflow or underflow on the way, or
 /// `None` where it is zero or not finite. Error of each component ≤ 4 ulp
 /// of 1.
+#[inline]
 pub fn normalize(v: Vec3) -> Option<Vec3> {
+    let squared = v.dot(v);
+    if SQUARES.contains(&squared) {
+        return Some(v / sqrt(squared));
+    }
+    normalize_apart(v)
+}
+
+/// Squares of lengths of vectors whose largest component is certain to be one of
+/// [`SQUARABLE`]: not of all that are.
+pub(crate) const SQUARES: RangeInclusive<f32> = 1.0e-29..=1.0e29;
+
+/// [`normalize`], whatever the length.
+// Rare: most lengths are those of directions and normals.
+#[cold]
+#[inline(never)]
+fn normalize_apart(v: Vec3) -> Option<Vec3> {
     let largest = largest_magnitude(v);
     // NaN in any component fails one of the comparisons.
     if !(largest > 0.0 && v.is_finite()) {
@@ -394,6 +411,19 @@ mod tests {
         assert!((subnormal.length() - 1.0).abs() < 1e-6);
         let huge = normalize(Vec3::splat(f32::MAX)).unwrap();
         assert!((huge.length() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn lengths_that_need_no_care_are_normalized_to_the_same_bits() {
+        let bits = |v: Option<Vec3>| v.map(|v| v.to_array().map(f32::to_bits));
+        for part in [Vec3::X, Vec3::splat(1.0), Vec3::new(0.3, -1.0, 1.0e-20)] {
+            for exponent in -149..=127 {
+                for share in [1.0f32, 1.2, 1.7] {
+                    let v = part * (share * libm::ldexpf(1.0, exponent));
+                    assert_eq!(bits(normalize(v)), bits(normalize_apart(v)), "{v}");
+                }
+            }
+        }
     }
 
     #[test]

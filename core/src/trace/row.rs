@@ -114,9 +114,7 @@ impl<const W: usize> Kernel<EIGHT> for RowSearch<'_, '_, W> {
                 continue;
             }
             found.steps += 1;
-            let Some((t, first, hit)) = on_spheroid(l, instance, origin, direction, near) else {
-                continue;
-            };
+            let (t, first, hit) = on_spheroid(l, instance, origin, direction, near);
             let hit = l.bits(l.and(hit, l.le(t, best))) & entering;
             if hit == 0 {
                 continue;
@@ -410,8 +408,8 @@ fn on_spheroid<L: Lanes<EIGHT>>(
     origin: [L::F; 3],
     direction: [L::F; 3],
     start: L::F,
-) -> Option<(L::F, L::M, L::M)> {
-    let spheroid = Spheroid::new(instance.radii[0], instance.radii[1])?;
+) -> (L::F, L::M, L::M) {
+    let spheroid = Spheroid::of_checked(instance.radii);
     let (zero, one) = (l.splat(0.0), l.splat(1.0));
     let map = &instance.object_from_world;
     let (o, d) = (point(l, map, origin), vector(l, map, direction));
@@ -465,5 +463,5 @@ fn on_spheroid<L: Lanes<EIGHT>>(
     let t = l.select(first, near, far);
     let hit = l.and(l.le(zero, discriminant), l.le(zero, t));
     let t = l.add(l.max(t, start), zero);
-    Some((t, first, l.and(hit, usable)))
+    (t, first, l.and(hit, usable))
 }

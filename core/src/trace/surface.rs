@@ -95,8 +95,7 @@ impl<'a> Surface<'a> {
             };
             (point, normal, smooth, material, coordinate, reach)
         } else {
-            let [equatorial, polar] = instance.radii;
-            let spheroid = Spheroid::new(equatorial, polar)?;
+            let spheroid = Spheroid::of_checked(instance.radii);
             let point = spheroid.project(object_ray.at(hit.on.t));
             let material = material_of(NO_MATERIAL)?;
             if graticule::is_between::<EFFECTS>(effects, material, point) {

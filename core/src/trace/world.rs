@@ -60,8 +60,7 @@ impl<const W: usize, S> InWorld<'_, '_, W, S> {
 /// The hits of a ray on a spheroid, first and second, that lie after `start`.
 #[inline(always)]
 fn on_spheroid(instance: &Instance, ray: &Ray, start: f32) -> Option<MeshHit> {
-    let [equatorial, polar] = instance.radii;
-    let hits = Spheroid::new(equatorial, polar)?.intersect(ray)?;
+    let hits = Spheroid::of_checked(instance.radii).intersect(ray)?;
     let [first, second] = hits.t;
     let (t, side) = if first >= 0.0 {
         (first, 0)
