@@ -25,6 +25,8 @@ use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{self, IdLeaf, LeafBlock, NO_MATERIAL, Node};
 use shisen_core::shape::Spheroid;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::mpsc;
 use thiserror::Error;
 use tree::{Bounds, BuildEffort, WideTree};
 
@@ -119,8 +121,8 @@ impl<const W: usize> Baked<W> {
     pub fn new(scene: &Scene) -> Result<Self, BakeError> {
         validate(scene)?;
         let meshes = shown(scene);
-        let ladders: Vec<_> = meshes.iter().map(|mesh| Ladder::single(mesh)).collect();
-        Self::with_ladders(scene, &ladders)
+        let prepared = meshes.par_iter().map(|mesh| Prepared::single(mesh));
+        Self::of_prepared(scene, &prepared.collect::<Vec<_>>())
     }
 
     /// As [`new`](Self::new), with each mesh at several polygon levels.
@@ -130,27 +132,18 @@ impl<const W: usize> Baked<W> {
     pub fn with_levels(scene: &Scene, levels: &PolygonLevels) -> Result<Self, BakeError> {
         validate(scene)?;
         let meshes = shown(scene);
-        let ladders: Vec<_> = meshes
-            .par_iter()
-            .enumerate()
-            .map(|(mesh, source)| {
-                Ladder::new(source, levels).map_err(|source| BakeError::Ladder { mesh, source })
-            })
-            .collect::<Result<_, _>>()?;
-        Self::with_ladders(scene, &ladders)
+        let prepared = meshes.par_iter().enumerate().map(|(mesh, source)| {
+            Prepared::at_levels(source, levels).map_err(|source| BakeError::Ladder { mesh, source })
+        });
+        Self::of_prepared(scene, &prepared.collect::<Result<Vec<_>, _>>()?)
     }
 
-    fn with_ladders(scene: &Scene, ladders: &[Ladder<'_>]) -> Result<Self, BakeError> {
+    fn of_prepared(scene: &Scene, meshes: &[Prepared<'_, W>]) -> Result<Self, BakeError> {
         let mut tables = Tables::<W>::default();
         let mut textures = Textures::default();
         for source in &scene.materials {
             tables.add_material(source, &mut textures);
         }
-        let trees: Vec<Vec<WideTree<W>>> = ladders.par_iter().map(trees).collect();
-        let covers: Vec<Cover<W>> = ladders
-            .par_iter()
-            .map(|ladder| Cover::new(ladder.versions()))
-            .collect();
         // The tree over instances comes first, whose size is known only once
         // the instances are.
         let mut placed = Vec::new();
@@ -158,7 +151,7 @@ impl<const W: usize> Baked<W> {
             let (mut instance, slack) = instance(scene, number, object)?;
             if let Shape::Mesh(mesh) = object.shape {
                 // Past the rungs of all meshes before it.
-                let before = trees[..mesh].iter().map(Vec::len).sum::<usize>();
+                let before = meshes[..mesh].iter().map(|m| m.trees.len()).sum::<usize>();
                 instance.geometry = before as u32;
             }
             placed.push((instance, slack));
@@ -174,7 +167,8 @@ impl<const W: usize> Baked<W> {
             })
             .collect();
         let top = tree::build::<W>(&boxes, 1, BuildEffort::Great);
-        let deepest = trees.iter().flatten().map(|tree| tree.stack_entries).max();
+        let trees = meshes.iter().flat_map(|mesh| &mesh.trees);
+        let deepest = trees.map(|tree| tree.stack_entries).max();
         let stack_entries = top.stack_entries + deepest.unwrap_or(0);
         tables.top_nodes = top.nodes.len() as u32;
         for mut node in top.nodes {
@@ -189,15 +183,16 @@ impl<const W: usize> Baked<W> {
         }
         for (object, (instance, slack)) in scene.objects.iter().zip(&mut placed) {
             if let Shape::Mesh(mesh) = object.shape {
-                let positions = &ladders[mesh].versions().positions;
-                let cover = covers[mesh].placed(positions, &object.world_from_object, *slack);
+                let Prepared { ladder, cover, .. } = &meshes[mesh];
+                let positions = &ladder.versions().positions;
+                let cover = cover.placed(positions, &object.world_from_object, *slack);
                 (instance.cover, instance.cover_nodes) = tables.add_cover(cover);
             }
         }
-        for (ladder, trees) in ladders.iter().zip(&trees) {
-            tables.add_mesh(ladder, trees, &mut textures);
+        for mesh in meshes {
+            tables.add_mesh(&mesh.ladder, &mesh.trees, &mut textures);
         }
-        tables.rungs = trees.iter().map(Vec::len).max().unwrap_or(1) as u32;
+        tables.rungs = meshes.iter().map(|m| m.trees.len()).max().unwrap_or(1) as u32;
         tables.lights = scene.lights.iter().map(light).collect();
         tables.extent = extent(boxes.iter().flat_map(|b| [b.low, b.high]));
         tables.instances = placed.into_iter().map(|(instance, _)| instance).collect();
@@ -291,22 +286,82 @@ fn validate(scene: &Scene) -> Result<(), BakeError> {
     Ok(())
 }
 
-/// One tree a rung.
-fn trees<const W: usize>(ladder: &Ladder<'_>) -> Vec<WideTree<W>> {
-    let mesh = ladder.versions();
-    let tree = |rung: &Vec<u32>| {
+/// What a mesh becomes wherever it stands in a scene.
+struct Prepared<'m, const W: usize> {
+    ladder: Ladder<'m>,
+    /// One a rung.
+    trees: Vec<WideTree<W>>,
+    cover: Cover<W>,
+}
+
+impl<'m, const W: usize> Prepared<'m, W> {
+    /// As it is.
+    fn single(mesh: &'m TriangleMesh) -> Self {
+        let ladder = Ladder::single(mesh);
+        let tree = |rung: &Vec<u32>| Boxes::of_rung(mesh, rung).tree();
+        let (trees, cover) = rayon::join(
+            || ladder.rungs().iter().map(tree).collect(),
+            || Cover::new(mesh),
+        );
+        Self {
+            ladder,
+            trees,
+            cover,
+        }
+    }
+
+    /// At several levels. Trees of finer rungs are built while coarser rungs are still to be
+    /// made, one after another, and while the cover is.
+    fn at_levels(mesh: &'m TriangleMesh, levels: &PolygonLevels) -> Result<Self, LadderError> {
+        let (built, trees) = mpsc::channel();
+        let (ladder, cover) = rayon::in_place_scope(|scope| {
+            let mut number = 0;
+            let ladder = Ladder::with_each(mesh, levels, |versions, rung| {
+                let (own, boxes) = (number, Boxes::of_rung(versions, rung));
+                let built = built.clone();
+                number += 1;
+                // Nobody waits for it where there is no ladder after all.
+                scope.spawn(move |_| drop(built.send((own, boxes.tree()))));
+            })?;
+            let cover = Cover::new(ladder.versions());
+            Ok((ladder, cover))
+        })?;
+        drop(built);
+        let trees: BTreeMap<usize, _> = trees.into_iter().collect();
+        Ok(Self {
+            ladder,
+            trees: trees.into_values().collect(),
+            cover,
+        })
+    }
+}
+
+/// What the tree of a rung is built over.
+struct Boxes {
+    boxes: Vec<Bounds>,
+    /// The triangle in each.
+    triangles: Vec<u32>,
+}
+
+impl Boxes {
+    fn of_rung(mesh: &TriangleMesh, rung: &[u32]) -> Self {
         let bounds = |&triangle: &u32| {
             let corners = mesh.triangles[triangle as usize];
             Bounds::of_points(&corners.map(|c| mesh.positions[c as usize]))
         };
-        let boxes: Vec<Bounds> = rung.iter().map(bounds).collect();
-        let mut tree = tree::build(&boxes, W, BuildEffort::Great);
+        Self {
+            boxes: rung.iter().map(bounds).collect(),
+            triangles: rung.to_vec(),
+        }
+    }
+
+    fn tree<const W: usize>(&self) -> WideTree<W> {
+        let mut tree = tree::build(&self.boxes, W, BuildEffort::Great);
         for number in tree.leaves.iter_mut().flatten() {
-            *number = rung[*number as usize];
+            *number = self.triangles[*number as usize];
         }
         tree
-    };
-    ladder.rungs().par_iter().map(tree).collect()
+    }
 }
 
 fn extent(points: impl Iterator<Item = [f32; 3]>) -> f32 {

@@ -209,29 +209,53 @@ impl<'m> Ladder<'m> {
     /// Where the mesh cannot be simplified that far: how far it can, for as
     /// many rungs.
     pub fn new(mesh: &'m TriangleMesh, levels: &PolygonLevels) -> Result<Self, LadderError> {
-        let (asked, mut reached) = match Self::reaching(mesh, levels) {
+        Self::with_each(mesh, levels, |_, _| ())
+    }
+
+    /// As [`new`](Self::new), and hands on each rung as soon as there is one, the finest
+    /// first: the [`versions`](Self::versions) of this and all finer rungs, to which coarser
+    /// ones only add, and the numbers of its triangles. Where there is an error, rungs before
+    /// it have been handed on.
+    ///
+    /// # Errors
+    /// As those of [`new`](Self::new).
+    pub fn with_each(
+        mesh: &'m TriangleMesh,
+        levels: &PolygonLevels,
+        mut each: impl FnMut(&TriangleMesh, &[u32]),
+    ) -> Result<Self, LadderError> {
+        let (asked, mut reached) = match Self::reaching(mesh, levels, &mut each) {
             Err(LadderError::Unreachable { asked, reached }) => (asked, reached),
             other => return other,
         };
         // Where a mesh is stuck depends on the steps that led there.
         while let Err(LadderError::Unreachable { reached: more, .. }) =
-            Self::reaching(mesh, &levels.with_fewest(reached))
+            Self::reaching(mesh, &levels.with_fewest(reached), &mut |_, _| ())
         {
             reached = more;
         }
         Err(LadderError::Unreachable { asked, reached })
     }
 
-    fn reaching(mesh: &'m TriangleMesh, levels: &PolygonLevels) -> Result<Self, LadderError> {
+    fn reaching(
+        mesh: &'m TriangleMesh,
+        levels: &PolygonLevels,
+        each: &mut dyn FnMut(&TriangleMesh, &[u32]),
+    ) -> Result<Self, LadderError> {
         let (min, max) = (*levels.faces.start(), *levels.faces.end());
+        let mut single = || {
+            let single = Self::single(mesh);
+            each(mesh, &single.rungs[0]);
+            Ok(single)
+        };
         if !levels.apply_to(mesh) {
-            return Ok(Self::single(mesh));
+            return single();
         }
         let mut finest = Cow::Borrowed(mesh);
         let mut versions = Versions::new(mesh);
         // Where all faces are lines or points there is nothing to collapse.
         if versions.indices.is_empty() {
-            return Ok(Self::single(mesh));
+            return single();
         }
         if mesh.triangles.len() > max as usize {
             let faces = versions.simplify(max)?;
@@ -239,7 +263,8 @@ impl<'m> Ladder<'m> {
             versions = Versions::new(&finest);
         }
         let full = finest.triangles.len() as u32;
-        let mut rungs = vec![(0..full).collect()];
+        let mut rungs = vec![(0..full).collect::<Vec<u32>>()];
+        each(&versions.mesh, &rungs[0]);
         let steps = levels.rungs - 1;
         for rung in 1..=steps {
             // A closed mesh loses two faces a collapse. Half of them goes
@@ -250,7 +275,9 @@ impl<'m> Ladder<'m> {
                 .div_ceil(2 * u64::from(steps));
             let coarser = versions.simplify(full - 2 * pairs as u32);
             // It stays where it is stuck, so it does not get to `min` either.
-            rungs.push(coarser.map_err(|error| error.for_fewest(min))?);
+            let coarser = coarser.map_err(|error| error.for_fewest(min))?;
+            each(&versions.mesh, &coarser);
+            rungs.push(coarser);
         }
         Ok(Self {
             versions: Cow::Owned(versions.mesh),
