@@ -10,7 +10,7 @@ pub(crate) use double_float::DoubleFloat;
 pub(crate) use trigonometry::sines_and_cosines;
 pub use trigonometry::{LARGEST_ANGLE, sin_cos};
 
-use crate::simd::{Lanes, Portable};
+use crate::simd::{Lanes, Portable, Simd};
 use core::f32::consts::FRAC_PI_2;
 use core::ops::RangeInclusive;
 use glam::Vec3;
@@ -131,22 +131,23 @@ pub(crate) fn smallest_number(v: Vec3) -> f32 {
 /// of 1.
 #[inline]
 pub fn normalize(v: Vec3) -> Option<Vec3> {
-    let squared = v.dot(v);
-    if SQUARES.contains(&squared) {
-        return Some(v / sqrt(squared));
+    // Twice the code, and not where a program's size counts for more.
+    if Simd::HAS_VECTORS {
+        let squared = v.dot(v);
+        if SQUARES.contains(&squared) {
+            return Some(v / sqrt(squared));
+        }
     }
-    normalize_apart(v)
+    normalize_any(v)
 }
 
 /// Squares of lengths of vectors whose largest component is certain to be one of
 /// [`SQUARABLE`]: not of all that are.
-pub(crate) const SQUARES: RangeInclusive<f32> = 1.0e-29..=1.0e29;
+const SQUARES: RangeInclusive<f32> = 1.0e-29..=1.0e29;
 
-/// [`normalize`], whatever the length.
-// Rare: most lengths are those of directions and normals.
-#[cold]
-#[inline(never)]
-fn normalize_apart(v: Vec3) -> Option<Vec3> {
+/// [`normalize`], whatever the length: those of most directions and normals need less care.
+#[cfg_attr(target_arch = "x86_64", cold, inline(never))]
+fn normalize_any(v: Vec3) -> Option<Vec3> {
     let largest = largest_magnitude(v);
     // NaN in any component fails one of the comparisons.
     if !(largest > 0.0 && v.is_finite()) {
@@ -420,7 +421,7 @@ mod tests {
             for exponent in -149..=127 {
                 for share in [1.0f32, 1.2, 1.7] {
                     let v = part * (share * libm::ldexpf(1.0, exponent));
-                    assert_eq!(bits(normalize(v)), bits(normalize_apart(v)), "{v}");
+                    assert_eq!(bits(normalize(v)), bits(normalize_any(v)), "{v}");
                 }
             }
         }

@@ -1,5 +1,5 @@
 use super::Ray;
-use crate::numeric::{DoubleFloat, SQUARES, quadratic_roots, scale_to_one, sqrt};
+use crate::numeric::{DoubleFloat, quadratic_roots, scale_to_one, sqrt};
 use glam::Vec3;
 
 /// An ellipsoid of revolution about the Y axis, centred on the origin; a
@@ -67,10 +67,9 @@ impl Spheroid {
         let scale = Vec3::new(self.equatorial, self.polar, self.equatorial);
         let (o, d) = (ray.origin() / scale, ray.direction() / scale);
         // A direction of any length, brought to about 1: a·c stays in range.
-        let squared_length = d.dot(d);
-        let length = sqrt(squared_length);
+        let length = sqrt(d.dot(d));
         let unit = d / length;
-        if !(SQUARES.contains(&squared_length) || length > 0.0 && unit.is_finite()) {
+        if !(length > 0.0 && unit.is_finite()) {
             return None;
         }
         let half = o.dot(unit);
