@@ -137,7 +137,15 @@ pub fn normalize(v: Vec3) -> Option<Vec3> {
         if SQUARES.contains(&squared) {
             return Some(v / sqrt(squared));
         }
+        return normalize_apart(v);
     }
+    normalize_any(v)
+}
+
+/// [`normalize_any`] where it is rare.
+#[cold]
+#[inline(never)]
+fn normalize_apart(v: Vec3) -> Option<Vec3> {
     normalize_any(v)
 }
 
@@ -146,7 +154,6 @@ pub fn normalize(v: Vec3) -> Option<Vec3> {
 const SQUARES: RangeInclusive<f32> = 1.0e-29..=1.0e29;
 
 /// [`normalize`], whatever the length: those of most directions and normals need less care.
-#[cfg_attr(target_arch = "x86_64", cold, inline(never))]
 fn normalize_any(v: Vec3) -> Option<Vec3> {
     let largest = largest_magnitude(v);
     // NaN in any component fails one of the comparisons.

@@ -219,7 +219,7 @@ impl<'m> Ladder<'m> {
     ///
     /// # Errors
     /// As those of [`new`](Self::new).
-    pub fn with_each(
+    pub(crate) fn with_each(
         mesh: &'m TriangleMesh,
         levels: &PolygonLevels,
         mut each: impl FnMut(&TriangleMesh, &[u32]),

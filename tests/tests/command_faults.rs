@@ -547,6 +547,14 @@ fn unusable_walls_are_named() {
 }
 
 #[test]
+fn an_image_that_there_is_not_is_named() {
+    let folder = folder();
+    let mut missing = shisen(folder.path());
+    missing.args(["firmware", "run", "--image", "no.elf"]);
+    refused(folder.path(), &mut missing, 1, &["no.elf"]);
+}
+
+#[test]
 fn outputs_that_cannot_be_written_are_named_and_nothing_is_left() {
     let folder = folder();
     fs::write(folder.path().join("file"), "kept").unwrap();

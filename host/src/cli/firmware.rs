@@ -193,10 +193,12 @@ pub(super) fn run(firmware: &Firmware) -> Result<(), Failure> {
     };
     // Before a firmware is built, which takes its time.
     let tracker = arguments.tracker.bytes()?;
-    make_writable(&arguments.out)?;
     let dispersion = arguments.wavelengths > 1;
-    let image = match &arguments.image {
-        Some(path) => Image::open(path)?,
+    let image = arguments.image.as_ref().map(|path| Image::open(path));
+    let image = image.transpose()?;
+    make_writable(&arguments.out)?;
+    let image = match image {
+        Some(image) => image,
         None => Image::build(dispersion)?,
     };
     let rendering = Rendering {

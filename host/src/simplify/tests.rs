@@ -245,3 +245,29 @@ fn the_same_mesh_gives_the_same_ladder() {
     assert_eq!(one.versions(), two.versions());
     assert_eq!(one.rungs(), two.rungs());
 }
+
+#[test]
+fn each_rung_is_handed_on_as_it_stays() {
+    let shape = |mesh: &TriangleMesh, rung: &[u32]| -> Vec<[[f32; 3]; 3]> {
+        let triangles = rung
+            .iter()
+            .map(|&triangle| mesh.triangles[triangle as usize]);
+        triangles
+            .map(|corners| corners.map(|corner| mesh.positions[corner as usize]))
+            .collect()
+    };
+    // The second has too few faces for a ladder.
+    for (mesh, levels) in [
+        (torus(40, 20), levels(100, 1400, 8)),
+        (torus(8, 4), levels(500, 1400, 3)),
+    ] {
+        let mut handed_on = Vec::new();
+        let ladder = Ladder::with_each(&mesh, &levels, |versions, rung| {
+            handed_on.push(shape(versions, rung));
+        })
+        .unwrap();
+        let stay = ladder.rungs().iter();
+        let stay: Vec<_> = stay.map(|rung| shape(ladder.versions(), rung)).collect();
+        assert_eq!(handed_on, stay);
+    }
+}
