@@ -12,25 +12,30 @@ mod detail;
 mod dome;
 mod fill;
 mod foveation;
+#[cfg(test)]
+mod hostile;
 mod job;
 mod lattice;
 mod ledger;
 mod past;
+mod tile;
 mod view;
 
-pub use crate::trace::{
-    Budget, Entry, LEAST_WEIGHT, Ledger, MAX_DEPTH, Pixel, RayDetail, Spectrum, SpectrumError,
-    Statistics, Tracer, Workspace,
-};
-use block::{BLOCK, Block, Target};
-use core::fmt;
+pub use crate::trace::budget::{Budget, Statistics};
+pub use crate::trace::dispersion::{Spectrum, SpectrumError};
+pub use crate::trace::ledger::{Entry, Ledger};
+pub use crate::trace::shading::LEAST_WEIGHT;
+pub use crate::trace::workspace::{MAX_DEPTH, Pixel, RayDetail, Workspace};
+use block::Rendering;
+pub use detail::{BLEND, FACE_TOLERANCE, LevelOfDetail};
 use detail::{BlockDetail, BlockLevels, Ladder, PATCH, region_of};
-pub use detail::{FACE_TOLERANCE, LevelOfDetail};
 use dome::{goes_in_blocks, hits_together};
-pub use fill::{BLEND, Fill, Surroundings, SurroundingsError};
+pub use fill::{Fill, Surroundings, SurroundingsError};
 use foveation::Foveation;
 pub use foveation::LARGEST_STRIDE;
 pub use job::{FrameError, FrameJob, Part, Pictures, Place, Progress, Tiles};
+use tile::{BLOCK, Block, Target};
+pub use tile::{Tile, TileError};
 pub use view::{
     DomeError, DomePose, DomeProjection, DomeScreen, FlatScreen, MirrorCamera, View, ViewError,
 };
@@ -38,13 +43,13 @@ pub use view::{
 use crate::gaze::{Detail, Gaze, Region};
 use crate::scene::{EffectSet, Scene};
 use crate::simd::{Runs, Simd};
-use crate::trace::{RowHits, Sample};
+use crate::trace::{RowHits, Sample, Tracer};
 use view::{Dome, RayRow, Screen};
 
 /// Most samples of a pixel.
 pub const MAX_SAMPLES: u16 = Sample::MOST;
 
-/// How good a picture to make.
+/// The quality of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
@@ -53,7 +58,7 @@ pub struct Settings {
     /// Rays a pixel, 1 to [`MAX_SAMPLES`], in a fixed pattern (Hammersley's
     /// points); a single one goes through the centre.
     pub samples: u16,
-    /// How primary rays go.
+    /// How primary rays go through the scene.
     pub mode: Mode,
 }
 
@@ -83,103 +88,12 @@ pub enum Mode {
     Tile,
 }
 
-/// A rectangle of pixels of a view.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Tile {
-    /// First column.
-    pub x: u32,
-    /// First row.
-    pub y: u32,
-    /// Columns, above 0.
-    pub width: u32,
-    /// Rows, above 0.
-    pub height: u32,
-}
-
-impl Tile {
-    /// What it has of the blocks of the view's grid, in rows.
-    fn blocks(self) -> impl Iterator<Item = Self> {
-        self.squares(BLOCK)
-    }
-
-    /// What it has of the squares of the view's grid, in rows.
-    fn squares(self, side: u32) -> impl Iterator<Item = Self> {
-        let cut = move |first: u32, end: u32| {
-            let starts = (first / side..end.div_ceil(side)).map(move |square| square * side);
-            starts.map(move |start| (start.max(first), (start + side).min(end)))
-        };
-        cut(self.y, self.y + self.height).flat_map(move |(y, below)| {
-            cut(self.x, self.x + self.width).map(move |(x, right)| Self {
-                x,
-                y,
-                width: right - x,
-                height: below - y,
-            })
-        })
-    }
-
-    /// Of a pixel of the view, among the tile's.
-    fn index(self, x: u32, y: u32) -> usize {
-        (y - self.y) as usize * self.width as usize + (x - self.x) as usize
-    }
-
-    /// Whether it is a part of the view, and `given` pixels are its.
-    fn check(self, view: &View, given: usize) -> Result<(), TileError> {
-        let inside = |first: u32, count: u32, all: u32| {
-            count > 0 && first.checked_add(count).is_some_and(|end| end <= all)
-        };
-        if !inside(self.x, self.width, view.columns()) || !inside(self.y, self.height, view.rows())
-        {
-            return Err(TileError::Outside);
-        }
-        let needed = self.width as usize * self.height as usize;
-        if given == needed {
-            Ok(())
-        } else {
-            Err(TileError::Pixels { needed, given })
-        }
-    }
-}
-
-/// Why a tile cannot be rendered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum TileError {
-    /// Not inside the view, or empty.
-    Outside,
-    /// Not as many pixels as the tile has.
-    Pixels {
-        /// How many it has.
-        needed: usize,
-        /// How many were given.
-        given: usize,
-    },
-}
-
-impl fmt::Display for TileError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Outside => f.write_str("the tile is empty or not inside the view"),
-            Self::Pixels { needed, given } => {
-                write!(
-                    f,
-                    "the tile has {needed} pixels, but there is room for {given}"
-                )
-            }
-        }
-    }
-}
-
-impl core::error::Error for TileError {}
-
 /// How a call of [`TileJob::render`] ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[must_use]
 pub enum Outcome {
-    /// All pixels are there.
+    /// All pixels are finished.
     Finished,
     /// The budget ran out; call again to go on where it stopped. Pixels not
     /// reached are as they were.
@@ -191,22 +105,22 @@ pub enum Outcome {
 pub struct Renderer<'a, const W: usize = 8> {
     tracer: Tracer<'a, W>,
     settings: Settings,
-    /// In [`Mode::Tile`].
+    /// How rays go together in [`Mode::Tile`].
     together: Option<Together<W>>,
-    /// What rays may do that no gaze gives less.
+    /// The detail of rays that no gaze reduces.
     most: RayDetail,
     lod: Option<LevelOfDetail>,
     pixels: Pixels<W>,
 }
 
-/// Which pixels have rays, of those that the level of detail has traced.
+/// Which pixels have rays.
 #[derive(Debug, Clone, Copy)]
 enum Pixels<const W: usize> {
-    /// Each.
+    /// Every pixel.
     All,
-    /// Those that this gaze gives less than this level.
+    /// The pixels that this gaze gives less than this level.
     Below(LevelOfDetail, f32),
-    /// Each where it is looked at, fewer in the periphery.
+    /// Every pixel where the viewer looks, fewer in the periphery.
     Foveated(Foveation<W>),
 }
 
@@ -215,17 +129,18 @@ enum Pixels<const W: usize> {
 #[derive(Debug, Clone, Copy)]
 struct Together<const W: usize> {
     block: RenderBlock<W, Screen>,
-    /// Of a dome that is seen from one point; none where rows of it are faster.
+    /// Renders a block of a dome seen from one point; `None` where rows are faster.
     dome_block: Option<RenderBlock<W, Dome>>,
     row: FindRow<W>,
 }
 
 type RenderBlock<const W: usize, S> =
-    fn(&Block, &Renderer<'_, W>, (&View, &S), &mut Budget, &mut Workspace, &mut Target<'_>) -> u32;
+    fn(&Block, &Rendering<'_, '_, W, S>, &mut Budget, &mut Workspace, &mut Target<'_>) -> u32;
 
 type FindRow<const W: usize> = fn(
     &Tracer<'_, W>,
-    (&RayRow, &[Option<RayDetail>; 8]),
+    &RayRow,
+    &[Option<RayDetail>; 8],
     &mut Budget,
     &mut Workspace,
 ) -> Option<RowHits>;
@@ -234,10 +149,22 @@ impl<'a, const W: usize> Renderer<'a, W>
 where
     Simd: Runs<W>,
 {
-    /// With every effect there is. Settings out of range are moved to the
-    /// nearest that is in it.
-    pub fn new(scene: Scene<'a, W>, simd: Simd, settings: Settings) -> Self {
-        Self::for_effects::<{ EffectSet::ALL.bits() }>(scene, simd, settings)
+    /// A renderer with every effect. Settings out of range are moved to the nearest valid
+    /// value.
+    pub fn new(scene: Scene<'a, W>, simd: Simd, settings: Settings) -> Self
+    where
+        Simd: crate::Runs<W>,
+    {
+        <Simd as crate::Runs<W>>::renderer(scene, simd, settings)
+    }
+
+    /// As [`new`](Self::new), with the smallest shading of [`COMPILED`](crate::COMPILED) that
+    /// has the effects wanted, or with every effect.
+    pub fn smallest(scene: Scene<'a, W>, simd: Simd, settings: Settings, wanted: EffectSet) -> Self
+    where
+        Simd: crate::Runs<W>,
+    {
+        <Simd as crate::Runs<W>>::smallest(scene, simd, settings, wanted)
     }
 
     /// As [`new`](Self::new), with the shading compiled for the effects of some
@@ -297,7 +224,7 @@ where
     /// any level of detail.
     ///
     /// # Errors
-    /// As there.
+    /// A wavelength outside the range of a medium of the scene.
     pub fn with_spectrum(mut self, spectrum: Spectrum<'a>) -> Result<Self, SpectrumError> {
         self.tracer = self.tracer.with_spectrum(spectrum)?;
         self.most = self.tracer.detail();
@@ -360,7 +287,7 @@ where
         }
     }
 
-    /// What traces its rays.
+    /// The tracer of its rays.
     pub const fn tracer(&self) -> &Tracer<'a, W> {
         &self.tracer
     }
@@ -387,8 +314,7 @@ where
         }
     }
 
-    /// Where the patch of blocks of the view that pixel (x, y) is in lies in
-    /// the field.
+    /// Where the patch that contains pixel (x, y) lies in the visual field.
     fn patch_region(&self, view: &View, x: u32, y: u32) -> Region {
         match &self.lod {
             None => Region::Central,
@@ -396,9 +322,9 @@ where
         }
     }
 
-    /// Of the pixels of the block of the view's grid that pixel (x, y) is in,
-    /// by the region of its patch.
-    // Not a part of its callers, whose stack it would add to.
+    /// The detail of the pixels of the grid block that contains pixel (x, y), given the
+    /// region of its patch.
+    // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     fn block_detail(&self, patch: Region, view: &View, x: u32, y: u32) -> BlockDetail {
         let most = self.most;
@@ -416,8 +342,8 @@ where
         }
     }
 
-    /// Which pixels of that block are traced, by the region of its patch: a bit
-    /// for each, by row, then column.
+    /// Which pixels of that block are traced, given the region of its patch: a bit for
+    /// each, by row, then column.
     fn block_traced(&self, patch: Region, view: &View, x: u32, y: u32) -> u64 {
         if let Pixels::Below(..) = self.pixels {
             return self.block_detail(patch, view, x, y).traced();
@@ -443,7 +369,7 @@ pub struct TileJob {
 }
 
 impl TileJob {
-    /// Not begun.
+    /// A job that has not begun.
     pub const fn new(tile: Tile) -> Self {
         Self { tile, finished: 0 }
     }
@@ -453,7 +379,7 @@ impl TileJob {
         self.tile
     }
 
-    /// Whether all its pixels are there.
+    /// Whether all its pixels are finished.
     pub const fn is_finished(&self) -> bool {
         self.finished as u64 == self.tile.width as u64 * self.tile.height as u64
     }
@@ -474,9 +400,23 @@ impl TileJob {
     /// # Errors
     /// A tile that is not inside the view; `pixels` of another length than
     /// the tile.
-    // Not a part of its callers, whose stack it would add to.
-    #[inline(never)]
     pub fn render<const W: usize>(
+        &mut self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        pixels: &mut [Pixel],
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Result<Outcome, TileError>
+    where
+        Simd: crate::Runs<W>,
+    {
+        <Simd as crate::Runs<W>>::render(self, renderer, view, pixels, budget, workspace)
+    }
+
+    // Not inlined: keeps its stack frame out of the callers'.
+    #[inline(never)]
+    pub(crate) fn render_by<const W: usize>(
         &mut self,
         renderer: &Renderer<'_, W>,
         view: &View,
@@ -488,7 +428,7 @@ impl TileJob {
         Simd: Runs<W>,
     {
         let tile = self.tile;
-        tile.check(view, pixels.len())?;
+        tile.check(view.size(), pixels.len())?;
         if let Pixels::Foveated(foveation) = &renderer.pixels {
             return Ok((foveation.render)(
                 self, renderer, view, pixels, budget, workspace,
@@ -544,8 +484,20 @@ impl TileJob {
     ///
     /// # Errors
     /// As [`render`](Self::render).
-    #[inline(never)]
     pub fn give_up<const W: usize>(
+        &mut self,
+        renderer: &Renderer<'_, W>,
+        view: &View,
+        pixels: &mut [Pixel],
+    ) -> Result<(), TileError>
+    where
+        Simd: crate::Runs<W>,
+    {
+        <Simd as crate::Runs<W>>::give_up(self, renderer, view, pixels)
+    }
+
+    #[inline(never)]
+    pub(crate) fn give_up_by<const W: usize>(
         &mut self,
         renderer: &Renderer<'_, W>,
         view: &View,
@@ -555,7 +507,7 @@ impl TileJob {
         Simd: Runs<W>,
     {
         let tile = self.tile;
-        tile.check(view, pixels.len())?;
+        tile.check(view.size(), pixels.len())?;
         if let Pixels::Foveated(foveation) = &renderer.pixels {
             (foveation.give_up)(self, renderer, view, pixels);
             return Ok(());

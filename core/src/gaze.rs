@@ -11,6 +11,8 @@
 
 mod acuity;
 mod detail;
+#[cfg(test)]
+pub(crate) mod hostile;
 mod level;
 mod line_of_sight;
 mod visual_field;

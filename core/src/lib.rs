@@ -77,8 +77,11 @@
 #![no_std]
 
 pub mod capture;
+mod compiled;
 pub mod frame;
 pub mod gaze;
+#[cfg(test)]
+mod hostile;
 pub mod numeric;
 pub mod scene;
 pub mod shape;
@@ -86,4 +89,14 @@ mod simd;
 pub mod spectrum;
 pub mod trace;
 
-pub use simd::{Runs, Simd};
+pub use compiled::{COMPILED, Runs};
+pub use simd::Simd;
+
+/// The scene of the examples, for tests.
+#[cfg(test)]
+#[path = "../examples/ball/mod.rs"]
+mod ball;
+#[cfg(test)]
+extern crate self as shisen_core;
+#[cfg(test)]
+extern crate std;

@@ -4,9 +4,12 @@
 //! mathematics library.
 
 mod double_float;
+pub(crate) mod scalar;
 mod trigonometry;
 
 pub(crate) use double_float::DoubleFloat;
+pub(crate) use scalar::{greater, lesser, map3};
+pub use scalar::{max, min, sqrt};
 pub(crate) use trigonometry::sines_and_cosines;
 pub use trigonometry::{LARGEST_ANGLE, sin_cos};
 
@@ -24,88 +27,6 @@ pub(crate) const fn lowbias32(word: u32) -> u32 {
     let word = (word ^ word >> 16).wrapping_mul(0x7feb_352d);
     let word = (word ^ word >> 15).wrapping_mul(0x846c_a68b);
     word ^ word >> 16
-}
-
-/// The correctly rounded square root; NaN below zero.
-#[inline(always)]
-pub fn sqrt(x: f32) -> f32 {
-    #[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
-    return hard_float_arm::sqrt(x);
-    #[cfg(not(all(target_arch = "arm", target_os = "none", target_abi = "eabihf")))]
-    libm::sqrtf(x)
-}
-
-/// The square root instruction of Cortex-M4F and M7, which libm does not use:
-/// its loop takes 52 instructions, this call 3.
-///
-/// Stable Rust has neither a way to ask for the feature on ARM nor registers
-/// of floats in `asm!` without it; the hard-float ABI implies both.
-#[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
-#[allow(unsafe_code)]
-mod hard_float_arm {
-    core::arch::global_asm!(
-        ".pushsection .text.shisen_vsqrt,\"ax\",%progbits",
-        ".global shisen_vsqrt",
-        ".type shisen_vsqrt,%function",
-        ".thumb",
-        ".thumb_func",
-        "shisen_vsqrt:",
-        // vsqrt.f32 s0, s0, by its code: the assembler would want to know a
-        // floating-point unit, which only code generation is told of.
-        ".inst.w 0xeeb10ac0",
-        "bx lr",
-        ".popsection",
-    );
-
-    unsafe extern "C" {
-        fn shisen_vsqrt(x: f32) -> f32;
-    }
-
-    #[inline(always)]
-    pub(super) fn sqrt(x: f32) -> f32 {
-        // SAFETY: argument and result are in s0 by the hard-float ABI, and
-        // nothing else is touched.
-        unsafe { shisen_vsqrt(x) }
-    }
-}
-
-/// The greater of two numbers; `b` where either is NaN (as x86's `maxps`).
-#[inline(always)]
-pub const fn max(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-/// The lesser of two numbers; `b` where either is NaN (as x86's `minps`).
-#[inline(always)]
-pub const fn min(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// The greater of two numbers that are not NaN, either of −0 and 0: for what is
-/// only compared. An instruction of its own where the processor has `FPv5`, which
-/// takes three for [`max`]; no call elsewhere.
-#[inline(always)]
-pub(crate) const fn greater(a: f32, b: f32) -> f32 {
-    #[cfg(feature = "fpv5")]
-    return a.max(b);
-    #[cfg(not(feature = "fpv5"))]
-    max(a, b)
-}
-
-/// The lesser, as [`greater`].
-#[inline(always)]
-pub(crate) const fn lesser(a: f32, b: f32) -> f32 {
-    #[cfg(feature = "fpv5")]
-    return a.min(b);
-    #[cfg(not(feature = "fpv5"))]
-    min(a, b)
-}
-
-/// `f` of each of three values. Unlike the array's own `map`, always inlined:
-/// a closure over vectors that is not leaves their instruction set.
-#[inline(always)]
-pub(crate) fn map3<T: Copy, U>(values: [T; 3], f: impl Fn(T) -> U) -> [U; 3] {
-    [f(values[0]), f(values[1]), f(values[2])]
 }
 
 /// The largest magnitude among three components.
@@ -131,29 +52,28 @@ pub(crate) fn smallest_number(v: Vec3) -> f32 {
 /// of 1.
 #[inline]
 pub fn normalize(v: Vec3) -> Option<Vec3> {
-    // Twice the code, and not where a program's size counts for more.
+    // Twice the code, on targets that favour speed over size.
     if Simd::HAS_VECTORS {
         let squared = v.dot(v);
         if SQUARES.contains(&squared) {
             return Some(v / sqrt(squared));
         }
-        return normalize_apart(v);
+        return normalize_rare(v);
     }
     normalize_any(v)
 }
 
-/// [`normalize_any`] where it is rare.
+/// [`normalize_any`], for rare lengths.
 #[cold]
 #[inline(never)]
-fn normalize_apart(v: Vec3) -> Option<Vec3> {
+fn normalize_rare(v: Vec3) -> Option<Vec3> {
     normalize_any(v)
 }
 
-/// Squares of lengths of vectors whose largest component is certain to be one of
-/// [`SQUARABLE`]: not of all that are.
+/// Squared lengths that imply that the largest component is in [`SQUARABLE`].
 const SQUARES: RangeInclusive<f32> = 1.0e-29..=1.0e29;
 
-/// [`normalize`], whatever the length: those of most directions and normals need less care.
+/// [`normalize`] for any length.
 fn normalize_any(v: Vec3) -> Option<Vec3> {
     let largest = largest_magnitude(v);
     // NaN in any component fails one of the comparisons.
@@ -236,7 +156,7 @@ pub(crate) fn tangent(angle: f32) -> f32 {
 
 /// The solutions of a·t² + 2·h·t + c = 0 in ascending order, given
 /// `discriminant` = h² − a·c computed by the caller in whatever form does not
-/// cancel. `None` where there is none or a is zero.
+/// cancel. `None` if there is no real solution or a is zero.
 ///
 /// The larger root in magnitude comes from q = h ± √discriminant with equal
 /// signs, the other from c / q: neither subtracts nearly equal numbers. A root
@@ -368,6 +288,7 @@ pub fn basis_around(z: Vec3) -> (Vec3, Vec3) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hostile::{finite, is_unit, torment};
     use proptest::prelude::*;
 
     /// The exact sign of a·b − c·d, by f64: two 48-bit products, compared.
@@ -442,7 +363,7 @@ mod tests {
             let exact = f64::from(y).atan2(f64::from(x));
             worst = worst.max((f64::from(found) - exact).abs());
         };
-        // An interpreter takes its time.
+        // Fewer under Miri, which is slow.
         let count = if cfg!(miri) { 100 } else { 200_000 };
         for i in 0..=count {
             let q = i as f32 / count as f32;
@@ -465,7 +386,7 @@ mod tests {
 
     #[test]
     fn tangents_undo_arctangents() {
-        // An interpreter takes its time.
+        // Fewer under Miri, which is slow.
         let step = if cfg!(miri) { 314 } else { 1 };
         for i in (0..=1570).step_by(step) {
             let angle = i as f32 / 1000.0;
@@ -497,5 +418,34 @@ mod tests {
                 prop_assert!((x.cross(y) - z).length() < 3e-6);
             }
         }
+    }
+
+    #[test]
+    fn any_numbers_give_what_is_documented() {
+        torment(|n| {
+            let [a, b, c, d] = [1.0, -3.0, 2.0, 7.0].map(|x| n.next(x));
+            assert_eq!(sqrt(a).is_finite(), (0.0..f32::INFINITY).contains(&a));
+            for d in [d, b * b - a * c] {
+                let roots = quadratic_roots(a, b, c, d);
+                assert!(roots.is_none_or(|(first, second)| !(first > second)));
+            }
+            if (a * b).is_finite() && (c * d).is_finite() {
+                assert_eq!(
+                    sign(difference_of_products(a, b, c, d)),
+                    exact_sign(a, b, c, d)
+                );
+            }
+            let (sin, cos) = sin_cos(a);
+            let known = a.abs() <= LARGEST_ANGLE;
+            assert_eq!(known, sin.is_finite() && cos.is_finite());
+            let v = Vec3::new(a, b, c);
+            let unit = normalize(v);
+            assert_eq!(unit.is_some(), v.is_finite() && v != Vec3::ZERO);
+            if let Some(unit) = unit {
+                is_unit(&unit);
+                finite(&basis_around(unit));
+                assert_eq!(largest_magnitude(v), v.abs().max_element());
+            }
+        });
     }
 }

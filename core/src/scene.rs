@@ -11,6 +11,7 @@ pub mod format;
 mod validate;
 
 use crate::spectrum::Medium;
+use crate::{Runs, Simd};
 pub use effects::{EffectSet, Records};
 pub use error::SceneError;
 use format::{
@@ -50,7 +51,14 @@ impl<'a, const W: usize> Scene<'a, W> {
     ///
     /// # Errors
     /// [`SceneError`] says what is wrong and at which byte or record.
-    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, SceneError> {
+    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, SceneError>
+    where
+        Simd: Runs<W>,
+    {
+        <Simd as Runs<W>>::checked(bytes)
+    }
+
+    pub(crate) fn checked(bytes: &'a [u8]) -> Result<Self, SceneError> {
         let (header, own) = validate::header::<W>(bytes)?;
         let scene = Self {
             header,
@@ -127,7 +135,7 @@ impl<'a, const W: usize> Scene<'a, W> {
 
     /// The effects that it asks for.
     pub const fn effects(&self) -> EffectSet {
-        EffectSet::from_bits(self.header.effects)
+        EffectSet::from_bits_truncate(self.header.effects)
     }
 
     /// What it asks them by.

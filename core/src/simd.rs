@@ -14,6 +14,7 @@
 #[allow(unsafe_code)]
 mod avx2;
 
+use crate::numeric::scalar;
 use crate::shape::Ray;
 use glam::Vec3;
 
@@ -145,23 +146,23 @@ impl<const W: usize> Lanes<W> for Portable {
     }
     #[inline(always)]
     fn min(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
-        zip(a, b, crate::numeric::min)
+        zip(a, b, scalar::min)
     }
     #[inline(always)]
     fn max(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
-        zip(a, b, crate::numeric::max)
+        zip(a, b, scalar::max)
     }
     #[inline(always)]
     fn lesser(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
-        zip(a, b, crate::numeric::lesser)
+        zip(a, b, scalar::lesser)
     }
     #[inline(always)]
     fn greater(self, a: [f32; W], b: [f32; W]) -> [f32; W] {
-        zip(a, b, crate::numeric::greater)
+        zip(a, b, scalar::greater)
     }
     #[inline(always)]
     fn sqrt(self, x: [f32; W]) -> [f32; W] {
-        zip(x, x, |x, _| crate::numeric::sqrt(x))
+        zip(x, x, |x, _| scalar::sqrt(x))
     }
     #[inline(always)]
     fn abs(self, x: [f32; W]) -> [f32; W] {

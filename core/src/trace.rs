@@ -1,17 +1,18 @@
 //! What a ray meets, and the light that comes back along it.
 
 mod background;
-mod budget;
-mod dispersion;
+pub(crate) mod budget;
+pub(crate) mod dispersion;
 mod graticule;
 mod hit;
 mod leaves;
-mod ledger;
+pub(crate) mod ledger;
 mod mesh;
 mod optics;
 mod row;
 mod sample;
-mod shading;
+mod search;
+pub(crate) mod shading;
 mod soft_light;
 mod stack;
 mod surface;
@@ -19,16 +20,16 @@ mod texture;
 mod tile;
 mod tracer;
 mod walk;
+pub(crate) mod workspace;
 mod world;
 
 pub(crate) use background::Colours;
-pub use budget::{Budget, Statistics};
+pub(crate) use budget::Budget;
 pub(crate) use dispersion::Balance;
-pub use dispersion::{Spectrum, SpectrumError};
 #[cfg(test)]
 pub(crate) use graticule::BETWEEN as BETWEEN_LINES;
 pub use hit::{Hit, MeshHit};
-pub use ledger::{Entry, Ledger};
+pub(crate) use ledger::Ledger;
 pub use mesh::MeshTracer;
 pub use optics::{Refraction, reflect, refract};
 pub(crate) use row::{RowHits, RowRays};
@@ -36,4 +37,5 @@ pub(crate) use sample::Sample;
 pub use stack::TraversalStack;
 pub(crate) use tile::NOT_TRACED;
 pub use tile::{TileHits, TileRays};
-pub use tracer::{LEAST_WEIGHT, MAX_DEPTH, Pixel, RayDetail, Tracer, Workspace};
+pub use tracer::Tracer;
+pub(crate) use workspace::{Pixel, RayDetail, Workspace};

@@ -9,10 +9,10 @@
 //! show the same: the mirror is optics, not an object, so its picture lacks nothing.
 
 use shisen::bake::Baked;
-use shisen::quadruped::quadruped;
 use shisen::render::{self, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::camera::DomeCamera;
+use shisen::scene::quadruped::quadruped;
 use shisen_core::frame::{DomeProjection, MirrorCamera, View};
 use std::error::Error;
 use std::f32::consts::PI;

@@ -13,9 +13,9 @@
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::live::{Allowance, Governor, Share, Taken, with_engine};
-use shisen::quadruped::quadruped;
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::scene::quadruped::quadruped;
 use shisen_core::frame::Spectrum;
 use shisen_tracker::estimate::{Estimate, EstimatorConfig, GazeEstimator};
 use shisen_tracker::mock::{self, Tracker, TrackerConfig, ViewerConfig};

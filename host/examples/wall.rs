@@ -10,9 +10,9 @@
 use glam::DVec3;
 use shisen::bake::Baked;
 use shisen::cave::{Cave, Eye, Viewer, Wall};
-use shisen::quadruped::quadruped;
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::scene::quadruped::quadruped;
 use std::error::Error;
 use std::path::Path;
 

@@ -1,5 +1,7 @@
 //! From a scene in memory to the bytes that the core traces.
 
+pub mod simplify;
+
 mod blob;
 mod cover;
 mod instance;
@@ -10,10 +12,10 @@ pub mod tree;
 
 pub use layout::{BakedScene, Layout};
 
-use crate::mesh::{MeshError, TriangleMesh};
+use crate::bake::simplify::{Ladder, LadderError, PolygonLevels};
 use crate::scene::camera::CameraPath;
+use crate::scene::mesh::{MeshError, TriangleMesh};
 use crate::scene::{Background, Object, Scene, Shape};
-use crate::simplify::{Ladder, LadderError, PolygonLevels};
 use blob::{AlignedBytes, Tables};
 use cover::Cover;
 use glam::DAffine3;
@@ -24,6 +26,7 @@ use rayon::prelude::*;
 use shisen_core::scene::SceneError;
 use shisen_core::scene::format::{self, IdLeaf, LeafBlock, NO_MATERIAL, Node};
 use shisen_core::shape::Spheroid;
+use shisen_core::{Runs, Simd};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::mpsc;
@@ -112,7 +115,10 @@ pub enum BakeError {
     },
 }
 
-impl<const W: usize> Baked<W> {
+impl<const W: usize> Baked<W>
+where
+    Simd: Runs<W>,
+{
     /// Bakes a scene for nodes of `W` children. The same scene always gives
     /// the same bytes.
     ///

@@ -9,6 +9,10 @@
 //! A dome is part of a sphere seen from inside, by its radius, its centre and
 //! how far it is tilted; its picture is a dome master.
 
+pub(crate) mod angle;
+pub mod look;
+pub mod warp;
+
 mod dome;
 mod file;
 mod view;

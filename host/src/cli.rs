@@ -2,45 +2,37 @@
 //!
 //! Standard output carries the report, standard error everything else. The
 //! exit code is 0 where the command did what it was asked to, 1 where it
-//! failed and 2 where it was asked for something that there is not.
+//! failed and 2 where the command line is wrong.
+//!
+//! Nothing else in the library uses this module. It is public for programs with commands of
+//! their own that take the same arguments.
 
-mod arguments;
+#![allow(
+    missing_debug_implementations,
+    reason = "parts of programs, which nothing prints"
+)]
+
+pub mod arguments;
 mod bake;
-mod bench;
 mod cave;
 mod completions;
-mod dispersion;
 mod dome;
 mod examples;
 mod explain;
-mod failure;
-mod filling;
-#[cfg(unix)]
-mod firmware;
 mod gaze;
 mod inspect;
-mod levels;
-mod lod;
 mod medium;
-mod output;
-mod picture_files;
-mod play;
-mod progress;
-mod ray_counts;
-mod room;
+pub mod output;
+pub mod play;
+pub mod program;
 mod run;
-mod selftest;
-mod source;
 mod spectrum;
-mod tracing;
-mod tracker;
-mod tradeoff;
+pub mod tracker;
 
-use clap::{Arg, Command, CommandFactory as _, FromArgMatches as _, Parser};
-use failure::Failure;
-use std::ffi::OsString;
-use std::io::{self, IsTerminal};
-use std::iter::successors;
+use clap::Parser;
+use output::failure::Failure;
+use program::{Examples, Program};
+use std::iter;
 use std::process::ExitCode;
 
 /// Renders what a viewer sees on the walls of a CAVE.
@@ -59,29 +51,47 @@ enum Shisen {
     Dome(dome::Dome),
     #[command(subcommand)]
     Tracker(Box<tracker::TrackerCommand>),
-    #[cfg(unix)]
-    #[command(subcommand)]
-    Firmware(firmware::Firmware),
-    #[command(subcommand)]
-    Bench(bench::Bench),
-    Selftest(selftest::Arguments),
-    Tradeoff(tradeoff::Arguments),
     Completions(completions::Arguments),
+    /// Measures speed: a command of shisen-evidence
+    Bench(Elsewhere),
+    /// Tries the tracer on hard cases: a command of shisen-evidence
+    Selftest(Elsewhere),
+    /// Measures what accuracy costs: a command of shisen-evidence
+    Tradeoff(Elsewhere),
+    /// Runs the firmware in an emulator: tests/firmware/run
+    #[command(subcommand)]
+    Firmware(Firmware),
 }
 
-impl Shisen {
-    /// What a command line asks for, and the names of the command, from the outermost on.
-    fn read(
-        words: impl IntoIterator<Item = impl Into<OsString> + Clone>,
-    ) -> clap::error::Result<(Self, Vec<String>)> {
-        let mut command = with_negative_numbers(examples::with_examples(Self::command()));
-        let matches = command.try_get_matches_from_mut(words)?;
-        let asked = Self::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
-        let names = successors(matches.subcommand(), |(_, rest)| rest.subcommand());
-        Ok((asked, names.map(|(name, _)| name.to_owned()).collect()))
-    }
+#[derive(Debug, clap::Subcommand)]
+enum Firmware {
+    /// Runs it beside the host: tests/firmware/run
+    Run(Elsewhere),
+}
 
-    /// Does it.
+/// Words for a command of another program.
+#[derive(Debug, clap::Args)]
+#[command(disable_help_flag = true)]
+struct Elsewhere {
+    #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    words: Vec<String>,
+}
+
+impl Elsewhere {
+    /// Says that another program has this command: `program`, with the words that follow.
+    fn run(&self, program: &str) -> Result<(), Failure> {
+        let words = self.words.iter().map(String::as_str);
+        let command_line: Vec<_> = iter::once(program).chain(words).collect();
+        Err(Failure::usage(&format!(
+            "this command is elsewhere: {}",
+            command_line.join(" ")
+        )))
+    }
+}
+
+impl Program for Shisen {
+    const EXAMPLES: Examples = examples::EXAMPLES;
+
     fn run(&self) -> Result<(), Failure> {
         match self {
             Self::Cave(arguments) => cave::run(arguments),
@@ -94,49 +104,28 @@ impl Shisen {
             Self::Spectrum(arguments) => spectrum::run(arguments),
             Self::Dome(dome) => dome::run(dome),
             Self::Tracker(command) => tracker::run(command),
-            #[cfg(unix)]
-            Self::Firmware(firmware) => firmware::run(firmware),
-            Self::Bench(bench) => bench::run(bench),
-            Self::Selftest(arguments) => selftest::run(arguments),
-            Self::Tradeoff(arguments) => tradeoff::run(arguments),
             Self::Completions(arguments) => completions::run(arguments),
+            Self::Bench(words) => words.run("cargo run --release -p shisen-evidence -- bench"),
+            Self::Selftest(words) => {
+                words.run("cargo run --release -p shisen-evidence -- selftest")
+            }
+            Self::Tradeoff(words) => {
+                words.run("cargo run --release -p shisen-evidence -- tradeoff")
+            }
+            Self::Firmware(Firmware::Run(words)) => words.run("tests/firmware/run"),
         }
     }
 }
 
-/// A command and all within it, whose arguments read a negative number as a value: what is
-/// wrong with it is the argument's to say.
-fn with_negative_numbers(command: Command) -> Command {
-    let reads = |argument: Arg| {
-        let has_value = argument.get_action().takes_values();
-        argument.allow_negative_numbers(has_value)
-    };
-    command
-        .mut_args(reads)
-        .mut_subcommands(with_negative_numbers)
-}
-
 /// Runs the command that the process was started with.
-pub(crate) fn main() -> ExitCode {
-    // Wrapped lines are for people; whoever reads a log searches it.
-    let wrap = io::stderr().is_terminal();
-    // It fails only where a hook is set already, and none is.
-    let _ = miette::set_hook(Box::new(move |_| {
-        let options = miette::MietteHandlerOpts::new();
-        Box::new(options.wrap_lines(wrap).break_words(false).build())
-    }));
-    let result = Shisen::read(std::env::args_os())
-        .map_err(Failure::from_clap)
-        .and_then(|(command, names)| command.run().map_err(|failure| failure.of(&names)));
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.print(),
-    }
+pub fn main() -> ExitCode {
+    program::main::<Shisen>()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::{Arg, Command, CommandFactory as _};
 
     /// For each argument of a command and of all within it, a line that gives it a value.
     fn lines(command: &Command, names: &[String], value: &str) -> Vec<Vec<String>> {
@@ -160,7 +149,7 @@ mod tests {
             let lines = lines(&command, &["shisen".to_owned()], value);
             assert!(lines.len() > 150, "{}", lines.len());
             for line in lines {
-                let Err(error) = Shisen::read(&line) else {
+                let Err(error) = program::read::<Shisen>(&line) else {
                     continue;
                 };
                 let said = error.to_string();

@@ -1,6 +1,8 @@
 //! Files that are read whole, and only such as have an end; files that appear complete or
 //! not at all.
 
+pub mod description;
+
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;

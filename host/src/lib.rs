@@ -7,7 +7,7 @@
 //! ```
 //! use shisen::bake::Baked;
 //! use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-//! use shisen::quadruped::quadruped;
+//! use shisen::scene::quadruped::quadruped;
 //! use shisen::render::{self, Observer, Options};
 //! use shisen::scene::builtin::{PaperScene, paper_scene};
 //!
@@ -81,21 +81,21 @@
 //!
 //! | To | Look in |
 //! |---|---|
-//! | read meshes and scene files | [`import`], [`mesh`], [`material`], [`texture`], [`scene`], [`quadruped`] |
-//! | make bytes of them | [`simplify`], [`bake`] |
-//! | say where walls, domes, eyes and projectors are | [`cave`], [`look`], [`warp`] |
+//! | read meshes and scene files | [`scene`] |
+//! | make bytes of them | [`bake`] |
+//! | place walls, domes, eyes and projectors | [`cave`] |
 //! | follow a tracker | [`tracker`] |
-//! | render | [`render`], [`effects`], [`lod`], [`spectrum`], [`dome`] |
+//! | render | [`render`]; mirrors and dome masters: [`dome`] |
 //! | render frame after frame, each in its time | [`live`] |
-//! | keep and show pictures | [`picture`], [`stereo`], [`overview`], [`dashboard`], `window` |
-//! | see whether it is right, and what that costs | [`selftest`], [`gaze_reference`], [`tradeoff`], `firmware` |
-//! | read and write any file, and sum up times | [`files`], [`description`], [`chart`], [`quantiles`] |
+//! | keep pictures, draw charts | [`picture`] |
+//! | show frames to people | [`show`] |
+//! | read and write any file | [`files`] |
 //!
 //! # Features
 //!
 //! | Feature | What it adds |
 //! |---|---|
-//! | `window`, by default | `window`: frames on an X server, on Unix |
+//! | `window`, by default | `show::window`: frames on an X server, on Unix |
 //! | `cluster` | `live::Mpi`: walls on several machines; links a library of the system's for MPI |
 //!
 //! # What it does not do
@@ -104,37 +104,15 @@
 //! moves but the viewer and the camera of dome masters. Trackers have been read from mocks
 //! only. The README has all of it, with what is there instead.
 
-mod angle;
 pub mod bake;
 pub mod cave;
-pub mod chart;
-pub mod dashboard;
-pub mod description;
+#[doc(hidden)]
+pub mod cli;
 pub mod dome;
-pub mod effects;
 pub mod files;
-#[cfg(unix)]
-pub mod firmware;
-pub mod gaze_reference;
-pub mod import;
 pub mod live;
-pub mod lod;
-pub mod look;
-pub mod material;
-pub mod mesh;
-pub mod overview;
 pub mod picture;
-pub mod quadruped;
-pub mod quantiles;
 pub mod render;
 pub mod scene;
-pub mod selftest;
-pub mod simplify;
-pub mod spectrum;
-pub mod stereo;
-pub mod texture;
+pub mod show;
 pub mod tracker;
-pub mod tradeoff;
-pub mod warp;
-#[cfg(all(unix, feature = "window"))]
-pub mod window;

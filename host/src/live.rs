@@ -4,6 +4,8 @@
 //! ([`Governor`]), rendered within a budget of steps on threads that stay
 //! ([`with_engine`]), and what it took is kept ([`Latencies`]).
 
+pub mod quantiles;
+
 mod budget;
 mod engine;
 mod governor;
@@ -14,10 +16,10 @@ mod swap;
 mod tracking;
 
 pub use budget::{BudgetError, FrameBudget, Table2};
-pub use engine::{Engine, FOVEA, Rendered, eyes_of, with_engine};
+pub use engine::{Engine, Rendered, eyes_of, with_engine};
 pub use governor::{Allowance, Decision, Governor, Taken};
 pub use latency::{Latencies, Leg, Stamps, Summary};
-pub use quality::Quality;
+pub use quality::{FOVEA, Quality};
 pub use session::{
     FrameRecord, Latch, SessionError, SessionReport, SessionSettings, Stage, follow, run,
 };

@@ -1,7 +1,5 @@
 //! The `shisen` command.
 
-mod cli;
-
 fn main() -> std::process::ExitCode {
-    cli::main()
+    shisen::cli::main()
 }

@@ -1,5 +1,7 @@
 //! Pictures: what was traced, and the files it is written to.
 
+pub mod chart;
+
 mod difference;
 pub(crate) mod glyph;
 

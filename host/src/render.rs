@@ -1,13 +1,17 @@
 //! All screens and eyes of a frame, and dome masters, on all cores.
 
+pub mod effects;
+pub mod gaze_reference;
+pub mod spectrum;
+
 mod fill;
 mod images;
 mod ledger;
 
 use crate::cave::{Cave, DomeScreenError, Eye, Screen, WallError};
-use crate::effects::{self, Effects};
 use crate::picture::{Picture, PictureError};
-use crate::spectrum::Dispersion;
+use crate::render::spectrum::Dispersion;
+use effects::Effects;
 use fill::Source;
 pub(crate) use fill::pixels_of;
 pub use fill::{Capture, CaptureOptions, Filling};
@@ -367,7 +371,11 @@ pub(crate) fn put(picture: &mut Picture, tile: Tile, pixels: &[Pixel]) {
     }
 }
 
-pub(crate) fn pool(threads: usize) -> Result<ThreadPool, RenderError> {
+/// Threads to render with.
+///
+/// # Errors
+/// Where the system does not give so many.
+pub fn pool(threads: usize) -> Result<ThreadPool, RenderError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     Ok(pool.build()?)
 }

@@ -1,6 +1,12 @@
 //! A scene in memory: what a scene file or a built-in scene describes and
 //! what is baked.
 
+pub mod import;
+pub mod material;
+pub mod mesh;
+pub mod quadruped;
+pub mod texture;
+
 pub mod builtin;
 pub mod camera;
 pub mod file;
@@ -8,8 +14,8 @@ mod placement;
 
 pub use placement::{Normalisation, Placement};
 
-use crate::material::Material;
-use crate::mesh::TriangleMesh;
+use crate::scene::material::Material;
+use crate::scene::mesh::TriangleMesh;
 use camera::CameraPath;
 use glam::{DAffine3, DVec3};
 

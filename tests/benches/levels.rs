@@ -20,9 +20,9 @@
 //! how many of its rays see as many faces.
 
 use glam::Vec3;
+use shisen::bake::simplify::{Ladder, PolygonLevels};
 use shisen::bake::{Baked, lone_mesh};
-use shisen::mesh::TriangleMesh;
-use shisen::simplify::{Ladder, PolygonLevels};
+use shisen::scene::mesh::TriangleMesh;
 use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, LevelOfDetail, Outcome, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
@@ -54,8 +54,8 @@ fn main() {
     let file = std::env::args()
         .skip(1)
         .find(|argument| !argument.starts_with('-'));
-    let mesh = file.map_or_else(shisen::quadruped::quadruped, |path| {
-        shisen::import::load(Path::new(&path)).expect("a mesh file")
+    let mesh = file.map_or_else(shisen::scene::quadruped::quadruped, |path| {
+        shisen::scene::import::load(Path::new(&path)).expect("a mesh file")
     });
     let mesh = normalised(mesh, 10.0);
     let levels = PolygonLevels::new(500..=u32::MAX, RUNGS as u32).expect("levels");
@@ -113,7 +113,7 @@ fn main() {
 /// A way to store the rungs.
 struct Contender {
     name: String,
-    /// Of all its trees.
+    /// Bytes of all its trees.
     bytes: usize,
     /// For each rung a scene, and which of its meshes that rung is.
     rungs: Vec<(Baked, usize)>,
@@ -272,7 +272,7 @@ fn tiles(contenders: &[Contender], view: &View, lod: LevelOfDetail) -> f64 {
     let places = places
         .clone()
         .flat_map(|y| places.clone().map(move |x| (x, y)));
-    // Of each tile, the rays on each rung.
+    // The rays on each rung, a tile.
     let tiles: Vec<_> = places
         .map(|(x, y)| {
             let mut rays = [0; RUNGS];

@@ -19,7 +19,7 @@ fn main() {
         .find(|argument| !argument.starts_with('-'));
     let mesh = file.map_or_else(
         || icosphere(4),
-        |path| shisen::import::load(Path::new(&path)).expect("a mesh file"),
+        |path| shisen::scene::import::load(Path::new(&path)).expect("a mesh file"),
     );
     let mesh = normalised(mesh, 10.0);
     println!("{} triangles", mesh.triangles.len());

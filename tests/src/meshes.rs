@@ -2,8 +2,9 @@
 //! own.
 
 use glam::{DMat3, DQuat, DVec3, Vec3};
-use shisen::mesh::TriangleMesh;
+use shisen::scene::mesh::TriangleMesh;
 use std::collections::HashMap;
+use std::fmt::Write as _;
 use std::path::Path;
 
 /// The generated quadruped, and the cow where `SHISEN_COW` names its file.
@@ -11,7 +12,7 @@ use std::path::Path;
 /// # Panics
 /// Where that file cannot be read.
 pub fn meshes() -> Vec<(&'static str, TriangleMesh)> {
-    let mut meshes = vec![("quadruped", shisen::quadruped::quadruped())];
+    let mut meshes = vec![("quadruped", shisen::scene::quadruped::quadruped())];
     meshes.extend(cow().map(|cow| ("cow", cow)));
     meshes
 }
@@ -25,7 +26,23 @@ pub fn cow() -> Option<TriangleMesh> {
         println!("cow: not given");
         return None;
     };
-    Some(shisen::import::load(Path::new(&file)).expect("SHISEN_COW names a mesh"))
+    Some(shisen::scene::import::load(Path::new(&file)).expect("SHISEN_COW names a mesh"))
+}
+
+/// Writes `ball.obj`: a mesh of few faces, which is quickly read and baked.
+///
+/// # Panics
+/// Where it cannot be written.
+pub fn write_ball(folder: &Path) {
+    let mesh = icosphere(2);
+    let mut text = String::new();
+    for [x, y, z] in &mesh.positions {
+        writeln!(text, "v {x} {y} {z}").expect("text");
+    }
+    for [a, b, c] in mesh.triangles.iter().map(|t| t.map(|i| i + 1)) {
+        writeln!(text, "f {a} {b} {c}").expect("text");
+    }
+    std::fs::write(folder.join("ball.obj"), text).expect("a file");
 }
 
 /// A cube from −1 to 1, its faces cut into `cells`² squares of two triangles.

@@ -2,8 +2,9 @@
 
 use shisen::bake::Baked;
 use shisen::scene::Scene;
+use shisen_core::frame::{Budget, Workspace};
 use shisen_core::shape::Ray;
-use shisen_core::trace::{Budget, Hit, MeshHit, MeshTracer, Tracer, TraversalStack, Workspace};
+use shisen_core::trace::{Hit, MeshHit, MeshTracer, Tracer, TraversalStack};
 use shisen_core::{Runs, Simd};
 
 /// A scene baked in both layouts.

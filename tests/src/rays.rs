@@ -1,6 +1,6 @@
 //! Sets of rays for benchmarks and watertightness, and their files.
 
-use shisen::mesh::TriangleMesh;
+use shisen::scene::mesh::TriangleMesh;
 
 /// Origin and direction.
 pub type RawRay = [f32; 6];

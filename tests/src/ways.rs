@@ -4,7 +4,7 @@ use shisen::render::{Frame, Options};
 use shisen_core::Simd;
 use shisen_core::frame::{Mode, Settings, Statistics};
 
-/// Of so many threads, in tiles of so many pixels a side.
+/// Options for a number of threads and of pixels a side of tiles.
 pub fn options(threads: usize, tile: u32, mode: Mode, simd: Simd) -> Options {
     Options {
         threads,

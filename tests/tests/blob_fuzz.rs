@@ -3,19 +3,20 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
-use shisen::material::{Graticule, Material};
-use shisen::mesh::TriangleMesh;
+use shisen::bake::simplify::PolygonLevels;
 use shisen::scene::camera::CameraPath;
+use shisen::scene::material::{Graticule, Material};
+use shisen::scene::mesh::TriangleMesh;
+use shisen::scene::texture::{Image, Pattern, Texture};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
-use shisen::simplify::PolygonLevels;
-use shisen::texture::{Image, Pattern, Texture};
+use shisen_core::frame::{Budget, Workspace};
 use shisen_core::scene::format::{
     self, ALIGNMENT, Header, IdLeaf, Instance, Mesh, Table, Triangle, VERSION, effect, seal,
 };
 use shisen_core::scene::{self, SceneError};
 use shisen_core::shape::Ray;
 use shisen_core::spectrum::Medium;
-use shisen_core::trace::{Budget, MeshTracer, Tracer, TraversalStack, Workspace};
+use shisen_core::trace::{MeshTracer, Tracer, TraversalStack};
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::icosphere;
 use shisen_tests::rays::Random;
@@ -118,7 +119,10 @@ pub(crate) fn small_scene() -> Scene {
 }
 
 /// The same, the larger mesh at three levels of 20 to 8 faces.
-fn bake<const W: usize>() -> Baked<W> {
+fn bake<const W: usize>() -> Baked<W>
+where
+    Simd: Runs<W>,
+{
     let levels = PolygonLevels::new(8..=20, 3).expect("levels");
     let baked = Baked::with_levels(&small_scene(), &levels).expect("a scene");
     let rungs: Vec<u32> = baked.scene().meshes().iter().map(|m| m.rungs).collect();
@@ -228,18 +232,21 @@ where
     outcome.unwrap_or_else(|_| panic!("{W} wide, {what}: a panic"))
 }
 
-/// Damages one byte after another, as `damage` says how.
+/// Damages one byte at a time, as `damage` says how.
 fn damage_every_byte<const W: usize>(name: &str, damage: &[fn(u8) -> u8])
 where
     Simd: Runs<W>,
 {
     let baked = bake::<W>();
     let original = baked.as_bytes().to_vec();
-    let rays = rays(cases("rays a damaged scene", 60, 200));
+    let rays = rays(cases("rays a damaged scene", 15, 200));
     assert_eq!(try_out::<W>(baked.as_bytes(), "whole", &rays), Ok(()));
     let mut copy = Aligned::new(&original);
     let (mut refused, mut traced) = (0, 0);
-    for place in 0..original.len() {
+    // All of the header; of the tables, whose records are many of a kind, each byte of some.
+    let apart = 8 - cases("of eight bytes of a table", 1, 7);
+    let places = (0..original.len()).filter(|at| *at < size_of::<Header>() || at % apart == 0);
+    for place in places {
         for (number, damage) in damage.iter().enumerate() {
             let damaged = damage(original[place]);
             if damaged == original[place] {
@@ -319,7 +326,7 @@ fn words_replaced_together() {
     let mut copy = Aligned::new(&original);
     let words = original.len() / 4;
     let mut traced = 0;
-    for case in 0..cases("scenes with words replaced", 20_000, 500_000) {
+    for case in 0..cases("scenes with words replaced", 5_000, 100_000) {
         let seed = 0xF0_0000 + case as u64;
         let mut random = Random::new(seed);
         let bytes = copy.bytes();

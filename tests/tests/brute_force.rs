@@ -4,12 +4,11 @@
 use crate::exact::{self, Verdict};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use shisen::bake::{Baked, lone_mesh};
-use shisen::mesh::TriangleMesh;
+use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Object, Scene, Shape};
+use shisen_core::frame::{Budget, Workspace};
 use shisen_core::shape::{Ray, Triangle};
-use shisen_core::trace::{
-    Budget, Hit, MeshHit, MeshTracer, TileRays, Tracer, TraversalStack, Workspace,
-};
+use shisen_core::trace::{Hit, MeshHit, MeshTracer, TileRays, Tracer, TraversalStack};
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::icosphere;
 use shisen_tests::paths::Paths;
@@ -179,7 +178,7 @@ fn triangle(mesh: &TriangleMesh, corners: [u32; 3]) -> Triangle {
 #[test]
 fn every_path_finds_the_least_distance_and_number() {
     let (mut hits, mut rays) = (0, 0);
-    for case in 0..cases("meshes against brute force", 4_000, 100_000) {
+    for case in 0..cases("meshes against brute force", 1_000, 8_000) {
         let seed = 0xB0_0000 + case as u64;
         let mut random = Random::new(seed);
         let soup = SOUPS[case % SOUPS.len()];
@@ -209,7 +208,7 @@ fn every_path_finds_the_least_distance_and_number() {
 #[test]
 fn triangles_are_accepted_as_exact_arithmetic_says() {
     let mut counts = [0; 3];
-    for case in 0..cases("triangles against exact arithmetic", 100_000, 5_000_000) {
+    for case in 0..cases("triangles against exact arithmetic", 30_000, 1_000_000) {
         let seed = 0xE0_0000 + case as u64;
         let mut random = Random::new(seed);
         let soup = SOUPS[case % SOUPS.len()];
@@ -264,7 +263,7 @@ fn triangles_are_accepted_as_exact_arithmetic_says() {
             Verdict::Hit { .. } => {}
         }
     }
-    assert!(counts.iter().all(|&count| count > 100), "{counts:?}");
+    assert!(counts.iter().all(|&count| count > 20), "{counts:?}");
 }
 
 fn placed(shape: Shape, random: &mut Random) -> Object {
@@ -287,7 +286,7 @@ fn placed(shape: Shape, random: &mut Random) -> Object {
 #[test]
 fn many_instances_give_the_nearest_of_each_alone() {
     let mut found_hits = 0;
-    for case in 0..cases("scenes of many instances", 150, 5_000) {
+    for case in 0..cases("scenes of many instances", 30, 300) {
         let seed = 0x15_0000 + case as u64;
         let mut random = Random::new(seed);
         let mut scene = Scene {
@@ -343,7 +342,7 @@ fn many_instances_give_the_nearest_of_each_alone() {
         }
         found_hits += expected.iter().flatten().count();
     }
-    assert!(found_hits > 1000, "{found_hits}");
+    assert!(found_hits > 200, "{found_hits}");
 }
 
 /// 64 rays from the start of `ray` around its direction, `spread` apart at
@@ -411,7 +410,7 @@ where
 #[test]
 fn tiles_and_rows_of_rays_find_what_these_find_alone() {
     let mut hits = 0;
-    for case in 0..cases("scenes by tiles", 700, 20_000) {
+    for case in 0..cases("scenes by tiles", 105, 700) {
         let seed = 0x71_0000 + case as u64;
         let mut random = Random::new(seed);
         let soup = SOUPS[case % SOUPS.len()];
@@ -438,5 +437,5 @@ fn tiles_and_rows_of_rays_find_what_these_find_alone() {
         }
         hits += assert_tile_is_its_rays::<4>(&scene, Simd::detect(), &tiles, &context);
     }
-    assert!(hits > 10_000, "{hits}");
+    assert!(hits > 1_000, "{hits}");
 }

@@ -2,7 +2,7 @@
 //! that was not there before.
 
 use assert_cmd::Command;
-use shisen_tests::command::{folder, shisen};
+use shisen_tests::command::{command_line, evidence, folder, shisen};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -61,14 +61,14 @@ fn usage_is_that_of_the_command_asked_for() {
         ),
         (
             &["bench", "latency", "--scene", "grid", "--budget", "paper"],
-            "shisen bench latency",
+            "shisen-evidence bench latency",
         ),
         (
             &["tracker", "mock", "--as", "hid", "--pty", "line"],
             "shisen tracker mock",
         ),
     ] {
-        let output = shisen(folder.path()).args(arguments).assert().code(2);
+        let output = command_line(folder.path(), arguments).assert().code(2);
         let message = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
         assert!(message.starts_with("error: "), "{arguments:?}: {message}");
         let usage = format!("\n\nUsage: {name} [OPTIONS]\n\n");
@@ -96,10 +96,6 @@ fn what_would_do_nothing_is_usage() {
         (
             &["bench", "latency", "--as", "hid"],
             "does not go over a serial line",
-        ),
-        (
-            &["firmware", "run", "--tracker", "mock:rate=0"],
-            "60 to 10000",
         ),
     ] {
         refused_by(&folder, arguments, expected);
@@ -201,7 +197,7 @@ fn what_there_is_not_is_usage() {
     ] {
         refused(
             folder.path(),
-            shisen(folder.path()).args(arguments),
+            &mut command_line(folder.path(), arguments),
             2,
             &[expected],
         );
@@ -222,6 +218,24 @@ fn a_gaze_that_no_detail_follows_is_usage() {
 }
 
 #[test]
+fn commands_that_are_elsewhere_say_where() {
+    let folder = folder();
+    for (arguments, expected) in [
+        (
+            &["bench", "table2", "--size", "8"][..],
+            "-p shisen-evidence -- bench table2 --size 8",
+        ),
+        (
+            &["firmware", "run", "--frames", "1"],
+            "tests/firmware/run --frames 1",
+        ),
+    ] {
+        let mut command = shisen(folder.path());
+        refused(folder.path(), command.args(arguments), 2, &[expected]);
+    }
+}
+
+#[test]
 fn help_and_version_are_no_failure() {
     let folder = folder();
     for arguments in [
@@ -230,8 +244,7 @@ fn help_and_version_are_no_failure() {
         &["cave", "--help"],
         &["bench", "rays", "-h"],
     ] {
-        let output = shisen(folder.path())
-            .args(arguments)
+        let output = command_line(folder.path(), arguments)
             .assert()
             .success()
             .get_output()
@@ -313,10 +326,8 @@ fn polygon_levels_that_cannot_be_reached_are_named() {
         &["cave", "--mesh", "m.obj", "--lod", "paper"],
         &["bench", "table2", "--mesh", "m.obj"],
     ] {
-        let mut command = shisen(folder.path());
-        command
-            .args(arguments)
-            .args(["--faces", "1..", "--levels", "2"]);
+        let mut command = command_line(folder.path(), arguments);
+        command.args(["--faces", "1..", "--levels", "2"]);
         let expected = [
             "mesh 0",
             "as few faces as 1 ",
@@ -547,14 +558,6 @@ fn unusable_walls_are_named() {
 }
 
 #[test]
-fn an_image_that_there_is_not_is_named() {
-    let folder = folder();
-    let mut missing = shisen(folder.path());
-    missing.args(["firmware", "run", "--image", "no.elf"]);
-    refused(folder.path(), &mut missing, 1, &["no.elf"]);
-}
-
-#[test]
 fn outputs_that_cannot_be_written_are_named_and_nothing_is_left() {
     let folder = folder();
     fs::write(folder.path().join("file"), "kept").unwrap();
@@ -600,13 +603,13 @@ fn rays_that_are_none_are_named() {
         ("one.obj", "no.bin", "no.bin"),
         ("no.obj", "rays.bin", "no.obj"),
     ] {
-        let mut command = shisen(folder.path());
+        let mut command = evidence(folder.path());
         command.args([
             "bench", "rays", "--mesh", mesh, "--rays", rays, "--hits", "hits.bin",
         ]);
         refused(folder.path(), &mut command, 1, &[expected]);
     }
-    let mut command = shisen(folder.path());
+    let mut command = evidence(folder.path());
     command.args(["bench", "rays", "--mesh", "one.obj", "--rays", "rays.bin"]);
     refused(
         folder.path(),
@@ -644,8 +647,7 @@ fn a_report_that_cannot_be_printed_is_a_failure() {
 
 /// What help says of an argument: all up to the next one.
 fn help_of(folder: &Path, command: &[&str], argument: &str) -> String {
-    let output = shisen(folder)
-        .args(command)
+    let output = command_line(folder, command)
         .arg("--help")
         .assert()
         .success();
@@ -714,7 +716,7 @@ fn values_that_a_command_refuses_are_not_in_its_help() {
 fn refused_by(folder: &tempfile::TempDir, arguments: &[&str], expected: &str) {
     refused(
         folder.path(),
-        shisen(folder.path()).args(arguments),
+        &mut command_line(folder.path(), arguments),
         2,
         &[expected],
     );

@@ -19,7 +19,7 @@ fn script(shell: &str) -> String {
 fn every_shell_has_one() {
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let script = script(shell);
-        for word in ["shisen", "cave", "nearfield", "completions", "foveated"] {
+        for word in ["shisen", "cave", "nearfield", "completions"] {
             assert!(script.contains(word), "{shell}: {word}");
         }
     }

@@ -9,12 +9,12 @@
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::material::Material;
-use shisen::mesh::TriangleMesh;
 use shisen::render::{Frame, Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene, prism, spheres};
+use shisen::scene::material::Material;
+use shisen::scene::mesh::TriangleMesh;
+use shisen::scene::texture::{Image, Pattern, Texture};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
-use shisen::texture::{Image, Pattern, Texture};
 use shisen_core::frame::{
     Budget, Mode, Outcome, Pixel, Renderer, Settings, Statistics, Tile, TileError, TileJob, View,
     Workspace,

@@ -5,12 +5,12 @@ use glam::{DAffine3, DVec3, Vec3};
 use serde_json::Value;
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::material::Material;
+use shisen::render::spectrum::{CIE_1931, Dispersion};
 use shisen::render::{self, Frame, Observer, Options};
 use shisen::scene::builtin::{PaperScene, PrismBench, paper_scene, spheres};
 use shisen::scene::camera::CameraPath;
+use shisen::scene::material::Material;
 use shisen::scene::{Background, Object, Scene, Shape};
-use shisen::spectrum::{CIE_1931, Dispersion};
 use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, MAX_DEPTH, Outcome, Pixel, Renderer, Settings, Spectrum, Tile, TileJob, View, Workspace,
@@ -20,7 +20,7 @@ use shisen_core::spectrum::{
     Matching, Medium, SpectralSample, SpectralTable, Wavelengths, line, xyz_from_rgb,
 };
 use shisen_core::trace::Tracer;
-use shisen_tests::command::shisen;
+use shisen_tests::command::evidence;
 use shisen_tests::meshes::icosphere;
 
 /// Columns of the front wall, whose middle rows show the spectrum.
@@ -375,7 +375,7 @@ fn clear_glass_in_a_white_room_is_white() {
     ];
     several.objects.extend(more);
     several.meshes.push(icosphere(0));
-    let view = before_the_ball(20);
+    let view = before_the_ball(12);
     let expected = vec![
         Pixel {
             red: 1.0,
@@ -383,7 +383,7 @@ fn clear_glass_in_a_white_room_is_white() {
             blue: 1.0,
             alpha: 1.0,
         };
-        20 * 20
+        12 * 12
     ];
     for (scene, depth) in [
         (&one, 3),
@@ -531,7 +531,7 @@ fn a_split_is_the_sum_of_401_pictures() {
 #[test]
 fn the_papers_experiment_is_a_command() {
     let folder = tempfile::tempdir().expect("a folder");
-    let output = shisen(folder.path())
+    let output = evidence(folder.path())
         .args(["bench", "spectrum", "--size", "64", "--samples", "14"])
         .args([
             "--wavelengths",

@@ -6,14 +6,14 @@ use quick_xml::Reader;
 use quick_xml::events::Event;
 use serde_json::Value;
 use shisen::bake::Baked;
+use shisen::cave::warp::{Nodes, Projector, Warp};
 use shisen::cave::{Cave, DomeScreen, Eye, Wall};
-use shisen::material::Material;
-use shisen::overview::viewer::{self, ViewerCamera};
 use shisen::picture::Picture;
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::scene::material::Material;
 use shisen::scene::{Background, Object, Scene, Shape};
-use shisen::warp::{Nodes, Projector, Warp};
+use shisen::show::overview::viewer::{self, ViewerCamera};
 use shisen_core::Simd;
 use shisen_core::frame::{LevelOfDetail, Mode, Settings};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};
@@ -123,7 +123,7 @@ fn things_are_seen_where_they_stand() {
         let scene = ball(place, 0.05 * distance);
         let picture = shown(&scene, &room, EYE);
         let found = middle(&picture, through(dome, EYE));
-        // Of the dome as large as it looks from its centre; as the eye sees it,
+        // The dome as large as it looks from its centre; as the eye sees it,
         // pixels are up to three times that.
         let pixel = dome.field_of_view() / f64::from(SIZE);
         let apart = found.angle_between(direction) / pixel;
@@ -277,7 +277,7 @@ fn at_the_centre_the_picture_is_the_true_dome_master() {
         let common = ["--scene", scene, "--size", "333", "--quiet"];
         let mut cave = vec!["cave", "--walls", "room.toml", "--eyes", "1", "--head", at];
         let mut dome = vec!["dome", "render", "--mapping", "true", "--at", at];
-        cave.extend(["--out", "cave"]);
+        cave.extend(["--out", "cave", "--view-size", "8x6"]);
         dome.extend(["--tilt", tilt, "--fov", degrees, "--out", "dome/one.png"]);
         let cave = run(folder, &[&cave[..], &common].concat());
         let dome = run(folder, &[&dome[..], &common].concat());
@@ -355,6 +355,7 @@ fn a_cave_with_a_dome_is_reported_and_drawn_whole() {
     // Shown in words, too.
     let output = shisen(folder)
         .args(["cave", "--walls", "dome", "--size", "32", "--quiet"])
+        .args(["--view-size", "8x6"])
         .assert()
         .success();
     let text = String::from_utf8(output.get_output().stdout.clone()).expect("text");

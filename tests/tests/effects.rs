@@ -6,13 +6,14 @@ use glam::{DAffine3, DVec3, Vec3};
 use serde_json::Value;
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::effects::{COMPILED, Effects};
-use shisen::material::{Graticule, Material};
+use shisen::render::effects::Effects;
 use shisen::render::{self, Account, Frame, Observer, Options};
 use shisen::scene::builtin::{PaperScene, grid, paper_scene};
 use shisen::scene::camera::CameraPath;
+use shisen::scene::material::{Graticule, Material};
+use shisen::scene::texture::{Image, Pattern, Texture};
 use shisen::scene::{Background, Light, Object, Scene, Shape};
-use shisen::texture::{Image, Pattern, Texture};
+use shisen_core::COMPILED;
 use shisen_core::frame::{
     Budget, Entry, Ledger, Mode, Outcome, Pixel, Renderer, Settings, Spectrum, Tile, TileJob, View,
     Workspace,
@@ -287,7 +288,7 @@ fn shading_fixed_to_a_set_gives_the_same_pixels() {
         }
         // Compiled out or left out: the same picture.
         for less in [EffectSet::NONE, SHADOWS] {
-            let left_out = everything.without(EffectSet::ALL.without(less));
+            let left_out = everything.without(EffectSet::ALL.difference(less));
             assert_eq!(
                 picture(&fixed(&compact, less, Mode::Tile)),
                 picture(&left_out)

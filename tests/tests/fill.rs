@@ -2,13 +2,13 @@
 
 use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
+use shisen::bake::simplify::PolygonLevels;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
 use shisen::live::{Engine, Quality, Share, with_engine};
-use shisen::lod::OutsideDifference;
-use shisen::quadruped::quadruped;
 use shisen::render::{self, CaptureOptions, Filling, Frame, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
-use shisen::simplify::PolygonLevels;
+use shisen::scene::quadruped::quadruped;
+use shisen::show::lod::OutsideDifference;
 use shisen_core::Simd;
 use shisen_core::frame::{BLEND, LevelOfDetail, Mode, Spectrum};
 use shisen_core::gaze::{Gaze, LineOfSight, VisualField};

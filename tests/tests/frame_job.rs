@@ -1,9 +1,9 @@
 //! Frames in tiles by eccentricity, within one budget.
 
 use glam::Vec3;
+use shisen::bake::simplify::PolygonLevels;
 use shisen::bake::{Baked, Layout};
 use shisen::scene::builtin::{PaperScene, paper_scene};
-use shisen::simplify::PolygonLevels;
 use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, FlatScreen, FrameError, FrameJob, LevelOfDetail, Mode, Outcome, Part, Pixel, Place,

@@ -2,10 +2,10 @@
 //! baked scene.
 
 use proptest::prelude::*;
+use shisen::bake::simplify::{Ladder, LadderError, PolygonLevels, Topology};
 use shisen::bake::{BakeError, Baked, lone_mesh};
-use shisen::material::Material;
-use shisen::mesh::TriangleMesh;
-use shisen::simplify::{Ladder, LadderError, PolygonLevels, Topology};
+use shisen::scene::material::Material;
+use shisen::scene::mesh::TriangleMesh;
 use shisen_core::Simd;
 use shisen_core::frame::FACE_TOLERANCE;
 use shisen_core::shape::Ray;
@@ -116,7 +116,7 @@ fn seams_between_normals_do_not_crack() {
     for mesh in [
         torus(40, 20),
         gridded_cube(8),
-        shisen::quadruped::quadruped(),
+        shisen::scene::quadruped::quadruped(),
     ] {
         let faces = mesh.triangles.len() as u32;
         let facets = faceted(&mesh);
@@ -276,7 +276,7 @@ fn rungs_are_traced_as_meshes_of_their_own() {
 
 #[test]
 fn the_same_mesh_gives_the_same_bytes() {
-    let scene = lone_mesh(shisen::quadruped::quadruped());
+    let scene = lone_mesh(shisen::scene::quadruped::quadruped());
     let levels = levels(500, u32::MAX, 16);
     let bake = || Baked::<8>::with_levels(&scene, &levels).expect("a scene");
     assert_eq!(bake(), bake());

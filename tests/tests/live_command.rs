@@ -2,7 +2,7 @@
 //! a window or a budget is not as it should be.
 
 use serde_json::Value;
-use shisen_tests::command::shisen;
+use shisen_tests::command::{evidence, shisen};
 use shisen_tests::sizes::cases;
 use std::fs;
 #[cfg(unix)]
@@ -374,8 +374,8 @@ fn frames_go_on_where_nobody_reads_what_is_told() {
 #[test]
 fn frames_at_half_of_what_they_take_are_whole_and_in_time() {
     let folder = tempfile::tempdir().expect("a folder");
-    let frames = cases("frames at half of what they take", 100, 10_000);
-    let mut command = shisen(folder.path());
+    let frames = cases("frames at half of what they take", 40, 500);
+    let mut command = evidence(folder.path());
     let command = command.args(["bench", "budget", "--json", "--frames", &frames.to_string()]);
     let output = command.assert().success();
     let report: Value = serde_json::from_slice(&output.get_output().stdout).expect("an object");
@@ -414,7 +414,7 @@ fn frames_at_half_of_what_they_take_are_whole_and_in_time() {
     }
 }
 
-/// Of an X server that takes the connection and says nothing.
+/// An X server takes the connection and says nothing.
 #[cfg(unix)]
 #[test]
 fn a_window_system_that_hangs_is_told() {
@@ -469,7 +469,7 @@ fn a_flood_is_thinned_and_told() {
     assert_eq!(frames + count("repeated_refreshes"), refreshes, "{report}");
     #[cfg(unix)]
     {
-        let mut command = shisen(folder.path());
+        let mut command = evidence(folder.path());
         let command = command.args(["bench", "latency", "--rates", "10000", "--seconds", "1"]);
         let output = command
             .args(["--size", "24", "--hz", "60", "--json"])
@@ -589,7 +589,7 @@ fn a_record_that_cannot_be_written_leaves_the_report() {
 #[test]
 fn latency_is_measured_over_a_line() {
     let folder = tempfile::tempdir().expect("a folder");
-    let mut command = shisen(folder.path());
+    let mut command = evidence(folder.path());
     let command = command.args(["bench", "latency", "--rates", "250,1000", "--seconds", "1"]);
     let command = command.args(["--size", "24", "--hz", "50", "--out", "out", "--json"]);
     let output = command.assert().success();

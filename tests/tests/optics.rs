@@ -5,14 +5,14 @@
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use shisen::bake::Baked;
-use shisen::material::Material;
-use shisen::mesh::TriangleMesh;
 use shisen::scene::camera::CameraPath;
+use shisen::scene::material::Material;
+use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen_core::Simd;
-use shisen_core::frame::LEAST_WEIGHT;
+use shisen_core::frame::{Budget, LEAST_WEIGHT, MAX_DEPTH, Pixel, Workspace};
 use shisen_core::shape::Ray;
-use shisen_core::trace::{Budget, MAX_DEPTH, Pixel, Tracer, Workspace};
+use shisen_core::trace::Tracer;
 
 const RED: [f32; 3] = [1.0, 0.0, 0.0];
 const GREEN: [f32; 3] = [0.0, 1.0, 0.0];

@@ -14,7 +14,7 @@ use shisen_core::{Runs, Simd};
 use std::f32::consts::PI;
 
 /// Pixels a side.
-const SIDE: u32 = 40;
+const SIDE: u32 = 32;
 
 /// Mirrors, glass that disperses, soft light.
 fn scene() -> shisen::scene::Scene {

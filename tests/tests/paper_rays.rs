@@ -4,13 +4,13 @@
 use serde_json::Value;
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::mesh::TriangleMesh;
 use shisen::render::{Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::scene::mesh::TriangleMesh;
 use shisen_core::Simd;
-use shisen_core::frame::{Settings, Statistics};
+use shisen_core::frame::{Budget, Settings, Statistics, Workspace};
 use shisen_core::shape::Ray;
-use shisen_core::trace::{Budget, Tracer, Workspace};
+use shisen_core::trace::Tracer;
 use shisen_tests::meshes::{cow, meshes};
 
 const REFERENCE: &str = include_str!("../reference/paper-rays.json");
@@ -19,7 +19,7 @@ const SIZE: u32 = 256;
 
 /// Everything that a frame is counted by.
 struct Count {
-    /// Of primary rays.
+    /// Primary rays that hit something.
     hits: u64,
     /// By depth, 0 to 3.
     frames: [Statistics; 4],

@@ -10,10 +10,10 @@
 use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::overview::viewer::{ViewerCamera, render};
 use shisen::picture::Picture;
 use shisen::render::{Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::show::overview::viewer::{ViewerCamera, render};
 use shisen_core::Simd;
 use shisen_core::frame::{
     Budget, Outcome, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace,
@@ -88,9 +88,9 @@ fn traced(baked: &Baked, view: &View) -> Vec<[f32; 3]> {
 struct Errors {
     /// Over all channels.
     mean: f64,
-    /// Of pixels outside the values around them.
+    /// Number of pixels outside the values around them.
     outside: f64,
-    /// Of pixels compared.
+    /// Number of pixels compared.
     compared: u32,
 }
 
@@ -200,7 +200,7 @@ fn mirrors_are_seen_where_they_stand() {
 /// rendered for sees something else.
 #[test]
 fn a_wrong_eye_is_noticed() {
-    let mesh = shisen::quadruped::quadruped();
+    let mesh = shisen::scene::quadruped::quadruped();
     let scene = paper_scene(PaperScene::B, mesh).expect("a scene");
     let baked = Baked::<8>::new(&scene).expect("a scene");
     let room = Cave::built_in(BuiltInCave::ThreeWall, [512; 2]).expect("a room");

@@ -72,22 +72,6 @@ fn numbers(text: &str) -> Vec<(usize, usize)> {
     found
 }
 
-/// A scene file with other numbers.
-pub(super) fn scene_of(mut other: impl FnMut(&str) -> String) -> String {
-    let (mut text, mut from) = (String::new(), 0);
-    for (start, end) in numbers(SCENE) {
-        text += &SCENE[from..start];
-        text += &other(&SCENE[start..end]);
-        from = end;
-    }
-    text + &SCENE[from..]
-}
-
-/// Whether a text is a scene, whose pixels are numbers then.
-pub(super) fn is_scene(text: &str) -> bool {
-    scenes::file(text)
-}
-
 fn apply(damage: &Damage, text: &mut String) {
     if text.is_empty() {
         return;
@@ -168,7 +152,8 @@ fn every_number_of_a_scene_file_replaced() {
 
 #[test]
 fn a_baked_scene_is_one_and_a_part_of_it_is_none() {
-    use shisen::{bake::Baked, mesh::TriangleMesh, scene::Scene};
+    use shisen::bake::Baked;
+    use shisen::scene::{Scene, mesh::TriangleMesh};
     let square = |_: &_| Ok::<_, std::io::Error>(TriangleMesh::square());
     let scene = Scene::from_toml(SCENE, "scene.toml", "".as_ref(), square).expect("a scene");
     let baked = Baked::<8>::new(&scene).expect("a scene that can be baked");

@@ -3,9 +3,9 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Baked;
-use shisen::material::Material;
-use shisen::mesh::TriangleMesh;
 use shisen::scene::camera::CameraPath;
+use shisen::scene::material::Material;
+use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Background, Light, Object, Scene, Shape};
 use shisen_core::Simd;
 use shisen_core::frame::{
@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 
 /// Half the sides of the light, along x and along z: metres.
 const HALF: [f64; 2] = [0.6, 0.4];
-/// Of the light above the floor: metres.
+/// Height of the light above the floor: metres.
 const HEIGHT: f64 = 2.0;
 const REFLECTANCE: f64 = 0.5;
 const RADIANCE: f64 = 3.0;

@@ -4,7 +4,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 use serde_json::Value;
-use shisen::spectrum::{CIE_1931, minimum_deviation};
+use shisen::render::spectrum::{CIE_1931, minimum_deviation};
 use shisen_core::spectrum::{Matching, Medium, SpectralSample, SpectralTable, Wavelengths, line};
 use shisen_core::trace::refract;
 use shisen_tests::command::shisen;

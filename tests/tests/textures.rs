@@ -1,16 +1,17 @@
 //! Textures: the colours at known places, against what is worked out in f64.
 
 use glam::{DAffine3, DVec3, Vec3};
+use shisen::bake::simplify::PolygonLevels;
 use shisen::bake::{BakeError, Baked};
-use shisen::material::Material;
-use shisen::mesh::TriangleMesh;
 use shisen::scene::camera::CameraPath;
+use shisen::scene::material::Material;
+use shisen::scene::mesh::TriangleMesh;
+use shisen::scene::texture::{Image, Pattern, Texture};
 use shisen::scene::{Background, Object, Scene, Shape};
-use shisen::simplify::PolygonLevels;
-use shisen::texture::{Image, Pattern, Texture};
+use shisen_core::frame::{Budget, Workspace};
 use shisen_core::scene::EffectSet;
 use shisen_core::shape::Ray;
-use shisen_core::trace::{Budget, Tracer, Workspace};
+use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
 use shisen_tests::rays::Random;
 use std::sync::Arc;

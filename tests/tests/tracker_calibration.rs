@@ -50,7 +50,7 @@ fn followed(folder: &Path, tracker: &str, calibration: &str) -> Value {
         &[
             &["cave", "--tracker", tracker, "--calibration", calibration][..],
             &["--frames", "20", "--hz", "60", "--scene", "grid"],
-            &["--size", "4", "--eyes", "1"],
+            &["--size", "4", "--eyes", "1", "--view-size", "4x3"],
         ]
         .concat(),
     );
@@ -107,13 +107,13 @@ fn raw_gaze_becomes_a_line_of_sight() {
     assert!(off(&sight["direction"], there) < 1.0, "{sight}");
 }
 
-/// The file that the README shows is the mock's screen.
+/// The file that the documentation shows is the mock's screen.
 #[test]
-fn the_screen_of_the_readme_is_looked_at() {
+fn the_screen_of_the_documentation_is_looked_at() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let readme = include_str!("../../README.md");
-    let (_, file) = readme.split_once("```text\n[room_from_tracker]").unwrap();
+    let page = include_str!("../../host/doc/trackers.md");
+    let (_, file) = page.split_once("```text\n[room_from_tracker]").unwrap();
     let (file, _) = file.split_once("```").unwrap();
     let file = format!("[room_from_tracker]{file}");
     assert!(file.contains("[screen]"), "{file}");
@@ -180,7 +180,7 @@ fn a_recording_is_calibrated() {
     assert!(off(&frame["gaze"], Vec3::new(0.35, 0.25, -1.0)) < 60.0);
 }
 
-/// Of two sensors in turn one is the viewer's: the first, or the one that SPEC names.
+/// One of two sensors in turn is the viewer's: the first, or the one that SPEC names.
 #[test]
 fn one_of_several_sensors_is_calibrated() {
     let folder = tempfile::tempdir().unwrap();

@@ -283,8 +283,7 @@ fn the_help_has_every_setting() {
         .assert()
         .success();
     let help = std::str::from_utf8(&output.get_output().stdout).unwrap();
-    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
-    let readme = std::fs::read_to_string(readme).unwrap();
+    let page = include_str!("../../host/doc/trackers.md");
     for key in [
         "items",
         "format",
@@ -320,8 +319,8 @@ fn the_help_has_every_setting() {
     ] {
         assert!(help.contains(&format!("{key}=")), "{key} in the help");
         let named = [format!("`{key}="), format!("`{key}`")];
-        let shown = named.iter().any(|name| readme.contains(name));
-        assert!(shown, "{key} in README.md");
+        let shown = named.iter().any(|name| page.contains(name));
+        assert!(shown, "{key} in host/doc/trackers.md");
     }
 }
 
@@ -373,6 +372,7 @@ fn frames_along_the_mock_are_the_same_each_time() {
         let output = shisen(folder.path())
             .args(["cave", "--tracker", spec, "--frames", "8", "--json"])
             .args(["--size", "16", "--eyes", "1", "--lod", "paper"])
+            .args(["--view-size", "32x24"])
             .assert()
             .success();
         let report: Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
@@ -429,7 +429,7 @@ fn a_recording_is_not_made_up() {
         assert!(plain.join(" ").contains(lacks), "{file} {protocol}: {said}");
         assert!(said.contains("link"), "{said}");
     }
-    // Of some samples only: they are sent as what they are.
+    // For some samples only: they are sent as what they are.
     let table = std::fs::read_to_string(folder.join("head.csv")).unwrap();
     let columns: Vec<&str> = table.lines().next().unwrap().split(',').collect();
     let blank = |line: &str| {
@@ -509,7 +509,16 @@ fn frames_wait_for_a_reset() {
     let begun = Instant::now();
     let output = shisen(folder.path())
         .args([
-            "cave", "--size", "8", "--eyes", "1", "--json", "--frames", "3",
+            "cave",
+            "--size",
+            "8",
+            "--eyes",
+            "1",
+            "--view-size",
+            "8x6",
+            "--json",
+            "--frames",
+            "3",
         ])
         .args([
             "--tracker",
@@ -539,6 +548,8 @@ fn frames_end_with_a_report() {
             "mock",
             "--frames",
             "100000",
+            "--view-size",
+            "8x6",
             "--size",
             "8",
             "--eyes",

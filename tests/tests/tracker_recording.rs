@@ -102,6 +102,7 @@ fn a_recording_is_played_from_its_first_sample_on() {
         let output = shisen(folder)
             .args(["cave", "--tracker", &spec, "--frames", "6", "--json"])
             .args(["--size", "8", "--eyes", "1", "--lod", "paper"])
+            .args(["--view-size", "8x6"])
             .assert()
             .success();
         let report: Value = serde_json::from_slice(&output.get_output().stdout).unwrap();

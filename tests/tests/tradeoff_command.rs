@@ -1,9 +1,9 @@
-//! `shisen tradeoff`: what it writes and prints, and its bad input.
+//! `shisen-evidence tradeoff`: what it writes and prints, and its bad input.
 
 use serde_json::Value;
-use shisen::selftest::GROUPS;
-use shisen::tradeoff::{Topic, pareto_front};
-use shisen_tests::command::shisen;
+use shisen_evidence::selftest::GROUPS;
+use shisen_evidence::tradeoff::{Topic, pareto_front};
+use shisen_tests::command::evidence;
 use shisen_tests::sizes::cases;
 use std::fs;
 
@@ -27,7 +27,7 @@ impl Written {
 /// Measures by the command, and looks at what is true of every section.
 fn measured_with(arguments: &[&str]) -> Written {
     let folder = tempfile::tempdir().unwrap();
-    let mut command = shisen(folder.path());
+    let mut command = evidence(folder.path());
     let command = command.arg("tradeoff").args(arguments);
     let output = command
         .args(["--out", "report", "--json"])
@@ -123,7 +123,7 @@ fn error_of(comparison: &Value, name: &str) -> f64 {
     error(points.find(|point| point["name"] == name).unwrap())
 }
 
-/// Of a comparison, each error and cost is there, and the fronts are those of its points;
+/// Checks that a comparison has each error and cost, and the fronts of its points;
 /// of points that are equal in all but chance one stands for all.
 fn check_fronts(comparison: &Value) {
     let points = list(&comparison["points"]);
@@ -299,6 +299,7 @@ fn check_page(sections: &[Value], page: &str) {
 }
 
 #[test]
+#[ignore = "takes half a minute: tests/run --all runs it"]
 fn the_gaze_has_its_price() {
     let found = measured("gaze");
     let comparisons = &found.section()["comparisons"];
@@ -409,6 +410,7 @@ fn mirrors_have_their_price() {
 }
 
 #[test]
+#[ignore = "takes half a minute: tests/run --all runs it"]
 fn wavelengths_have_their_price() {
     let found = measured("spectrum");
     let comparisons = &found.section()["comparisons"];
@@ -431,7 +433,7 @@ fn wavelengths_have_their_price() {
     let numbers = [1, 2, 4, 7, 14, 40].map(|count| format!("paper {count}, 8 rays each"));
     let numbers = numbers.each_ref().map(String::as_str);
     check_settings(&comparisons[1], &[("paper, 8 rays for each", &numbers)]);
-    // Of nothing but their number, more wavelengths are nearer.
+    // With nothing but their number changed, more wavelengths are nearer.
     let alone = numbers.map(|name| error_of(&comparisons[1], name));
     assert!(alone.is_sorted_by(|more, less| more > less), "{alone:?}");
     let error = |name: &str| error_of(&comparisons[0], name);
@@ -509,6 +511,7 @@ fn effects_have_their_price() {
 }
 
 #[test]
+#[ignore = "takes half a minute: tests/run --all runs it"]
 fn prediction_has_its_price() {
     let found = measured("latency");
     let comparisons = &found.section()["comparisons"];
@@ -577,7 +580,7 @@ fn what_cannot_be_measured_is_said() {
         (&["--mesh", "missing.obj"], 1, "missing.obj"),
         (&["--threads", "0"], 2, "threads"),
     ] {
-        let mut command = shisen(folder.path());
+        let mut command = evidence(folder.path());
         let output = command
             .args(["tradeoff", "--quick"])
             .args(arguments)

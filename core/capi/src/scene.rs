@@ -22,7 +22,7 @@ pub(crate) const WIDTH: usize = 4;
 pub(crate) const EFFECTS: u32 = if cfg!(feature = "dispersion") {
     EffectSet::ALL.bits()
 } else {
-    EffectSet::ALL.without(EffectSet::DISPERSION).bits()
+    EffectSet::ALL.difference(EffectSet::DISPERSION).bits()
 };
 
 /// A scene that has been checked. It refers to the baked scene's bytes, which

@@ -88,7 +88,7 @@ pub(crate) fn scene() -> Scene {
     };
     let mut scene = Scene {
         header,
-        // Of the child from low to high; of those that are not there from ∞ to −∞.
+        // The child spans low to high, unused lanes ∞ to −∞.
         planes: std::array::from_fn(|plane| match (plane / 2, plane % 2) {
             (axis, 0) => [
                 instance.low[axis],

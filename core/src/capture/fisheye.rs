@@ -83,6 +83,7 @@ fn doubled(u: f32, v: f32, scale: f32) -> Vec3 {
 mod tests {
     use super::super::{Mapping, SpheroidMirror};
     use super::*;
+    use crate::hostile::{is_unit, torment};
     use core::f32::consts::{FRAC_1_SQRT_2, PI};
 
     #[test]
@@ -107,7 +108,7 @@ mod tests {
     #[test]
     fn a_ball_is_the_mirror_of_axis_ratio_one() {
         let sphere = SpheroidMirror::parallel(1.0).unwrap();
-        // An interpreter takes its time.
+        // Fewer under Miri, which is slow.
         for i in (0..=100).step_by(if cfg!(miri) { 20 } else { 1 }) {
             let u = i as f32 / 100.0;
             let (ball, mirror) = (
@@ -137,5 +138,19 @@ mod tests {
             assert_eq!(fisheye_equidistant(0.0, 0.0, bad), None);
             assert_eq!(fisheye_equisolid(0.0, 0.0, bad), None);
         }
+    }
+
+    #[test]
+    fn any_numbers_give_unit_vectors_or_none() {
+        torment(|n| {
+            let (u, v, field_of_view) = (n.next(0.3), n.next(-0.4), n.next(3.0));
+            fisheye_equidistant(u, v, field_of_view)
+                .iter()
+                .for_each(is_unit);
+            fisheye_equisolid(u, v, field_of_view)
+                .iter()
+                .for_each(is_unit);
+            mirror_ball(u, v).iter().for_each(is_unit);
+        });
     }
 }

@@ -12,15 +12,15 @@ pub struct MirrorPoint {
     pub b: f32,
     /// Along the axis, from the mirror's centre: equation 12.
     pub c: f32,
-    /// Of the tangent to the equator's plane: equation 16.
+    /// Angle of the tangent to the equator's plane: equation 16.
     pub gamma: f32,
-    /// Of the line of sight to the tangent: equations 34 and 41.
+    /// Angle of the line of sight to the tangent: equations 34 and 41.
     pub psi: f32,
-    /// Of the screen's point to its centre: equations 29 and 44.
+    /// Distance of the screen's point from its centre: equations 29 and 44.
     pub r: f32,
     /// r, with π/2 at the edge: equations 32 and 45.
     pub r_d: f32,
-    /// Of the reflected ray to the zenith: equations 37 and 43.
+    /// Angle of the reflected ray to the zenith: equations 37 and 43.
     pub theta: f32,
 }
 
@@ -121,7 +121,7 @@ impl SpheroidMirror {
         start: [f32; 3],
     ) -> L::F {
         const STEPS: usize = 12;
-        /// Of a step, relative: 2⁻¹³.
+        /// Relative length of a step that changes nothing: 2⁻¹³.
         const NOTHING: f32 = 1.0 / 8192.0;
         let (one, two) = (l.splat(1.0), l.splat(2.0));
         if self.k == 0.0 {
@@ -252,7 +252,7 @@ mod tests {
     #[test]
     fn equations_that_are_not_used_hold() {
         for mirror in NAMED {
-            // An interpreter takes its time.
+            // Fewer under Miri, which is slow.
             for i in (1..=100).step_by(if cfg!(miri) { 33 } else { 1 }) {
                 let beta = mirror.edge() * (i as f32 / 100.0);
                 let at = mirror.point(beta).unwrap();
@@ -278,7 +278,7 @@ mod tests {
     #[test]
     fn the_mapping_undoes_itself() {
         for mirror in NAMED {
-            // An interpreter takes its time.
+            // Fewer under Miri, which is slow.
             for i in (0..=1000).step_by(if cfg!(miri) { 250 } else { 1 }) {
                 let angle = FRAC_PI_2 * (i as f32 / 1000.0);
                 let there = mirror.theta(angle).unwrap().min(FRAC_PI_2);

@@ -1,5 +1,4 @@
 use crate::numeric::{UNIT_ROUNDOFF, min, sin_cos, sqrt};
-use core::fmt;
 use libm::{atan2f, atanf};
 
 /// A mirrored spheroid of equatorial radius 1 about −Z, centred on the
@@ -27,17 +26,25 @@ pub struct SpheroidMirror {
     pub(super) clearance: f32,
 }
 
-/// Why there is no such mirror.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Why a mirror cannot be made.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MirrorError {
     /// The axis ratio is NaN or outside [`SpheroidMirror::AXIS_RATIOS`].
+    #[error(
+        "the mirror's axis ratio is {a}: give a number from {} to {}",
+        SpheroidMirror::AXIS_RATIOS.0, SpheroidMirror::AXIS_RATIOS.1
+    )]
     AxisRatio {
         /// The axis ratio.
         a: f32,
     },
     /// The viewpoint is NaN, infinite, in the mirror or on its pole.
+    #[error(
+        "the viewpoint is {p} radii from the mirror's centre: give a finite number above {a}, where \
+         its pole is, or parallel projection"
+    )]
     Viewpoint {
         /// Its distance from the mirror's centre, equatorial radii.
         p: f32,
@@ -46,6 +53,11 @@ pub enum MirrorError {
     },
     /// The edge is NaN, next to the pole or where not even parallel lines of
     /// sight leave at a right angle: a·tan β₁ > 1.
+    #[error(
+        "the edge is at a parametric angle of {beta1} rad: give a number from {} to {most}, which is \
+         parallel projection",
+        SpheroidMirror::LEAST_EDGE
+    )]
     Edge {
         /// Its parametric angle, radians.
         beta1: f32,
@@ -53,33 +65,6 @@ pub enum MirrorError {
         most: f32,
     },
 }
-
-impl fmt::Display for MirrorError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::AxisRatio { a } => {
-                let (least, most) = SpheroidMirror::AXIS_RATIOS;
-                write!(
-                    f,
-                    "the mirror's axis ratio is {a}: give a number from {least} to {most}"
-                )
-            }
-            Self::Viewpoint { p, a } => write!(
-                f,
-                "the viewpoint is {p} radii from the mirror's centre: give a finite number above \
-                 {a}, where its pole is, or parallel projection"
-            ),
-            Self::Edge { beta1, most } => write!(
-                f,
-                "the edge is at a parametric angle of {beta1} rad: give a number from {} to \
-                 {most}, which is parallel projection",
-                SpheroidMirror::LEAST_EDGE
-            ),
-        }
-    }
-}
-
-impl core::error::Error for MirrorError {}
 
 impl SpheroidMirror {
     /// Least and greatest axis ratio, polar by equatorial radius: beyond, the
@@ -304,6 +289,8 @@ fn section(a: f32, slope: f32) -> (f32, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::capture::Mapping;
+    use crate::hostile::{finite, finite_or_error, is_unit, torment};
     use core::f32::consts::FRAC_PI_4;
 
     #[test]
@@ -431,5 +418,39 @@ mod tests {
                 assert!(says.contains(words), "{says}");
             }
         }
+    }
+
+    #[test]
+    fn mirrors_of_any_numbers_are_finite_and_reflect_finite_rays() {
+        torment(|n| {
+            let (a, p, beta) = (n.next(0.7), n.next(5.0), n.next(0.5));
+            let (u, v) = (n.next(0.3), n.next(-0.4));
+            let mirrors = [
+                SpheroidMirror::parallel(a),
+                SpheroidMirror::perspective(a, p),
+                SpheroidMirror::from_edge(a, beta),
+                Ok(SpheroidMirror::PAPER_SPHERE),
+                Ok(SpheroidMirror::BEST),
+            ];
+            for mirror in mirrors.into_iter().filter_map(finite_or_error) {
+                finite(&(
+                    mirror.edge(),
+                    mirror.field_of_view(),
+                    mirror.screen_distance(),
+                ));
+                finite(&(mirror.screen_radius(), mirror.viewpoint_to_screen()));
+                finite(&(mirror.point(beta), mirror.theta(u), mirror.r_d(u)));
+                let exact = mirror.pixel(u, v, Mapping::Exact);
+                let seen = [
+                    exact,
+                    mirror.pixel(u, v, Mapping::Screen),
+                    mirror.screen_point(u, v),
+                ];
+                for seen in seen.iter().flatten() {
+                    finite(seen);
+                    is_unit(&seen.direction);
+                }
+            }
+        });
     }
 }

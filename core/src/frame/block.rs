@@ -2,6 +2,7 @@
 
 use super::detail::BlockDetail;
 use super::past::{CopyPast, SeePast};
+use super::tile::{BLOCK, Block, Target};
 use super::view::{Dome, Kind, OnePoint, Screen, View};
 use super::{Renderer, Together};
 use crate::gaze::Region;
@@ -10,47 +11,12 @@ use crate::trace::{Balance, Budget, NOT_TRACED, Pixel, RayDetail, Sample, TileRa
 use core::num::NonZeroU32;
 use glam::Vec3;
 
-/// Pixels a side.
-pub(super) const BLOCK: u32 = 8;
-
-/// The part of a cell of the view's grid that a tile covers.
-pub(super) struct Block {
-    pub(super) x: u32,
-    pub(super) y: u32,
-    /// 1 to [`BLOCK`].
-    pub(super) columns: u32,
-    /// 1 to [`BLOCK`].
-    pub(super) rows: u32,
-    /// Where the patch that it belongs to lies in the visual field.
-    pub(super) patch: Region,
-}
-
-/// Where the pixels of a block go.
-pub(super) struct Target<'p> {
-    /// Of the tile, in rows.
-    pub(super) pixels: &'p mut [Pixel],
-    /// Pixels of a row.
-    pub(super) width: usize,
-    /// Column of the block's first pixel.
-    pub(super) x: usize,
-    /// Row of the block's first pixel.
-    pub(super) y: usize,
-}
-
-impl Target<'_> {
-    /// Of the block's row, the first `columns` pixels.
-    #[inline(always)]
-    pub(super) fn row(&mut self, row: u32, columns: u32) -> &mut [Pixel] {
-        let start = (self.y + row as usize) * self.width + self.x;
-        let pixels = self.pixels.get_mut(start..start + columns as usize);
-        pixels.unwrap_or_default()
-    }
-
-    pub(super) fn write(&mut self, column: u32, row: u32, pixel: Pixel) {
-        if let Some(place) = self.row(row, column + 1).last_mut() {
-            *place = pixel;
-        }
-    }
+/// What the pixels of a block are rendered with.
+pub(super) struct Rendering<'r, 'a, const W: usize, S> {
+    pub(super) renderer: &'r Renderer<'a, W>,
+    pub(super) view: &'r View,
+    /// The view's screen or dome.
+    pub(super) sight: &'r S,
 }
 
 impl Block {
@@ -72,12 +38,17 @@ impl Block {
             (Kind::Dome(dome), _) if first == 0 && self.is_outside(dome, target) => {
                 self.columns * self.rows
             }
-            // What is left of a block that was interrupted goes ray by ray.
+            // An interrupted block is finished ray by ray.
             (Kind::Screen(screen), Some(together)) if first == 0 => {
-                (together.block)(self, renderer, (view, screen), budget, workspace, target)
+                let rendering = Rendering {
+                    renderer,
+                    view,
+                    sight: screen,
+                };
+                (together.block)(self, &rendering, budget, workspace, target)
             }
-            // Where a dome is seen from one point, as a screen. Without vectors there is no
-            // code for it, nor the stack that a test of the domes' places would take.
+            // A dome seen from one point goes as a screen does. Targets without vectors have
+            // no code for it, which saves stack.
             (
                 Kind::Dome(dome),
                 Some(Together {
@@ -85,18 +56,28 @@ impl Block {
                     ..
                 }),
             ) if Simd::HAS_VECTORS && first == 0 && dome.sees_all_from(self.x, self.y) => {
-                render(self, renderer, (view, dome), budget, workspace, target)
+                let rendering = Rendering {
+                    renderer,
+                    view,
+                    sight: dome,
+                };
+                render(self, &rendering, budget, workspace, target)
             }
-            // Eight rays at once, where there is something to take them.
+            // Eight rays at once on targets with vectors.
             (Kind::Dome(dome), _) if Simd::HAS_VECTORS => {
-                self.render_dome(renderer, (view, dome), first, budget, workspace, target)
+                let rendering = Rendering {
+                    renderer,
+                    view,
+                    sight: dome,
+                };
+                self.render_dome(&rendering, first, budget, workspace, target)
             }
             _ => self.render_singly(renderer, view, first, budget, workspace, target),
         }
     }
 
-    /// Whether none of its pixels is inside a dome's rim, which then are nothing.
-    // Not a part of its callers, whose stack it would add to.
+    /// Whether all of its pixels lie outside a dome's rim; clears them if so.
+    // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     fn is_outside(&self, dome: &Dome, target: &mut Target<'_>) -> bool {
         let is_outside = dome.sees_nothing_from(self.x, self.y);
@@ -108,7 +89,7 @@ impl Block {
         is_outside
     }
 
-    // Not a part of its callers, whose stack it would add to.
+    // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     fn render_singly<const W: usize>(
         &self,
@@ -122,18 +103,18 @@ impl Block {
     where
         Simd: Runs<W>,
     {
-        // What begins is at least a pixel further when it ends.
-        let mut goes_on = !budget.is_spent();
-        if let (Kind::Screen(screen), 0, true) = (view.kind(), first, goes_on)
-            && !self.ever_reaches(renderer, screen, budget, workspace)
+        // Every call finishes at least one pixel.
+        let mut has_budget = !budget.is_spent();
+        if let (Kind::Screen(screen), 0, true) = (view.kind(), first, has_budget)
+            && !self.any_sample_reaches(renderer, screen, budget, workspace)
         {
-            self.see_past(renderer, view, budget, workspace, target);
+            self.show_background_only(renderer, view, budget, workspace, target);
             return self.columns * self.rows;
         }
         let detail = renderer.block_detail(self.patch, view, self.x, self.y);
         let mut done = 0;
         for at in self.places_from(first) {
-            if !goes_on {
+            if !has_budget {
                 break;
             }
             let own = detail.at(self.x % BLOCK + at.0, self.y % BLOCK + at.1);
@@ -143,14 +124,13 @@ impl Block {
             }
             target.write(at.0, at.1, pixel);
             done += 1;
-            goes_on = !budget.is_spent();
+            has_budget = !budget.is_spent();
         }
         done
     }
 
-    /// Whether any sample of any pixel is traced and may hit anything: one test for all,
-    /// where most walls are mostly background.
-    fn ever_reaches<const W: usize>(
+    /// Whether any sample of any pixel is traced and may hit anything: one test for all.
+    fn any_sample_reaches<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
         screen: &Screen,
@@ -160,7 +140,7 @@ impl Block {
     where
         Simd: Runs<W>,
     {
-        // A single sample is in the middle of its pixel, others are all over it.
+        // A single sample lies in the middle of its pixel, several are spread over it.
         let around = if renderer.settings.samples == 1 {
             0.0
         } else {
@@ -172,8 +152,8 @@ impl Block {
         self.reaches(renderer, screen.eye(), corners, budget, workspace)
     }
 
-    /// All of its pixels, none of which sees anything.
-    fn see_past<const W: usize>(
+    /// Renders all of its pixels, given that none sees an object.
+    fn show_background_only<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
         view: &View,
@@ -192,14 +172,14 @@ impl Block {
         workspace.statistics.primary += samples * self.count(traced);
     }
 
-    /// Columns and rows of its pixels from number `first` on, in rows.
+    /// Columns and rows of its pixels from number `first` on, row by row.
     pub(super) fn places_from(&self, first: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
         let columns = NonZeroU32::new(self.columns).unwrap_or(NonZeroU32::MIN);
         let all = columns.get() * self.rows;
         (first..all).map(move |number| (number % columns, number / columns))
     }
 
-    /// Of its pixels, by its own columns and rows.
+    /// Detail of its pixels, by its own columns and rows.
     pub(super) fn detail<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
@@ -210,11 +190,10 @@ impl Block {
     {
         renderer
             .block_detail(self.patch, view, self.x, self.y)
-            .of_part((self.x % BLOCK, self.y % BLOCK), (self.columns, self.rows))
+            .part((self.x % BLOCK, self.y % BLOCK), (self.columns, self.rows))
     }
 
-    /// All samples of a pixel, one ray after the other; not all where they exhaust the
-    /// budget.
+    /// Renders a pixel, one ray after the other. Incomplete if the budget is exhausted.
     fn pixel<const W: usize>(
         &self,
         renderer: &Renderer<'_, W>,
@@ -254,11 +233,10 @@ impl Block {
         sum.mean(samples)
     }
 
-    /// All of its pixels, going through the scene together.
+    /// Renders all of its pixels with rays that go through the scene together.
     pub(super) fn render_together<const W: usize, S: OnePoint>(
         &self,
-        renderer: &Renderer<'_, W>,
-        (view, sight): (&View, &S),
+        rendering: &Rendering<'_, '_, W, S>,
         budget: &mut Budget,
         workspace: &mut Workspace,
         target: &mut Target<'_>,
@@ -266,12 +244,17 @@ impl Block {
     where
         Simd: Runs<W>,
     {
+        let Rendering {
+            renderer,
+            view,
+            sight,
+        } = *rendering;
         let samples = renderer.settings.samples;
         let offset = offset(0, samples);
         let corners = || self.corners(renderer.tracer.simd(), sight, offset);
         let reaches = self.reaches(renderer, sight.eye(), corners, budget, workspace);
         if samples == 1 && !reaches {
-            // Its mean is the sample itself.
+            // The mean of one sample is the sample.
             let past = self.past(renderer, sight, offset);
             let copied = <Simd as Runs<8>>::run(renderer.tracer.simd(), CopyPast { past, target });
             if copied.is_some() {
@@ -280,7 +263,7 @@ impl Block {
                 return self.columns * self.rows;
             }
         }
-        self.render_samples(renderer, (view, sight), reaches, budget, workspace, target)
+        self.render_samples(rendering, reaches, budget, workspace, target)
     }
 
     /// Whether a sample of any pixel is traced and may hit anything, where directions
@@ -302,11 +285,10 @@ impl Block {
         }
     }
 
-    /// Sample by sample, of which the first is known to reach something or not.
+    /// Renders sample by sample; `reaches` says whether the first may hit anything.
     fn render_samples<const W: usize, S: OnePoint>(
         &self,
-        renderer: &Renderer<'_, W>,
-        (view, sight): (&View, &S),
+        rendering: &Rendering<'_, '_, W, S>,
         mut reaches: bool,
         budget: &mut Budget,
         workspace: &mut Workspace,
@@ -315,6 +297,11 @@ impl Block {
     where
         Simd: Runs<W>,
     {
+        let Rendering {
+            renderer,
+            view,
+            sight,
+        } = *rendering;
         let Renderer {
             tracer, settings, ..
         } = renderer;
@@ -343,9 +330,8 @@ impl Block {
                 for (column, sum) in (0..self.columns).zip(sums) {
                     let first = (column, row) == (0, 0);
                     if budget.is_spent() && !last {
-                        // No pixel has all its samples yet, and none would by
-                        // starting over: one is finished alone, and the block
-                        // is no longer whole.
+                        // No pixel is complete, and starting over would not complete one:
+                        // finish one alone. The block is then interrupted.
                         let own = self.detail(renderer, view).at(0, 0);
                         let pixel =
                             self.pixel(renderer, view.kind(), (0, 0), own, budget, workspace);
@@ -396,8 +382,8 @@ impl Block {
         self.columns * self.rows
     }
 
-    /// How many of its pixels are in a set of the view's grid block, which has
-    /// a bit for each by row, then column.
+    /// Counts its pixels in a set for the whole grid block: a bit for each pixel, by row,
+    /// then column.
     fn count(&self, set: u64) -> u64 {
         let (x, y) = (self.x % BLOCK, self.y % BLOCK);
         let columns = (0xff >> (BLOCK - self.columns)) << x;
@@ -408,7 +394,7 @@ impl Block {
         count
     }
 
-    /// What its pixels show that see past everything.
+    /// What its pixels show that see past all objects.
     fn past<'r, const W: usize, S: OnePoint>(
         &'r self,
         renderer: &'r Renderer<'_, W>,
@@ -431,13 +417,13 @@ impl Block {
         ((self.x + column) as f32 + dx, (self.y + row) as f32 + dy)
     }
 
-    /// Of one of its pixels.
+    /// The sampling pattern of one pixel.
     #[inline(always)]
     pub(super) fn sample(&self, (column, row): (u32, u32), index: u16, count: u16) -> Sample {
         Sample::new(self.x + column, self.y + row, index, count)
     }
 
-    /// Directions between which its pixels are, at an offset from their centres.
+    /// Directions between which its pixels lie, at an offset from their centres.
     fn corners(&self, simd: Simd, sight: &impl OnePoint, offset: (f32, f32)) -> [Vec3; 4] {
         let last = (self.x + self.columns - 1, self.y + self.rows - 1);
         sight.corners(simd, (self.x, self.y), last, offset)
@@ -501,7 +487,7 @@ pub(super) struct Sum {
 }
 
 impl Sum {
-    /// Of no samples.
+    /// The sum of no samples.
     pub(super) const NONE: Self = Self {
         pixel: Pixel {
             red: 0.0,
@@ -512,7 +498,7 @@ impl Sum {
         balance: Balance::NONE,
     };
 
-    /// Adds a sample, which was the last to be traced if it was.
+    /// Adds a sample and the colour balance that tracing it left in the workspace.
     pub(super) fn add(&mut self, sample: Pixel, workspace: &mut Workspace) {
         self.pixel.red += sample.red;
         self.pixel.green += sample.green;
@@ -533,8 +519,7 @@ impl Sum {
     }
 }
 
-/// Where in its pixel a sample lies, from the centre: Hammersley's points,
-/// centred.
+/// Returns where in its pixel a sample lies, from the centre: Hammersley's points.
 pub(super) fn offset(sample: u16, samples: u16) -> (f32, f32) {
     let x = (f32::from(sample) + 0.5) / f32::from(samples) - 0.5;
     // The radical inverse: the bits of the number behind the binary point.

@@ -1,7 +1,6 @@
-//! What the level of detail leaves of each pixel's rays.
+//! The detail of each pixel's rays.
 
-use super::block::BLOCK;
-use super::fill::BLEND;
+use super::tile::BLOCK;
 use super::view::{Directions, Kind, View};
 use crate::gaze::{Detail, Gaze, Region};
 use crate::numeric::{max, min};
@@ -16,7 +15,7 @@ const SIDE: usize = BLOCK as usize;
 /// they are from the line of sight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevelOfDetail {
-    /// Whose levels (eqs. 1–8).
+    /// The gaze that gives the levels (eqs. 1–8).
     pub gaze: Gaze,
     /// Whether the level limits reflections and refractions (eq. 9).
     pub bounces: bool,
@@ -26,7 +25,7 @@ pub struct LevelOfDetail {
 }
 
 impl LevelOfDetail {
-    /// The paper's method whole.
+    /// The whole method of the paper.
     pub const fn new(gaze: Gaze) -> Self {
         Self {
             gaze,
@@ -50,6 +49,10 @@ impl LevelOfDetail {
 /// rungs are a pair of faces off at most where a ladder asks for odd numbers.
 pub const FACE_TOLERANCE: f32 = 0.049;
 
+/// The level from which on a traced pixel is only itself; below, towards the
+/// border of the visual field, it goes over into what fills the rest.
+pub const BLEND: f32 = 0.1;
+
 /// The detail of each pixel of a block of the view's own grid. It depends on
 /// the view and the gaze only: not on tiles, nor on how rays go.
 pub(super) enum BlockDetail {
@@ -64,14 +67,14 @@ pub(super) enum BlockDetail {
 /// The detail of each pixel of a block, by row, then column.
 pub(super) struct OwnDetail {
     depths: [[u8; SIDE]; SIDE],
-    /// [`NOT_TRACED`] where pixels are not.
+    /// Rungs; [`NOT_TRACED`] for pixels that are not traced.
     pub(super) rungs: [[u8; SIDE]; SIDE],
     wavelengths: [[u8; SIDE]; SIDE],
 }
 
 impl BlockDetail {
-    /// Of the block that has the pixel at `place` in it. `most` is what a ray of
-    /// level 1 may do, `rungs` how many the scene's ladders have.
+    /// The detail of the block around the pixel at `place`. `most` is the detail of level 1,
+    /// `rungs` the number of rungs of the scene's ladders.
     pub(super) fn new(
         lod: &LevelOfDetail,
         simd: Simd,
@@ -102,7 +105,7 @@ impl BlockDetail {
         match region_of(lod, view, place, BLOCK) {
             Region::Central => return Self::Equal(most),
             Region::Outside => return Self::Outside,
-            // Bounds that agree save asking for the levels.
+            // Where the bounds give the same detail, the levels are not needed.
             Region::Traced(part) => {
                 let (least, most) = lod.gaze.levels_within(&part);
                 if let Some(equal) = equal(least, most).filter(|_| most < 1.0) {
@@ -123,7 +126,7 @@ impl BlockDetail {
         let shared = ladder.shared(levels.least, levels.most);
         let mut own = OwnDetail::NONE;
         for group in 0..TileRays::GROUPS {
-            let (least, most, traced) = levels.of_group(group);
+            let (least, most, traced) = levels.group_levels(group);
             let shared = shared.or_else(|| ladder.shared(least, most));
             let equal = shared.map(|rung| detail(rung, least));
             let equal = equal.filter(|own| traced && *own == detail(own.rung, most));
@@ -140,7 +143,7 @@ impl BlockDetail {
         Self::Own(own)
     }
 
-    /// Of the pixel at this column and row; `None` where it is not traced.
+    /// Detail of the pixel at this column and row; `None` where it is not traced.
     pub(super) fn at(&self, column: u32, row: u32) -> Option<RayDetail> {
         match self {
             Self::Equal(detail) => Some(*detail),
@@ -159,10 +162,9 @@ impl BlockDetail {
         traced
     }
 
-    /// Of the part of a block that begins at this column and row and is so many
-    /// columns and rows large, by its own columns and rows; what lies past it
-    /// is not traced.
-    pub(super) fn of_part(self, (left, top): (u32, u32), (columns, rows): (u32, u32)) -> Self {
+    /// The detail of a part of the block, by the part's own columns and rows; pixels past
+    /// the part are not traced.
+    pub(super) fn part(self, (left, top): (u32, u32), (columns, rows): (u32, u32)) -> Self {
         if (left, top, columns, rows) == (0, 0, BLOCK, BLOCK) {
             return self;
         }
@@ -206,7 +208,7 @@ impl OwnDetail {
     }
 }
 
-/// Pixels a side of a patch: blocks that are told apart only where they lie
+/// Pixels a side of a patch: its blocks are looked at one by one only if the patch is
 /// neither all in the central field nor all outside.
 pub(super) const PATCH: u32 = 4 * BLOCK;
 
@@ -232,12 +234,13 @@ pub(super) fn region_of(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32), si
 /// The levels of a block of the view's grid. Pixels past the view's borders
 /// repeat its last column and row.
 pub(super) struct BlockLevels {
-    /// By row, then column.
+    /// Levels by row, then column.
     levels: [[f32; SIDE]; SIDE],
     /// A bit for each level above 0, in the same order from the lowest.
     pub(super) traced: u64,
-    /// Of those above 0; 1 where there is none.
+    /// The least level above 0; 1 where there is none.
     least: f32,
+    /// The greatest level.
     most: f32,
 }
 
@@ -250,18 +253,18 @@ impl BlockLevels {
         most: 0.0,
     };
 
-    /// Of the pixel at this column and row of the block.
+    /// Level of the pixel at this column and row of the block.
     pub(super) fn at(&self, column: u32, row: u32) -> f32 {
         self.levels[row as usize % SIDE][column as usize % SIDE]
     }
 
-    /// Pixels below a level have `most`, others are not traced.
+    /// The detail `most` for pixels below a level; others are not traced.
     pub(super) fn below(&self, level: f32, most: RayDetail) -> BlockDetail {
         let mut own = OwnDetail::NONE;
         let (mut any, mut all) = (false, true);
         for (row, levels) in self.levels.iter().enumerate() {
-            for (column, &of_pixel) in levels.iter().enumerate() {
-                let is_below = of_pixel < level;
+            for (column, &pixel_level) in levels.iter().enumerate() {
+                let is_below = pixel_level < level;
                 if is_below {
                     own.set(column, row, most);
                 }
@@ -280,7 +283,7 @@ impl BlockLevels {
         self.traced != u64::MAX || self.least < BLEND
     }
 
-    /// Of the block that has pixel (x, y) in it.
+    /// The levels of the block that contains pixel (x, y).
     pub(super) fn new(lod: &LevelOfDetail, simd: Simd, view: &View, (x, y): (u32, u32)) -> Self {
         let (x, y) = (x / BLOCK * BLOCK, y / BLOCK * BLOCK);
         if !Simd::HAS_VECTORS {
@@ -292,7 +295,7 @@ impl BlockLevels {
         }
     }
 
-    /// The same, pixel by pixel.
+    /// As `new`, pixel by pixel.
     fn one_by_one(lod: &LevelOfDetail, view: &View, (x, y): (u32, u32)) -> Self {
         let mut block = Self::OUTSIDE;
         for (number, level) in block.levels.as_flattened_mut().iter_mut().enumerate() {
@@ -313,7 +316,7 @@ impl BlockLevels {
 
     /// The least and the most of a group's levels, as of the block's, and
     /// whether all are above 0.
-    fn of_group(&self, group: usize) -> (f32, f32, bool) {
+    fn group_levels(&self, group: usize) -> (f32, f32, bool) {
         let (mut least, mut most, mut traced) = (1.0, 0.0, true);
         for (column, row) in TileRays::places_of_group(group) {
             let level = self.levels[row % SIDE][column % SIDE];
@@ -368,20 +371,19 @@ impl<V: Directions> Kernel<8> for Levels<'_, V> {
 /// [`TileRays`], likewise, or at last each its own. Rays of level 1 see the
 /// mesh itself.
 pub(super) struct Ladder {
-    /// From the first rung to the last.
+    /// Number of steps from the first rung to the last.
     steps: f32,
 }
 
 impl Ladder {
-    /// Of so many rungs.
+    /// A ladder of this number of rungs.
     pub(super) fn new(rungs: u8) -> Self {
         Self {
             steps: f32::from(rungs.max(1) - 1),
         }
     }
 
-    /// The rung that all of some levels share, the least and the most of which
-    /// these are.
+    /// The rung shared by all levels from `least` to `most`, if there is one.
     fn shared(&self, least: f32, most: f32) -> Option<u8> {
         if self.steps == 0.0 {
             return Some(0);

@@ -1,9 +1,10 @@
 //! A block of a dome master, eight rays at a time.
 
 use super::Renderer;
-use super::block::{Block, Sum, Target, offset};
+use super::block::{Rendering, Sum, offset};
 use super::past::RowPast;
-use super::view::{Dome, RayRow, View};
+use super::tile::{Block, Target};
+use super::view::{Dome, RayRow};
 use crate::scene::Scene;
 use crate::scene::format::{Instance, kind};
 use crate::simd::{Runs, Simd};
@@ -15,8 +16,7 @@ impl Block {
     /// it finished.
     pub(super) fn render_dome<const W: usize>(
         &self,
-        renderer: &Renderer<'_, W>,
-        (view, dome): (&View, &Dome),
+        rendering: &Rendering<'_, '_, W, Dome>,
         first: u32,
         budget: &mut Budget,
         workspace: &mut Workspace,
@@ -25,6 +25,11 @@ impl Block {
     where
         Simd: Runs<W>,
     {
+        let Rendering {
+            renderer,
+            view,
+            sight: dome,
+        } = *rendering;
         let (simd, samples) = (renderer.tracer.simd(), renderer.settings.samples);
         let mut detail = None;
         let mut traced = Traced::NONE;
@@ -123,7 +128,8 @@ pub(super) fn goes_in_blocks<const W: usize>(scene: &Scene<'_, W>) -> bool {
 /// The nearest hits of the rays of eight places, where they can go together.
 pub(super) fn hits_together<const W: usize, const EFFECTS: u32>(
     tracer: &Tracer<'_, W>,
-    (rays, detail): (&RayRow, &[Option<RayDetail>; 8]),
+    rays: &RayRow,
+    detail: &[Option<RayDetail>; 8],
     budget: &mut Budget,
     workspace: &mut Workspace,
 ) -> Option<RowHits>
@@ -171,7 +177,7 @@ impl Traced {
             *detail = own(lane);
         }
         let hits = renderer.together.and_then(|together| {
-            (together.row)(&renderer.tracer, (&rays, &detail), budget, workspace)
+            (together.row)(&renderer.tracer, &rays, &detail, budget, workspace)
         });
         Self { rays, detail, hits }
     }

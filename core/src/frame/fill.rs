@@ -1,7 +1,7 @@
-//! What shows where the gaze skips rays.
+//! Fills the pixels that the gaze skips.
 
-use super::block::BLOCK;
-use super::detail::{BlockLevels, PATCH, region_of};
+use super::detail::{BLEND, BlockLevels, PATCH, region_of};
+use super::tile::BLOCK;
 use super::view::{Directions, Kind, View};
 use super::{DomeError, DomePose, DomeProjection, MirrorCamera, Renderer, Tile, TileError};
 use crate::gaze::Region;
@@ -9,12 +9,7 @@ use crate::numeric::{arctangent, max, min, sqrt};
 use crate::simd::{Kernel, Lanes, Runs, Simd, dot};
 use crate::trace::Pixel;
 use core::f32::consts::FRAC_2_PI;
-use core::fmt;
 use glam::Vec3;
-
-/// The level from which on a traced pixel is only itself; below, towards the
-/// border of the visual field, it goes over into what fills the rest.
-pub const BLEND: f32 = 0.1;
 
 /// What to fill skipped pixels with.
 #[derive(Debug, Clone, Copy)]
@@ -36,39 +31,22 @@ pub struct Surroundings<'p> {
     axes: [Vec3; 3],
 }
 
-/// Why two pictures are no surroundings.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Why two pictures cannot be surroundings.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SurroundingsError {
-    /// There are no such dome masters.
-    Dome(DomeError),
-    /// Not as many pixels as a picture has.
+    /// The pose or the size of the dome masters is not valid.
+    #[error(transparent)]
+    Dome(#[from] DomeError),
+    /// The number of pixels is not that of a picture.
+    #[error("a hemisphere has {needed} pixels, {given} were given")]
     Pixels {
         /// How many it has.
         needed: usize,
         /// How many were given.
         given: usize,
     },
-}
-
-impl fmt::Display for SurroundingsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Dome(error) => error.fmt(f),
-            Self::Pixels { needed, given } => {
-                write!(f, "a hemisphere has {needed} pixels, {given} were given")
-            }
-        }
-    }
-}
-
-impl core::error::Error for SurroundingsError {}
-
-impl From<DomeError> for SurroundingsError {
-    fn from(error: DomeError) -> Self {
-        Self::Dome(error)
-    }
 }
 
 impl<'p> Surroundings<'p> {
@@ -91,10 +69,10 @@ impl<'p> Surroundings<'p> {
         Ok([view(pose)?, view(behind)?])
     }
 
-    /// Of the pixels of [`views`](Self::views), in rows from the top.
+    /// Surroundings from the rendered pixels of [`views`](Self::views), in rows from the top.
     ///
     /// # Errors
-    /// As there; pictures of another size.
+    /// A pose or a size that cannot be; pictures of another size.
     pub fn new(
         pose: DomePose,
         side: u32,
@@ -118,9 +96,9 @@ impl<'p> Surroundings<'p> {
         })
     }
 
-    /// What is seen at a place: between pixels as the four around it say. Across
-    /// the last pixel before the rim it goes over into what the other hemisphere
-    /// says there, so that both say the same at the rim.
+    /// What is seen at a place, interpolated between the four pixels around it. Within the
+    /// last pixel before the rim it blends into the other hemisphere, so that both agree at
+    /// the rim.
     #[inline]
     fn at(&self, place: Place) -> Pixel {
         let own = self.inside(place);
@@ -131,7 +109,7 @@ impl<'p> Surroundings<'p> {
         }
     }
 
-    /// As the four pixels around a place say.
+    /// Interpolates the four pixels around a place.
     #[inline]
     fn inside(&self, place: Place) -> Pixel {
         let last = self.side - 1;
@@ -193,7 +171,7 @@ struct Place {
     near_rim: bool,
 }
 
-/// From `none` at 0 to `all` at 1.
+/// Blends from `none` (share 0) to `all` (share 1).
 #[inline(always)]
 fn mixed(none: Pixel, all: Pixel, share: f32) -> Pixel {
     let mix = |none: f32, all: f32| none * (1.0 - share) + all * share;
@@ -205,7 +183,7 @@ fn mixed(none: Pixel, all: Pixel, share: f32) -> Pixel {
     }
 }
 
-/// How much of a pixel of some level is its own: smooth from 0 to 1.
+/// Share of a pixel's own colour at a level: smooth from 0 to 1.
 fn own_share(level: f32) -> f32 {
     if level >= BLEND {
         return 1.0;
@@ -234,9 +212,9 @@ where
         fill: &Fill<'_>,
         pixels: &mut [Pixel],
     ) -> Result<(), TileError> {
-        tile.check(view, pixels.len())?;
+        tile.check(view.size(), pixels.len())?;
         if let Fill::Pixels(with) = fill {
-            tile.check(view, with.len())?;
+            tile.check(view.size(), with.len())?;
         }
         let Some(lod) = &self.lod else {
             return Ok(());
@@ -266,7 +244,7 @@ where
 }
 
 impl Fill<'_> {
-    /// Fills what a tile has of a block.
+    /// Fills the part of a block that lies in a tile.
     fn apply(
         &self,
         simd: Simd,
@@ -329,7 +307,7 @@ impl Places {
 }
 
 impl Surroundings<'_> {
-    /// Of eight pixels of a view's row, from `x` on.
+    /// The places in the hemispheres of eight pixels of a view's row, from `x` on.
     fn places(&self, simd: Simd, view: &View, y: u32, x: u32) -> Places {
         let (axes, side) = (self.axes, self.side as f32);
         let place = (x, y);
@@ -400,7 +378,7 @@ mod tests {
     use crate::gaze::{Gaze, LineOfSight, VisualField};
     use glam::Mat3;
 
-    // An interpreter takes its time.
+    // Fewer under Miri, which is slow.
     const SIDE: u32 = if cfg!(miri) { 8 } else { 32 };
     const AREA: usize = (SIDE * SIDE) as usize;
 

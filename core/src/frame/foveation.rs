@@ -1,13 +1,13 @@
-//! Fewer rays where the eye makes out less.
+//! Fewer rays where the eye resolves less.
 //!
 //! The acuity at a square of the view's own grid says how many pixels apart its
 //! samples are; what lies between them is put together by
 //! [`lattice`](super::lattice). It depends on the view and the gaze only: not on
 //! tiles, the budget or the frame before.
 
-use super::block::{BLOCK, Block, Target};
-use super::lattice::Lattice;
+use super::lattice::{Lattice, Piece};
 use super::past::{CopyPast, SeePast};
+use super::tile::{BLOCK, Block, Target};
 use super::view::{Kind, View};
 use super::{LevelOfDetail, Outcome, Pixels, Renderer, Tile, TileJob};
 use crate::gaze::{Acuity, Gaze, Region};
@@ -19,13 +19,13 @@ use glam::Vec3;
 /// Most pixels between two samples next to each other.
 pub const LARGEST_STRIDE: u32 = 16;
 
-/// Pixels a side of the squares that choose how far apart their samples are;
-/// those where they are closest choose for their quarters.
+/// Pixels a side of the squares that choose the distance of their samples; squares of
+/// close samples choose for each quarter.
 const SQUARE: u32 = 32;
 const QUARTER: u32 = SQUARE / 2;
 
-/// From which stride on a square is not quartered.
-const OF_SQUARES: u32 = 4;
+/// The least stride at which a square is not quartered.
+const WHOLE_SQUARE: u32 = 4;
 
 /// How the periphery is sampled. Pointers, so that a program that samples every
 /// pixel has no code for it.
@@ -41,31 +41,8 @@ type RenderTile<const W: usize> =
 
 type GiveUpTile<const W: usize> = fn(&mut TileJob, &Renderer<'_, W>, &View, &mut [Pixel]);
 
-/// What a tile has of a square of the view's grid whose samples are equally far
-/// apart.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Piece {
-    /// First column.
-    pub(super) x: u32,
-    /// First row.
-    pub(super) y: u32,
-    pub(super) columns: u32,
-    pub(super) rows: u32,
-    /// Of the square's first pixel.
-    pub(super) corner: (u32, u32),
-    /// Of the square, pixels.
-    pub(super) side: u32,
-    /// Pixels between samples, a power of two.
-    pub(super) stride: u32,
-}
-
 impl Piece {
-    /// Pixels.
-    const fn area(&self) -> u32 {
-        self.columns * self.rows
-    }
-
-    /// Of one whose samples are a pixel apart, which is no larger than a block.
+    /// The block of a piece whose samples are a pixel apart.
     const fn block(&self, patch: Region) -> Block {
         Block {
             x: self.x,
@@ -76,7 +53,7 @@ impl Piece {
         }
     }
 
-    /// The part of a tile that it is.
+    /// Its part of a tile's pixels.
     fn target<'p>(&self, tile: Tile, pixels: &'p mut [Pixel]) -> Target<'p> {
         Target {
             pixels,
@@ -95,7 +72,7 @@ impl Piece {
     ) where
         Simd: Runs<W>,
     {
-        // As blocks that are as high as it is.
+        // Done in blocks as high as the piece.
         let left = target.x;
         for column in (0..self.columns).step_by(BLOCK as usize) {
             let block = Block {
@@ -168,7 +145,14 @@ where
     /// Both eyes sample a direction alike where they share a line of sight, and an
     /// eye that does not move has the same samples in every frame.
     #[must_use]
-    pub fn with_foveation(self, lod: LevelOfDetail, acuity: Acuity) -> Self {
+    pub fn with_foveation(self, lod: LevelOfDetail, acuity: Acuity) -> Self
+    where
+        Simd: crate::Runs<W>,
+    {
+        <Simd as crate::Runs<W>>::foveated(self, lod, acuity)
+    }
+
+    pub(crate) fn foveated(self, lod: LevelOfDetail, acuity: Acuity) -> Self {
         Self {
             pixels: Pixels::Foveated(Foveation {
                 acuity,
@@ -194,12 +178,12 @@ where
             stride(&foveation.acuity, &lod.gaze, view, corner, side)
         };
         match of(SQUARE) {
-            stride @ OF_SQUARES.. => stride,
+            stride @ WHOLE_SQUARE.. => stride,
             _ => of(QUARTER),
         }
     }
 
-    /// Calls `each` with the pieces of a tile until it says that it is enough.
+    /// Calls `each` with the pieces of a tile until it returns false.
     fn pieces(&self, view: &View, tile: Tile, mut each: impl FnMut(Piece) -> bool) -> bool {
         let (Pixels::Foveated(foveation), Some(lod)) = (&self.pixels, &self.lod) else {
             return true;
@@ -218,7 +202,7 @@ where
         };
         tile.squares(SQUARE).all(|square| {
             let whole = of(square, SQUARE);
-            if whole.stride >= OF_SQUARES {
+            if whole.stride >= WHOLE_SQUARE {
                 return each(whole);
             }
             square.squares(QUARTER).all(|square| {
@@ -279,7 +263,7 @@ fn stride(acuity: &Acuity, gaze: &Gaze, view: &View, (x, y): (u32, u32), side: u
     stride
 }
 
-/// Between two unit vectors, radians.
+/// Angle between two unit vectors, radians.
 fn angle(a: Vec3, b: Vec3) -> f32 {
     let across = a.cross(b);
     libm::atan2f(sqrt(across.dot(across)), a.dot(b))

@@ -2,10 +2,10 @@
 //! the gaze wants them.
 
 use super::{Budget, Outcome, Pixel, Renderer, Tile, TileError, TileJob, View, Workspace};
+use crate::Runs;
 use crate::gaze::Gaze;
-use crate::simd::{Runs, Simd};
+use crate::simd::Simd;
 use core::cmp::Ordering;
-use core::fmt;
 use glam::Vec3;
 
 /// One picture of a frame: its rays and what renders it.
@@ -20,7 +20,7 @@ pub struct Part<'r, 'a, const W: usize = 8> {
 /// The pictures of a frame: a slice of [`Part`]s, or what makes views when it is
 /// asked for them, where memory is dear.
 pub trait Pictures<'a, const W: usize> {
-    /// How many there are.
+    /// Number of pictures.
     fn count(&self) -> usize;
 
     /// The rays of one: always the same while a frame is rendered.
@@ -47,17 +47,17 @@ impl<'a, const W: usize> Pictures<'a, W> for [Part<'_, 'a, W>] {
 /// Room for a tile of a frame in its order.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Place {
-    /// Of the angle between the line of sight and the tile's centre.
+    /// Cosine of the angle between the line of sight and the tile's centre.
     cosine: f32,
     part: u16,
-    /// In tiles.
+    /// Row, counted in tiles.
     row: u16,
-    /// In tiles.
+    /// Column, counted in tiles.
     column: u16,
 }
 
 impl Place {
-    /// Of no tile yet.
+    /// The place of no tile yet.
     pub const NONE: Self = Self {
         cosine: 0.0,
         part: 0,
@@ -76,48 +76,31 @@ impl Place {
 }
 
 /// Why a frame cannot be begun.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FrameError {
     /// Tiles of no pixels, or of more than [`FrameJob::LARGEST_TILE`] a side.
+    #[error("tiles have 1 to {} pixels a side, not {side}", FrameJob::LARGEST_TILE)]
     TileSize {
         /// Pixels a side that were asked for.
         side: u32,
     },
     /// No pictures, or more than 65,535.
+    #[error("a frame has 1 to 65535 pictures, not {count}")]
     Pictures {
-        /// How many there are.
+        /// Number of pictures.
         count: usize,
     },
-    /// Less room than there are tiles.
+    /// There is room for fewer tiles than the frame has.
+    #[error("the frame has {needed} tiles, but there is room for {given}")]
     Places {
-        /// How many there are.
+        /// Number of tiles.
         needed: usize,
-        /// For how many there is room.
+        /// Number of tiles that there is room for.
         given: usize,
     },
 }
-
-impl fmt::Display for FrameError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TileSize { side } => {
-                let most = FrameJob::LARGEST_TILE;
-                write!(f, "tiles have 1 to {most} pixels a side, not {side}")
-            }
-            Self::Pictures { count } => write!(f, "a frame has 1 to 65535 pictures, not {count}"),
-            Self::Places { needed, given } => {
-                write!(
-                    f,
-                    "the frame has {needed} tiles, but there is room for {given}"
-                )
-            }
-        }
-    }
-}
-
-impl core::error::Error for FrameError {}
 
 /// What a call of [`FrameJob::render`] left behind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -160,9 +143,9 @@ pub struct FrameJob<'p> {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tiles {
-    /// All of whose pixels were traced.
+    /// Tiles all of whose pixels were traced.
     pub whole: u32,
-    /// That the frame's budget did not finish.
+    /// Tiles that the frame's budget did not finish.
     pub given_up: u32,
 }
 
@@ -190,7 +173,7 @@ impl<'p> FrameJob<'p> {
     /// # Errors
     /// A size of tiles out of range; no pictures, or too many; `places` for
     /// fewer tiles than there are.
-    // Not a part of its callers, whose stack it would add to.
+    // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     pub fn new<'a, const W: usize>(
         pictures: &(impl Pictures<'a, W> + ?Sized),
@@ -209,7 +192,7 @@ impl<'p> FrameJob<'p> {
             return Err(FrameError::Pictures { count });
         }
         let views = (0..count).map_while(|number| pictures.view(number));
-        let sizes = views.clone().map(|view| size(&view));
+        let sizes = views.clone().map(|view| view.size());
         let (needed, given) = (Self::tiles_of(sizes, side), places.len());
         let Some(places) = places.get_mut(..needed) else {
             return Err(FrameError::Places { needed, given });
@@ -217,7 +200,9 @@ impl<'p> FrameJob<'p> {
         let mut rest = places.iter_mut();
         for (number, view) in (0..count).zip(views) {
             let gaze = pictures.renderer(number).and_then(Renderer::gaze);
-            let [columns, rows] = size(&view).map(|pixels| pixels.div_ceil(side.max(1)) as u16);
+            let [columns, rows] = view
+                .size()
+                .map(|pixels| pixels.div_ceil(side.max(1)) as u16);
             for row in 0..rows {
                 for (column, place) in (0..columns).zip(&mut rest) {
                     *place = Place {
@@ -240,12 +225,12 @@ impl<'p> FrameJob<'p> {
         })
     }
 
-    /// What is left of the frame's budget.
+    /// The rest of the frame's budget.
     pub const fn budget(&self) -> Budget {
         self.budget
     }
 
-    /// What has been handed over.
+    /// Counts of the tiles handed over.
     pub const fn tiles(&self) -> Tiles {
         self.tiles
     }
@@ -331,7 +316,7 @@ impl<'p> FrameJob<'p> {
     }
 
     fn tile(&self, place: &Place, view: &View) -> Option<Tile> {
-        let [columns, rows] = size(view);
+        let [columns, rows] = view.size();
         let (x, y) = (
             u32::from(place.column) * self.side,
             u32::from(place.row) * self.side,
@@ -345,23 +330,17 @@ impl<'p> FrameJob<'p> {
     }
 }
 
-fn size(view: &View) -> [u32; 2] {
-    [view.columns(), view.rows()]
-}
-
-/// Of the angle between the line of sight and the centre of a tile: below all
-/// others where that is outside a dome's rim.
+/// Returns the cosine of the angle between the line of sight and a tile's centre; below
+/// all others where the centre is outside a dome's rim.
 fn cosine(gaze: &Gaze, view: &View, side: u32, (column, row): (u16, u16)) -> f32 {
-    // One that the picture's border cuts off counts as if it were not: of equal
-    // squares the one that is looked at has the nearest centre.
+    // A tile that the picture's border cuts off counts as a full square.
     let middle = |tile: u16| (u32::from(tile) * side) as f32 + 0.5 * (side - 1) as f32;
     let towards = view.direction(middle(column), middle(row));
     let towards = towards.map(Vec3::normalize_or_zero);
     towards.map_or(-2.0, |towards| towards.dot(gaze.line_of_sight().forward()))
 }
 
-/// In their order, by a heap: without recursion, and in a time that their
-/// number bounds.
+/// Sorts places by a heap: no recursion, and a time bounded by their number.
 fn sort(places: &mut [Place]) {
     let count = places.len();
     for root in (0..count / 2).rev() {

@@ -2,9 +2,10 @@
 
 mod batch;
 mod grid;
+mod piece;
 
-use super::block::{BLOCK, Target, offset};
-use super::foveation::Piece;
+use super::block::offset;
+use super::tile::{BLOCK, Target};
 use super::view::{Kind, Screen, View};
 use super::{LevelOfDetail, Renderer};
 use crate::gaze::Region;
@@ -13,17 +14,17 @@ use crate::simd::{Runs, Simd};
 use crate::trace::{Budget, Hit, Pixel, RayDetail, Workspace};
 use batch::{Batch, TOGETHER};
 use grid::Grid;
+pub(super) use piece::Piece;
 
 /// Most steps of the finest samples along a square's side.
 const STEPS: usize = 16;
 
-/// How often the distance of samples is halved where they differ.
+/// Number of times that the distance of samples is halved where they differ.
 const HALVINGS: u32 = 2;
 
-/// How far light may be apart between samples next to each other before there
-/// are more of them: as a part of the sum of the least and the most, and that
-/// which is never seen.
+/// Contrast (difference by sum) between neighbouring samples above which more are taken.
 const CONTRAST: f32 = 0.15;
+/// Difference of light that is never seen, added to the allowed contrast.
 const UNSEEN: f32 = 0.01;
 
 /// What a sample sees.
@@ -43,25 +44,25 @@ const SKIPPED: u32 = u32::MAX - 1;
 /// The samples of a square.
 pub(super) struct Lattice {
     grid: Grid,
-    /// By row, then column of the finest.
+    /// Samples by row, then column, of the finest grid.
     nodes: [[Node; STEPS + 1]; STEPS + 1],
 }
 
 /// Which pixels of a square are traced.
 enum Field {
     All,
-    /// Of its blocks of 8×8, by row, then column.
+    /// A bit for each traced pixel of its blocks of 8×8, by row, then column.
     Some([[u64; 4]; 4]),
 }
 
-/// What a square is seen with.
+/// How a square is rendered.
 struct Seeing<'r, 'a, const W: usize> {
     renderer: &'r Renderer<'a, W>,
     view: &'r View,
     lod: &'r LevelOfDetail,
     /// Where the square lies in the field.
     region: Region,
-    /// Whether it counts as lying in the field whole.
+    /// Whether the whole square counts as lying in the field.
     is_inside: bool,
 }
 
@@ -83,7 +84,7 @@ impl Node {
 
 impl Lattice {
     /// Renders a piece whose samples are apart. False where that exhausts the budget.
-    // Not a part of its callers, whose stack it would add to.
+    // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     pub(super) fn render<const W: usize>(
         piece: Piece,
@@ -120,7 +121,7 @@ impl Lattice {
         let mut blocks = [0u16; STEPS];
         for row in (0..steps).step_by(step) {
             for column in (0..steps).step_by(step) {
-                grid.ask_for((column, row), step, &mut blocks);
+                grid.request((column, row), step, &mut blocks);
             }
         }
         if let (Kind::Screen(screen), Some(_)) = (view.kind(), renderer.together)
@@ -149,7 +150,7 @@ impl Lattice {
                     if half > 0 && lattice.differs((column, row), step) {
                         for (right, below) in [(0, 0), (half, 0), (0, half), (half, half)] {
                             let part = (column + right, row + below);
-                            lattice.grid.ask_for(part, half, &mut parts);
+                            lattice.grid.request(part, half, &mut parts);
                         }
                     } else {
                         lattice.fill((column, row), step, &field, target);
@@ -167,7 +168,7 @@ impl Lattice {
         &self.nodes[row % (STEPS + 1)][column % (STEPS + 1)]
     }
 
-    /// Of a block of so many steps a side.
+    /// The corner samples of a block of `step` steps a side.
     fn corners(&self, (column, row): (usize, usize), step: usize) -> [&Node; 4] {
         let (right, below) = (column + step, row + step);
         [
@@ -178,7 +179,7 @@ impl Lattice {
         ]
     }
 
-    /// Traces what is wanted.
+    /// Traces the requested samples.
     fn trace<const W: usize>(
         &mut self,
         seeing: &Seeing<'_, '_, W>,
@@ -203,7 +204,7 @@ impl Lattice {
         self.take(&mut batch);
     }
 
-    /// Takes what a batch has seen.
+    /// Stores what a batch has seen.
     fn take(&mut self, batch: &mut Batch) {
         for (&(column, row), seen) in batch.nodes.iter().zip(&batch.seen).take(batch.count) {
             let (column, row) = (usize::from(column), usize::from(row));
@@ -286,7 +287,7 @@ impl Lattice {
     }
 }
 
-/// From `none` at 0 to `all` at 1.
+/// Blends from `none` (share 0) to `all` (share 1).
 #[inline(always)]
 fn between(none: &Pixel, all: &Pixel, share: f32) -> Pixel {
     let mix = |none: f32, all: f32| none + (all - none) * share;
@@ -298,9 +299,9 @@ fn between(none: &Pixel, all: &Pixel, share: f32) -> Pixel {
     }
 }
 
-/// What is seen between four corners, in parts of the distance from the first to
-/// the right and down: what the nearest sees that sees anything, mixed of those
-/// that see the same. `None` past all objects.
+/// What is seen between four corners, at shares of the distance to the right and down: the
+/// class of the nearest corner that sees anything, blended from the corners of that class.
+/// `None` past all objects.
 fn seen_between(corners: &[&Node; 4], right: f32, down: f32) -> Option<Pixel> {
     let (left, up) = (1.0 - right, 1.0 - down);
     let shares = [left * up, right * up, left * down, right * down];
@@ -324,7 +325,7 @@ fn seen_between(corners: &[&Node; 4], right: f32, down: f32) -> Option<Pixel> {
             all += share;
         }
     }
-    // Where the only one that sees anything is the farthest, on an edge.
+    // On an edge, where the only corner of this class has no share.
     if !(all > 0.0) {
         let seen = corners.iter().find(|node| node.class == class);
         return seen.map(|node| node.pixel);
@@ -393,7 +394,7 @@ impl<const W: usize> Seeing<'_, '_, W>
 where
     Simd: Runs<W>,
 {
-    /// How the pixel at a place is traced, which may be past the view's borders.
+    /// Detail of the pixel at a place, which may be past the view's borders.
     fn detail(&self, (x, y): (u32, u32)) -> Option<RayDetail> {
         let Self {
             renderer,

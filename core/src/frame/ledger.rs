@@ -1,6 +1,7 @@
 //! A tile that is gone through to see what each effect does.
 
-use super::block::{BLOCK, Sum, offset};
+use super::block::{Sum, offset};
+use super::tile::BLOCK;
 use super::{Renderer, Tile, TileError, View};
 use crate::simd::{Runs, Simd};
 use crate::trace::{Ledger, Pixel, Sample, Workspace};
@@ -26,8 +27,22 @@ where
         pixels: &mut [Pixel],
         ledger: &mut Ledger,
         workspace: &mut Workspace,
+    ) -> Result<(), TileError>
+    where
+        Simd: crate::Runs<W>,
+    {
+        <Simd as crate::Runs<W>>::account(self, view, tile, pixels, ledger, workspace)
+    }
+
+    pub(crate) fn enter(
+        &self,
+        view: &View,
+        tile: Tile,
+        pixels: &mut [Pixel],
+        ledger: &mut Ledger,
+        workspace: &mut Workspace,
     ) -> Result<(), TileError> {
-        tile.check(view, pixels.len())?;
+        tile.check(view.size(), pixels.len())?;
         for part in tile.blocks() {
             let patch = self.patch_region(view, part.x, part.y);
             let detail = self.block_detail(patch, view, part.x, part.y);

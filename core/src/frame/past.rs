@@ -1,6 +1,6 @@
 //! What pixels of a block show that see past everything.
 
-use super::block::{BLOCK, Block, Target};
+use super::tile::{BLOCK, Block, Target};
 use super::view::OnePoint;
 use crate::scene::format::Background;
 use crate::simd::{Kernel, Lanes};
@@ -26,7 +26,7 @@ impl Past {
 /// for all of them together.
 pub(super) struct RowPast<'r> {
     pub(super) background: &'r Background,
-    /// By component.
+    /// Directions, by component.
     pub(super) directions: &'r [[f32; BLOCK as usize]; 3],
 }
 
@@ -42,19 +42,19 @@ impl Kernel<8> for RowPast<'_> {
     }
 }
 
-/// Pixels of such colours.
+/// Pixels of eight background colours.
 #[inline(always)]
 fn pixels<L: Lanes<8>>(
     l: L,
     background: &Background,
     [red, green, blue]: [L::F; 3],
 ) -> [Pixel; BLOCK as usize] {
-    // As what is left of a traced ray's: it rounds as that does.
+    // Same rounding as the alpha of a traced ray.
     let alpha = l.splat(1.0 - (1.0 - background.alpha));
     transmute!(l.interleave([red, green, blue, alpha]))
 }
 
-/// What pixels of a block show that see past everything.
+/// What pixels of a block show that see past all objects.
 pub(super) struct SeePast<'r, S> {
     pub(super) block: &'r Block,
     pub(super) background: &'r Background,
@@ -63,7 +63,7 @@ pub(super) struct SeePast<'r, S> {
 }
 
 impl<S: OnePoint> SeePast<'_, S> {
-    /// Of its rows from the first on; false where some cannot be computed for all
+    /// Calls `take` with each row of pixels. False where a row cannot be computed for all
     /// pixels together.
     #[inline(always)]
     fn each_row<L: Lanes<8>>(
@@ -97,7 +97,7 @@ impl<S: OnePoint> Kernel<8> for SeePast<'_, S> {
     }
 }
 
-/// The same, straight to where the pixels go: `None` where some are not there.
+/// As [`SeePast`], written straight to the target; `None` where a row cannot be computed.
 pub(super) struct CopyPast<'r, 't, 'p, S> {
     pub(super) past: SeePast<'r, S>,
     pub(super) target: &'t mut Target<'p>,

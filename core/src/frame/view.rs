@@ -22,8 +22,7 @@ use glam::Vec3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View(Kind);
 
-/// What a view is: decided once a block, so that neither kind pays for the
-/// other.
+/// The kinds of views, chosen once a block so that neither pays for the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Kind {
     Screen(Screen),
@@ -102,6 +101,11 @@ impl View {
         }
     }
 
+    /// Columns and rows.
+    pub(super) const fn size(&self) -> [u32; 2] {
+        [self.columns(), self.rows()]
+    }
+
     /// Where the rays of a screen start, flat or dome, and where a dome master
     /// is taken: metres. Rays off a mirror start all around it.
     pub const fn eye(&self) -> Vec3 {
@@ -141,9 +145,9 @@ impl View {
     }
 }
 
-/// Pixels that are all seen from one point, where they are seen at all.
+/// Pixels that are all seen from one point.
 pub(super) trait OnePoint {
-    /// What stays the same from row to row of eight columns.
+    /// Values of eight columns that are the same in all rows.
     type Columns<F: Copy>;
 
     /// Where all rays start: metres.
@@ -178,11 +182,11 @@ pub(super) trait OnePoint {
 
 /// Directions of pixels, eight at a time.
 pub(super) trait Directions {
-    /// Of eight pixels of a row from `(x, y)` on, by their centres. Those past
-    /// the picture's borders repeat its last column and row; those outside a
-    /// rim have that of its nearest point.
+    /// Directions to the centres of eight pixels of a row from `(x, y)` on. Pixels past
+    /// the picture's borders repeat its last column and row; pixels outside a rim have the
+    /// direction of its nearest point.
     fn directions<L: Lanes<8>>(&self, l: L, place: (u32, u32)) -> [L::F; 3];
 
-    /// The same of one pixel.
+    /// The same for one pixel.
     fn direction(&self, place: (u32, u32)) -> Vec3;
 }

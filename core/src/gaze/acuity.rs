@@ -1,6 +1,5 @@
 use crate::numeric::{max, min};
 use core::f32::consts::PI;
-use core::fmt;
 
 /// How small a thing a viewer can make out, by how far from the line of sight it
 /// is: the minimum angle of resolution MAR(e) = m·e + w₀, which grows in
@@ -19,43 +18,32 @@ pub struct Acuity {
     inner: f32,
 }
 
-/// Why two numbers are no acuity.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Why two numbers make no acuity.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum AcuityError {
     /// A slope that is not from 0 to [`Acuity::STEEPEST`].
+    #[error(
+        "acuity cannot fall by {slope} radians a radian: give 0 to {}",
+        Acuity::STEEPEST
+    )]
     Slope {
-        /// As given.
+        /// The slope given.
         slope: f32,
     },
     /// A least angle that is not from [`Acuity::FINEST`] to
     /// [`Acuity::COARSEST`].
+    #[error(
+        "the least angle that is seen cannot be {fovea} rad: give {} to {} rad",
+        Acuity::FINEST,
+        Acuity::COARSEST
+    )]
     Fovea {
-        /// As given, radians.
+        /// The angle given, radians.
         fovea: f32,
     },
 }
-
-impl fmt::Display for AcuityError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Slope { slope } => write!(
-                f,
-                "acuity cannot fall by {slope} radians a radian: give 0 to {}",
-                Acuity::STEEPEST
-            ),
-            Self::Fovea { fovea } => write!(
-                f,
-                "the least angle that is seen cannot be {fovea} rad: give {} to {} rad",
-                Acuity::FINEST,
-                Acuity::COARSEST
-            ),
-        }
-    }
-}
-
-impl core::error::Error for AcuityError {}
 
 impl Acuity {
     /// Largest slope: radians a radian.
@@ -78,7 +66,7 @@ impl Acuity {
         inner: 0.0,
     };
 
-    /// Of a slope m (radians a radian, 0 to [`Self::STEEPEST`]) and an angle w₀ on
+    /// An acuity of slope m (radians a radian, 0 to [`Self::STEEPEST`]) and an angle w₀ on
     /// the line of sight (radians, [`Self::FINEST`] to [`Self::COARSEST`]).
     ///
     /// # Errors
@@ -99,9 +87,9 @@ impl Acuity {
         })
     }
 
-    /// The same with a slope so many times as steep, as far as slopes go: a picture
+    /// The same acuity with a slope `factor` times as steep, at most the steepest: a picture
     /// that is coarser in the periphery and as fine as before on the line of sight.
-    /// Factors below 1, and NaN, leave it as it is.
+    /// Factors below 1, and NaN, leave it unchanged.
     #[must_use]
     pub fn steeper(self, factor: f32) -> Self {
         // 0 · ∞ would be no number.
@@ -112,9 +100,9 @@ impl Acuity {
         }
     }
 
-    /// The same with a slope so many times as steep, as far as slopes go, from an
+    /// The same acuity with a slope `factor` times as steep, at most the steepest, from an
     /// eccentricity on (radians, 0 to π): as fine as before up to there. Factors below
-    /// 1, and NaN, leave it as it is; other eccentricities are moved to the nearest.
+    /// 1, and NaN, leave it unchanged; other eccentricities are moved to the nearest.
     #[must_use]
     pub fn steeper_beyond(self, factor: f32, eccentricity: f32) -> Self {
         let extra = self.steeper(factor).slope - self.slope;
@@ -129,7 +117,7 @@ impl Acuity {
     }
 
     /// The same for a line of sight that is known to within some radians: as fine
-    /// so much farther out. Numbers below 0, and NaN, leave it as it is.
+    /// so much farther out. Numbers below 0, and NaN, leave it unchanged.
     #[must_use]
     pub const fn around(self, off: f32) -> Self {
         Self {
@@ -160,6 +148,7 @@ impl Acuity {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hostile::{finite, finite_or_error, torment};
 
     #[test]
     fn what_is_no_acuity_is_refused() {
@@ -232,5 +221,23 @@ mod tests {
         assert_eq!(acuity.around(f32::INFINITY).least_angle(PI), acuity.fovea());
         let flat = Acuity::new(0.0, 0.001).unwrap();
         assert_eq!(flat.steeper(1.0e30), flat);
+    }
+
+    #[test]
+    fn acuities_of_any_numbers_grow_outwards() {
+        torment(|n| {
+            let factor = n.next(2.0);
+            let steeper = Acuity::GUENTER.steeper(factor);
+            assert!((Acuity::GUENTER.slope()..=Acuity::STEEPEST).contains(&steeper.slope()));
+            let beyond = Acuity::GUENTER.steeper_beyond(factor, n.next(0.1));
+            assert_eq!(beyond.least_angle(0.0), Acuity::GUENTER.fovea());
+            assert!(beyond.least_angle(3.0) >= Acuity::GUENTER.least_angle(3.0));
+            finite(&(steeper, beyond, beyond.least_angle(3.0)));
+            let acuity = finite_or_error(Acuity::new(n.next(0.02), n.next(0.001)));
+            if let Some(acuity) = acuity {
+                let least = acuity.around(n.next(0.1)).least_angle(n.next(0.5));
+                assert!(least >= acuity.fovea() && least <= acuity.least_angle(4.0));
+            }
+        });
     }
 }

@@ -1,5 +1,3 @@
-use core::fmt;
-
 /// What a level buys: the depth, the polygons and the wavelengths of a ray tree.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Detail(f32);
@@ -11,7 +9,7 @@ impl Detail {
     /// Nothing: level 0.
     pub const NONE: Self = Self(0.0);
 
-    /// Of a level from 0 to 1; `None` for others and NaN.
+    /// The detail of a level from 0 to 1; `None` for others and NaN.
     pub fn of_level(level: f32) -> Option<Self> {
         (0.0..=1.0).contains(&level).then_some(Self(level))
     }
@@ -63,14 +61,16 @@ pub struct FaceRange {
     max: u32,
 }
 
-/// Why two numbers are no range of faces.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Why two numbers make no range of faces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FaceRangeError {
     /// A least number of 0.
+    #[error("a mesh cannot be shown with 0 faces: give at least 1")]
     Zero,
     /// A least number above the most.
+    #[error("the least number of faces, {min}, is above the most, {max}: exchange them")]
     Reversed {
         /// The least.
         min: u32,
@@ -78,20 +78,6 @@ pub enum FaceRangeError {
         max: u32,
     },
 }
-
-impl fmt::Display for FaceRangeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Zero => f.write_str("a mesh cannot be shown with 0 faces: give at least 1"),
-            Self::Reversed { min, max } => write!(
-                f,
-                "the least number of faces, {min}, is above the most, {max}: exchange them"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for FaceRangeError {}
 
 impl FaceRange {
     /// From `min` to `max` faces.

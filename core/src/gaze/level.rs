@@ -54,7 +54,7 @@ struct Bands {
 }
 
 impl Bands {
-    /// Radians.
+    /// Distance of the bounds from the zones' borders: radians.
     const SLACK: f32 = 1.0e-4;
 
     /// Added to the lesser side of a comparison: squares below it may have
@@ -116,20 +116,20 @@ pub enum Zone {
     Outside,
 }
 
-/// What is known of all directions of a patch together.
+/// Where all directions of a patch lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Region {
-    /// They are in the central field.
+    /// All are in the central field.
     Central,
-    /// They are in front, in this rectangle, which is within the boundary.
+    /// All are in front, in this rectangle, which is within the boundary.
     Traced(Rectangle),
-    /// They are on the boundary or beyond.
+    /// All are on the boundary or beyond.
     Outside,
-    /// Each one's level has to be asked for.
+    /// Each direction has to be tested.
     Mixed,
 }
 
-/// How a ray stands to the line of sight. Angles are radians.
+/// The position of a ray relative to the line of sight. Angles are radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sight {
     /// `m_α`: from straight ahead to either side, 0 to π (equation 4); 0 for
@@ -159,7 +159,7 @@ impl Gaze {
     /// 2¹⁰⁰.
     const MOST_SQUARE: f32 = 1.267_650_6e30;
 
-    /// Of a viewer's line of sight and visual field.
+    /// The gaze of a viewer with this line of sight and visual field.
     pub fn new(sight: LineOfSight, field: VisualField) -> Self {
         let VisualFieldLimits {
             up,
@@ -204,7 +204,7 @@ impl Gaze {
         Some(level)
     }
 
-    /// All that leads to the level of a ray, by its direction in the room, of
+    /// Returns the angles that lead to the level of a ray, by its direction in the room, of
     /// any length; `None` where that is zero or not finite.
     pub fn sight(&self, direction: Vec3) -> Option<Sight> {
         let components = self.components(direction)?;
@@ -339,8 +339,8 @@ impl Gaze {
         })
     }
 
-    /// What the levels in a rectangle are not below and not above, if that is
-    /// not above 1.
+    /// Returns a lower and an upper bound of the levels in a rectangle. An upper bound
+    /// above 1 bounds nothing.
     ///
     /// The level falls with l and grows with L, and L lies between its values
     /// at the two corners that are farthest along either axis.

@@ -1,5 +1,4 @@
 use crate::numeric::{DoubleFloat, scale_to_one};
-use core::fmt;
 use glam::Vec3;
 
 /// Where the viewer looks from, and the axes of equations 1 to 3: unit
@@ -13,45 +12,35 @@ pub struct LineOfSight {
 }
 
 /// Why there is no line of sight.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LineOfSightError {
     /// A coordinate of the position is NaN or infinite.
+    #[error("the viewer's position is not finite: give metres in the room")]
     Position,
     /// A component of the direction is NaN or infinite.
+    #[error("the direction of sight is not finite: give three finite numbers")]
     Direction,
     /// The direction is (0, 0, 0).
+    #[error(
+        "the direction of sight is zero and points nowhere: give a vector of any length but zero"
+    )]
     ZeroDirection,
     /// A component of up is NaN or infinite.
+    #[error("up is not finite: give three finite numbers")]
     Up,
     /// Up is (0, 0, 0).
+    #[error("up is zero and points nowhere: give a vector of any length but zero")]
     ZeroUp,
     /// Up is along the direction or against it, within
     /// [`LineOfSight::PARALLEL`].
+    #[error(
+        "up is parallel to the direction of sight, so which way is right cannot be told: give the \
+         way that the top of the head points"
+    )]
     Parallel,
 }
-
-impl fmt::Display for LineOfSightError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Position => "the viewer's position is not finite: give metres in the room",
-            Self::Direction => "the direction of sight is not finite: give three finite numbers",
-            Self::ZeroDirection => {
-                "the direction of sight is zero and points nowhere: \
-                 give a vector of any length but zero"
-            }
-            Self::Up => "up is not finite: give three finite numbers",
-            Self::ZeroUp => "up is zero and points nowhere: give a vector of any length but zero",
-            Self::Parallel => {
-                "up is parallel to the direction of sight, so which way is right cannot be told: \
-                 give the way that the top of the head points"
-            }
-        })
-    }
-}
-
-impl core::error::Error for LineOfSightError {}
 
 impl LineOfSight {
     /// The sine of the angle between direction and up, 2⁻²², up to which they
@@ -78,8 +67,8 @@ impl LineOfSight {
         let direction = scale_to_one(direction).ok_or(Error::ZeroDirection)?;
         let up = scale_to_one(up).ok_or(Error::ZeroUp)?;
         let [direction, up] = [direction, up].map(|v| v.to_array().map(DoubleFloat::from));
-        // Of the components as given, whose products are exact: in f32 the
-        // product would cancel as the angle shrinks.
+        // From the components as given, whose products are exact: in f32 the product would
+        // cancel as the angle shrinks.
         let right = cross(direction, up);
         let squares = dot(direction, direction).rounded() * dot(up, up).rounded();
         if !(dot(right, right).rounded() > Self::PARALLEL * Self::PARALLEL * squares) {

@@ -1,6 +1,5 @@
 use crate::numeric::{max, min};
 use core::f32::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_6, PI};
-use core::fmt;
 
 /// Radians.
 const LEAST_CENTRAL: f32 = 1.0e-6;
@@ -44,18 +43,24 @@ pub struct VisualField {
 }
 
 /// Why limits make no visual field. Angles are radians.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum VisualFieldError {
     /// A limit is NaN or infinite.
+    #[error("a limit of the visual field is not finite")]
     NotFinite,
     /// The central field is smaller than levels are exact.
+    #[error("the central field has a radius of {central} rad: give 1e-6 or more")]
     Central {
         /// Its radius.
         central: f32,
     },
     /// A limit within the central field.
+    #[error(
+        "the visual field ends {limit} rad {side}, within the central field of {central} rad: give a \
+         larger limit or a smaller central field"
+    )]
     BelowCentral {
         /// "up", "down", "left" or "right".
         side: &'static str,
@@ -65,6 +70,7 @@ pub enum VisualFieldError {
         central: f32,
     },
     /// A limit farther than a direction can be.
+    #[error("the visual field ends {limit} rad {side}: give at most {most} rad")]
     TooFar {
         /// "up", "down", "left" or "right".
         side: &'static str,
@@ -74,33 +80,6 @@ pub enum VisualFieldError {
         most: f32,
     },
 }
-
-impl fmt::Display for VisualFieldError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotFinite => f.write_str("a limit of the visual field is not finite"),
-            Self::Central { central } => write!(
-                f,
-                "the central field has a radius of {central} rad: give 1e-6 or more"
-            ),
-            Self::BelowCentral {
-                side,
-                limit,
-                central,
-            } => write!(
-                f,
-                "the visual field ends {limit} rad {side}, within the central field of \
-                 {central} rad: give a larger limit or a smaller central field"
-            ),
-            Self::TooFar { side, limit, most } => write!(
-                f,
-                "the visual field ends {limit} rad {side}: give at most {most} rad"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for VisualFieldError {}
 
 impl VisualField {
     /// The paper's: central to 30°, 60° up, 70° down, 100° to each side, joined

@@ -11,7 +11,7 @@ const QUARTER_TURN: [f32; 4] = [1.570_312_5, 4.837_513e-4, 7.549_533_6e-8, 2.563
 /// Coefficients of the sine on ±π/4, from the highest; the last is taken off.
 const SINE: [f32; 3] = [-1.951_529_6e-4, 8.332_161e-3, 1.666_665_5e-1];
 
-/// Of the cosine; the second is taken off.
+/// Coefficients of the cosine; the second is subtracted.
 const COSINE: [f32; 3] = [2.443_315_7e-5, 1.388_731_6e-3, 4.166_664_6e-2];
 
 /// Sine and cosine of an angle in radians, up to [`LARGEST_ANGLE`] either
@@ -93,7 +93,7 @@ mod tests {
             worst.1 = worst.1.max(ulps(cos, exact_cos));
             assert_eq!(sin_cos(-angle), (-sin, cos));
         };
-        // An interpreter takes its time.
+        // Fewer under Miri, which is slow.
         let count = if cfg!(miri) { 100 } else { 400_000 };
         for i in 0..=count {
             check(LARGEST_ANGLE * i as f32 / count as f32);
@@ -117,7 +117,7 @@ mod tests {
             let bits = |(sin, cos): (f32, f32)| (sin.to_bits(), cos.to_bits());
             assert_eq!(bits((sin, cos)), bits(sin_cos(angle)), "{angle}");
         };
-        // An interpreter takes its time.
+        // Fewer under Miri, which is slow.
         let count = if cfg!(miri) { 100 } else { 200_000 };
         for i in 0..=count {
             check(PI * i as f32 / count as f32);

@@ -2,59 +2,41 @@
 
 use super::format::{Instance, Light, Material, Mesh, NO_MATERIAL, Triangle, effect, flag, kind};
 use core::fmt;
-use core::ops::{BitAnd, BitOr};
 
-/// A set of effects: those that a scene asks for, that a tracer is compiled
-/// for, or that it carries out. As a number ([`bits`](Self::bits)) it is a
-/// const parameter of shading.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[repr(transparent)]
-pub struct EffectSet(u32);
-
-/// All effects there are, each with its bit and the name that command lines
-/// and reports give it. Bits of materials are those of [`effect`]; bits from
-/// 2¹⁶ up are of the scene as a whole.
-macro_rules! effects {
-    ($($(#[$doc:meta])* $constant:ident = $bits:expr, $name:literal;)*) => {
-        impl EffectSet {
-            $($(#[$doc])* pub const $constant: Self = Self($bits);)*
-
-            /// Each effect and its name, in the order of reports.
-            pub const NAMED: &'static [(Self, &'static str)] =
-                &[$((Self::$constant, $name)),*];
-
-            /// All that is built.
-            pub const ALL: Self = Self($($bits)|*);
-        }
-    };
-}
-
-effects! {
-    /// What occludes keeps light from what is lit. Without it, lights shine
-    /// through everything.
-    SHADOWS = 1 << 16, "shadows";
-    /// Mirrors. Without it, nothing is added to what lights give them.
-    REFLECTION = effect::REFLECTION, "reflection";
-    /// Clear bodies, and what their borders reflect. Without it, they are
-    /// opaque, and nothing is added to what lights give them.
-    REFRACTION = effect::REFRACTION, "refraction";
-    /// Clear bodies bend each wavelength its own way. Without it, they have the
-    /// index of the d line for all. Whether it is carried out, and with how many
-    /// wavelengths, is also the renderer's choice.
-    DISPERSION = effect::DISPERSION, "dispersion";
-    /// Clear bodies take light away along the way. Without it, they do not.
-    ABSORPTION = effect::ABSORPTION, "absorption";
-    /// Lights that have a size are looked at in several places. Without it,
-    /// they shine from their middles.
-    SOFT_LIGHT = 1 << 17, "soft-light";
-    /// Images on surfaces. Without it, those have their material's colours.
-    IMAGE_TEXTURE = effect::IMAGE_TEXTURE, "image-texture";
-    /// Checkers on surfaces. Without it, those have their material's colours.
-    CHECKER_TEXTURE = effect::CHECKER_TEXTURE, "checker-texture";
-    /// Surfaces that shine. Without it, they do not.
-    EMISSION = effect::EMISSION, "emission";
-    /// Meridians and parallels. Without it, the surface is the same all over.
-    GRATICULE = effect::GRATICULE, "graticule";
+bitflags::bitflags! {
+    /// A set of effects: those that a scene asks for, that a tracer is compiled
+    /// for, or that it carries out. As a number ([`bits`](Self::bits)) it is a
+    /// const parameter of shading. Bits of materials are those of [`effect`]; bits
+    /// from 2¹⁶ up belong to the scene as a whole.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+    #[repr(transparent)]
+    pub struct EffectSet: u32 {
+        /// What occludes keeps light from what is lit. Without it, lights shine
+        /// through everything.
+        const SHADOWS = 1 << 16;
+        /// Mirrors. Without it, nothing is added to what lights give them.
+        const REFLECTION = effect::REFLECTION;
+        /// Clear bodies, and what their borders reflect. Without it, they are
+        /// opaque, and nothing is added to what lights give them.
+        const REFRACTION = effect::REFRACTION;
+        /// Clear bodies bend each wavelength its own way. Without it, they have the
+        /// index of the d line for all. Whether it is carried out, and with how many
+        /// wavelengths, is also the renderer's choice.
+        const DISPERSION = effect::DISPERSION;
+        /// Clear bodies take light away along the way. Without it, they do not.
+        const ABSORPTION = effect::ABSORPTION;
+        /// Lights that have a size are looked at in several places. Without it,
+        /// they shine from their middles.
+        const SOFT_LIGHT = 1 << 17;
+        /// Images on surfaces. Without it, those have their material's colours.
+        const IMAGE_TEXTURE = effect::IMAGE_TEXTURE;
+        /// Checkers on surfaces. Without it, those have their material's colours.
+        const CHECKER_TEXTURE = effect::CHECKER_TEXTURE;
+        /// Surfaces that shine. Without it, they do not.
+        const EMISSION = effect::EMISSION;
+        /// Meridians and parallels. Without it, the surface is the same all over.
+        const GRATICULE = effect::GRATICULE;
+    }
 }
 
 /// The records of a scene that say what it asks for.
@@ -101,20 +83,28 @@ impl Records<'_> {
 
 impl EffectSet {
     /// No effect: surfaces have ambient light and light from lights.
-    pub const NONE: Self = Self(0);
+    pub const NONE: Self = Self::empty();
 
-    /// Bits that there can be.
+    /// All effects.
+    pub const ALL: Self = Self::all();
+
+    /// Number of bits that a set has room for.
     pub(crate) const PLACES: usize = 32;
 
-    /// As a const parameter.
-    pub const fn bits(self) -> u32 {
-        self.0
-    }
-
-    /// The effects of some bits; what is none is left out.
-    pub const fn from_bits(bits: u32) -> Self {
-        Self(bits & Self::ALL.0)
-    }
+    /// Each effect with the name that command lines and reports give it, in the order of
+    /// reports.
+    pub const NAMED: &'static [(Self, &'static str)] = &[
+        (Self::SHADOWS, "shadows"),
+        (Self::REFLECTION, "reflection"),
+        (Self::REFRACTION, "refraction"),
+        (Self::DISPERSION, "dispersion"),
+        (Self::ABSORPTION, "absorption"),
+        (Self::SOFT_LIGHT, "soft-light"),
+        (Self::IMAGE_TEXTURE, "image-texture"),
+        (Self::CHECKER_TEXTURE, "checker-texture"),
+        (Self::EMISSION, "emission"),
+        (Self::GRATICULE, "graticule"),
+    ];
 
     /// The effect of a name.
     pub fn named(name: &str) -> Option<Self> {
@@ -128,51 +118,23 @@ impl EffectSet {
         Self::NAMED.iter().filter(own).map(|&(_, name)| name)
     }
 
-    /// Whether there is none.
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// Whether all of `other` are among them.
-    pub const fn contains(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
-    }
-
-    /// Those of both.
-    #[must_use]
-    pub const fn union(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
-    /// Those that both have.
-    #[must_use]
-    pub const fn intersection(self, other: Self) -> Self {
-        Self(self.0 & other.0)
-    }
-
-    /// Those that `other` does not have.
-    #[must_use]
-    pub const fn without(self, other: Self) -> Self {
-        Self(self.0 & !other.0)
-    }
-
     /// What a material asks for, wherever it is.
     pub const fn of_material(material: &Material) -> Self {
-        Self::from_bits(material.effects & 0xffff)
+        Self::from_bits_truncate(material.effects & 0xffff)
     }
 
     /// What a scene of these records asks for: the effects of the materials
     /// that rays can meet, shadows where a light, a surface that is lit and
     /// an instance that occludes come together, and soft light where a light
     /// with a size and a surface that is lit do. Baking and
-    /// [`Scene::from_bytes`](super::Scene::from_bytes) both go by it.
+    /// [`Scene::from_bytes`](super::Scene::from_bytes) both use it.
     pub fn of_records(records: &Records<'_>) -> Self {
         let mut asked = 0;
         records.materials_met(|number| {
             let material = records.materials.get(number as usize);
             asked |= material.map_or(0, |material| material.effects);
         });
-        let mut set = Self::from_bits(asked & 0xffff);
+        let mut set = Self::from_bits_truncate(asked & 0xffff);
         let occludes = |instance: &Instance| instance.flags & flag::OCCLUDES != 0;
         let is_lit = asked & effect::LIT != 0;
         if !records.lights.is_empty() && is_lit && records.instances.iter().any(occludes) {
@@ -182,22 +144,6 @@ impl EffectSet {
             set = set.union(Self::SOFT_LIGHT);
         }
         set
-    }
-}
-
-impl BitOr for EffectSet {
-    type Output = Self;
-
-    fn bitor(self, other: Self) -> Self {
-        self.union(other)
-    }
-}
-
-impl BitAnd for EffectSet {
-    type Output = Self;
-
-    fn bitand(self, other: Self) -> Self {
-        self.intersection(other)
     }
 }
 
@@ -229,11 +175,11 @@ mod tests {
             assert!(!seen.contains(effect), "{name}");
             assert_eq!(EffectSet::named(name), Some(effect));
             assert_ne!(effect.bits(), effect::LIT, "{name}");
-            seen = seen | effect;
+            seen |= effect;
         }
         assert_eq!(seen, EffectSet::ALL);
         assert_eq!(EffectSet::named("Shadows"), None);
-        assert_eq!(EffectSet::from_bits(u32::MAX), EffectSet::ALL);
+        assert_eq!(EffectSet::from_bits_truncate(u32::MAX), EffectSet::ALL);
     }
 
     #[test]

@@ -1,13 +1,12 @@
 //! What is wrong with a blob, and what to do about it.
 
-use core::fmt;
-
 /// Why a blob is not a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SceneError {
     /// Shorter than it says, or than a header.
+    #[error("the scene is cut off: {found} bytes of {needed}")]
     Truncated {
         /// Bytes that it should have.
         needed: u64,
@@ -15,36 +14,44 @@ pub enum SceneError {
         found: u64,
     },
     /// Not at an address that its records can be used at.
+    #[error("the scene is not at an address that is a multiple of {needed}")]
     Misaligned {
         /// Bytes to align to.
         needed: usize,
     },
     /// Does not start like a scene.
+    #[error("this is not a baked scene")]
     NotAScene,
     /// Baked by another version of the format.
+    #[error("the scene has format version {found}, this tracer reads {supported}: bake it again")]
     Version {
-        /// In the blob.
+        /// Version of the blob.
         found: u32,
-        /// That this core reads.
+        /// Version that this core reads.
         supported: u32,
     },
     /// Baked for nodes of another width.
+    #[error(
+        "the scene was baked with {found} children a node, this tracer was built for {expected}"
+    )]
     Width {
-        /// In the blob.
+        /// Width of the blob's nodes.
         found: u32,
-        /// That was asked for.
+        /// Width that was asked for.
         expected: u32,
     },
     /// Damaged since it was baked.
+    #[error("the scene is damaged: its checksum is {computed:08x}, it should be {stored:08x}")]
     Checksum {
-        /// In the header.
+        /// Checksum in the header.
         stored: u32,
-        /// Of the bytes.
+        /// Checksum of the bytes.
         computed: u32,
     },
     /// A table that is not inside the blob, or not aligned.
+    #[error("the table of {name} ({count} records at byte {offset}) is not inside the scene")]
     Table {
-        /// Which.
+        /// Name of the table.
         name: &'static str,
         /// Its offset: bytes.
         offset: u32,
@@ -52,8 +59,9 @@ pub enum SceneError {
         count: u32,
     },
     /// A table of another length than the layout or another table gives it.
+    #[error("the table of {name} has {found} records, it should have {expected}")]
     Count {
-        /// Which.
+        /// Name of the table.
         name: &'static str,
         /// Records that it has.
         found: u32,
@@ -61,6 +69,7 @@ pub enum SceneError {
         expected: u32,
     },
     /// An index past its table, or into a part that is another's.
+    #[error("record {record} names {what} {index}, which is not its to name")]
     Index {
         /// What it should name.
         what: &'static str,
@@ -70,11 +79,13 @@ pub enum SceneError {
         index: u32,
     },
     /// A node whose child is not after it, or that two nodes share.
+    #[error("node {node} is not part of a tree")]
     NotATree {
         /// The node.
         node: u32,
     },
     /// A tree that the traversal stack could not hold.
+    #[error("tracing would need a stack of {needed} entries, there are {limit}")]
     TooDeep {
         /// Entries needed.
         needed: u32,
@@ -83,95 +94,25 @@ pub enum SceneError {
     },
     /// A mesh that says it is a rung of a ladder of polygon levels, and does
     /// not fit the mesh before it or the scene.
+    #[error("mesh {mesh} does not fit the ladder of polygon levels that it is said to be part of")]
     Ladder {
         /// The mesh.
         mesh: u32,
     },
     /// Another set of effects than its records ask for.
+    #[error("the scene is said to ask for the effects {stored:#x}, its records ask for {asked:#x}")]
     Effects {
-        /// In the header.
+        /// Bits in the header.
         stored: u32,
-        /// Of the records.
+        /// Bits that the records ask for.
         asked: u32,
     },
     /// A value that is NaN, infinite, or outside its range.
+    #[error("record {record} has {what} out of range or not a number")]
     Value {
-        /// Which.
+        /// Name of the value.
         what: &'static str,
         /// Number of the record that has it.
         record: u32,
     },
 }
-
-impl fmt::Display for SceneError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Truncated { needed, found } => {
-                write!(f, "the scene is cut off: {found} bytes of {needed}")
-            }
-            Self::Misaligned { needed } => {
-                write!(
-                    f,
-                    "the scene is not at an address that is a multiple of {needed}"
-                )
-            }
-            Self::NotAScene => f.write_str("this is not a baked scene"),
-            Self::Version { found, supported } => write!(
-                f,
-                "the scene has format version {found}, this tracer reads {supported}: bake it again"
-            ),
-            Self::Width { found, expected } => write!(
-                f,
-                "the scene was baked with {found} children a node, this tracer was built for {expected}"
-            ),
-            Self::Checksum { stored, computed } => write!(
-                f,
-                "the scene is damaged: its checksum is {computed:08x}, it should be {stored:08x}"
-            ),
-            Self::Table {
-                name,
-                offset,
-                count,
-            } => write!(
-                f,
-                "the table of {name} ({count} records at byte {offset}) is not inside the scene"
-            ),
-            Self::Count {
-                name,
-                found,
-                expected,
-            } => write!(
-                f,
-                "the table of {name} has {found} records, it should have {expected}"
-            ),
-            Self::Index {
-                what,
-                record,
-                index,
-            } => {
-                write!(
-                    f,
-                    "record {record} names {what} {index}, which is not its to name"
-                )
-            }
-            Self::NotATree { node } => write!(f, "node {node} is not part of a tree"),
-            Self::TooDeep { needed, limit } => write!(
-                f,
-                "tracing would need a stack of {needed} entries, there are {limit}"
-            ),
-            Self::Ladder { mesh } => write!(
-                f,
-                "mesh {mesh} does not fit the ladder of polygon levels that it is said to be part of"
-            ),
-            Self::Effects { stored, asked } => write!(
-                f,
-                "the scene is said to ask for the effects {stored:#x}, its records ask for {asked:#x}"
-            ),
-            Self::Value { what, record } => {
-                write!(f, "record {record} has {what} out of range or not a number")
-            }
-        }
-    }
-}
-
-impl core::error::Error for SceneError {}

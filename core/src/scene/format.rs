@@ -331,7 +331,7 @@ pub struct Material {
     /// Meridians, and parallels, of a quarter turn about the shape's own Y
     /// axis: 1 to 900 with [`effect::GRATICULE`], else 0.
     pub graticule_divisions: u32,
-    /// Of each line, seen from the shape's origin: radians, above 0 to 0.5 with
+    /// Width of each line, seen from the shape's origin: radians, above 0 to 0.5 with
     /// [`effect::GRATICULE`], else 0.
     pub graticule_width: f32,
     /// Light of its own, the same in all directions outside; it lights nothing
@@ -363,14 +363,14 @@ pub struct Texture {
     pub kind: u32,
     /// Texels from left to right: 1 to [`LARGEST_SIDE`]; 0 for other kinds.
     pub width: u32,
-    /// Likewise from top to bottom.
+    /// The same from top to bottom.
     pub height: u32,
     /// The image's first texel; 0 for other kinds.
     pub first_texel: u32,
     /// Cells of a checker, or copies of an image, from 0 to 1 along u and v.
     pub repeats: [f32; 2],
-    /// Of a checker's cells, linear RGB, 0 to 1: of that with its lower left
-    /// corner at 0, 0 and of those beside it. Zero for other kinds.
+    /// Colours of a checker's cells, linear RGB, 0 to 1: of the cell with its lower left
+    /// corner at 0, 0, and of those beside it. Zero for other kinds.
     pub colours: [[f32; 3]; 2],
     /// Zero.
     pub reserved: [u32; 4],
@@ -457,7 +457,7 @@ pub struct Triangle {
 /// Bytes before those that the checksum is of.
 const UNCHECKED: usize = offset_of!(Header, checksum) + size_of::<u32>();
 
-/// The checksum that belongs into the header of a blob of so many bytes; `None` where
+/// The checksum that belongs into the header of a blob; `None` where
 /// that is not even a header, or more than there are.
 pub(super) fn checksum(blob: &[u8], byte_len: u32) -> Option<u32> {
     let checked = blob.get(UNCHECKED..byte_len as usize)?;

@@ -20,7 +20,7 @@ pub(super) fn header<const W: usize>(bytes: &[u8]) -> Result<(&Header, &[u8]), S
         found: bytes.len() as u64,
     };
     let Some(first) = bytes.get(..size_of::<Header>()) else {
-        // Whatever is too short is first of all not a scene.
+        // A prefix that is not the magic number means: not a scene.
         let prefix = bytes.len().min(MAGIC.len());
         return Err(match (bytes.get(..prefix), MAGIC.get(..prefix)) {
             (Some(found), Some(magic)) if found == magic => truncated(size_of::<Header>() as u64),
@@ -336,7 +336,7 @@ fn check_texture(t: &Texture, texels: usize, record: u32) -> Result<(), SceneErr
             if colours.iter().any(|&channel| channel != 0.0) {
                 return Err(wrong("a texture's colours"));
             }
-            // Sides of so many texels do not overflow.
+            // Sides of this many texels do not overflow.
             part(t.first_texel, t.width * t.height, texels)
                 .map(|_| ())
                 .ok_or(SceneError::Index {

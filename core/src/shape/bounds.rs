@@ -127,8 +127,8 @@ impl Slabs {
     }
 }
 
-/// Of a direction with components nearer to zero than `least`, which count as that.
-// Rare, and apart from what most rays need: they do not wait for `least`.
+/// Slabs for a direction with components nearer to zero than `least`, which count as that.
+// Not inlined: it is rare, and most rays do not have to wait for `least`.
 #[cold]
 #[inline(never)]
 fn clamped_reciprocal(d: Vec3, least: f32) -> Vec3 {
@@ -139,6 +139,7 @@ fn clamped_reciprocal(d: Vec3, least: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hostile::{a_ray, finite, torment};
     use proptest::prelude::*;
 
     #[test]
@@ -169,5 +170,26 @@ mod tests {
                 prop_assert!(near <= far && far >= 0.0 && near <= 1.0001 && far >= 0.9999);
             }
         }
+    }
+
+    #[test]
+    fn intervals_of_any_rays_and_boxes_are_numbers() {
+        torment(|n| {
+            let Some(ray) = a_ray(n) else {
+                return;
+            };
+            // NaN is no extent: the ray's own start counts.
+            let extent = n.next(10.0).abs().min(Slabs::LARGEST_EXTENT);
+            let slabs = Slabs::new(&ray, extent);
+            finite(&slabs);
+            let (near, far) = slabs.interval(Vec3::INFINITY, Vec3::NEG_INFINITY);
+            assert!(near > far, "{near} {far}");
+            let (near, far) = slabs.interval(Vec3::NEG_INFINITY, Vec3::INFINITY);
+            assert!(near <= far, "{near} {far}");
+            let (low, high) = (n.vector([-1.0; 3]), n.vector([1.0; 3]));
+            let (near, far) = slabs.interval(low, high);
+            let inside = |v: Vec3| v.abs().max_element() <= extent;
+            assert!(!(inside(low) && inside(high) && (near.is_nan() || far.is_nan())));
+        });
     }
 }

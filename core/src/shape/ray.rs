@@ -38,7 +38,7 @@ impl Ray {
         usable.then_some(Self { origin, direction })
     }
 
-    /// Of what [`new`](Self::new) has found to be usable.
+    /// A ray from parts that [`new`](Self::new) has checked.
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     pub(crate) const fn of_usable(origin: Vec3, direction: Vec3) -> Self {
@@ -67,6 +67,7 @@ impl Ray {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hostile::{a_ray, finite, torment};
 
     #[test]
     fn what_cannot_be_traced_is_no_ray() {
@@ -91,5 +92,16 @@ mod tests {
         assert_eq!(Ray::new(o, Vec3::ZERO), None);
         assert_eq!(Ray::new(o, Vec3::splat(9.0e-19)), None);
         assert!(Ray::new(o, Vec3::new(1.0e-18, 0.0, -0.0)).is_some());
+    }
+
+    #[test]
+    fn rays_of_any_numbers_are_finite() {
+        torment(|n| {
+            if let Some(ray) = a_ray(n) {
+                finite(&ray);
+                let t = n.next(2.0);
+                assert!(ray.at(t).is_finite() || !(t.abs() <= 1.0e18));
+            }
+        });
     }
 }

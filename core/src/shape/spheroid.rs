@@ -22,11 +22,11 @@ impl Spheroid {
     /// Radii outside 10⁻⁶ to 10⁶ m lose bits in the products formed here.
     pub const RADII: (f32, f32) = (1.0e-6, 1.0e6);
 
-    /// From so many radii away on, single precision is not enough for whether
+    /// From this many radii away on, single precision is not enough for whether
     /// a line passes.
     pub(crate) const FAR: f32 = 64.0;
 
-    /// |l|² of lines that pass by clearly, from up to so many radii away: |l|
+    /// |l|² of lines that pass by clearly, from up to this many radii away: |l|
     /// is off by a third of a radius at most.
     pub(crate) const CLEAR: (f32, f32) = (2.0, 5.0e5);
 
@@ -40,7 +40,7 @@ impl Spheroid {
         })
     }
 
-    /// Of radii that a scene was found to have when it was loaded.
+    /// A spheroid from radii that were checked when their scene was loaded.
     #[inline(always)]
     pub(crate) const fn of_checked([equatorial, polar]: [f32; 2]) -> Self {
         Self { equatorial, polar }
@@ -89,7 +89,7 @@ impl Spheroid {
         })
     }
 
-    /// Whether |l|², computed in single precision from so many radii away, may
+    /// Whether |l|², computed in single precision from this many radii away, may
     /// be wrong by more than matters. What passes by clearly is not.
     #[inline(always)]
     fn is_unsure(squared: f32, distance: f32) -> bool {
@@ -105,7 +105,7 @@ impl Spheroid {
     #[inline(never)]
     pub(crate) fn clearance_from_far(self, origin: Vec3, direction: Vec3) -> f32 {
         let (e, p) = (self.equatorial, self.polar);
-        // Of a length whose products with coordinates stay in range.
+        // Scaled so that products with coordinates stay in range.
         let Some(direction) = scale_to_one(direction) else {
             return f32::NAN;
         };
@@ -144,6 +144,7 @@ impl Spheroid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hostile::{a_ray, finite, is_unit, torment};
     use proptest::prelude::*;
 
     /// Both hits in f64, by the textbook quadratic.
@@ -270,5 +271,21 @@ mod tests {
             prop_assert!(normal.dot(point) > 0.0);
             prop_assert!((spheroid.project(point * 1.1) - point).length() < 4e-6 * (e + p));
         }
+    }
+
+    #[test]
+    fn spheroids_of_any_numbers_give_finite_hits_and_normals() {
+        torment(|n| {
+            let (ray, point) = (a_ray(n), n.vector([0.3, 0.1, -0.2]));
+            let Some(spheroid) = Spheroid::new(n.next(0.5), n.next(2.0)) else {
+                return;
+            };
+            if let Some(hits) = ray.and_then(|ray| spheroid.intersect(&ray)) {
+                finite(&hits);
+                assert!(hits.t[0] <= hits.t[1], "{hits:?}");
+            }
+            is_unit(&spheroid.normal(point));
+            assert!(spheroid.project(point).is_finite() || !point.is_finite());
+        });
     }
 }

@@ -249,6 +249,7 @@ fn greater(a: Vec3, b: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hostile::{a_ray, finite, torment};
     use proptest::prelude::*;
 
     fn triangle(corners: [[f32; 3]; 3]) -> Triangle {
@@ -350,5 +351,22 @@ mod tests {
             let error = (f64::from(hit.unwrap().t) - 1.0).abs() * length(d);
             prop_assert!(error < 40.0 * 5.96e-8 * 100.0 / cosine, "{}", error);
         }
+    }
+
+    #[test]
+    fn hits_of_any_rays_and_triangles_are_finite() {
+        torment(|n| {
+            let ray = a_ray(n);
+            let corners = [[-1.0, -1.0, -3.0], [1.0, -1.0, -3.0], [0.0, 1.0, -3.0]];
+            let triangle = Triangle(corners.map(|corner| n.vector(corner)));
+            let is_near = |corner: &Vec3| corner.abs().max_element() <= Ray::FARTHEST;
+            if let Some(hit) = ray.and_then(|ray| triangle.intersect(&ray, n.next(3.0)))
+                && triangle.0.iter().all(is_near)
+            {
+                finite(&hit);
+                let weights = hit.weights.iter();
+                assert!(hit.t >= 0.0 && weights.clone().all(|w| (0.0..=1.0).contains(w)));
+            }
+        });
     }
 }

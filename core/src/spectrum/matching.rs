@@ -172,6 +172,7 @@ fn endo(nm: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hostile::{finite, torment};
 
     #[test]
     fn the_matrices_are_each_others_inverse() {
@@ -253,5 +254,25 @@ mod tests {
         }
         let empty = MatchingTable { xyz: &[], ..table };
         assert_eq!(empty.xyz(401.0), Vec3::ZERO);
+    }
+
+    #[test]
+    fn colours_of_any_numbers_are_finite() {
+        torment(|n| {
+            let nm = n.next(550.0);
+            finite(&(Matching::Wyman.values(nm), Matching::Endo.values(nm)));
+            let xyz = [[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]].map(|xyz| n.vector(xyz).to_array());
+            let near = xyz.iter().flatten().all(|value| value.abs() <= 1.0e30);
+            let table = MatchingTable {
+                first_nm: n.next(500.0),
+                step_nm: n.next(100.0),
+                xyz: &xyz,
+            };
+            let values = Matching::Table(table).values(nm);
+            let converted = xyz.map(|xyz| (rgb_from_xyz(xyz.into()), xyz_from_rgb(xyz.into())));
+            if near {
+                finite(&(values, converted));
+            }
+        });
     }
 }

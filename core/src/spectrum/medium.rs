@@ -1,5 +1,4 @@
 use crate::numeric::{max, min, sqrt};
-use core::fmt;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 /// Fraunhofer's lines that glass is described by: nanometres.
@@ -30,28 +29,43 @@ pub struct Medium {
     c: [f32; Medium::MOST_TERMS],
 }
 
-/// Why there is no such medium, or no such index.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Why a medium cannot be made, or has no index.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MediumError {
     /// A range that is NaN, not from less to more, or not within
     /// [`Medium::WAVELENGTHS`].
+    #[error(
+        "the medium's range is {} to {} nm: give two wavelengths from {} to {} nm, the shorter one \
+         first",
+        .range[0], .range[1], Medium::WAVELENGTHS[0], Medium::WAVELENGTHS[1]
+    )]
     Range {
         /// Nanometres.
         range: [f32; 2],
     },
     /// More terms than [`Medium::MOST_TERMS`].
+    #[error(
+        "the medium has {given} terms: give up to {} pairs of B and C",
+        Medium::MOST_TERMS
+    )]
     Terms {
-        /// How many.
+        /// The number given.
         given: usize,
     },
     /// A coefficient that is NaN or larger than [`Medium::MOST_COEFFICIENT`].
+    #[error("a coefficient is {value}: give a number from -{most} to {most}", most = Medium::MOST_COEFFICIENT)]
     Coefficient {
         /// The coefficient.
         value: f32,
     },
     /// A term without limit inside the range.
+    #[error(
+        "the formula has a pole at {nm} nm, inside the medium's range of {} to {} nm: give a range on \
+         one side of it",
+        .range[0], .range[1]
+    )]
     Pole {
         /// Where: nanometres.
         nm: f32,
@@ -59,7 +73,12 @@ pub enum MediumError {
         range: [f32; 2],
     },
     /// An index that is below 1 or above [`Medium::MOST_INDEX`], or so near
-    /// that it cannot be told, somewhere in the range.
+    /// that it cannot be decided, somewhere in the range.
+    #[error(
+        "the square of the medium's index of refraction is {squared} at {nm} nm: give a range in \
+         which the index is from 1 to {}",
+        Medium::MOST_INDEX
+    )]
     Index {
         /// Where: nanometres.
         nm: f32,
@@ -67,6 +86,7 @@ pub enum MediumError {
         squared: f32,
     },
     /// A wavelength that is NaN or outside the medium's range.
+    #[error("a wavelength of {nm} nm is outside the medium's range, {} to {} nm", .range[0], .range[1])]
     OutOfRange {
         /// Nanometres.
         nm: f32,
@@ -74,54 +94,6 @@ pub enum MediumError {
         range: [f32; 2],
     },
 }
-
-impl fmt::Display for MediumError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Range { range: [low, high] } => {
-                let [least, most] = Medium::WAVELENGTHS;
-                write!(
-                    f,
-                    "the medium's range is {low} to {high} nm: give two wavelengths from {least} \
-                     to {most} nm, the shorter one first"
-                )
-            }
-            Self::Terms { given } => write!(
-                f,
-                "the medium has {given} terms: give up to {} pairs of B and C",
-                Medium::MOST_TERMS
-            ),
-            Self::Coefficient { value } => write!(
-                f,
-                "a coefficient is {value}: give a number from -{most} to {most}",
-                most = Medium::MOST_COEFFICIENT
-            ),
-            Self::Pole {
-                nm,
-                range: [low, high],
-            } => write!(
-                f,
-                "the formula has a pole at {nm} nm, inside the medium's range of {low} to {high} \
-                 nm: give a range on one side of it"
-            ),
-            Self::Index { nm, squared } => write!(
-                f,
-                "the square of the medium's index of refraction is {squared} at {nm} nm: give a \
-                 range in which the index is from 1 to {}",
-                Medium::MOST_INDEX
-            ),
-            Self::OutOfRange {
-                nm,
-                range: [low, high],
-            } => write!(
-                f,
-                "a wavelength of {nm} nm is outside the medium's range, {low} to {high} nm"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for MediumError {}
 
 impl Medium {
     /// Most pairs of B and C.
@@ -139,7 +111,7 @@ impl Medium {
     /// Most steps of [`check`](Self::check) along the range.
     const MOST_STEPS: u32 = 1 << 14;
 
-    /// By catalogues' form 1, n² = 1 + A + Σ Bᵢ·λ²/(λ² − Cᵢ²): `terms` are
+    /// A medium by catalogues' form 1, n² = 1 + A + Σ Bᵢ·λ²/(λ² − Cᵢ²): `terms` are
     /// pairs of B and C, C in micrometres, `range` is in nanometres.
     ///
     /// # Errors
@@ -148,7 +120,7 @@ impl Medium {
         Self::new(range, a, terms, |c| c * c)
     }
 
-    /// By catalogues' form 2, n² = 1 + A + Σ Bᵢ·λ²/(λ² − Cᵢ): `terms` are
+    /// A medium by catalogues' form 2, n² = 1 + A + Σ Bᵢ·λ²/(λ² − Cᵢ): `terms` are
     /// pairs of B and C, C in square micrometres, `range` is in nanometres.
     ///
     /// # Errors
@@ -370,6 +342,7 @@ fn contribution((b, c): (f32, f32), square: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hostile::{finite, finite_or_error, torment};
     extern crate std;
     use std::string::ToString;
 
@@ -439,7 +412,7 @@ mod tests {
         let terms = [[0.4, 0.1], [-1.69, 0.04]];
         let squared = |a: f64, x: f64| 1.0 + a + 0.4 * x / (x - 0.1) - 1.69 * x / (x - 0.04);
         let places = (0..=300_000).map(|i| 0.16 + 0.33 * f64::from(i) / 300_000.0);
-        // An interpreter takes its time.
+        // Fewer under Miri, which is slow.
         let places = places.step_by(if cfg!(miri) { 300 } else { 1 });
         let least = places.fold(f64::MAX, |least, x| least.min(squared(0.0, x)));
         assert!(least < squared(0.0, 0.16) - 0.01 && least < squared(0.0, 0.49) - 0.01);
@@ -462,7 +435,7 @@ mod tests {
         for (name, medium) in Medium::NAMED {
             assert_eq!(medium.check(), Ok(()), "{name}");
             let [low, high] = medium.range();
-            // An interpreter takes its time.
+            // Fewer under Miri, which is slow.
             let steps = if cfg!(miri) { 10 } else { 1000 };
             for i in 0..=steps {
                 let nm = low + (high - low) * i as f32 / steps as f32;
@@ -506,7 +479,7 @@ mod tests {
     fn any_coefficients_end_in_a_verdict() {
         use proptest::prelude::*;
         let coefficient = || -2f32..2.0;
-        // An interpreter takes its time.
+        // Fewer under Miri, which is slow.
         let cases = if cfg!(miri) { 2 } else { 256 };
         proptest!(ProptestConfig::with_cases(cases), |(
             a in coefficient(),
@@ -521,6 +494,33 @@ mod tests {
                     let squared = medium.squared_index(square_micrometres(nm));
                     prop_assert!((1.0 - 2.0e-6..=10_001.0).contains(&squared), "{nm} {squared}");
                 }
+            }
+        });
+    }
+
+    #[test]
+    fn media_of_any_numbers_have_an_index_all_over_their_range() {
+        torment(|n| {
+            let nm = n.next(550.0);
+            for (_, medium) in Medium::NAMED {
+                assert!(medium.index(nm) >= 1.0);
+                assert!((1.0..=Medium::MOST_INDEX).contains(&medium.index_clamped(nm)));
+                finite_or_error(medium.index_in(nm));
+            }
+            let (range, a) = ([n.next(400.0), n.next(700.0)], n.next(0.1));
+            let terms = [[n.next(1.1), n.next(0.01)], [n.next(0.2), n.next(0.02)]];
+            let media = [
+                Medium::form1(range, a, &terms),
+                Medium::form2(range, a, &terms),
+            ];
+            for medium in media.into_iter().filter_map(finite_or_error) {
+                for step in 0..=16 {
+                    let part = step as f32 / 16.0;
+                    let nm = (range[0] + (range[1] - range[0]) * part).min(range[1]);
+                    let index = medium.index_in(nm).unwrap();
+                    assert!((1.0..=Medium::MOST_INDEX).contains(&index), "{index}");
+                }
+                finite(&medium.abbe());
             }
         });
     }

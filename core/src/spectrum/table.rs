@@ -1,5 +1,4 @@
 use super::{Matching, Wavelengths};
-use core::fmt;
 use glam::Vec3;
 
 /// A wavelength and its part in a colour.
@@ -37,45 +36,34 @@ pub struct SpectralTable<'a> {
     phases: u32,
 }
 
-/// Why there is no such table.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Why a table cannot be made.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TableError {
     /// Phases that are no power of two, or more than
     /// [`SpectralTable::MOST_PHASES`].
+    #[error(
+        "{given} phases: give a power of two from 1 to {}",
+        SpectralTable::MOST_PHASES
+    )]
     Phases {
-        /// How many.
+        /// The number given.
         given: u32,
     },
     /// Room for fewer samples than n and three more in every phase.
+    #[error(
+        "there is room for {given} samples: {needed} are needed, one a wavelength and phase and {} \
+         more a phase",
+        SpectralTable::BROAD
+    )]
     Storage {
-        /// What there is.
+        /// Samples that there is room for.
         given: usize,
-        /// What it takes.
+        /// Samples needed.
         needed: usize,
     },
 }
-
-impl fmt::Display for TableError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Phases { given } => write!(
-                f,
-                "{given} phases: give a power of two from 1 to {}",
-                SpectralTable::MOST_PHASES
-            ),
-            Self::Storage { given, needed } => write!(
-                f,
-                "there is room for {given} samples: {needed} are needed, one a wavelength and \
-                 phase and {} more a phase",
-                SpectralTable::BROAD
-            ),
-        }
-    }
-}
-
-impl core::error::Error for TableError {}
 
 impl<'a> SpectralTable<'a> {
     /// Phases of a comb, unless somebody asks for another number: the offsets
@@ -264,6 +252,7 @@ fn settle(samples: &mut [SpectralSample]) {
 mod tests {
     use super::super::{MatchingTable, Medium};
     use super::*;
+    use crate::hostile::{finite, finite_or_error, torment};
     extern crate std;
     use std::string::ToString;
 
@@ -285,7 +274,7 @@ mod tests {
         (RED, [700.0, 830.0]),
     ];
 
-    /// Of seven wavelengths, worked out apart from this code in f64.
+    /// Weights of seven wavelengths, computed independently in f64.
     const SEVEN: [[f32; 3]; 7] = [
         [0.030_937_7, -0.041_196_9, 0.350_383_9],
         [-0.073_994_5, -0.011_100_4, 0.714_343_1],
@@ -440,5 +429,38 @@ mod tests {
         let (given, needed) = (20, 21);
         assert_eq!(error, TableError::Storage { given, needed });
         assert!(error.to_string().contains("21 are needed"));
+    }
+
+    #[test]
+    fn tables_of_any_numbers_are_finite() {
+        torment(|n| {
+            let range = [n.next(400.0), n.next(700.0)];
+            let offset = n.next(0.5);
+            let Some(wavelengths) = finite_or_error(Wavelengths::new(5, range)) else {
+                return;
+            };
+            finite_or_error(wavelengths.clamped_to([n.next(420.0), n.next(600.0)]));
+            let at = [0, 4, 5, usize::MAX].map(|k| wavelengths.at(k, offset));
+            assert!(
+                at.iter().all(|nm| (range[0]..=range[1]).contains(nm)),
+                "{at:?}"
+            );
+            let xyz = [[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]].map(|xyz| n.vector(xyz).to_array());
+            let own = MatchingTable {
+                first_nm: n.next(400.0),
+                step_nm: n.next(300.0),
+                xyz: &xyz,
+            };
+            let mut storage = [SpectralSample::default(); 64];
+            for matching in [Matching::Wyman, Matching::Endo, Matching::Table(own)] {
+                let table = SpectralTable::new(wavelengths, 4, matching, &mut storage);
+                if let Some(table) = finite_or_error(table) {
+                    for phase in [0, 3, 4, u32::MAX] {
+                        finite(&(table.offset(phase), table.phase(phase), table.broad(phase)));
+                        finite(&table.sample(phase, 4));
+                    }
+                }
+            }
+        });
     }
 }

@@ -1,5 +1,4 @@
 use crate::numeric::{max, min};
-use core::fmt;
 
 /// n wavelengths: one in each of n equal parts of a range, at the same place
 /// in each.
@@ -9,23 +8,32 @@ pub struct Wavelengths {
     range: [f32; 2],
 }
 
-/// Why there are no such wavelengths.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Why wavelengths cannot be made.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum WavelengthsError {
-    /// None, or more than [`Wavelengths::MOST`].
+    /// The number of wavelengths is 0 or more than [`Wavelengths::MOST`].
+    #[error("{given} wavelengths: give a number from 1 to {}", Wavelengths::MOST)]
     Count {
-        /// How many.
+        /// The number given.
         given: u32,
     },
     /// A range that is NaN, not from less to more, or not within
     /// [`Wavelengths::LIMITS`].
+    #[error(
+        "the range of wavelengths is {} to {} nm: give two from {} to {} nm, the shorter one first",
+        .range[0], .range[1], Wavelengths::LIMITS[0], Wavelengths::LIMITS[1]
+    )]
     Range {
         /// Nanometres.
         range: [f32; 2],
     },
     /// Two ranges without a wavelength in common.
+    #[error(
+        "no wavelength from {} to {} nm is within {} to {} nm: give a range that is, in part at least",
+        .range[0], .range[1], .within[0], .within[1]
+    )]
     Apart {
         /// The wavelengths': nanometres.
         range: [f32; 2],
@@ -33,36 +41,6 @@ pub enum WavelengthsError {
         within: [f32; 2],
     },
 }
-
-impl fmt::Display for WavelengthsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Count { given } => write!(
-                f,
-                "{given} wavelengths: give a number from 1 to {}",
-                Wavelengths::MOST
-            ),
-            Self::Range { range: [low, high] } => {
-                let [least, most] = Wavelengths::LIMITS;
-                write!(
-                    f,
-                    "the range of wavelengths is {low} to {high} nm: give two from {least} to \
-                     {most} nm, the shorter one first"
-                )
-            }
-            Self::Apart {
-                range: [low, high],
-                within: [least, most],
-            } => write!(
-                f,
-                "no wavelength from {low} to {high} nm is within {least} to {most} nm: give a \
-                 range that is, in part at least"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for WavelengthsError {}
 
 impl Wavelengths {
     /// Most of them.
@@ -75,7 +53,7 @@ impl Wavelengths {
     /// The range unless somebody asks for another: nanometres.
     pub const RANGE: [f32; 2] = [400.0, 700.0];
 
-    /// Of Endo's colours, and so of Kishioka's paper: nanometres.
+    /// Range of Endo's colours, and so of Kishioka's paper: nanometres.
     pub const PAPER_RANGE: [f32; 2] = [380.0, 750.0];
 
     /// `count` wavelengths, 1 to [`MOST`](Self::MOST), of a range in
@@ -147,7 +125,7 @@ mod tests {
         assert!((seven.at(0, 0.5) - (400.0 + 150.0 / 7.0)).abs() < 1.0e-4);
         let one = Wavelengths::new(1, Wavelengths::PAPER_RANGE).unwrap();
         assert_eq!(one.at(0, 0.5), 565.0);
-        // None leaves the range, wherever in its part.
+        // No wavelength leaves the range, wherever it lies in its part.
         for count in 1..=Wavelengths::MOST {
             for range in [[400.0, 700.0], [390.3, 749.9], [500.0, 500.1]] {
                 let all = Wavelengths::new(count, range).unwrap();

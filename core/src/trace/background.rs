@@ -23,21 +23,18 @@ pub(super) fn colour(background: &Background, direction: Vec3) -> Vec3 {
     horizon + (Vec3::from_array(far) - horizon) * height.abs()
 }
 
-/// [`colour`] times the background's coverage, added to nothing, for eight directions
-/// at a time.
+/// [`colour`] times the background's coverage, for eight directions at a time.
 pub(crate) struct Colours<F> {
     horizon: [F; 3],
     /// From the horizon to the zenith, and to the nadir.
     slopes: [[F; 3]; 2],
     alpha: F,
-    /// The least and the most that the largest component of a direction may be for
-    /// [`normalize`] to take it as it is.
+    /// Range of the largest component of a direction that [`normalize`] does not scale.
     usable: [F; 2],
 }
 
 impl<F: Copy> Colours<F> {
-    /// Ready for any number of directions: what stays the same is not read again where
-    /// pixels are written in between.
+    /// Loads the colours once for any number of directions.
     #[inline(always)]
     pub(crate) fn new<L: Lanes<8, F = F>>(l: L, background: &Background) -> Self {
         let horizon = Vec3::from_array(background.horizon);
@@ -54,8 +51,7 @@ impl<F: Copy> Colours<F> {
         }
     }
 
-    /// Linear RGB; `None` where a direction is too short or too long for [`normalize`]
-    /// to take it as it is.
+    /// Linear RGB; `None` where [`normalize`] would scale a direction.
     #[inline(always)]
     pub(crate) fn along<L: Lanes<8, F = F>>(&self, l: L, [x, y, z]: [F; 3]) -> Option<[F; 3]> {
         let largest = l.max(l.abs(x), l.max(l.abs(y), l.abs(z)));
@@ -75,7 +71,7 @@ impl<F: Copy> Colours<F> {
         ])
     }
 
-    /// A function, not a closure: see the walk.
+    /// Not a closure: one that is not inlined leaves the instruction set.
     #[inline(always)]
     fn channel<L: Lanes<8, F = F>>(&self, l: L, channel: usize, is_up: L::M, height: F) -> F {
         let [up, down] = &self.slopes;

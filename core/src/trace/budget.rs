@@ -1,30 +1,29 @@
-/// Work that may still be done, in steps: one a node visited, one a
-/// primitive tested. Time is the caller's to translate.
+/// Limit of the work to do, in steps: one per node visited or primitive tested. The caller
+/// translates steps to time.
 ///
-/// Nothing is begun where a budget is spent. What has been begun by then goes on to its
-/// end, a pixel or a square of them, and takes a little more: as much as it takes, or,
-/// [with an overrun](Self::with_overrun), that many steps and never one more. What a
-/// search says that was broken off is what it had come to: whoever asks has to look whether
-/// the budget [is exhausted](Self::is_exhausted).
+/// No pixel is begun on a spent budget. A pixel or square of pixels that was begun before is
+/// finished, with as many steps as that takes, or at most the
+/// [overrun](Self::with_overrun). A search that was broken off returns what it had found so
+/// far: callers must check whether the budget [is exhausted](Self::is_exhausted).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Budget {
     left: u64,
-    /// All that may be done, whatever has been begun, or [`ENDLESS`]. Not less than `left`.
+    /// Steps left including the overrun, or [`ENDLESS`]. At least `left`.
     most: u64,
 }
 
-/// What has been begun takes what it takes.
+/// The overrun of a budget without a limit for what has been begun.
 const ENDLESS: u64 = u64::MAX;
 
 impl Budget {
-    /// So much that no frame spends it.
+    /// A budget that no frame spends.
     pub const UNLIMITED: Self = Self {
         left: u64::MAX,
         most: ENDLESS,
     };
 
-    /// This many steps, and what it takes to end what has been begun with them.
+    /// A budget of this many steps, and as many more as it takes to finish the last pixel.
     pub const fn steps(steps: u64) -> Self {
         Self {
             left: steps,
@@ -32,9 +31,9 @@ impl Budget {
         }
     }
 
-    /// The same, with which at most `overrun` steps are taken above it. What that does
-    /// not suffice for is broken off in the middle, and not finished: to finish it takes a
-    /// budget with at least a step more than it takes. Steps that it did take are gone.
+    /// The same budget with at most `overrun` steps above it. A pixel that needs more is
+    /// broken off and its steps are lost; to finish it, give a budget of at least one step
+    /// more than it takes.
     #[must_use]
     pub const fn with_overrun(self, overrun: u64) -> Self {
         Self {
@@ -43,7 +42,7 @@ impl Budget {
         }
     }
 
-    /// What both of two budgets allow.
+    /// The lesser of two budgets.
     #[must_use]
     pub(crate) fn within(self, other: Self) -> Self {
         Self {
@@ -52,7 +51,7 @@ impl Budget {
         }
     }
 
-    /// Steps that may still be done.
+    /// Steps left.
     pub const fn left(&self) -> u64 {
         self.left
     }
@@ -62,22 +61,22 @@ impl Budget {
         self.left == 0
     }
 
-    /// Whether nothing is left for what has been begun either: it may be broken off.
+    /// Whether the overrun is used up too: the current pixel may be incomplete.
     pub const fn is_exhausted(&self) -> bool {
         self.most == 0
     }
 
-    /// Whether what has been begun takes what it takes.
+    /// Whether the overrun has no limit.
     pub(crate) const fn is_endless(&self) -> bool {
         self.most == ENDLESS
     }
 
-    /// Steps that may still be done to end what has been begun.
+    /// Steps left for the current pixel, overrun included.
     pub(crate) const fn most(&self) -> u64 {
         self.most
     }
 
-    /// Takes steps off; what is not there is not owed.
+    /// Subtracts steps, down to 0.
     pub(crate) const fn spend(&mut self, steps: u64) {
         self.left = self.left.saturating_sub(steps);
         if !self.is_endless() {
@@ -86,7 +85,7 @@ impl Budget {
     }
 }
 
-/// What has been done since this was last cleared.
+/// Counts of the work done since they were last cleared.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Statistics {
@@ -105,8 +104,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Takes another part of the same frame in. In any order: sums and a
-    /// maximum.
+    /// Adds the counts of another part of the same frame, in any order.
     pub const fn add(&mut self, other: &Self) {
         self.primary += other.primary;
         self.reflected += other.reflected;
@@ -118,7 +116,7 @@ impl Statistics {
         }
     }
 
-    /// All rays.
+    /// Number of all rays.
     pub const fn rays(&self) -> u64 {
         self.primary + self.reflected + self.refracted + self.shadow
     }

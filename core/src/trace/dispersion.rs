@@ -2,7 +2,6 @@
 
 use super::sample::Sample;
 use crate::spectrum::{Medium, SpectralSample, SpectralTable};
-use core::fmt;
 use core::num::NonZeroU32;
 use glam::Vec3;
 
@@ -14,7 +13,7 @@ use glam::Vec3;
 /// pixel less detail, neighbouring wavelengths go as one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Spectrum<'a> {
-    /// None: media have the index of the d line, 587.5618 nm, for all colours.
+    /// No dispersion: media have the index of the d line, 587.5618 nm, for all colours.
     #[default]
     Rgb,
     /// The samples of a pixel take turns, so that all together have each
@@ -36,8 +35,13 @@ pub enum Spectrum<'a> {
 }
 
 /// Why a scene cannot be traced with a spectrum.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error(
+    "the wavelengths are {} to {} nm, but medium {medium} of the scene is known from {} to {} nm: \
+     give a range within",
+    .wavelengths[0], .wavelengths[1], .known[0], .known[1]
+)]
 pub struct SpectrumError {
     /// The number of the medium that is not known at some of its wavelengths.
     pub medium: usize,
@@ -47,22 +51,8 @@ pub struct SpectrumError {
     pub wavelengths: [f32; 2],
 }
 
-impl fmt::Display for SpectrumError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ([from, to], [low, high]) = (self.wavelengths, self.known);
-        write!(
-            f,
-            "the wavelengths are {from} to {to} nm, but medium {} of the scene is known from {low} \
-             to {high} nm: give a range within",
-            self.medium
-        )
-    }
-}
-
-impl core::error::Error for SpectrumError {}
-
 impl<'a> Spectrum<'a> {
-    /// How many wavelengths a dispersive medium may tell apart.
+    /// Number of wavelengths that a dispersive medium may distinguish.
     pub(crate) fn count(&self) -> u8 {
         match self {
             Self::Rgb | Self::Single(_) => 1,
@@ -71,10 +61,10 @@ impl<'a> Spectrum<'a> {
         }
     }
 
-    /// Whether media are known at all its wavelengths.
+    /// Checks that media are known at all its wavelengths.
     ///
     /// # Errors
-    /// The first that is not.
+    /// The first medium that is not known at all of them.
     pub(super) fn check(&self, media: &[Medium]) -> Result<(), SpectrumError> {
         let wavelengths = match *self {
             Self::Rgb => return Ok(()),
@@ -102,8 +92,8 @@ impl<'a> Spectrum<'a> {
         }
     }
 
-    /// What a sample of a pixel takes where `groups` are told apart: nothing
-    /// where that is one.
+    /// Returns the wavelengths that a sample takes when `groups` of them are distinguished;
+    /// `None` for one group.
     pub(super) fn part(&self, sample: Sample, groups: u8) -> Option<Part<'a>> {
         let groups = u32::from(groups).min(u32::from(self.count()));
         let groups = NonZeroU32::new(groups).filter(|groups| groups.get() > 1)?;
@@ -142,7 +132,7 @@ impl<'a> Spectrum<'a> {
 /// wavelengths next to each other should not.
 const STRIDE: u32 = 67;
 
-/// By how many turns a round begins later than the first.
+/// Returns by how many turns a round starts later than the first.
 ///
 /// A sample's height in its pixel is its number with the bits reversed. Where the
 /// length of rounds is even, wavelengths that had the same place in each of them
@@ -160,9 +150,9 @@ const fn rotation(round: u32, round_length: u32) -> u32 {
 /// Wavelengths that one sample of a pixel takes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Part<'a> {
-    /// Of the phase, by wavelength.
+    /// Samples of the phase, by wavelength.
     samples: &'a [SpectralSample],
-    /// What stands for all of the phase.
+    /// Samples that stand for the whole phase.
     pub(super) broad: &'a [SpectralSample],
     /// Parts of the phase that are told apart.
     groups: NonZeroU32,
@@ -232,23 +222,23 @@ impl Part<'_> {
 /// and what has no dispersion its colour.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Balance {
-    /// Of white: what each sample's wavelengths lack, summed.
+    /// Sum over samples of what their wavelengths lack to be white.
     missing: Vec3,
-    /// What each sees by all of its wavelengths alike, summed.
+    /// Sum over samples of the mean light of their wavelengths.
     light: Vec3,
     /// How many have wavelengths.
     samples: u16,
 }
 
 impl Balance {
-    /// Of no samples.
+    /// The balance of no samples.
     pub(crate) const NONE: Self = Self {
         missing: Vec3::ZERO,
         light: Vec3::ZERO,
         samples: 0,
     };
 
-    /// Of one sample.
+    /// The balance of one sample.
     pub(super) const fn one(missing: Vec3, light: Vec3) -> Self {
         Self {
             missing,
@@ -370,8 +360,8 @@ mod tests {
                     if cfg!(miri) && column > 0 {
                         continue;
                     }
-                    // Of each wavelength, its samples; those of the left half, and
-                    // of every other quarter of the height.
+                    // For each wavelength: its samples, those in the left half, and those
+                    // in each quarter of the height.
                     let mut taken = [[0u32; 6]; 64];
                     for index in 0..count {
                         let sample = Sample::new(column, 5, index, count);

@@ -6,7 +6,7 @@ use crate::simd::{Lanes, Portable};
 use core::f32::consts::{FRAC_2_PI, FRAC_PI_2};
 use glam::Vec3;
 
-/// What a surface is between the lines: opaque and black.
+/// The surface between the lines: opaque and black.
 pub(crate) static BETWEEN: Material = Material {
     diffuse: [0.0; 3],
     shininess: 1.0,
@@ -25,10 +25,8 @@ pub(crate) static BETWEEN: Material = Material {
 };
 
 /// Whether a point of a shape's own frame is between the lines of a material
-/// that has lines, where `effects` has them; there is no code for it where
-/// `EFFECTS` has not. Not from the ray, whose angle to
-/// the surface does not matter: lines have the same width everywhere, seen from
-/// the origin.
+/// that has lines, if `effects` includes them; without them in `EFFECTS` there is no code.
+/// Lines have the same width everywhere, seen from the origin.
 #[inline]
 pub(super) fn is_between<const EFFECTS: u32>(
     effects: u32,
@@ -72,10 +70,10 @@ pub(super) fn are_on_lines<const W: usize, L: Lanes<W>>(
     l.or(parallel, meridian)
 }
 
-/// How far angles from 0 to π/2 are from their nearest lines: radians.
+/// Distances of angles from 0 to π/2 from their nearest lines: radians.
 #[inline(always)]
 fn off_nearest<const W: usize, L: Lanes<W>>(l: L, angle: L::F, divisions: f32) -> L::F {
-    /// Above it there are no fractions.
+    /// Above this number f32 has no fractions.
     const WHOLE: f32 = 8_388_608.0;
     let lines = l.mul(angle, l.splat(FRAC_2_PI * divisions));
     let nearest = l.sub(l.add(lines, l.splat(WHOLE)), l.splat(WHOLE));
@@ -108,7 +106,7 @@ mod tests {
 
     #[test]
     fn lines_are_every_ten_degrees_all_round() {
-        // An interpreter takes its time.
+        // Fewer under Miri, which is slow.
         let step = if cfg!(miri) { 9 } else { 1 };
         for line in (-9..=9i32).step_by(step) {
             let latitude = 10.0 * f64::from(line);

@@ -5,9 +5,9 @@ pub struct MeshHit {
     pub t: f32,
     /// The triangle, in the mesh's order.
     pub triangle: u32,
-    /// Its leaf block.
+    /// Index of the triangle's leaf block.
     pub(crate) leaf: u32,
-    /// Its lane there.
+    /// Lane of the triangle in its leaf block.
     pub(crate) lane: u32,
 }
 
@@ -29,11 +29,11 @@ impl MeshHit {
     }
 }
 
-/// Where a ray meets the scene: the nearest point, and of equally near ones
-/// that with the lowest instance, then the lowest triangle.
+/// Where a ray meets the scene: the nearest point; among equally near points that of the
+/// lowest instance, then of the lowest triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
-    /// The instance.
+    /// Number of the instance.
     pub instance: u32,
     /// Distance, and the triangle; for other shapes than meshes 0 on the way
     /// in and 1 on the way out.
@@ -47,41 +47,41 @@ impl Hit {
     };
 }
 
-/// Which hit a search is for.
-pub(super) trait Sought: Copy {
-    /// Whether any will do, and not only the nearest.
+/// What a search looks for.
+pub(super) trait Goal: Copy {
+    /// Whether any hit ends the search, not only the nearest.
     fn is_any(self) -> bool;
 }
 
-/// The nearest.
+/// The nearest hit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Nearest;
 
-impl Sought for Nearest {
+impl Goal for Nearest {
     #[inline(always)]
     fn is_any(self) -> bool {
         false
     }
 }
 
-/// Any, as for shadows.
+/// Any hit, for shadows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Any;
 
-impl Sought for Any {
+impl Goal for Any {
     #[inline(always)]
     fn is_any(self) -> bool {
         true
     }
 }
 
-/// What is said when the search begins: for both, one walk in the program.
+/// Chosen at run time: one compiled walk for both goals.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct AsTold {
+pub(super) struct EitherGoal {
     pub(super) is_any: bool,
 }
 
-impl Sought for AsTold {
+impl Goal for EitherGoal {
     #[inline(always)]
     fn is_any(self) -> bool {
         self.is_any

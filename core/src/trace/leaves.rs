@@ -6,16 +6,16 @@ use crate::scene::format::{self, IdLeaf, LeafBlock, Mesh};
 use crate::shape::Triangle;
 use glam::Vec3;
 
-/// The leaves of a mesh. Eight wide they hold corners, four wide numbers by
-/// which corners are looked up: whichever it is not is empty, and what asks
-/// for the width is decided when the program is built.
+/// The leaves of a mesh. Leaves of 8-wide trees hold corners, leaves of 4-wide trees hold
+/// numbers by which corners are looked up; the other tables are empty. The width is known at
+/// compile time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Leaves<'a, const W: usize> {
     blocks: &'a [LeafBlock<W>],
     numbers: &'a [IdLeaf],
-    /// The mesh's own, as the numbers count.
+    /// Triangles of the mesh, by number.
     triangles: &'a [format::Triangle],
-    /// Likewise.
+    /// Vertex positions of the mesh.
     positions: &'a [[f32; 3]],
 }
 
@@ -52,8 +52,7 @@ impl<'a, const W: usize> Leaves<'a, W> {
         })
     }
 
-    /// The corners of a triangle where leaves hold numbers; `None` for that of
-    /// an empty lane.
+    /// The corners of a triangle of a leaf that holds numbers; `None` for an empty lane.
     #[inline(always)]
     pub(crate) fn corners(&self, id: u32) -> Option<[&'a [f32; 3]; 3]> {
         let [a, b, c] = self.triangles.get(id as usize)?.corners;
@@ -100,7 +99,7 @@ impl<const W: usize> LeafBlock<W> {
     }
 }
 
-/// `count` records from `first` on; none where there are fewer.
+/// Returns `count` records from `first` on; an empty slice if there are fewer.
 #[inline(always)]
 fn part<T>(records: &[T], first: u32, count: u32) -> &[T] {
     records

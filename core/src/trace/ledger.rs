@@ -14,10 +14,10 @@ pub struct Entry {
     pub steps: u64,
 }
 
-/// What each effect did in the pixels that were gone through with it.
+/// What each effect did in the pixels that were rendered with this ledger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ledger {
-    /// By the number of the effect's bit.
+    /// One entry per effect, by the number of its bit.
     entries: [Entry; EffectSet::PLACES],
     /// Bits of the effects of the pixel that is being traced.
     touched: u32,
@@ -30,7 +30,7 @@ impl Default for Ledger {
 }
 
 impl Ledger {
-    /// With no pixel in it.
+    /// A ledger without pixels.
     pub const EMPTY: Self = Self {
         entries: [Entry {
             pixels: 0,
@@ -40,8 +40,7 @@ impl Ledger {
         touched: 0,
     };
 
-    /// What an effect did, or of several all together, but for pixels: those
-    /// have each once for each.
+    /// Returns the sum of the entries of some effects. A pixel counts once for each effect.
     pub fn entry(&self, effects: EffectSet) -> Entry {
         let mut sum = Entry::default();
         for (place, entry) in self.entries.iter().enumerate() {
@@ -52,14 +51,14 @@ impl Ledger {
         sum
     }
 
-    /// Takes another part of the same picture in, in any order.
+    /// Adds the entries of another part of the same picture.
     pub fn add(&mut self, other: &Self) {
         for (entry, other) in self.entries.iter_mut().zip(&other.entries) {
             entry.add(other);
         }
     }
 
-    /// A pixel has all its samples.
+    /// Ends a pixel: counts it for each effect that touched it.
     pub(crate) fn end_pixel(&mut self) {
         for (place, entry) in self.entries.iter_mut().enumerate() {
             entry.pixels += u64::from(self.touched >> place & 1);
@@ -76,7 +75,7 @@ impl Entry {
     }
 }
 
-/// Where shading says what it does.
+/// Receives what shading does.
 pub(super) trait Record {
     /// Effects of some bits are carried out.
     fn touch(&mut self, effects: u32);
@@ -85,7 +84,7 @@ pub(super) trait Record {
     fn ray(&mut self, cause: u8, steps: u64);
 }
 
-/// Nobody wants to know: no code.
+/// Records nothing, and compiles to no code.
 impl Record for () {
     #[inline(always)]
     fn touch(&mut self, _: u32) {}

@@ -1,42 +1,6 @@
 //! Rays against the triangles of one mesh.
-//!
-//! # What was tried
-//!
-//! Mrays/s on one thread of a Xeon with AVX2, the cow of 5,804 triangles, each
-//! pair in one run; `cargo bench -p shisen-tests --bench paths -- cow.obj`
-//! measures what stands (rays are described in `tests/src/rays.rs`), `tests/peers/run` also
-//! beside `obvhs`.
-//!
-//! | what | from | to |
-//! |---|---|---|
-//! | small functions that are always inlined where closures were: array maps over vectors left the AVX2 kernel for a call an instruction | zoom 5.2, tiles of zoom 16 | 8.2, 47 |
-//! | exact lanes given by value to a cold function: by reference, all of the search lived in memory | portable: zoom 5.3, primary 14.0 | 8.9, 24.8 |
-//! | the same, and the triangles' boxes in all lanes at once, on AVX2 | zoom 2.37, incoherent 2.39, bounce 2.01, primary 1.99 times `obvhs` | 2.49, 2.47, 2.06, 2.06 times |
-//! | **not kept:** an only child visited without going over the stack, leaves, too | zoom 2.49, incoherent 2.47, bounce 2.06 times `obvhs` | 2.47, 2.30, 1.97 times |
-//! | nothing put in order where no child is hit, axes of leaves without a division; on a Zen 4, `tests/peers/run` | primary 17.0, zoom 8.0, incoherent 5.9, bounce 6.9 | 19.5, 8.7, 6.1, 7.2 |
-//! | then an only child visited without going over the stack where it is a node; there, ratios | primary, zoom, incoherent, bounce 1 | 1.04, 1.08, 0.99, 1.04; of the bunny's 69,451 triangles 1.05, 1.16, 1.04, 1.05 |
-//! | a ray handed to the AVX2 kernel in registers: its numbers, just written to memory one by one, had to get there before they could be read as a vector; on a Zen 4, ratios of the cow, the bunny | primary, zoom, incoherent, bounce 1 | 1.46, 1.22, 1.08, 1.12; 1.28, 1.17, 1.08, 1.08 |
-//! | then reciprocals that wait for no least component | 1 | 1.05, 1.05, 1.01, 1.01; 1.03, 1.03, 1.03, 1.03 |
-//! | then the nearest child gone on with, not pushed and popped | 1 | 1.04, 1.14, 1.06, 1.07; 1.06, 1.12, 1.05, 1.06 |
-//! | then the main axis chosen without a branch, the origin along it kept | 1 | 1.06, 1.02, 1.03, 1.01; 1.03, 1.01, 1.00, 1.01 |
-//! | **not kept:** then no exception for an only child | 1 | 0.95, 0.94, 1.04, 1.06; 0.98, 0.94, 0.94, 1.06 |
-//! | **not kept** (a Zen 3, `tests/peers/run`'s cow, bunny): the nearest child gone on with in code of its own, without asking whether there is one; 15 to 30 instructions fewer | 1 | 0.99, 0.97, 1.01, 0.98; 1.00, 0.99, 1.05, 1.00 |
-//! | **not kept** (there): then the shear at the first leaf, in a function of its own, so that rays that meet none do without its divisions; 50 instructions a ray fewer | primary, zoom, incoherent, bounce 1 | 0.96, 0.96, 0.97, 0.95; 0.94, 0.94, 0.97, 0.95 |
-//! | **not kept** (there): what planes' distances take off kept in memory, so that the walk has registers left | 1 | 0.96, 1.00, 1.00, 0.99; 0.98, 0.99, 1.05, 0.99 |
-//! | many rays in one call, whose beginning and end cost as much as four nodes ([`MeshTracer::nearest_of_each`], any hit; there, native build) | 1 | 1.17, 1.10, 1.04, 1.05; 1.12, 1.09, 1.07, 1.04; of any hit by the default build primary, zoom, incoherent 1.40, 1.21, 1.07; 1.20, 1.14, 1.09 |
-//! | **not kept** (there): then again the nearest child in code of its own, and the shear at the first leaf | 1 | 0.97, 0.96, 0.98, 0.97 and 0.95, 0.87, 0.96, 0.82; 0.99, 0.98, 1.05, 1.00 and 0.98, 0.90, 1.04, 0.89 |
-//! | four wide, leaves of triangle numbers for leaves of corners (319 kB for 544 kB in scene A) | zoom 10.3, incoherent 4.1, bounce 5.2, primary 26.9 | 8.3, 3.8, 4.5, 23.5 |
-//! | **not kept:** the same, corners gathered into lanes, not taken one triangle at a time | incoherent 3.7, bounce 4.3, primary 23.1 | 3.6, 4.2, 21.7 |
-//!
-//! So it is not the number of instructions that decides: by callgrind, with what makes a ray
-//! of six numbers and writes its hit, a ray takes 477 of them and misses 0.80 branches
-//! (primary; zoom 815 and 1.44, incoherent 1,414 and 12.1), in tinybvh 354 and 0.68 (561 and
-//! 0.82, 1,191 and 11.4), in Embree's robust mode 492 and 1.46 (907 and 3.51, 1,559 and
-//! 13.4). What tinybvh does without is the shear and the exact signs of the watertight test,
-//! and the boxes of triangles that are hit, which make hits the same whatever was visited
-//! first.
 
-use super::hit::{Any, Hit, MeshHit, Nearest, Sought};
+use super::hit::{Any, Goal, Hit, MeshHit, Nearest};
 use super::leaves::Leaves;
 use super::stack::{TraversalStack, Work};
 use super::tile::{TileHits, TileInMeshSearch, TileRays};
@@ -68,31 +32,31 @@ impl<'a, const W: usize> MeshView<'a, W> {
     }
 }
 
-/// Looks for the nearest triangle, or for any.
+/// Visits the triangles of a mesh for the nearest hit, or for any.
 pub(super) struct InMesh<'r, 'a, const W: usize, S> {
-    sought: S,
+    goal: S,
     leaves: Leaves<'a, W>,
     ray: &'r Ray,
     slabs: &'r Slabs,
-    /// Computed at the first leaf: most rays meet none.
+    /// The ray's shear, computed at the first leaf: most rays meet none.
     shear: Option<Shear>,
-    /// No hit is nearer than this: where the ray enters the instance's box.
+    /// Least distance of a hit: where the ray enters the instance's box.
     start: f32,
     limit: f32,
     pub(super) best: MeshHit,
 }
 
-impl<'r, 'a, const W: usize, S: Sought> InMesh<'r, 'a, W, S> {
+impl<'r, 'a, const W: usize, S: Goal> InMesh<'r, 'a, W, S> {
     #[inline(always)]
     pub(super) fn new(
-        sought: S,
+        goal: S,
         mesh: &MeshView<'a, W>,
         ray: &'r Ray,
         slabs: &'r Slabs,
         (start, limit): (f32, f32),
     ) -> Self {
         Self {
-            sought,
+            goal,
             leaves: mesh.leaves,
             ray,
             slabs,
@@ -103,13 +67,12 @@ impl<'r, 'a, const W: usize, S: Sought> InMesh<'r, 'a, W, S> {
         }
     }
 
-    /// Takes a hit within the limit into account. True where the search is
-    /// over.
+    /// Keeps a hit within the limit. True ends the search.
     #[inline(always)]
     fn accept(&mut self, hit: MeshHit) -> bool {
         self.best.take_nearer(hit);
         self.limit = min(self.limit, self.best.t);
-        self.sought.is_any()
+        self.goal.is_any()
     }
 
     #[inline(always)]
@@ -153,8 +116,8 @@ impl<'r, 'a, const W: usize, S: Sought> InMesh<'r, 'a, W, S> {
 }
 
 /// The nearest of the lanes whose edge functions vanished somewhere, decided
-/// exactly. Takes what it needs by value: a search whose address were known
-/// here would have to be kept in memory all through the walk.
+/// exactly. Takes its arguments by value: a reference to the search would keep it in memory
+/// all through the walk.
 #[cold]
 #[inline(never)]
 fn nearest_exactly<const W: usize>(
@@ -225,7 +188,7 @@ fn axis_interval<const W: usize, L: Lanes<W>>(
     )
 }
 
-impl<const W: usize, S: Sought> Visitor<W> for InMesh<'_, '_, W, S> {
+impl<const W: usize, S: Goal> Visitor<W> for InMesh<'_, '_, W, S> {
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.limit
@@ -252,7 +215,7 @@ impl<const W: usize, S: Sought> Visitor<W> for InMesh<'_, '_, W, S> {
             return false;
         };
         let shear = self.shear();
-        // They are 0 to 2, but that is not known here: without a branch.
+        // 0 to 2; the remainder tells the compiler without a branch.
         let [kx, ky, kz] = map3(shear.axes, |axis| axis.min(2));
         let [sx, sy, sz] = map3(shear.factors, |s| l.splat(s));
         let [ox, oy, oz] = map3(shear.origin, |o| l.splat(o));
@@ -324,17 +287,17 @@ pub struct MeshTracer<'a, const W: usize = 8> {
 }
 
 struct SearchMesh<'r, 'a, const W: usize, S> {
-    sought: S,
+    goal: S,
     mesh: &'r MeshView<'a, W>,
     stack: &'r mut TraversalStack,
 }
 
-impl<const W: usize, S: Sought> RayKernel<W> for SearchMesh<'_, '_, W, S> {
+impl<const W: usize, S: Goal> RayKernel<W> for SearchMesh<'_, '_, W, S> {
     type Output = (MeshHit, Work);
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (MeshHit, Work) {
         let slabs = Slabs::new(ray, self.mesh.extent);
-        let mut search = InMesh::new(self.sought, self.mesh, ray, &slabs, (0.0, f32::INFINITY));
+        let mut search = InMesh::new(self.goal, self.mesh, ray, &slabs, (0.0, f32::INFINITY));
         let mut path = Path::<false>::new(self.stack, 0);
         let (nodes, root) = (self.mesh.nodes, self.mesh.root);
         walk(lanes, nodes, root, &slabs, &mut search, &mut path);
@@ -344,7 +307,7 @@ impl<const W: usize, S: Sought> RayKernel<W> for SearchMesh<'_, '_, W, S> {
 
 /// Rays one after the other, by code of one instruction set from the first to the last.
 struct SearchEach<'r, 'a, const W: usize, S, R, T> {
-    sought: S,
+    goal: S,
     mesh: &'r MeshView<'a, W>,
     rays: R,
     stack: &'r mut TraversalStack,
@@ -353,7 +316,7 @@ struct SearchEach<'r, 'a, const W: usize, S, R, T> {
 
 impl<const W: usize, S, R, T> Kernel<W> for SearchEach<'_, '_, W, S, R, T>
 where
-    S: Sought,
+    S: Goal,
     R: Iterator<Item = Option<Ray>>,
     T: FnMut(Option<MeshHit>),
 {
@@ -363,12 +326,12 @@ where
     fn run<L: Lanes<W>>(mut self, lanes: L) -> u64 {
         let mut steps: u64 = 0;
         for ray in self.rays {
-            // Not by a closure: where a build does not inline it, it is compiled without the
-            // kernel's instructions, and each of them is a call.
+            // Not a closure: one that is not inlined is compiled without the kernel's
+            // instruction set.
             let hit = match ray {
                 Some(ray) => {
                     let search = SearchMesh {
-                        sought: self.sought,
+                        goal: self.goal,
                         mesh: self.mesh,
                         stack: &mut *self.stack,
                     };
@@ -388,7 +351,7 @@ impl<'a, const W: usize> MeshTracer<'a, W>
 where
     Simd: Runs<W>,
 {
-    /// For mesh number `mesh` of the scene, or `None` where there is none.
+    /// A tracer for mesh number `mesh` of the scene; `None` if the scene has no such mesh.
     pub fn new(scene: &Scene<'a, W>, mesh: usize, simd: Simd) -> Option<Self> {
         let mesh = MeshView::new(scene, scene.meshes.get(mesh)?);
         Some(Self { mesh, simd })
@@ -402,8 +365,8 @@ where
         ((hit.triangle != u32::MAX).then_some(hit), work.steps)
     }
 
-    /// Whether there is any triangle along the ray, and the number of steps it took
-    /// to find out: fewer than for the nearest, as the first that is found will do.
+    /// Whether there is any triangle along the ray, and the number of steps: at most those of
+    /// [`nearest`](Self::nearest), because the first hit ends the search.
     #[inline]
     pub fn any(&self, ray: &Ray, stack: &mut TraversalStack) -> (bool, u64) {
         let (hit, work) = self.search(Any, ray, stack);
@@ -411,26 +374,17 @@ where
     }
 
     #[inline(always)]
-    fn search<S: Sought>(
-        &self,
-        sought: S,
-        ray: &Ray,
-        stack: &mut TraversalStack,
-    ) -> (MeshHit, Work) {
+    fn search<S: Goal>(&self, goal: S, ray: &Ray, stack: &mut TraversalStack) -> (MeshHit, Work) {
         let mesh = &self.mesh;
-        let search = SearchMesh {
-            sought,
-            mesh,
-            stack,
-        };
+        let search = SearchMesh { goal, mesh, stack };
         self.simd.run_along(ray, search)
     }
 
     /// The nearest triangles along many rays, one ray after the other, as
-    /// [`nearest`](Self::nearest) finds them, handed to `take` in the rays' order; `None` is
-    /// a ray that is none, and meets nothing. Says how many steps all took together.
+    /// [`nearest`](Self::nearest) finds them, handed to `take` in the rays' order; a `None`
+    /// among the rays meets nothing. Returns the number of steps of all rays.
     ///
-    /// Faster than a call for each: what begins and ends one is done with once.
+    /// Faster than a call for each ray.
     #[inline]
     pub fn nearest_of_each(
         &self,
@@ -454,16 +408,16 @@ where
     }
 
     #[inline(always)]
-    fn each<S: Sought>(
+    fn each<S: Goal>(
         &self,
-        sought: S,
+        goal: S,
         rays: impl Iterator<Item = Option<Ray>>,
         stack: &mut TraversalStack,
         take: impl FnMut(Option<MeshHit>),
     ) -> u64 {
         let mesh = &self.mesh;
         let search = SearchEach {
-            sought,
+            goal,
             mesh,
             rays,
             stack,

@@ -14,10 +14,10 @@ pub fn reflect(direction: Vec3, normal: Vec3) -> Vec3 {
 pub struct Refraction {
     /// The share of unpolarised light that is reflected, 0 to 1.
     pub reflectance: f32,
-    /// The share that is not, 0 to 1: not as the difference from 1 where it is
-    /// the lesser, which has no digits left at grazing incidence.
+    /// The share that is transmitted, 0 to 1. Where it is small it is not computed as a
+    /// difference from 1, which has no digits left at grazing incidence.
     pub transmittance: f32,
-    /// The unit direction of the rest; `None` on total internal reflection.
+    /// The unit direction of the transmitted light; `None` on total internal reflection.
     pub direction: Option<Vec3>,
 }
 
@@ -40,8 +40,7 @@ pub fn refract(direction: Vec3, normal: Vec3, from: f32, to: f32) -> Refraction 
     let difference = (n - m) * (n + m);
     let a = m * cos_in;
     let mut g2 = difference + a * a;
-    // Near the critical angle what is left of the two terms is mostly their
-    // rounding.
+    // Near the critical angle the difference of the two terms is mostly rounding.
     if g2.abs() < a * a * NEARLY_CRITICAL {
         g2 = nearly_critical(m, n, cos_in);
         if g2.abs() < a * a * CRITICAL {
@@ -64,8 +63,7 @@ pub fn refract(direction: Vec3, normal: Vec3, from: f32, to: f32) -> Refraction 
     let reflected_s = difference * s * s;
     let reflected_p = difference * ((n2 + m2) * cos_in * cos_in - m2) * p * p;
     let reflected = 0.5 * (reflected_s * reflected_s + reflected_p * reflected_p);
-    // The lesser share by its own formula; the greater loses nothing as the
-    // rest.
+    // The lesser share by its own formula, the greater as the rest.
     let (reflectance, transmittance) = if reflected < 0.5 {
         (reflected, 1.0 - reflected)
     } else {
@@ -82,11 +80,10 @@ pub fn refract(direction: Vec3, normal: Vec3, from: f32, to: f32) -> Refraction 
     }
 }
 
-/// The part of m²·cos² θᵢ that g² is below where it is worked out in twice as
-/// many digits.
+/// Below this share of m²·cos² θᵢ, g² is computed with twice as many digits.
 const NEARLY_CRITICAL: f32 = 0.125;
 
-/// And where it is worked out with all of them: of 45 bits 25 are left here.
+/// Below this share g² is computed exactly: of 45 bits 25 are left here.
 const CRITICAL: f32 = 1.0 / 1_048_576.0;
 
 /// n² − m² + m²·cos², good to some 45 bits of its terms.
@@ -114,6 +111,8 @@ fn critical(m: f32, n: f32, cos: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hostile::{finite, is_unit, torment};
+    use crate::numeric::normalize;
     use proptest::prelude::*;
 
     /// Reflectance and transmittance in f64, by forms that do not cancel
@@ -172,7 +171,7 @@ mod tests {
 
     #[test]
     fn shares_are_fresnels_at_every_angle() {
-        // An interpreter takes its time.
+        // Fewer under Miri, which is slow.
         let steps = if cfg!(miri) { 5 } else { 4000 };
         for index in INDICES {
             for (m, n) in [(1.0, index), (index, 1.0)] {
@@ -285,5 +284,26 @@ mod tests {
                 prop_assert!(refracted.y <= 0.0 && refracted.z == 0.0);
             }
         }
+    }
+
+    #[test]
+    fn directions_of_any_unit_vectors_and_indices_are_unit_vectors() {
+        torment(|n| {
+            let (direction, normal) = (n.vector([0.6, -0.8, 0.0]), n.vector([0.0, 1.0, 0.0]));
+            let units = normalize(direction).zip(normalize(normal));
+            let (from, to) = (n.next(1.0), n.next(1.5));
+            let known = [from, to]
+                .iter()
+                .all(|index| (0.01..=100.0).contains(index));
+            if let Some((direction, normal)) = units.filter(|_| known) {
+                finite(&reflect(direction, normal));
+                let all = refract(direction, normal, from, to);
+                finite(&all);
+                for share in [all.reflectance, all.transmittance] {
+                    assert!((0.0..=1.0).contains(&share), "{all:?}");
+                }
+                all.direction.iter().for_each(is_unit);
+            }
+        });
     }
 }

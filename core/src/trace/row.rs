@@ -8,8 +8,8 @@
 
 use super::graticule;
 use super::hit::{Hit, MeshHit};
-use super::tracer::{Pixel, Workspace};
 use super::walk::leaf_index;
+use super::workspace::{Pixel, Workspace};
 use super::world::map_component;
 use crate::numeric::{SQUARABLE, UNIT_ROUNDOFF, map3};
 use crate::scene::Scene;
@@ -21,7 +21,7 @@ use glam::Vec3;
 /// Rays of a row.
 const EIGHT: usize = 8;
 
-/// Eight rays by the components of their starts and directions.
+/// Eight rays, by the components of their starts and directions.
 pub(crate) struct RowRays<'r> {
     pub(crate) origins: &'r [[f32; EIGHT]; 3],
     pub(crate) directions: &'r [[f32; EIGHT]; 3],
@@ -29,7 +29,7 @@ pub(crate) struct RowRays<'r> {
     pub(crate) active: u32,
 }
 
-/// What they have found.
+/// What eight rays have met.
 pub(crate) struct RowHits {
     pub(super) hits: [Hit; EIGHT],
     /// Meshes that rays may meet, and a bit for each ray.
@@ -67,7 +67,7 @@ impl RowHits {
     }
 }
 
-/// Against the instances of a scene. `None` where they are not all children of
+/// Searches the instances of a scene. `None` where they are not all children of
 /// one node, or where a ray is square to an axis: it has no reciprocal here.
 pub(super) struct RowSearch<'r, 'a, const W: usize> {
     pub(super) scene: &'r Scene<'a, W>,
@@ -127,7 +127,7 @@ impl<const W: usize> Kernel<EIGHT> for RowSearch<'_, '_, W> {
 }
 
 impl RowHits {
-    /// Takes hits where they are nearer, as a ray alone does.
+    /// Keeps the nearer hits, by the rules of a single ray.
     #[inline(always)]
     fn take_nearer(&mut self, instance: u32, t: &[f32; EIGHT], first: u32, hit: u32) {
         for (lane, best) in self.hits.iter_mut().enumerate() {
@@ -236,7 +236,7 @@ impl Kernel<EIGHT> for Between<'_> {
     }
 }
 
-/// Of hits; infinite where there is none.
+/// Returns hit distances; infinity for a miss.
 #[inline(always)]
 fn distances(hits: &[Hit; EIGHT]) -> [f32; EIGHT] {
     let mut distances = [0.0; EIGHT];
@@ -246,7 +246,7 @@ fn distances(hits: &[Hit; EIGHT]) -> [f32; EIGHT] {
     distances
 }
 
-/// [`Slabs`] of eight rays.
+/// [`Slabs`] for eight rays.
 struct RowSlabs<F, M> {
     reciprocal: [F; 3],
     near: [F; 3],
@@ -339,7 +339,7 @@ fn planes<const W: usize, L: Lanes<EIGHT>>(
     ]
 }
 
-/// The map of a direction, as of a single one.
+/// Maps directions, as `map_vector` does for one.
 #[inline(always)]
 fn vector<L: Lanes<EIGHT>>(l: L, map: &[[f32; 3]; 4], v: [L::F; 3]) -> [L::F; 3] {
     [

@@ -1,6 +1,6 @@
 use crate::numeric::lowbias32;
 
-/// Which sample of which pixel a ray is. Whatever is drawn by lot goes by it:
+/// The sample and pixel that a ray belongs to. It seeds all random choices, so they are
 /// the same for tiles of any size, in any order, on any number of threads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Sample {
@@ -14,11 +14,10 @@ impl Sample {
     /// Pixels a side of the largest view: their numbers have 16 bits.
     pub(crate) const MOST_PIXELS: u32 = 1 << 16;
 
-    /// Most of a pixel.
+    /// Most samples of a pixel.
     pub(crate) const MOST: u16 = 4096;
 
-    /// The only one of a pixel that is alone: what a ray has that belongs to
-    /// no picture.
+    /// The sample of a ray that belongs to no picture.
     pub(crate) const ALONE: Self = Self::new(0, 0, 0, 1);
 
     /// Number `index` of the `count` of a pixel of a view.
@@ -41,8 +40,7 @@ impl Sample {
         self.count
     }
 
-    /// A number that looks drawn by lot, the same for all samples of a pixel:
-    /// a hash of its place.
+    /// A pseudo-random number, the same for all samples of a pixel: a hash of its place.
     pub(crate) const fn seed(self) -> u32 {
         lowbias32((self.row as u32) << 16 | self.column as u32)
     }
@@ -54,7 +52,7 @@ mod tests {
 
     #[test]
     fn pixels_have_seeds_of_their_own() {
-        // An interpreter takes its time.
+        // Fewer under Miri, which is slow.
         let side = if cfg!(miri) { 3 } else { 64 };
         let mut bits = [0u32; 32];
         for row in 0..side {
@@ -70,7 +68,7 @@ mod tests {
             }
         }
         if !cfg!(miri) {
-            // Of neighbours each bit differs half the time: 2048 ± 6 × 32.
+            // Each bit of neighbours differs half the time: 2048 ± 6 × 32.
             assert!(
                 bits.iter().all(|count| count.abs_diff(2048) < 192),
                 "{bits:?}"

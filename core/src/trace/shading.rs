@@ -12,9 +12,10 @@ use super::hit::Hit;
 use super::ledger::{Ledger, Record};
 use super::optics::{Refraction, reflect, refract};
 use super::sample::Sample;
+use super::search::Searcher;
 use super::surface::Surface;
 use super::texture::TEXTURES;
-use super::tracer::{LEAST_WEIGHT, Pixel, RayDetail, Tracer, Workspace};
+use super::workspace::{Pending, Pixel, RayDetail, Workspace};
 use crate::numeric::{map3, sqrt};
 use crate::scene::EffectSet;
 use crate::scene::format::effect;
@@ -22,53 +23,48 @@ use crate::shape::Ray;
 use crate::simd::{Runs, Simd};
 use fan::Fan;
 use glam::Vec3;
+use light::Incidence;
 
-/// Traces what a primary ray leaves behind where it hits.
+/// Rays that add less than this to every channel of a pixel are not traced: a
+/// quarter of a step of an eight-bit picture. At the border of a clear body the
+/// other ray has their share.
+pub const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
+
+/// A primary ray that hits something.
+pub(super) struct PrimaryRay<'r> {
+    pub(super) ray: &'r Ray,
+    pub(super) hit: Hit,
+    /// The detail of its ray tree.
+    pub(super) detail: RayDetail,
+    /// The sample that it belongs to.
+    pub(super) sample: Sample,
+}
+
+/// Traces the ray tree that starts at a primary ray's hit.
 pub(super) type Shade<const W: usize> = for<'r, 's> fn(
-    &'r Tracer<'s, W>,
-    &'r Ray,
-    Hit,
-    (RayDetail, Sample),
+    &'r Searcher<'s, W>,
+    &'r PrimaryRay<'r>,
     &'r mut Budget,
     &'r mut Workspace,
 ) -> Pixel;
 
-/// A ray of the tree that is still to be traced.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Pending {
-    ray: Ray,
-    /// What its light counts for in the pixel.
-    weight: Vec3,
-    /// What the background behind it takes from the pixel's coverage.
-    uncovered: f32,
-    bounces: u8,
-    /// The effect that sent it, by its bit's number.
-    cause: u8,
-    /// Whether it is what glass reflects of a sample's wavelengths.
-    is_tinted: bool,
-}
-
-/// As [`Tracer::radiance_from`], which it is chosen by: what is compiled for the
-/// effects of some bits.
+/// As [`Tracer::radiance_from`](super::Tracer::radiance_from), compiled for some effects.
 pub(super) fn shade_tree<const W: usize, const EFFECTS: u32>(
-    tracer: &Tracer<'_, W>,
-    ray: &Ray,
-    hit: Hit,
-    of: (RayDetail, Sample),
+    searcher: &Searcher<'_, W>,
+    primary: &PrimaryRay<'_>,
     budget: &mut Budget,
     workspace: &mut Workspace,
 ) -> Pixel
 where
     Simd: Runs<W>,
 {
-    tree::<W, EFFECTS, ()>(tracer, (ray, hit), of, budget, workspace, &mut ())
+    tree::<W, EFFECTS, ()>(searcher, primary, budget, workspace, &mut ())
 }
 
-/// The same with all effects, and what each does.
+/// Shades with all effects and records what each does.
 pub(super) fn shade_and_record<const W: usize>(
-    tracer: &Tracer<'_, W>,
-    (ray, hit): (&Ray, Hit),
-    of: (RayDetail, Sample),
+    searcher: &Searcher<'_, W>,
+    primary: &PrimaryRay<'_>,
     workspace: &mut Workspace,
     ledger: &mut Ledger,
 ) -> Pixel
@@ -77,14 +73,13 @@ where
 {
     const ALL: u32 = EffectSet::ALL.bits();
     let budget = &mut { Budget::UNLIMITED };
-    tree::<W, ALL, Ledger>(tracer, (ray, hit), of, budget, workspace, ledger)
+    tree::<W, ALL, Ledger>(searcher, primary, budget, workspace, ledger)
 }
 
 #[inline(always)]
 fn tree<const W: usize, const EFFECTS: u32, R: Record>(
-    tracer: &Tracer<'_, W>,
-    (ray, hit): (&Ray, Hit),
-    (detail, sample): (RayDetail, Sample),
+    searcher: &Searcher<'_, W>,
+    primary: &PrimaryRay<'_>,
     budget: &mut Budget,
     workspace: &mut Workspace,
     record: &mut R,
@@ -92,16 +87,17 @@ fn tree<const W: usize, const EFFECTS: u32, R: Record>(
 where
     Simd: Runs<W>,
 {
+    let detail = primary.detail;
     let shading = Shading::<W, EFFECTS> {
-        tracer,
+        searcher,
         detail,
-        sample,
-        effects: tracer.effects().bits() & EFFECTS,
+        sample: primary.sample,
+        effects: searcher.effects.bits() & EFFECTS,
     };
     let mut gathered = Gathered {
         light: Vec3::ZERO,
         alpha: 1.0,
-        nm: tracer.spectrum().single(),
+        nm: searcher.spectrum.single(),
         tint: Vec3::ONE,
         fan: None,
         share: 0.0,
@@ -112,21 +108,21 @@ where
         record,
     };
     let mut next = Pending {
-        ray: *ray,
+        ray: *primary.ray,
         weight: Vec3::ONE,
         uncovered: 1.0,
         bounces: 0,
         cause: 0,
         is_tinted: false,
     };
-    let mut hit = Some(hit);
+    let mut hit = Some(primary.hit);
     workspace.pending.clear();
-    // Every ray has more bounces than its parent, and fans have so many
-    // wavelengths: the loop ends.
+    // The loop ends: every ray has more bounces than its parent, and a fan has a fixed
+    // number of wavelengths.
     loop {
         shading.shade(&next, hit, &mut gathered, budget, workspace);
         if EFFECTS & effect::DISPERSION != 0 {
-            shading.go_on_with_fan(&mut gathered, workspace);
+            shading.advance_fan(&mut gathered, workspace);
         }
         let Some(pending) = workspace.pending.pop().filter(|_| !budget.is_exhausted()) else {
             break;
@@ -136,7 +132,7 @@ where
             gathered.look_through(next.is_tinted);
         }
         let before = workspace.statistics.steps;
-        hit = tracer.nearest_on(detail.rung, &next.ray, budget, workspace);
+        hit = searcher.nearest_on(detail.rung, &next.ray, budget, workspace);
         let steps = workspace.statistics.steps - before;
         gathered.record.ray(next.cause, steps);
     }
@@ -153,7 +149,7 @@ where
     }
 }
 
-/// Effects that are carried out wherever a surface that has them is met.
+/// Effects that are counted whenever a ray meets a surface that has them.
 const OF_SURFACES: u32 = effect::GRATICULE | effect::EMISSION | TEXTURES;
 
 /// The number of an effect's bit.
@@ -163,10 +159,10 @@ const fn place(bit: u32) -> u8 {
 
 /// The shading of one ray tree, for the effects of some bits.
 struct Shading<'t, 'a, const W: usize, const EFFECTS: u32> {
-    tracer: &'t Tracer<'a, W>,
+    searcher: &'t Searcher<'a, W>,
     detail: RayDetail,
     sample: Sample,
-    /// The tracer's, of those that this is compiled for.
+    /// The tracer's effects, as far as this code is compiled for them.
     effects: u32,
 }
 
@@ -179,8 +175,7 @@ where
         EFFECTS & bits != 0
     }
 
-    /// Adds what a ray sees to the pixel, and the rays that it leaves behind to
-    /// those that are still to be traced.
+    /// Adds what a ray sees to the pixel and pushes its child rays.
     fn shade<R: Record>(
         &self,
         from: &Pending,
@@ -190,11 +185,11 @@ where
         workspace: &mut Workspace,
     ) {
         let direction = from.ray.direction();
-        let scene = self.tracer.scene();
+        let scene = &self.searcher.scene;
         let surface =
             hit.and_then(|hit| Surface::new::<W, EFFECTS>(scene, &from.ray, &hit, self.effects));
         let (Some(hit), Some(surface)) = (hit, surface) else {
-            self.see_background(direction, (from.weight, from.uncovered), gathered);
+            self.see_background(direction, from.weight, from.uncovered, gathered);
             return;
         };
         let material = surface.material;
@@ -214,18 +209,22 @@ where
         };
         let facing = if inside { -1.0 } else { 1.0 };
         let normal = surface.shading_normal * facing;
-        let towards = (direction, normal, facing);
+        let incidence = Incidence {
+            direction,
+            normal,
+            facing,
+        };
         let record = &mut *gathered.record;
-        let own = self.own_light(&surface, towards, budget, workspace, record);
+        let own = self.own_light(&surface, incidence, budget, workspace, record);
         gathered.add::<EFFECTS>(weight * own);
         let is_clear = Self::has(effect::REFRACTION) && effects & effect::REFRACTION != 0;
         if from.bounces >= self.detail.depth {
             if is_clear {
-                // What is behind it is not followed, but it is not dark.
+                // At the last bounce the background stands for what is behind the glass.
                 let let_through = Vec3::from_array(material.transmission);
                 let share = if inside { Vec3::ONE } else { let_through };
                 let uncovered = from.uncovered * share.max_element();
-                self.see_background(direction, (weight * share, uncovered), gathered);
+                self.see_background(direction, weight * share, uncovered, gathered);
             }
             return;
         }
@@ -253,16 +252,16 @@ where
         }
     }
 
-    /// Adds the background, of light that counts for so much and is uncovered so
-    /// far.
+    /// Adds the background, with a weight and the uncovered share of the pixel.
     #[inline(always)]
     fn see_background<R: Record>(
         &self,
         direction: Vec3,
-        (weight, uncovered): (Vec3, f32),
+        weight: Vec3,
+        uncovered: f32,
         gathered: &mut Gathered<'_, 'a, R>,
     ) {
-        let background = self.tracer.scene().background();
+        let background = self.searcher.scene.background();
         let alpha = background.alpha;
         // Seen directly or through glass it counts as far as it covers; seen in a
         // mirror it is part of the mirror.
@@ -272,7 +271,7 @@ where
         gathered.alpha -= uncovered * (1.0 - alpha);
     }
 
-    /// What goes on from the border of a clear body, on both sides of it.
+    /// Pushes the reflected and the refracted ray at the border of a clear body.
     fn enter<R: Record>(
         &self,
         at: Arrival<'a>,
@@ -284,8 +283,8 @@ where
             && material.effects & self.effects & effect::DISPERSION != 0
             && gathered.nm == 0.0
             && let Some(part) = self
-                .tracer
-                .spectrum()
+                .searcher
+                .spectrum
                 .part(self.sample, self.detail.wavelengths)
         {
             self.begin_fan(at, part, gathered, workspace);
@@ -308,12 +307,12 @@ where
         }
     }
 
-    /// Which rays go on from a border that lets these shares of the light
-    /// through and back. Where one is not traced, the other has its share: so
-    /// clear glass loses nothing, and white through it is white.
+    /// Chooses the rays that leave a border, given the shares of light that pass and that
+    /// return. A ray that is not traced gives its share to the other, so clear glass loses
+    /// no light and white stays white.
     fn sides(&self, at: &Arrival<'_>, through: Vec3, back: Vec3) -> Sides {
         let counts = |share: Vec3| (at.weight * share).max_element() >= LEAST_WEIGHT;
-        // What the last bounce sends back into a body would end inside it.
+        // A ray reflected into the body at the last bounce would end inside it.
         let ends_inside = at.inside && at.bounces >= self.detail.depth && through != Vec3::ZERO;
         let all = Some(through + back).filter(|all| counts(*all));
         let (all_through, all_back) = ((all, None), (None, all));
@@ -327,14 +326,14 @@ where
         Sides { through, back }
     }
 
-    /// What the border of a clear body reflects.
+    /// Pushes the ray that the border of a clear body reflects.
     fn reflect_in_part<R: Record>(
         at: &Arrival<'a>,
         share: Vec3,
         gathered: &mut Gathered<'_, 'a, R>,
         workspace: &mut Workspace,
     ) {
-        // Inside, what is reflected is still on its way through.
+        // A ray reflected inside the body may still leave it on the far side.
         let uncovered = if at.inside {
             at.uncovered * share.max_element()
         } else {
@@ -348,14 +347,14 @@ where
         }
     }
 
-    /// At the border of a clear body, of a wavelength or of all. Nested media
-    /// are not known: outside is always air.
+    /// Returns the refraction at the border of a clear body, at one wavelength (`nm`) or
+    /// for all (0). Nested media are not supported: outside is always air.
     fn refraction(&self, at: &Arrival<'_>, nm: f32) -> Refraction {
         let material = at.surface.material;
         let own = if Self::has(effect::DISPERSION)
             && material.effects & self.effects & effect::DISPERSION != 0
             && nm > 0.0
-            && let Some(medium) = self.tracer.scene().media.get(material.medium as usize)
+            && let Some(medium) = self.searcher.scene.media.get(material.medium as usize)
         {
             medium.index(nm)
         } else {
@@ -369,15 +368,15 @@ where
 /// A ray where it meets the border of a clear body, or a mirror.
 struct Arrival<'a> {
     surface: Surface<'a>,
-    /// The ray's: unit.
+    /// Direction of the ray, unit length.
     direction: Vec3,
-    /// Unit, on the ray's side.
+    /// Shading normal on the ray's side, unit length.
     normal: Vec3,
     inside: bool,
-    /// Of the ray, there.
+    /// What the ray's light counts for in the pixel on arrival.
     weight: Vec3,
     uncovered: f32,
-    /// Of the rays that it leaves behind.
+    /// Number of bounces of its child rays.
     bounces: u8,
     is_tinted: bool,
 }
@@ -429,31 +428,28 @@ struct Sides {
 struct Gathered<'r, 'a, R> {
     light: Vec3,
     alpha: f32,
-    /// Of the rays that are being traced: nanometres; 0 for all wavelengths.
+    /// Wavelength of the current rays: nanometres; 0 for all wavelengths.
     nm: f32,
-    /// And their colour.
+    /// Colour of the current rays.
     tint: Vec3,
-    /// What they come from, if they have one.
+    /// The fan that the current rays belong to.
     fan: Option<Fan<'a>>,
-    /// Of the sample's wavelengths, those that are being traced: 0 where rays
-    /// are not of these.
+    /// Share of the sample's wavelengths that is being traced; 0 outside fans.
     share: f32,
-    /// Whether the fan's wavelength is its first: without dispersion its rays
-    /// would be there as well.
+    /// Whether this is the fan's first wavelength, whose rays exist without dispersion too.
     is_first: bool,
-    /// The colour of what fans reflect: of all wavelengths that the sample takes.
+    /// Colour of the light that fans reflect: the sum over the sample's wavelengths.
     reflected: Vec3,
-    /// What the sample sees by its wavelengths as if they had no colours: the
-    /// mean of these.
+    /// Mean light over the sample's wavelengths, each counted without its colour.
     through: Vec3,
-    /// What they lack to be white; `None` without a fan.
+    /// What the sample's wavelengths lack to sum to white; `None` without a fan.
     missing: Option<Vec3>,
     record: &'r mut R,
 }
 
 impl<R> Gathered<'_, '_, R> {
-    /// What a ray is sent by: in the further wavelengths of a fan by dispersion,
-    /// whatever sends it on.
+    /// The effect that a ray is counted for: dispersion for a fan's second and further
+    /// wavelengths, else `own`.
     #[inline(always)]
     fn cause<const EFFECTS: u32>(&self, own: u32) -> u32 {
         if EFFECTS & effect::DISPERSION != 0 && self.share > 0.0 && !self.is_first {
@@ -463,7 +459,7 @@ impl<R> Gathered<'_, '_, R> {
         }
     }
 
-    /// Between fans: the colour of the next ray.
+    /// Sets the colour of the next ray, outside fans.
     #[inline(always)]
     fn look_through(&mut self, is_tinted: bool) {
         self.is_first = true;
@@ -497,7 +493,7 @@ struct Next {
 }
 
 impl Next {
-    /// Whether there is such a ray, and it was put down to be traced.
+    /// Pushes the ray. False if there is none, or no room.
     fn push(self, workspace: &mut Workspace) -> bool {
         let Some(ray) = self.ray else {
             return false;
@@ -516,8 +512,8 @@ impl Next {
     }
 }
 
-/// A reflection off an interpolated normal can point into the surface; it is
-/// turned back out, continuously.
+/// Mirrors a direction that points into the surface back out of it, as reflections off
+/// interpolated normals can need. Continuous.
 fn above(direction: Vec3, normal: Vec3) -> Vec3 {
     let depth = direction.dot(normal);
     if depth < 0.0 {

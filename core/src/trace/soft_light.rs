@@ -16,7 +16,7 @@ pub(super) struct Points {
 }
 
 impl Points {
-    /// Those of a light for a pixel, by its seed.
+    /// The points on a light for the pixel of this seed.
     pub(super) const fn new(seed: u32, light: u32) -> Self {
         let first = lowbias32(seed ^ light.wrapping_mul(0x9e37_79b9));
         Self {
@@ -50,18 +50,18 @@ fn centred(bits: u32) -> f32 {
     ((bits >> 9) as f32 * 2.0 + (1.0 - PARTS)) / PARTS
 }
 
-/// A rectangle, as the points of it see what they light.
+/// A rectangular light, prepared for sampling.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rectangle<'a> {
     light: &'a Light,
-    /// Unit, to the side that shines; of both sides either.
+    /// Unit normal of the side that shines; of either side if both do.
     normal: Vec3,
-    /// Its area over π: square metres.
+    /// Area divided by π: square metres.
     area: f32,
 }
 
 impl<'a> Rectangle<'a> {
-    /// `None` for one without an area, which gives no light.
+    /// `None` for a rectangle without an area, which gives no light.
     pub(super) fn new(light: &'a Light) -> Option<Self> {
         let right = Vec3::from_array(light.right);
         let up = Vec3::from_array(light.up);

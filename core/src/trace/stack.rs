@@ -1,7 +1,7 @@
 use crate::scene::STACK_ENTRIES;
 
-/// Children that traversal has still to visit: a little over 1 KiB that the
-/// caller owns, so that it is neither allocated nor cleared for each ray.
+/// Children still to visit: a little over 1 KiB of the caller's memory, neither allocated nor
+/// cleared for each ray.
 #[derive(Debug, Clone)]
 pub struct TraversalStack {
     pub(super) distances: [f32; STACK_ENTRIES],
@@ -25,7 +25,7 @@ impl Default for TraversalStack {
     }
 }
 
-/// Work that traversal has done.
+/// The work of a traversal.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Work {
     /// Nodes visited and primitives tested.

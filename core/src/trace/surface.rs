@@ -11,19 +11,18 @@ use crate::scene::format::{Instance, Material, Mesh, NO_MATERIAL, Triangle, flag
 use crate::shape::{Ray, Spheroid};
 use glam::Vec3;
 
-/// What shading needs to know of a hit.
+/// The surface at a hit, as shading needs it.
 #[derive(Clone, Copy)]
 pub(super) struct Surface<'a> {
     /// On the surface to rounding, whatever the distance of the ray's start:
     /// from the corners' weights, not from the ray.
     pub(super) point: Vec3,
-    /// Unit, outward, of the true shape.
+    /// Outward normal of the true shape, unit length.
     pub(super) geometric_normal: Vec3,
-    /// Unit, outward, interpolated where the instance asks for it.
+    /// Outward normal, interpolated where the instance asks for it, unit length.
     pub(super) shading_normal: Vec3,
     pub(super) material: &'a Material,
-    /// Where it is on the material's texture; 0 where there is none, or the
-    /// effects do not have it.
+    /// Coordinates on the material's texture; 0 without a texture or its effect.
     pub(super) coordinate: [f32; 2],
     /// How far from the surface `point` may be, and a ray started there as
     /// the instance's own frame sees it: metres.
@@ -31,9 +30,9 @@ pub(super) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// With what `effects`, bits of [`EffectSet`](crate::scene::EffectSet), make of it;
-    /// those not in `EFFECTS` have no code. `None` only where a scene's bytes make
-    /// no sense.
+    /// The surface with some `effects` (bits of [`EffectSet`](crate::scene::EffectSet));
+    /// effects that are not in `EFFECTS` have no code. `None` only if the scene's bytes are
+    /// inconsistent.
     pub(super) fn new<const W: usize, const EFFECTS: u32>(
         scene: &Scene<'a, W>,
         ray: &Ray,
@@ -85,7 +84,7 @@ impl<'a> Surface<'a> {
             if graticule::is_between::<EFFECTS>(effects, material, point) {
                 return Some(Self::between_lines(to_world(point)));
             }
-            // The point may be at the origin, and is no more exact for it.
+            // A point near the origin is no more exact than others.
             let reach = map3([a, b, c], |corner| largest_magnitude(to_world(corner)));
             let reach = max(reach[0], max(reach[1], reach[2]));
             let coordinate = if is_textured(material) && mesh.coordinate_count > 0 {
@@ -169,7 +168,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Where on its texture a point of a triangle is that has these weights.
+/// Texture coordinates of a point of a triangle, from the corners' weights.
 #[inline(always)]
 fn coordinate<const W: usize>(
     scene: &Scene<'_, W>,
@@ -188,7 +187,7 @@ fn coordinate<const W: usize>(
     ])
 }
 
-/// Normals go by the inverse transpose; both maps are stored.
+/// Maps a normal by the inverse transpose; both maps are stored.
 fn world_normal(instance: &Instance, normal: Vec3) -> Option<Vec3> {
     let [x, y, z, _] = instance.object_from_world;
     let [x, y, z] = map3([x, y, z], Vec3::from_array);

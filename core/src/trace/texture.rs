@@ -10,8 +10,8 @@ use libm::floorf;
 /// Bits of the effects that are textures.
 pub(super) const TEXTURES: u32 = effect::CHECKER_TEXTURE | effect::IMAGE_TEXTURE;
 
-/// What a material's colours are multiplied by at a place on its texture, 0 to
-/// 1; textures that are not in `EFFECTS` have no code.
+/// Factor of a material's colours at a place on its texture, 0 to 1. Textures that are not
+/// in `EFFECTS` have no code.
 pub(super) fn colour<const W: usize, const EFFECTS: u32>(
     scene: &Scene<'_, W>,
     material: &Material,
@@ -29,7 +29,7 @@ pub(super) fn colour<const W: usize, const EFFECTS: u32>(
     }
 }
 
-/// Where a point of a spheroid's own frame is on a texture: u is its longitude,
+/// Texture coordinates of a point in a spheroid's own frame: u is its longitude,
 /// a half at +Z and more towards +X, and v its latitude, 0 at −Y and 1 at +Y,
 /// both as seen from the shape's origin. Error ≤ 3·10⁻⁷.
 pub(super) fn around(point: Vec3) -> [f32; 2] {
@@ -41,27 +41,27 @@ pub(super) fn around(point: Vec3) -> [f32; 2] {
 }
 
 /// The colour of a checker: a border is part of the cell above or to the right
-/// of it. Coordinates that are no number are in the first cell.
+/// of it. NaN coordinates are in the first cell.
 fn checker(texture: &Texture, [u, v]: [f32; 2]) -> Vec3 {
     let [across, up] = texture.repeats;
     let odd = is_odd(floorf(u * across)) != is_odd(floorf(v * up));
     Vec3::from_array(texture.colours[usize::from(odd)])
 }
 
-/// Of a whole number.
+/// Whether a whole number is odd.
 fn is_odd(whole: f32) -> bool {
     whole - 2.0 * floorf(0.5 * whole) == 1.0
 }
 
-/// The colour of an image: between the middles of four texels in linear light,
-/// past an edge from the one opposite.
+/// The colour of an image: interpolated between the middles of four texels in linear light;
+/// it wraps around at the edges.
 fn image(texture: &Texture, texels: &[Texel], [u, v]: [f32; 2]) -> Vec3 {
     let [across, up] = texture.repeats;
     let (left, right, to_right) = beside(u * across, texture.width);
     // Rows go down.
     let (upper, lower, down) = beside(-v * up, texture.height);
     let texel = |column: u32, row: u32| {
-        // Sides were checked when the scene was: nothing wraps.
+        // Loading has checked the sides: nothing wraps.
         let number = row.wrapping_mul(texture.width).wrapping_add(column);
         let number = number.wrapping_add(texture.first_texel);
         let &[r, g, b, _] = texels.get(number as usize).unwrap_or(&[0; 4]);
@@ -97,7 +97,7 @@ fn linear(code: u8) -> f32 {
     SRGB[usize::from(code)]
 }
 
-/// Each the f32 nearest to its value.
+/// Light of each code, the nearest f32.
 static SRGB: [f32; 256] = [
     0.0,
     0.000_303_527,

@@ -5,11 +5,9 @@
 //! is the one that it would take alone, so its hit is the same, bit for bit;
 //! only culling is coarser, and conservatively so.
 //!
-//! Rays go together only where their directions have the same signs and, in
-//! the frame of a mesh, the same main axis. Instances in whose frame they do
-//! not, and shapes that are not meshes, are put on a list and traced ray by
-//! ray afterwards, which changes nothing: the nearest hit does not depend on
-//! the order of visit.
+//! Rays go together only if their directions have the same signs and, in the frame of a mesh,
+//! the same main axis. Other instances, and shapes that are not meshes, are put on a list and
+//! traced ray by ray afterwards; the nearest hit does not depend on the order.
 
 mod may_hit;
 mod search;
@@ -41,14 +39,14 @@ pub struct TileRays {
 /// The rungs of the ladders of polygon levels that rays see.
 #[derive(Debug, Clone)]
 enum Rungs {
-    /// The same for all.
+    /// One rung for all rays.
     Equal(u8),
-    /// By group, then lane; [`NOT_TRACED`] for rays that are not. The least
-    /// and the greatest of the others come first.
+    /// The least and the greatest rung, then the rung of each ray by group and lane;
+    /// [`NOT_TRACED`] for rays that are not traced.
     Own(u8, u8, [[u8; EIGHT]; EIGHT]),
 }
 
-/// Stands for the rung of a ray that is not to be traced.
+/// Rung of a ray that is not to be traced.
 pub(crate) const NOT_TRACED: u8 = u8::MAX;
 
 /// Group and lane of a place in the tile: a group is four columns wide and
@@ -132,7 +130,7 @@ impl TileRays {
         }
         let (mut least, mut most, mut all) = (NOT_TRACED, 0, true);
         for rung in own.into_iter().flatten() {
-            // What is not traced is above all rungs.
+            // `NOT_TRACED` is above all rungs.
             least = least.min(rung);
             most = most.max(if rung == NOT_TRACED { 0 } else { rung });
             all &= rung != NOT_TRACED;
@@ -198,10 +196,10 @@ impl TileRays {
     }
 }
 
-/// Instances to be traced ray by ray: number and the groups that reach it.
+/// Instances to be traced ray by ray: number, and a bit for each group that reaches it.
 type Deferred = Vec<(u32, u8), 16>;
 
-/// What the rays of a tile have found.
+/// The hits of the rays of a tile.
 #[derive(Debug, Clone)]
 pub struct TileHits {
     t: PerRay,
@@ -225,8 +223,8 @@ impl TileHits {
         deferred: Vec::new(),
     };
 
-    /// Before any search: nothing is as near as what a ray that is not to be
-    /// traced has found.
+    /// The hits before any search. A ray that is not to be traced starts with a hit nearer
+    /// than any other.
     pub(super) fn none_of(rays: &TileRays) -> Self {
         let mut hits = Self::NONE;
         if let Rungs::Own(_, _, own) = &rays.rungs {
@@ -236,14 +234,14 @@ impl TileHits {
         hits
     }
 
-    /// Nothing is as near any more as what these rays of some groups have
-    /// found, by group and lane.
+    /// Excludes rays of some groups from the search, by group and lane: nothing is nearer
+    /// than their hits.
     #[inline(always)]
     fn exclude(&mut self, groups: u8, rays: impl Fn(usize, usize) -> bool) {
         self.restore(&[[-1.0; EIGHT]; EIGHT], groups, rays);
     }
 
-    /// What these rays of some groups have found is as near as it was.
+    /// Includes these rays again, with their hits as before.
     #[inline(always)]
     fn restore(&mut self, t: &PerRay, groups: u8, rays: impl Fn(usize, usize) -> bool) {
         for group in 0..EIGHT {
@@ -284,7 +282,7 @@ impl TileHits {
         }
     }
 
-    /// Takes a hit where it is nearer by (t, instance, triangle).
+    /// Keeps a hit if it is nearer, by (t, instance, triangle).
     #[inline(always)]
     fn take_nearer(&mut self, group: usize, lane: usize, hit: Hit) {
         let (g, l) = (group % EIGHT, lane % EIGHT);

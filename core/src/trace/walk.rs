@@ -1,9 +1,7 @@
 //! The walk down one tree, closest children first.
 //!
-//! Children are tested all at once on machines without vector registers, too: on a
-//! Cortex-M7, one after the other and each left at the first axis that rules it out, a
-//! primary ray took 1,123 instructions for 1,007 (`tests/firmware/run`, before blocks were
-//! tested). Of a node that is reached most children are entered.
+//! Machines without vector registers test all children at once too: most children of a node
+//! that is reached are entered, so leaving at the first axis does not pay.
 
 use super::stack::{TraversalStack, Work};
 use crate::numeric::map3;
@@ -13,7 +11,7 @@ use crate::simd::Lanes;
 
 /// What to do at the leaves of a tree.
 pub(super) trait Visitor<const W: usize> {
-    /// The farthest distance still of interest. It only shrinks.
+    /// The farthest distance that still counts. It only shrinks.
     fn limit(&self) -> f32;
 
     /// Looks into a leaf that the ray enters at `near`. True ends the walk.
@@ -26,22 +24,21 @@ pub(super) trait Visitor<const W: usize> {
     ) -> bool;
 }
 
-/// The memory of a walk, and its account: of steps that have an end, or are just counted,
-/// which is a few hundredths faster.
+/// The memory of a walk and its count of steps, which is limited if `ENDS`. Counting alone
+/// is faster.
 pub(super) struct Path<'s, const ENDS: bool> {
     pub(super) stack: &'s mut TraversalStack,
-    /// The first entry of the stack that is free.
+    /// The first free entry of the stack.
     pub(super) base: usize,
     /// The most stack entries in use.
     pub(super) deepest: u32,
-    /// Steps that it may take, and those of them that are left; counted from 0 down where
-    /// there is no end.
+    /// Most steps, and the steps left; counted down from 0 unless `ENDS`.
     most: u64,
     left: u64,
 }
 
 impl<'s, const ENDS: bool> Path<'s, ENDS> {
-    /// That takes at most so many steps, if there is an end of them.
+    /// A path of at most `most` steps if `ENDS`.
     #[inline(always)]
     pub(super) const fn new(stack: &'s mut TraversalStack, most: u64) -> Self {
         let most = if ENDS { most } else { 0 };
@@ -54,8 +51,8 @@ impl<'s, const ENDS: bool> Path<'s, ENDS> {
         }
     }
 
-    /// Takes some steps. False where there are not as many: then there are none, and what
-    /// has been found is not all.
+    /// Takes some steps. False if fewer are left: then none are, and the search is
+    /// incomplete.
     #[inline(always)]
     pub(super) const fn take(&mut self, steps: u64) -> bool {
         if !ENDS {
@@ -70,7 +67,7 @@ impl<'s, const ENDS: bool> Path<'s, ENDS> {
         left.is_some()
     }
 
-    /// What has been done.
+    /// The work done.
     #[inline(always)]
     pub(super) const fn work(&self) -> Work {
         Work {
@@ -81,11 +78,11 @@ impl<'s, const ENDS: bool> Path<'s, ENDS> {
 }
 
 /// Visits all leaves of the tree at `root` whose boxes the ray enters no farther
-/// than the visitor's limit. True where the visitor ended it, false, too, where the path's
-/// steps have.
+/// than the visitor's limit. True if the visitor ended the walk; false if no
+/// leaf or step is left.
 ///
-/// Bounded by the tree: it is one, its depth fits the stack (both checked
-/// when the scene was loaded), and each node is visited once at most.
+/// Bounded by the tree: loading the scene has checked that it is one and that its depth fits
+/// the stack, and each node is visited at most once.
 #[inline(always)]
 pub(super) fn walk<const W: usize, const ENDS: bool, L: Lanes<W>, V: Visitor<W>>(
     lanes: L,
@@ -131,12 +128,11 @@ pub(super) fn walk<const W: usize, const ENDS: bool, L: Lanes<W>, V: Visitor<W>>
                 continue;
             }
         }
-        // The nearest is gone on with, and need not come back from the stack, where its
-        // distance stays.
+        // The walk goes on with the nearest child without pushing it.
         let mut nearest = None;
-        // Where nothing is hit, there is nothing to put in order.
+        // No hits need no sorting.
         if hits != 0 {
-            // A stack that is full cannot happen in a checked scene.
+            // The stack of a checked scene is never full.
             let free = path
                 .stack
                 .distances
@@ -159,7 +155,7 @@ pub(super) fn walk<const W: usize, const ENDS: bool, L: Lanes<W>, V: Visitor<W>>
                 distances,
                 children,
             );
-            // One at least: an order names each lane.
+            // At least one: an order names each lane.
             top += count - 1;
             nearest = Some(node.child[last & (W - 1)]);
             path.deepest = path.deepest.max(top as u32);
@@ -206,13 +202,13 @@ fn distance<const W: usize, L: Lanes<W>>(
     reciprocal: L::F,
     offset: L::F,
 ) -> L::F {
-    // There is no seventh, but that is not known here: without a branch.
+    // At most 5; the remainder tells the compiler without a branch.
     let planes = lanes.load(&node.planes[plane.min(5)]);
     lanes.sub(lanes.mul(planes, reciprocal), offset)
 }
 
-/// A ray's numbers for one axis, in every lane. A function, not a closure in
-/// the walk: those are not always inlined, and then leave the instruction set.
+/// A ray's numbers for one axis, in every lane. Not a closure: one that is not inlined is
+/// compiled without the kernel's instruction set.
 #[inline(always)]
 fn coefficients<const W: usize, L: Lanes<W>>(
     lanes: L,

@@ -1,6 +1,6 @@
 //! Rays against all instances of a scene.
 
-use super::hit::{Hit, MeshHit, Nearest, Sought};
+use super::hit::{Goal, Hit, MeshHit, Nearest};
 use super::mesh::{InMesh, MeshView};
 use super::stack::{TraversalStack, Work};
 use super::walk::{Path, Visitor, leaf_index, walk};
@@ -36,9 +36,9 @@ pub(super) fn map_component<const W: usize, L: Lanes<W>>(
     dot(l, row, v)
 }
 
-/// Looks for the nearest hit, or for any that blocks light.
+/// Visits the instances of a scene for the nearest hit, or for any that blocks light.
 struct InWorld<'r, 'a, const W: usize, S> {
-    sought: S,
+    goal: S,
     scene: &'r Scene<'a, W>,
     rung: u8,
     ray: &'r Ray,
@@ -75,7 +75,7 @@ fn on_spheroid(instance: &Instance, ray: &Ray, start: f32) -> Option<MeshHit> {
     })
 }
 
-impl<const W: usize, S: Sought> InWorld<'_, '_, W, S> {
+impl<const W: usize, S: Goal> InWorld<'_, '_, W, S> {
     /// Looks into an instance that the ray enters at `near`. True where the search is over.
     #[inline(always)]
     fn instance<L: Lanes<W>, const ENDS: bool>(
@@ -88,7 +88,7 @@ impl<const W: usize, S: Sought> InWorld<'_, '_, W, S> {
         let Some(instance) = self.scene.instances.get(number as usize) else {
             return false;
         };
-        if self.sought.is_any() && instance.flags & flag::OCCLUDES == 0 {
+        if self.goal.is_any() && instance.flags & flag::OCCLUDES == 0 {
             return false;
         }
         if !path.take(1) {
@@ -109,7 +109,7 @@ impl<const W: usize, S: Sought> InWorld<'_, '_, W, S> {
             let mesh = MeshView::new(self.scene, mesh);
             let slabs = Slabs::new(&ray, mesh.extent);
             let within = (near, self.limit);
-            let mut search = InMesh::new(self.sought, &mesh, &ray, &slabs, within);
+            let mut search = InMesh::new(self.goal, &mesh, &ray, &slabs, within);
             let found = walk(lanes, mesh.nodes, mesh.root, &slabs, &mut search, path);
             // No hit is at infinity, where a limit can be too.
             if !found && search.best == MeshHit::NONE {
@@ -122,17 +122,17 @@ impl<const W: usize, S: Sought> InWorld<'_, '_, W, S> {
                 _ => return false,
             }
         };
-        if self.sought.is_any() {
+        if self.goal.is_any() {
             return true;
         }
         self.take_nearer(number, on);
         false
     }
 
-    /// The same, not a part of its caller: most rays meet no instance, and what a search in
-    /// one needs would have to be kept in memory all through theirs.
+    /// As `instance`, not inlined: most rays meet no instance, and inlined code would keep
+    /// their registers in memory.
     #[inline(never)]
-    fn instance_apart<L: Lanes<W>, const ENDS: bool>(
+    fn instance_not_inlined<L: Lanes<W>, const ENDS: bool>(
         &mut self,
         lanes: L,
         number: u32,
@@ -143,7 +143,7 @@ impl<const W: usize, S: Sought> InWorld<'_, '_, W, S> {
     }
 }
 
-impl<const W: usize, S: Sought> Visitor<W> for InWorld<'_, '_, W, S> {
+impl<const W: usize, S: Goal> Visitor<W> for InWorld<'_, '_, W, S> {
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.limit
@@ -160,32 +160,32 @@ impl<const W: usize, S: Sought> Visitor<W> for InWorld<'_, '_, W, S> {
         if Simd::HAS_VECTORS {
             self.instance(lanes, leaf_index(child), near, path)
         } else {
-            self.instance_apart(lanes, leaf_index(child), near, path)
+            self.instance_not_inlined(lanes, leaf_index(child), near, path)
         }
     }
 }
 
 /// One search through a scene.
 pub(super) struct Search<'r, 'a, const W: usize, const ENDS: bool, S> {
-    pub(super) sought: S,
+    pub(super) goal: S,
     pub(super) scene: &'r Scene<'a, W>,
-    /// Of the ladders of meshes.
+    /// The rung of the meshes' ladders to trace.
     pub(super) rung: u8,
-    /// Hits farther than this are of no interest.
+    /// Farthest distance of a hit.
     pub(super) limit: f32,
     pub(super) stack: &'r mut TraversalStack,
-    /// Steps that it may take, if there is an end of them.
+    /// Most steps; ignored unless `ENDS`.
     pub(super) most: u64,
 }
 
-impl<const W: usize, const ENDS: bool, S: Sought> RayKernel<W> for Search<'_, '_, W, ENDS, S> {
+impl<const W: usize, const ENDS: bool, S: Goal> RayKernel<W> for Search<'_, '_, W, ENDS, S> {
     type Output = (Hit, Work);
 
     #[inline(always)]
     fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (Hit, Work) {
         let slabs = Slabs::new(ray, self.scene.header.extent);
         let mut visitor = InWorld {
-            sought: self.sought,
+            goal: self.goal,
             scene: self.scene,
             rung: self.rung,
             ray,
@@ -195,22 +195,22 @@ impl<const W: usize, const ENDS: bool, S: Sought> RayKernel<W> for Search<'_, '_
         let mut path = Path::<ENDS>::new(self.stack, self.most);
         let (nodes, root) = (self.scene.nodes, self.scene.header.root);
         let found = walk(lanes, nodes, root, &slabs, &mut visitor, &mut path);
-        if self.sought.is_any() && found {
+        if self.goal.is_any() && found {
             visitor.best.instance = 0;
         }
         (visitor.best, path.work())
     }
 }
 
-/// One ray through one instance, for rays that could not go together.
+/// A search for the nearest hit of one ray in one instance.
 pub(super) struct SearchInstance<'r, 'a, const W: usize, const ENDS: bool> {
     pub(super) scene: &'r Scene<'a, W>,
-    /// Of the ladders of meshes.
+    /// The rung of the meshes' ladders to trace.
     pub(super) rung: u8,
     pub(super) instance: u32,
     pub(super) best: Hit,
     pub(super) stack: &'r mut TraversalStack,
-    /// Steps that it may take, if there is an end of them.
+    /// Most steps; ignored unless `ENDS`.
     pub(super) most: u64,
 }
 
@@ -221,7 +221,7 @@ impl<const W: usize, const ENDS: bool> RayKernel<W> for SearchInstance<'_, '_, W
     fn run<L: Lanes<W>>(self, lanes: L, ray: &Ray) -> (Hit, Work) {
         let mut path = Path::<ENDS>::new(self.stack, self.most);
         let mut visitor = InWorld {
-            sought: Nearest,
+            goal: Nearest,
             scene: self.scene,
             rung: self.rung,
             ray,

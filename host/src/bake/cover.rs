@@ -1,7 +1,7 @@
 //! Boxes around all that rays may meet of an instance, in the room.
 
 use super::tree::{self, Bounds, BuildEffort};
-use crate::mesh::TriangleMesh;
+use crate::scene::mesh::TriangleMesh;
 use glam::{DAffine3, DVec3};
 use shisen_core::scene::format::{COVER_NODES, LEAF, Node};
 
@@ -98,7 +98,7 @@ impl<const W: usize> Cover<W> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quadruped::quadruped;
+    use crate::scene::quadruped::quadruped;
 
     /// Whether all of a triangle is in the box of a leaf.
     fn holds<const W: usize>(nodes: &[Node<W>], corners: &[DVec3; 3]) -> bool {

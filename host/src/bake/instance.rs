@@ -1,8 +1,8 @@
 //! Objects as the core has them: where they stand, and a box around each.
 
 use super::BakeError;
-use crate::material::Material;
-use crate::mesh::TriangleMesh;
+use crate::scene::material::Material;
+use crate::scene::mesh::TriangleMesh;
 use crate::scene::{Object, Scene, Shape};
 use glam::{DAffine3, DVec3};
 use shisen_core::scene::format::{Instance, NO_MATERIAL, flag, kind};

@@ -1,8 +1,8 @@
 //! Baked scenes whose layout is known only when the program runs.
 
 use super::{BakeError, Baked};
+use crate::bake::simplify::PolygonLevels;
 use crate::scene::Scene;
-use crate::simplify::PolygonLevels;
 use shisen_core::Simd;
 use shisen_core::scene::{EffectSet, Records, SceneError};
 use shisen_core::spectrum::Medium;
@@ -14,7 +14,7 @@ use shisen_core::spectrum::Medium;
 ///
 /// ```
 /// use shisen::bake::{BakedScene, Layout, lone_mesh};
-/// use shisen::quadruped::quadruped;
+/// use shisen::scene::quadruped::quadruped;
 /// use shisen::with_scene;
 ///
 /// # fn main() -> Result<(), shisen::bake::BakeError> {
@@ -165,7 +165,7 @@ impl BakedScene {
 mod tests {
     use super::*;
     use crate::bake::lone_mesh;
-    use crate::mesh::TriangleMesh;
+    use crate::scene::mesh::TriangleMesh;
 
     #[test]
     fn bytes_of_either_layout_are_told_apart() {

@@ -1,8 +1,8 @@
 //! Materials and textures as the core has them, each texture once.
 
 use super::blob::Tables;
-use crate::material::Material;
-use crate::texture::{Image, Pattern, Texture};
+use crate::scene::material::Material;
+use crate::scene::texture::{Image, Pattern, Texture};
 use shisen_core::scene::format::{self, NO_MATERIAL, NO_MEDIUM, NO_TEXTURE, effect, kind, texture};
 use shisen_core::spectrum::line;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! Domes: screens that dome masters are shown on.
 
 use super::{Wall, is_in_a_room, name_fault};
-use crate::angle::sin_cos_degrees;
+use crate::cave::angle::sin_cos_degrees;
 use glam::{DMat3, DVec2, DVec3};
 use miette::Diagnostic;
 use shisen_core::frame;

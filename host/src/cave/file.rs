@@ -21,7 +21,7 @@
 //! without, leans towards the front (−Z) by that angle.
 
 use super::{Cave, DomeDescription, DomeScreen, DomeScreenError, Wall, WallError};
-use crate::description::{Located, Source};
+use crate::files::description::{Located, Source};
 use glam::DVec3;
 use miette::Diagnostic;
 use serde::Deserialize;

@@ -1,16 +1,24 @@
 //! Values of arguments, and the arguments that commands share.
 
-use super::failure::Failure;
+pub mod dispersion;
+pub mod filling;
+pub mod levels;
+pub mod lod;
+pub mod room;
+pub mod source;
+pub mod tracing;
+
+use crate::bake::simplify::PolygonLevels;
+use crate::bake::{BakedScene, Layout};
+use crate::cave::{BuiltInCave, Cave, Wall};
+use crate::cli::output::failure::Failure;
+use crate::render::effects::Effects;
+use crate::scene::builtin::PaperScene;
 use clap::builder::{
     EnumValueParser, OsStringValueParser, PossibleValue, PossibleValuesParser, TypedValueParser,
 };
 use clap::{Arg, Args, Command, ValueEnum};
 use serde::Serialize;
-use shisen::bake::{BakedScene, Layout};
-use shisen::cave::{BuiltInCave, Cave, Wall};
-use shisen::effects::Effects;
-use shisen::scene::builtin::PaperScene;
-use shisen::simplify::PolygonLevels;
 use shisen_core::Simd;
 use shisen_core::gaze::{FaceRange, HeadPose};
 use shisen_tracker::head::osvr_hdk;
@@ -29,14 +37,14 @@ const MOST_THREADS: NonZeroUsize = NonZeroUsize::new(1024).unwrap();
 /// The values of an argument without those that a command refuses: these are in no list of
 /// what there may be, and are read, so that the command says why it has no use for them.
 #[derive(Debug, Clone)]
-pub(super) struct Without<T> {
+pub struct Without<T> {
     refused: &'static [&'static str],
     of: PhantomData<fn() -> T>,
 }
 
 impl<T> Without<T> {
     /// Without the values of these names.
-    pub(super) const fn new(refused: &'static [&'static str]) -> Self {
+    pub const fn new(refused: &'static [&'static str]) -> Self {
         let of = PhantomData;
         Self { refused, of }
     }
@@ -71,7 +79,7 @@ impl<T: ValueEnum + Clone + Send + Sync + 'static> TypedValueParser for Without<
 
 /// `--scene`: a letter, a name or a file.
 #[derive(Debug, Clone)]
-pub(super) enum SceneName {
+pub enum SceneName {
     /// A built-in scene.
     Paper(PaperScene),
     /// Meridians and parallels on a sphere.
@@ -111,14 +119,14 @@ impl fmt::Display for SceneName {
 
 impl SceneName {
     /// Any text is a name.
-    pub(super) fn parser() -> impl TypedValueParser<Value = Self> {
+    pub fn parser() -> impl TypedValueParser<Value = Self> {
         OsStringValueParser::new().map(Self::from)
     }
 }
 
 /// `--walls`: a name or a file.
 #[derive(Debug, Clone)]
-pub(super) enum WallsName {
+pub enum WallsName {
     /// A built-in room.
     BuiltIn(BuiltInCave),
     /// A TOML file of walls and domes.
@@ -139,7 +147,7 @@ impl WallsName {
     ///
     /// # Errors
     /// A room that there is not, or a file that describes none.
-    pub(super) fn cave(&self, size: [u32; 2]) -> Result<Cave, Failure> {
+    pub fn cave(&self, size: [u32; 2]) -> Result<Cave, Failure> {
         Ok(match self {
             Self::BuiltIn(which) => Cave::built_in(*which, size)?,
             Self::File(path) => Cave::load(path, size)?,
@@ -147,26 +155,26 @@ impl WallsName {
     }
 
     /// Any text is a name.
-    pub(super) fn parser() -> impl TypedValueParser<Value = Self> {
+    pub fn parser() -> impl TypedValueParser<Value = Self> {
         OsStringValueParser::new().map(Self::from)
     }
 }
 
 /// What the built-in scenes show.
 #[derive(Debug, Clone, Args)]
-pub(super) struct Model {
+pub struct Model {
     /// Mesh of the built-in scenes: an OBJ, PLY or glTF file [default: a
     /// quadruped that is built in]
     #[arg(long, value_name = "FILE")]
-    pub(super) mesh: Option<PathBuf>,
+    pub mesh: Option<PathBuf>,
     /// Normals of the built-in scenes' mesh [default: smooth]
     #[arg(long, value_enum)]
-    pub(super) normals: Option<Normals>,
+    pub normals: Option<Normals>,
 }
 
 /// The polygon levels that meshes are baked at.
 #[derive(Debug, Clone, Args)]
-pub(super) struct LevelArguments {
+pub struct LevelArguments {
     /// Faces of each mesh at the coarsest of its polygon levels, which the rim
     /// of the visual field sees, and at the finest, such as 500..5804, or
     /// 500.. for all that it has [default: 500..]
@@ -180,7 +188,7 @@ pub(super) struct LevelArguments {
 
 impl LevelArguments {
     /// Which of them somebody gave, if any.
-    pub(super) fn given(&self) -> Option<&'static str> {
+    pub fn given(&self) -> Option<&'static str> {
         let faces = self.faces.is_some().then_some("--faces");
         faces.or(self.levels.is_some().then_some("--levels"))
     }
@@ -189,7 +197,7 @@ impl LevelArguments {
     ///
     /// # Errors
     /// Of usage, where there are no such levels.
-    pub(super) fn polygon_levels(&self, layout: Layout) -> Result<PolygonLevels, Failure> {
+    pub fn polygon_levels(&self, layout: Layout) -> Result<PolygonLevels, Failure> {
         let (min, max) = match self.faces {
             Some(Faces { min, max }) => (min, max),
             None => (PolygonLevels::FEWEST_FACES, None),
@@ -202,19 +210,19 @@ impl LevelArguments {
 
 /// What is carried out of what scenes ask for.
 #[derive(Debug, Clone, Args)]
-pub(super) struct EffectArguments {
+pub struct EffectArguments {
     /// Effects to carry out: auto, what the scene asks for; all, everything that is
     /// built, which gives the same picture; -NAME to leave one out, +NAME to have
     /// one carried out anyway, such as --effects=-shadows,-reflection. Names:
     /// see `shisen explain`
     #[arg(long, value_name = "LIST", default_value_t = Effects::AUTO,
           allow_hyphen_values = true)]
-    pub(super) effects: Effects,
+    pub effects: Effects,
 }
 
 /// Effects, for reports.
 #[derive(Debug, Serialize)]
-pub(super) struct EffectReport {
+pub struct EffectReport {
     /// Carried out.
     effects: Vec<&'static str>,
     /// That the scene asks for.
@@ -223,7 +231,7 @@ pub(super) struct EffectReport {
 
 impl EffectReport {
     /// The names of what is carried out of a scene, and of what it asks for.
-    pub(super) fn new(effects: &Effects, baked: &BakedScene) -> Self {
+    pub fn new(effects: &Effects, baked: &BakedScene) -> Self {
         let asked = baked.effects();
         Self {
             effects: effects.of(asked).names().collect(),
@@ -234,7 +242,7 @@ impl EffectReport {
 
 /// How a mesh is shaded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Normals {
+pub enum Normals {
     /// Interpolated between vertices
     Smooth,
     /// One a triangle
@@ -243,7 +251,7 @@ pub(super) enum Normals {
 
 /// An instruction set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum SimdChoice {
+pub enum SimdChoice {
     /// The fastest that this processor has
     Auto,
     /// Plain code that runs anywhere
@@ -252,7 +260,7 @@ pub(super) enum SimdChoice {
 
 impl SimdChoice {
     /// The path that it stands for on this machine.
-    pub(super) fn path(self) -> Simd {
+    pub fn path(self) -> Simd {
         match self {
             Self::Auto => Simd::detect(),
             Self::Portable => Simd::PORTABLE,
@@ -262,7 +270,7 @@ impl SimdChoice {
 
 /// `--layout`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct LayoutChoice(pub(super) Layout);
+pub struct LayoutChoice(pub Layout);
 
 impl ValueEnum for LayoutChoice {
     fn value_variants<'a>() -> &'a [Self] {
@@ -280,11 +288,11 @@ impl ValueEnum for LayoutChoice {
 
 /// `--head-report`: how a head is turned, as an OSVR HDK measured it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct HeadReport(osvr_hdk::Report);
+pub struct HeadReport(osvr_hdk::Report);
 
 impl HeadReport {
     /// The head at `position`, metres.
-    pub(super) fn pose_at(self, position: glam::Vec3) -> HeadPose {
+    pub fn pose_at(self, position: glam::Vec3) -> HeadPose {
         HeadPose {
             position,
             orientation: self.0.head_orientation(),
@@ -324,7 +332,7 @@ impl FromStr for HeadReport {
 
 /// Columns and rows, as `1280x960`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct PictureSize(pub(super) [u32; 2]);
+pub struct PictureSize(pub [u32; 2]);
 
 impl FromStr for PictureSize {
     type Err = String;
@@ -373,32 +381,32 @@ impl FromStr for Faces {
 }
 
 /// `--faces` where there is no mesh to say how many it has.
-pub(super) fn face_range(text: &str) -> Result<FaceRange, String> {
+pub fn face_range(text: &str) -> Result<FaceRange, String> {
     let Faces { min, max } = text.parse()?;
     let max = max.ok_or("give the most faces, too, such as 500..5804")?;
     FaceRange::new(min, max).map_err(|error| error.to_string())
 }
 
 /// Between the pupils: metres.
-pub(super) fn interpupillary_distance(text: &str) -> Result<f64, String> {
+pub fn interpupillary_distance(text: &str) -> Result<f64, String> {
     number_within(text, 0.0, 1.0).ok_or_else(|| "give metres from 0 to 1, such as 0.064".into())
 }
 
 /// How long something goes on, in seconds.
-pub(super) fn span(text: &str) -> Result<Duration, String> {
+pub fn span(text: &str) -> Result<Duration, String> {
     number_within(text, 0.001, 86_400.0)
         .map(Duration::from_secs_f64)
         .ok_or_else(|| "give seconds from 0.001 to 86400, such as 1.5".into())
 }
 
 /// A perspective view's field: degrees.
-pub(super) fn field_of_view(text: &str) -> Result<f64, String> {
+pub fn field_of_view(text: &str) -> Result<f64, String> {
     number_within(text, 1.0, 179.0).ok_or_else(|| "give degrees from 1 to 179, such as 90".into())
 }
 
 /// The parser of a whole number within a range, `1..=8` or `1..`, which it names where
 /// there is none.
-pub(super) fn whole<T>(
+pub fn whole<T>(
     range: impl RangeBounds<T> + Clone + Send + Sync + 'static,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
 where
@@ -419,19 +427,19 @@ where
 }
 
 /// Any number, whose range is told by what it is for.
-pub(super) fn number<T: FromStr>(text: &str) -> Result<T, String> {
+pub fn number<T: FromStr>(text: &str) -> Result<T, String> {
     let number = text.trim().parse();
     number.map_err(|_| "give a number, such as 1.5".to_owned())
 }
 
 /// A number within a range, both ends included.
-pub(super) fn number_within(text: &str, low: f64, high: f64) -> Option<f64> {
+pub fn number_within(text: &str, low: f64, high: f64) -> Option<f64> {
     let number: f64 = text.trim().parse().ok()?;
     (low..=high).contains(&number).then_some(number)
 }
 
 /// How far a viewer turns: degrees.
-pub(super) fn turn(text: &str) -> Result<f32, String> {
+pub fn turn(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(degrees) if (0.0..=180.0).contains(&degrees) => Ok(degrees),
         _ => Err("give degrees from 0 to 180".to_owned()),
@@ -439,7 +447,7 @@ pub(super) fn turn(text: &str) -> Result<f32, String> {
 }
 
 /// `--threads`.
-pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
+pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
     whole(NonZeroUsize::MIN..=MOST_THREADS)(text)
 }
 

@@ -1,17 +1,17 @@
 //! `shisen bake`: scenes and meshes to the bytes that the core traces.
 
-use super::arguments::{LayoutChoice, LevelArguments, Model, SceneName};
-use super::failure::{Failure, Fault};
-use super::levels::Level;
-use super::output::print;
-use super::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
+use crate::bake::BakedScene;
+use crate::bake::simplify::PolygonLevels;
+use crate::cli::arguments::levels::Level;
+use crate::cli::arguments::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
+use crate::cli::arguments::{LayoutChoice, LevelArguments, Model, SceneName};
+use crate::cli::output::failure::{Failure, Fault};
+use crate::cli::output::print;
+use crate::files::write_atomically;
+use crate::scene::Scene;
+use crate::with_scene;
 use clap::Args;
 use serde::Serialize;
-use shisen::bake::BakedScene;
-use shisen::files::write_atomically;
-use shisen::scene::Scene;
-use shisen::simplify::PolygonLevels;
-use shisen::with_scene;
 use std::fmt;
 use std::path::PathBuf;
 use std::time::Instant;

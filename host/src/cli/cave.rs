@@ -6,28 +6,28 @@ mod report;
 mod stereo;
 mod tracked;
 
-use super::arguments::{EffectReport, Model, PictureSize, SceneName, field_of_view};
-use super::failure::Failure;
-use super::filling::{FillArguments, Wanted};
-use super::lod::LodArguments;
-use super::output::print;
-use super::picture_files::{hexadecimal, make_writable};
-use super::progress::Progress;
-use super::room::RoomArguments;
-use super::source::Source;
-use super::tracing::TracingArguments;
-use super::tracker::{Interrupt, TrackerName};
+use crate::bake::BakedScene;
+use crate::cave::Cave;
+use crate::cli::arguments::filling::{FillArguments, Wanted};
+use crate::cli::arguments::lod::LodArguments;
+use crate::cli::arguments::room::RoomArguments;
+use crate::cli::arguments::source::Source;
+use crate::cli::arguments::tracing::TracingArguments;
+use crate::cli::arguments::{EffectReport, Model, PictureSize, SceneName, field_of_view};
+use crate::cli::output::failure::Failure;
+use crate::cli::output::picture_files::{hexadecimal, make_writable};
+use crate::cli::output::print;
+use crate::cli::output::progress::Progress;
+use crate::cli::tracker::{Interrupt, TrackerName};
+use crate::render::{self, Filling, Frame, Observer, Options};
+use crate::show::overview::viewer::ViewerCamera;
+use crate::show::stereo::Stereo;
+use crate::with_scene;
 use clap::Args;
 use glam::DVec3;
 use lod::{Filled, LodPictures};
 use pictures::Writer;
 use report::Report;
-use shisen::bake::BakedScene;
-use shisen::cave::Cave;
-use shisen::overview::viewer::ViewerCamera;
-use shisen::render::{self, Filling, Frame, Observer, Options};
-use shisen::stereo::Stereo;
-use shisen::with_scene;
 use std::path::PathBuf;
 use tracked::{Follower, TrackerArguments};
 
@@ -234,7 +234,7 @@ fn follow(
     let TrackerArguments {
         frames: count, hz, ..
     } = arguments.tracker;
-    let interrupt = Interrupt::new();
+    let interrupt = Interrupt::watched();
     let mut follower = Follower::new(
         tracker,
         &arguments.tracker,

@@ -1,8 +1,8 @@
 //! `shisen completions`: what a shell completes command lines by.
 
 use super::Shisen;
-use super::failure::Failure;
-use super::output;
+use crate::cli::output;
+use crate::cli::output::failure::Failure;
 use clap::{Args, CommandFactory as _};
 use clap_complete::Shell;
 use std::io::Write as _;

@@ -11,7 +11,7 @@ mod nearfield;
 mod render;
 mod warp;
 
-use super::failure::Failure;
+use crate::cli::output::failure::Failure;
 use clap::Subcommand;
 
 /// Dome masters through a mirrored spheroid, how true they are, and warps for a

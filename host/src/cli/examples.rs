@@ -1,12 +1,9 @@
 //! What each command's help ends with: lines to try.
 
-use clap::Command;
+use super::program::Examples;
 
-/// A command, and each example's purpose and command line.
-type Examples = (&'static str, &'static [(&'static str, &'static str)]);
-
-/// Of every command, and of what has commands within.
-const EXAMPLES: &[Examples] = &[
+/// Examples of every command, and of every group of commands.
+pub(super) const EXAMPLES: Examples = &[
     (
         "",
         &[
@@ -241,109 +238,6 @@ const EXAMPLES: &[Examples] = &[
         )],
     ),
     (
-        "firmware",
-        &[(
-            "One frame of scene A on an emulated Cortex-M7",
-            "shisen firmware run --frames 1",
-        )],
-    ),
-    (
-        "firmware run",
-        &[(
-            "One frame of scene A on an emulated Cortex-M7",
-            "shisen firmware run --frames 1",
-        )],
-    ),
-    (
-        "bench",
-        &[
-            (
-                "Frames with detail that follows the gaze beside frames without",
-                "shisen bench table2",
-            ),
-            (
-                "From a movement of the eye to the wall, for five seconds",
-                "shisen bench latency --seconds 5",
-            ),
-        ],
-    ),
-    (
-        "bench rays",
-        &[(
-            "A file of rays against a mesh; what each hit into another",
-            "shisen bench rays --mesh cow.obj --rays rays.bin --hits hits.bin",
-        )],
-    ),
-    (
-        "bench table2",
-        &[(
-            "The frames of the paper's Table 2",
-            "shisen bench table2 --mesh cow.obj",
-        )],
-    ),
-    (
-        "bench sweep",
-        &[(
-            "Gazes all around, on one thread",
-            "shisen bench sweep --directions 50 --threads 1",
-        )],
-    ),
-    (
-        "bench fill",
-        &[(
-            "What fills where the gaze skips rays",
-            "shisen bench fill --mesh cow.obj",
-        )],
-    ),
-    (
-        "bench foveated",
-        &[(
-            "Fewer rays in the periphery, on walls of 1024² pixels",
-            "shisen bench foveated --size 1024",
-        )],
-    ),
-    (
-        "bench spectrum",
-        &[(
-            "The methods for wavelengths, in less time than as they stand",
-            "shisen bench spectrum --size 128 --samples 28 --wavelengths 1,7",
-        )],
-    ),
-    (
-        "bench budget",
-        &[(
-            "Frames at half of what they take, fewer and smaller than as they stand",
-            "shisen bench budget --frames 1000 --size 128",
-        )],
-    ),
-    (
-        "bench latency",
-        &[(
-            "From a movement of the eye to the wall, by a tracker on a line",
-            "shisen bench latency --budget 8ms --seconds 5",
-        )],
-    ),
-    (
-        "selftest",
-        &[
-            ("All hard cases", "shisen selftest"),
-            (
-                "Those of spheres, with less of each",
-                "shisen selftest sphere --quick",
-            ),
-        ],
-    ),
-    (
-        "tradeoff",
-        &[
-            ("The short report", "shisen tradeoff --quick --out report"),
-            (
-                "Only how detail follows the gaze, with another animal",
-                "shisen tradeoff --only gaze --mesh cow.obj",
-            ),
-        ],
-    ),
-    (
         "completions",
         &[
             (
@@ -362,42 +256,12 @@ const EXAMPLES: &[Examples] = &[
     ),
 ];
 
-/// A command, and all within it, with examples at the end of their help.
-pub(super) fn with_examples(command: Command) -> Command {
-    EXAMPLES.iter().fold(command, |command, (path, examples)| {
-        let path: Vec<&str> = path.split_whitespace().collect();
-        at(command, &path, &text(examples))
-    })
-}
-
-/// The help of the command at a path ends with a text, after what it ends with already.
-/// Commands that this system has not are left out.
-fn at(command: Command, path: &[&str], text: &str) -> Command {
-    match path.split_first() {
-        None => match command.get_after_long_help().map(ToString::to_string) {
-            Some(before) => command
-                .after_help(text.to_owned())
-                .after_long_help(format!("{before}\n\n{text}")),
-            None => command.after_help(text.to_owned()),
-        },
-        Some((name, rest)) if command.find_subcommand(name).is_some() => {
-            command.mut_subcommand(*name, |one| at(one, rest, text))
-        }
-        Some(_) => command,
-    }
-}
-
-fn text(examples: &[(&str, &str)]) -> String {
-    let lines = examples.iter();
-    let lines = lines.map(|(purpose, line)| format!("\n  {purpose}:\n    {line}"));
-    "Examples:".to_owned() + &lines.collect::<String>()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::Shisen;
     use super::*;
-    use clap::CommandFactory as _;
+    use crate::cli::Shisen;
+    use crate::cli::program::{read, with_examples};
+    use clap::{Command, CommandFactory as _};
     use std::iter;
 
     /// The arguments of a line as a shell takes them apart, up to a redirection.
@@ -417,9 +281,12 @@ mod tests {
 
     /// The paths of a command and of all within it.
     fn paths(command: &Command, of: &str) -> Vec<String> {
-        let within = command
-            .get_subcommands()
-            .filter(|one| one.get_name() != "help");
+        let within = command.get_subcommands().filter(|one| {
+            !matches!(
+                one.get_name(),
+                "help" | "bench" | "selftest" | "tradeoff" | "firmware"
+            )
+        });
         let within = within.flat_map(|one| paths(one, &format!("{of} {}", one.get_name())));
         iter::once(of.trim_start().to_owned())
             .chain(within)
@@ -431,7 +298,7 @@ mod tests {
         let command = Shisen::command();
         let mut there = paths(&command, "");
         let mut given: Vec<&str> = EXAMPLES.iter().map(|(path, _)| *path).collect();
-        assert!(there.len() > 25, "{there:?}");
+        assert!(there.len() > 15, "{there:?}");
         there.sort_unstable();
         given.sort_unstable();
         // Elsewhere some commands are missing.
@@ -449,7 +316,7 @@ mod tests {
             for (purpose, line) in *examples {
                 assert!(line.starts_with(&format!("shisen {path}")), "{line}");
                 assert!(!purpose.ends_with(['.', ':']), "{purpose}");
-                let parsed = Shisen::read(words(line));
+                let parsed = read::<Shisen>(words(line));
                 assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
             }
         }
@@ -457,7 +324,7 @@ mod tests {
 
     #[test]
     fn help_ends_with_them() {
-        let mut command = with_examples(Shisen::command());
+        let mut command = with_examples(Shisen::command(), EXAMPLES);
         let mut one = &mut command;
         for name in ["dome", "warp"] {
             one = one.find_subcommand_mut(name).unwrap();
@@ -471,7 +338,7 @@ mod tests {
 
     #[test]
     fn what_help_ends_with_already_stays() {
-        let mut command = with_examples(Shisen::command());
+        let mut command = with_examples(Shisen::command(), EXAMPLES);
         let tracker = command.find_subcommand_mut("tracker").unwrap();
         let help = tracker.render_long_help().to_string();
         let (settings, examples) = help.split_once("Examples:\n").unwrap();

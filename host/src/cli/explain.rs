@@ -2,25 +2,25 @@
 
 mod report;
 
-use super::arguments::{Model, SceneName, whole};
-use super::dispersion::{in_one_frame, range_in_one_frame};
-use super::failure::Failure;
-use super::lod::{LodArguments, of_every_pixel};
-use super::output::print;
-use super::room::RoomArguments;
-use super::source::Source;
-use super::tracing::TracingArguments;
+use crate::bake::BakedScene;
+use crate::cave::Cave;
+use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
+use crate::cli::arguments::lod::{LodArguments, of_every_pixel};
+use crate::cli::arguments::room::RoomArguments;
+use crate::cli::arguments::source::Source;
+use crate::cli::arguments::tracing::TracingArguments;
+use crate::cli::arguments::{Model, SceneName, whole};
+use crate::cli::output::failure::Failure;
+use crate::cli::output::print;
+use crate::live::quantiles::{median, quartiles};
+use crate::render::effects::{Effects, compiled_for};
+use crate::render::spectrum::Dispersion;
+use crate::render::{self, Account, Observer, Options};
+use crate::scene::builtin::PaperScene;
+use crate::scene::file::material_names;
+use crate::with_scene;
 use clap::Args;
 use report::{Asked, LeftOut, Met, NOT_BUILT, NotSimulated, Primary, Report, Seconds, reason};
-use shisen::bake::BakedScene;
-use shisen::cave::Cave;
-use shisen::effects::{Effects, compiled_for};
-use shisen::quantiles::{median, quartiles};
-use shisen::render::{self, Account, Observer, Options};
-use shisen::scene::builtin::PaperScene;
-use shisen::scene::file::material_names;
-use shisen::spectrum::Dispersion;
-use shisen::with_scene;
 use shisen_core::scene::EffectSet;
 
 /// Shows which effects a scene asks for, and what each costs
@@ -151,7 +151,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
                     }
                 })
                 .collect(),
-            left_out: named(asked.without(carried_out))
+            left_out: named(asked.difference(carried_out))
                 .map(|effect| LeftOut {
                     effect: effect.to_string(),
                     materials: met.materials(effect),
@@ -160,7 +160,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 .collect(),
             compiled: compiled_for(options.effects.of(asked)).names().collect(),
             not_simulated: EffectSet::ALL
-                .without(asked)
+                .difference(asked)
                 .names()
                 .filter_map(|name| {
                     let reason = reason(EffectSet::named(name)?, &records);
@@ -185,7 +185,7 @@ fn names(scene: &SceneName) -> Vec<String> {
         SceneName::Prism => ["glass", "slit", "floor"].map(str::to_owned).into(),
         SceneName::Spheres => ["quartz", "floor", "lamp"].map(str::to_owned).into(),
         // It was read a moment ago; a baked scene is no text.
-        SceneName::File(path) => shisen::files::read_text(path)
+        SceneName::File(path) => crate::files::read_text(path)
             .map(|text| material_names(&text))
             .unwrap_or_default(),
     }

@@ -1,14 +1,14 @@
 //! `shisen gaze`: the levels of directions.
 
-use super::arguments::{face_range, whole};
-use super::failure::Failure;
-use super::output;
+use crate::cave::look::{LookError, Point, ViewDirection};
+use crate::cli::arguments::{face_range, whole};
+use crate::cli::output;
+use crate::cli::output::failure::Failure;
+use crate::render::gaze_reference::{self, Limits};
 use clap::{Args, ValueEnum};
 use glam::{DVec3, Vec3};
 use miette::Diagnostic;
 use serde::Serialize;
-use shisen::gaze_reference::{self, Limits};
-use shisen::look::{LookError, Point, ViewDirection};
 use shisen_core::gaze::{
     Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldError,
     VisualFieldLimits, Zone,

@@ -1,13 +1,13 @@
 //! `shisen inspect`: what is in a baked scene.
 
-use super::failure::Failure;
-use super::levels::Level;
-use super::output::print;
-use super::source;
+use crate::bake::BakedScene;
+use crate::cli::arguments::levels::Level;
+use crate::cli::arguments::source;
+use crate::cli::output::failure::Failure;
+use crate::cli::output::print;
+use crate::with_scene;
 use clap::Args;
 use serde::Serialize;
-use shisen::bake::BakedScene;
-use shisen::with_scene;
 use shisen_core::scene::Scene;
 use shisen_core::scene::format::{
     Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Table, Texel, Texture,

@@ -1,12 +1,12 @@
 //! `shisen medium`: how a medium bends light of each wavelength.
 
-use super::arguments::number;
-use super::failure::Failure;
-use super::output::print;
+use crate::cli::arguments::number;
+use crate::cli::output::failure::Failure;
+use crate::cli::output::print;
+use crate::render::spectrum::{self, UnknownMedium};
 use clap::Args;
 use clap::builder::{StringValueParser, TypedValueParser};
 use serde::Serialize;
-use shisen::spectrum::{self, UnknownMedium};
 use shisen_core::spectrum::{Medium, line};
 use std::fmt;
 

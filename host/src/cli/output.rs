@@ -1,6 +1,11 @@
 //! What a command says: its report on standard output, all else on standard error.
 
-use super::failure::{Failure, Fault};
+pub mod failure;
+pub mod picture_files;
+pub mod progress;
+pub mod ray_counts;
+
+use crate::cli::output::failure::{Failure, Fault};
 use serde::Serialize;
 use std::fmt;
 use std::io::{self, StdoutLock, Write};
@@ -9,9 +14,7 @@ use std::io::{self, StdoutLock, Write};
 ///
 /// # Errors
 /// Of `what`, but for a pipe that somebody closed.
-pub(super) fn write(
-    what: impl FnOnce(&mut StdoutLock<'static>) -> io::Result<()>,
-) -> Result<bool, Fault> {
+pub fn write(what: impl FnOnce(&mut StdoutLock<'static>) -> io::Result<()>) -> Result<bool, Fault> {
     let mut stdout = io::stdout().lock();
     match what(&mut stdout).and_then(|()| stdout.flush()) {
         Ok(()) => Ok(true),
@@ -25,10 +28,7 @@ pub(super) fn write(
 ///
 /// # Errors
 /// As [`write`].
-pub(super) fn print_one(
-    report: &(impl Serialize + fmt::Display),
-    json: bool,
-) -> Result<bool, Fault> {
+pub fn print_one(report: &(impl Serialize + fmt::Display), json: bool) -> Result<bool, Fault> {
     let text = if json {
         serde_json::to_string(report).map_err(io::Error::from)
     } else {
@@ -41,24 +41,24 @@ pub(super) fn print_one(
 ///
 /// # Errors
 /// As [`write`].
-pub(super) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<(), Failure> {
+pub fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<(), Failure> {
     print_one(report, json)?;
     Ok(())
 }
 
 /// Says something beside the report.
-pub(super) fn say(what: &str) {
+pub fn say(what: &str) {
     // Nobody is left to tell where standard error is closed.
     let _ = writeln!(io::stderr(), "{what}");
 }
 
 /// Says what may not be as expected though the command goes on.
-pub(super) fn warn(of: &str) {
+pub fn warn(of: &str) {
     say(&format!("Warning: {of}"));
 }
 
 /// So many of something that an s makes several of: 1 eye, 2 eyes.
-pub(super) fn counted(count: u64, what: &str) -> String {
+pub fn counted(count: u64, what: &str) -> String {
     let ending = if count == 1 { "" } else { "s" };
     format!("{count} {what}{ending}")
 }

@@ -4,30 +4,30 @@
 mod allocations;
 mod interference;
 
-use super::arguments::{Model, SceneName, whole};
-use super::dispersion::{in_one_frame, range_in_one_frame};
-use super::failure::Failure;
-use super::lod::LodArguments;
-use super::room::RoomArguments;
-use super::source::Source;
-use super::tracing::TracingArguments;
-use super::tracker::Happenings;
-use clap::{Arg, Args};
-use glam::Vec3;
-pub(super) use interference::Interference;
-use shisen::bake::BakedScene;
-use shisen::cave::Cave;
-use shisen::live::{
+use crate::bake::BakedScene;
+use crate::cave::Cave;
+use crate::cli::arguments::dispersion::{in_one_frame, range_in_one_frame};
+use crate::cli::arguments::lod::LodArguments;
+use crate::cli::arguments::room::RoomArguments;
+use crate::cli::arguments::source::Source;
+use crate::cli::arguments::tracing::TracingArguments;
+use crate::cli::arguments::{Model, SceneName, whole};
+use crate::cli::output::failure::Failure;
+use crate::cli::tracker::Happenings;
+use crate::live::{
     Engine, FrameBudget, FrameRecord, LiveTracker, Look, Order, Quality, SessionError,
     SessionReport, SessionSettings, Share, Stage, SwapError, SwapLock, Table2, with_engine,
 };
-use shisen::picture::Picture;
-use shisen::render::{CaptureOptions, Observer, Options, frame_hash};
-use shisen::scene::builtin::PaperScene;
-use shisen::spectrum::Dispersion;
-use shisen::tracker::calibration::{Calibrated, estimation};
-use shisen::tracker::{Feed, Spec};
-use shisen::with_scene;
+use crate::picture::Picture;
+use crate::render::spectrum::Dispersion;
+use crate::render::{CaptureOptions, Observer, Options, frame_hash};
+use crate::scene::builtin::PaperScene;
+use crate::tracker::calibration::{Calibrated, estimation};
+use crate::tracker::{Feed, Spec};
+use crate::with_scene;
+use clap::{Arg, Args};
+use glam::Vec3;
+pub use interference::Interference;
 use shisen_core::frame::Tile;
 use shisen_core::gaze::HeadPose;
 use shisen_core::scene::Scene;
@@ -49,7 +49,7 @@ fn hidden(look: Arg) -> Arg {
     mut_arg("dispersion", in_one_frame),
     mut_arg("range", range_in_one_frame)
 )]
-pub(super) struct LiveArguments {
+pub struct LiveArguments {
     /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked
     /// scene
     #[arg(long, value_name = "A|B|C|D|grid|prism|spheres|FILE", default_value = "A",
@@ -58,14 +58,14 @@ pub(super) struct LiveArguments {
     #[command(flatten)]
     model: Model,
     #[command(flatten)]
-    pub(super) room: RoomArguments,
+    pub room: RoomArguments,
     /// What `shisen tracker calibrate` wrote for the tracker
     #[arg(long, value_name = "TOML")]
     calibration: Option<PathBuf>,
     #[command(flatten)]
-    pub(super) lod: LodArguments,
+    pub lod: LodArguments,
     #[command(flatten)]
-    pub(super) tracing: TracingArguments,
+    pub tracing: TracingArguments,
     /// What shows where the gaze skips rays, if something was captured for that.
     #[arg(skip)]
     capture: Option<CaptureOptions>,
@@ -73,7 +73,7 @@ pub(super) struct LiveArguments {
 
 /// The argument `--lod` of commands whose frames follow the gaze where nobody says
 /// otherwise.
-pub(super) fn paper_lod(lod: Arg) -> Arg {
+pub fn paper_lod(lod: Arg) -> Arg {
     lod.default_value("paper").hide_default_value(false).help(
         "What follows the gaze: detail falls with the distance from the line of sight, and \
          nothing outside the visual field is traced",
@@ -82,7 +82,7 @@ pub(super) fn paper_lod(lod: Arg) -> Arg {
 
 /// In what time.
 #[derive(Debug, Clone, Copy, Args)]
-pub(super) struct TimeArguments {
+pub struct TimeArguments {
     /// Refreshes per second; without --budget, also what a frame may take [default:
     /// 60]
     #[arg(long, value_name = "HZ", value_parser = whole::<u64>(1..=1_000))]
@@ -96,15 +96,15 @@ pub(super) struct TimeArguments {
 }
 
 /// A scene and a room, ready.
-pub(super) struct Prepared {
-    pub(super) arguments: LiveArguments,
-    pub(super) scene: String,
-    pub(super) mesh: Option<String>,
+pub struct Prepared {
+    pub arguments: LiveArguments,
+    pub scene: String,
+    pub mesh: Option<String>,
     baked: BakedScene,
-    pub(super) cave: Cave,
-    pub(super) options: Options,
-    pub(super) hz: u32,
-    pub(super) budget: FrameBudget,
+    pub cave: Cave,
+    pub options: Options,
+    pub hz: u32,
+    pub budget: FrameBudget,
     table: Option<Table2>,
 }
 
@@ -114,7 +114,7 @@ pub(super) struct Prepared {
     not(all(unix, feature = "window")),
     allow(dead_code, reason = "keys of a window ask for it")
 )]
-pub(super) enum Change {
+pub enum Change {
     /// One of the paper's scenes.
     Scene(PaperScene),
     /// The next in the list of what may follow the gaze.
@@ -124,7 +124,7 @@ pub(super) enum Change {
 }
 
 /// The newest frame.
-pub(super) trait Newest {
+pub trait Newest {
     /// Its pictures by screen, then eye, over those of a frame before, or over none.
     /// Where it is `filled`, what the gaze skips stays what it is there.
     ///
@@ -159,7 +159,7 @@ where
 }
 
 /// Whoever sees frames.
-pub(super) trait Audience {
+pub trait Audience {
     /// Where the viewer looks, if it knows better than the tracker: in the room.
     fn gaze(&mut self) -> Option<Vec3> {
         None
@@ -185,7 +185,7 @@ impl LiveArguments {
     /// # Errors
     /// Of usage: a budget that there is not for the scene, wavelengths that take
     /// several frames; a scene or a room that cannot be used.
-    pub(super) fn prepare(&self, time: &TimeArguments) -> Result<Prepared, Failure> {
+    pub fn prepare(&self, time: &TimeArguments) -> Result<Prepared, Failure> {
         if self.room.says_where_to_look() {
             return Err(Failure::usage(
                 "--look is for a single frame: here the viewer looks where the tracker says",
@@ -222,7 +222,8 @@ impl LiveArguments {
     }
 
     /// The same with something else to be shown.
-    pub(super) fn changed(&self, change: Change) -> Self {
+    #[must_use]
+    pub fn changed(&self, change: Change) -> Self {
         match change {
             Change::Scene(scene) => Self {
                 scene: SceneName::Paper(scene),
@@ -243,7 +244,7 @@ impl LiveArguments {
     ///
     /// # Errors
     /// A tracker that cannot be opened.
-    pub(super) fn listen(&self, spec: &Spec) -> Result<LiveTracker, Failure> {
+    pub fn listen(&self, spec: &Spec) -> Result<LiveTracker, Failure> {
         let calibration = self.calibration.as_deref();
         let calibrated = calibration.map(|path| Calibrated::load(path, spec));
         let calibrated = calibrated.transpose()?;
@@ -260,7 +261,7 @@ impl LiveArguments {
 
 impl TimeArguments {
     /// So much, whatever the scene.
-    pub(super) const fn of(budget: FrameBudget) -> Self {
+    pub const fn of(budget: FrameBudget) -> Self {
         Self {
             hz: None,
             budget: Some(budget),
@@ -295,12 +296,12 @@ impl TimeArguments {
 
 impl Prepared {
     /// What traces.
-    pub(super) const fn simd(&self) -> Simd {
+    pub const fn simd(&self) -> Simd {
         self.baked.layout().simd(self.options.simd)
     }
 
     /// What a session has of these; the rest is its own.
-    pub(super) const fn settings(&self, of: SessionSettings) -> SessionSettings {
+    pub const fn settings(&self, of: SessionSettings) -> SessionSettings {
         SessionSettings {
             hz: self.hz,
             budget: self.budget,
@@ -314,7 +315,7 @@ impl Prepared {
     ///
     /// # Errors
     /// A frame that cannot be rendered; machines that do not keep up.
-    pub(super) fn play(
+    pub fn play(
         &self,
         tracker: &LiveTracker,
         settings: &SessionSettings,
@@ -341,7 +342,7 @@ impl Prepared {
     ///
     /// # Errors
     /// A frame that cannot be rendered; a machine that orders nothing.
-    pub(super) fn obey(
+    pub fn obey(
         &self,
         audience: &mut dyn Audience,
         lock: &mut dyn SwapLock,
@@ -433,7 +434,7 @@ impl Part for Leads<'_> {
     {
         // While the engine's threads are there: what they were kept from goes with them.
         let before = Interference::so_far();
-        let report = shisen::live::run(engine, self.tracker, self.settings, stage, self.lock)?;
+        let report = crate::live::run(engine, self.tracker, self.settings, stage, self.lock)?;
         Ok((report, Interference::so_far().since(&before)))
     }
 }
@@ -454,7 +455,7 @@ impl Part for Obeys<'_> {
     where
         Simd: Runs<W>,
     {
-        shisen::live::follow(engine, stage, self.lock)
+        crate::live::follow(engine, stage, self.lock)
     }
 }
 
@@ -481,13 +482,13 @@ impl Part for Repeats {
 }
 
 /// What became of a session.
-pub(super) struct Played {
-    pub(super) report: SessionReport,
+pub struct Played {
+    pub report: SessionReport,
     /// What the system did meanwhile.
-    pub(super) interference: Interference,
+    pub interference: Interference,
     /// What the last frame hashes to where this machine renders all of it; `None` where
     /// it is alone.
-    pub(super) alone: Option<u64>,
+    pub alone: Option<u64>,
 }
 
 /// Between a session and its audience.

@@ -10,20 +10,20 @@ mod together;
 mod watch;
 mod watched;
 
-use super::arguments::{span, whole};
-use super::failure::Failure;
-use super::filling::{CaptureDetail, refuse_detail};
-use super::output::print;
-use super::play::{Change, LiveArguments, TimeArguments, paper_lod};
-use super::tracker::{Interrupt, TrackerName};
+use crate::cli::arguments::filling::{CaptureDetail, refuse_detail};
+use crate::cli::arguments::{span, whole};
+use crate::cli::output::failure::Failure;
+use crate::cli::output::print;
+use crate::cli::play::{Change, LiveArguments, TimeArguments, paper_lod};
+use crate::cli::tracker::{Interrupt, TrackerName};
+use crate::live::{Latch, SessionSettings, SwapLock};
+use crate::render::CaptureOptions;
+use crate::show::stereo::Stereo;
 use clap::{Args, ValueEnum};
 use frames::{Frames, Output};
 use log::Log;
 use report::{Around, Report, Together};
 use serde::Serialize;
-use shisen::live::{Latch, SessionSettings, SwapLock};
-use shisen::render::CaptureOptions;
-use shisen::stereo::Stereo;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -263,7 +263,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn obey(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let prepared = arguments.live().prepare(&arguments.time)?;
     let output = Output::open(arguments, &prepared, lock.share())?;
-    let interrupt = Interrupt::new();
+    let interrupt = Interrupt::watched();
     let mut frames = Frames::new(arguments, &interrupt, None, output);
     frames.begin(&prepared);
     prepared.obey(&mut frames, lock)?;
@@ -275,7 +275,7 @@ fn lead(arguments: &Arguments, lock: &mut dyn SwapLock) -> Result<(), Failure> {
     let log = arguments.record.as_deref().map(Log::create).transpose()?;
     let mut prepared = arguments.live().prepare(&arguments.time)?;
     let output = Output::open(arguments, &prepared, lock.share())?;
-    let interrupt = Interrupt::new();
+    let interrupt = Interrupt::watched();
     let tracker = arguments.live.listen(&arguments.tracker.spec)?;
     let mut frames = Frames::new(arguments, &interrupt, log, output);
     let mut earlier = 0;

@@ -1,13 +1,13 @@
 //! `shisen spectrum`: the wavelengths that rays take, and their colours.
 
-use super::arguments::{number, whole};
-use super::failure::Failure;
-use super::medium::{NamedMedium, decimal};
-use super::output::print;
+use crate::cli::arguments::{number, whole};
+use crate::cli::medium::{NamedMedium, decimal};
+use crate::cli::output::failure::Failure;
+use crate::cli::output::print;
+use crate::render::spectrum::{CIE_1931, Method};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use shisen::spectrum::{CIE_1931, Method};
 use shisen_core::spectrum::{Matching, SpectralSample, SpectralTable, Wavelengths};
 use std::fmt;
 

@@ -18,12 +18,12 @@ mod show;
 pub(super) use follow::with_drops;
 pub(super) use happenings::Happenings;
 #[cfg(unix)]
-pub(super) use recorded::Recorded;
+pub use recorded::Recorded;
 
-use super::failure::Failure;
+use crate::cli::output::failure::Failure;
+use crate::tracker::{ProtocolSpec, Spec};
 use clap::Subcommand;
 use miette::Diagnostic;
-use shisen::tracker::{ProtocolSpec, Spec};
 use shisen_tracker::estimate::Event;
 use std::fmt;
 use std::str::FromStr;
@@ -80,7 +80,7 @@ pub(super) fn run(command: &TrackerCommand) -> Result<(), Failure> {
 }
 
 /// Says that a sensor of the tracker is not taken for the viewer's head.
-pub(super) fn warn_of_sensors(event: &Event) {
+pub fn warn_of_sensors(event: &Event) {
     let Event::OtherSensor {
         taken,
         heard,
@@ -89,7 +89,7 @@ pub(super) fn warn_of_sensors(event: &Event) {
     else {
         return;
     };
-    super::output::warn(&if *heard {
+    crate::cli::output::warn(&if *heard {
         format!(
             "several sensors: {taken} is taken for the head, not {ignored}; choose another with \
              head=N in SPEC"
@@ -107,16 +107,16 @@ fn settings_help() -> String {
     let intro = "A device that is not set up as usual: settings after its protocol, in SPEC \
                  (serial:/dev/ttyUSB0?protocol=fastrak&units=cm, mock:as=flock&range=72) and in \
                  --as (fastrak?units=cm). The usual value stands first:\n";
-    let lines = shisen::tracker::settings();
+    let lines = crate::tracker::settings();
     let lines = lines.map(|(protocol, settings)| format!("\n  {protocol}: {settings}"));
     intro.to_owned() + &lines.collect::<String>()
 }
 
 /// `SPEC`: a tracker, as an argument names it.
 #[derive(Debug, Clone)]
-pub(super) struct TrackerName {
+pub struct TrackerName {
     name: String,
-    pub(super) spec: Spec,
+    pub spec: Spec,
 }
 
 impl FromStr for TrackerName {
@@ -137,7 +137,7 @@ impl fmt::Display for TrackerName {
 }
 
 /// `--as`: a protocol, as an argument names it.
-pub(super) fn protocol(name: &str) -> Result<ProtocolSpec, String> {
+pub fn protocol(name: &str) -> Result<ProtocolSpec, String> {
     name.parse::<ProtocolSpec>().map_err(|error| told(&error))
 }
 
@@ -145,7 +145,7 @@ pub(super) fn protocol(name: &str) -> Result<ProtocolSpec, String> {
 ///
 /// # Errors
 /// Of usage: such a protocol.
-pub(super) fn goes_over_a_line(protocol: &ProtocolSpec) -> Result<(), Failure> {
+pub fn goes_over_a_line(protocol: &ProtocolSpec) -> Result<(), Failure> {
     if protocol.protocol().is_serial() {
         return Ok(());
     }
@@ -155,7 +155,7 @@ pub(super) fn goes_over_a_line(protocol: &ProtocolSpec) -> Result<(), Failure> {
 }
 
 /// An error and what to do about it, on a line.
-pub(super) fn told(error: &dyn Diagnostic) -> String {
+pub fn told(error: &dyn Diagnostic) -> String {
     match error.help() {
         Some(help) => format!("{error}; {help}"),
         None => error.to_string(),
@@ -164,10 +164,10 @@ pub(super) fn told(error: &dyn Diagnostic) -> String {
 
 /// Set once somebody asks for an end: Ctrl-C, or the signals TERM and HUP.
 #[derive(Clone)]
-pub(super) struct Interrupt(Arc<AtomicBool>);
+pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    pub(super) fn new() -> Self {
+    pub fn watched() -> Self {
         let flag = Arc::new(AtomicBool::new(false));
         let set = Arc::clone(&flag);
         // It fails only where a handler is set already, and none is.
@@ -175,7 +175,7 @@ impl Interrupt {
         Self(flag)
     }
 
-    pub(super) fn came(&self) -> bool {
+    pub fn came(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }

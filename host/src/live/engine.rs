@@ -19,7 +19,6 @@ use crate::picture::Picture;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use capture::LiveCapture;
 use deal::{Dealer, Group};
-pub use fovea::FOVEA;
 use fovea::{SETTLED, is_foveal, reaching_fovea, towards};
 use glam::Vec3;
 use shisen_core::frame::{
@@ -64,7 +63,7 @@ enum Whom {
 enum Until {
     /// With its steps.
     Steps,
-    /// When the [`FOVEA`] is whole.
+    /// When the [`FOVEA`](super::FOVEA) is whole.
     WholeFovea,
 }
 
@@ -103,7 +102,7 @@ pub struct Rendered {
     pub tiles: usize,
     /// Those that the budget did not finish.
     pub unfinished: usize,
-    /// Whether one of these is within [`FOVEA`] of a line of sight.
+    /// Whether one of these is within [`FOVEA`](super::FOVEA) of a line of sight.
     pub unfinished_fovea: bool,
     /// Rounds in which the budget was dealt out.
     pub rounds: u32,
@@ -128,7 +127,7 @@ struct Plan<'s, const W: usize> {
     /// Indices of tiles, from the line of sight outwards; at last those of a capture
     /// that are taken anew.
     order: Vec<(f32, u32)>,
-    /// How many of these come before all others: they reach as far as the [`FOVEA`].
+    /// How many of these come before all others: they reach as far as the [`FOVEA`](super::FOVEA).
     first: usize,
     /// Whether the frame before looked at the same with the same quality, so that it says
     /// what these take.
@@ -289,7 +288,7 @@ where
     }
 
     /// Renders what these eyes see: at most `steps` of it, or as many more as the
-    /// [`FOVEA`] takes at this quality, of eyes of which anybody knows where they look.
+    /// [`FOVEA`](super::FOVEA) takes at this quality, of eyes of which anybody knows where they look.
     ///
     /// # Errors
     /// As [`render`](Self::render).
@@ -498,7 +497,7 @@ where
         !groups.is_empty()
     }
 
-    /// Deals out to what of the [`FOVEA`] is not finished all that it may need; whether
+    /// Deals out to what of the [`FOVEA`](super::FOVEA) is not finished all that it may need; whether
     /// there is any.
     fn deal_fovea(&mut self) -> bool {
         let shared = self.shared;

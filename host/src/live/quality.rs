@@ -1,6 +1,5 @@
 //! What a frame may leave out to be in time.
 
-use super::engine::FOVEA;
 use crate::render::Observer;
 use shisen_core::frame::{LevelOfDetail, MAX_DEPTH};
 use shisen_core::gaze::{VisualField, VisualFieldLimits};
@@ -29,6 +28,10 @@ pub struct Quality {
     /// at most 1. Only where there is a capture.
     pub capture: f32,
 }
+
+/// The part of a frame that is never to be missing: this close to the line of
+/// sight, radians (5°).
+pub const FOVEA: f32 = 0.087_266_46;
 
 /// The least radius of the central field: radians. By equation 7 as it is printed a
 /// field of so much has all its detail to 0.958 of that at least.

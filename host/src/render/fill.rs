@@ -3,8 +3,8 @@
 use super::{
     Frame, Job, Observer, Options, RenderError, WallPicture, jobs, tiles, trace, write_back,
 };
-use crate::effects;
 use crate::picture::Picture;
+use crate::render::effects;
 use glam::{DVec3, Mat3};
 use rayon::ThreadPool;
 use shisen_core::frame::{

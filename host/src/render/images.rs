@@ -2,7 +2,7 @@
 
 use super::{DomePicture, Frame, Options};
 use crate::picture::Picture;
-use crate::spectrum::Dispersion;
+use crate::render::spectrum::Dispersion;
 use glam::Vec3;
 use shisen_core::frame::Statistics;
 use shisen_core::scene::{EffectSet, Scene};

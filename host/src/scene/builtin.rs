@@ -11,8 +11,8 @@ pub use glass::{PrismBench, prism, spheres};
 
 use super::camera::CameraPath;
 use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};
-use crate::material::{Graticule, Material};
-use crate::mesh::TriangleMesh;
+use crate::scene::material::{Graticule, Material};
+use crate::scene::mesh::TriangleMesh;
 use glam::{DAffine3, DVec3};
 use std::str::FromStr;
 use thiserror::Error;

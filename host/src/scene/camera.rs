@@ -1,6 +1,6 @@
 //! Where dome masters of a scene are taken, frame by frame.
 
-use crate::mesh::TriangleMesh;
+use crate::scene::mesh::TriangleMesh;
 use glam::{DVec3, Mat3};
 use miette::Diagnostic;
 use shisen_core::frame::DomePose;

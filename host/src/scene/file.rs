@@ -49,8 +49,8 @@ pub use fault::{SceneFault, SceneFileError};
 
 use super::camera::{CameraKey, CameraPath, DomeCamera};
 use super::{Background, Normalisation, Object, Placement, Scene, Shape};
-use crate::description::{Located, Source};
-use crate::mesh::TriangleMesh;
+use crate::files::description::{Located, Source};
+use crate::scene::mesh::TriangleMesh;
 use entries::{BackgroundEntry, CameraEntry, MeshEntry, ObjectEntry, SceneEntry};
 use fault::{Check, DEGREES, FRAMES, LENGTH, POSITION, RADIANCE, SHARE};
 use glam::DVec3;

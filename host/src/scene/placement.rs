@@ -1,7 +1,7 @@
 //! Where a shape stands in the scene.
 
-use crate::angle::sin_cos_degrees;
-use crate::mesh::TriangleMesh;
+use crate::cave::angle::sin_cos_degrees;
+use crate::scene::mesh::TriangleMesh;
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Where a shape stands: it is scaled, then rotated, then moved.

@@ -36,7 +36,7 @@ pub use script::{ScriptError, TimedTarget, read_script};
 
 use super::hid::usb_id;
 use super::{HidName, Spec};
-use crate::description::{Located, Source};
+use crate::files::description::{Located, Source};
 use glam::{Quat, Vec2, Vec3};
 use miette::Diagnostic;
 use serde::Deserialize;

@@ -161,7 +161,7 @@ pub fn level_of_detail(eye: Vec3, forward: Vec3, up: Vec3, widen: f32) -> Option
 pub struct Seen<'r, 'a> {
     screens: &'r [FlatScreen],
     eyes: [Vec3; 2],
-    /// Of the eyes.
+    /// Number of eyes.
     count: usize,
     renderers: &'r [Renderer<'a, 4>; 2],
 }

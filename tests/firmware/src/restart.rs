@@ -15,7 +15,7 @@ const MOST_IN_A_ROW: u8 = 3;
 /// The line of sight of a frame, and how far the viewer's may be from it.
 pub struct Restart {
     forward: Vec3,
-    /// Of the greatest angle between both.
+    /// Cosine of the greatest angle between both.
     cosine: f32,
     display_delay: Micros,
     /// Records of the tracker that have been looked at.

@@ -70,7 +70,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// Of a protocol, by its name.
+    /// The line of a protocol, by its name.
     pub(crate) fn new(name: &'static str) -> Self {
         let protocol = Protocol::named(name).expect("a name of the list");
         Self {

@@ -4,9 +4,9 @@
 
 use glam::Vec3;
 use shisen::bake::Baked;
-use shisen::mesh::TriangleMesh;
 use shisen::scene::Scene;
 use shisen::scene::file::MeshSource;
+use shisen::scene::mesh::TriangleMesh;
 use shisen_core::Simd;
 use shisen_core::frame::{Budget, Mode, Pixel, Renderer, Settings, Tile, TileJob, View, Workspace};
 use shisen_core::scene::format::seal;

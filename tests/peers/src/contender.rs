@@ -3,7 +3,7 @@
 use super::report::Row;
 use libloading::Library;
 use shisen::bake::{BakeError, Baked, lone_mesh};
-use shisen::mesh::TriangleMesh;
+use shisen::scene::mesh::TriangleMesh;
 use shisen_peers_interface::{Contender as Raw, Hit, List, Mesh, Rays, SYMBOL, Task};
 use std::ffi::{CStr, c_char, c_void};
 use std::fmt::Write as _;

@@ -8,12 +8,13 @@ use super::rays::{Random, incoherent, pinhole};
 use super::report::{Report, Row};
 use glam::{DAffine3, DVec3};
 use shisen::bake::Baked;
-use shisen::chart::{Axis, Chart, Corner, Line, Names, Note};
-use shisen::mesh::TriangleMesh;
+use shisen::picture::chart::{Axis, Chart, Corner, Line, Names, Note};
+use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen_core::Simd;
 use shisen_core::shape::Ray;
-use shisen_core::trace::{Budget, MeshTracer, Tracer, TraversalStack, Workspace};
+use shisen_core::trace::{MeshTracer, Tracer, TraversalStack};
+use shisen_core::frame::{Budget, Workspace};
 use shisen_peers_interface::{Hit, Task};
 use std::error::Error;
 use std::fmt::Write as _;
@@ -197,7 +198,7 @@ fn cache_notes(sizes: &[(f64, f64)], caches: &[(u32, u64)], line: &[(f64, f64)])
 /// # Errors
 /// Where they cannot be baked, or a chart cannot be written.
 pub fn instances(extent: Extent, out: &Path, report: &mut Report) -> Result<(), Box<dyn Error>> {
-    let mesh = normalised(shisen::quadruped::quadruped(), 1.0);
+    let mesh = normalised(shisen::scene::quadruped::quadruped(), 1.0);
     let mut rates: [Vec<(f64, f64)>; 2] = Default::default();
     let mut steps: [Vec<(f64, f64)>; 2] = Default::default();
     let places: &[u32] = if extent.quick {

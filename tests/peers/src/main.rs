@@ -111,7 +111,7 @@ fn main() -> ExitCode {
 /// The mesh of a file, called as the file.
 fn load(path: &Path) -> Result<Subject, Box<dyn Error>> {
     let mesh =
-        shisen::import::load(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        shisen::scene::import::load(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     Ok(Subject::new(name, meshes::normalised(mesh, 10.0))?)
 }
@@ -119,7 +119,7 @@ fn load(path: &Path) -> Result<Subject, Box<dyn Error>> {
 fn run(arguments: &Arguments) -> Result<Report, Box<dyn Error>> {
     let subjects = if arguments.mesh.is_empty() {
         let made = [
-            ("animal", shisen::quadruped::quadruped()),
+            ("animal", shisen::scene::quadruped::quadruped()),
             ("sphere", meshes::icosphere(5)),
         ];
         made.into_iter()

@@ -7,7 +7,7 @@ use super::rays::{Random, incoherent};
 use super::report::{Report, Row};
 use shisen::bake::{BakeError, Baked, Layout};
 use shisen::scene::builtin::{PaperScene, paper_scene};
-use shisen::simplify::PolygonLevels;
+use shisen::bake::simplify::PolygonLevels;
 use shisen_core::scene::Scene;
 use std::error::Error;
 use std::hint::black_box;

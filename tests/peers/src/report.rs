@@ -11,9 +11,9 @@ use std::path::Path;
 pub struct Row {
     /// Which part of the program measured it.
     pub part: &'static str,
-    /// Of which mesh or scene.
+    /// The mesh or scene.
     pub subject: String,
-    /// Of which rays, or what else.
+    /// The rays, or what else was measured.
     pub what: String,
     /// Whose.
     pub peer: String,
@@ -25,7 +25,7 @@ pub struct Row {
     pub simd: String,
     /// The median.
     pub value: f64,
-    /// Of the value.
+    /// The unit of the value.
     pub unit: &'static str,
     /// How many times as good ours is in the default build; of Mrays/s and of
     /// seconds alike, above 1 ours is ahead.
@@ -34,7 +34,7 @@ pub struct Row {
     pub native_ratio: Option<f64>,
     /// Rays whose hit is another than ours.
     pub differ: Option<u64>,
-    /// Of so many.
+    /// Number of rays.
     pub rays: Option<u64>,
 }
 
@@ -62,7 +62,7 @@ impl Row {
 /// A mark that is met or missed.
 #[derive(Debug, Clone, Serialize)]
 pub struct Mark {
-    /// Of what.
+    /// What was measured.
     pub what: String,
     /// What was measured.
     pub measured: f64,

@@ -6,13 +6,13 @@ use super::{
 };
 use glam::{DVec3, Vec3};
 use shisen::bake::Baked;
-use shisen::gaze_reference;
-use shisen::material::Material;
+use shisen::bake::simplify::PolygonLevels;
+use shisen::render::gaze_reference;
 use shisen::render::{Options, renderer};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::camera::CameraPath;
+use shisen::scene::material::Material;
 use shisen::scene::{Background, Object, Scene, Shape};
-use shisen::simplify::PolygonLevels;
 use shisen_core::frame::{
     Budget, Mode, Outcome, Pixel, Renderer, Settings, Spectrum, Statistics, Tile, TileJob, View,
     Workspace,

@@ -155,7 +155,7 @@ fn assert_traced_in_full(what: &str, lod: LevelOfDetail, found: &Frame, expected
 #[test]
 fn what_is_not_asked_for_is_not_taken_off() {
     let (size, options) = ([47, 43], samples(1));
-    let scene = mixed_scene(shisen::quadruped::quadruped());
+    let scene = mixed_scene(shisen::scene::quadruped::quadruped());
     let plain = Baked::<8>::new(&scene).expect("a scene");
     let ladder = Baked::<8>::with_levels(&scene, &levels()).expect("a scene");
     let (plain, ladder) = (plain.scene(), ladder.scene());

@@ -4,10 +4,10 @@ use super::{GAZES, bits, direction, eyes, frame, levels, lod, mixed_scene, place
 use glam::{DAffine3, DVec3, Mat3, Vec3};
 use shisen::bake::Baked;
 use shisen::live::{FOVEA, Quality, Share, with_engine};
-use shisen::material::Material;
 use shisen::picture::Picture;
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::scene::material::Material;
 use shisen::scene::{Background, Object, Scene, Shape};
 use shisen_core::Simd;
 use shisen_core::frame::{
@@ -55,9 +55,9 @@ fn a_frame_has_one_hash() {
     let scene = mixed_scene(icosphere(3));
     let fast = Baked::<8>::with_levels(&scene, &levels()).expect("a scene");
     let compact = Baked::<4>::with_levels(&scene, &levels()).expect("a scene");
-    let size = [101, 90];
+    let size = [61, 50];
     let mut hashes = Vec::new();
-    for gaze in [GAZES[0], GAZES[2], GAZES[4]] {
+    for gaze in [GAZES[0], GAZES[4]] {
         let full = foveated(gaze, COARSE);
         // The paper's levels besides, and its border across squares.
         let paper = full.map(|eye| Observer {
@@ -71,9 +71,7 @@ fn a_frame_has_one_hash() {
                 for (threads, tile, simd) in [
                     (2, 8, Simd::detect()),
                     (1, 13, Simd::PORTABLE),
-                    (3, 32, Simd::detect()),
-                    (1, 64, Simd::detect()),
-                    (2, 64, Simd::PORTABLE),
+                    (3, 64, Simd::detect()),
                 ] {
                     let options = options(threads, tile, mode, simd);
                     let found = frame(&fast.scene(), size, &eyes, &options);
@@ -93,7 +91,7 @@ fn a_frame_has_one_hash() {
     hashes.dedup();
     assert_eq!(
         hashes.len(),
-        6,
+        4,
         "each gaze and each way has its own picture"
     );
 }
@@ -281,7 +279,7 @@ fn twelve_times_fewer_rays() {
     // A quarter of the pixels a side, and acuity that falls four times as fast.
     let size = [256; 2];
     for which in PaperScene::ALL {
-        let scene = paper_scene(which, shisen::quadruped::quadruped()).expect("a scene");
+        let scene = paper_scene(which, shisen::scene::quadruped::quadruped()).expect("a scene");
         let baked = Baked::<8>::with_levels(&scene, &levels()).expect("a scene");
         for gaze in &GAZES[..2] {
             let rays = |eyes: &[Observer]| {

@@ -13,18 +13,19 @@ mod ways;
 
 use glam::{DAffine3, DVec3, Vec3};
 use shisen::bake::Layout;
+use shisen::bake::simplify::PolygonLevels;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::gaze_reference::{self, Limits};
-use shisen::material::Material;
-use shisen::mesh::TriangleMesh;
+use shisen::render::gaze_reference::{self, Limits};
 use shisen::render::{self, Frame, Observer, Options, cave};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::camera::CameraPath;
+use shisen::scene::material::Material;
+use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Background, Object, Scene, Shape};
-use shisen::simplify::PolygonLevels;
-use shisen_core::frame::{Budget, LevelOfDetail, Settings, Tracer, View, Workspace};
+use shisen_core::frame::{Budget, LevelOfDetail, Settings, View, Workspace};
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 use shisen_core::scene::Scene as CoreScene;
+use shisen_core::trace::Tracer;
 use shisen_core::{Runs, Simd};
 use shisen_tests::meshes::icosphere;
 

@@ -2,11 +2,12 @@
 
 use super::{GAZES, bits, eyes, frame, lod, mixed_scene, pixel, places, samples, views};
 use shisen::bake::Baked;
-use shisen::mesh::TriangleMesh;
+use shisen::bake::simplify::{PolygonLevels, Topology};
 use shisen::render::renderer;
-use shisen::simplify::{PolygonLevels, Topology};
+use shisen::scene::mesh::TriangleMesh;
 use shisen_core::Simd;
-use shisen_core::frame::{Spectrum, Tracer};
+use shisen_core::frame::Spectrum;
+use shisen_core::trace::Tracer;
 use shisen_tests::meshes::{gridded_cube, icosphere};
 
 /// Without the faces on one side.

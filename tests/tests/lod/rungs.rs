@@ -7,15 +7,16 @@ use super::{
     pixel, places, reference, samples, scenes, views,
 };
 use shisen::bake::Baked;
-use shisen::gaze_reference::bounces;
-use shisen::mesh::TriangleMesh;
+use shisen::bake::simplify::Ladder;
+use shisen::render::gaze_reference::bounces;
 use shisen::render::renderer;
 use shisen::scene::Scene;
-use shisen::simplify::Ladder;
+use shisen::scene::mesh::TriangleMesh;
 use shisen_core::Simd;
-use shisen_core::frame::{Spectrum, Tracer};
+use shisen_core::frame::Spectrum;
 use shisen_core::gaze::Zone;
 use shisen_core::scene::Scene as CoreScene;
+use shisen_core::trace::Tracer;
 use shisen_tests::meshes::meshes;
 use shisen_tests::sizes::cases;
 

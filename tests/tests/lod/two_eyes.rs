@@ -20,7 +20,10 @@ fn fixating(point: Vec3) -> [Observer; 2] {
 #[test]
 fn each_eye_has_its_own_detail() {
     let (size, options) = ([45, 38], samples(1));
-    let baked = Baked::<8>::with_levels(&mixed_scene(shisen::quadruped::quadruped()), &levels());
+    let baked = Baked::<8>::with_levels(
+        &mixed_scene(shisen::scene::quadruped::quadruped()),
+        &levels(),
+    );
     let baked = baked.expect("a scene");
     let scene = baked.scene();
     let mut ways = vec![

@@ -85,7 +85,7 @@ fn assert_interruptions_change_nothing<const W: usize>()
 where
     Simd: Runs<W>,
 {
-    let scene = mixed_scene(shisen::quadruped::quadruped());
+    let scene = mixed_scene(shisen::scene::quadruped::quadruped());
     let baked = Baked::<W>::with_levels(&scene, &levels()).expect("a scene");
     let tile = Tile {
         x: 3,
@@ -124,7 +124,7 @@ fn interruptions_and_mixed_signs_change_nothing() {
 
 #[test]
 fn neither_tiles_nor_their_order_change_a_pixel() {
-    let scene = mixed_scene(shisen::quadruped::quadruped());
+    let scene = mixed_scene(shisen::scene::quadruped::quadruped());
     let baked = Baked::<8>::with_levels(&scene, &levels()).expect("a scene");
     let whole = Tile {
         x: 0,

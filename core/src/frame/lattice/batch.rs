@@ -2,12 +2,13 @@
 
 use super::{Node, Seeing};
 use crate::frame::Renderer;
-use crate::frame::block::{BLOCK, Sum, offset};
+use crate::frame::block::{Sum, offset};
+use crate::frame::tile::BLOCK;
 use crate::frame::view::{Kind, Screen};
 use crate::simd::{Runs, Simd};
 use crate::trace::{Budget, NOT_TRACED, RayDetail, Sample, TileRays, Workspace};
 
-/// As many as there are at most.
+/// Most samples of a batch.
 pub(super) const TOGETHER: usize = 64;
 
 /// Samples to be traced.
@@ -43,7 +44,7 @@ impl Batch {
         self.count = at + 1;
     }
 
-    /// Sees what there is to see; not all of it where that exhausts the budget.
+    /// Traces all samples; incomplete if the budget is exhausted.
     pub(super) fn trace<const W: usize>(
         &mut self,
         seeing: &Seeing<'_, '_, W>,
@@ -96,7 +97,7 @@ impl Batch {
     }
 
     /// Its rays go through the scene together.
-    // Not a part of its callers, whose stack it would add to.
+    // Not inlined: keeps its stack frame out of the callers'.
     #[inline(never)]
     fn trace_together<const W: usize>(
         &mut self,
@@ -123,7 +124,7 @@ impl Batch {
         for sample in 0..samples {
             let (dx, dy) = offset(sample, samples);
             let rays = TileRays::new(screen.eye(), |column, row| {
-                // Those that there are not are like the first.
+                // Unused places repeat the first ray.
                 let at = BLOCK as usize * row + column;
                 let (x, y) = self.places[if at < count { at } else { 0 }];
                 screen.direction(x as f32 + dx, y as f32 + dy)

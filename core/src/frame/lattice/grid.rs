@@ -1,22 +1,22 @@
-//! Which samples of a square there are.
+//! Which samples of a square exist.
 
+use super::piece::Piece;
 use super::{HALVINGS, STEPS, Seeing};
-use crate::frame::foveation::Piece;
 use crate::simd::{Runs, Simd};
 
-/// The places of a square's samples, and which are there.
+/// The places of a square's samples, and which of them exist.
 pub(super) struct Grid {
-    /// A bit for each that is there, by row, from the lowest.
+    /// A bit for each sample that exists, by row, from the lowest.
     known: [u32; STEPS + 1],
-    /// Those to be traced, likewise.
+    /// Samples to be traced, as bits like `known`.
     wanted: [u32; STEPS + 1],
     pub(super) piece: Piece,
-    /// Pixels between the finest.
+    /// Pixels between the finest samples.
     pub(super) unit: u32,
 }
 
 impl Grid {
-    /// Without a sample.
+    /// A grid without samples.
     pub(super) fn new(piece: Piece) -> Self {
         let finest = (piece.stride >> HALVINGS).max(piece.side / STEPS as u32);
         Self {
@@ -27,9 +27,9 @@ impl Grid {
         }
     }
 
-    /// Wants the corners of a block of so many steps a side, if the piece has a
+    /// Requests the corners of a block of `step` steps a side, if the piece contains a
     /// part of it.
-    pub(super) fn ask_for(
+    pub(super) fn request(
         &mut self,
         (column, row): (usize, usize),
         step: usize,
@@ -56,8 +56,8 @@ impl Grid {
         (x + column as u32 * self.unit, y + row as u32 * self.unit)
     }
 
-    /// The column and row of a node that is wanted and not there, which then is;
-    /// from a row on, which is moved along.
+    /// Takes the next requested node that does not exist yet, from `row` on; marks it as
+    /// known and moves `row` along.
     pub(super) fn next(&mut self, row: &mut usize) -> Option<(usize, usize)> {
         while let (Some(known), Some(wanted)) = (self.known.get_mut(*row), self.wanted.get(*row)) {
             let missing = wanted & !*known;
@@ -71,7 +71,7 @@ impl Grid {
         None
     }
 
-    /// How many rays what is wanted takes.
+    /// Number of rays that the requested samples take.
     pub(super) fn rays<const W: usize>(&mut self, seeing: &Seeing<'_, '_, W>) -> u64
     where
         Simd: Runs<W>,

@@ -1,100 +1,19 @@
 mod error;
+mod projection;
+mod ray_row;
 
 pub use error::DomeError;
+pub use projection::{DomePose, DomeProjection, MirrorCamera};
+pub(crate) use ray_row::RayRow;
 
-use super::super::block::BLOCK;
 use super::{Directions, DomeScreen, OnePoint, View};
-use crate::capture::{Mapping, SpheroidMirror, equidistant, fisheye_equisolid, mirror_ball};
+use crate::capture::{equidistant, fisheye_equisolid, mirror_ball};
+use crate::frame::tile::BLOCK;
 use crate::numeric::{largest_magnitude, map3, max, min, sqrt};
 use crate::shape::Ray;
 use crate::simd::{Kernel, Lanes, Portable, Runs, Simd};
-use crate::trace::{RayDetail, RowRays};
 use core::f32::consts::TAU;
 use glam::{Mat3, Vec3};
-
-/// Where a dome master is taken and which way round.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DomePose {
-    /// Of the viewpoint: metres, in the room.
-    pub position: Vec3,
-    /// The axes of [`capture`](crate::capture) in the room, each a column of
-    /// unit length: the picture's right, its top, and what is behind it. The
-    /// zenith is against the last.
-    pub room_from_capture: Mat3,
-}
-
-impl DomePose {
-    /// A dome over a room (+Y up, −Z forward) with the front at the bottom of
-    /// the picture: a quarter turn about +X.
-    pub const fn over_room(position: Vec3) -> Self {
-        Self {
-            position,
-            room_from_capture: Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y),
-        }
-    }
-}
-
-/// Which direction a dome master's pixel is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum DomeProjection {
-    /// What a camera sees in a mirrored spheroid.
-    Mirror(MirrorCamera),
-    /// [`fisheye_equidistant`](crate::capture::fisheye_equidistant): a true
-    /// dome master, of π.
-    Equidistant {
-        /// Across the picture: radians, above 0 to 2π.
-        field_of_view: f32,
-    },
-    /// [`fisheye_equisolid`](crate::capture::fisheye_equisolid).
-    Equisolid {
-        /// Across the picture: radians, above 0 to 2π.
-        field_of_view: f32,
-    },
-    /// [`mirror_ball`](crate::capture::mirror_ball).
-    MirrorBall,
-}
-
-/// A mirror and the camera that looks at it. It is optics, not an object: it
-/// casts no shadow and is in no reflection.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MirrorCamera {
-    /// The mirror's shape, and what looks at it.
-    pub mirror: SpheroidMirror,
-    /// Which of its points a pixel sees.
-    pub mapping: Mapping,
-    /// Its equatorial radius: metres, within [`MirrorCamera::RADII`].
-    pub radius: f32,
-    /// Which point of its axis is at the pose's position: equatorial radii from
-    /// its centre towards the camera, −1000 to 1000. The screen's centre, the
-    /// paper's, is at [`SpheroidMirror::screen_distance`].
-    pub viewpoint: f32,
-    /// Whether the picture is left as mirrors give it, left and right
-    /// exchanged.
-    pub mirrored: bool,
-}
-
-impl MirrorCamera {
-    /// Least and greatest equatorial radius: metres.
-    pub const RADII: (f32, f32) = (1.0e-9, 1.0e6);
-
-    /// Farthest viewpoint: equatorial radii.
-    const FARTHEST_VIEWPOINT: f32 = 1000.0;
-
-    /// The best mirror, of an equatorial radius in metres, within
-    /// [`RADII`](Self::RADII): each pixel looks at the point that shows its direction, the
-    /// picture is left and right as a viewer under the dome sees it, and the screen's
-    /// centre is at the pose's position.
-    pub const fn best(radius: f32) -> Self {
-        let mirror = SpheroidMirror::BEST;
-        Self {
-            mirror,
-            mapping: Mapping::Exact,
-            radius,
-            viewpoint: mirror.screen_distance(),
-            mirrored: false,
-        }
-    }
-}
 
 /// The rays of a dome master.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,74 +21,13 @@ pub(crate) struct Dome {
     projection: DomeProjection,
     pose: DomePose,
     side: u32,
-    /// [`SpheroidMirror::exact_start`].
+    /// The first guess of the exact mapping, by `SpheroidMirror::exact_start`.
     start: [f32; 3],
-    /// Of a screen, from the eye: its radii. `None` for pictures of directions.
+    /// The centre of a screen from the eye, in radii; `None` for pictures of directions.
     centre: Option<Vec3>,
-    /// Pixels are seen to this distance from the centre; past 1, the rim, what is
-    /// at the rim.
+    /// Pixels are seen up to this distance from the centre; past the rim, at 1, they show
+    /// the rim.
     seen_to: f32,
-}
-
-/// Rays of eight places.
-pub(crate) struct RayRow {
-    origins: [[f32; 8]; 3],
-    directions: [[f32; 8]; 3],
-    /// A bit for each lane inside the rim.
-    seen: u32,
-}
-
-impl RayRow {
-    /// None inside the rim.
-    pub(crate) const EMPTY: Self = Self {
-        origins: [[0.0; 8]; 3],
-        directions: [[0.0; 8]; 3],
-        seen: 0,
-    };
-
-    /// Whether no place is inside the rim.
-    pub(crate) const fn is_empty(&self) -> bool {
-        self.seen == 0
-    }
-
-    /// Whether each place is inside the rim, with a ray that can be traced.
-    pub(crate) fn are_all(&self) -> bool {
-        (0..8).all(|lane| self.ray(lane).is_some())
-    }
-
-    /// By component.
-    pub(crate) const fn directions(&self) -> &[[f32; 8]; 3] {
-        &self.directions
-    }
-
-    /// Those inside the rim that have a detail.
-    #[inline]
-    pub(crate) fn together(&self, detail: &[Option<RayDetail>; 8]) -> RowRays<'_> {
-        let mut active = 0;
-        for (lane, detail) in detail.iter().enumerate() {
-            let is_traced = detail.is_some() && self.ray(lane).is_some();
-            active |= u32::from(is_traced) << lane;
-        }
-        RowRays {
-            origins: &self.origins,
-            directions: &self.directions,
-            active,
-        }
-    }
-
-    /// `None` outside the rim.
-    #[inline(always)]
-    pub(crate) fn ray(&self, lane: usize) -> Option<Ray> {
-        let lane = lane % 8;
-        let [x, y, z] = &self.origins;
-        let origin = Vec3::new(x[lane], y[lane], z[lane]);
-        let [x, y, z] = &self.directions;
-        let direction = Vec3::new(x[lane], y[lane], z[lane]);
-        if self.seen >> lane & 1 == 0 {
-            return None;
-        }
-        Ray::new(origin, direction)
-    }
 }
 
 /// Rays of as many places as there are lanes, in the room.
@@ -231,8 +89,7 @@ impl Dome {
         })
     }
 
-    /// With what is at the rim in all pixels that are among the four around a
-    /// place inside it.
+    /// The same dome, whose pixels next to the rim's outside show the rim.
     pub(super) fn past_the_rim(self) -> Self {
         // The diagonal of a pixel is 2·√2 over the side.
         let seen_to = 1.0 + 3.0 / self.side as f32;
@@ -324,14 +181,14 @@ impl Dome {
         }
     }
 
-    /// Towards places, or towards the nearest inside the rim.
+    /// Directions of places, or of the nearest points inside the rim.
     #[inline(always)]
     fn nearest_directions<const W: usize, L: Lanes<W>>(&self, l: L, x: L::F, y: L::F) -> [L::F; 3] {
         let (_, direction) = self.lines(l, back_inside(l, self.place(l, x, y)));
         self.in_room(l, self.axes(), direction)
     }
 
-    /// Of the capture in the room: right, top and back.
+    /// Axes of the capture in the room: right, top and back.
     #[inline(always)]
     fn axes(&self) -> [[f32; 3]; 3] {
         let Mat3 {
@@ -482,8 +339,8 @@ fn is_rotation(axes: &Mat3) -> bool {
 }
 
 impl Dome {
-    /// Whether its rays start all at one point, and each place of a block of pixels is
-    /// inside the rim, from its first pixel on.
+    /// Whether all rays of a block start at one point, inside the rim; (x, y) is its first
+    /// pixel.
     pub(crate) fn sees_all_from(&self, x: u32, y: u32) -> bool {
         if let DomeProjection::Mirror(_) = self.projection {
             return false;
@@ -499,7 +356,7 @@ impl Dome {
         distances.into_iter().all(|distance| distance <= 1.0)
     }
 
-    /// Whether no place of a block of pixels is seen, from its first pixel on.
+    /// Whether no place of a block is seen; (x, y) is its first pixel.
     pub(crate) fn sees_nothing_from(&self, x: u32, y: u32) -> bool {
         // The nearest place to the centre; rounding keeps the order of all others.
         let centre = (self.side - 1) as f32 / 2.0;

@@ -8,9 +8,9 @@ use super::DomePose;
 pub struct DomeScreen {
     /// Where the sphere's centre is and which way the dome points.
     pub pose: DomePose,
-    /// Of the sphere: metres, within [`DomeScreen::RADII`].
+    /// Radius of the sphere: metres, within [`DomeScreen::RADII`].
     pub radius: f32,
-    /// Of the screen from the centre, across the picture: radians, above 0 to
+    /// Angle of the screen from the centre, across the picture: radians, above 0 to
     /// 2π; π is a hemisphere.
     pub field_of_view: f32,
 }
@@ -32,7 +32,7 @@ mod tests {
     use core::f32::consts::{PI, TAU};
     use glam::{EulerRot, Mat3, Vec3};
 
-    // An interpreter takes its time.
+    // Fewer under Miri, which is slow.
     const SIZE: u32 = if cfg!(miri) { 8 } else { 64 };
     const STEP: usize = if cfg!(miri) { 13 } else { 1 };
 

@@ -1,7 +1,7 @@
 use super::{View, ViewError};
 use glam::Vec3;
 
-/// A flat screen in its room: where its pixels are, whoever looks at them.
+/// A flat screen in its room: the places of its pixels, independent of the eye.
 /// Metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlatScreen {

@@ -2,7 +2,6 @@ use super::{Directions, OnePoint, View};
 use crate::numeric::map3;
 use crate::shape::Ray;
 use crate::simd::{Lanes, Simd};
-use core::fmt;
 use glam::Vec3;
 
 /// The rays from an eye through the pixels of a flat screen: an off-axis
@@ -18,33 +17,24 @@ pub(crate) struct Screen {
 }
 
 /// Why a flat screen's view is not one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ViewError {
     /// No columns or no rows, or more than [`View::MOST_PIXELS`] of either.
+    #[error("a view has 1 to {} pixels a side", View::MOST_PIXELS)]
     Size,
     /// The eye is not finite or too far out.
+    #[error("the eye's position is not finite or too far out")]
     Eye,
     /// A corner's direction cannot be traced, or the eye is in the screen's
     /// plane, or the steps are parallel.
+    #[error("the eye is in the screen's plane, or the screen is none")]
     Screen,
     /// The eye is behind a [`FlatScreen`](super::FlatScreen) or in its plane.
+    #[error("the eye is not in front of the screen")]
     Behind,
 }
-
-impl fmt::Display for ViewError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Size => write!(f, "a view has 1 to {} pixels a side", View::MOST_PIXELS),
-            Self::Eye => f.write_str("the eye's position is not finite or too far out"),
-            Self::Screen => f.write_str("the eye is in the screen's plane, or the screen is none"),
-            Self::Behind => f.write_str("the eye is not in front of the screen"),
-        }
-    }
-}
-
-impl core::error::Error for ViewError {}
 
 /// Eight columns of a screen's rays.
 pub(crate) struct ScreenColumns<F> {

@@ -187,7 +187,7 @@ fn an_eighth_of_a_turn_is_known() {
     assert!((sight.level - level).abs() < 5e-7);
 }
 
-/// Of all combinations of components one in so many: an interpreter takes its time.
+/// Uses one combination of components in this many: Miri is slow.
 const STEP: usize = if cfg!(miri) { 79 } else { 1 };
 
 /// How many [`directions`] are.
@@ -294,7 +294,7 @@ fn fields() -> impl Iterator<Item = VisualField> {
 
 #[test]
 fn bands_change_no_bit() {
-    // An interpreter takes its time.
+    // Fewer under Miri, which is slow.
     let steps = if cfg!(miri) { 1 } else { 400 };
     for field in fields() {
         for boundary in [Boundary::Printed, Boundary::Ellipse] {
@@ -345,7 +345,7 @@ fn regions_hold_what_lies_between_their_corners() {
         (state >> 8) as f32 / 8_388_608.0 - 1.0
     };
     let mut vector = move || Vec3::new(random(), random(), random());
-    // An interpreter takes its time.
+    // Fewer under Miri, which is slow.
     let (count, side) = if cfg!(miri) { (2, 2) } else { (20_000, 6) };
     for field in fields() {
         for boundary in [Boundary::Printed, Boundary::Ellipse] {
@@ -392,7 +392,7 @@ fn regions_hold_what_lies_between_their_corners() {
             assert!(met || cfg!(miri), "{found:?} {gaze:?}");
         }
     }
-    // Of the paper's field each is there.
+    // The paper's field contains each region.
     let region = |x: f32, y: f32, size: f32| {
         let at = |right: f32, down: f32| Vec3::new(x + right * size, y - down * size, -1.0);
         front().region_between(&[at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0), at(1.0, 1.0)])

@@ -28,7 +28,7 @@ pub(super) struct Tree<'m> {
 }
 
 impl Tree<'_> {
-    /// Whether a leaf of so many triangles holds those, and no others.
+    /// Whether a leaf of this many triangles holds them and no others.
     fn check_leaf<const W: usize>(
         &self,
         scene: &Scene<'_, W>,
@@ -65,7 +65,7 @@ impl Tree<'_> {
 /// Walks a tree once, checks that it is one, and returns the most stack
 /// entries that traversal in any order of children can need, and how many
 /// primitives its leaves hold.
-// Not a part of its callers, whose stack it would add to.
+// Not inlined: keeps its stack frame out of the callers'.
 #[inline(never)]
 pub(super) fn check_tree<const W: usize>(
     scene: &Scene<'_, W>,

@@ -6,7 +6,7 @@ use crate::simd::{Runs, Simd};
 use crate::spectrum::SpectralSample;
 use crate::trace::dispersion::Part;
 use crate::trace::ledger::Record;
-use crate::trace::tracer::Workspace;
+use crate::trace::workspace::Workspace;
 use glam::Vec3;
 
 /// A ray that enters a dispersive medium: what goes on from there, one
@@ -90,7 +90,7 @@ where
 
     /// Once all rays of a fan's wavelength are through, its next.
     #[inline(always)]
-    pub(super) fn go_on_with_fan<R: Record>(
+    pub(super) fn advance_fan<R: Record>(
         &self,
         gathered: &mut Gathered<'_, 'a, R>,
         workspace: &mut Workspace,
@@ -98,12 +98,12 @@ where
         if let Some(fan) = &gathered.fan
             && workspace.pending.len() <= fan.waiting
         {
-            self.next_of_fan(gathered, workspace);
+            self.next_wavelength(gathered, workspace);
         }
     }
 
     #[inline(never)]
-    fn next_of_fan<R: Record>(
+    fn next_wavelength<R: Record>(
         &self,
         gathered: &mut Gathered<'_, 'a, R>,
         workspace: &mut Workspace,

@@ -11,7 +11,7 @@ use crate::trace::ledger::Record;
 use crate::trace::soft_light::{Points, Rectangle};
 use crate::trace::surface::Surface;
 use crate::trace::texture::{self, TEXTURES};
-use crate::trace::tracer::Workspace;
+use crate::trace::workspace::Workspace;
 use glam::Vec3;
 
 impl<const W: usize, const EFFECTS: u32> Shading<'_, '_, W, EFFECTS>
@@ -24,7 +24,7 @@ where
     pub(super) fn own_light<R: Record>(
         &self,
         surface: &Surface<'_>,
-        (direction, normal, facing): (Vec3, Vec3, f32),
+        incidence: Incidence,
         budget: &mut Budget,
         workspace: &mut Workspace,
         record: &mut R,
@@ -32,7 +32,7 @@ where
         let material = surface.material;
         let effects = material.effects & self.effects;
         let texture = if Self::has(TEXTURES) && effects & TEXTURES != 0 {
-            let (scene, at) = (self.tracer.scene(), surface.coordinate);
+            let (scene, at) = (&self.searcher.scene, surface.coordinate);
             Some(texture::colour::<W, EFFECTS>(scene, material, at))
         } else {
             None
@@ -46,13 +46,11 @@ where
             let at = Lighting {
                 surface,
                 diffuse: textured(material.diffuse),
-                direction,
-                normal,
-                facing,
+                incidence,
             };
             light = self.lit(&at, budget, workspace, record);
         }
-        let outside = facing > 0.0;
+        let outside = incidence.facing > 0.0;
         if Self::has(effect::EMISSION) && effects & effect::EMISSION != 0 && outside {
             light += textured(material.emission);
         }
@@ -67,7 +65,7 @@ where
         workspace: &mut Workspace,
         record: &mut R,
     ) -> Vec3 {
-        let scene = self.tracer.scene();
+        let scene = &self.searcher.scene;
         let mut sum = Vec3::from_array(scene.header.ambient) * at.diffuse;
         for (number, source) in (0..).zip(scene.lights) {
             if source.is_large() {
@@ -167,8 +165,8 @@ where
             return false;
         }
         let before = workspace.statistics.steps;
-        let (tracer, rung) = (self.tracer, self.detail.rung);
-        let is_shadowed = tracer.is_occluded_on(rung, ray, limit, budget, workspace);
+        let (searcher, rung) = (self.searcher, self.detail.rung);
+        let is_shadowed = searcher.is_occluded_on(rung, ray, limit, budget, workspace);
         record.touch(SHADOWS);
         record.ray(place(cause.bits()), workspace.statistics.steps - before);
         is_shadowed
@@ -180,12 +178,18 @@ struct Lighting<'s, 'a> {
     surface: &'s Surface<'a>,
     /// Reflectance, with the texture.
     diffuse: Vec3,
-    /// The ray's: unit.
-    direction: Vec3,
-    /// Unit, on the ray's side.
-    normal: Vec3,
-    /// −1 where that is inside, else 1.
-    facing: f32,
+    incidence: Incidence,
+}
+
+/// How a ray meets a surface.
+#[derive(Clone, Copy)]
+pub(super) struct Incidence {
+    /// Direction of the ray, unit length.
+    pub(super) direction: Vec3,
+    /// Shading normal on the ray's side, unit length.
+    pub(super) normal: Vec3,
+    /// −1 if the ray arrives from inside, else 1.
+    pub(super) facing: f32,
 }
 
 impl Lighting<'_, '_> {
@@ -193,8 +197,8 @@ impl Lighting<'_, '_> {
     #[inline(always)]
     fn sees(&self, to_light: Vec3) -> Option<(Vec3, f32)> {
         let unit = normalize(to_light)?;
-        let cosine = self.normal.dot(unit);
-        let outside = self.surface.geometric_normal.dot(unit) * self.facing > 0.0;
+        let cosine = self.incidence.normal.dot(unit);
+        let outside = self.surface.geometric_normal.dot(unit) * self.incidence.facing > 0.0;
         (cosine > 0.0 && outside).then_some((unit, cosine))
     }
 
@@ -214,9 +218,9 @@ impl Lighting<'_, '_> {
         let specular = Vec3::from_array(material.specular);
         let mut answer = self.diffuse * cosine;
         if specular != Vec3::ZERO
-            && let Some(half) = normalize(unit - self.direction)
+            && let Some(half) = normalize(unit - self.incidence.direction)
         {
-            answer += specular * highlight(self.normal.dot(half), material.shininess);
+            answer += specular * highlight(self.incidence.normal.dot(half), material.shininess);
         }
         answer
     }

@@ -7,16 +7,15 @@ use crate::trace::walk::leaf_index;
 use glam::Vec3;
 
 /// Whether rays from one point with directions between those of four corners
-/// may meet anything. False only where none does.
+/// may meet anything. False only if no ray does.
 ///
-/// Boxes are those of the tree over instances and of the instances' covers,
-/// which hold the meshes of all rungs: what the rays' levels are need not be
-/// known yet.
+/// Tests the boxes of the tree over instances and of the instances' covers, which contain
+/// the meshes of all rungs: the rays' levels need not be known.
 pub(in crate::trace) struct MayHit<'r, 'a, const W: usize> {
     pub(in crate::trace) scene: &'r Scene<'a, W>,
     pub(in crate::trace) origin: Vec3,
     pub(in crate::trace) corners: &'r [Vec3; 4],
-    /// Nodes to look into before the answer is that rays may.
+    /// Most nodes to visit; the answer is then that rays may hit.
     pub(in crate::trace) most: u64,
 }
 
@@ -24,11 +23,11 @@ pub(in crate::trace) struct MayHit<'r, 'a, const W: usize> {
 /// enough for every cover.
 const DEPTH: usize = 6;
 
-/// Nodes that are looked into at most.
+/// Most nodes to visit.
 pub(in crate::trace) const MOST_NODES: u64 = 16;
 
 impl<const W: usize> Kernel<W> for MayHit<'_, '_, W> {
-    /// The answer, and how many nodes it took.
+    /// The answer, and the number of nodes visited.
     type Output = (bool, u64);
 
     #[inline(always)]
@@ -38,7 +37,7 @@ impl<const W: usize> Kernel<W> for MayHit<'_, '_, W> {
             return (true, 0);
         };
         let interval = Interval::new(l, &span);
-        // Nodes from the root down, each with the children not yet looked at.
+        // Nodes from the root down, each with its unvisited children.
         let mut path = [(0, 0); DEPTH];
         let (mut depth, mut steps) = (0, 0);
         let mut next = header.root;

@@ -14,7 +14,7 @@ use crate::trace::walk::{Path, leaf_index};
 use crate::trace::world::{map_component, map_point};
 use glam::Vec3;
 
-/// Against the triangles of one instance.
+/// Visits the triangles of one instance.
 struct TileInMesh<'r, 'a, const W: usize> {
     leaves: Leaves<'a, W>,
     rays: &'r TileRays,
@@ -166,7 +166,7 @@ impl<const W: usize> TileVisitor for TileInMesh<'_, '_, W> {
     }
 }
 
-/// Against the instances of a scene.
+/// Visits the instances of a scene.
 struct TileInWorld<'r, 'a, const W: usize> {
     scene: &'r Scene<'a, W>,
     rays: &'r TileRays,
@@ -227,7 +227,7 @@ impl<const W: usize> TileInWorld<'_, '_, W> {
 }
 
 impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
-    /// Instances are few, and stay near.
+    /// Does nothing: instances are few and stay in the cache.
     #[inline(always)]
     fn expect<L: Lanes<EIGHT>>(&self, _: L, _: u32) {}
 
@@ -262,7 +262,7 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
             if groups == 0 {
                 continue;
             }
-            // Rays of the same groups that see another look for nothing meanwhile.
+            // Rays of the same groups on other rungs are excluded meanwhile.
             let mixed = match own {
                 Some(own) => groups & TileRays::groups_with(own, |other| other != rung),
                 None => 0,
@@ -283,7 +283,7 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
                     .restore(&found, mixed, |group, lane| own[group][lane] != rung);
             }
             if !together && self.hits.deferred.push((number, groups)).is_err() {
-                // More than the list holds: merge into an entry for everything.
+                // The list is full: replace it by one entry for everything.
                 self.hits.deferred.clear();
                 let _ = self.hits.deferred.push((ALL_INSTANCES, u8::MAX));
             }
@@ -291,7 +291,7 @@ impl<const W: usize> TileVisitor for TileInWorld<'_, '_, W> {
     }
 }
 
-/// Stands for all instances in a [`Deferred`] list that was too short.
+/// All instances, in a deferred list that was too short.
 pub(in crate::trace) const ALL_INSTANCES: u32 = u32::MAX;
 
 /// The rays in an instance's frame; `None` where one cannot be traced there.
@@ -367,13 +367,13 @@ fn shears<L: Lanes<EIGHT>>(l: L, rays: &TileRays, groups: u8) -> Option<([usize;
     Some((axes, shear))
 }
 
-/// All rays of a tile through a scene.
+/// A search through a scene for all rays of a tile.
 pub(in crate::trace) struct TileSearch<'r, 'a, const W: usize, const ENDS: bool> {
     pub(in crate::trace) scene: &'r Scene<'a, W>,
     pub(in crate::trace) rays: &'r TileRays,
     pub(in crate::trace) hits: &'r mut TileHits,
     pub(in crate::trace) stack: &'r mut TraversalStack,
-    /// Steps that it may take, if there is an end of them.
+    /// Most steps; ignored unless `ENDS`.
     pub(in crate::trace) most: u64,
 }
 
@@ -410,7 +410,7 @@ impl<const W: usize, const ENDS: bool> Kernel<EIGHT> for TileSearch<'_, '_, W, E
     }
 }
 
-/// All rays of a tile against one mesh in its own frame.
+/// A search in one mesh, in its own frame, for all rays of a tile.
 pub(in crate::trace) struct TileInMeshSearch<'r, 'a, const W: usize> {
     pub(in crate::trace) mesh: &'r MeshView<'a, W>,
     pub(in crate::trace) rays: &'r TileRays,

@@ -9,13 +9,12 @@ pub(super) struct Span {
     pub(super) origin: [f32; 3],
     /// 1 where directions are negative on an axis.
     pub(super) negative: [usize; 3],
-    /// Per axis the least and the greatest reciprocal, and what the interval
-    /// test widens boxes by.
+    /// For each axis the least and the greatest reciprocal, and the widening of boxes.
     pub(super) interval: [(f32, f32, f32); 3],
 }
 
 impl Span {
-    /// Of all rays whose directions lie between those of `corners`, component
+    /// Bounds for all rays whose directions lie between those of `corners`, component
     /// by component; `None` where their signs differ, or one is next to zero, and
     /// where one is no [`Ray`].
     pub(super) fn between(origin: Vec3, corners: &[Vec3; 4], extent: f32) -> Option<Self> {
@@ -63,7 +62,7 @@ impl Span {
     }
 }
 
-/// What rounding may move a plane by, as [`Slabs`] has it.
+/// Distance that rounding may move a plane by, as in [`Slabs`].
 #[inline(always)]
 fn delta(origin: Vec3, extent: f32) -> f32 {
     Slabs::SLACK * UNIT_ROUNDOFF * max(extent, largest_number(origin))
@@ -79,8 +78,8 @@ pub(super) struct TileSlabs {
 }
 
 impl TileSlabs {
-    /// Of the rays of `groups`; `None` where the signs of their directions
-    /// differ, or one is zero. Rays whose `nearest` hit lies below zero look for nothing.
+    /// Bounds for the rays of `groups`; `None` where the signs of their directions
+    /// differ, or one is zero. Rays whose `nearest` hit is below zero do not count.
     #[inline(always)]
     pub(super) fn new<L: Lanes<EIGHT>>(
         l: L,

@@ -9,9 +9,9 @@ use crate::trace::walk::Path;
 pub(super) trait TileVisitor {
     /// The farthest hit of each group.
     fn hits(&mut self) -> &mut TileHits;
-    /// Has a leaf brought near that will be looked into.
+    /// Prefetches a leaf that will be visited.
     fn expect<L: Lanes<EIGHT>>(&self, l: L, child: u32);
-    /// Looks into a leaf.
+    /// Visits a leaf.
     fn leaf<L: Lanes<EIGHT>, const ENDS: bool>(
         &mut self,
         l: L,
@@ -21,7 +21,7 @@ pub(super) trait TileVisitor {
     );
 }
 
-/// A node's planes as so many lanes, those past its width empty.
+/// A node's planes in eight lanes; lanes past its width are empty.
 #[inline(always)]
 fn widened<const W: usize, const N: usize>(planes: &[[f32; W]; 6], plane: usize) -> [f32; N] {
     let empty = if plane & 1 == 0 {
@@ -153,7 +153,7 @@ pub(super) fn walk_tile<const W: usize, const ENDS: bool, L: Lanes<EIGHT>, V: Ti
         }
         let (candidates, near) = interval.children(l, node, &slabs.span, limit);
         let mut order = node.order(octant);
-        // Empty where nothing is a candidate, which is most often.
+        // Usually empty.
         let places = if candidates == 0 { 0 } else { W };
         for _ in 0..places {
             let lane = order as usize & (W - 1);
@@ -175,8 +175,7 @@ pub(super) fn walk_tile<const W: usize, const ENDS: bool, L: Lanes<EIGHT>, V: Ti
             *distance = near[lane];
             *child = node.child[lane];
             *groups = entered;
-            // Levels of detail do not all stay near from one tile to the next: frames of
-            // one take a hundredth less, others as long (`bench table2`, scene B).
+            // Meshes of several rungs do not all stay in the cache from tile to tile.
             if *child & LEAF != 0 {
                 visitor.expect(l, *child);
             } else if let Some(node) = nodes.get(*child as usize) {
@@ -197,7 +196,7 @@ pub(super) fn walk_tile<const W: usize, const ENDS: bool, L: Lanes<EIGHT>, V: Ti
             ) else {
                 return;
             };
-            // Hits found since may have overtaken it.
+            // Hits found since may be nearer.
             active = groups_within(visitor.hits(), entered, near);
             if active == 0 {
                 continue;

@@ -1,17 +1,17 @@
 //! What the level of detail of `shisen cave` did.
 
-use super::super::failure::Failure;
-use super::super::filling::Wanted;
-use super::super::levels::Level;
-use super::super::lod::LodArguments;
 use super::report::{Captured, Field, Fill, Lod};
-use shisen::bake::BakedScene;
-use shisen::cave::{Cave, Screen};
-use shisen::lod;
-use shisen::lod::{Coverage, OutsideDifference};
-use shisen::overview::net;
-use shisen::picture::Picture;
-use shisen::render::{self, Frame, Observer, Options};
+use crate::bake::BakedScene;
+use crate::cave::{Cave, Screen};
+use crate::cli::arguments::filling::Wanted;
+use crate::cli::arguments::levels::Level;
+use crate::cli::arguments::lod::LodArguments;
+use crate::cli::output::failure::Failure;
+use crate::picture::Picture;
+use crate::render::{self, Frame, Observer, Options};
+use crate::show::lod;
+use crate::show::lod::{Coverage, OutsideDifference};
+use crate::show::overview::net;
 use shisen_core::frame::{LevelOfDetail, Spectrum};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};

@@ -2,14 +2,14 @@
 
 use super::lod::LodPictures;
 use super::report::{Image, Written};
-use crate::cli::failure::Failure;
-use crate::cli::picture_files::{hexadecimal, metadata};
-use shisen::cave::{Cave, Eye, Screen};
-use shisen::overview::net;
-use shisen::overview::viewer::{self, ViewerCamera};
-use shisen::picture::Picture;
-use shisen::render::{Capture, Frame, Observer};
-use shisen::stereo::Stereo;
+use crate::cave::{Cave, Eye, Screen};
+use crate::cli::output::failure::Failure;
+use crate::cli::output::picture_files::{hexadecimal, metadata};
+use crate::picture::Picture;
+use crate::render::{Capture, Frame, Observer};
+use crate::show::overview::net;
+use crate::show::overview::viewer::{self, ViewerCamera};
+use crate::show::stereo::Stereo;
 use std::path::Path;
 
 /// Where pictures go and what is noted in them.

@@ -1,9 +1,9 @@
 //! What `shisen cave` prints.
 
-use super::super::arguments::EffectReport;
-use super::super::dispersion::DispersionReport;
-use super::super::output::counted;
-use super::super::ray_counts::RayCounts;
+use crate::cli::arguments::EffectReport;
+use crate::cli::arguments::dispersion::DispersionReport;
+use crate::cli::output::counted;
+use crate::cli::output::ray_counts::RayCounts;
 use serde::Serialize;
 use std::fmt;
 

@@ -2,14 +2,14 @@
 
 use super::pictures::Writer;
 use super::report::StereoReport;
-use crate::cli::failure::Failure;
-use crate::cli::picture_files::metadata;
-use shisen::cave::{Cave, Eye, Screen};
-use shisen::overview::net;
-use shisen::overview::viewer::{self, ViewerCamera};
-use shisen::picture::Picture;
-use shisen::render::Frame;
-use shisen::stereo::Stereo;
+use crate::cave::{Cave, Eye, Screen};
+use crate::cli::output::failure::Failure;
+use crate::cli::output::picture_files::metadata;
+use crate::picture::Picture;
+use crate::render::Frame;
+use crate::show::overview::net;
+use crate::show::overview::viewer::{self, ViewerCamera};
+use crate::show::stereo::Stereo;
 
 impl Writer<'_> {
     /// Writes the walls unfolded, and as `cameras`, one an eye, see them; none where

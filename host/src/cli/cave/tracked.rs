@@ -1,15 +1,15 @@
 //! Frames that follow a tracker.
 
-use super::super::arguments::whole;
-use super::super::failure::{Failure, Fault};
-use super::super::output::counted;
-use super::super::tracker::{Happenings, Interrupt, TrackerName};
+use crate::cli::arguments::whole;
+use crate::cli::output::counted;
+use crate::cli::output::failure::{Failure, Fault};
+use crate::cli::tracker::{Happenings, Interrupt, TrackerName};
+use crate::live::{Happening, LiveTracker};
+use crate::tracker::calibration::{Calibrated, estimation};
+use crate::tracker::{Feed, Notice};
 use clap::Args;
 use miette::Diagnostic;
 use serde::Serialize;
-use shisen::live::{Happening, LiveTracker};
-use shisen::tracker::calibration::{Calibrated, estimation};
-use shisen::tracker::{Feed, Notice};
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::decoder::Event;
@@ -291,9 +291,9 @@ pub(super) fn folder(folder: &std::path::Path, number: u64) -> Result<std::path:
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
-    use shisen::tracker::pty::Pty;
-    use shisen::tracker::serve::{Begin, serve};
-    use shisen::tracker::{MockSpec, ProtocolSpec, simulated};
+    use crate::tracker::pty::Pty;
+    use crate::tracker::serve::{Begin, serve};
+    use crate::tracker::{MockSpec, ProtocolSpec, simulated};
     use shisen_tracker::estimate::State;
     use shisen_tracker::head::hatire::{Config, FRAME_BYTES};
     use shisen_tracker::sample::Sample;
@@ -311,7 +311,7 @@ mod tests {
             frames: 1,
             hz: 60,
         };
-        let interrupt = Interrupt::new();
+        let interrupt = Interrupt::watched();
         let follower = Follower::new(&name, &arguments, HeadPose::IDENTITY, &interrupt);
         follower.unwrap_or_else(|_| panic!("it says something"))
     }

@@ -1,10 +1,10 @@
 //! Arguments that the commands of domes share.
 
 use crate::cli::arguments::number;
-use crate::cli::failure::Failure;
+use crate::cli::output::failure::Failure;
+use crate::dome::{self, Design, Mapping, Mirror, MirrorError, Named, Projection};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
-use shisen::dome::{self, Design, Mapping, Mirror, MirrorError, Named, Projection};
 
 /// `--config`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

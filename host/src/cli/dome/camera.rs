@@ -1,17 +1,17 @@
 //! The camera of a dome master and what it sees, from arguments.
 
 use super::arguments::{ConfigChoice, MappingChoice};
+use crate::bake::BakedScene;
 use crate::cli::arguments::{number, number_within};
-use crate::cli::failure::Failure;
-use crate::cli::progress::Progress;
+use crate::cli::output::failure::Failure;
+use crate::cli::output::progress::Progress;
+use crate::dome::{Named, NearField, effective_viewpoint};
+use crate::render::{self, DomePicture, Options};
+use crate::scene::Scene;
+use crate::scene::builtin::grid;
+use crate::scene::camera::DomeCamera;
+use crate::with_scene;
 use clap::Args;
-use shisen::bake::BakedScene;
-use shisen::dome::{Named, NearField, effective_viewpoint};
-use shisen::render::{self, DomePicture, Options};
-use shisen::scene::Scene;
-use shisen::scene::builtin::grid;
-use shisen::scene::camera::DomeCamera;
-use shisen::with_scene;
 use shisen_core::frame::{DomeProjection, MirrorCamera, View};
 use shisen_core::shape::Spheroid;
 use std::str::FromStr;

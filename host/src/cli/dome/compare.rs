@@ -1,20 +1,20 @@
 //! `shisen dome compare`: a mirror's dome master against the true one.
 
-use super::super::arguments::whole;
 use super::arguments::MappingChoice;
 use super::camera::{MirrorChoice, trace, view};
+use crate::bake::Layout;
+use crate::cli::arguments::source::bake;
 use crate::cli::arguments::threads;
-use crate::cli::failure::Failure;
+use crate::cli::arguments::whole;
+use crate::cli::output::failure::Failure;
+use crate::cli::output::picture_files::{hexadecimal, make_writable, metadata};
 use crate::cli::output::print;
-use crate::cli::picture_files::{hexadecimal, make_writable, metadata};
-use crate::cli::source::bake;
+use crate::dome::Named;
+use crate::picture::Picture;
+use crate::render::Options;
+use crate::scene::camera::DomeCamera;
 use clap::Args;
 use serde::Serialize;
-use shisen::bake::Layout;
-use shisen::dome::Named;
-use shisen::picture::Picture;
-use shisen::render::Options;
-use shisen::scene::camera::DomeCamera;
 use shisen_core::frame::{DomeProjection, MAX_SAMPLES, View};
 use std::f32::consts::PI;
 use std::fmt;

@@ -1,16 +1,16 @@
 //! `shisen dome curve`: the paper's figures 10 to 16.
 
-use super::super::arguments::whole;
-use super::super::failure::Failure;
-use super::super::output::print;
-use super::super::picture_files::make_writable;
 use super::arguments::{ConfigChoice, MappingChoice};
 use super::figure::Figure;
+use crate::cli::arguments::whole;
+use crate::cli::output::failure::Failure;
+use crate::cli::output::picture_files::make_writable;
+use crate::cli::output::print;
+use crate::dome::{self, Design, Mapping, MirrorError, Projection};
+use crate::picture::chart::{Axis, Chart, Corner, Line, Names};
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
-use shisen::chart::{Axis, Chart, Corner, Line, Names};
-use shisen::dome::{self, Design, Mapping, MirrorError, Projection};
 use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;

@@ -1,11 +1,11 @@
 //! `shisen dome design`: the mirror that takes the truest dome master.
 
-use super::super::failure::Failure;
-use super::super::output::print;
 use super::arguments::{MappingChoice, MirrorArguments, projection_name};
+use crate::cli::output::failure::Failure;
+use crate::cli::output::print;
+use crate::dome::{Design, Mapping};
 use clap::Args;
 use serde::Serialize;
-use shisen::dome::{Design, Mapping};
 use std::fmt;
 
 /// Designs the mirror that takes the truest dome master
@@ -65,7 +65,7 @@ struct Report {
 impl Report {
     fn of(design: &Design, config: Option<&'static str>, mapping: Mapping) -> Self {
         let parallel = design.p.is_none();
-        let degrees = |e: &shisen::dome::Extremum| e.r_d.to_degrees();
+        let degrees = |e: &crate::dome::Extremum| e.r_d.to_degrees();
         Self {
             config,
             mapping: mapping.name(),

@@ -1,8 +1,8 @@
 //! Charts that commands write, and what they say of them.
 
-use crate::cli::failure::{Failure, Fault};
+use crate::cli::output::failure::{Failure, Fault};
+use crate::picture::chart::Chart;
 use serde::Serialize;
-use shisen::chart::Chart;
 use std::path::Path;
 
 /// A chart and its files, by their paths: the folder as given, and their names.

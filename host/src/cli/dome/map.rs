@@ -1,12 +1,12 @@
 //! `shisen dome map`: angles and their places in a dome master.
 
-use super::super::arguments::number_within;
-use super::super::failure::Failure;
-use super::super::output::print;
 use super::arguments::{MappingChoice, MirrorArguments};
+use crate::cli::arguments::number_within;
+use crate::cli::output::failure::Failure;
+use crate::cli::output::print;
+use crate::dome::{Design, Mapping, px_4096};
 use clap::Args;
 use serde::Serialize;
-use shisen::dome::{Design, Mapping, px_4096};
 use shisen_core::capture::SpheroidMirror;
 use std::fmt;
 

@@ -1,16 +1,16 @@
 //! `shisen dome nearfield`: what surroundings near the mirror cost.
 
-use super::super::arguments::{number, number_within};
-use super::super::failure::Failure;
-use super::super::output::print;
-use super::super::picture_files::make_writable;
 use super::arguments::{MappingChoice, MirrorArguments};
 use super::figure::Figure;
+use crate::cli::arguments::{number, number_within};
+use crate::cli::output::failure::Failure;
+use crate::cli::output::picture_files::make_writable;
+use crate::cli::output::print;
+use crate::dome::{self, Design, NearField, NearestError, SizeErrors, Viewpoint, px_4096};
+use crate::picture::chart::{Axis, Chart, Corner, Line, Names};
 use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use serde::Serialize;
-use shisen::chart::{Axis, Chart, Corner, Line, Names};
-use shisen::dome::{self, Design, NearField, NearestError, SizeErrors, Viewpoint, px_4096};
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 use std::ops::Range;

@@ -1,20 +1,20 @@
 //! `shisen dome render`: dome masters of a scene.
 
 use super::camera::{DISTANCE, MirrorChoice, distance, trace, view};
+use crate::bake::Layout;
+use crate::cave::look::Point;
+use crate::cli::arguments::dispersion::DispersionReport;
+use crate::cli::arguments::source::{Loaded, Source, bake};
+use crate::cli::arguments::tracing::TracingArguments;
 use crate::cli::arguments::{EffectReport, Model, SceneName, number, number_within, whole};
-use crate::cli::dispersion::DispersionReport;
-use crate::cli::failure::Failure;
+use crate::cli::output::failure::Failure;
+use crate::cli::output::picture_files::{hexadecimal, make_writable, metadata};
+use crate::cli::output::ray_counts::RayCounts;
 use crate::cli::output::{counted, print};
-use crate::cli::picture_files::{hexadecimal, make_writable, metadata};
-use crate::cli::ray_counts::RayCounts;
-use crate::cli::source::{Loaded, Source, bake};
-use crate::cli::tracing::TracingArguments;
+use crate::dome::{Mapping, Named};
+use crate::scene::camera::{CameraPath, DomeCamera};
 use clap::Args;
 use serde::Serialize;
-use shisen::bake::Layout;
-use shisen::dome::{Mapping, Named};
-use shisen::look::Point;
-use shisen::scene::camera::{CameraPath, DomeCamera};
 use shisen_core::frame::{Statistics, View};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -37,6 +37,7 @@ use std::path::{Path, PathBuf};
 /// scene asks for) and dispersion (null where it is not carried out: method,
 /// wavelengths, each and `range_nm`).
 #[derive(Debug, Args)]
+#[command(mut_arg("mapping", |mapping| mapping.default_value("exact")))]
 pub(in crate::cli) struct Arguments {
     /// A, B, C or D of Mochizuki and Makino, grid (meridians and parallels every
     /// 10° on a sphere about the screen's centre), prism (light through a slit,

@@ -1,13 +1,13 @@
 //! `shisen dome warp`: what a projector has to show on a dome.
 
+use crate::cave::warp::{Nodes, Projector, Warp, WarpError, bourke, mpcdi};
+use crate::cave::{Cave, DomeScreen};
 use crate::cli::arguments::{PictureSize, WallsName};
-use crate::cli::failure::{Failure, Fault};
+use crate::cli::output::failure::{Failure, Fault};
 use crate::cli::output::print;
+use crate::files::write_atomically;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use shisen::cave::{Cave, DomeScreen};
-use shisen::files::write_atomically;
-use shisen::warp::{Nodes, Projector, Warp, WarpError, bourke, mpcdi};
 use std::fmt;
 use std::path::PathBuf;
 

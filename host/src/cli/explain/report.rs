@@ -1,6 +1,6 @@
 //! What `shisen explain` prints.
 
-use crate::cli::dispersion::DispersionReport;
+use crate::cli::arguments::dispersion::DispersionReport;
 use crate::cli::output::counted;
 use serde::Serialize;
 use shisen_core::scene::format::{Light, Material, effect, flag, light};

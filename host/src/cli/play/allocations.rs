@@ -6,10 +6,10 @@
 //! are rendered by a process of its own.
 
 use super::{Audience, Change, LiveArguments, Newest, TimeArguments, paper_lod};
+use crate::live::{Alone, FrameRecord, SessionSettings};
+use crate::render::{CaptureOptions, Observer};
+use crate::tracker::Spec;
 use clap::Parser;
-use shisen::live::{Alone, FrameRecord, SessionSettings};
-use shisen::render::{CaptureOptions, Observer};
-use shisen::tracker::Spec;
 use shisen_core::gaze::HeadPose;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::process::Command;
@@ -46,8 +46,8 @@ unsafe impl GlobalAlloc for Counting {
 }
 
 /// Frames before memory is counted, and while it is.
-const WARM_UP: u64 = 60;
-const COUNTED: u64 = 120;
+const WARM_UP: u64 = 40;
+const COUNTED: u64 = 80;
 
 /// Set for the process that renders.
 const ALONE: &str = "SHISEN_COUNTS_ALLOCATIONS";
@@ -84,8 +84,11 @@ struct Line {
 
 /// How often frames took memory that follow a tracker.
 fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) -> u64 {
-    let usual = ["frames", "--size", "64", "--threads", "2", "--hz", "200"];
-    let line = Line::parse_from(usual.iter().chain(arguments));
+    let usual = ["frames", "--size", "32", "--threads", "2", "--hz", "200"];
+    let few = ["--levels", "3"];
+    let with_levels = !arguments.contains(&"off");
+    let few = few.iter().filter(|_| with_levels);
+    let line = Line::parse_from(usual.iter().chain(arguments).chain(few));
     let live = line.live.changed(Change::Capture(capture));
     let prepared = live.prepare(&line.time).unwrap();
     let tracker = live.listen(tracker).unwrap();
@@ -106,9 +109,9 @@ fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) ->
 #[cfg(unix)]
 mod line {
     use super::{Spec, TAKEN, taken};
-    use shisen::tracker::pty::Pty;
-    use shisen::tracker::serve::{Begin, serve};
-    use shisen::tracker::{Feed, MockSpec, Notice, simulated};
+    use crate::tracker::pty::Pty;
+    use crate::tracker::serve::{Begin, serve};
+    use crate::tracker::{Feed, MockSpec, Notice, simulated};
     use shisen_tracker::decoder::Event;
     use shisen_tracker::serial::Serial;
     use std::sync::atomic::{AtomicBool, Ordering};

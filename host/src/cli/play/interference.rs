@@ -5,17 +5,17 @@ use std::fs;
 
 /// What was taken from this process; `None` where the system does not say.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(in crate::cli) struct Interference {
+pub struct Interference {
     /// How often the processor was taken away from one of its threads.
-    pub(in crate::cli) involuntary_switches: Option<u64>,
+    pub involuntary_switches: Option<u64>,
     /// Of all processors, by what this machine itself runs on: seconds.
-    pub(in crate::cli) stolen_seconds: Option<f64>,
+    pub stolen_seconds: Option<f64>,
 }
 
 impl Interference {
     /// Of the threads that are there, since they began; of the machine, since it
     /// was started.
-    pub(in crate::cli) fn so_far() -> Self {
+    pub fn so_far() -> Self {
         Self {
             involuntary_switches: involuntary_switches(),
             stolen_seconds: stolen_seconds(),
@@ -23,7 +23,8 @@ impl Interference {
     }
 
     /// What came after another.
-    pub(in crate::cli) fn since(&self, before: &Self) -> Self {
+    #[must_use]
+    pub fn since(&self, before: &Self) -> Self {
         let switches = self.involuntary_switches.zip(before.involuntary_switches);
         let stolen = self.stolen_seconds.zip(before.stolen_seconds);
         Self {

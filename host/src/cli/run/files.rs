@@ -1,13 +1,13 @@
 //! The pictures of `--view png`.
 
-use crate::cli::failure::Failure;
-use crate::cli::picture_files::{make_writable, metadata};
-use shisen::cave::{Cave, Eye};
-use shisen::live::{Share, eyes_of};
-use shisen::overview::net;
-use shisen::picture::Picture;
-use shisen::render::Observer;
-use shisen::stereo::Stereo;
+use crate::cave::{Cave, Eye};
+use crate::cli::output::failure::Failure;
+use crate::cli::output::picture_files::{make_writable, metadata};
+use crate::live::{Share, eyes_of};
+use crate::picture::Picture;
+use crate::render::Observer;
+use crate::show::overview::net;
+use crate::show::stereo::Stereo;
 use std::path::{Path, PathBuf};
 
 /// Files, one or two a frame.

@@ -1,7 +1,7 @@
 //! The file of `--record`.
 
-use crate::cli::failure::{Failure, Fault};
-use shisen::live::FrameRecord;
+use crate::cli::output::failure::{Failure, Fault};
+use crate::live::FrameRecord;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};

@@ -2,13 +2,13 @@
 //! feature `window`, or for a system without X servers.
 
 use super::watched::{Command, Watched};
-use crate::cli::failure::Failure;
+use crate::cave::Cave;
+use crate::cli::output::failure::Failure;
+use crate::live::FrameRecord;
+use crate::show::dashboard::{About, Frame};
+use crate::show::stereo::Stereo;
 use glam::Vec3;
 use miette::Diagnostic;
-use shisen::cave::Cave;
-use shisen::dashboard::{About, Frame};
-use shisen::live::FrameRecord;
-use shisen::stereo::Stereo;
 use std::path::Path;
 use thiserror::Error;
 

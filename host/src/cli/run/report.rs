@@ -4,12 +4,12 @@ use super::watched::Watched;
 use super::{Arguments, FillName, LatchName};
 use crate::cli::output::counted;
 use crate::cli::play::{Interference, Played, Prepared};
-use hdrhistogram::Histogram;
-use serde::Serialize;
-use shisen::live::{
+use crate::live::{
     Allowance, FrameBudget, Leg, Quality, SessionReport, SessionSettings, Share, Summary,
 };
-use shisen::render::frame_hash;
+use crate::render::frame_hash;
+use hdrhistogram::Histogram;
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
 

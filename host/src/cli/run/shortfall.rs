@@ -1,7 +1,7 @@
 //! Budgets that are too small for the least quality.
 
 use crate::cli::output::counted;
-use shisen::live::{FrameRecord, Quality};
+use crate::live::{FrameRecord, Quality};
 
 /// Frames over their time before that is told: one or two may have been held up.
 const FEWEST: u64 = 5;

@@ -1,8 +1,8 @@
 //! `--cluster`: the processes that `mpirun` started.
 
 use super::Arguments;
-use crate::cli::failure::Failure;
-use shisen::live::{Alone, SwapLock};
+use crate::cli::output::failure::Failure;
+use crate::live::{Alone, SwapLock};
 use std::time::Duration;
 
 /// What keeps this process in step with the others, if there are any.
@@ -32,7 +32,7 @@ fn started_by_mpirun() -> Option<usize> {
 
 #[cfg(feature = "cluster")]
 fn join(wait: Duration) -> Result<Box<dyn SwapLock>, Failure> {
-    use shisen::live::{Cluster, Mpi};
+    use crate::live::{Cluster, Mpi};
     let joined = Mpi::join().and_then(|mpi| Cluster::new(mpi, wait));
     Ok(Box::new(joined.map_err(Failure::from_error)?))
 }

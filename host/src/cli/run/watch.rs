@@ -8,14 +8,14 @@
 mod presenter;
 
 use super::watched::{Command, Watched};
-use crate::cli::failure::Failure;
+use crate::cave::Cave;
+use crate::cli::output::failure::Failure;
+use crate::live::FrameRecord;
+use crate::show::dashboard::{About, Dashboard, Frame, Latency};
+use crate::show::stereo::Stereo;
+use crate::show::window::Window;
 use glam::Vec3;
 use presenter::{Ending, Presenter};
-use shisen::cave::Cave;
-use shisen::dashboard::{About, Dashboard, Frame, Latency};
-use shisen::live::FrameRecord;
-use shisen::stereo::Stereo;
-use shisen::window::Window;
 use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

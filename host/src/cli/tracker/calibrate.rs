@@ -1,20 +1,20 @@
 //! `shisen tracker calibrate`: from what a tracker says to where eyes look.
 
-use super::super::failure::{Failure, Fault};
-use super::super::output::{print, say};
 use super::follow::{EndArguments, follow};
 use super::show::Shown;
 use super::{TrackerName, warn_of_sensors};
-use clap::{Args, ValueEnum};
-use miette::Diagnostic;
-use serde::Serialize;
-use shisen::files::write_atomically;
-use shisen::look::Point;
-use shisen::tracker::calibration::{
+use crate::cave::look::Point;
+use crate::cli::output::failure::{Failure, Fault};
+use crate::cli::output::{print, say};
+use crate::files::write_atomically;
+use crate::tracker::calibration::{
     CalibrationFile, EYES, Fits, Gatherer, SeenTarget, TimedTarget, device_name, estimation,
     read_script,
 };
-use shisen::tracker::{Feed, Notice};
+use crate::tracker::{Feed, Notice};
+use clap::{Args, ValueEnum};
+use miette::Diagnostic;
+use serde::Serialize;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::decoder::Event;
 use shisen_tracker::estimate::Model;
@@ -244,7 +244,7 @@ impl Report {
         Self {
             file: name,
             device: file.device.clone(),
-            model: shisen::tracker::calibration::model_name(file.model),
+            model: crate::tracker::calibration::model_name(file.model),
             targets: file.targets.iter().map(target).collect(),
             left,
             right,

@@ -1,7 +1,7 @@
 //! What an eye tracker says of itself, for reports.
 
+use crate::tracker::Features;
 use serde::Serialize;
-use shisen::tracker::Features;
 use shisen_tracker::hid::eye_tracker::{Capabilities, Configuration, Status, status_name};
 use std::fmt;
 

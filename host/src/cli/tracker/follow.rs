@@ -1,15 +1,15 @@
 //! Listening to a feed until somebody has enough.
 
-use super::super::arguments::{span, whole};
-use super::super::failure::Failure;
-use super::super::output::{say, warn};
 use super::Interrupt;
 use super::features::FeatureReport;
 use super::happenings::Happenings;
 use super::sample::{ByReason, by_reason};
+use crate::cli::arguments::{span, whole};
+use crate::cli::output::failure::Failure;
+use crate::cli::output::{say, warn};
+use crate::tracker::{Feed, Notice, Trouble};
 use clap::Args;
 use miette::Diagnostic;
-use shisen::tracker::{Feed, Notice, Trouble};
 use shisen_tracker::decoder::{Counts, Event};
 use shisen_tracker::time::Micros;
 use std::time::Duration;
@@ -72,7 +72,7 @@ pub(super) fn follow(
     end: &EndArguments,
     take: &mut Take<'_>,
 ) -> Result<(), Failure> {
-    let interrupt = Interrupt::new();
+    let interrupt = Interrupt::watched();
     let last = end.span().map(|span| feed.begin().after(span));
     let mut samples = 0;
     let mut heard = Heard::default();

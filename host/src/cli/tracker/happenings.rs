@@ -1,11 +1,11 @@
 //! What a tracker says of itself, and what happens to its clock and to the gaze, in
 //! words.
 
-use super::super::output::warn;
 use super::warn_of_sensors;
 use super::with_drops;
-use shisen::live::Happening;
-use shisen::tracker::Notice;
+use crate::cli::output::warn;
+use crate::live::Happening;
+use crate::tracker::Notice;
 use shisen_tracker::clock::ClockEvent;
 use shisen_tracker::command::Failure;
 use shisen_tracker::decoder::{EyeEventKind, Message, Side};

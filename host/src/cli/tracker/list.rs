@@ -1,11 +1,11 @@
 //! `shisen tracker list`: what is plugged in.
 
-use super::super::failure::Failure;
-use super::super::output::{print, warn};
 use super::features::FeatureReport;
+use crate::cli::output::failure::Failure;
+use crate::cli::output::{print, warn};
+use crate::tracker::features;
 use clap::Args;
 use serde::Serialize;
-use shisen::tracker::features;
 use shisen_tracker::hid::device::{Found, devices};
 use shisen_tracker::serial::ports;
 use std::fmt;

@@ -1,13 +1,13 @@
 //! `shisen tracker monitor`: what a tracker says, as it says it.
 
-use super::super::failure::Failure;
-use super::super::output;
 use super::TrackerName;
 use super::follow::{EndArguments, follow};
 use super::sample::{Record, Records};
+use crate::cli::output;
+use crate::cli::output::failure::Failure;
+use crate::tracker::Feed;
+use crate::tracker::calibration::{Calibrated, estimation};
 use clap::Args;
-use shisen::tracker::Feed;
-use shisen::tracker::calibration::{Calibrated, estimation};
 use shisen_tracker::decoder::Event;
 use shisen_tracker::estimate::GazeEstimator;
 use shisen_tracker::time::Micros;

@@ -1,14 +1,14 @@
 //! `shisen tracker record`: what a tracker says, into a file.
 
-use super::super::failure::Failure;
-use super::super::output::print;
 use super::TrackerName;
 use super::follow::{EndArguments, follow};
 use super::sample::{ByReason, by_reason};
+use crate::cli::output::failure::Failure;
+use crate::cli::output::print;
+use crate::tracker::{Feed, Recorder};
 use clap::Args;
 use miette::Diagnostic;
 use serde::Serialize;
-use shisen::tracker::{Feed, Recorder};
 use shisen_tracker::decoder::Event;
 use std::collections::BTreeMap;
 use std::fmt;

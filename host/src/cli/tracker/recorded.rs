@@ -7,11 +7,11 @@ use std::iter::Peekable;
 use std::vec::IntoIter;
 
 /// Recorded samples, at their times.
-pub(in crate::cli) struct Recorded(Peekable<IntoIter<Sample>>);
+pub struct Recorded(Peekable<IntoIter<Sample>>);
 
 impl Recorded {
     /// Those of a recording, in the order in which they arrived.
-    pub(in crate::cli) fn new(samples: Vec<Sample>) -> Self {
+    pub fn new(samples: Vec<Sample>) -> Self {
         Self(samples.into_iter().peekable())
     }
 }

@@ -1,9 +1,9 @@
 //! Samples, for reports.
 
-use super::super::output::warn;
 use super::features::FeatureReport;
 use super::happenings::Happenings;
 use super::said::Said;
+use crate::cli::output::warn;
 use glam::{Quat, Vec2, Vec3};
 use serde::Serialize;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator, StampSource};

@@ -1,19 +1,19 @@
 //! `shisen tracker mock` and `replay`: trackers for others to read.
 
-use super::super::arguments::whole;
-use super::super::failure::Failure;
-use super::super::output::{say, warn};
 use super::follow::EndArguments;
 use super::monitor::show;
 use super::sample::Records;
 use super::{Interrupt, Recorded, goes_over_a_line, protocol};
-use clap::Args;
-use miette::Diagnostic;
-use shisen::tracker::pty::Pty;
-use shisen::tracker::serve::{Begin, SILENT, Stage};
-use shisen::tracker::{
+use crate::cli::arguments::whole;
+use crate::cli::output::failure::Failure;
+use crate::cli::output::{say, warn};
+use crate::tracker::pty::Pty;
+use crate::tracker::serve::{Begin, SILENT, Stage};
+use crate::tracker::{
     Feed, MockSpec, PAUSE, ProtocolSpec, Recording, ReplaySpec, Spec, Times, serve, simulated,
 };
+use clap::Args;
+use miette::Diagnostic;
 use shisen_tracker::mock::Source;
 use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::Sample;
@@ -289,7 +289,7 @@ fn line(
     play: Play,
 ) -> Result<Played, Failure> {
     goes_over_a_line(protocol)?;
-    let interrupt = Interrupt::new();
+    let interrupt = Interrupt::watched();
     let mut pty = Pty::open(path).map_err(|reason| {
         let path = path.into();
         if reason.kind() == io::ErrorKind::ResourceBusy {

@@ -1,6 +1,6 @@
 //! Targets on the terminal, one after another.
 
-use shisen::tracker::calibration::TimedTarget;
+use crate::tracker::calibration::TimedTarget;
 use shisen_tracker::estimate::Screen;
 use shisen_tracker::time::Micros;
 use std::io::{self, IsTerminal, Write};

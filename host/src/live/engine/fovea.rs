@@ -1,11 +1,8 @@
 //! What is near the line of sight.
 
+use crate::live::quality::FOVEA;
 use glam::Vec3;
 use shisen_core::frame::{Tile, View};
-
-/// The part of a frame that is never to be missing: this close to the line of
-/// sight, radians (5°).
-pub const FOVEA: f32 = 0.087_266_46;
 
 /// By how much a line of sight moves at most, from frame to frame, for a viewer to look at
 /// the same: radians (1°). In between eyes are fast.

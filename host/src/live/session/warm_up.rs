@@ -3,8 +3,8 @@
 use super::{Session, SessionError, Stage, carry_out, gaze_of};
 use crate::live::engine::Engine;
 use crate::live::governor::{Allowance, Decision, Taken};
+use crate::live::quantiles::median;
 use crate::live::swap::{Look, Purpose};
-use crate::quantiles::median;
 use crate::render::Observer;
 use shisen_core::{Runs, Simd};
 

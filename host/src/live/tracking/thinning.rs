@@ -47,7 +47,7 @@ impl Thinning {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantiles::median;
+    use crate::live::quantiles::median;
     use shisen_tracker::estimate::{EstimatorConfig, GazeEstimator};
     use shisen_tracker::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig};
 
@@ -101,7 +101,7 @@ mod tests {
         let mut estimator: GazeEstimator = GazeEstimator::new(EstimatorConfig::default()).unwrap();
         let (mut thinning, mut truth) = (Thinning::NEW, viewer());
         let mut off = Vec::new();
-        for number in 0..20 * rate {
+        for number in 0..8 * rate {
             let (time, sample) = tracker.next_sample();
             if !thinned || thinning.uses(sample.arrival) {
                 estimator.push(&sample, time, &mut |_| {});

@@ -1,11 +1,11 @@
 //! Scenes of dispersive glass: a spectrum, and the balls of Kishioka's paper.
 
-use crate::material::Material;
-use crate::mesh::TriangleMesh;
+use crate::render::spectrum::minimum_deviation;
 use crate::scene::camera::CameraPath;
+use crate::scene::material::Material;
+use crate::scene::mesh::TriangleMesh;
+use crate::scene::texture::{Pattern, Texture};
 use crate::scene::{Background, Light, Object, Scene, Shape};
-use crate::spectrum::minimum_deviation;
-use crate::texture::{Pattern, Texture};
 use glam::{DAffine3, DMat3, DVec3};
 use shisen_core::spectrum::{Medium, line};
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_6, PI};

@@ -1,9 +1,9 @@
 //! What can be wrong in a scene file, and the checks that find it.
 
-use crate::description::{Located, Source, suggestion};
-use crate::mesh::MeshError;
+use crate::files::description::{Located, Source, suggestion};
 use crate::scene::camera::CameraPathError;
-use crate::texture::ImageError;
+use crate::scene::mesh::MeshError;
+use crate::scene::texture::ImageError;
 use glam::DVec3;
 use miette::Diagnostic;
 use shisen_core::spectrum::{Medium, MediumError};

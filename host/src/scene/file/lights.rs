@@ -2,7 +2,7 @@
 
 use super::entries::LightEntry;
 use super::fault::{Check, LENGTH, LIGHT_SAMPLES, POSITION, RADIANCE, SceneFault};
-use crate::description::Located;
+use crate::files::description::Located;
 use crate::scene::Light;
 use glam::DVec3;
 use toml::Spanned;

@@ -6,9 +6,9 @@ use super::fault::{
     REPEATS, SHARE, SceneFault, WAVELENGTH,
 };
 use super::numbers;
-use crate::description::Located;
-use crate::material::{Graticule, Material};
-use crate::texture::{Image, Pattern, Texture};
+use crate::files::description::Located;
+use crate::scene::material::{Graticule, Material};
+use crate::scene::texture::{Image, Pattern, Texture};
 use shisen_core::spectrum::{Medium, line};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! The documented example, and faults at their lines.
 
 use super::*;
-use crate::mesh::MeshError;
 use crate::scene::Light;
-use crate::texture::Pattern;
+use crate::scene::mesh::MeshError;
+use crate::scene::texture::Pattern;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 use shisen_core::spectrum::Medium;
 use std::convert::Infallible;

@@ -7,7 +7,7 @@ use shisen_tracker::protocol::Protocol;
 use shisen_tracker::time::Micros;
 use std::error::Error;
 
-/// Of a piece, as a buffer of a serial line has them.
+/// Bytes of a piece, as a buffer of a serial line has them.
 const BYTES: usize = 16;
 /// That a piece takes on a line of 115,200 baud.
 const PIECE: Micros = Micros(1_389);

@@ -292,7 +292,7 @@ fn frame(
     done.cut_short
 }
 
-/// Of the mirror through which a dome master is taken: metres.
+/// Equatorial radius of the mirror of a dome master: metres.
 const MIRROR_RADIUS: f32 = 0.01;
 
 /// A dome master of everything around a place, as the best mirror shows it.
@@ -322,7 +322,7 @@ fn nothing(start: &FrameStart, display: &Display, pixels: &mut [Pixel], ports: &
     }
 }
 
-/// Of a picture, row by row.
+/// The tiles of a picture, row by row.
 fn tiles([columns, rows]: [u32; 2]) -> impl Iterator<Item = Tile> {
     (0..rows).step_by(TILE as usize).flat_map(move |y| {
         (0..columns).step_by(TILE as usize).map(move |x| Tile {

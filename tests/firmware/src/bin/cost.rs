@@ -122,7 +122,7 @@ struct Report {
 }
 
 impl Report {
-    /// Of a decoder that takes byte after byte, or (`whole`) whole reports.
+    /// The cost of a decoder that takes byte after byte, or (`whole`) whole reports.
     fn decoder<D: Decoder + Clone>(
         &mut self,
         name: &str,

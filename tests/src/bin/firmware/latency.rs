@@ -118,7 +118,7 @@ impl Bench {
     }
 }
 
-/// Of a frame of three walls of 64² pixels.
+/// Tiles of a frame of three walls of 64² pixels.
 const TILES: u32 = 48;
 
 /// A viewer at rest whose eyes leap from one side to the other, and a tracker at 120 Hz.

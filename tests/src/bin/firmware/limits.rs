@@ -4,7 +4,7 @@ use crate::Wrong;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Of a slice and of a gaze, in instructions.
+/// Limits of a slice and of a gaze, in instructions.
 pub(crate) struct Limits {
     /// For each step of a slice.
     pub(crate) per_step: u64,

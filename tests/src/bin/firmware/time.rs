@@ -4,11 +4,11 @@
 
 use crate::{Bench, Wrong, bake, check};
 use glam::{DAffine3, DQuat, DVec3};
-use shisen::firmware::ShownFrame;
-use shisen::material::Material;
-use shisen::mesh::TriangleMesh;
+use shisen::scene::material::Material;
+use shisen::scene::mesh::TriangleMesh;
 use shisen::scene::{Object, Scene, Shape};
 use shisen_core::frame::FlatScreen;
+use shisen_tests::firmware::ShownFrame;
 use shisen_tests::meshes::{gridded_cube, icosphere};
 use std::cell::Cell;
 

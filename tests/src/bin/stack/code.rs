@@ -42,9 +42,9 @@ pub(crate) enum Operand {
 
 /// The stack pointer's number.
 pub(crate) const SP: usize = 13;
-/// Of the register that has where to return to.
+/// Number of the link register.
 pub(crate) const LR: usize = 14;
-/// Of the program counter.
+/// Number of the program counter.
 pub(crate) const PC: usize = 15;
 
 /// A function of the program.
@@ -352,7 +352,7 @@ fn decode_run(
     Ok(())
 }
 
-/// Of a general register.
+/// The number of a general register.
 fn number(decoder: &Capstone, register: RegId) -> Option<usize> {
     let name = decoder.reg_name(register)?;
     match name.as_str() {

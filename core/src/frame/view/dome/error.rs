@@ -4,20 +4,27 @@ use super::MirrorCamera;
 use crate::frame::view::{DomeScreen, View};
 use crate::shape::Ray;
 use core::f32::consts::TAU;
-use core::fmt;
 use glam::{Mat3, Vec3};
 
-/// Why there is no such dome master.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Why a dome master cannot be made.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum DomeError {
     /// No pixels, or more than [`View::MOST_PIXELS`] a side.
+    #[error(
+        "a dome master of {size} pixels a side: give 1 to {}",
+        View::MOST_PIXELS
+    )]
     Size {
         /// Pixels a side.
         size: u32,
     },
     /// The viewpoint is not finite or too far out.
+    #[error(
+        "the dome master's position is {position}: give three numbers from -{most:e} to {most:e}",
+        most = Self::FARTHEST
+    )]
     Position {
         /// Where it is: metres.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -25,33 +32,57 @@ pub enum DomeError {
     },
     /// The axes are not of unit length, right angles and right-handed, within
     /// [`DomeError::SKEW`], or not finite.
+    #[error(
+        "the dome master's axes are {axes}: give three right-handed axes of unit length at right \
+         angles, within {:e}",
+        Self::SKEW
+    )]
     Axes {
         /// The axes.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
         axes: Mat3,
     },
     /// The field of view is NaN, 0 or less, or more than 2π.
+    #[error("the field of view is {field_of_view} rad: give a number above 0, to {TAU}")]
     FieldOfView {
         /// Radians.
         field_of_view: f32,
     },
     /// The mirror's size is NaN or outside [`MirrorCamera::RADII`].
+    #[error(
+        "the mirror's radius is {radius} m: give a number from {:e} to {:e}",
+        MirrorCamera::RADII.0, MirrorCamera::RADII.1
+    )]
     Radius {
         /// Its equatorial radius: metres.
         radius: f32,
     },
     /// The mirror's point at the position is NaN or too far off.
+    #[error(
+        "the viewpoint is {viewpoint} radii from the mirror's centre: give a number from -{most} to \
+         {most}",
+        most = MirrorCamera::FARTHEST_VIEWPOINT
+    )]
     Viewpoint {
         /// Equatorial radii from the mirror's centre.
         viewpoint: f32,
     },
     /// The screen's size is NaN or outside [`DomeScreen::RADII`].
+    #[error(
+        "the dome screen's radius is {radius} m: give a number from {:e} to {:e}",
+        DomeScreen::RADII.0, DomeScreen::RADII.1
+    )]
     ScreenRadius {
-        /// Of the screen: metres.
+        /// Radius of the screen: metres.
         radius: f32,
     },
     /// The eye is not finite, or farther from the screen's centre than
     /// [`DomeScreen::FARTHEST_EYE`].
+    #[error(
+        "the eye is at {eye}, {distance} radii from the dome screen's centre: give a place within {} \
+         radii",
+        DomeScreen::FARTHEST_EYE
+    )]
     Eye {
         /// Where it is: metres, in the room.
         #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -69,58 +100,3 @@ impl DomeError {
     /// mirror can still be traced.
     pub(super) const FARTHEST: f32 = 0.5 * Ray::FARTHEST;
 }
-
-impl fmt::Display for DomeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Size { size } => write!(
-                f,
-                "a dome master of {size} pixels a side: give 1 to {}",
-                View::MOST_PIXELS
-            ),
-            Self::Position { position } => write!(
-                f,
-                "the dome master's position is {position}: give three numbers from -{0:e} to {0:e}",
-                Self::FARTHEST
-            ),
-            Self::Axes { axes } => write!(
-                f,
-                "the dome master's axes are {axes}: give three right-handed axes of unit length \
-                 at right angles, within {:e}",
-                Self::SKEW
-            ),
-            Self::FieldOfView { field_of_view } => write!(
-                f,
-                "the field of view is {field_of_view} rad: give a number above 0, to {TAU}"
-            ),
-            Self::Radius { radius } => {
-                let (least, most) = MirrorCamera::RADII;
-                write!(
-                    f,
-                    "the mirror's radius is {radius} m: give a number from {least:e} to {most:e}"
-                )
-            }
-            Self::Viewpoint { viewpoint } => write!(
-                f,
-                "the viewpoint is {viewpoint} radii from the mirror's centre: give a number from \
-                 -{0} to {0}",
-                MirrorCamera::FARTHEST_VIEWPOINT
-            ),
-            Self::ScreenRadius { radius } => {
-                let (least, most) = DomeScreen::RADII;
-                write!(
-                    f,
-                    "the dome screen's radius is {radius} m: give a number from {least:e} to {most:e}"
-                )
-            }
-            Self::Eye { eye, distance } => write!(
-                f,
-                "the eye is at {eye}, {distance} radii from the dome screen's centre: give a place \
-                 within {} radii",
-                DomeScreen::FARTHEST_EYE
-            ),
-        }
-    }
-}
-
-impl core::error::Error for DomeError {}

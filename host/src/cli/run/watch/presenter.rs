@@ -1,16 +1,16 @@
 //! The window's own thread.
 
 use super::{Shared, lock};
-use crate::cli::failure::Failure;
+use crate::cave::Cave;
+use crate::cli::output::failure::Failure;
+use crate::cli::output::picture_files::{make_writable, metadata};
 use crate::cli::output::warn;
-use crate::cli::picture_files::{make_writable, metadata};
 use crate::cli::play::Change;
 use crate::cli::run::watched::Command;
-use shisen::cave::Cave;
-use shisen::dashboard::{Canvas, Dashboard, Frame, PlaceMapError, Status, ViewName};
-use shisen::scene::builtin::PaperScene;
-use shisen::stereo::Stereo;
-use shisen::window::{Event, Window, WindowError};
+use crate::scene::builtin::PaperScene;
+use crate::show::dashboard::{Canvas, Dashboard, Frame, PlaceMapError, Status, ViewName};
+use crate::show::stereo::Stereo;
+use crate::show::window::{Event, Window, WindowError};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;

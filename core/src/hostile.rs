@@ -1,0 +1,129 @@
+//! Numbers that break arithmetic, for tests: every function gives a typed error or a finite
+//! result.
+
+use crate::shape::Ray;
+use core::fmt::Debug;
+use glam::{Mat3, Vec3};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::select;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use std::format;
+use std::vec::Vec;
+
+const WORST: [f32; 19] = [
+    f32::NAN,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    0.0,
+    -0.0,
+    1.0e-45,
+    -1.0e-45,
+    1.0e-40,
+    f32::MIN_POSITIVE,
+    -f32::MIN_POSITIVE,
+    1.0,
+    -1.0,
+    1.0e18,
+    -1.0e18,
+    1.0e30,
+    -1.0e30,
+    f32::MAX,
+    f32::MIN,
+    0.5,
+];
+
+/// The numbers of one run of a test.
+#[derive(Debug, Clone)]
+pub(crate) struct Numbers {
+    /// The number that replaces the usual one at each position, if any.
+    instead: Vec<Option<f32>>,
+    given: Vec<f32>,
+}
+
+impl Numbers {
+    /// The number of the next position; `usual` is one that the function is made for.
+    pub(crate) fn next(&mut self, usual: f32) -> f32 {
+        let position = self.given.len() % self.instead.len();
+        let number = self.instead[position].unwrap_or(usual);
+        self.given.push(number);
+        number
+    }
+
+    pub(crate) fn vector(&mut self, usual: [f32; 3]) -> Vec3 {
+        Vec3::from(usual.map(|number| self.next(number)))
+    }
+
+    pub(crate) fn matrix(&mut self, usual: Mat3) -> Mat3 {
+        Mat3::from_cols_array(&usual.to_cols_array().map(|number| self.next(number)))
+    }
+
+    /// Whether every number so far is finite and at most this far from zero.
+    pub(crate) fn within(&self, most: f32) -> bool {
+        self.given.iter().all(|number| number.abs() <= most)
+    }
+}
+
+/// Runs a test with the usual numbers, with each of the worst in all positions, and with
+/// mixtures.
+pub(crate) fn torment(test: impl Fn(&mut Numbers)) {
+    let run = |instead| {
+        let given = Vec::new();
+        test(&mut Numbers { instead, given });
+    };
+    run(Vec::from([None]));
+    for number in WORST {
+        run(Vec::from([Some(number)]));
+    }
+    let number = prop_oneof![
+        6 => Just(None),
+        2 => select(&WORST[..]).prop_map(Some),
+        1 => proptest::num::f32::ANY.prop_map(Some),
+    ];
+    let config = Config {
+        cases: if cfg!(miri) { 4 } else { 512 },
+        failure_persistence: None,
+        ..Config::default()
+    };
+    let random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let tested = TestRunner::new_with_rng(config, random).run(&vec(number, 29), |instead| {
+        run(instead);
+        Ok(())
+    });
+    if let Err(error) = tested {
+        panic!("{error}");
+    }
+}
+
+/// Checks that every number of a result is finite, as its fields are printed.
+#[track_caller]
+pub(crate) fn finite(result: &(impl Debug + ?Sized)) {
+    let text = format!("{result:?}");
+    let mut words = text.split(|c: char| !c.is_ascii_alphanumeric());
+    assert!(!words.any(|word| word == "NaN" || word == "inf"), "{text}");
+}
+
+/// Checks that a result is finite, or an error that says something.
+#[track_caller]
+pub(crate) fn finite_or_error<T: Debug, E: core::error::Error>(result: Result<T, E>) -> Option<T> {
+    match result {
+        Ok(result) => {
+            finite(&result);
+            Some(result)
+        }
+        Err(error) => {
+            assert!(!format!("{error}").is_empty());
+            None
+        }
+    }
+}
+
+/// A ray, if the numbers make one.
+pub(crate) fn a_ray(n: &mut Numbers) -> Option<Ray> {
+    Ray::new(n.vector([0.1, 0.2, 0.3]), n.vector([0.05, -0.02, -1.0]))
+}
+
+#[track_caller]
+pub(crate) fn is_unit(v: &Vec3) {
+    assert!((v.length() - 1.0).abs() <= 2.0e-6, "{v}");
+}

@@ -1,0 +1,83 @@
+//! Operations on single numbers, from which everything else is made.
+
+/// The correctly rounded square root; NaN below zero.
+#[inline(always)]
+pub fn sqrt(x: f32) -> f32 {
+    #[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
+    return hard_float_arm::sqrt(x);
+    #[cfg(not(all(target_arch = "arm", target_os = "none", target_abi = "eabihf")))]
+    libm::sqrtf(x)
+}
+
+/// The square root instruction of Cortex-M4F and M7, which libm does not use:
+/// its loop takes 52 instructions, this call 3.
+///
+/// Stable Rust has neither a way to ask for the feature on ARM nor registers
+/// of floats in `asm!` without it; the hard-float ABI implies both.
+#[cfg(all(target_arch = "arm", target_os = "none", target_abi = "eabihf"))]
+#[allow(unsafe_code)]
+mod hard_float_arm {
+    core::arch::global_asm!(
+        ".pushsection .text.shisen_vsqrt,\"ax\",%progbits",
+        ".global shisen_vsqrt",
+        ".type shisen_vsqrt,%function",
+        ".thumb",
+        ".thumb_func",
+        "shisen_vsqrt:",
+        // vsqrt.f32 s0, s0 by its code: the assembler does not know of the floating-point
+        // unit.
+        ".inst.w 0xeeb10ac0",
+        "bx lr",
+        ".popsection",
+    );
+
+    unsafe extern "C" {
+        fn shisen_vsqrt(x: f32) -> f32;
+    }
+
+    #[inline(always)]
+    pub(super) fn sqrt(x: f32) -> f32 {
+        // SAFETY: argument and result are in s0 by the hard-float ABI, and
+        // nothing else is touched.
+        unsafe { shisen_vsqrt(x) }
+    }
+}
+
+/// The greater of two numbers; `b` where either is NaN (as x86's `maxps`).
+#[inline(always)]
+pub const fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The lesser of two numbers; `b` where either is NaN (as x86's `minps`).
+#[inline(always)]
+pub const fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers that are not NaN, either of −0 and 0: for what is
+/// only compared. An instruction of its own where the processor has `FPv5`, which
+/// takes three for [`max`]; no call elsewhere.
+#[inline(always)]
+pub(crate) const fn greater(a: f32, b: f32) -> f32 {
+    #[cfg(feature = "fpv5")]
+    return a.max(b);
+    #[cfg(not(feature = "fpv5"))]
+    max(a, b)
+}
+
+/// The lesser, as [`greater`].
+#[inline(always)]
+pub(crate) const fn lesser(a: f32, b: f32) -> f32 {
+    #[cfg(feature = "fpv5")]
+    return a.min(b);
+    #[cfg(not(feature = "fpv5"))]
+    min(a, b)
+}
+
+/// `f` of each of three values. Unlike the array's own `map`, always inlined:
+/// a closure over vectors that is not leaves their instruction set.
+#[inline(always)]
+pub(crate) fn map3<T: Copy, U>(values: [T; 3], f: impl Fn(T) -> U) -> [U; 3] {
+    [f(values[0]), f(values[1]), f(values[2])]
+}

@@ -1,0 +1,288 @@
+//! What rays meet in a scene.
+
+use super::budget::Budget;
+use super::dispersion::Spectrum;
+use super::hit::{Any, EitherGoal, Goal, Hit, Nearest};
+use super::row::{Between, RowHits, RowRays, RowSearch};
+use super::stack::Work;
+use super::tile::{ALL_INSTANCES, MOST_NODES, MayHit, TileHits, TileRays, TileSearch};
+use super::workspace::{RayDetail, Workspace};
+use super::world::{Search, SearchInstance};
+use crate::scene::format::effect;
+use crate::scene::{EffectSet, Scene};
+use crate::shape::Ray;
+use crate::simd::{Runs, Simd};
+use glam::Vec3;
+
+/// A scene, how it is traced, and the searches for what rays meet in it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Searcher<'a, const W: usize> {
+    pub(super) scene: Scene<'a, W>,
+    pub(super) simd: Simd,
+    pub(super) detail: RayDetail,
+    pub(super) spectrum: Spectrum<'a>,
+    pub(super) effects: EffectSet,
+}
+
+impl<const W: usize> Searcher<'_, W>
+where
+    Simd: Runs<W>,
+{
+    /// Finds the nearest hit through the meshes of a rung. A search that exhausts the
+    /// budget returns the nearest of the hits that it came to.
+    pub(super) fn nearest_on(
+        &self,
+        rung: u8,
+        ray: &Ray,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Option<Hit> {
+        let limit = f32::INFINITY;
+        let hit = if Simd::HAS_VECTORS {
+            self.search(Nearest, rung, (ray, limit), budget, workspace)
+        } else {
+            self.search_either(false, rung, (ray, limit), budget, workspace)
+        };
+        (hit.instance != u32::MAX).then_some(hit)
+    }
+
+    /// Finds the hit of a goal. For any hit only its existence is valid.
+    #[inline(always)]
+    fn search<S: Goal>(
+        &self,
+        goal: S,
+        rung: u8,
+        within: (&Ray, f32),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Hit {
+        if is_unlimited(budget) {
+            self.search_within::<false, S>(goal, rung, within, budget, workspace)
+        } else {
+            self.search_within::<true, S>(goal, rung, within, budget, workspace)
+        }
+    }
+
+    #[inline(always)]
+    fn search_within<const ENDS: bool, S: Goal>(
+        &self,
+        goal: S,
+        rung: u8,
+        (ray, limit): (&Ray, f32),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Hit {
+        let search = Search::<W, ENDS, S> {
+            goal,
+            scene: &self.scene,
+            rung,
+            limit,
+            stack: &mut workspace.stack,
+            most: budget.most(),
+        };
+        let (hit, work) = self.simd.run_along(ray, search);
+        workspace.account(work, budget);
+        hit
+    }
+
+    /// As `search`, with one compiled walk for both goals, for small programs.
+    #[inline(never)]
+    fn search_either(
+        &self,
+        is_any: bool,
+        rung: u8,
+        within: (&Ray, f32),
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Hit {
+        self.search(EitherGoal { is_any }, rung, within, budget, workspace)
+    }
+
+    /// As [`Tracer::may_hit`](super::Tracer::may_hit).
+    // Not inlined: its stack frame must not be live during deeper searches.
+    #[inline(never)]
+    pub(super) fn may_hit(
+        &self,
+        origin: Vec3,
+        corners: &[Vec3; 4],
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> bool {
+        let (may_hit, steps) = self.simd.run(MayHit {
+            scene: &self.scene,
+            origin,
+            corners,
+            most: budget.most().min(MOST_NODES),
+        });
+        workspace.account(Work { steps, deepest: 0 }, budget);
+        may_hit
+    }
+
+    /// As [`Tracer::nearest_of_tile`](super::Tracer::nearest_of_tile).
+    pub(super) fn nearest_of_tile(
+        &self,
+        rays: &TileRays,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> TileHits {
+        let mut hits = TileHits::none_of(rays);
+        let work = if is_unlimited(budget) {
+            self.search_tile::<false>(rays, &mut hits, budget, workspace)
+        } else {
+            self.search_tile::<true>(rays, &mut hits, budget, workspace)
+        };
+        let all = [(ALL_INSTANCES, u8::MAX)];
+        let deferred = hits.deferred.clone();
+        let left = match work {
+            Some(work) => {
+                workspace.account(work, budget);
+                deferred.as_slice()
+            }
+            None => all.as_slice(),
+        };
+        for &(instance, groups) in left {
+            if budget.is_exhausted() {
+                break;
+            }
+            for (group, lane) in (0..8).flat_map(|group| (0..8).map(move |lane| (group, lane))) {
+                if groups >> group & 1 == 0 {
+                    continue;
+                }
+                let (Some(ray), Some(rung)) = (rays.ray(group, lane), rays.rung(group, lane))
+                else {
+                    continue;
+                };
+                let hit = if instance == ALL_INSTANCES {
+                    self.nearest_on(rung, &ray, budget, workspace)
+                        .unwrap_or(Hit::NONE)
+                } else {
+                    let best = hits.get(group, lane);
+                    self.nearer_in((instance, rung), &ray, best, budget, workspace)
+                };
+                hits.set(group, lane, hit);
+            }
+        }
+        hits
+    }
+
+    fn search_tile<const ENDS: bool>(
+        &self,
+        rays: &TileRays,
+        hits: &mut TileHits,
+        budget: &Budget,
+        workspace: &mut Workspace,
+    ) -> Option<Work> {
+        let search = TileSearch::<W, ENDS> {
+            scene: &self.scene,
+            rays,
+            hits,
+            stack: &mut workspace.stack,
+            most: budget.most(),
+        };
+        <Simd as Runs<8>>::run(self.simd, search)
+    }
+
+    /// Finds the nearest hit of a ray in an instance, through the meshes of a rung, or
+    /// returns `best` if that is nearer.
+    fn nearer_in(
+        &self,
+        of: (u32, u8),
+        ray: &Ray,
+        best: Hit,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Hit {
+        if is_unlimited(budget) {
+            self.nearer_within::<false>(of, ray, best, budget, workspace)
+        } else {
+            self.nearer_within::<true>(of, ray, best, budget, workspace)
+        }
+    }
+
+    #[inline(always)]
+    fn nearer_within<const ENDS: bool>(
+        &self,
+        (instance, rung): (u32, u8),
+        ray: &Ray,
+        best: Hit,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Hit {
+        let search = SearchInstance::<W, ENDS> {
+            scene: &self.scene,
+            rung,
+            instance,
+            best,
+            stack: &mut workspace.stack,
+            most: budget.most(),
+        };
+        let (hit, work) = self.simd.run_along(ray, search);
+        workspace.account(work, budget);
+        hit
+    }
+
+    /// As `Tracer::nearest_of_row`.
+    pub(super) fn nearest_of_row<const EFFECTS: u32>(
+        &self,
+        rays: &RowRays<'_>,
+        rung: impl Fn(usize) -> Option<(Ray, u8)>,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> Option<RowHits> {
+        // The tree's node and its spheroids.
+        if budget.most() <= W as u64 {
+            return None;
+        }
+        let scene = &self.scene;
+        let mut found = <Simd as Runs<8>>::run(self.simd, RowSearch::<W> { scene, rays })?;
+        if EFFECTS & effect::GRATICULE != 0
+            && self.effects.contains(EffectSet::GRATICULE)
+            && let Some(on) = found.on_lines(scene)
+        {
+            let between = Between { rays, on: &on };
+            found.between = <Simd as Runs<8>>::run(self.simd, between);
+        }
+        let work = Work {
+            steps: found.steps,
+            deepest: 0,
+        };
+        workspace.account(work, budget);
+        for &(instance, entering) in &found.meshes {
+            for (lane, best) in found.hits.iter_mut().enumerate() {
+                if entering >> lane & 1 == 0 {
+                    continue;
+                }
+                let Some((ray, rung)) = rung(lane) else {
+                    continue;
+                };
+                *best = self.nearer_in((instance, rung), &ray, *best, budget, workspace);
+            }
+        }
+        Some(found)
+    }
+
+    /// Whether anything blocks light between the ray's start and `limit`, in units of its
+    /// direction, through the meshes of a rung.
+    pub(super) fn is_occluded_on(
+        &self,
+        rung: u8,
+        ray: &Ray,
+        limit: f32,
+        budget: &mut Budget,
+        workspace: &mut Workspace,
+    ) -> bool {
+        let hit = if Simd::HAS_VECTORS {
+            self.search(Any, rung, (ray, limit), budget, workspace)
+        } else {
+            self.search_either(true, rung, (ray, limit), budget, workspace)
+        };
+        workspace.statistics.shadow += 1;
+        hit.instance != u32::MAX
+    }
+}
+
+/// Whether a search only counts its steps: its budget has no end, and the target favours
+/// speed over size.
+const fn is_unlimited(budget: &Budget) -> bool {
+    Simd::HAS_VECTORS && budget.is_endless()
+}

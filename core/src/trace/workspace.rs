@@ -1,0 +1,104 @@
+//! The memory that tracing works in, and what it hands around.
+
+use super::budget::{Budget, Statistics};
+use super::dispersion::Balance;
+use super::stack::{TraversalStack, Work};
+use crate::shape::Ray;
+use glam::Vec3;
+use heapless::Vec;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
+
+/// Most bounces of a ray tree.
+pub const MAX_DEPTH: u8 = 16;
+
+/// Most rays that wait: a ray is popped before it pushes at most two children.
+const MOST_PENDING: usize = MAX_DEPTH as usize + 2;
+
+/// Linear light and coverage, premultiplied.
+#[derive(Debug, Clone, Copy, PartialEq, Default, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Pixel {
+    /// Linear red.
+    pub red: f32,
+    /// Linear green.
+    pub green: f32,
+    /// Linear blue.
+    pub blue: f32,
+    /// 0 where only a transparent background is seen, 1 where it is not.
+    pub alpha: f32,
+}
+
+/// The memory that tracing needs: the caller's, 2 KiB, used for one ray
+/// after another.
+#[derive(Debug, Clone, Default)]
+pub struct Workspace {
+    pub(crate) stack: TraversalStack,
+    pub(super) pending: Vec<Pending, MOST_PENDING>,
+    /// Colour balance of the last sample, until its pixel takes it.
+    pub(crate) balance: Balance,
+    /// Counts of the work done with this workspace; the caller clears them.
+    pub statistics: Statistics,
+}
+
+impl Workspace {
+    /// A workspace whose counts are zero.
+    pub const fn new() -> Self {
+        Self {
+            stack: TraversalStack::EMPTY,
+            pending: Vec::new(),
+            balance: Balance::NONE,
+            statistics: Statistics {
+                primary: 0,
+                reflected: 0,
+                refracted: 0,
+                shadow: 0,
+                steps: 0,
+                deepest_stack: 0,
+            },
+        }
+    }
+
+    pub(crate) fn account(&mut self, work: Work, budget: &mut Budget) {
+        self.statistics.steps += work.steps;
+        self.statistics.deepest_stack = self.statistics.deepest_stack.max(work.deepest);
+        budget.spend(work.steps);
+    }
+}
+
+/// The detail of a primary ray and of the rays that follow from it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RayDetail {
+    /// Most reflections and refractions after one another.
+    pub depth: u8,
+    /// The rung of each mesh's ladder of polygon levels, the finest being 0.
+    /// A mesh that has no such rung is seen as it is.
+    pub rung: u8,
+    /// Wavelengths that dispersive media distinguish; 1 for no dispersion.
+    pub wavelengths: u8,
+}
+
+/// A ray of the tree that is still to be traced.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pending {
+    pub(super) ray: Ray,
+    /// What its light counts for in the pixel.
+    pub(super) weight: Vec3,
+    /// What the background behind it takes from the pixel's coverage.
+    pub(super) uncovered: f32,
+    pub(super) bounces: u8,
+    /// The effect that sent it, by its bit's number.
+    pub(super) cause: u8,
+    /// Whether it is what glass reflects of a sample's wavelengths.
+    pub(super) is_tinted: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_workspace_is_as_small_as_documented() {
+        let size = size_of::<Workspace>();
+        assert!(size <= 2 * 1024 + 64, "{size} bytes");
+    }
+}

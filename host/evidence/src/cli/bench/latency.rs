@@ -1,0 +1,345 @@
+//! `shisen-evidence bench latency`: from the eye's movement to the wall.
+
+mod files;
+
+use clap::builder::ArgPredicate;
+use clap::{Arg, Args};
+use serde::Serialize;
+use shisen::cli::arguments::{span, whole};
+use shisen::cli::output::failure::Failure;
+use shisen::cli::output::picture_files::make_writable;
+use shisen::cli::output::print;
+use shisen::cli::play::{
+    Audience, Interference, LiveArguments, Played, Prepared, TimeArguments, paper_lod,
+};
+use shisen::cli::tracker::{Interrupt, goes_over_a_line, protocol};
+use shisen::live::{Alone, FrameRecord, Latch, Leg, SessionReport, SessionSettings, Summary};
+use shisen::tracker::pty::Pty;
+use shisen::tracker::{MockSpec, ProtocolSpec, SerialSpec, Spec, Times, serve, simulated};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long it takes from a movement of the eye to the wall
+///
+/// A simulated tracker behind a pseudo-terminal is read as one behind a serial port
+/// is, at each of some rates; frames follow it as `shisen run` does, with the gaze
+/// taken at once and as late as the last frames allow, in turns.
+///
+/// With --json, one object: scene, mesh, size, threads, simd, lod, hz, budget,
+/// protocol, seconds (of each run) and runs: for each rate and latch `tracker_hz`,
+/// latch (early or late), frames, `late_frames`, samples (since the line was opened),
+/// `passed_over_samples` (of these, not used, as there were too many), stages (of
+/// `sample_to_arrive`, `arrive_to_latch`, `latch_to_first_ray`, `first_ray_to_done`,
+/// `done_to_present`, `arrive_to_first_ray` and `motion_to_wall`, each with frames, and
+/// least, p50, p95, p99 and most in milliseconds), `involuntary_switches` and
+/// `stolen_seconds`; gains: `tracker_hz` and `motion_to_wall_ms`, by which the late
+/// latch is ahead at the median; files (with --out: the paths of frames.csv, all times of
+/// each frame, latency.csv, the histograms of all legs, latency.svg, motion to wall, and
+/// legs.svg, all legs at the highest rate, taken late).
+#[derive(Debug, Args)]
+#[command(mut_arg("lod", paper_lod), mut_arg("budget", in_half_a_refresh))]
+pub(in crate::cli) struct Arguments {
+    #[command(flatten)]
+    live: LiveArguments,
+    #[command(flatten)]
+    time: TimeArguments,
+    /// What the tracker speaks: a protocol as for `shisen tracker mock`
+    #[arg(long = "as", value_name = "PROTOCOL", default_value = "link", value_parser = protocol)]
+    protocol: ProtocolSpec,
+    /// Samples per second of the tracker
+    #[arg(long, value_name = "HZ,…", value_delimiter = ',', default_value = "60,250,1000",
+          value_parser = whole::<u64>(60..=10_000))]
+    rates: Vec<u64>,
+    /// Of each run
+    #[arg(long, value_name = "S", default_value = "10",
+          value_parser = span)]
+    seconds: Duration,
+    /// Write each frame's times, the histograms and charts to this folder; made where it
+    /// does not exist
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// The argument `--budget`: unless told otherwise frames are over well before their refresh,
+/// on any machine, so that there is time to wait for the newest sample.
+fn in_half_a_refresh(budget: Arg) -> Arg {
+    budget
+        .default_value_if("hz", ArgPredicate::IsPresent, None::<&str>)
+        .default_value("8ms")
+        .hide_default_value(true)
+        .help(
+            "What a frame may take: 33ms, 2000000steps (for the same gazes the same frames), paper \
+             (the seconds of its Table 2), paper-scaled (its time with level of detail as a part \
+             of its time without, of what that takes here) or off [default: a refresh of --hz, or \
+             else 8ms, half of one at 60 Hz]",
+        )
+}
+
+/// What was measured.
+#[derive(Debug, Serialize)]
+struct Report {
+    scene: String,
+    mesh: Option<String>,
+    size: u32,
+    threads: usize,
+    simd: &'static str,
+    lod: &'static str,
+    hz: u32,
+    budget: String,
+    protocol: &'static str,
+    seconds: f64,
+    runs: Vec<Run>,
+    gains: Vec<Gain>,
+    files: Vec<String>,
+}
+
+/// One rate, one latch.
+#[derive(Debug, Serialize)]
+struct Run {
+    tracker_hz: u64,
+    latch: &'static str,
+    frames: u64,
+    late_frames: u64,
+    samples: u64,
+    passed_over_samples: u64,
+    stages: BTreeMap<&'static str, Option<Summary>>,
+    #[serde(flatten)]
+    interference: Interference,
+    #[serde(skip)]
+    report: SessionReport,
+    #[serde(skip)]
+    records: Vec<FrameRecord>,
+}
+
+/// What taking the gaze late is worth.
+#[derive(Debug, Serialize)]
+struct Gain {
+    tracker_hz: u64,
+    motion_to_wall_ms: f64,
+}
+
+/// When a frame takes the gaze, and how reports name it.
+const LATCHES: [(Latch, &str); 2] = [(Latch::Early, "early"), (Latch::Late, "late")];
+
+/// Runs the command.
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    goes_over_a_line(&arguments.protocol)?;
+    let prepared = arguments.live.prepare(&arguments.time)?;
+    if let Some(folder) = &arguments.out {
+        make_writable(folder)?;
+    }
+    let interrupt = Interrupt::watched();
+    let mut runs = Vec::new();
+    for &rate in &arguments.rates {
+        if !interrupt.came() {
+            runs.extend(arguments.at_rate(rate, &prepared, &interrupt)?);
+        }
+    }
+    let gains = arguments.rates.iter().filter_map(|&rate| {
+        let of = |latch: &str| {
+            let mut runs = runs.iter();
+            let run = runs.find(|run| run.tracker_hz == rate && run.latch == latch)?;
+            run.report.latencies.of(Leg::MotionToWall)
+        };
+        Some(Gain {
+            tracker_hz: rate,
+            motion_to_wall_ms: of("early")?.p50 - of("late")?.p50,
+        })
+    });
+    let gains = gains.collect();
+    let files = match &arguments.out {
+        Some(folder) => files::write(folder, &runs).map_err(Failure::from_error)?,
+        None => Vec::new(),
+    };
+    let report = Report {
+        size: arguments.live.room.size,
+        threads: prepared.options.threads,
+        simd: prepared.simd().name(),
+        lod: arguments.live.lod.name(),
+        hz: prepared.hz,
+        budget: prepared.budget.to_string(),
+        protocol: arguments.protocol.name(),
+        seconds: arguments.seconds.as_secs_f64(),
+        scene: prepared.scene,
+        mesh: prepared.mesh,
+        runs,
+        gains,
+        files,
+    };
+    print(&report, arguments.json)
+}
+
+impl Arguments {
+    /// Both latches at a rate of the tracker.
+    fn at_rate(
+        &self,
+        rate: u64,
+        prepared: &Prepared,
+        interrupt: &Interrupt,
+    ) -> Result<Vec<Run>, Failure> {
+        let folder = tempfile::tempdir().map_err(Failure::from_error)?;
+        let path = folder.path().join("tracker");
+        let mut line = Pty::open(&path).map_err(Failure::from_error)?;
+        let spec = MockSpec {
+            rate: rate as u32,
+            ..MockSpec::default()
+        };
+        let source = simulated(&spec)?;
+        let times = Times::late(spec.delay());
+        let over = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let served = scope.spawn(|| {
+                let mut goes_on = |_| !over.load(Ordering::Relaxed);
+                serve::serve(
+                    &mut line,
+                    source,
+                    &self.protocol,
+                    serve::Begin::AtOnce,
+                    &mut goes_on,
+                )
+            });
+            let runs = self.runs(
+                rate,
+                (path.display().to_string(), times),
+                prepared,
+                interrupt,
+            );
+            over.store(true, Ordering::Relaxed);
+            match served.join() {
+                Ok(Err(broken)) => Err(Failure::from_error(broken)),
+                Ok(Ok(())) | Err(_) => runs,
+            }
+        })
+    }
+
+    fn runs(
+        &self,
+        rate: u64,
+        (path, times): (String, Times),
+        prepared: &Prepared,
+        interrupt: &Interrupt,
+    ) -> Result<Vec<Run>, Failure> {
+        let tracker = self.live.listen(&Spec::Serial(SerialSpec {
+            path,
+            protocol: self.protocol.clone(),
+            baud: self.protocol.protocol().baud(),
+            reset: false,
+            speed: None,
+            stop: false,
+            head: None,
+            rts: None,
+            times,
+        }))?;
+        let mut runs = Vec::new();
+        let most = match &self.out {
+            Some(_) => (self.seconds.as_secs_f64() * f64::from(prepared.hz)) as usize + 16,
+            None => 0,
+        };
+        for (latch, name) in LATCHES {
+            let settings = prepared.settings(SessionSettings {
+                latch,
+                ..SessionSettings::default()
+            });
+            let mut clock = StopWatch {
+                span: self.seconds,
+                end: None,
+                interrupt,
+                records: Vec::with_capacity(most),
+            };
+            let Played {
+                report,
+                interference,
+                ..
+            } = prepared.play(&tracker, &settings, &mut clock, &mut Alone)?;
+            runs.push(Run {
+                tracker_hz: rate,
+                latch: name,
+                frames: report.frames,
+                late_frames: report.late_frames,
+                samples: report.samples,
+                passed_over_samples: report.passed_over,
+                stages: Leg::ALL
+                    .into_iter()
+                    .map(|leg| (leg.name(), report.latencies.of(leg)))
+                    .collect(),
+                interference,
+                report,
+                records: clock.records,
+            });
+        }
+        Ok(runs)
+    }
+}
+
+/// Ends after a while, and looks at nothing but the frames' times.
+struct StopWatch<'i> {
+    span: Duration,
+    end: Option<Instant>,
+    interrupt: &'i Interrupt,
+    /// With room for all, so that frames take no memory.
+    records: Vec<FrameRecord>,
+}
+
+impl Audience for StopWatch<'_> {
+    fn is_over(&mut self) -> bool {
+        self.interrupt.came()
+    }
+
+    fn hear(&mut self, record: &FrameRecord) -> bool {
+        if self.records.len() < self.records.capacity() {
+            self.records.push(record.clone());
+        }
+        let now = Instant::now();
+        now < *self.end.get_or_insert(now + self.span) && !self.interrupt.came()
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "scene {}, {} × {} pixels a wall, {} threads, {} Hz, budget {}, tracker {} on a line; \
+             milliseconds at the median (and 99%)",
+            self.scene, self.size, self.size, self.threads, self.hz, self.budget, self.protocol
+        )?;
+        write!(f, "{:20}", "")?;
+        for run in &self.runs {
+            write!(f, " {:>15}", format!("{} Hz {}", run.tracker_hz, run.latch))?;
+        }
+        for leg in Leg::ALL {
+            write!(f, "\n{:20}", leg.name().replace('_', " "))?;
+            for run in &self.runs {
+                let found = run.report.latencies.of(leg);
+                let text = found.map_or("-".to_owned(), |of| {
+                    format!("{:.2} ({:.2})", of.p50, of.p99)
+                });
+                write!(f, " {text:>15}")?;
+            }
+        }
+        write!(f, "\n{:20}", "late frames")?;
+        for run in &self.runs {
+            write!(
+                f,
+                " {:>15}",
+                format!("{} of {}", run.late_frames, run.frames)
+            )?;
+        }
+        for gain in &self.gains {
+            write!(
+                f,
+                "\nthe late latch is ahead by {:.2} ms at {} Hz",
+                gain.motion_to_wall_ms, gain.tracker_hz
+            )?;
+        }
+        for path in &self.files {
+            write!(f, "\n{path}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,253 @@
+//! `shisen-evidence bench rays`: how fast rays are traced.
+
+use clap::Args;
+use glam::Vec3;
+use rayon::prelude::*;
+use serde::Serialize;
+use shisen::bake::{Baked, Layout, lone_mesh};
+use shisen::cli::arguments::source::load_mesh;
+use shisen::cli::arguments::{LayoutChoice, SimdChoice, threads, whole};
+use shisen::cli::output::failure::{Failure, Fault};
+use shisen::cli::output::print;
+use shisen::files::write_atomically;
+use shisen::live::quantiles::median;
+use shisen::scene::mesh::TriangleMesh;
+use shisen_core::shape::Ray;
+use shisen_core::trace::{MeshTracer, TraversalStack};
+use shisen_core::{Runs, Simd};
+use std::fmt;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Rays that a thread takes at a time: some milliseconds of work.
+const CHUNK: usize = 1 << 14;
+
+/// Bytes of a ray in a file.
+const RAY_BYTES: usize = 24;
+
+/// Traces a file of rays against one mesh
+///
+/// The rays are little-endian f32, six a ray: origin x, y, z and direction
+/// x, y, z; there is no header. A ray with a value that is not finite or
+/// without a direction hits nothing.
+///
+/// With --json, one object: `mrays_per_second` (median, min and max of the
+/// repetitions, millions of rays), rays, hits, `steps_per_ray` (nodes visited
+/// and triangles tested), `build_seconds`, simd (the path taken: avx2 or
+/// portable), threads, repeat and layout (fast or compact).
+#[derive(Debug, Args)]
+pub(in crate::cli) struct Arguments {
+    /// An OBJ, PLY or glTF file
+    #[arg(long, value_name = "FILE")]
+    mesh: PathBuf,
+    /// The file of rays
+    #[arg(long, value_name = "FILE")]
+    rays: PathBuf,
+    /// Threads to trace on
+    #[arg(long, value_name = "N", default_value = "1", value_parser = threads)]
+    threads: NonZeroUsize,
+    /// How often to trace all rays
+    #[arg(long, value_name = "N", default_value_t = 7,
+          value_parser = whole::<u32>(1..=10_000))]
+    repeat: u32,
+    /// Write what each ray hit: u32 triangle, counted from 0 in the file's
+    /// order, or 0xFFFFFFFF; f32 distance in units of the direction, or
+    /// infinity; both little-endian
+    #[arg(long, value_name = "FILE")]
+    hits: Option<PathBuf>,
+    /// Instruction set to use
+    #[arg(long, value_enum, default_value = "auto")]
+    simd: SimdChoice,
+    /// Layout to trace
+    #[arg(long, value_enum, default_value = "fast")]
+    layout: LayoutChoice,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was measured.
+#[derive(Debug, Serialize)]
+struct Report {
+    mrays_per_second: Rate,
+    rays: usize,
+    hits: usize,
+    steps_per_ray: f64,
+    build_seconds: f64,
+    simd: &'static str,
+    threads: usize,
+    repeat: u32,
+    layout: &'static str,
+}
+
+/// Millions of rays a second.
+#[derive(Debug, Serialize)]
+struct Rate {
+    median: f64,
+    min: f64,
+    max: f64,
+}
+
+/// A ray's triangle and distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct RayHit {
+    triangle: u32,
+    t: f32,
+}
+
+impl RayHit {
+    const MISS: Self = Self {
+        triangle: u32::MAX,
+        t: f32::INFINITY,
+    };
+}
+
+/// Runs the command.
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let rays = read_rays(&arguments.rays)?;
+    let mesh = load_mesh(&arguments.mesh)?;
+    let (report, hits) = match arguments.layout.0 {
+        Layout::Fast => measure::<8>(arguments, mesh, &rays)?,
+        Layout::Compact => measure::<4>(arguments, mesh, &rays)?,
+    };
+    if let Some(path) = &arguments.hits {
+        write_atomically(path, |file| {
+            hits.iter().try_for_each(|hit| {
+                file.write_all(&hit.triangle.to_le_bytes())?;
+                file.write_all(&hit.t.to_le_bytes())
+            })
+        })
+        .map_err(Fault::write(path))?;
+    }
+    print(&report, arguments.json)
+}
+
+/// The rays of a file; `None` for those that cannot be traced.
+fn read_rays(path: &Path) -> Result<Vec<Option<Ray>>, Fault> {
+    let bytes = shisen::files::read(path).map_err(|reason| Fault::ReadRays {
+        path: path.to_owned(),
+        reason,
+    })?;
+    if bytes.is_empty() || bytes.len() % RAY_BYTES != 0 {
+        return Err(Fault::RayBytes {
+            path: path.to_owned(),
+            bytes: bytes.len(),
+        });
+    }
+    let (rays, _) = bytes.as_chunks::<RAY_BYTES>();
+    Ok(rays.iter().map(ray).collect())
+}
+
+fn ray(bytes: &[u8; RAY_BYTES]) -> Option<Ray> {
+    let (numbers, _) = bytes.as_chunks::<4>();
+    let vector = |first: usize| {
+        Vec3::from_array(std::array::from_fn(|axis| {
+            numbers
+                .get(first + axis)
+                .map_or(f32::NAN, |bytes| f32::from_le_bytes(*bytes))
+        }))
+    };
+    Ray::new(vector(0), vector(3))
+}
+
+fn measure<const W: usize>(
+    arguments: &Arguments,
+    mesh: TriangleMesh,
+    rays: &[Option<Ray>],
+) -> Result<(Report, Vec<RayHit>), Failure>
+where
+    Simd: Runs<W>,
+{
+    let threads = arguments.threads.get();
+    let simd = arguments.simd.path();
+    let start = Instant::now();
+    let baked = Baked::<W>::new(&lone_mesh(mesh)).map_err(Failure::from_error)?;
+    let build_seconds = start.elapsed().as_secs_f64();
+    let scene = baked.scene();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|reason| Fault::Threads { threads, reason })?;
+    let mut hits = vec![RayHit::MISS; rays.len()];
+    let mut steps = 0;
+    let mut rates = Vec::new();
+    // A baked mesh has mesh number 0: without one there is nothing to trace.
+    if let Some(tracer) = MeshTracer::new(&scene, 0, simd) {
+        for _ in 0..arguments.repeat {
+            let start = Instant::now();
+            steps = pool.install(|| trace(&tracer, rays, &mut hits));
+            rates.push(rays.len() as f64 / start.elapsed().as_secs_f64() / 1.0e6);
+        }
+    }
+    rates.sort_by(f64::total_cmp);
+    let report = Report {
+        mrays_per_second: Rate {
+            min: rates.first().copied().unwrap_or_default(),
+            max: rates.last().copied().unwrap_or_default(),
+            median: median(rates),
+        },
+        rays: rays.len(),
+        hits: hits.iter().filter(|hit| **hit != RayHit::MISS).count(),
+        steps_per_ray: steps as f64 / rays.len() as f64,
+        build_seconds,
+        simd: arguments.layout.0.simd(simd).name(),
+        threads,
+        repeat: arguments.repeat,
+        layout: arguments.layout.0.name(),
+    };
+    Ok((report, hits))
+}
+
+/// Traces all rays and returns the steps it took.
+fn trace<const W: usize>(
+    tracer: &MeshTracer<'_, W>,
+    rays: &[Option<Ray>],
+    hits: &mut [RayHit],
+) -> u64
+where
+    Simd: Runs<W>,
+{
+    rays.par_chunks(CHUNK)
+        .zip(hits.par_chunks_mut(CHUNK))
+        .map_init(
+            || TraversalStack::EMPTY,
+            |stack, (rays, hits)| {
+                let mut hits = hits.iter_mut();
+                tracer.nearest_of_each(rays.iter().copied(), stack, |nearest| {
+                    if let Some(hit) = hits.next() {
+                        *hit = nearest.map_or(RayHit::MISS, |nearest| RayHit {
+                            triangle: nearest.triangle,
+                            t: nearest.t,
+                        });
+                    }
+                })
+            },
+        )
+        .sum()
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            mrays_per_second: Rate { median, min, max },
+            rays,
+            hits,
+            steps_per_ray,
+            build_seconds,
+            simd,
+            threads,
+            layout,
+            ..
+        } = self;
+        writeln!(
+            f,
+            "{median:.2} million rays a second ({min:.2} to {max:.2}) on {threads} threads, {simd}, \
+             {layout} layout"
+        )?;
+        write!(
+            f,
+            "{rays} rays, {hits} hits, {steps_per_ray:.1} steps a ray; built in {build_seconds:.2} s"
+        )
+    }
+}

@@ -1,0 +1,359 @@
+//! Lines of sight off a mirrored spheroid, and the dome masters they make.
+
+use super::input::Inputs;
+use super::{Case, Effort, Errors, Worst, worse};
+use glam::{DVec2, DVec3, Mat3, Vec3};
+use shisen::dome::Mirror;
+use shisen_core::capture::{Mapping, SpheroidMirror};
+use shisen_core::frame::{DomePose, DomeProjection, MirrorCamera, View};
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+const F64: &str = "equations 10 to 45 in f64";
+const TRACED: &str = "a ray from the viewpoint through the screen, the textbook's quadratic, the \
+                      gradient's normal and d − 2(d·n)n, all in f32";
+const PIXELS: &str = "of the reflected ray, pixels of a picture of 4096²";
+
+/// What the documentation of the mirrors promises: a thousandth of a pixel.
+const BOUND: f64 = 1.0e-3;
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "capture-at-the-rim",
+        hard: "the last 10⁻⁷ to 10⁻² before the rim, where rays are level",
+        error: PIXELS,
+        reference: F64,
+        naive: TRACED,
+        bound: BOUND,
+        measure: rim,
+    },
+    Case {
+        name: "capture-at-the-centre",
+        hard: "the innermost 10⁻²⁰ to 10⁻², where rays come straight back",
+        error: PIXELS,
+        reference: F64,
+        naive: TRACED,
+        bound: 5.0e-5,
+        measure: centre,
+    },
+    Case {
+        name: "capture-next-to-parallel",
+        hard: "edges with a·tan β₁ from 1 − 10⁻³ to 1: tan 2γ₁ has its pole",
+        error: PIXELS,
+        reference: F64,
+        naive: "d₁ = b₁·tan 2γ₁ in f32, and traced from there",
+        bound: BOUND,
+        measure: next_to_parallel,
+    },
+    Case {
+        name: "capture-from-far",
+        hard: "viewpoints 10² to 10⁷ radii away, where a pixel is less than an f32 there",
+        error: PIXELS,
+        reference: F64,
+        naive: TRACED,
+        bound: BOUND,
+        measure: from_far,
+    },
+    Case {
+        name: "capture-from-next-to-the-pole",
+        hard: "viewpoints 10⁻⁶ to 10⁻¹ of the polar radius above the pole",
+        error: PIXELS,
+        reference: F64,
+        naive: TRACED,
+        bound: BOUND,
+        measure: from_near,
+    },
+    Case {
+        name: "capture-by-a-mirror-of-a-millionth",
+        hard: "a mirror of a millionth of its distance from the origin",
+        error: PIXELS,
+        reference: F64,
+        naive: "the same ray traced where the mirror is",
+        bound: BOUND,
+        measure: small,
+    },
+    Case {
+        name: "capture-there-and-back",
+        hard: "from the picture's angle to the dome's and back, at any mirror",
+        error: "of the angle on the dome, and of the one in the picture, back there, parts of a \
+                pixel of a picture of 4096²",
+        reference: "the dome's angle in f64; the picture's, where it started",
+        naive: "tan⁻¹(k·r) + 2·tan⁻¹(a·tan(sin⁻¹ b)) in f32, by halving",
+        bound: 2.0e-3,
+        measure: there_and_back,
+    },
+];
+
+fn pixels(angle: f64) -> f64 {
+    angle / FRAC_PI_2 * 2048.0
+}
+
+fn angle(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b))
+}
+
+/// A camera's ray at a mirror, as one would write it down: the mirror stands
+/// at `at`, its viewpoint is `p` above, its screen `c1` above.
+fn traced(a: f32, p: Option<f32>, c1: f32, screen: [f32; 2], at: Vec3) -> Vec3 {
+    let [x, y] = screen;
+    let (origin, direction) = match p {
+        Some(p) => (at + Vec3::new(0.0, 0.0, -p), Vec3::new(x, y, p - c1)),
+        None => (at + Vec3::new(x, y, -10.0 * a), Vec3::Z),
+    };
+    let direction = direction.normalize();
+    let weights = Vec3::new(1.0, 1.0, 1.0 / (a * a));
+    let o = origin - at;
+    let qa = (direction * direction).dot(weights);
+    let qb = 2.0 * (o * direction).dot(weights);
+    let qc = (o * o).dot(weights) - 1.0;
+    let t = (-qb - (qb * qb - 4.0 * qa * qc).sqrt()) / (2.0 * qa);
+    let point = origin + direction * t - at;
+    let normal = (point * weights).normalize();
+    direction - normal * (2.0 * direction.dot(normal))
+}
+
+/// [`traced`] at a place of the disc of a mirror about the origin.
+pub(crate) fn traced_mirror(mirror: &SpheroidMirror, place: [f32; 2]) -> Vec3 {
+    let screen = place.map(|x| x * mirror.screen_radius());
+    let (a, p) = (mirror.axis_ratio(), mirror.viewpoint());
+    traced(a, p, mirror.screen_distance(), screen, Vec3::ZERO)
+}
+
+/// A place of the unit disc at a radius.
+fn place(inputs: &mut Inputs, radius: f64) -> [f32; 2] {
+    let (sin, cos) = (TAU * inputs.unit()).sin_cos();
+    let [u, v] = [radius * cos, radius * sin].map(|x| x as f32);
+    if u * u + v * v <= 1.0 {
+        [u, v]
+    } else {
+        [radius as f32, 0.0]
+    }
+}
+
+/// Ours and the naive way at a place of the disc of a mirror.
+fn compare(worst: &mut Worst, single: &SpheroidMirror, double: &Mirror, [u, v]: [f32; 2]) {
+    let b1 = double.parameters().b1;
+    let (_, exact) = double.reflect(DVec2::new(f64::from(u), f64::from(v)) * b1);
+    let error = |found: Vec3| pixels(angle(found.as_dvec3(), exact));
+    let ours = single.pixel(u, v, Mapping::Screen);
+    worst.ours(ours.map_or(f64::NAN, |found| error(found.direction)));
+    worst.naive(error(traced_mirror(single, [u, v])));
+}
+
+/// A mirror by its viewpoint, in both precisions.
+fn perspective(a: f32, p: f32) -> Option<(SpheroidMirror, Mirror)> {
+    let double = Mirror::perspective(f64::from(a), f64::from(p));
+    Some((SpheroidMirror::perspective(a, p).ok()?, double.ok()?))
+}
+
+/// One of the paper's two by perspective, or the best one.
+fn named(inputs: &mut Inputs) -> Option<(SpheroidMirror, Mirror)> {
+    let mirror = [
+        SpheroidMirror::PAPER_SPHERE,
+        SpheroidMirror::PAPER_SPHEROID,
+        SpheroidMirror::BEST,
+    ][inputs.below(3)];
+    perspective(mirror.axis_ratio(), mirror.viewpoint()?)
+}
+
+/// Draws mirrors and places.
+fn drawn(
+    seed: u64,
+    effort: Effort,
+    mut mirror: impl FnMut(&mut Inputs) -> Option<(SpheroidMirror, Mirror)>,
+    mut radius: impl FnMut(&mut Inputs) -> f64,
+) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
+    for _ in 0..effort.of(2_000) {
+        let Some((single, double)) = mirror(&mut inputs) else {
+            worst.ours(f64::NAN);
+            continue;
+        };
+        for _ in 0..50 {
+            let radius = radius(&mut inputs);
+            let place = place(&mut inputs, radius);
+            compare(&mut worst, &single, &double, place);
+        }
+    }
+    worst.0
+}
+
+fn rim(effort: Effort) -> Errors {
+    drawn(600, effort, named, |inputs| {
+        1.0 - inputs.magnitude(-7.0, -2.0)
+    })
+}
+
+fn centre(effort: Effort) -> Errors {
+    drawn(601, effort, named, |inputs| inputs.magnitude(-20.0, -2.0))
+}
+
+fn from_far(effort: Effort) -> Errors {
+    let mirror = |inputs: &mut Inputs| {
+        let a = inputs.range(0.8, 5.0) as f32;
+        perspective(a, a * inputs.magnitude(2.0, 7.0) as f32)
+    };
+    drawn(602, effort, mirror, Inputs::unit)
+}
+
+fn from_near(effort: Effort) -> Errors {
+    let mirror = |inputs: &mut Inputs| {
+        let a = inputs.range(0.8, 5.0) as f32;
+        perspective(a, a * (1.0 + inputs.magnitude(-6.0, -1.0) as f32))
+    };
+    drawn(603, effort, mirror, Inputs::unit)
+}
+
+fn next_to_parallel(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(604), Worst::NONE);
+    for _ in 0..effort.of(2_000) {
+        let a = inputs.range(0.8, 5.0) as f32;
+        let slope = 1.0 - inputs.magnitude(-7.0, -3.0);
+        let beta1 = ((slope / f64::from(a)).atan() as f32).min(libm::atan2f(1.0, a));
+        let Ok(single) = SpheroidMirror::from_edge(a, beta1) else {
+            worst.ours(f64::NAN);
+            continue;
+        };
+        // Rounded, the edge may be beyond the last there is.
+        let last = f64::from(a).recip().atan();
+        let Ok(double) = Mirror::from_edge(f64::from(a), f64::from(beta1).min(last)) else {
+            continue;
+        };
+        let b1 = double.parameters().b1;
+        let gamma = (a * beta1.tan()).atan();
+        let naive_d1 = beta1.sin() * (2.0 * gamma).tan();
+        for _ in 0..50 {
+            let radius = inputs.unit();
+            let [u, v] = place(&mut inputs, radius);
+            let (_, exact) = double.reflect(DVec2::new(f64::from(u), f64::from(v)) * b1);
+            let error = |found: Vec3| pixels(angle(found.as_dvec3(), exact));
+            let ours = single.pixel(u, v, Mapping::Screen);
+            worst.ours(ours.map_or(f64::NAN, |found| error(found.direction)));
+            let c1 = a * beta1.cos();
+            let screen = [u, v].map(|x| x * beta1.sin());
+            worst.naive(error(traced(
+                a,
+                Some(c1 + naive_d1),
+                c1,
+                screen,
+                Vec3::ZERO,
+            )));
+        }
+    }
+    worst.0
+}
+
+fn small(effort: Effort) -> Errors {
+    const SIZE: u32 = 4096;
+    let (mut inputs, mut worst) = (Inputs::new(605), Worst::NONE);
+    let distance = 100.0;
+    let radius = 1.0e-6 * distance as f32;
+    for _ in 0..effort.of(200) {
+        let Some((single, double)) = named(&mut inputs) else {
+            continue;
+        };
+        let position = (inputs.direction() * distance).as_vec3();
+        let camera = MirrorCamera {
+            mirror: single,
+            mapping: Mapping::Screen,
+            radius,
+            viewpoint: 0.0,
+            mirrored: false,
+        };
+        // The capture's own axes, so that nothing but the place is hard.
+        let pose = DomePose {
+            position,
+            room_from_capture: Mat3::IDENTITY,
+        };
+        let Ok(view) = View::dome(DomeProjection::Mirror(camera), pose, SIZE) else {
+            worst.ours(f64::NAN);
+            continue;
+        };
+        let b1 = double.parameters().b1;
+        for _ in 0..50 {
+            let at = inputs.unit().sqrt() * 0.999;
+            let [u, v] = place(&mut inputs, at);
+            // The pixel's own place.
+            let pixel = [u, -v].map(|x| ((x + 1.0) * 0.5 * SIZE as f32 - 0.5).round());
+            let [u, v] = pixel.map(|x| (f64::from(x) + 0.5) / f64::from(SIZE) * 2.0 - 1.0);
+            let (_, exact) = double.reflect(DVec2::new(u, -v) * b1);
+            let ours = view.direction(pixel[0], pixel[1]);
+            let error = |found: Vec3| pixels(angle(found.as_dvec3(), exact));
+            worst.ours(ours.map_or(f64::NAN, error));
+            // The same mirror among the things of the scene.
+            let screen = [u, -v].map(|x| (x * b1) as f32);
+            worst.naive(error(in_place(&single, screen, radius, position)));
+        }
+    }
+    worst.0
+}
+
+/// [`traced`], with everything in metres of the scene.
+fn in_place(mirror: &SpheroidMirror, screen: [f32; 2], radius: f32, at: Vec3) -> Vec3 {
+    let Some(p) = mirror.viewpoint() else {
+        return Vec3::NAN;
+    };
+    let (a, c1) = (
+        mirror.axis_ratio() * radius,
+        mirror.screen_distance() * radius,
+    );
+    let origin = at - Vec3::Z * (p * radius);
+    let through = at + Vec3::new(screen[0] * radius, screen[1] * radius, -c1);
+    let direction = (through - origin).normalize();
+    let weights = Vec3::new(1.0, 1.0, radius / a * (radius / a)) / (radius * radius);
+    let o = origin - at;
+    let qa = (direction * direction).dot(weights);
+    let qb = 2.0 * (o * direction).dot(weights);
+    let qc = (o * o).dot(weights) - 1.0;
+    let t = (-qb - (qb * qb - 4.0 * qa * qc).sqrt()) / (2.0 * qa);
+    let normal = ((origin + direction * t - at) * weights).normalize();
+    direction - normal * (2.0 * direction.dot(normal))
+}
+
+fn there_and_back(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(606), Worst::NONE);
+    for _ in 0..effort.of(2_000) {
+        let a = inputs.range(0.8, 5.0) as f32;
+        let above = inputs.magnitude(-3.0, 6.0) as f32;
+        let Some((mirror, double)) = perspective(a, a * (1.0 + above)) else {
+            worst.ours(f64::NAN);
+            continue;
+        };
+        for _ in 0..10 {
+            let r_d = (FRAC_PI_2 * inputs.unit()) as f32;
+            let theta = mirror.theta(r_d);
+            let exact = double.theta(f64::from(r_d).min(FRAC_PI_2));
+            worst.ours(theta.map_or(f64::NAN, |theta| pixels(f64::from(theta) - exact)));
+            let back = theta.and_then(|theta| mirror.r_d(theta.min(std::f32::consts::FRAC_PI_2)));
+            let error = |back: f32| pixels(f64::from(back) - f64::from(r_d));
+            worst.ours(back.map_or(f64::NAN, error));
+            if let Some(theta) = theta {
+                worst.0.naive = worse(worst.0.naive, error(halved(&mirror, theta)));
+            }
+        }
+    }
+    worst.0
+}
+
+/// `r_d` of θ by the paper's formulas of β, as printed, in f32, by halving β.
+fn halved(mirror: &SpheroidMirror, theta: f32) -> f32 {
+    let a = mirror.axis_ratio();
+    let Some(p) = mirror.viewpoint() else {
+        return f32::NAN;
+    };
+    let of = |beta: f32| {
+        let (b, c) = (beta.sin(), a * beta.cos());
+        let gamma = (a * beta.tan()).atan();
+        (b / (p - c), (b / (p - c)).atan() + 2.0 * gamma)
+    };
+    let (mut low, mut high) = (0.0, mirror.edge());
+    for _ in 0..40 {
+        let middle = f32::midpoint(low, high);
+        if of(middle).1 < theta {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let r = of(low).0 / of(mirror.edge()).0;
+    r * std::f32::consts::FRAC_PI_2
+}

@@ -1,0 +1,137 @@
+//! Whole frames: the same bits on every path through the tracer.
+//!
+//! Of instruction sets there are two: AVX2 where the processor has it, and portable code, of
+//! which compilers make SSE2 on x86-64. One number at a time is no path that a program can
+//! choose: `tests/capi/run` builds the portable code without vectors, for x86-64 and for a
+//! Cortex-M7, and compares the pixels, as `tests/firmware/run` does of a controller's frames.
+
+use super::{BROKEN, Case, Effort, Errors};
+use shisen::bake::Baked;
+use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
+use shisen::render::{self, Frame, Observer, Options};
+use shisen::scene::Scene;
+use shisen::scene::builtin::{PaperScene, paper_scene, spheres};
+use shisen::scene::quadruped::quadruped;
+use shisen_core::frame::{Mode, Settings};
+use shisen_core::{Runs, Simd};
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "frame-on-every-path-mirrors",
+        hard: "scene A by AVX2 and by portable code (on x86-64 the compiler's SSE2), ray by ray and \
+               in tiles of rays, trees 8 and 4 wide, on 1 to 16 threads",
+        error: WAYS,
+        reference: ONE,
+        naive: SUM,
+        bound: 0.0,
+        measure: mirrors,
+    },
+    Case {
+        name: "frame-on-every-path-glass",
+        hard: "the same of balls of quartz, with dispersion",
+        error: WAYS,
+        reference: ONE,
+        naive: SUM,
+        bound: 0.0,
+        measure: glass,
+    },
+];
+
+const WAYS: &str = "ways of which a pixel differs in a bit";
+const ONE: &str = "the frame ray by ray, portable, on one thread: its hash";
+const SUM: &str = "not a frame of its own, but what threads usually share: the reference frame \
+                   reduced to a quarter of its size, the 16 pixels of each summed up in f32 by \
+                   threads that took shares of its rows; its ways are the numbers of threads alone";
+
+/// More than there are processors, too.
+const THREADS: [usize; 6] = [1, 2, 3, 4, 7, 16];
+
+fn mirrors(effort: Effort) -> Errors {
+    paper_scene(PaperScene::A, quadruped()).map_or(BROKEN, |scene| every_way(&scene, effort))
+}
+
+fn glass(effort: Effort) -> Errors {
+    every_way(&spheres(), effort)
+}
+
+fn every_way(scene: &Scene, effort: Effort) -> Errors {
+    let (Ok(fast), Ok(compact)) = (Baked::<8>::new(scene), Baked::<4>::new(scene)) else {
+        return BROKEN;
+    };
+    // Pixels a side of each of three walls.
+    let side = match effort {
+        Effort::Quick => 24,
+        Effort::Full => 96,
+    };
+    let Some(reference) = frame(&fast, side, (1, Mode::Single, Simd::PORTABLE)) else {
+        return BROKEN;
+    };
+    let mut errors = Errors {
+        ours: 0.0,
+        naive: 0.0,
+    };
+    for threads in THREADS {
+        for mode in [Mode::Single, Mode::Tile] {
+            for simd in [Simd::PORTABLE, Simd::detect()] {
+                let way = (threads, mode, simd);
+                for found in [frame(&fast, side, way), frame(&compact, side, way)] {
+                    let same = found.is_some_and(|found| found.hash() == reference.hash());
+                    errors.ours += f64::from(u8::from(!same));
+                }
+            }
+        }
+        let same = reduced(&reference, threads) == reduced(&reference, 1);
+        errors.naive += f64::from(u8::from(!same));
+    }
+    errors
+}
+
+fn frame<const W: usize>(
+    baked: &Baked<W>,
+    side: u32,
+    (threads, mode, simd): (usize, Mode, Simd),
+) -> Option<Frame>
+where
+    Simd: Runs<W>,
+{
+    let room = Cave::built_in(BuiltInCave::ThreeWall, [side; 2]).ok()?;
+    let eye = Observer::new(Eye::Centre, Viewer::default().eye(Eye::Centre));
+    let options = Options {
+        threads,
+        simd,
+        settings: Settings {
+            mode,
+            samples: 2,
+            ..Settings::default()
+        },
+        ..Options::default()
+    };
+    render::cave(&baked.scene(), &room, &[eye], &options, &|_, _| {}).ok()
+}
+
+/// The bits of a frame at a quarter of its size, every pixel the mean of 16: rows are
+/// dealt to the threads in turn, and what each found of a pixel is added at the end.
+fn reduced(frame: &Frame, threads: usize) -> Vec<u32> {
+    let mut bits = Vec::new();
+    for picture in frame.pictures.iter().map(|one| &one.picture) {
+        let [width, height] = [picture.width, picture.height].map(|side| side as usize);
+        let columns = width / 4;
+        let mut found = vec![[0f32; 3]; threads * columns * (height / 4)];
+        let (shares, rows) = (columns * (height / 4), picture.pixels.chunks_exact(width));
+        for (y, row) in rows.enumerate().take(height / 4 * 4) {
+            for (x, pixel) in row.iter().enumerate().take(columns * 4) {
+                let sum = &mut found[y % threads * shares + y / 4 * columns + x / 4];
+                *sum = [0, 1, 2].map(|channel| sum[channel] + pixel[channel]);
+            }
+        }
+        for at in 0..shares {
+            for channel in 0..3 {
+                let sum: f32 = (0..threads)
+                    .map(|thread| found[thread * shares + at][channel])
+                    .sum();
+                bits.push((sum / 16.0).to_bits());
+            }
+        }
+    }
+    bits
+}

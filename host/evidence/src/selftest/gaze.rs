@@ -1,0 +1,436 @@
+//! Levels of the gaze: equations 4 to 8 of Mochizuki and Makino.
+
+use super::input::{Inputs, single};
+use super::{BROKEN, Case, Effort, Errors, Worst, worse};
+use glam::{DMat3, DVec3, Vec3};
+use shisen::render::gaze_reference::{self, Limits};
+use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI, TAU};
+
+const F64: &str = "equations 4 to 8 in f64, by arc tangents";
+const PRINTED: &str = "equations 4 to 8 as printed, arc cosines in f32";
+const TURNED: &str = "the same in f32, the axes by cross products as they come";
+const OF_L: &str = "of l, radians";
+const OF_LEVEL: &str = "of the level, which goes from 0 to 1";
+
+/// What the documentation of the levels promises.
+const BOUND: f64 = 1.0e-6;
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "gaze-along-the-line-of-sight",
+        hard: "rays within 10⁻⁷ to 10⁻² rad of the line of sight: the cosine is 1",
+        error: OF_L,
+        reference: F64,
+        naive: PRINTED,
+        // So small an l has as many digits as any.
+        bound: 1.0e-8,
+        measure: along,
+    },
+    Case {
+        name: "gaze-opposite",
+        hard: "rays straight back, and within 10⁻⁷ rad of it",
+        error: OF_L,
+        reference: F64,
+        naive: PRINTED,
+        bound: BOUND,
+        measure: opposite,
+    },
+    Case {
+        name: "gaze-vertical",
+        hard: "rays straight up, down and to the side, where an equation is 0/0",
+        error: OF_L,
+        reference: F64,
+        naive: PRINTED,
+        bound: BOUND,
+        measure: poles,
+    },
+    Case {
+        name: "gaze-at-pi-6",
+        hard: "rays at the border of the central field",
+        error: OF_LEVEL,
+        reference: F64,
+        naive: PRINTED,
+        bound: BOUND,
+        measure: central_border,
+    },
+    Case {
+        name: "gaze-at-the-outer-border",
+        hard: "rays at the border of the visual field, on all sides",
+        error: OF_LEVEL,
+        reference: F64,
+        naive: PRINTED,
+        bound: BOUND,
+        measure: outer_border,
+    },
+    Case {
+        name: "gaze-of-any-length",
+        hard: "directions 10⁻⁴⁴ to 10³⁸ long",
+        error: OF_LEVEL,
+        reference: F64,
+        naive: PRINTED,
+        // Subnormal components have fewer digits: both are given the same.
+        bound: BOUND,
+        measure: any_length,
+    },
+    Case {
+        name: "gaze-without-steps",
+        hard: "rays from one side to the other of every border of the formula, to the side and \
+               behind the viewer, too",
+        error: "of the level's change from a ray to its neighbour, and what of it is above the \
+                slope of the level times the angle between the two",
+        reference: F64,
+        naive: PRINTED,
+        bound: 2.0 * BOUND,
+        measure: continuity,
+    },
+    Case {
+        name: "gaze-turned",
+        hard: "lines of sight in all directions, the head tilted down to 10⁻³ rad from them, and \
+               rays along them, at both borders and anywhere",
+        error: OF_LEVEL,
+        reference: F64,
+        naive: TURNED,
+        bound: BOUND,
+        measure: |effort| turned(507, effort, anywhere),
+    },
+    Case {
+        name: "gaze-turned-to-the-side",
+        hard: "the same viewers, and rays 10⁻⁶ to 10⁻¹ rad from straight to their side, where \
+               equation 5 is 0/0 and the level has a step",
+        error: "of the level, times the distance from the side, radians",
+        reference: F64,
+        naive: TURNED,
+        // What the rounding of components along the turned axes does.
+        bound: 1.0e-7,
+        measure: |effort| turned(508, effort, to_the_side),
+    },
+];
+
+struct Both {
+    single: Gaze,
+    double: gaze_reference::Gaze,
+}
+
+impl Both {
+    /// Forward, so that no axis rounds anything. `None` is not reached.
+    fn front() -> Option<Self> {
+        let sight = LineOfSight::new(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y).ok()?;
+        let double =
+            gaze_reference::Gaze::new(DVec3::NEG_Z, DVec3::Y, Limits::PAPER, Boundary::Printed);
+        Some(Self {
+            single: Gaze::new(sight, VisualField::PAPER),
+            double: double.ok()?,
+        })
+    }
+}
+
+/// l and the level as printed.
+fn printed(v: Vec3) -> (f32, f32) {
+    use std::f32::consts::{FRAC_PI_3, FRAC_PI_6, PI};
+    let (f, r, u) = (-v.z, v.x, v.y);
+    let alpha = (f / (f * f + r * r).sqrt()).acos();
+    let beta = (f / (f * f + u * u).sqrt()).abs().acos();
+    let l = (alpha * alpha + beta * beta).sqrt();
+    let (across, along) = if u < 0.0 {
+        (5.0 * PI / 9.0, 7.0 * PI / 18.0)
+    } else {
+        (5.0 * PI / 9.0, FRAC_PI_3)
+    };
+    let (x, y) = (across * alpha / l, along * beta / l);
+    let big_l = (x * x + y * y).sqrt();
+    let level = if l <= FRAC_PI_6 {
+        1.0
+    } else if l < big_l {
+        (big_l - l) / (big_l - FRAC_PI_6)
+    } else if l >= big_l {
+        0.0
+    } else {
+        f32::NAN
+    };
+    (l, level)
+}
+
+/// The level as printed, of a viewer who looks along −Z.
+pub(crate) fn printed_level(v: Vec3) -> f32 {
+    printed(v).1
+}
+
+/// Draws directions and compares l, or the level.
+fn compare(
+    seed: u64,
+    effort: Effort,
+    of_l: bool,
+    mut draw: impl FnMut(&mut Inputs) -> Vec3,
+) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
+    let Some(both) = Both::front() else {
+        return BROKEN;
+    };
+    for _ in 0..effort.of(500_000) {
+        let direction = draw(&mut inputs);
+        let Some(exact) = both.double.sight(direction.as_dvec3()) else {
+            continue;
+        };
+        let found = both.single.sight(direction);
+        let (naive_l, naive_level) = printed(direction);
+        if of_l {
+            let l = found.map_or(f64::NAN, |sight| sight.l.into());
+            worst.ours(l - exact.l);
+            worst.naive(f64::from(naive_l) - exact.l);
+        } else {
+            let level = both.single.level(direction).map_or(f64::NAN, f64::from);
+            worst.ours(level - exact.level);
+            worst.naive(f64::from(naive_level) - exact.level);
+        }
+    }
+    worst.0
+}
+
+/// The ray whose angles are a and b: equations 4 and 5, read backwards, |a| up
+/// to π and |b| below π/2.
+fn of_angles(a: f64, b: f64) -> Vec3 {
+    let (right, forward) = libm::sincos(a);
+    single(DVec3::new(right, forward.abs() * libm::tan(b), -forward))
+}
+
+/// `radius` from the line of sight in the plane of the two angles, a turn of 0
+/// to 1 around it.
+fn at(radius: f64, turn: f64) -> Vec3 {
+    let (along, across) = libm::sincos(turn * TAU);
+    of_angles(radius * across, radius * along)
+}
+
+fn along(effort: Effort) -> Errors {
+    compare(500, effort, true, |inputs| {
+        let radius = inputs.magnitude(-7.0, -2.0);
+        at(radius, inputs.unit())
+    })
+}
+
+fn opposite(effort: Effort) -> Errors {
+    compare(501, effort, true, |inputs| {
+        let away = if inputs.below(10) == 0 {
+            0.0
+        } else {
+            inputs.magnitude(-9.0, -2.0)
+        };
+        let (x, y) = libm::sincos(TAU * inputs.unit());
+        single(DVec3::new(x * away, y * away, 1.0))
+    })
+}
+
+fn poles(effort: Effort) -> Errors {
+    compare(502, effort, true, |inputs| {
+        let mut v = [inputs.sign(), 0.0, 0.0];
+        for part in &mut v[1..] {
+            let size = [0.0, inputs.magnitude(-40.0, -1.0)][inputs.below(2)];
+            *part = size * inputs.sign();
+        }
+        // Along x or y, the others next to nothing; −0 as well.
+        v.rotate_right(inputs.below(2));
+        single(DVec3::from_array(v))
+    })
+}
+
+fn central_border(effort: Effort) -> Errors {
+    compare(503, effort, false, |inputs| {
+        let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
+        at(FRAC_PI_6 + off, inputs.unit())
+    })
+}
+
+/// The paper's border at a turn, radians.
+fn outer(turn: f64) -> f64 {
+    let (along, across) = libm::sincos(turn * TAU);
+    let up = if along < 0.0 { 70f64 } else { 60.0 };
+    libm::hypot(100.0 * across, up * along).to_radians()
+}
+
+fn outer_border(effort: Effort) -> Errors {
+    compare(504, effort, false, |inputs| {
+        let turn = inputs.unit();
+        let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
+        at(outer(turn) + off, turn)
+    })
+}
+
+fn any_length(effort: Effort) -> Errors {
+    compare(505, effort, false, |inputs| {
+        let length = inputs.magnitude(-44.0, 38.0);
+        single(inputs.direction() * length)
+    })
+}
+
+fn continuity(effort: Effort) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(506), Worst::NONE);
+    let Some(both) = Both::front() else {
+        return BROKEN;
+    };
+    let tries = effort.of(500_000);
+    let (mut neighbours, mut bounded) = (0, 0);
+    for _ in 0..tries {
+        let start = at_a_border(&mut inputs);
+        let mut next = start;
+        let axis = inputs.below(3);
+        next[axis] = match inputs.below(3) {
+            0 => next[axis].next_up(),
+            1 => next[axis].next_down(),
+            _ => -next[axis],
+        };
+        // Across an axis only from next to it: else it is no neighbour.
+        if (next - start).length() > 1.0e-6 {
+            continue;
+        }
+        neighbours += 1;
+        let change = |level: &dyn Fn(Vec3) -> f64| level(next) - level(start);
+        let exact = change(&|v| {
+            let sight = both.double.sight(v.as_dvec3());
+            sight.map_or(f64::NAN, |sight| sight.level)
+        });
+        let ours = change(&|v| both.single.level(v).map_or(f64::NAN, f64::from));
+        let naive = change(&|v| f64::from(printed(v).1));
+        worst.ours(ours - exact);
+        worst.0.naive = worse(worst.0.naive, naive - exact);
+        // The reference might have a step, too.
+        let most = most_change(start, next);
+        bounded += usize::from(most < BOUND * 10.0);
+        for (found, worst) in [(ours, &mut worst.0.ours), (naive, &mut worst.0.naive)] {
+            *worst = worse(*worst, (found.abs() - most).max(0.0));
+        }
+    }
+    if neighbours < tries / 2 || bounded < tries / 3 {
+        return BROKEN;
+    }
+    worst.0
+}
+
+/// Next to where the formula has another form.
+fn at_a_border(inputs: &mut Inputs) -> Vec3 {
+    let turn = match inputs.below(3) {
+        0 => inputs.unit(),
+        // The planes between the quarters, where limits and signs change.
+        _ => (inputs.below(4) as f64) / 4.0 + inputs.magnitude(-9.0, -3.0) * inputs.sign(),
+    };
+    let off = inputs.magnitude(-9.0, -3.0) * inputs.sign();
+    let b = FRAC_PI_2 * inputs.range(-1.0, 1.0);
+    match inputs.below(4) {
+        0 => at(FRAC_PI_6 + off, turn),
+        1 => at(outer(turn) + off, turn),
+        // Neither before the viewer nor behind: b is folded there.
+        2 => of_angles(FRAC_PI_2 * inputs.sign() + off, b),
+        _ => of_angles(PI * inputs.range(-1.0, 1.0), b),
+    }
+}
+
+/// The most that a level without a step may change between two directions.
+///
+/// With l and L of equations 6 and 7 and φ the turn around the line of sight,
+/// the level falls by 1/(L − π/6) a radian of l, and changes by at most as much
+/// a radian of L, which changes by at most the difference of the field's limits,
+/// 100° − 60°, a radian of φ. L is 60° at least, and l 30° where there is a
+/// slope.
+fn most_change(start: Vec3, next: Vec3) -> f64 {
+    let slope = (1.0 + 40.0 / 30.0) / 30f64.to_radians();
+    let step = (next - start).as_dvec3().length();
+    // Each angle turns about an axis, on which it has no value.
+    let angle = |x: f32, y: f32| {
+        let away = libm::hypot(x.into(), y.into()) - step;
+        if away > 0.0 { step / away } else { PI }
+    };
+    slope * libm::hypot(angle(start.z, start.x), angle(start.z, start.y))
+}
+
+/// A line of sight in the room, up to `away` from its top of the head.
+struct Turned {
+    forward: Vec3,
+    up: Vec3,
+    both: Both,
+    /// Right, up and back, exactly.
+    axes: DMat3,
+}
+
+impl Turned {
+    fn new(inputs: &mut Inputs) -> Option<Self> {
+        let forward = single(inputs.direction());
+        let beside = inputs.across(forward.as_dvec3());
+        let away = [1.0, inputs.magnitude(-3.0, 0.0)][inputs.below(2)];
+        let up = single(forward.as_dvec3() * inputs.sign() + beside * away);
+        let sight = LineOfSight::new(Vec3::ZERO, forward, up).ok()?;
+        let (f, u) = (forward.as_dvec3(), up.as_dvec3());
+        let double = gaze_reference::Gaze::new(f, u, Limits::PAPER, Boundary::Printed);
+        let right = f.cross(u).try_normalize()?;
+        let back = -f.try_normalize()?;
+        Some(Self {
+            forward,
+            up,
+            both: Both {
+                single: Gaze::new(sight, VisualField::PAPER),
+                double: double.ok()?,
+            },
+            axes: DMat3::from_cols(right, back.cross(right), back),
+        })
+    }
+
+    /// In the axes of a viewer who looks along −Z, without care.
+    fn seen(&self, direction: Vec3) -> Vec3 {
+        let forward = self.forward.normalize();
+        let right = forward.cross(self.up).normalize();
+        let up = right.cross(forward);
+        Vec3::new(
+            direction.dot(right),
+            direction.dot(up),
+            -direction.dot(forward),
+        )
+    }
+}
+
+/// Levels of turned viewers, for rays given in their own axes.
+fn turned(seed: u64, effort: Effort, draw: fn(&mut Inputs) -> Vec3) -> Errors {
+    let (mut inputs, mut worst) = (Inputs::new(seed), Worst::NONE);
+    for _ in 0..effort.of(500_000) {
+        let Some(turned) = Turned::new(&mut inputs) else {
+            continue;
+        };
+        let ahead = draw(&mut inputs).as_dvec3();
+        let direction = single(turned.axes * ahead);
+        let Some(exact) = turned.both.double.sight(direction.as_dvec3()) else {
+            continue;
+        };
+        // Nearer to the side the same turn of a ray changes its angles by more.
+        let away = libm::hypot(ahead.y, ahead.z) / ahead.length();
+        let weight = if away < SIDE { away } else { 1.0 };
+        let level = turned.both.single.level(direction);
+        worst.ours((level.map_or(f64::NAN, f64::from) - exact.level) * weight);
+        let naive = printed_level(turned.seen(direction));
+        worst.naive((f64::from(naive) - exact.level) * weight);
+    }
+    worst.0
+}
+
+/// What counts as next to the side, radians.
+const SIDE: f64 = 0.1;
+
+/// On both borders, along the line of sight and anywhere but next to the side.
+fn anywhere(inputs: &mut Inputs) -> Vec3 {
+    loop {
+        let turn = inputs.unit();
+        let off = inputs.magnitude(-9.0, -2.0) * inputs.sign();
+        let ahead = match inputs.below(4) {
+            0 => at(inputs.magnitude(-7.0, -2.0), turn),
+            1 => at(FRAC_PI_6 + off, turn),
+            2 => at(outer(turn) + off, turn),
+            _ => single(inputs.direction()),
+        };
+        let exact = ahead.as_dvec3();
+        if libm::hypot(exact.y, exact.z) > SIDE * exact.length() {
+            return ahead;
+        }
+    }
+}
+
+fn to_the_side(inputs: &mut Inputs) -> Vec3 {
+    let (up, back) = libm::sincos(TAU * inputs.unit());
+    let away = inputs.magnitude(-6.0, libm::log10(SIDE));
+    single(DVec3::new(inputs.sign(), up * away, back * away))
+}

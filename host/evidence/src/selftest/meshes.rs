@@ -1,0 +1,235 @@
+//! Rays and closed meshes: none gets through a seam.
+
+use super::input::{Inputs, aimed, single};
+use super::triangles::{LEAST, moller_trumbore};
+use super::{BROKEN, Case, Effort, Errors, Verdicts};
+use glam::{DVec3, Vec3};
+use shisen::bake::{Baked, lone_mesh};
+use shisen::scene::Scene;
+use shisen::scene::mesh::TriangleMesh;
+use shisen_core::Simd;
+use shisen_core::frame::{Budget, Workspace};
+use shisen_core::trace::{MeshTracer, Tracer, TraversalStack};
+use std::collections::{BTreeMap, HashMap};
+
+const LOST: &str = "rays lost";
+const CLOSED: &str = "from inside a closed mesh every ray meets it";
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "mesh-shared-edges",
+        hard: "rays from inside a closed mesh at the middles of its edges",
+        error: LOST,
+        reference: CLOSED,
+        naive: "Möller and Trumbore's test of the two triangles at the edge",
+        bound: 0.0,
+        measure: shared_edges,
+    },
+    Case {
+        name: "mesh-shared-vertices",
+        hard: "rays from inside a closed mesh at its vertices",
+        error: LOST,
+        reference: CLOSED,
+        naive: "Möller and Trumbore's test of the triangles at the vertex",
+        bound: 0.0,
+        measure: shared_vertices,
+    },
+    Case {
+        name: "mesh-with-t-junctions",
+        hard: "an edge with a vertex in its middle, closed by a triangle without area",
+        error: "rays that see the background through the seam",
+        reference: "the mesh is closed",
+        naive: "Möller and Trumbore's test of the three large triangles at the seam",
+        bound: 0.0,
+        measure: t_junctions,
+    },
+];
+
+/// The triangles at each edge or vertex of a closed mesh, and where to aim.
+struct Target {
+    at: DVec3,
+    triangles: Vec<[Vec3; 3]>,
+}
+
+pub(super) fn positions(mesh: &TriangleMesh, triangle: [u32; 3]) -> [Vec3; 3] {
+    triangle.map(|v| Vec3::from(mesh.positions[v as usize]))
+}
+
+fn vertices(mesh: &TriangleMesh) -> Vec<Target> {
+    let mut targets: Vec<Target> = mesh
+        .positions
+        .iter()
+        .map(|&p| Target {
+            at: Vec3::from(p).as_dvec3(),
+            triangles: Vec::new(),
+        })
+        .collect();
+    for &triangle in &mesh.triangles {
+        for v in triangle {
+            targets[v as usize]
+                .triangles
+                .push(positions(mesh, triangle));
+        }
+    }
+    targets
+}
+
+fn edges(mesh: &TriangleMesh) -> Vec<Target> {
+    let mut of: BTreeMap<[u32; 2], Vec<[Vec3; 3]>> = BTreeMap::new();
+    for &triangle in &mesh.triangles {
+        let [a, b, c] = triangle;
+        for [p, q] in [[a, b], [b, c], [c, a]] {
+            let edge = [p.min(q), p.max(q)];
+            of.entry(edge).or_default().push(positions(mesh, triangle));
+        }
+    }
+    let middle = |edge: [u32; 2]| {
+        let [p, q] = edge.map(|v| Vec3::from(mesh.positions[v as usize]).as_dvec3());
+        0.5 * (p + q)
+    };
+    of.into_iter()
+        .map(|(edge, triangles)| Target {
+            at: middle(edge),
+            triangles,
+        })
+        .collect()
+}
+
+/// A turned ellipsoid of 5,120 triangles: an icosahedron, its faces cut in
+/// four four times. Convex, so that from inside every target is in sight.
+pub(super) fn ellipsoid() -> TriangleMesh {
+    let golden = f64::midpoint(1.0, 5f64.sqrt());
+    let mut points: Vec<DVec3> = Vec::new();
+    for (s, t) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+        let [a, b] = [s, t * golden];
+        points.extend([
+            DVec3::new(0.0, a, b),
+            DVec3::new(a, b, 0.0),
+            DVec3::new(b, 0.0, a),
+        ]);
+    }
+    // Faces are the triples of points 2 apart, wound outwards.
+    let near = |i: usize, j: usize| (points[i].distance(points[j]) - 2.0).abs() < 1.0e-9;
+    let mut triangles = Vec::new();
+    for i in 0..12 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                if near(i, j) && near(j, k) && near(i, k) {
+                    let out = (points[j] - points[i]).cross(points[k] - points[i]);
+                    let flip = out.dot(points[i]) < 0.0;
+                    triangles.push(if flip { [i, k, j] } else { [i, j, k] });
+                }
+            }
+        }
+    }
+    for p in &mut points {
+        *p = p.normalize();
+    }
+    for _ in 0..4 {
+        let mut middles = HashMap::new();
+        let mut middle = |i: usize, j: usize, points: &mut Vec<DVec3>| {
+            *middles.entry([i.min(j), i.max(j)]).or_insert_with(|| {
+                points.push((points[i] + points[j]).normalize());
+                points.len() - 1
+            })
+        };
+        let mut finer = Vec::with_capacity(4 * triangles.len());
+        for [i, j, k] in triangles {
+            let [a, b, c] = [[i, j], [j, k], [k, i]].map(|[p, q]| middle(p, q, &mut points));
+            finer.extend([[i, a, c], [a, j, b], [c, b, k], [a, b, c]]);
+        }
+        triangles = finer;
+    }
+    let turn = glam::DQuat::from_euler(glam::EulerRot::YXZ, 0.7, 1.1, 0.2);
+    let place = |p: DVec3| single(turn * (p * DVec3::new(1.0, 2.3, 0.37))).to_array();
+    TriangleMesh {
+        positions: points.into_iter().map(place).collect(),
+        triangles: triangles.iter().map(|t| t.map(|v| v as u32)).collect(),
+        ..TriangleMesh::default()
+    }
+}
+
+fn lost_at(seed: u64, effort: Effort, targets: impl Fn(&TriangleMesh) -> Vec<Target>) -> Errors {
+    let mesh = ellipsoid();
+    let targets = targets(&mesh);
+    let Ok(baked) = Baked::<8>::new(&lone_mesh(mesh)) else {
+        return BROKEN;
+    };
+    let scene = baked.scene();
+    let Some(tracer) = MeshTracer::new(&scene, 0, Simd::detect()) else {
+        return BROKEN;
+    };
+    let mut stack = TraversalStack::EMPTY;
+    let mut inputs = Inputs::new(seed);
+    let mut lost = Verdicts::default();
+    let tries = effort.of(5_000_000);
+    for _ in 0..tries {
+        let from = inputs.in_ball() * 0.3;
+        let target = &targets[inputs.below(targets.len())];
+        let Some(ray) = aimed(from, target.at) else {
+            continue;
+        };
+        let hit = tracer.nearest(&ray, &mut stack).0;
+        let naive = |&t: &[Vec3; 3]| moller_trumbore(t, &ray, LEAST).is_some();
+        lost.wrong(
+            !hit.is_some_and(|hit| hit.t.is_finite()),
+            !target.triangles.iter().any(naive),
+        );
+    }
+    lost.of_at_least(tries / 2)
+}
+
+fn shared_edges(effort: Effort) -> Errors {
+    lost_at(200, effort, edges)
+}
+
+fn shared_vertices(effort: Effort) -> Errors {
+    lost_at(201, effort, vertices)
+}
+
+fn t_junctions(effort: Effort) -> Errors {
+    let mut inputs = Inputs::new(208);
+    let mut lost = Verdicts::default();
+    let tries = effort.of(500);
+    for _ in 0..tries {
+        // Sixteenths, so that the middle is on the edge exactly.
+        let mut at = || (inputs.in_ball() * 64.0).round() / 8.0;
+        let (a, b, c) = (at(), at(), at());
+        let m = a + (b - a) * (1 + inputs.below(7)) as f64 / 8.0;
+        let d = a + b - c;
+        let corners = [a, b, c, d, m].map(single);
+        if (b - a).cross(c - a).length() < 1.0 {
+            continue;
+        }
+        let triangles = vec![[0, 1, 2], [0, 3, 4], [4, 3, 1], [0, 4, 1]];
+        let large = [0, 1, 2].map(|i| {
+            let [p, q, r]: [u32; 3] = triangles[i];
+            [p, q, r].map(|v| corners[v as usize])
+        });
+        let mesh = TriangleMesh {
+            positions: corners.map(|c| c.to_array()).to_vec(),
+            triangles,
+            ..TriangleMesh::default()
+        };
+        let scene = Scene {
+            background: shisen::scene::Background::uniform([64.0; 3]),
+            ..lone_mesh(mesh)
+        };
+        let Ok(baked) = Baked::<8>::new(&scene) else {
+            return BROKEN;
+        };
+        let tracer = Tracer::new(baked.scene(), Simd::detect(), 0);
+        let mut workspace = Workspace::new();
+        for _ in 0..200 {
+            let target = a + (b - a) * inputs.range(0.01, 0.99);
+            let from = target + (c - a).cross(b - a).normalize() * 8.0 + inputs.in_ball() * 4.0;
+            let Some(ray) = aimed(from, target) else {
+                continue;
+            };
+            let seen = tracer.radiance(&ray, &mut Budget::UNLIMITED.clone(), &mut workspace);
+            let met = |&t: &[Vec3; 3]| moller_trumbore(t, &ray, LEAST).is_some();
+            lost.wrong(seen.red > 32.0, !large.iter().any(met));
+        }
+    }
+    lost.of_at_least(tries * 100)
+}

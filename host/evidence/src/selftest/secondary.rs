@@ -1,0 +1,517 @@
+//! Rays that start where another one ended.
+
+use super::input::{Inputs, aimed, single};
+use super::meshes::ellipsoid;
+use super::refraction::{exact as exact_refraction, textbook as textbook_refraction};
+use super::{BROKEN, Case, Effort, Errors, Verdicts, Worst};
+use glam::{DAffine3, DVec3, Vec3};
+use shisen::bake::Baked;
+use shisen::scene::camera::CameraPath;
+use shisen::scene::material::Material;
+use shisen::scene::mesh::TriangleMesh;
+use shisen::scene::{Background, Light, Object, Scene, Shape};
+use shisen_core::Simd;
+use shisen_core::frame::{Budget, Pixel, Workspace};
+use shisen_core::shape::Ray;
+use shisen_core::trace::Tracer;
+
+const EPSILON: &str = "the same rays, started a fixed 10⁻⁴ m off the surface";
+
+/// Bodies of so many metres.
+macro_rules! at_scale {
+    ($name:literal, $hard:literal, $exponent:literal) => {
+        Case {
+            name: $name,
+            hard: $hard,
+            error: "lit places that are dark (acne), and places behind a wall of a thousandth of the \
+                    size that are lit (leaks)",
+            reference: "a convex body lights itself nowhere it faces the light; a closed box is dark",
+            naive: EPSILON,
+            bound: 0.0,
+            measure: shadows::<$exponent>,
+        }
+    };
+}
+
+pub(super) const CASES: &[Case] = &[
+    at_scale!("shadow-rays-at-1e-3", "bodies of a millimetre", -3),
+    at_scale!("shadow-rays-at-1", "bodies of a metre", 0),
+    at_scale!("shadow-rays-at-1e3", "bodies of a kilometre", 3),
+    at_scale!("shadow-rays-at-1e6", "bodies of a thousand kilometres", 6),
+    Case {
+        name: "hall-of-mirrors",
+        hard: "two mirrors 50 µm apart, eight reflections",
+        error: "of the light, relative",
+        reference: "the geometric series of the reflectance",
+        naive: EPSILON,
+        bound: 1.0e-6,
+        measure: hall,
+    },
+    Case {
+        name: "glass-slab-of-10-micrometres",
+        hard: "both borders of a slab of glass that is 10 µm thick and a metre wide",
+        error: "of the light through it, of 1",
+        reference: "Fresnel's series of the borders, ended as documented",
+        naive: EPSILON,
+        bound: 2.0e-7,
+        measure: |_| slab(|_| Vec3::NEG_Z, Normals::OfFaces),
+    },
+    Case {
+        name: "glass-slab-at-an-angle",
+        hard: "the same slab, seen at up to 80° to its normal",
+        error: "of the light through it, of 1",
+        reference: "Fresnel's series of the borders, ended as documented",
+        naive: EPSILON,
+        bound: 1.0e-6,
+        measure: |_| slab(slanting, Normals::OfFaces),
+    },
+    Case {
+        name: "glass-slab-with-inside-out-normals",
+        hard: "the same, smooth, of a file whose normals all point into the glass",
+        error: "of the light through it, of 1",
+        reference: "Fresnel's series of the borders, ended as documented",
+        naive: "the textbook's way with the file's normals",
+        bound: 1.0e-6,
+        measure: |_| slab(slanting, Normals::Inwards),
+    },
+    Case {
+        name: "mirror-ball-of-any-size",
+        hard: "light off a ball of 10⁻³ to 10⁶ m that must not meet the ball again",
+        error: "rays that do",
+        reference: "a convex body is met once",
+        naive: EPSILON,
+        bound: 0.0,
+        measure: balls,
+    },
+];
+
+/// As far as most people move it.
+const OFF: f32 = 1.0e-4;
+
+fn empty() -> Scene {
+    Scene {
+        name: "selftest".into(),
+        meshes: Vec::new(),
+        materials: Vec::new(),
+        objects: Vec::new(),
+        lights: Vec::new(),
+        background: Background::uniform([0.0; 3]),
+        ambient: [0.0; 3],
+        camera: CameraPath::default(),
+    }
+}
+
+fn matt(colour: f32) -> Material {
+    Material {
+        diffuse: [colour; 3],
+        specular: [0.0; 3],
+        ..Material::default()
+    }
+}
+
+fn add(scene: &mut Scene, shape: Shape, material: Material) {
+    scene.materials.push(material);
+    scene.objects.push(Object {
+        shape,
+        material: Some(scene.materials.len() - 1),
+        world_from_object: DAffine3::IDENTITY,
+        casts_shadow: true,
+        smooth: false,
+    });
+}
+
+fn add_mesh(scene: &mut Scene, mesh: TriangleMesh, material: Material) {
+    scene.meshes.push(mesh);
+    add(scene, Shape::Mesh(scene.meshes.len() - 1), material);
+}
+
+/// A box from corner to corner, faces outwards.
+fn cuboid(low: DVec3, high: DVec3) -> TriangleMesh {
+    let (low, high) = (single(low).to_array(), single(high).to_array());
+    let corner = |i: usize| [0, 1, 2].map(|axis| [low, high][i >> axis & 1][axis]);
+    let faces = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    TriangleMesh {
+        positions: (0..8).map(corner).collect(),
+        triangles: faces
+            .iter()
+            .flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]])
+            .collect(),
+        ..TriangleMesh::default()
+    }
+}
+
+struct Eye<'a> {
+    tracer: Tracer<'a>,
+    workspace: Workspace,
+}
+
+impl<'a> Eye<'a> {
+    fn new(baked: &'a Baked<8>, depth: u8) -> Self {
+        Self {
+            tracer: Tracer::new(baked.scene(), Simd::detect(), depth),
+            workspace: Workspace::new(),
+        }
+    }
+
+    fn sees(&mut self, ray: &Ray) -> Pixel {
+        self.tracer
+            .radiance(ray, &mut Budget::UNLIMITED.clone(), &mut self.workspace)
+    }
+
+    /// Distance and number of the triangle.
+    fn nearest(&mut self, ray: &Ray) -> Option<(f32, usize)> {
+        let hit = self
+            .tracer
+            .nearest(ray, &mut Budget::UNLIMITED.clone(), &mut self.workspace)?;
+        Some((hit.on.t, hit.on.triangle as usize))
+    }
+
+    fn is_dark(&mut self, from: Vec3, light: DVec3) -> bool {
+        let Some(ray) = aimed(from.as_dvec3(), light) else {
+            return true;
+        };
+        self.tracer.is_occluded(
+            &ray,
+            1.0,
+            &mut Budget::UNLIMITED.clone(),
+            &mut self.workspace,
+        )
+    }
+}
+
+fn normal(mesh: &TriangleMesh, triangle: usize) -> Option<DVec3> {
+    let corners = mesh.triangles.get(triangle)?;
+    let [a, b, c] = corners.map(|v| Vec3::from(mesh.positions[v as usize]).as_dvec3());
+    (b - a).cross(c - a).try_normalize()
+}
+
+fn shadows<const EXPONENT: i32>(effort: Effort) -> Errors {
+    let size = 10f64.powi(EXPONENT);
+    let [acne, leaks] = [acne(size, effort), leaks(size, effort)];
+    Errors {
+        ours: acne.ours + leaks.ours,
+        naive: acne.naive + leaks.naive,
+    }
+}
+
+fn lit_from(light: DVec3) -> Light {
+    Light::Point {
+        position: light,
+        colour: [1.0; 3],
+        inverse_square: false,
+    }
+}
+
+/// Places of a convex body that face the light and are dark.
+fn acne(size: f64, effort: Effort) -> Errors {
+    let mut mesh = ellipsoid();
+    for p in &mut mesh.positions {
+        *p = p.map(|x| (f64::from(x) * size) as f32);
+    }
+    let light = DVec3::new(5.0, 7.0, 6.0) * size;
+    let mut scene = empty();
+    scene.lights.push(lit_from(light));
+    add_mesh(&mut scene, mesh.clone(), matt(1.0));
+    let Ok(baked) = Baked::<8>::new(&scene) else {
+        return BROKEN;
+    };
+    let mut eye = Eye::new(&baked, 0);
+    let (mut inputs, mut dark) = (Inputs::new(400), Verdicts::default());
+    let tries = effort.of(200_000);
+    for _ in 0..tries {
+        let from = inputs.direction() * 4.0 * size;
+        // Its least half axis is 0.37 of the size.
+        let target = inputs.in_ball() * 0.35 * size;
+        let Some(ray) = aimed(from, target) else {
+            continue;
+        };
+        // It is aimed at the middle of the body.
+        let Some((t, triangle)) = eye.nearest(&ray) else {
+            return BROKEN;
+        };
+        let Some(normal) = normal(&mesh, triangle) else {
+            continue;
+        };
+        let at = ray.at(t);
+        let towards = (light - at.as_dvec3()).normalize();
+        if normal.dot(towards) < 0.02 {
+            continue;
+        }
+        let off = at + single(normal) * OFF;
+        dark.wrong(eye.sees(&ray).red == 0.0, eye.is_dark(off, light));
+    }
+    // The other half faces away from the light.
+    dark.of_at_least(tries / 4)
+}
+
+/// Places inside a closed box with thin walls that light from outside reaches.
+fn leaks(size: f64, effort: Effort) -> Errors {
+    let thick = 1.0e-3 * size;
+    let light = DVec3::new(3.0, 4.0, 5.0) * size;
+    let mut scene = empty();
+    scene.lights.push(lit_from(light));
+    // Each wall is a box of its own, and reaches past its neighbours.
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let (mut low, mut high) = (DVec3::splat(-size - thick), DVec3::splat(size + thick));
+            let [inner, outer] = [side * size, side * (size + thick)];
+            low[axis] = f64::min(inner, outer);
+            high[axis] = f64::max(inner, outer);
+            add_mesh(&mut scene, cuboid(low, high), matt(1.0));
+        }
+    }
+    let Ok(baked) = Baked::<8>::new(&scene) else {
+        return BROKEN;
+    };
+    let mut eye = Eye::new(&baked, 0);
+    let (mut inputs, mut lit) = (Inputs::new(401), Verdicts::default());
+    let tries = effort.of(200_000);
+    for _ in 0..tries {
+        let from = inputs.in_ball() * 0.9 * size;
+        let Some(ray) = Ray::new(single(from), single(inputs.direction())) else {
+            continue;
+        };
+        let Some((t, _)) = eye.nearest(&ray) else {
+            return BROKEN;
+        };
+        // Off the surface towards the light, as a shadow ray starts.
+        let at = ray.at(t);
+        let towards = single((light - at.as_dvec3()).normalize());
+        let naive = !eye.is_dark(at + towards * OFF, light);
+        lit.wrong(eye.sees(&ray).red != 0.0, naive);
+    }
+    lit.of_at_least(tries / 2)
+}
+
+fn hall(_: Effort) -> Errors {
+    const GAP: f64 = 5.0e-5;
+    const MIRROR: f32 = 0.9;
+    // Of the one at −z and the one at +z, so that it counts which is met.
+    const DIFFUSE: [f32; 2] = [0.25, 0.5];
+    let mut scene = empty();
+    scene.ambient = [1.0; 3];
+    for (side, diffuse) in [(-1.0, DIFFUSE[0]), (1.0, DIFFUSE[1])] {
+        let chrome = Material {
+            mirror: [MIRROR; 3],
+            ..matt(diffuse)
+        };
+        let (near, far) = (side * GAP / 2.0, side * (GAP / 2.0 + 0.01));
+        let low = DVec3::new(-0.5, -0.5, f64::min(near, far));
+        let high = DVec3::new(0.5, 0.5, f64::max(near, far));
+        add_mesh(&mut scene, cuboid(low, high), chrome);
+    }
+    let Ok(baked) = Baked::<8>::new(&scene) else {
+        return BROKEN;
+    };
+    let mut worst = Worst::NONE;
+    let mut inputs = Inputs::new(402);
+    for depth in 0..=8 {
+        let mut eye = Eye::new(&baked, depth);
+        let light_of = |k: i32, side: usize| f64::from(DIFFUSE[side]) * f64::from(MIRROR).powi(k);
+        for _ in 0..100 {
+            let at = DVec3::new(
+                inputs.range(-0.4, 0.4),
+                inputs.range(-0.4, 0.4),
+                inputs.range(-0.4, 0.4) * GAP,
+            );
+            let way = DVec3::new(
+                inputs.range(-0.1, 0.1),
+                inputs.range(-0.1, 0.1),
+                inputs.sign(),
+            );
+            let Some(ray) = Ray::new(single(at), single(way)) else {
+                continue;
+            };
+            let first = usize::from(way.z > 0.0);
+            let bounces = 0..=i32::from(depth);
+            let expected: f64 = bounces.map(|k| light_of(k, (first + k as usize) % 2)).sum();
+            worst.ours(f64::from(eye.sees(&ray).red) / expected - 1.0);
+            // From mirror to mirror, each ray started off the one it leaves: which is
+            // inside the other.
+            let (mut light, mut ray) = (0.0, ray);
+            for k in 0..=i32::from(depth) {
+                let Some((t, _)) = eye.nearest(&ray) else {
+                    break;
+                };
+                light += light_of(k, usize::from(ray.at(t).z > 0.0));
+                let off = ray.at(t) - Vec3::Z * (OFF * ray.direction().z.signum());
+                let back = ray.direction() * Vec3::new(1.0, 1.0, -1.0);
+                let Some(reflected) = Ray::new(off, back) else {
+                    break;
+                };
+                ray = reflected;
+            }
+            worst.naive(light / expected - 1.0);
+        }
+    }
+    worst.0
+}
+
+/// Down at up to 80°, any way round.
+fn slanting(inputs: &mut Inputs) -> Vec3 {
+    let (sin, cos) = libm::sincos(inputs.range(0.0, 80f64.to_radians()));
+    let across = inputs.across(DVec3::Z);
+    single(across * sin - DVec3::Z * cos).normalize()
+}
+
+/// Of a slab of glass.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Normals {
+    OfFaces,
+    /// Of the vertices, wrong way round.
+    Inwards,
+}
+
+fn slab(way: fn(&mut Inputs) -> Vec3, normals: Normals) -> Errors {
+    const THICK: f64 = 1.0e-5;
+    let mut worst = Worst::NONE;
+    for index in [1.33f32, 1.5, 2.4] {
+        let glass = Material {
+            transmission: [1.0; 3],
+            index_of_refraction: index,
+            ..matt(0.0)
+        };
+        let mut scene = empty();
+        scene.ambient = [1.0; 3];
+        let half = DVec3::new(0.5, 0.5, THICK / 2.0);
+        let mut mesh = cuboid(-half, half);
+        if normals == Normals::Inwards {
+            let inwards = |p: &[f32; 3]| [0.0, 0.0, -p[2].signum()];
+            mesh.normals = mesh.positions.iter().map(inwards).collect();
+        }
+        add_mesh(&mut scene, mesh, glass);
+        for object in &mut scene.objects {
+            object.smooth = normals == Normals::Inwards;
+        }
+        // Wide enough to be seen through the slab at any of the angles.
+        let panel = [DVec3::new(-4.0, -4.0, -0.5), DVec3::new(4.0, 4.0, -0.4)];
+        add_mesh(&mut scene, cuboid(panel[0], panel[1]), matt(1.0));
+        let Ok(baked) = Baked::<8>::new(&scene) else {
+            return BROKEN;
+        };
+        let mut inputs = Inputs::new(403);
+        for depth in 2..=8u8 {
+            let mut eye = Eye::new(&baked, depth);
+            for _ in 0..100 {
+                let way = way(&mut inputs);
+                let middle = Vec3::new(
+                    inputs.range(-0.2, 0.2) as f32,
+                    inputs.range(-0.2, 0.2) as f32,
+                    0.0,
+                );
+                let Some(ray) = Ray::new(middle - way * 0.05, way) else {
+                    continue;
+                };
+                let through = through(f64::from(-way.z), index.into(), depth);
+                worst.ours(f64::from(eye.sees(&ray).green) - through);
+                worst.naive(stepped(&mut eye, &ray, (1.0, index), normals, depth) - through);
+            }
+        }
+    }
+    worst.0
+}
+
+/// What a slab of this index lets through to so many borders: after 2, 4, 6 … What is
+/// not followed further inside leaves at once.
+fn through(cos: f64, index: f64, depth: u8) -> f64 {
+    let Some((r, _)) = exact_refraction(cos, 1.0, index) else {
+        return f64::NAN;
+    };
+    let (mut through, mut inside) = (0.0, 1.0 - r);
+    for borders in 2..=depth {
+        let stays = inside * r;
+        let least = f64::from(shisen_core::frame::LEAST_WEIGHT);
+        let followed = borders < depth && stays >= least;
+        let leaves = if followed { inside - stays } else { inside };
+        if borders % 2 == 0 {
+            through += leaves;
+        }
+        inside -= leaves;
+    }
+    through
+}
+
+/// The light of a ray down through the slab to the panel, where every border starts both
+/// of its rays off itself; by the textbook, from one index of refraction into the other.
+fn stepped(eye: &mut Eye<'_>, ray: &Ray, (m, n): (f32, f32), normals: Normals, depth: u8) -> f64 {
+    let Some((t, _)) = eye.nearest(ray) else {
+        return 0.0;
+    };
+    let at = ray.at(t);
+    if at.z < -0.3 {
+        return 1.0;
+    }
+    if depth == 0 {
+        return 0.0;
+    }
+    let facing = Vec3::NEG_Z * ray.direction().z.signum();
+    let normal = match normals {
+        Normals::OfFaces => facing,
+        Normals::Inwards => -facing,
+    };
+    let mut follow = |way: Vec3, media: (f32, f32), part: f64| {
+        let next = Ray::new(at + way * OFF, way);
+        part * next.map_or(0.0, |ray| stepped(eye, &ray, media, normals, depth - 1))
+    };
+    let back = ray.direction() * Vec3::new(1.0, 1.0, -1.0);
+    match textbook_refraction(ray.direction(), normal, m, n) {
+        Some((r, t, onward)) => {
+            follow(onward, (n, m), f64::from(t)) + follow(back, (m, n), f64::from(r))
+        }
+        None => follow(back, (m, n), 1.0),
+    }
+}
+
+fn balls(effort: Effort) -> Errors {
+    let (mut inputs, mut met_again) = (Inputs::new(404), Verdicts::default());
+    let tries = effort.of(20_000);
+    for exponent in -3..=6 {
+        let size = 10f64.powi(exponent);
+        let mut scene = empty();
+        // What the mirror shows: all white, itself black.
+        scene.background = Background::uniform([1.0; 3]);
+        let mirror = Material {
+            mirror: [1.0; 3],
+            ..matt(0.0)
+        };
+        add(
+            &mut scene,
+            Shape::Sphere {
+                radius: size as f32,
+            },
+            mirror,
+        );
+        let Ok(baked) = Baked::<8>::new(&scene) else {
+            return BROKEN;
+        };
+        let mut eye = Eye::new(&baked, 8);
+        for _ in 0..tries {
+            // Grazing too: a hundredth of them within a thousandth of the rim.
+            let side = inputs.direction();
+            let along = inputs.across(side);
+            let inwards = inputs.magnitude(-5.0, 0.0);
+            let foot = side * (1.0 - inwards) * size;
+            let Some(ray) = aimed(foot - along * 3.0 * size, foot) else {
+                continue;
+            };
+            // The nearest to the rim goes 10⁻⁵ of the radius inside of it.
+            let Some((t, _)) = eye.nearest(&ray) else {
+                return BROKEN;
+            };
+            let at = ray.at(t);
+            let normal = at.normalize();
+            let d = ray.direction().normalize();
+            let reflected = d - normal * (2.0 * d.dot(normal));
+            let again = Ray::new(at + reflected * OFF, reflected).and_then(|ray| eye.nearest(&ray));
+            met_again.wrong(eye.sees(&ray).red < 0.999, again.is_some());
+        }
+    }
+    met_again.of_at_least(tries * 5)
+}

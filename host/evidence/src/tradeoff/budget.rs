@@ -1,0 +1,292 @@
+//! What a frame lacks whose steps are counted out.
+
+use super::frames::{Room, Way, baked, pictures};
+use super::gaze::{NOT_MISSED, UNSEEN};
+use super::metrics::MEASURES;
+use super::{Bench, Cause, Comparison, Figure, Point, Section, TilePrice, Topic, measure, timed};
+use colorous::VIRIDIS;
+use shisen::picture::Picture;
+use shisen::render::{self, Frame};
+use shisen_core::frame::{
+    Budget, FrameJob, Part, Pixel, Place, Progress, Renderer, Spectrum, View, Workspace,
+};
+use std::collections::BTreeMap;
+
+/// Pixels a side of the tiles that steps are given to one after the other.
+const TILE: u32 = 16;
+
+pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
+    let size = bench.effort.pick(128, 256);
+    let room = Room::new(bench, size)?;
+    let baked = baked(bench)?;
+    let truth = room.frame(&baked, &Way::PAPER)?;
+    let mut views = Vec::new();
+    for (view, observer) in room.views(Way::PAPER.lod)? {
+        let scene = baked.scene();
+        views.push((
+            view,
+            render::renderer(&scene, &observer, &room.options, Spectrum::Rgb)?,
+        ));
+    }
+    let need = render(&views, Budget::UNLIMITED, u64::MAX)?.steps;
+    let dearest = dearest(&views)?;
+    let shares: &[u32] = bench.effort.pick(
+        &[1, 5, 10, 20, 35, 50, 70, 90, 100, 102, 200],
+        &[
+            1, 2, 5, 10, 15, 20, 25, 30, 40, 50, 60, 70, 80, 90, 95, 100, 101, 102, 110, 150, 200,
+        ],
+    );
+    let steps = |share: u32| need * u64::from(share) / 100;
+    let measured = bench.in_turns(shares, (0.0, 1.0), |&share| {
+        let (seconds, done) = timed(|| render_within(&views, steps(share), dearest));
+        Ok((seconds, done?))
+    })?;
+    let mut points = Vec::new();
+    // Of each tile, the least share with which it was whole.
+    let mut whole: BTreeMap<TileOf, u32> = BTreeMap::new();
+    for (&share, (time, done)) in shares.iter().zip(measured) {
+        let mut lacking = 0.0;
+        for &tile in &done.tiles {
+            if is_equal(&done, &truth, tile) {
+                whole.entry(tile).or_insert(share);
+            } else {
+                lacking += 1.0 / done.tiles.len() as f64;
+            }
+        }
+        let mut errors = room.error(done.pictures.iter(), &truth).errors();
+        errors.push(Some(100.0 * lacking));
+        errors.push(Some(100.0 * done.steps as f64 / steps(share).max(1) as f64));
+        points.push(Point {
+            errors,
+            seconds: time.median,
+            spread: time.spread,
+            steps: Some(done.steps),
+            ..Point::new(
+                "share of what is needed",
+                format!("{share} %"),
+                [
+                    ("budget_percent", share.into()),
+                    ("budget_steps", steps(share).into()),
+                    ("set_aside_steps", set_aside(dearest).into()),
+                ],
+            )
+        });
+    }
+    let about = about(size, need, dearest);
+    let mut measures = MEASURES.to_vec();
+    measures.push(measure("lacking_percent", "tiles that lack something, %"));
+    measures.push(measure("spent_percent", "taken of what it may, %"));
+    let mut comparison = Comparison::new(
+        ("budgets", "How many steps a frame may take"),
+        "A budget ends at the first pixel that it may not reach; the rest of the frame costs \
+         next to nothing. Above the need and what is set aside nothing changes: at 100 % the \
+         last pixels may still lack.",
+        measures,
+        UNSEEN,
+        points,
+    );
+    comparison.choose_within_too(NOT_MISSED);
+    comparison.logarithmic = true;
+    let mut section = Section::new(Topic::Budget, "Steps of a frame", about, vec![comparison]);
+    section.tiles = whole
+        .iter()
+        .map(|(&(picture, x, y), &percent)| TilePrice {
+            picture,
+            x,
+            y,
+            percent,
+        })
+        .collect();
+    let map = map(&views, &whole)?;
+    section.pictures.push(Figure {
+        caption: "Which tiles pay, the left eye's walls unfolded: the share of the steps with \
+                  which a tile shows all that it should, from dark violet, 1 %, to yellow, \
+                  100 %. Where there is nothing but background it never lacks anything"
+            .to_owned(),
+        picture: room.unfold(&map)?,
+    });
+    let cut = render_within(&views, steps(35), dearest)?;
+    section.pictures.push(Figure {
+        caption: "With 35 % of the steps".to_owned(),
+        picture: room.unfold(&cut.pictures)?,
+    });
+    section.pictures.push(Figure {
+        caption: "With all of them".to_owned(),
+        picture: room.unfold(&pictures(&truth).cloned().collect::<Vec<_>>())?,
+    });
+    Ok(section)
+}
+
+/// What is measured, and how.
+fn about(size: u32, need: u64, dearest: u64) -> String {
+    format!(
+        "The frame of the first section by the paper's levels, {size}² pixels a wall, on one \
+         thread. It needs {need} steps; it may take a share of them, tiles of {TILE}² pixels from \
+         the line of sight outwards, and those that nothing is left for show the background. What \
+         is begun is traced to its end, which takes {dearest} steps at most here (the dearest \
+         pixel with the rays of its block); so many but one are set aside, {:.2} % of the need, \
+         and no frame takes more than it may. The \
+         truth is the same frame with all steps. Rings are those of the walls' own pixels: what \
+         is looked at comes first.",
+        100.0 * set_aside(dearest) as f64 / need.max(1) as f64,
+    )
+}
+
+/// The share of the steps with which each tile is whole, as colours.
+fn map(
+    views: &[(View, Renderer<'_>)],
+    whole: &BTreeMap<TileOf, u32>,
+) -> Result<Vec<Picture>, Cause> {
+    let mut map = Vec::new();
+    for (number, (view, _)) in views.iter().enumerate() {
+        let mut picture = Picture::new(view.columns(), view.rows())?;
+        for (&(part, x, y), &share) in whole.range((number, 0, 0)..(number + 1, 0, 0)) {
+            debug_assert_eq!(part, number);
+            let colour = viridis(f64::from(share.min(100)) / 100.0);
+            for (x, y) in (y..y + TILE).flat_map(|y| (x..x + TILE).map(move |x| (x, y))) {
+                picture.set_pixel(x, y, colour);
+            }
+        }
+        map.push(picture);
+    }
+    Ok(map)
+}
+
+/// A tile by its picture and its first column and row.
+type TileOf = (usize, u32, u32);
+
+/// Whether a tile shows what it should.
+fn is_equal(done: &Done, truth: &Frame, (part, x, y): TileOf) -> bool {
+    let (found, truth) = (&done.pictures[part], &truth.pictures[part].picture);
+    let mut pixels = (y..y + TILE).flat_map(|y| (x..x + TILE).map(move |x| (x, y)));
+    pixels.all(|(x, y)| found.pixel(x, y) == truth.pixel(x, y))
+}
+
+/// A frame that was given a budget.
+struct Done {
+    pictures: Vec<Picture>,
+    /// In their order.
+    tiles: Vec<TileOf>,
+    steps: u64,
+    /// Of its calls.
+    dearest: u64,
+}
+
+/// What of its steps a frame does not touch, so that what it finishes after them is
+/// within them.
+const fn set_aside(dearest: u64) -> u64 {
+    dearest.saturating_sub(1)
+}
+
+/// A frame that takes no more than so many steps.
+fn render_within(views: &[(View, Renderer<'_>)], steps: u64, dearest: u64) -> Result<Done, Cause> {
+    let budget = Budget::steps(steps.saturating_sub(set_aside(dearest)));
+    render(views, budget, u64::MAX)
+}
+
+/// The most steps that what is begun takes to its end: in slices of one step each
+/// pixel has a call of its own, with the rays of its block where it is the first.
+fn dearest(views: &[(View, Renderer<'_>)]) -> Result<u64, Cause> {
+    Ok(render(views, Budget::UNLIMITED, 1)?.dearest)
+}
+
+/// Renders a frame on this thread as firmware does, tile by tile, in calls of so many
+/// steps.
+fn render(views: &[(View, Renderer<'_>)], budget: Budget, slice: u64) -> Result<Done, Cause> {
+    let parts: Vec<Part<'_, '_>> = views
+        .iter()
+        .map(|(view, renderer)| Part {
+            view: *view,
+            renderer,
+        })
+        .collect();
+    let sizes = views.iter().map(|(view, _)| [view.columns(), view.rows()]);
+    let mut pictures = Vec::new();
+    for [columns, rows] in sizes.clone() {
+        pictures.push(Picture::new(columns, rows)?);
+    }
+    let mut places = vec![Place::NONE; FrameJob::tiles_of(sizes, TILE)];
+    let mut pixels = vec![Pixel::default(); (TILE * TILE) as usize];
+    let mut workspace = Workspace::new();
+    let mut job = FrameJob::new(&parts[..], TILE, budget, &mut places)?;
+    let mut tiles = Vec::new();
+    let mut dearest = 0;
+    loop {
+        let (mut slice, before) = (Budget::steps(slice), workspace.statistics.steps);
+        let progress = job.render(&parts[..], &mut pixels, &mut slice, &mut workspace)?;
+        dearest = dearest.max(workspace.statistics.steps - before);
+        match progress {
+            Progress::Tile { part, tile, .. } => {
+                tiles.push((part, tile.x, tile.y));
+                let rows = pixels.chunks_exact(tile.width as usize);
+                for (y, row) in (tile.y..tile.y + tile.height).zip(rows) {
+                    for (x, pixel) in (tile.x..).zip(row) {
+                        let colour = [pixel.red, pixel.green, pixel.blue, pixel.alpha];
+                        pictures[part].set_pixel(x, y, colour);
+                    }
+                }
+            }
+            Progress::BudgetSpent => {}
+            Progress::Finished => break,
+        }
+    }
+    Ok(Done {
+        pictures,
+        tiles,
+        steps: workspace.statistics.steps,
+        dearest,
+    })
+}
+
+/// A colour of the scale, 0 to 1: linear.
+fn viridis(value: f64) -> [f32; 4] {
+    let colour = VIRIDIS.eval_continuous(value);
+    let linear = |channel: u8| (f32::from(channel) / 255.0).powf(2.2);
+    [linear(colour.r), linear(colour.g), linear(colour.b), 1.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Effort;
+    use super::*;
+    use shisen::scene::quadruped::quadruped;
+
+    #[test]
+    fn no_frame_takes_more_steps_than_it_may() {
+        let bench = Bench {
+            effort: Effort::Quick,
+            threads: 1,
+            mesh: &quadruped(),
+            progress: &|_| (),
+        };
+        let room = Room::new(&bench, 48).unwrap();
+        let baked = baked(&bench).unwrap();
+        let mut views = Vec::new();
+        for (view, observer) in room.views(Way::PAPER.lod).unwrap() {
+            let scene = baked.scene();
+            let renderer = render::renderer(&scene, &observer, &room.options, Spectrum::Rgb);
+            views.push((view, renderer.unwrap()));
+        }
+        let need = render(&views, Budget::UNLIMITED, u64::MAX).unwrap().steps;
+        let dearest = dearest(&views).unwrap();
+        assert!(dearest > 1 && dearest < need, "{dearest} of {need}");
+        // Otherwise there would be nothing to set aside.
+        let over = |steps: u64| {
+            let done = render(&views, Budget::steps(steps), u64::MAX).unwrap();
+            done.steps > steps
+        };
+        let mut overrun = 0;
+        for part in 0..=120 {
+            let steps = need * part / 100;
+            let done = render_within(&views, steps, dearest).unwrap();
+            assert!(done.steps <= steps, "{} of {steps}", done.steps);
+            overrun += u32::from(over(steps));
+        }
+        assert!(overrun > 0);
+        for steps in 0..50 {
+            assert!(render_within(&views, steps, dearest).unwrap().steps <= steps);
+        }
+        let whole = render_within(&views, need + dearest, dearest).unwrap();
+        assert_eq!(whole.steps, need);
+    }
+}

@@ -1,0 +1,314 @@
+//! Frames of the paper's scene A before its three walls, for two eyes that look
+//! at one of its animals.
+
+use super::{Bench, Cause, PictureDifference, Ring, Sight};
+use glam::{DVec3, Vec3};
+use serde_json::Value;
+use shisen::bake::Baked;
+use shisen::bake::simplify::PolygonLevels;
+use shisen::cave::{BuiltInCave, Cave, Eye, Viewer, Wall};
+use shisen::picture::Picture;
+use shisen::render::{self, Filling, Frame, Observer, Options};
+use shisen::scene::Scene;
+use shisen::scene::builtin::{PaperScene, paper_scene};
+use shisen::show::overview::net;
+use shisen_core::frame::{LevelOfDetail, View};
+use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
+
+/// The animal above the middle of the front wall: metres.
+const LOOKED_AT: Vec3 = Vec3::new(0.0, 1.05, -3.0);
+
+/// The room, and how its walls are seen.
+pub(super) struct Room {
+    pub(super) cave: Cave,
+    pub(super) options: Options,
+    line_of_sight: LineOfSight,
+    /// Of each picture of a frame, in its order.
+    sights: Vec<Sight>,
+    near: CloseUp,
+}
+
+/// What is looked at, on a screen of its own: the walls have a dozen pixels where
+/// a viewer sees best.
+pub(super) struct CloseUp {
+    cave: Cave,
+    /// Of each eye.
+    sights: Vec<Sight>,
+}
+
+/// Pixels a side of a close-up: 500 of them and more within 1°.
+pub(super) const CLOSE_UP: u32 = 200;
+
+impl CloseUp {
+    /// Of viewers that look along `forward`, not upwards, past the middle of the
+    /// head: 5° all round what the eyes look at, with so many pixels a side.
+    pub(super) fn new(forward: Vec3, eyes: &[Observer], size: u32) -> Result<Self, Cause> {
+        let forward = forward.as_dvec3().normalize();
+        let right = forward.cross(DVec3::Y).normalize();
+        let up = right.cross(forward);
+        // A metre ahead; an eye may be a few centimetres from the middle.
+        let half = 5f64.to_radians().tan() + 0.04;
+        let corner = |x: f64, y: f64| forward + (right * x + up * y) * half;
+        let wall = Wall::new(
+            "close-up",
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(-1.0, 1.0),
+            [size; 2],
+        )?;
+        let mut sights = Vec::new();
+        for eye in eyes {
+            let view = render::view(&wall, eye)?;
+            sights.push(Sight::new(&view, forward.as_vec3()));
+        }
+        let cave = Cave::new(vec![wall])?;
+        Ok(Self { cave, sights })
+    }
+
+    /// Renders it.
+    pub(super) fn frame(
+        &self,
+        baked: &Baked,
+        eyes: &[Observer],
+        options: &Options,
+        filling: Filling<'_>,
+    ) -> Result<Frame, Cause> {
+        let (scene, quiet) = (baked.scene(), |_, _| {});
+        let frame = render::cave_filled(&scene, &self.cave, eyes, options, filling, &quiet)?;
+        Ok(frame)
+    }
+
+    /// How far a frame of it is off another.
+    pub(super) fn error(&self, found: &Frame, truth: &Frame) -> PictureDifference {
+        error(&self.sights, pictures(found), truth)
+    }
+
+    /// Of an eye, within 1°.
+    pub(super) fn pixels_in_the_fovea(&self) -> usize {
+        let of = self.sights.iter().map(|sight| sight.pixels(Ring::Fovea));
+        of.min().unwrap_or(0)
+    }
+}
+
+/// One way to render a frame.
+#[derive(Clone, Copy)]
+pub(super) struct Way<'w> {
+    pub(super) depth: u8,
+    pub(super) samples: u16,
+    pub(super) lod: Option<Lod>,
+    pub(super) filling: Filling<'w>,
+}
+
+/// What follows the gaze.
+#[derive(Clone, Copy)]
+pub(super) struct Lod {
+    pub(super) field: VisualField,
+    pub(super) bounces: bool,
+    pub(super) faces: bool,
+    /// How finely the periphery is sampled, where not at every pixel.
+    pub(super) acuity: Option<Acuity>,
+}
+
+impl Lod {
+    /// The paper's.
+    pub(super) const PAPER: Self = Self {
+        field: VisualField::PAPER,
+        bounces: true,
+        faces: true,
+        acuity: None,
+    };
+
+    /// As `--lod foveated`, by some acuity.
+    pub(super) const fn foveated(acuity: Acuity) -> Self {
+        Self {
+            field: VisualField::WIDEST,
+            bounces: false,
+            faces: false,
+            acuity: Some(acuity),
+        }
+    }
+}
+
+impl Way<'_> {
+    /// Everything in full, as `shisen cave` does unless asked.
+    pub(super) const FULL: Self = Self {
+        depth: 3,
+        samples: 1,
+        lod: None,
+        filling: Filling::Background,
+    };
+
+    /// The paper's method.
+    pub(super) const PAPER: Self = Self {
+        lod: Some(Lod::PAPER),
+        ..Self::FULL
+    };
+
+    /// For reports.
+    pub(super) fn settings(&self) -> Vec<(&'static str, Value)> {
+        let mut settings = vec![
+            ("depth", self.depth.into()),
+            ("samples", self.samples.into()),
+            ("lod", self.lod.is_some().into()),
+        ];
+        if let Some(lod) = &self.lod {
+            let limits = lod.field.limits();
+            let degrees = |angle: f32| Value::from(f64::from(angle.to_degrees().round()));
+            settings.extend([
+                ("bounces_follow", lod.bounces.into()),
+                ("faces_follow", lod.faces.into()),
+                ("central_degrees", degrees(limits.central)),
+                ("up_degrees", degrees(limits.up)),
+                ("side_degrees", degrees(limits.right)),
+            ]);
+            if let Some(acuity) = lod.acuity {
+                settings.push(("acuity_slope", f64::from(acuity.slope()).into()));
+            }
+        }
+        if let Filling::Capture(capture) = &self.filling {
+            settings.push(("capture_size", capture.size.into()));
+        }
+        settings
+    }
+}
+
+impl Room {
+    /// With walls of so many pixels a side.
+    pub(super) fn new(bench: &Bench<'_>, size: u32) -> Result<Self, Cause> {
+        let cave = Cave::built_in(BuiltInCave::ThreeWall, [size; 2])?;
+        let line_of_sight = LineOfSight::new(Vec3::ZERO, LOOKED_AT, Vec3::Y)?;
+        let mut room = Self {
+            cave,
+            options: bench.options(),
+            line_of_sight,
+            sights: Vec::new(),
+            near: CloseUp::new(
+                line_of_sight.forward(),
+                &observers(line_of_sight, None),
+                CLOSE_UP,
+            )?,
+        };
+        let forward = line_of_sight.forward();
+        let sights = room.views(None)?.into_iter();
+        room.sights = sights.map(|(view, _)| Sight::new(&view, forward)).collect();
+        Ok(room)
+    }
+
+    /// The two eyes.
+    pub(super) fn observers(&self, lod: Option<Lod>) -> [Observer; 2] {
+        observers(self.line_of_sight, lod)
+    }
+
+    /// Each picture of a frame, in its order: its rays, and who sees it.
+    pub(super) fn views(&self, lod: Option<Lod>) -> Result<Vec<(View, Observer)>, Cause> {
+        let mut views = Vec::new();
+        for screen in self.cave.screens() {
+            for observer in self.observers(lod) {
+                views.push((render::view(screen, &observer)?, observer));
+            }
+        }
+        Ok(views)
+    }
+
+    fn options(&self, way: &Way<'_>) -> Options {
+        let mut options = self.options;
+        options.settings.depth = way.depth;
+        options.settings.samples = way.samples;
+        options
+    }
+
+    /// What is looked at.
+    pub(super) fn close_up(&self) -> &CloseUp {
+        &self.near
+    }
+
+    /// Renders what is looked at.
+    pub(super) fn near_frame(&self, baked: &Baked, way: &Way<'_>) -> Result<Frame, Cause> {
+        let eyes = self.observers(way.lod);
+        self.near
+            .frame(baked, &eyes, &self.options(way), way.filling)
+    }
+
+    /// Renders one.
+    pub(super) fn frame(&self, baked: &Baked, way: &Way<'_>) -> Result<Frame, Cause> {
+        let options = self.options(way);
+        let eyes = self.observers(way.lod);
+        let (scene, quiet) = (baked.scene(), |_, _| {});
+        let frame = render::cave_filled(&scene, &self.cave, &eyes, &options, way.filling, &quiet)?;
+        Ok(frame)
+    }
+
+    /// How far a frame is off another.
+    pub(super) fn error<'p>(
+        &self,
+        found: impl Iterator<Item = &'p Picture>,
+        truth: &'p Frame,
+    ) -> PictureDifference {
+        error(&self.sights, found, truth)
+    }
+
+    /// What the left eye sees of something, unfolded; pictures in the order of a
+    /// frame's.
+    pub(super) fn unfold(&self, pictures: &[Picture]) -> Result<Picture, Cause> {
+        let of_left = pictures.iter().step_by(Eye::STEREO.len());
+        let screens: Vec<_> = self.cave.screens().zip(of_left).collect();
+        Ok(net::unfold(&screens)?)
+    }
+
+    /// Pixels a degree at the middle of a wall.
+    pub(super) fn pixels_per_degree(&self) -> f32 {
+        let of = self.sights.iter().map(Sight::pixels_per_degree);
+        of.fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// Two eyes in the middle of the room.
+fn observers(line_of_sight: LineOfSight, lod: Option<Lod>) -> [Observer; 2] {
+    let viewer = Viewer::default();
+    Eye::STEREO.map(|eye| Observer {
+        lod: lod.map(|lod| LevelOfDetail {
+            gaze: Gaze::new(line_of_sight, lod.field),
+            bounces: lod.bounces,
+            faces: lod.faces,
+        }),
+        acuity: lod.and_then(|lod| lod.acuity),
+        ..Observer::new(eye, viewer.eye(eye))
+    })
+}
+
+/// How far pictures are off those of a frame, in its order.
+fn error<'p>(
+    sights: &[Sight],
+    found: impl Iterator<Item = &'p Picture>,
+    truth: &'p Frame,
+) -> PictureDifference {
+    let pairs = sights.iter().zip(found.zip(pictures(truth)));
+    let pairs: Vec<_> = pairs
+        .map(|(sight, (found, truth))| (sight, found, truth))
+        .collect();
+    PictureDifference::new(&pairs)
+}
+
+/// All pictures of a frame.
+pub(super) fn pictures(frame: &Frame) -> impl Iterator<Item = &Picture> {
+    frame.pictures.iter().map(|one| &one.picture)
+}
+
+/// Scene A with the bench's mesh.
+pub(super) fn scene(bench: &Bench<'_>) -> Result<Scene, Cause> {
+    Ok(paper_scene(PaperScene::A, bench.mesh.clone())?)
+}
+
+/// Scene A with the polygon levels that `shisen cave` gives it.
+pub(super) fn baked(bench: &Bench<'_>) -> Result<Baked, Cause> {
+    with_faces(&scene(bench)?, PolygonLevels::FEWEST_FACES, u32::MAX, RUNGS)
+}
+
+/// Polygon levels unless asked for.
+pub(super) const RUNGS: u32 = shisen::bake::Layout::Fast.polygon_levels();
+
+/// With faces from `min` to `max`, or as many as there are, in so many levels.
+pub(super) fn with_faces(scene: &Scene, min: u32, max: u32, rungs: u32) -> Result<Baked, Cause> {
+    let levels = PolygonLevels::new(min..=max, rungs)?;
+    Ok(Baked::with_levels(scene, &levels)?)
+}

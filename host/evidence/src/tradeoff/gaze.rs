@@ -1,0 +1,460 @@
+//! Detail that follows the gaze, against full tracing.
+
+use super::frames::{Lod, RUNGS, Room, Way, pictures, scene, with_faces};
+use super::metrics::{LEAST_PIXELS_PER_DEGREE, MEASURES};
+use super::{Bench, Cause, Comparison, Effort, Figure, Limit, Point, Section, Topic};
+use serde_json::Value;
+use shisen::bake::Baked;
+use shisen::picture::Picture;
+use shisen::render::{CaptureOptions, Filling, Frame};
+use shisen::show::lod;
+use shisen_core::gaze::{Acuity, Boundary, VisualField, VisualFieldLimits};
+
+/// What is as good as nothing, of FLIP by acuity. FLIP of a difference of 1 of CIELAB,
+/// which is just visible side by side, is 0.057: this is a 57th of it. Were all of the loss
+/// just visible, 1.7 % of what is seen would have it; were it total (1, as black for white),
+/// 0.1 %. A convention, of no trial with people: the picture passes for that of full
+/// tracing.
+pub(super) const UNSEEN: Limit = Limit {
+    error: 0.001,
+    because: "unseen: as if 1.7 % of what is seen were off by what is just visible side by side",
+};
+
+/// What may be missing at the border of the field of view, of FLIP by acuity: ten times
+/// [`UNSEEN`]. Were all of the loss just visible, 17 % of what is seen would have it; were it
+/// total, 1 %. A convention, too: to be found where both pictures are compared, and seldom
+/// missed where there is one alone.
+pub(super) const NOT_MISSED: Limit = Limit {
+    error: 0.01,
+    because: "with losses that are not missed: as if 1 % of what is seen, or of the cortex \
+              that sees it, were replaced altogether, as black by white",
+};
+
+pub(super) fn section(bench: &Bench<'_>) -> Result<Section, Cause> {
+    let size = bench.effort.pick(128, 256);
+    let room = Room::new(bench, size)?;
+    let scenes = Scenes::new(bench)?;
+    let about = format!(
+        "The paper's scene A (mirrors all round) on three walls of {size}² pixels, {:.1} pixels \
+         a degree at the least, for two eyes that look at the animal above the middle of the \
+         front wall. Errors are against full tracing of the same view: FLIP from 0 (equal) to 1, \
+         at {}; the peak signal-to-noise \
+         ratio, none where nothing differs; structural similarity up to 1 (equal). They are taken \
+         over all pixels, in rings round the line of sight (the fovea to 1°, the parafovea to 5°, \
+         the periphery beyond: Rayner 1998; the first two on a screen of their own with {} pixels \
+         within 1° for each eye, which is in no time and no step), and, by acuity, weighted by the part of the visual cortex that sees a \
+         pixel: its solid angle times the square of 17.3 mm / (E + 0.75°), E being its \
+         eccentricity (Horton & Hoyt 1991), to 5° of that screen, beyond of the walls. What follows the gaze is whether rays are traced at \
+         all, how often they bounce, and what faces they see; and, of peripheral sampling, how many \
+         pixels have a ray of their own.",
+        room.pixels_per_degree(),
+        flip_at(room.pixels_per_degree()),
+        room.close_up().pixels_in_the_fovea(),
+    );
+    let (methods, [full, paper]) = methods(bench, &room, &scenes)?;
+    let depths = depths(bench, &room, &scenes)?;
+    let samples = samples(bench, &room, &scenes)?;
+    let comparisons = vec![methods, depths, samples];
+    let mut section = Section::new(
+        Topic::Gaze,
+        "Detail that follows the gaze",
+        about,
+        comparisons,
+    );
+    section.pictures = figures(&room, &full, &paper)?;
+    Ok(section)
+}
+
+/// At how many pixels a degree FLIP is taken of walls that have so many, for people.
+fn flip_at(pixels_per_degree: f32) -> String {
+    if pixels_per_degree < LEAST_PIXELS_PER_DEGREE {
+        format!(
+            "{LEAST_PIXELS_PER_DEGREE} pixels a degree, the fewest that it has filters for: these \
+             walls have fewer, and it is as if they were seen from {:.1} times as far, where \
+             detail counts for less",
+            LEAST_PIXELS_PER_DEGREE / pixels_per_degree
+        )
+    } else {
+        format!("the {pixels_per_degree:.1} of the walls")
+    }
+}
+
+/// Scene A with different polygon levels.
+struct Scenes {
+    /// The fewest and the most faces of a mesh and the levels between them, the
+    /// usual ones first.
+    all: Vec<(u32, u32, u32, Baked)>,
+}
+
+impl Scenes {
+    fn new(bench: &Bench<'_>) -> Result<Self, Cause> {
+        let scene = scene(bench)?;
+        let all = u32::MAX;
+        let mut wanted = vec![(500, all, RUNGS), (2_000, all, RUNGS), (500, all, 4)];
+        wanted.extend([(500, 2_000, 2)]);
+        if bench.effort == Effort::Full {
+            wanted.extend([(100, all, RUNGS), (250, all, RUNGS), (1_000, all, RUNGS)]);
+            wanted.extend([(500, all, 2), (500, all, 8), (500, all, 40)]);
+            wanted.extend([(500, 1_000, 2), (500, 4_000, 2)]);
+        }
+        let bake = |(min, max, rungs)| {
+            let baked = with_faces(&scene, min, max, rungs)?;
+            Ok((min, max, rungs, baked))
+        };
+        let all: Result<_, Cause> = wanted.into_iter().map(bake).collect();
+        Ok(Self { all: all? })
+    }
+
+    /// As `shisen cave` bakes it.
+    fn usual(&self) -> &Baked {
+        &self.all[0].3
+    }
+}
+
+/// A point and what it is measured by.
+struct Asked<'a> {
+    series: &'static str,
+    name: String,
+    scene: &'a Baked,
+    faces: Option<(u32, u32, u32)>,
+    way: Way<'a>,
+}
+
+impl<'a> Asked<'a> {
+    fn new(series: &'static str, name: impl Into<String>, scene: &'a Baked, way: Way<'a>) -> Self {
+        Self {
+            series,
+            name: name.into(),
+            scene,
+            faces: None,
+            way,
+        }
+    }
+
+    fn point(&self) -> Point {
+        let mut settings = self.way.settings();
+        if let Some((min, max, rungs)) = self.faces {
+            settings.push(("fewest_faces", min.into()));
+            let max = if max == u32::MAX {
+                Value::Null
+            } else {
+                max.into()
+            };
+            settings.push(("most_faces", max));
+            settings.push(("polygon_levels", rungs.into()));
+        }
+        Point::new(self.series, self.name.clone(), settings)
+    }
+}
+
+/// Frames of several ways as points, against the first of them or another; and the
+/// frames.
+fn points(
+    bench: &Bench<'_>,
+    room: &Room,
+    asked: &[Asked<'_>],
+    truth: Option<(&Baked, &Way<'_>)>,
+    share: (f64, f64),
+) -> Result<(Vec<Point>, Vec<Frame>), Cause> {
+    let measured = bench.in_turns(asked, share, |one| {
+        let frame = room.frame(one.scene, &one.way)?;
+        Ok((frame.seconds, frame))
+    })?;
+    let (scene, way) = truth.unwrap_or((asked[0].scene, &asked[0].way));
+    let near_truth = room.near_frame(scene, way)?;
+    let truth = match truth {
+        Some((scene, way)) => room.frame(scene, way)?,
+        None => measured[0].1.clone(),
+    };
+    let mut points = Vec::new();
+    let mut frames = Vec::new();
+    for (one, (time, frame)) in asked.iter().zip(measured) {
+        let near = room.near_frame(one.scene, &one.way)?;
+        let near = room.close_up().error(&near, &near_truth);
+        let error = room.error(pictures(&frame), &truth).with_middle_of(&near);
+        points.push(Point {
+            errors: error.errors(),
+            seconds: time.median,
+            spread: time.spread,
+            steps: Some(frame.statistics.steps),
+            ..one.point()
+        });
+        frames.push(frame);
+    }
+    Ok((points, frames))
+}
+
+/// All ways to follow the gaze; and the frames in full and by the paper.
+fn methods(
+    bench: &Bench<'_>,
+    room: &Room,
+    scenes: &Scenes,
+) -> Result<(Comparison, [Frame; 2]), Cause> {
+    let usual = scenes.usual();
+    let with = |lod: Lod| Way {
+        lod: Some(lod),
+        ..Way::FULL
+    };
+    let field = |field: VisualField| {
+        with(Lod {
+            field,
+            ..Lod::PAPER
+        })
+    };
+    let mut asked = vec![
+        Asked::new("all in full", "full", usual, Way::FULL),
+        Asked::new("method", "paper", usual, Way::PAPER),
+        Asked::new(
+            "method",
+            "paper-ellipse",
+            usual,
+            field(VisualField::PAPER.with_boundary(Boundary::Ellipse)),
+        ),
+    ];
+    for (name, bounces, faces) in [
+        ("rays only", false, false),
+        ("rays and bounces", true, false),
+        ("rays and faces", false, true),
+    ] {
+        let lod = Lod {
+            bounces,
+            faces,
+            ..Lod::PAPER
+        };
+        asked.push(Asked::new("method", name, usual, with(lod)));
+    }
+    asked.extend(foveated(bench, usual));
+    for degrees in bench
+        .effort
+        .pick(&[5u16, 15, 45][..], &[2, 5, 10, 15, 20, 25, 40, 50])
+    {
+        let name = format!("full to {degrees}°");
+        asked.push(Asked::new(
+            "cut-offs",
+            name,
+            usual,
+            field(central(*degrees)?),
+        ));
+    }
+    for degrees in bench.effort.pick(&[-20i8, 20][..], &[-20, -10, 10, 20, 30]) {
+        let sign = if *degrees < 0 { "−" } else { "+" };
+        let name = format!("border {sign}{}°", degrees.unsigned_abs());
+        asked.push(Asked::new(
+            "cut-offs",
+            name,
+            usual,
+            field(border(*degrees)?),
+        ));
+    }
+    for &(min, max, rungs, ref scene) in &scenes.all[1..] {
+        let (series, name, way) = match max {
+            u32::MAX if rungs == RUNGS => ("faces", format!("from {min} faces"), Way::PAPER),
+            u32::MAX => ("faces", format!("{rungs} levels"), Way::PAPER),
+            _ => ("fewer faces everywhere", format!("{max} faces"), Way::FULL),
+        };
+        asked.push(Asked {
+            faces: Some((min, max, rungs)),
+            ..Asked::new(series, name, scene, way)
+        });
+    }
+    for &size in bench
+        .effort
+        .pick(&[64u32, 128][..], &[32, 64, 128, 256, 512])
+    {
+        let capture = CaptureOptions {
+            size,
+            ..CaptureOptions::default()
+        };
+        let way = Way {
+            filling: Filling::Capture(capture),
+            ..Way::PAPER
+        };
+        asked.push(Asked::new(
+            "filled by a capture",
+            format!("capture {size}²"),
+            usual,
+            way,
+        ));
+    }
+    let (points, mut frames) = points(bench, room, &asked, None, (0.0, 0.6))?;
+    let about = "What follows the gaze (rays, bounces, faces), where full detail ends and \
+                 tracing ends, how many faces meshes have at the border and everywhere, and what \
+                 fills what is not traced. The truth is everything in full, three bounces, one \
+                 ray a pixel.";
+    let title = ("methods", "What follows the gaze");
+    let mut comparison = Comparison::new(title, about, MEASURES.to_vec(), NOT_MISSED, points);
+    comparison.choose_within_too(UNSEEN);
+    comparison.logarithmic = true;
+    let paper = frames.swap_remove(1);
+    let full = frames.swap_remove(0);
+    Ok((comparison, [full, paper]))
+}
+
+/// Fewer rays in the periphery, and fewer still.
+fn foveated<'a>(bench: &Bench<'_>, usual: &'a Baked) -> Vec<Asked<'a>> {
+    let point = |name: String, lod: Lod| {
+        let way = Way {
+            lod: Some(lod),
+            ..Way::FULL
+        };
+        Asked::new("peripheral sampling", name, usual, way)
+    };
+    let levels = Lod {
+        acuity: Some(Acuity::GUENTER),
+        ..Lod::PAPER
+    };
+    let mut asked = vec![
+        point("foveated".to_owned(), Lod::foveated(Acuity::GUENTER)),
+        point("foveated, the paper's levels".to_owned(), levels),
+    ];
+    let coarser = bench
+        .effort
+        .pick(&[2.0f32, 4.0][..], &[1.5, 2.0, 3.0, 4.0, 8.0]);
+    asked.extend(coarser.iter().map(|&times| {
+        let name = format!("foveated, {times} times as coarse");
+        point(name, Lod::foveated(Acuity::GUENTER.steeper(times)))
+    }));
+    asked
+}
+
+/// The paper's field with another central one.
+fn central(degrees: u16) -> Result<VisualField, Cause> {
+    let paper = VisualField::PAPER;
+    let limits = VisualFieldLimits {
+        central: f32::from(degrees).to_radians(),
+        ..paper.limits()
+    };
+    Ok(VisualField::new(limits, paper.boundary())?)
+}
+
+/// The paper's field with its border so much farther out, as far as fields go.
+fn border(degrees: i8) -> Result<VisualField, Cause> {
+    let paper = VisualField::PAPER;
+    let by = f32::from(degrees).to_radians();
+    let limits = paper.limits();
+    let upright = |limit: f32| (limit + by).min(std::f32::consts::FRAC_PI_2);
+    let limits = VisualFieldLimits {
+        central: limits.central,
+        up: upright(limits.up),
+        down: upright(limits.down),
+        left: limits.left + by,
+        right: limits.right + by,
+    };
+    Ok(VisualField::new(limits, paper.boundary())?)
+}
+
+/// How often rays bounce, with and without the gaze.
+fn depths(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison, Cause> {
+    let deepest = 8;
+    let way = |depth: u8, way: Way<'static>| Way { depth, ..way };
+    let mut asked = Vec::new();
+    for depth in 0..=5 {
+        let name = format!("depth {depth}");
+        asked.push(Asked::new(
+            "everywhere",
+            name,
+            scenes.usual(),
+            way(depth, Way::FULL),
+        ));
+    }
+    for depth in bench.effort.pick(&[1u8, 3, 5][..], &[0, 1, 2, 3, 4, 5]) {
+        let name = format!("paper, depth {depth}");
+        asked.push(Asked::new(
+            "paper",
+            name,
+            scenes.usual(),
+            way(*depth, Way::PAPER),
+        ));
+    }
+    let truth = (scenes.usual(), &way(deepest, Way::FULL));
+    let (points, _) = points(bench, room, &asked, Some(truth), (0.6, 0.8))?;
+    let about = format!(
+        "Reflections after one another, in all pixels, and with the paper's levels, which leave \
+         fewer of them farther out. The truth is full tracing with {deepest}."
+    );
+    let title = ("depths", "How often rays bounce");
+    let mut comparison = Comparison::new(title, about, MEASURES.to_vec(), UNSEEN, points);
+    comparison.choose_within_too(NOT_MISSED);
+    Ok(comparison)
+}
+
+/// How many rays a pixel has, with and without the gaze.
+fn samples(bench: &Bench<'_>, room: &Room, scenes: &Scenes) -> Result<Comparison, Cause> {
+    let finest = bench.effort.pick(32, 64);
+    let way = |samples: u16, way: Way<'static>| Way { samples, ..way };
+    let mut asked = Vec::new();
+    for &samples in bench.effort.pick(&[1u16, 2, 4, 8][..], &[1, 2, 4, 8, 16]) {
+        for (series, of) in [("everywhere", Way::FULL), ("paper", Way::PAPER)] {
+            let plural = if samples == 1 { "" } else { "s" };
+            let lod = if series == "paper" { "paper, " } else { "" };
+            let name = format!("{lod}{samples} ray{plural}");
+            asked.push(Asked::new(series, name, scenes.usual(), way(samples, of)));
+        }
+    }
+    let truth = (scenes.usual(), &way(finest, Way::FULL));
+    let (points, _) = points(bench, room, &asked, Some(truth), (0.8, 1.0))?;
+    let about = format!(
+        "Rays a pixel, in all pixels, and where the paper's levels leave any. The truth is full \
+         tracing with {finest}."
+    );
+    let title = ("samples", "How many rays a pixel has");
+    let mut comparison = Comparison::new(title, about, MEASURES.to_vec(), UNSEEN, points);
+    comparison.choose_within_too(NOT_MISSED);
+    Ok(comparison)
+}
+
+/// What the paper's method does, for the left eye.
+fn figures(room: &Room, full: &Frame, paper: &Frame) -> Result<Vec<Figure>, Cause> {
+    let copies = |frame: &Frame| pictures(frame).cloned().collect::<Vec<Picture>>();
+    let (full, paper) = (copies(full), copies(paper));
+    let pairs = paper.iter().zip(&full);
+    let differences: Result<Vec<Picture>, _> = pairs.map(|(a, b)| lod::difference(a, b)).collect();
+    [
+        ("Everything in full, the left eye's walls unfolded", &full),
+        (
+            "By the paper's levels: the viewer looks at the upper animal of the front wall",
+            &paper,
+        ),
+        (
+            "What differs: black nothing, white a quarter of the range and more",
+            &differences?,
+        ),
+    ]
+    .into_iter()
+    .map(|(caption, pictures)| {
+        Ok(Figure {
+            caption: caption.to_owned(),
+            picture: room.unfold(pictures)?,
+        })
+    })
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_says_where_flip_is_taken_at_more_pixels_than_there_are() {
+        let few = flip_at(1.1);
+        assert!(
+            few.starts_with("2 pixels a degree, the fewest") && few.contains("1.8 times"),
+            "{few}"
+        );
+        assert_eq!(flip_at(2.25), "the 2.2 of the walls");
+    }
+
+    /// Equations 7 to 10 of FLIP's paper, of a difference without an edge.
+    #[test]
+    fn limits_are_the_parts_of_what_is_seen_that_they_say() {
+        let flip = |lab: f64| 0.95 / 0.4 * libm::pow(lab / 203.4, 0.7);
+        let just_visible = flip(1.0);
+        assert!((just_visible - 0.057).abs() < 6e-4, "{just_visible}");
+        let percent = |limit: &Limit| format!("{:.1} %", 100.0 * limit.error / just_visible);
+        assert_eq!(percent(&UNSEEN), "1.7 %");
+        assert!(UNSEEN.because.contains("as if 1.7 %"));
+        assert_eq!(percent(&NOT_MISSED), "17.4 %");
+        assert!(NOT_MISSED.because.contains("as if 1 %"));
+        assert_eq!(NOT_MISSED.error, 0.01);
+    }
+}

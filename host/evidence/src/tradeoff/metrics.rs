@@ -1,0 +1,319 @@
+//! How far a picture is from the one that it should be, and who would see it.
+//!
+//! Three measures, each of what a display shows: the peak signal-to-noise ratio
+//! of its 8-bit codes; FLIP (Andersson et al., 2020), 0 for equal to 1, at the
+//! display's own pixels per degree, or 2, which it needs; and structural
+//! similarity (Wang et al., "Image Quality Assessment: From Error Visibility to
+//! Structural Similarity", 2004) of its luma, 1 for equal.
+//!
+//! Each is taken over all pixels, over those of each [`Ring`] round the line of
+//! sight, and weighted by how much of the primary visual cortex looks at a pixel:
+//! its solid angle times the square of Horton & Hoyt's magnification, 17.3 mm by
+//! E + 0.75°, of its eccentricity E ("The Representation of the Visual Field in
+//! Human Striate Cortex", 1991).
+
+mod similarity;
+
+use super::{Measure, measure};
+use glam::Vec3;
+use nv_flip::FlipImageRgb8;
+use rayon::prelude::*;
+use shisen::picture::{Picture, srgb_from_linear};
+use shisen_core::frame::View;
+use similarity::similarities;
+
+/// At which FLIP is taken of what has fewer, too: as if seen from farther, where detail
+/// counts for less. With fewer its filters of edges and points have no weights: a Gaussian's, of
+/// 0.041° in the middle of a pixel, are 0 in its neighbours.
+pub(super) const LEAST_PIXELS_PER_DEGREE: f32 = 2.0;
+
+/// A part of the field of view, by degrees from the line of sight: Rayner's, "Eye
+/// Movements in Reading and Information Processing", 1998.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ring {
+    /// To 1°: what is looked at.
+    Fovea,
+    /// To 5°.
+    Parafovea,
+    /// Beyond.
+    Periphery,
+}
+
+impl Ring {
+    /// All of them, from the middle outwards.
+    pub const ALL: [Self; 3] = [Self::Fovea, Self::Parafovea, Self::Periphery];
+
+    /// Of so many degrees from the line of sight.
+    pub fn of(degrees: f32) -> Self {
+        match degrees {
+            ..=1.0 => Self::Fovea,
+            ..=5.0 => Self::Parafovea,
+            _ => Self::Periphery,
+        }
+    }
+}
+
+/// How a viewer sees the pixels of a view.
+#[derive(Debug, Clone)]
+pub struct Sight {
+    rings: Vec<Ring>,
+    /// In proportion to the cortex that sees the pixel; 0 where it shows nothing.
+    weights: Vec<f64>,
+    /// Where there are fewest.
+    pixels_per_degree: f32,
+}
+
+impl Sight {
+    /// Of a viewer who looks along `forward`, of any length but zero.
+    pub fn new(view: &View, forward: Vec3) -> Self {
+        let forward = forward.as_dvec3().normalize_or_zero();
+        let towards = |x: f32, y: f32| {
+            let direction = view.direction(x, y)?;
+            Some(direction.as_dvec3().normalize_or_zero())
+        };
+        let (mut rings, mut weights) = (Vec::new(), Vec::new());
+        let mut widest: f64 = 0.0;
+        for y in 0..view.rows() {
+            for x in 0..view.columns() {
+                let (x, y) = (x as f32, y as f32);
+                let edges = [(-0.5, 0.0), (0.5, 0.0), (0.0, -0.5), (0.0, 0.5)];
+                let edges = edges.map(|(right, down)| towards(x + right, y + down));
+                let (Some(middle), [Some(left), Some(right), Some(above), Some(below)]) =
+                    (towards(x, y), edges)
+                else {
+                    rings.push(Ring::Periphery);
+                    weights.push(0.0);
+                    continue;
+                };
+                let across = right - left;
+                widest = widest.max(across.length());
+                let apart = middle.cross(forward).length();
+                let degrees = libm::atan2(apart, middle.dot(forward)).to_degrees();
+                let magnification = 17.3 / (degrees + 0.75);
+                rings.push(Ring::of(degrees as f32));
+                weights.push(across.cross(below - above).length() * magnification * magnification);
+            }
+        }
+        Self {
+            rings,
+            weights,
+            pixels_per_degree: (1.0 / widest.to_degrees()) as f32,
+        }
+    }
+
+    /// How many pixels are in a ring.
+    pub fn pixels(&self, ring: Ring) -> usize {
+        let seen = self.rings.iter().zip(&self.weights);
+        seen.filter(|&(of, &weight)| *of == ring && weight > 0.0)
+            .count()
+    }
+
+    /// Where the viewer has fewest: of a wall, at the foot of the perpendicular.
+    pub const fn pixels_per_degree(&self) -> f32 {
+        self.pixels_per_degree
+    }
+}
+
+/// The measures over some pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// Decibels; `None` where nothing differs.
+    pub psnr: Option<f64>,
+    /// 0 to 1, less is better; where there are fewer than 2 pixels a degree, as if seen
+    /// from as far as there are 2.
+    pub flip: f64,
+    /// −1 to 1, more is better.
+    pub ssim: f64,
+}
+
+impl Quality {
+    /// Of what nobody can tell apart.
+    const EQUAL: Self = Self {
+        psnr: None,
+        flip: 0.0,
+        ssim: 1.0,
+    };
+}
+
+/// How far pictures are from what they should be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PictureDifference {
+    /// All pixels alike.
+    pub all: Quality,
+    /// Weighted by the cortex that sees them.
+    pub weighted: Quality,
+    /// Of each [`Ring`]; `None` where it has no pixels.
+    pub rings: [Option<Quality>; 3],
+    /// What `weighted` is of, ring by ring.
+    by_acuity: [Sum; 3],
+}
+
+impl PictureDifference {
+    /// Of the pictures of a frame, each with how it is seen: as it was found, and
+    /// as it should be. Pictures have the pixels of their view.
+    pub fn new(pictures: &[(&Sight, &Picture, &Picture)]) -> Self {
+        let sums: Vec<Sums> = pictures
+            .par_iter()
+            .map(|&(sight, found, truth)| sums(sight, found, truth))
+            .collect();
+        let of_rings = |of: fn(&Sums) -> &[Sum; 3]| {
+            [0, 1, 2].map(|ring| Sum::total(sums.iter().map(|sums| &of(sums)[ring])))
+        };
+        let all = Sum::total(sums.iter().map(|sums| &sums.all));
+        let by_acuity = of_rings(|sums| &sums.by_acuity);
+        let weighted = Sum::total(&by_acuity);
+        Self {
+            all: all.quality().unwrap_or(Quality::EQUAL),
+            weighted: weighted.quality().unwrap_or(Quality::EQUAL),
+            rings: of_rings(|sums| &sums.by_pixels).map(|sum| sum.quality()),
+            by_acuity,
+        }
+    }
+}
+
+/// What [`PictureDifference::errors`] are.
+pub(super) const MEASURES: [Measure; 15] = [
+    measure("flip_weighted", "FLIP by acuity"),
+    measure("flip_fovea", "FLIP to 1°"),
+    measure("flip_parafovea", "FLIP to 5°"),
+    measure("flip_periphery", "FLIP beyond"),
+    measure("flip", "FLIP"),
+    measure("psnr_weighted_db", "PSNR by acuity, dB"),
+    measure("psnr_fovea_db", "PSNR to 1°, dB"),
+    measure("psnr_parafovea_db", "PSNR to 5°, dB"),
+    measure("psnr_periphery_db", "PSNR beyond, dB"),
+    measure("psnr_db", "PSNR, dB"),
+    measure("ssim_weighted", "SSIM by acuity"),
+    measure("ssim_fovea", "SSIM to 1°"),
+    measure("ssim_parafovea", "SSIM to 5°"),
+    measure("ssim_periphery", "SSIM beyond"),
+    measure("ssim", "SSIM"),
+];
+
+impl PictureDifference {
+    /// With the fovea and the parafovea of pictures that have more pixels there, for the
+    /// same eyes: in the rings, and in what is weighted. Weights are of solid angles, so
+    /// that those of fine pixels and of coarse ones add up.
+    pub(super) fn with_middle_of(mut self, near: &Self) -> Self {
+        self.rings[..2].copy_from_slice(&near.rings[..2]);
+        self.by_acuity[..2].copy_from_slice(&near.by_acuity[..2]);
+        let weighted = Sum::total(&self.by_acuity).quality();
+        self.weighted = weighted.unwrap_or(Quality::EQUAL);
+        self
+    }
+
+    /// By [`MEASURES`].
+    pub(super) fn errors(&self) -> Vec<Option<f64>> {
+        let [fovea, parafovea, periphery] = self.rings;
+        let parts = [
+            Some(self.weighted),
+            fovea,
+            parafovea,
+            periphery,
+            Some(self.all),
+        ];
+        let by = |of: fn(Quality) -> Option<f64>| parts.map(|part| part.and_then(of));
+        let flip = by(|one| Some(one.flip));
+        let ssim = by(|one| Some(one.ssim));
+        [flip, by(|one| one.psnr), ssim].concat()
+    }
+}
+
+fn sums(sight: &Sight, found: &Picture, truth: &Picture) -> Sums {
+    let codes = [found, truth].map(|picture| {
+        let pixels = picture.pixels.iter();
+        let codes = pixels.map(|&[r, g, b, _]| [r, g, b].map(srgb_from_linear));
+        codes.collect::<Vec<[u8; 3]>>()
+    });
+    let [found_codes, true_codes] = &codes;
+    let (width, height) = (truth.width, truth.height);
+    // Equal pictures are not worth the time.
+    let maps = (found_codes != true_codes).then(|| {
+        let image =
+            |codes: &[[u8; 3]]| FlipImageRgb8::with_data(width, height, codes.as_flattened());
+        let pixels_per_degree = sight.pixels_per_degree.max(LEAST_PIXELS_PER_DEGREE);
+        let flip = nv_flip::flip(image(true_codes), image(found_codes), pixels_per_degree);
+        let luma = |codes: &[[u8; 3]]| codes.iter().copied().map(luma).collect::<Vec<f64>>();
+        let ssim = similarities(&luma(found_codes), &luma(true_codes), width as usize);
+        (flip.to_vec(), ssim)
+    });
+    let mut sums = Sums::default();
+    for (index, (ring, &weight)) in sight.rings.iter().zip(&sight.weights).enumerate() {
+        if weight == 0.0 {
+            continue;
+        }
+        let (mut squares, mut flip, mut ssim) = (0.0, 0.0, 1.0);
+        if let Some((flips, similarities)) = &maps {
+            for (&a, &b) in found_codes[index].iter().zip(&true_codes[index]) {
+                let off = f64::from(a) - f64::from(b);
+                squares += off * off / 3.0;
+            }
+            flip = f64::from(flips[index]);
+            ssim = similarities[index];
+        }
+        let of_pixel = |weight: f64| Sum {
+            weight,
+            squares: weight * squares,
+            flip: weight * flip,
+            ssim: weight * ssim,
+        };
+        sums.all.add(&of_pixel(1.0));
+        sums.by_pixels[*ring as usize].add(&of_pixel(1.0));
+        sums.by_acuity[*ring as usize].add(&of_pixel(weight));
+    }
+    sums
+}
+
+/// Rec. 709's, of codes as they are.
+fn luma([red, green, blue]: [u8; 3]) -> f64 {
+    0.2126 * f64::from(red) + 0.7152 * f64::from(green) + 0.0722 * f64::from(blue)
+}
+
+/// Of a picture.
+#[derive(Default)]
+struct Sums {
+    all: Sum,
+    /// Of each ring, where each pixel is as much as another.
+    by_pixels: [Sum; 3],
+    /// The same by the cortex that sees them.
+    by_acuity: [Sum; 3],
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Sum {
+    weight: f64,
+    squares: f64,
+    flip: f64,
+    ssim: f64,
+}
+
+impl Sum {
+    fn total<'s>(of: impl IntoIterator<Item = &'s Self>) -> Self {
+        let mut total = Self::default();
+        for sum in of {
+            total.add(sum);
+        }
+        total
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.weight += other.weight;
+        self.squares += other.squares;
+        self.flip += other.flip;
+        self.ssim += other.ssim;
+    }
+
+    fn quality(&self) -> Option<Quality> {
+        (self.weight > 0.0).then(|| {
+            let mean_square = self.squares / self.weight;
+            Quality {
+                psnr: (mean_square > 0.0).then(|| 10.0 * libm::log10(255.0 * 255.0 / mean_square)),
+                flip: self.flip / self.weight,
+                ssim: self.ssim / self.weight,
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,480 @@
+//! The report as one page that needs nothing else: HTML, with charts as SVG and
+//! pictures as PNG in it, and no script.
+
+mod notes;
+
+use super::table::plain;
+use super::{Comparison, Point, Report, Section};
+use crate::selftest::Row;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use notes::Room;
+use shisen::picture::chart::{Axis, Chart, Line, Names, Note, is_drawable};
+use std::fmt::Write as _;
+use std::io;
+use std::ops::Range;
+
+/// Columns and rows of a chart: two are beside each other.
+const CHART: (u32, u32) = (580, 400);
+
+const STYLE: &str = include_str!("page.css");
+
+/// The page.
+///
+/// # Errors
+/// A chart that cannot be drawn, a picture that is none.
+pub fn html(report: &Report) -> io::Result<String> {
+    let mut page = String::new();
+    let kind = if report.quick {
+        "The short run"
+    } else {
+        "The full run"
+    };
+    let plural = if report.threads == 1 { "" } else { "s" };
+    let head = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <title>What accuracy costs</title>\n<link rel=\"icon\" href=\"data:,\"/>\n\
+         <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>What accuracy costs</h1>\n\
+         <p class=\"run\">{kind} of <code>shisen-evidence tradeoff</code> {}: {} thread{plural}, {}, \
+         mesh {}, {}. Built with profile {}; commit {}; the processor has {}.</p>\n\
+         <p>Every point is a setting: how far it is off, and what it takes. Times are medians \
+         of at least three, taken in turns on this machine; steps (tree nodes visited and \
+         primitives tested) are the same on any. <strong class=\"best\">●</strong> marks the \
+         Pareto front of error and time, <strong class=\"best\">○</strong> that of error and \
+         steps: nothing else measured is as good in one and better in the other. Where an axis \
+         of errors is logarithmic, points without one stand on its lower edge.</p>\n",
+        escaped(report.version),
+        report.threads,
+        escaped(&report.simd),
+        escaped(&report.mesh),
+        time(report.seconds),
+        escaped(&report.build.profile),
+        escaped(report.build.commit.unwrap_or("not told")),
+        escaped(&report.build.cpu_features.join(", ")),
+    );
+    page.push_str(&head);
+    if !report.build.optimised {
+        page.push_str(UNOPTIMISED);
+    }
+    page.push_str("<table class=\"choices\">\n<caption>What to choose</caption>\n<tbody>\n");
+    for section in &report.sections {
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            page,
+            "<tr><th scope=\"row\"><a href=\"#{}\">{}</a></th><td>{}</td></tr>",
+            section.id,
+            escaped(section.title),
+            escaped(&section.choice),
+        );
+    }
+    page.push_str("</tbody>\n</table>\n");
+    for section in &report.sections {
+        write_section(&mut page, section)?;
+    }
+    page.push_str("</main>\n</body>\n</html>\n");
+    Ok(page)
+}
+
+/// Where times are not those of a program in use.
+const UNOPTIMISED: &str = "<p><strong>This build is not optimised.</strong> Errors and steps are \
+    those of any build, but its times are not: nothing is chosen by them.</p>\n";
+
+fn write_section(page: &mut String, section: &Section) -> io::Result<()> {
+    let _ = writeln!(
+        page,
+        "<section id=\"{}\">\n<h2>{}</h2>\n<p>{}</p>",
+        section.id,
+        escaped(section.title),
+        escaped(&section.about),
+    );
+    for (number, comparison) in section.comparisons.iter().enumerate() {
+        write_comparison(page, comparison)?;
+        // Beside the first, whose pictures they are.
+        if number == 0 {
+            write_pictures(page, section)?;
+        }
+    }
+    if !section.hard_cases.is_empty() {
+        write_hard_cases(page, &section.choice, &section.hard_cases);
+    }
+    page.push_str("</section>\n");
+    Ok(())
+}
+
+fn write_comparison(page: &mut String, comparison: &Comparison) -> io::Result<()> {
+    let _ = writeln!(
+        page,
+        "<h3>{}</h3>\n<p>{}</p>\n<p class=\"choice\">{}</p>",
+        escaped(comparison.title),
+        escaped(&comparison.about),
+        escaped(&comparison.choice),
+    );
+    page.push_str("<div class=\"charts\">\n");
+    for chart in charts(comparison).iter().chain(&comparison.charts) {
+        let picture = chart.svg(CHART)?;
+        let _ = writeln!(
+            page,
+            "<figure data-circles=\"{}\" data-strokes=\"{}\">{}</figure>",
+            chart.circles(),
+            chart.strokes(),
+            picture.trim()
+        );
+    }
+    page.push_str("</div>\n");
+    write_points(page, comparison);
+    Ok(())
+}
+
+fn write_points(page: &mut String, comparison: &Comparison) {
+    let has_steps = comparison.points.iter().any(|point| point.steps.is_some());
+    page.push_str("<details open=\"\"><summary>Numbers</summary>\n<div class=\"wide\"><table>\n");
+    // Of one series, its name would be the same in every row.
+    let has_series = comparison
+        .points
+        .iter()
+        .any(|point| point.series != comparison.points[0].series);
+    page.push_str("<thead><tr><th></th>");
+    if has_series {
+        page.push_str("<th>Series</th>");
+    }
+    page.push_str("<th>Setting</th>");
+    page.push_str("<th class=\"number\">Time, ms</th>");
+    if has_steps {
+        page.push_str("<th class=\"number\">Steps</th>");
+    }
+    for measure in &comparison.measures {
+        let _ = write!(page, "<th class=\"number\">{}</th>", escaped(measure.label));
+    }
+    page.push_str("</tr></thead>\n<tbody>\n");
+    for point in &comparison.points {
+        let settings: Vec<String> = point
+            .settings
+            .iter()
+            .map(|(key, value)| format!("{key} {}", plain(value)))
+            .collect();
+        let _ = write!(
+            page,
+            "<tr{}><td class=\"best\">{}{}</td>",
+            if point.best_by_time {
+                " class=\"front\""
+            } else {
+                ""
+            },
+            if point.best_by_time { "●" } else { "" },
+            if point.best_by_steps { "○" } else { "" },
+        );
+        if has_series {
+            let _ = write!(page, "<td>{}</td>", escaped(point.series));
+        }
+        let _ = write!(
+            page,
+            "<td title=\"{}\">{}</td>",
+            escaped(&settings.join(", ")),
+            escaped(&point.name),
+        );
+        let _ = write!(
+            page,
+            "<td class=\"number\">{}</td>",
+            short(1e3 * point.seconds)
+        );
+        if has_steps {
+            let steps = point.steps.map_or("–".to_owned(), grouped);
+            let _ = write!(page, "<td class=\"number\">{steps}</td>");
+        }
+        for error in &point.errors {
+            let text = error.map_or("–".to_owned(), short);
+            let _ = write!(page, "<td class=\"number\">{text}</td>");
+        }
+        page.push_str("</tr>\n");
+    }
+    page.push_str("</tbody>\n</table></div></details>\n");
+}
+
+/// What the textbook's formulas do where they go wrong, and what is built in.
+fn write_hard_cases(page: &mut String, choice: &str, cases: &[Row]) {
+    let _ = write!(
+        page,
+        "<p class=\"choice\">{}</p>\n<div class=\"wide\"><table class=\"cases\">\n<thead><tr>\
+         <th>Case</th><th>What is hard</th><th class=\"number\">Built in</th>\
+         <th class=\"number\">Bound</th><th class=\"number\">Textbook</th><th>Error</th>\
+         <th>Against</th></tr></thead>\n<tbody>\n",
+        escaped(choice),
+    );
+    let number = |error: f64| {
+        if error.is_finite() {
+            short(error)
+        } else {
+            "wrong".to_owned()
+        }
+    };
+    for case in cases {
+        let _ = writeln!(
+            page,
+            "<tr{}><td>{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
+             <td class=\"number\">{}</td><td>{}</td><td title=\"{}\">{}</td></tr>",
+            if case.passed { "" } else { " class=\"failed\"" },
+            escaped(case.name),
+            escaped(case.hard),
+            number(case.error),
+            number(case.bound),
+            number(case.naive_error) + if case.control { " (control)" } else { "" },
+            escaped(case.unit),
+            escaped(case.naive),
+            escaped(case.reference),
+        );
+    }
+    page.push_str("</tbody>\n</table></div>\n");
+}
+
+fn write_pictures(page: &mut String, section: &Section) -> io::Result<()> {
+    if section.pictures.is_empty() {
+        return Ok(());
+    }
+    page.push_str("<div class=\"pictures\">\n");
+    for figure in &section.pictures {
+        let bytes = figure.picture.png_bytes()?;
+        let _ = writeln!(
+            page,
+            "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{2}\" \
+             src=\"data:image/png;base64,{3}\"/><figcaption>{0}</figcaption></figure>",
+            escaped(&figure.caption),
+            figure.picture.width,
+            figure.picture.height,
+            STANDARD.encode(bytes),
+        );
+    }
+    page.push_str("</div>\n");
+    Ok(())
+}
+
+/// Error against time, and against steps where these are counted.
+fn charts(comparison: &Comparison) -> Vec<Chart> {
+    let by_time = chart(comparison, ("seconds", "time, ms"), &|point: &Point| {
+        (Some(1e3 * point.seconds), point.best_by_time)
+    });
+    let by_steps = chart(
+        comparison,
+        ("steps", "steps, millions"),
+        &|point: &Point| {
+            let steps = point.steps.map(|steps| 1e-6 * steps as f64);
+            (steps, point.best_by_steps)
+        },
+    );
+    [by_time, by_steps].into_iter().flatten().collect()
+}
+
+/// So many points at most are all named.
+const FEW: usize = 6;
+
+/// The points in the colours of their series, with the front through those that
+/// are on it; `None` where no point has a cost.
+fn chart(
+    comparison: &Comparison,
+    (name, label): (&'static str, &'static str),
+    cost: &dyn Fn(&Point) -> (Option<f64>, bool),
+) -> Option<Chart> {
+    let measure = comparison.measures.first()?;
+    let placed: Vec<(&Point, f64, f64, bool)> = comparison
+        .points
+        .iter()
+        .filter_map(|point| {
+            let (x, best) = cost(point);
+            let error = point.error();
+            Some((point, x.filter(|x| *x > 0.0)?, error, best)).filter(|_| error.is_finite())
+        })
+        .collect();
+    let costs: Vec<f64> = placed.iter().map(|one| one.1).collect();
+    let errors: Vec<f64> = placed.iter().map(|one| one.2).collect();
+    let decades = spans_decades(&costs);
+    let logarithmic = comparison.logarithmic && spans_decades(&errors);
+    let (x, y) = (axis(&costs, decades)?, axis(&errors, logarithmic)?);
+    // Where there is no error at all there is no logarithm either.
+    let height = |error: f64| error.max(y.start);
+    let mut front: Vec<(f64, f64)> = placed
+        .iter()
+        .filter(|one| one.3)
+        .map(|one| (one.1, height(one.2)))
+        .collect();
+    front.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // As much error as the next faster one has, until one has less.
+    let stairs = front
+        .windows(2)
+        .flat_map(|pair| [pair[0], (pair[1].0, pair[0].1)])
+        .chain(front.last().copied())
+        .map(|(x, y)| (x, Some(y)));
+    let mut lines = Vec::new();
+    if front.len() > 1 {
+        lines.push(Line {
+            name: "Pareto front".to_owned(),
+            points: stairs.collect(),
+            colour: 6,
+            faint: true,
+            dots: false,
+        });
+    }
+    let mut series: Vec<&str> = Vec::new();
+    for (point, ..) in &placed {
+        if !series.contains(&point.series) {
+            series.push(point.series);
+        }
+    }
+    for (colour, series) in series.into_iter().enumerate() {
+        let own = placed.iter().filter(|one| one.0.series == series);
+        lines.push(Line {
+            name: series.to_owned(),
+            points: own.map(|one| (one.1, Some(height(one.2)))).collect(),
+            colour,
+            faint: false,
+            dots: true,
+        });
+    }
+    let place = |cost: f64, error: f64| {
+        let along = part(&x, cost, decades);
+        (along, part(&y, height(error), logarithmic))
+    };
+    let places: Vec<(f64, f64)> = placed.iter().map(|one| place(one.1, one.2)).collect();
+    // Those on the front first, and the others where there are few.
+    let few = placed.len() <= FEW;
+    let named = |best: bool| {
+        let all = placed.iter().zip(&places);
+        all.filter(move |(one, _)| one.3 == best && (best || few))
+    };
+    let mut room = Room::new(&places);
+    let notes = named(true)
+        .chain(named(false))
+        .filter_map(|((point, cost, error, _), place)| {
+            Some(Note {
+                side: room.take(*place, &point.name)?,
+                at: (*cost, height(*error)),
+                text: point.name.clone(),
+            })
+        })
+        .collect();
+    Some(Chart {
+        title: format!(
+            "{}: error and {}",
+            comparison.title,
+            name.replace("seconds", "time")
+        ),
+        x: Axis {
+            name,
+            label,
+            range: x,
+            logarithmic: decades,
+        },
+        y: Axis {
+            name: measure.id,
+            label: measure.label,
+            range: y,
+            logarithmic,
+        },
+        lines,
+        names: Names::Below,
+        notes,
+    })
+}
+
+/// How far along an axis a number is, 0 to 1.
+fn part(range: &Range<f64>, value: f64, logarithmic: bool) -> f64 {
+    if logarithmic {
+        libm::log(value / range.start) / libm::log(range.end / range.start)
+    } else {
+        (value - range.start) / (range.end - range.start)
+    }
+}
+
+/// Whether numbers above 0 are far enough apart for an axis whose ticks are at
+/// powers of ten.
+fn spans_decades(numbers: &[f64]) -> bool {
+    let [least, most] = ends(numbers.iter().copied().filter(|number| *number > 0.0));
+    most > 10.0 * least
+}
+
+/// The least and the most.
+fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    numbers.fold(
+        [f64::INFINITY, f64::NEG_INFINITY],
+        |[least, most], number| [least.min(number), most.max(number)],
+    )
+}
+
+/// What shows some numbers with room around them; `None` where there are none, or
+/// none that can be shown.
+fn axis(numbers: &[f64], logarithmic: bool) -> Option<Range<f64>> {
+    let shown = numbers.iter().copied();
+    let [least, most] = ends(shown.filter(|number| !logarithmic || *number > 0.0));
+    if !(least <= most) {
+        return None;
+    }
+    let range = if logarithmic {
+        let room = libm::pow((most / least).max(1.5), 0.12);
+        least / room..most * room
+    } else {
+        let room = (most - least.min(0.0)).max(1e-9);
+        least.min(0.0) - 0.04 * room..most + 0.12 * room
+    };
+    // Of numbers that no scale holds there is no chart.
+    is_drawable(&range, logarithmic).then_some(range)
+}
+
+/// Three digits, more where they are whole.
+pub(super) fn short(number: f64) -> String {
+    let size = number.abs();
+    if size == 0.0 {
+        return "0".to_owned();
+    }
+    if !(1e-4..1e7).contains(&size) {
+        return format!("{number:.1e}");
+    }
+    let digits = (2 - libm::floor(libm::log10(size)) as i32).clamp(0, 6) as usize;
+    format!("{number:.digits$}")
+}
+
+/// The same without zeros at its end.
+pub(super) fn brief(number: f64) -> String {
+    let text = short(number);
+    if text.contains('.') && !text.contains('e') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// A time for people.
+pub(super) fn time(seconds: f64) -> String {
+    match seconds {
+        60.0.. => format!(
+            "{:.0} min {:02.0} s",
+            libm::floor(seconds / 60.0),
+            seconds % 60.0
+        ),
+        1.0.. => format!("{} s", short(seconds)),
+        1e-3.. => format!("{} ms", short(1e3 * seconds)),
+        _ => format!("{} µs", short(1e6 * seconds)),
+    }
+}
+
+/// A whole number in groups of three digits, which thin spaces part.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push('\u{2009}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// As text and as an attribute's value.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+pub(super) mod tests;

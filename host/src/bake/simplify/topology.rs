@@ -1,0 +1,205 @@
+//! How the faces of a mesh hang together, whatever its vertices are called.
+
+use crate::scene::mesh::TriangleMesh;
+use std::collections::HashMap;
+
+/// How the faces of a mesh hang together. Vertices at the same place are one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Topology {
+    /// Sides of faces that no other face closes.
+    pub open_edges: usize,
+    /// Edges of more than two faces.
+    pub crowded_edges: usize,
+    /// Vertices at which more than one fan of faces meets.
+    pub pinched_vertices: usize,
+}
+
+impl Topology {
+    /// That of a mesh whose indices are in range.
+    pub fn of(mesh: &TriangleMesh) -> Self {
+        let weld = Weld::new(mesh);
+        let sides = weld.sides(&weld.faces);
+        let (mut open_edges, mut crowded_edges) = (0, 0);
+        // The corners at a vertex, joined where their faces share an edge.
+        let mut fans = Fans::new(3 * weld.faces.len());
+        for edge in Side::edges(&sides) {
+            open_edges += Side::open(edge);
+            crowded_edges += usize::from(edge.len() > 2);
+            for side in &edge[1..] {
+                for (a, b) in edge[0].corners().into_iter().zip(side.corners()) {
+                    fans.join(a, b);
+                }
+            }
+        }
+        let mut fans_at = vec![0u32; weld.places.len()];
+        for (corner, &vertex) in weld.faces.as_flattened().iter().enumerate() {
+            let place = weld.first_at_place[vertex as usize];
+            fans_at[place as usize] += u32::from(fans.root(corner) == corner);
+        }
+        Self {
+            open_edges,
+            crowded_edges,
+            pinched_vertices: fans_at.into_iter().filter(|&fans| fans > 1).count(),
+        }
+    }
+
+    /// Whether no ray gets inside other than through a face.
+    pub const fn is_closed(&self) -> bool {
+        self.open_edges == 0
+    }
+}
+
+/// A mesh whose vertices at the same place, of the same material and at the
+/// same place on a texture are one, so that seams between normals do not hold
+/// its faces apart. Where materials or parts of a texture meet stays a seam, along which the simplifier collapses both sides alike.
+pub(super) struct Weld {
+    /// Where the vertices are.
+    pub(super) places: Vec<[f32; 3]>,
+    /// Their material; 0 where the mesh has none.
+    pub(super) materials: Vec<u32>,
+    /// The first vertex at the same place.
+    first_at_place: Vec<u32>,
+    /// The faces whose corners are at three places.
+    pub(super) faces: Vec<[u32; 3]>,
+    /// Which triangle each of them is.
+    pub(super) triangles: Vec<u32>,
+    /// Pairs of a vertex and one of the mesh's that it stands for, ascending.
+    stands_for: Vec<(u32, u32)>,
+}
+
+impl Weld {
+    pub(super) fn new(mesh: &TriangleMesh) -> Self {
+        let mut weld = Self {
+            places: Vec::new(),
+            materials: Vec::new(),
+            first_at_place: Vec::new(),
+            faces: Vec::with_capacity(mesh.triangles.len()),
+            triangles: Vec::with_capacity(mesh.triangles.len()),
+            stands_for: Vec::with_capacity(mesh.positions.len()),
+        };
+        let mut of_material = HashMap::with_capacity(mesh.positions.len());
+        let mut at_place = HashMap::with_capacity(mesh.positions.len());
+        for (triangle, &corners) in mesh.triangles.iter().enumerate() {
+            let material = mesh.triangle_materials.get(triangle).copied().unwrap_or(0);
+            let face = corners.map(|corner| {
+                // + 0.0 leaves no −0 behind.
+                let place = mesh.positions[corner as usize].map(|c| c + 0.0);
+                let bits = place.map(f32::to_bits);
+                let on_texture = mesh.coordinates.get(corner as usize);
+                let on_texture = on_texture.map(|place| place.map(|c| (c + 0.0).to_bits()));
+                let key = (bits, material, on_texture);
+                let vertex = *of_material.entry(key).or_insert_with(|| {
+                    let new = weld.places.len() as u32;
+                    weld.places.push(place);
+                    weld.materials.push(material);
+                    weld.first_at_place
+                        .push(*at_place.entry(bits).or_insert(new));
+                    new
+                });
+                weld.stands_for.push((vertex, corner));
+                vertex
+            });
+            let [a, b, c] = face;
+            if a != b && b != c && c != a {
+                weld.faces.push(face);
+                weld.triangles.push(triangle as u32);
+            }
+        }
+        weld.stands_for.sort_unstable();
+        weld.stands_for.dedup();
+        weld
+    }
+
+    /// Sides of some faces, those of the same edge beside each other,
+    /// materials or not.
+    fn sides(&self, faces: &[[u32; 3]]) -> Vec<Side> {
+        let at = |vertex: u32| self.first_at_place[vertex as usize];
+        let mut sides: Vec<Side> = faces
+            .iter()
+            .enumerate()
+            .flat_map(|(face, corners)| {
+                (0..3).map(move |slot| {
+                    let (from, to) = (at(corners[slot]), at(corners[(slot + 1) % 3]));
+                    Side {
+                        ends: [from.min(to), from.max(to)],
+                        face: face as u32,
+                        slot: slot as u8,
+                        ascends: from < to,
+                    }
+                })
+            })
+            .collect();
+        sides.sort_unstable();
+        sides
+    }
+
+    /// Sides of some faces that no other of them closes.
+    pub(super) fn open_edges(&self, faces: &[[u32; 3]]) -> usize {
+        Side::edges(&self.sides(faces)).map(Side::open).sum()
+    }
+
+    /// The vertices of the mesh that one stands for.
+    pub(super) fn originals(&self, vertex: u32) -> impl Iterator<Item = u32> {
+        let first = self.stands_for.partition_point(|&(v, _)| v < vertex);
+        let rest = self.stands_for[first..].iter();
+        rest.take_while(move |&&(v, _)| v == vertex)
+            .map(|&(_, o)| o)
+    }
+}
+
+/// A side of a face: its ends in ascending order, and which corner of which
+/// face it starts at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side {
+    ends: [u32; 2],
+    face: u32,
+    slot: u8,
+    /// Whether it leads from the lesser end to the greater.
+    ascends: bool,
+}
+
+impl Side {
+    /// By edge.
+    fn edges(sides: &[Self]) -> impl Iterator<Item = &[Self]> {
+        sides.chunk_by(|a, b| a.ends == b.ends)
+    }
+
+    /// How many of an edge's sides have no opposite.
+    fn open(edge: &[Self]) -> usize {
+        let ascending = edge.iter().filter(|side| side.ascends).count();
+        ascending.abs_diff(edge.len() - ascending)
+    }
+
+    /// Numbers of the face's corners at the lesser and at the greater end.
+    fn corners(&self) -> [usize; 2] {
+        let first = 3 * self.face as usize;
+        let ends = [self.slot, (self.slot + 1) % 3].map(|slot| first + slot as usize);
+        if self.ascends {
+            ends
+        } else {
+            [ends[1], ends[0]]
+        }
+    }
+}
+
+/// Corners that belong together: each knows another, or is the root.
+struct Fans(Vec<usize>);
+
+impl Fans {
+    fn new(corners: usize) -> Self {
+        Self((0..corners).collect())
+    }
+
+    fn root(&mut self, mut corner: usize) -> usize {
+        while self.0[corner] != corner {
+            self.0[corner] = self.0[self.0[corner]];
+            corner = self.0[corner];
+        }
+        corner
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+}

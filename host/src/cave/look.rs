@@ -1,0 +1,270 @@
+//! Directions and places as they are written on a command line.
+//!
+//! A direction is one of the names `front`, `floor`, `right`, `left`, `back`
+//! and `ceiling`; or `YAW,PITCH` in degrees, to the right and upwards
+//! positive (`0,0` is −Z, `90,0` is +X, `0,90` is +Y); or `X,Y,Z`, of any
+//! length but zero. A place is `X,Y,Z` in metres. White space around a
+//! number does not count.
+
+use crate::cave::angle::sin_cos_degrees;
+use glam::DVec3;
+use std::str::FromStr;
+use thiserror::Error;
+
+/// Why a direction or a place could not be read.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum LookError {
+    /// Neither a name, nor two, nor three numbers.
+    #[error(
+        "\"{given}\" is no direction: use front, floor, right, left, back or ceiling, \
+         YAW,PITCH in degrees (right and up are positive), or X,Y,Z"
+    )]
+    Direction {
+        /// What was given.
+        given: String,
+    },
+    /// A pitch past straight up or straight down.
+    #[error("\"{given}\" has a pitch of {pitch}°: use -90 (down) to 90 (up)")]
+    Pitch {
+        /// What was given.
+        given: String,
+        /// Its second number, degrees.
+        pitch: f64,
+    },
+    /// Three zeros, which point nowhere.
+    #[error("\"{given}\" points nowhere: at least one of X,Y,Z is not 0")]
+    Zero {
+        /// What was given.
+        given: String,
+    },
+    /// Not three finite numbers.
+    #[error("\"{given}\" is no place: use X,Y,Z in metres, such as 0,1.6,0.5")]
+    Point {
+        /// What was given.
+        given: String,
+    },
+}
+
+/// The way somebody looks: a unit vector in the room.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViewDirection(DVec3);
+
+/// Right-handed orthonormal axes of a direction: `right` × `up` = −`forward`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViewBasis {
+    /// To the right, level.
+    pub right: DVec3,
+    /// As near to the world's up as is at right angles to `forward`.
+    pub up: DVec3,
+    /// The direction itself.
+    pub forward: DVec3,
+}
+
+impl ViewDirection {
+    /// Along −Z.
+    pub const FRONT: Self = Self(DVec3::NEG_Z);
+
+    /// Shortest level part of a direction that is not vertical: far above
+    /// the rounding of a unit vector, far below any angle that is meant.
+    const VERTICAL: f64 = 1.0e-9;
+
+    /// The way `direction` points; `None` where it is zero or not finite.
+    pub fn new(direction: DVec3) -> Option<Self> {
+        let largest = direction.abs().max_element();
+        // Scaled first, so that no square overflows or vanishes.
+        (direction.is_finite() && largest > 0.0).then(|| Self((direction / largest).normalize()))
+    }
+
+    /// The unit vector.
+    pub const fn vector(self) -> DVec3 {
+        self.0
+    }
+
+    /// The axes of a viewer who looks this way and holds the head upright.
+    ///
+    /// Straight down, `up` is −Z, as after bowing from the front; straight
+    /// up it is +Z, as after leaning back. `right` is +X in both.
+    pub fn basis(self) -> ViewBasis {
+        let forward = self.0;
+        let level = DVec3::new(-forward.z, 0.0, forward.x);
+        let right = if level.length() > Self::VERTICAL {
+            level.normalize()
+        } else {
+            DVec3::X
+        };
+        ViewBasis {
+            right,
+            up: right.cross(forward),
+            forward,
+        }
+    }
+}
+
+impl FromStr for ViewDirection {
+    type Err = LookError;
+
+    /// Reads a direction in the grammar of this module.
+    fn from_str(text: &str) -> Result<Self, LookError> {
+        let given = || text.to_owned();
+        let named = match text.trim() {
+            "front" => Some(DVec3::NEG_Z),
+            "floor" => Some(DVec3::NEG_Y),
+            "right" => Some(DVec3::X),
+            "left" => Some(DVec3::NEG_X),
+            "back" => Some(DVec3::Z),
+            "ceiling" => Some(DVec3::Y),
+            _ => None,
+        };
+        if let Some(direction) = named {
+            return Ok(Self(direction));
+        }
+        match numbers(text).as_deref() {
+            Some(&[_, pitch]) if !(-90.0..=90.0).contains(&pitch) => Err(LookError::Pitch {
+                given: given(),
+                pitch,
+            }),
+            Some(&[yaw, pitch]) => {
+                let (sin_yaw, cos_yaw) = sin_cos_degrees(yaw);
+                let (sin_pitch, cos_pitch) = sin_cos_degrees(pitch);
+                Ok(Self(DVec3::new(
+                    sin_yaw * cos_pitch,
+                    sin_pitch,
+                    -cos_yaw * cos_pitch,
+                )))
+            }
+            Some(&[x, y, z]) => {
+                Self::new(DVec3::new(x, y, z)).ok_or_else(|| LookError::Zero { given: given() })
+            }
+            _ => Err(LookError::Direction { given: given() }),
+        }
+    }
+}
+
+/// A place in the room, metres; finite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point(pub DVec3);
+
+impl FromStr for Point {
+    type Err = LookError;
+
+    /// Reads `X,Y,Z`: three finite numbers.
+    fn from_str(text: &str) -> Result<Self, LookError> {
+        match numbers(text).as_deref() {
+            Some(&[x, y, z]) => Ok(Self(DVec3::new(x, y, z))),
+            _ => Err(LookError::Point { given: text.into() }),
+        }
+    }
+}
+
+/// The finite numbers between commas; `None` where one is none.
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',')
+        .map(|number| number.trim().parse().ok().filter(|n: &f64| n.is_finite()))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn vector(text: &str) -> DVec3 {
+        text.parse::<ViewDirection>().unwrap().vector()
+    }
+
+    #[test]
+    fn names_degrees_and_vectors_mean_the_same() {
+        for (name, degrees, xyz) in [
+            ("front", "0,0", "0,0,-2"),
+            ("right", "90,0", "0.5,0,0"),
+            ("left", "-90,0", "-1e300,0,0"),
+            ("back", "180,0", "0,0,1e-320"),
+            ("floor", "0,-90", "0,-1,0"),
+            ("ceiling", "0,90", "0,7,0"),
+        ] {
+            assert_eq!(vector(name), vector(degrees), "{name}");
+            assert_eq!(vector(name), vector(xyz), "{name}");
+        }
+    }
+
+    #[test]
+    fn yaw_turns_right_and_pitch_turns_up() {
+        let half = 0.5_f64.sqrt();
+        for (text, expected) in [
+            ("45,0", DVec3::new(half, 0.0, -half)),
+            ("0,45", DVec3::new(0.0, half, -half)),
+            (" 90 ,\t-45 ", DVec3::new(half, -half, 0.0)),
+            ("-315,0", DVec3::new(half, 0.0, -half)),
+            ("1, 1 ,0", DVec3::new(half, half, 0.0)),
+        ] {
+            assert!((vector(text) - expected).length() < 1e-15, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_direction_says_what_was_given_and_the_grammar() {
+        for text in [
+            "", "up", "Front", "1", "1,", "1,2,3,4", "1,x,3", "nan,0", "0,inf,0", "1 2 3",
+        ] {
+            let error = text.parse::<ViewDirection>().unwrap_err();
+            assert!(matches!(error, LookError::Direction { .. }), "{text}");
+            let message = error.to_string();
+            assert!(message.contains(&format!("\"{text}\"")), "{message}");
+            assert!(message.contains("YAW,PITCH"), "{message}");
+        }
+        assert!(matches!(
+            "0,90.5".parse::<ViewDirection>(),
+            Err(LookError::Pitch { pitch: 90.5, .. })
+        ));
+        assert!(matches!(
+            "0,-0,0".parse::<ViewDirection>(),
+            Err(LookError::Zero { .. })
+        ));
+    }
+
+    #[test]
+    fn points_are_three_finite_numbers() {
+        let point = " 0, -1.5,2e-1".parse();
+        assert_eq!(point, Ok(Point(DVec3::new(0.0, -1.5, 0.2))));
+        for text in ["", "front", "1,2", "1,2,3,4", "1,2,nan", "1,2,1e999"] {
+            assert!(
+                matches!(text.parse::<Point>(), Err(LookError::Point { .. })),
+                "{text}"
+            );
+        }
+    }
+
+    #[test]
+    fn bases_are_orthonormal_and_upright() {
+        for yaw in (-180..=180).step_by(15) {
+            for pitch in (-90..=90).step_by(15) {
+                let text = format!("{yaw},{pitch}");
+                let direction: ViewDirection = text.parse().unwrap();
+                let ViewBasis { right, up, forward } = direction.basis();
+                assert_eq!(forward, direction.vector());
+                for axis in [right, up] {
+                    assert!((axis.length() - 1.0).abs() < 1e-14, "{text}");
+                    assert!(axis.dot(forward).abs() < 1e-14, "{text}");
+                }
+                assert!((right.cross(up) + forward).length() < 1e-14, "{text}");
+                assert!(right.y == 0.0 && up.y > -1e-14, "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn vertical_gazes_keep_right_at_x() {
+        for (text, up) in [
+            ("floor", DVec3::NEG_Z),
+            ("ceiling", DVec3::Z),
+            ("123,-90", DVec3::NEG_Z),
+            ("1e-12,-1,1e-12", DVec3::NEG_Z),
+        ] {
+            let basis = text.parse::<ViewDirection>().unwrap().basis();
+            assert_eq!(basis.right, DVec3::X, "{text}");
+            assert!((basis.up - up).length() < 1e-11, "{text}");
+        }
+        let front = ViewDirection::FRONT.basis();
+        assert_eq!((front.right, front.up), (DVec3::X, DVec3::Y));
+    }
+}

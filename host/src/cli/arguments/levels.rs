@@ -1,0 +1,76 @@
+//! The polygon levels that a baked scene has, for reports.
+
+use crate::bake::BakedScene;
+use crate::with_scene;
+use serde::Serialize;
+use shisen_core::scene::Scene;
+use shisen_core::scene::format::{IdLeaf, LeafBlock, Mesh, Node};
+use std::fmt;
+
+/// A mesh at one of its levels.
+#[derive(Debug, Serialize)]
+pub struct Level {
+    /// The mesh, counted from 0, levels left out.
+    pub mesh: usize,
+    /// That a ray may meet.
+    pub faces: u32,
+    /// Of this level alone: its tree and its record. What the levels of a mesh
+    /// share does not count, and a level that is the same as the finer one
+    /// before it has but a record.
+    pub bytes: usize,
+}
+
+impl Level {
+    /// Of all meshes in their order, the finest first.
+    pub fn of(baked: &BakedScene) -> Vec<Self> {
+        with_scene!(baked, |scene| Self::all(&scene))
+    }
+
+    fn all<const W: usize>(scene: &Scene<'_, W>) -> Vec<Self> {
+        let leaf_bytes = if W == 4 {
+            size_of::<IdLeaf>()
+        } else {
+            size_of::<LeafBlock<W>>()
+        };
+        let mut levels = Vec::new();
+        let mut mesh = 0;
+        let mut finer: Option<&Mesh> = None;
+        for record in scene.meshes() {
+            let finer_rung = finer.filter(|finer| finer.rungs > 1);
+            let repeats = finer_rung.is_some_and(|finer| finer.root == record.root);
+            let tree = if repeats {
+                0
+            } else {
+                record.node_count as usize * size_of::<Node<W>>()
+                    + record.leaf_count as usize * leaf_bytes
+            };
+            mesh += usize::from(finer.is_some() && finer_rung.is_none());
+            levels.push(Self {
+                mesh,
+                faces: record.faces,
+                bytes: tree + size_of::<Mesh>(),
+            });
+            finer = Some(record);
+        }
+        levels
+    }
+
+    /// Of some levels, those of each mesh.
+    pub fn by_mesh(levels: &[Self]) -> impl Iterator<Item = &[Self]> {
+        levels.chunk_by(|a, b| a.mesh == b.mesh)
+    }
+
+    /// Faces of all meshes at their finest.
+    pub fn finest_faces(levels: &[Self]) -> usize {
+        Self::by_mesh(levels)
+            .map(|levels| levels[0].faces as usize)
+            .sum()
+    }
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { faces, bytes, .. } = self;
+        write!(f, "{faces:>10} faces   {bytes:>12} bytes")
+    }
+}

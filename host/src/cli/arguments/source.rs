@@ -1,0 +1,262 @@
+//! From what an argument names to a scene.
+
+use crate::bake::simplify::{PolygonLevels, Topology};
+use crate::bake::{BakeError, BakedScene, Layout};
+use crate::cli::arguments::{Model, Normals, SceneName};
+use crate::cli::output::failure::{Failure, Fault};
+use crate::cli::output::warn;
+use crate::scene::builtin::{grid, paper_scene, prism, spheres};
+use crate::scene::camera::CameraPath;
+use crate::scene::file::{BuiltInMesh, MeshSource};
+use crate::scene::import::{self, ImportError};
+use crate::scene::mesh::TriangleMesh;
+use crate::scene::quadruped::quadruped;
+use crate::scene::{Background, Light, Object, Scene, Shape};
+use glam::{DAffine3, DVec3};
+use shisen_core::scene::format::MAGIC;
+use std::path::Path;
+
+/// What the built-in mesh is called in reports.
+pub const BUILT_IN_MESH: &str = "quadruped";
+
+/// The radius of the built-in grid: metres.
+const GRID_RADIUS: f32 = 100.0;
+
+/// A scene, and what reports call it.
+pub struct Source {
+    /// The scene.
+    pub scene: Loaded,
+    /// A letter, or the path as given.
+    pub name: String,
+    /// The mesh of a built-in scene: the path as given, or `quadruped`.
+    pub mesh: Option<String>,
+}
+
+/// A scene as it was found.
+pub enum Loaded {
+    /// To be baked.
+    Described(Scene),
+    /// Ready.
+    Baked(BakedScene),
+}
+
+impl Source {
+    /// Loads the scene that `name` names.
+    ///
+    /// # Errors
+    /// Of usage, where `model` is for another kind of scene; whatever is
+    /// wrong with the files.
+    pub fn load(name: &SceneName, model: &Model) -> Result<Self, Failure> {
+        match name {
+            SceneName::Paper(which) => {
+                let (mesh, mesh_name) = match &model.mesh {
+                    Some(path) => (load_mesh(path)?, path.display().to_string()),
+                    None => (quadruped(), BUILT_IN_MESH.to_owned()),
+                };
+                let mut scene = paper_scene(*which, mesh).map_err(|_| Fault::Flat {
+                    mesh: mesh_name.clone(),
+                })?;
+                for object in &mut scene.objects {
+                    object.smooth = model.normals != Some(Normals::Flat);
+                }
+                Ok(Self {
+                    scene: Loaded::Described(scene),
+                    name: name.to_string(),
+                    mesh: Some(mesh_name),
+                })
+            }
+            SceneName::Grid => {
+                no_model(model, "the grid has no mesh")?;
+                Ok(Self::built_in(name, grid(GRID_RADIUS)))
+            }
+            SceneName::Prism => {
+                no_model(model, "the prism has its own")?;
+                Ok(Self::built_in(name, prism()))
+            }
+            SceneName::Spheres => {
+                no_model(model, "the spheres have no mesh")?;
+                Ok(Self::built_in(name, spheres()))
+            }
+            SceneName::File(path) => {
+                no_model(model, "a scene file says itself what it shows")?;
+                Ok(Self {
+                    scene: load_scene(path)?,
+                    name: name.to_string(),
+                    mesh: None,
+                })
+            }
+        }
+    }
+}
+
+impl Source {
+    /// A scene without a mesh to choose.
+    fn built_in(name: &SceneName, scene: Scene) -> Self {
+        Self {
+            scene: Loaded::Described(scene),
+            name: name.to_string(),
+            mesh: None,
+        }
+    }
+}
+
+/// Refuses what is for other scenes.
+fn no_model(model: &Model, why: &str) -> Result<(), Failure> {
+    if model.mesh.is_none() && model.normals.is_none() {
+        return Ok(());
+    }
+    Err(Failure::usage(&format!(
+        "--mesh and --normals are for the built-in scenes A to D: {why}"
+    )))
+}
+
+/// Bakes a scene that reports call `name`. Warns of what polygon levels do not
+/// keep to.
+///
+/// # Errors
+/// What keeps the core from tracing it.
+pub fn bake(
+    scene: &Scene,
+    name: &str,
+    layout: Layout,
+    levels: Option<&PolygonLevels>,
+) -> Result<BakedScene, Fault> {
+    let baked = match levels {
+        Some(levels) => BakedScene::with_levels(scene, levels, layout),
+        None => BakedScene::new(scene, layout),
+    };
+    let baked = baked.map_err(|source| {
+        let name = name.to_owned();
+        match source {
+            BakeError::Ladder { .. } => Fault::Levels { name, source },
+            _ => Fault::Bake { name, source },
+        }
+    })?;
+    if let Some(levels) = levels {
+        warn_of_levels(scene, levels);
+    }
+    Ok(baked)
+}
+
+/// Says of which meshes the levels may not fit each other. A vertex at which
+/// parts touch does no harm: every level stays closed.
+fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
+    let meshes = scene.meshes.iter().enumerate();
+    for (number, mesh) in meshes.filter(|(_, mesh)| levels.apply_to(mesh)) {
+        let Topology {
+            open_edges,
+            crowded_edges,
+            ..
+        } = Topology::of(mesh);
+        if open_edges > 0 {
+            warn(&format!(
+                "mesh {number} (counted from 0) is not closed: {open_edges} edges are open. Its \
+                 coarser levels need not cover what finer ones cover along them, and light may \
+                 pass where it did not"
+            ));
+        }
+        if crowded_edges > 0 {
+            warn(&format!(
+                "mesh {number} (counted from 0) has {crowded_edges} edges of more than two faces. \
+                 Parts that touch there may come apart at coarser levels"
+            ));
+        }
+    }
+}
+
+/// Loads a mesh file.
+///
+/// # Errors
+/// Whatever is wrong with it.
+pub fn load_mesh(path: &Path) -> Result<TriangleMesh, Failure> {
+    import::load(path).map_err(Failure::from_error)
+}
+
+/// Loads the bytes of a baked scene.
+///
+/// # Errors
+/// A file that cannot be read, or that the core refuses.
+pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
+    let bytes = crate::files::read(path).map_err(|reason| Fault::ReadBaked {
+        path: path.to_owned(),
+        reason,
+    })?;
+    baked(path, &bytes)
+}
+
+/// Whether a file's name says that it is a mesh.
+pub fn is_mesh(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| {
+        ["obj", "ply", "gltf", "glb"]
+            .iter()
+            .any(|known| extension.eq_ignore_ascii_case(known))
+    })
+}
+
+/// Meshes beside each other as their files place them, under a sun and a sky.
+pub fn scene_of_meshes(meshes: Vec<TriangleMesh>) -> Scene {
+    let objects = (0..meshes.len())
+        .map(|mesh| Object {
+            shape: Shape::Mesh(mesh),
+            material: None,
+            world_from_object: DAffine3::IDENTITY,
+            casts_shadow: true,
+            smooth: true,
+        })
+        .collect();
+    Scene {
+        name: "meshes".to_owned(),
+        meshes,
+        materials: Vec::new(),
+        objects,
+        lights: vec![Light::Directional {
+            direction: DVec3::new(-0.4, -1.0, -0.6),
+            colour: [0.8; 3],
+        }],
+        background: Background::uniform([0.5, 0.6, 0.75]),
+        ambient: [0.2; 3],
+        camera: CameraPath::default(),
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Fault> {
+    crate::files::read(path).map_err(|reason| Fault::ReadScene {
+        path: path.to_owned(),
+        reason,
+    })
+}
+
+fn baked(path: &Path, bytes: &[u8]) -> Result<BakedScene, Failure> {
+    BakedScene::from_bytes(bytes).map_err(|source| {
+        let path = path.to_owned();
+        Fault::Blob { path, source }.into()
+    })
+}
+
+fn load_scene(path: &Path) -> Result<Loaded, Failure> {
+    if is_mesh(path) {
+        let path = path.to_owned();
+        return Err(Fault::MeshAsScene { path }.into());
+    }
+    let bytes = read(path)?;
+    if bytes.starts_with(&MAGIC) {
+        return baked(path, &bytes).map(Loaded::Baked);
+    }
+    let text = String::from_utf8(bytes).map_err(|_| Fault::NotAScene {
+        path: path.to_owned(),
+    })?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let load = |source: &MeshSource| -> Result<TriangleMesh, ImportError> {
+        match source {
+            MeshSource::File(path) => import::load(path),
+            MeshSource::BuiltIn(BuiltInMesh::Quadruped) => Ok(quadruped()),
+            MeshSource::BuiltIn(BuiltInMesh::Square) => Ok(TriangleMesh::square()),
+        }
+    };
+    Ok(Loaded::Described(Scene::from_toml(
+        &text,
+        &path.to_string_lossy(),
+        folder,
+        load,
+    )?))
+}

@@ -1,0 +1,580 @@
+//! Charts of lines: as a picture for people and as numbers for programs.
+
+mod axis;
+
+pub use axis::Axis;
+
+use crate::files::write_atomically;
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
+use plotters::element::{Circle, EmptyElement, PathElement, Text};
+use plotters::prelude::{
+    ChartBuilder, DrawingArea, DrawingAreaErrorKind, IntoDrawingArea, IntoLogRange, LineSeries,
+    RGBColor, SVGBackend, SeriesLabelPosition,
+};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{BLACK, Color, IntoTextStyle, ShapeStyle, WHITE};
+use std::fmt::Write as _;
+use std::io;
+use std::ops::Range;
+use std::path::Path;
+
+/// Columns and rows of a picture of its own.
+const SIZE: (u32, u32) = (800, 500);
+
+/// Parts of a column or row that it is drawn in: `plotters` has whole numbers
+/// only, and steps would show.
+const PARTS: u32 = 10;
+
+/// Of a line beside its name.
+const KEY: i32 = 22 * PARTS as i32;
+
+/// Names below a chart that stand beside each other, and the height of a row of them.
+const NAMES_A_ROW: usize = 3;
+const NAME_ROW: u32 = 20;
+
+/// Radius of a dot.
+const DOT: u32 = 5 * PARTS;
+
+/// Colours that people of all kinds of colour vision tell apart: Okabe and
+/// Ito's.
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(90, 90, 90),
+];
+
+/// A chart.
+#[derive(Debug, Clone)]
+pub struct Chart {
+    /// Above it.
+    pub title: String,
+    /// To the right.
+    pub x: Axis,
+    /// Upwards.
+    pub y: Axis,
+    /// What it shows.
+    pub lines: Vec<Line>,
+    /// Where the names of the lines stand.
+    pub names: Names,
+    /// What is written beside places of it.
+    pub notes: Vec<Note>,
+}
+
+/// A word beside a place of a chart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Note {
+    /// The place.
+    pub at: (f64, f64),
+    /// The word.
+    pub text: String,
+    /// Where it stands from the place.
+    pub side: Corner,
+}
+
+/// Where the names of the lines of a chart stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Names {
+    /// In a corner, over what is there.
+    In(Corner),
+    /// Below the chart, which is so much higher.
+    Below,
+}
+
+/// A corner of a chart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Corner {
+    /// Upper left.
+    UpperLeft,
+    /// Upper right.
+    UpperRight,
+    /// Lower left.
+    LowerLeft,
+    /// Lower right.
+    LowerRight,
+}
+
+/// A line through points.
+#[derive(Debug, Clone)]
+pub struct Line {
+    /// What it is called.
+    pub name: String,
+    /// From left to right, but for dots; no line goes where there is no number.
+    /// A single point is a dot.
+    pub points: Vec<(f64, Option<f64>)>,
+    /// Which colour it has, counted round.
+    pub colour: usize,
+    /// Whether it is there for comparison only.
+    pub faint: bool,
+    /// Whether its points are dots that no line joins.
+    pub dots: bool,
+}
+
+/// Largest number of an axis.
+const LARGEST: f64 = 1.0e300;
+
+/// Whether an axis can have a range: the charts' library would go without an end from a
+/// power of ten that is 0 to the next.
+pub fn is_drawable(range: &Range<f64>, logarithmic: bool) -> bool {
+    let least = if logarithmic { 1.0 / LARGEST } else { -LARGEST };
+    least <= range.start && range.start < range.end && range.end <= LARGEST
+}
+
+impl Chart {
+    /// Writes the picture, SVG.
+    ///
+    /// # Errors
+    /// What the system reports.
+    pub fn write_svg(&self, path: &Path) -> io::Result<()> {
+        let picture = self.svg(SIZE)?;
+        write_atomically(path, |file| file.write_all(picture.as_bytes()))
+    }
+
+    /// Writes the numbers, CSV: a line's name, x and y in each row, and no y
+    /// where there is none.
+    ///
+    /// # Errors
+    /// What the system reports.
+    pub fn write_csv(&self, path: &Path) -> io::Result<()> {
+        let numbers = self.csv();
+        write_atomically(path, |file| file.write_all(numbers.as_bytes()))
+    }
+
+    fn csv(&self) -> String {
+        let mut text = format!("line,{},{}\n", self.x.name, self.y.name);
+        for line in &self.lines {
+            // Quoted as RFC 4180 has it: names have commas.
+            let name = line.name.replace('"', "\"\"");
+            for (x, y) in &line.points {
+                let y = y.map_or(String::new(), |y| y.to_string());
+                // Writing to a string does not fail.
+                let _ = writeln!(text, "\"{name}\",{x},{y}");
+            }
+        }
+        text
+    }
+
+    /// The picture, SVG, as text, with so many columns and rows, and more rows for
+    /// names below it. Letters have one size in all.
+    ///
+    /// # Errors
+    /// A range that no axis can have.
+    pub fn svg(&self, size: (u32, u32)) -> io::Result<String> {
+        for Axis {
+            name,
+            range,
+            logarithmic,
+            ..
+        } in [&self.x, &self.y]
+        {
+            if !is_drawable(range, *logarithmic) {
+                let scale = if *logarithmic { "logarithmic " } else { "" };
+                return Err(io::Error::new(
+                    io::ErrorKind::InvalidInput,
+                    format!(
+                        "no {scale}axis goes from {} to {}: {name}",
+                        range.start, range.end
+                    ),
+                ));
+            }
+        }
+        let mut picture = String::new();
+        let size = (size.0, size.1 + self.names_height());
+        let (x, y) = (self.x.range.clone(), self.y.range.clone());
+        match (self.x.logarithmic, self.y.logarithmic) {
+            (false, false) => self.draw((&mut picture, size), x, y),
+            (false, true) => self.draw((&mut picture, size), x, y.log_scale()),
+            (true, false) => self.draw((&mut picture, size), x.log_scale(), y),
+            (true, true) => self.draw((&mut picture, size), x.log_scale(), y.log_scale()),
+        }
+        .map_err(|error| io::Error::other(error.to_string()))?;
+        let written = |parts: u32| {
+            let (width, height) = (size.0 * parts, size.1 * parts);
+            format!("width=\"{width}\" height=\"{height}\" ")
+        };
+        Ok(picture.replacen(&written(PARTS), &written(1), 1))
+    }
+
+    fn draw<X, Y>(
+        &self,
+        (picture, size): (&mut String, (u32, u32)),
+        x: X,
+        y: Y,
+    ) -> Result<(), DrawingError>
+    where
+        X: AsRangedCoord<Value = f64>,
+        Y: AsRangedCoord<Value = f64>,
+        X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        let (width, height) = (size.0 * PARTS, size.1 * PARTS);
+        let area = SVGBackend::with_string(picture, (width, height)).into_drawing_area();
+        area.fill(&WHITE)?;
+        let below = area
+            .margin(10 * PARTS, 0, 0, 0)
+            .titled(&self.title, ("sans-serif", 20 * PARTS))?;
+        let (below, names) =
+            below.split_vertically(below.dim_in_pixel().1 - self.names_height() * PARTS);
+        let mut chart = ChartBuilder::on(&below)
+            .margin(12 * PARTS)
+            // Half of the last tick's number.
+            .margin_right(24 * PARTS)
+            .x_label_area_size(44 * PARTS)
+            .y_label_area_size(72 * PARTS)
+            .build_cartesian_2d(x, y)?;
+        chart
+            .configure_mesh()
+            // Numbers of several digits have room beside each other.
+            .x_labels((size.0 / 80).max(2) as usize)
+            .y_labels(((size.1 - self.names_height()) / 40).max(2) as usize)
+            .x_desc(self.x.label)
+            .y_desc(self.y.label)
+            .x_label_formatter(&|x| self.x.tick(*x))
+            .y_label_formatter(&|y| self.y.tick(*y))
+            .label_style(("sans-serif", 14 * PARTS))
+            .axis_desc_style(("sans-serif", 15 * PARTS))
+            .axis_style(BLACK.stroke_width(PARTS))
+            .bold_line_style(BLACK.mix(0.15).stroke_width(PARTS))
+            .light_line_style(BLACK.mix(0.04).stroke_width(PARTS))
+            .set_all_tick_mark_size(5 * PARTS)
+            .draw()?;
+        for line in &self.lines {
+            let style = line.style();
+            let dots = self.dots(line);
+            if !dots.is_empty() {
+                let dots = dots
+                    .into_iter()
+                    .map(|at| Circle::new(at, DOT, style.filled()));
+                chart
+                    .draw_series(dots)?
+                    .label(&line.name)
+                    .legend(move |(x, y)| Circle::new((x + KEY / 2, y), DOT, style.filled()));
+            }
+            if line.dots {
+                continue;
+            }
+            let mut named = false;
+            for part in self.parts(line) {
+                let drawn = chart.draw_series(LineSeries::new(part, style))?;
+                if !named {
+                    drawn
+                        .label(&line.name)
+                        .legend(move |(x, y)| PathElement::new([(x, y), (x + KEY, y)], style));
+                    named = true;
+                }
+            }
+        }
+        let notes = self.notes.iter().filter(|note| self.shows(note.at));
+        chart.draw_series(notes.map(|note| {
+            let (across, aside) = match note.side {
+                Corner::UpperRight | Corner::LowerRight => (HPos::Left, 8),
+                Corner::UpperLeft | Corner::LowerLeft => (HPos::Right, -8),
+            };
+            let (upright, above) = match note.side {
+                Corner::UpperRight | Corner::UpperLeft => (VPos::Bottom, -4),
+                Corner::LowerRight | Corner::LowerLeft => (VPos::Top, 4),
+            };
+            let style = ("sans-serif", 13 * PARTS)
+                .into_text_style(&below)
+                .pos(Pos::new(across, upright));
+            let parts = PARTS as i32;
+            EmptyElement::at(note.at)
+                + Text::new(note.text.clone(), (aside * parts, above * parts), style)
+        }))?;
+        if let (Names::In(corner), true) = (self.names, self.lines.len() > 1) {
+            chart
+                .configure_series_labels()
+                .position(match corner {
+                    Corner::UpperLeft => SeriesLabelPosition::UpperLeft,
+                    Corner::UpperRight => SeriesLabelPosition::UpperRight,
+                    Corner::LowerLeft => SeriesLabelPosition::LowerLeft,
+                    Corner::LowerRight => SeriesLabelPosition::LowerRight,
+                })
+                .label_font(("sans-serif", 14 * PARTS))
+                .legend_area_size(30 * PARTS)
+                .margin(10 * PARTS)
+                .background_style(WHITE.mix(0.85))
+                .border_style(BLACK.mix(0.2).stroke_width(PARTS))
+                .draw()?;
+        }
+        self.draw_names(&names)?;
+        area.present()
+    }
+
+    /// Rows of the names below it.
+    fn names_height(&self) -> u32 {
+        if self.names == Names::Below && self.lines.len() > 1 {
+            // And half of one to the edge.
+            NAME_ROW * self.lines.len().div_ceil(NAMES_A_ROW) as u32 + NAME_ROW / 2
+        } else {
+            0
+        }
+    }
+
+    /// The names below it, each beside what its line looks like.
+    fn draw_names(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), DrawingError> {
+        if self.names_height() == 0 {
+            return Ok(());
+        }
+        let (width, _) = area.dim_in_pixel();
+        let (indent, row) = (24 * PARTS as i32, (NAME_ROW * PARTS) as i32);
+        let column = (width as i32 - indent) / NAMES_A_ROW as i32;
+        let style = ("sans-serif", 14 * PARTS)
+            .into_text_style(area)
+            .pos(Pos::new(HPos::Left, VPos::Center));
+        for (number, line) in self.lines.iter().enumerate() {
+            let (below, beside) = (number / NAMES_A_ROW, number % NAMES_A_ROW);
+            let x = indent + column * beside as i32;
+            let y = row / 2 + row * below as i32;
+            if line.dots {
+                let dot = Circle::new((x + KEY / 2, y), DOT, line.style().filled());
+                area.draw(&dot)?;
+            } else {
+                area.draw(&PathElement::new([(x, y), (x + KEY, y)], line.style()))?;
+            }
+            let at = (x + KEY + 8 * PARTS as i32, y);
+            area.draw(&Text::new(line.name.clone(), at, style.clone()))?;
+        }
+        Ok(())
+    }
+
+    /// Circles that its picture has to have where nothing of it is outside its axes:
+    /// one for each number of a line of dots, and one beside its name.
+    pub fn circles(&self) -> usize {
+        let named = usize::from(self.lines.len() > 1);
+        let dotted = self.lines.iter().filter(|line| line.dots);
+        let of = |line: &Line| line.points.iter().filter(|point| point.1.is_some()).count();
+        dotted.map(|line| of(line) + named).sum()
+    }
+
+    /// Lines that go through two numbers or more.
+    pub fn strokes(&self) -> usize {
+        let joined = self.lines.iter().filter(|line| !line.dots);
+        joined.filter(|line| line.points.len() > 1).count()
+    }
+
+    /// Whether a place is inside the chart.
+    fn shows(&self, (x, y): (f64, f64)) -> bool {
+        let within = |axis: &Axis, at: f64| (axis.range.start..=axis.range.end).contains(&at);
+        within(&self.x, x) && within(&self.y, y)
+    }
+
+    /// The places of a line's dots inside the chart.
+    fn dots(&self, line: &Line) -> Vec<(f64, f64)> {
+        if !line.dots && line.points.len() != 1 {
+            return Vec::new();
+        }
+        let places = line.points.iter().filter_map(|&(x, y)| Some((x, y?)));
+        places.filter(|&at| self.shows(at)).collect()
+    }
+
+    /// What of a line is inside the chart: its unbroken parts, each at least
+    /// two points.
+    fn parts(&self, line: &Line) -> Vec<Vec<(f64, f64)>> {
+        let (x, y) = (&self.x, &self.y);
+        let mut parts: Vec<Vec<(f64, f64)>> = Vec::new();
+        for pair in line.points.windows(2) {
+            let &[(x0, Some(y0)), (x1, Some(y1))] = pair else {
+                continue;
+            };
+            // No logarithm, no place.
+            if ![x.place(x0), x.place(x1), y.place(y0), y.place(y1)]
+                .iter()
+                .all(|place| place.is_finite())
+            {
+                continue;
+            }
+            let along_x = x.inside(x0, x1);
+            let along_y = y.inside(y0, y1);
+            let (from, to) = (along_x.0.max(along_y.0), along_x.1.min(along_y.1));
+            if !(from < to) {
+                continue;
+            }
+            let at = |part: f64| (x.between(x0, x1, part), y.between(y0, y1, part));
+            match parts.last_mut() {
+                Some(part) if from == 0.0 && part.last() == Some(&(x0, y0)) => part.push(at(to)),
+                _ => parts.push(vec![at(from), at(to)]),
+            }
+        }
+        parts
+    }
+}
+
+impl Line {
+    fn style(&self) -> ShapeStyle {
+        let colour = COLOURS[self.colour % COLOURS.len()];
+        ShapeStyle {
+            color: colour.mix(if self.faint { 0.5 } else { 1.0 }),
+            filled: false,
+            stroke_width: if self.faint { PARTS } else { 2 * PARTS },
+        }
+    }
+}
+
+type DrawingError = DrawingAreaErrorKind<io::Error>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(range: Range<f64>, logarithmic: bool, points: Vec<(f64, Option<f64>)>) -> Chart {
+        Chart {
+            title: "A chart".to_owned(),
+            x: Axis {
+                name: "x",
+                label: "along",
+                range: 0.0..4.0,
+                logarithmic: false,
+            },
+            y: Axis {
+                name: "y",
+                label: "up",
+                range,
+                logarithmic,
+            },
+            lines: vec![Line {
+                name: "one, \"two\"".to_owned(),
+                points,
+                colour: 0,
+                faint: false,
+                dots: false,
+            }],
+            names: Names::In(Corner::UpperLeft),
+            notes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn names_below_a_chart_hide_nothing() {
+        let mut chart = chart(0.0..2.0, false, vec![(1.0, Some(1.0))]);
+        chart.lines[0].dots = true;
+        chart.lines = vec![chart.lines[0].clone(); 4];
+        chart.names = Names::Below;
+        let picture = chart.svg(SIZE).unwrap();
+        // Two rows of names, and the edge.
+        assert!(
+            picture.starts_with("<svg width=\"800\" height=\"550\" viewBox=\"0 0 8000 5500\""),
+            "{}",
+            &picture[..80]
+        );
+        let heights: Vec<f64> = picture
+            .split("<circle ")
+            .skip(1)
+            .filter_map(|one| one.split("cy=\"").nth(1)?.split('"').next()?.parse().ok())
+            .collect();
+        assert_eq!(heights.len(), chart.circles());
+        let (dots, names) = heights.split_at(4);
+        let lowest = dots.iter().copied().fold(0.0, f64::max);
+        assert!(
+            names.iter().all(|&name| name > lowest + 500.0),
+            "{heights:?}"
+        );
+        // A line alone needs no name.
+        chart.lines.truncate(1);
+        assert!(chart.svg(SIZE).unwrap().contains("height=\"500\""));
+    }
+
+    fn parts(chart: &Chart) -> Vec<Vec<(f64, f64)>> {
+        chart.parts(&chart.lines[0])
+    }
+
+    #[test]
+    fn lines_end_at_the_edge_of_the_chart() {
+        let points = [0.0, 2.0, 2.0, -1.0, 0.5].map(Some);
+        let points = (0..).map(f64::from).zip(points).collect();
+        let inside = parts(&chart(0.0..1.0, false, points));
+        let expected = [
+            vec![(0.0, 0.0), (0.5, 1.0)],
+            vec![(2.0 + 1.0 / 3.0, 1.0), (2.0 + 2.0 / 3.0, 0.0)],
+            vec![(3.0 + 2.0 / 3.0, 0.0), (4.0, 0.5)],
+        ];
+        assert_eq!(inside.len(), expected.len(), "{inside:?}");
+        for (found, exact) in inside.iter().flatten().zip(expected.iter().flatten()) {
+            let off = (found.0 - exact.0).hypot(found.1 - exact.1);
+            assert!(off < 1.0e-12, "{found:?} {exact:?}");
+        }
+    }
+
+    #[test]
+    fn lines_are_broken_where_there_is_no_number() {
+        let points = vec![
+            (0.0, Some(1.0)),
+            (1.0, Some(10.0)),
+            (2.0, None),
+            (2.5, Some(100.0)),
+            (3.0, Some(0.0)),
+            (3.5, Some(1.0)),
+            (4.0, Some(1.0)),
+        ];
+        let inside = parts(&chart(1.0..1.0e3, true, points));
+        assert_eq!(
+            inside,
+            [vec![(0.0, 1.0), (1.0, 10.0)], vec![(3.5, 1.0), (4.0, 1.0)]]
+        );
+    }
+
+    #[test]
+    fn numbers_keep_their_digits() {
+        let chart = chart(0.0..1.0, false, vec![(0.1, Some(1.0 / 3.0)), (0.2, None)]);
+        let rows = [
+            "line,x,y",
+            "\"one, \"\"two\"\"\",0.1,0.3333333333333333",
+            "\"one, \"\"two\"\"\",0.2,",
+            "",
+        ];
+        assert_eq!(chart.csv(), rows.join("\n"));
+    }
+
+    #[test]
+    fn pictures_are_as_large_as_they_should_be() {
+        for logarithmic in [false, true] {
+            let points = vec![(0.0, Some(1.0)), (4.0, Some(2.0))];
+            let mut chart = chart(1.0..2.0, logarithmic, points);
+            let picture = chart.svg(SIZE).unwrap();
+            assert!(!picture.contains("<circle"));
+            for (y, dots) in [(1.5, 1), (2.5, 0)] {
+                chart.lines[0].points = vec![(1.0, Some(y))];
+                let dot = chart.svg(SIZE).unwrap();
+                assert_eq!(dot.matches("<circle").count(), dots);
+            }
+            assert!(
+                picture.starts_with("<svg width=\"800\" height=\"500\" viewBox=\"0 0 8000 5000\""),
+                "{picture}"
+            );
+            assert!(picture.contains("A chart") && picture.contains("polyline"));
+        }
+    }
+
+    #[test]
+    fn ticks_are_short() {
+        let chart = chart(1.0..2.0, true, Vec::new());
+        for (value, linear, logarithmic) in [
+            (0.1 + 0.2, "0.3", "0.3"),
+            (-1.0e-17, "0", "-1e-17"),
+            (90.0, "90", "90"),
+            (1.0e-5, "0.00001", "1e-5"),
+            (1.0e5, "100000", "1e5"),
+        ] {
+            assert_eq!(chart.x.tick(value), linear);
+            assert_eq!(chart.y.tick(value), logarithmic);
+        }
+        // Nine numbers a decade would lie on each other.
+        let mut wide = chart.clone();
+        wide.y.range = 5.0..80.0;
+        let found = [10.0, 20.0, 30.0, 40.0, 50.0, 70.0].map(|value| wide.y.tick(value));
+        assert_eq!(found, ["10", "20", "", "", "50", ""]);
+        // All of an axis next to nothing.
+        let mut chart = chart;
+        chart.x.range = 0.0..5.0e-7;
+        let found = [0.0, 1.0e-22, 1.0e-7, 1.5e-7].map(|value| chart.x.tick(value));
+        assert_eq!(found, ["0", "0", "1e-7", "1.5e-7"]);
+        // Five digits after the point would lie on the axis' own name.
+        chart.x.range = 0.0..2.8e-4;
+        let found = [5.0e-5, 1.0e-4, 2.5e-4].map(|value| chart.x.tick(value));
+        assert_eq!(found, ["5e-5", "1e-4", "2.5e-4"]);
+    }
+}

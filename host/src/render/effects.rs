@@ -1,0 +1,204 @@
+//! Which effects to carry out, as it is asked for, and the shading that has
+//! them.
+//!
+//! Written as a list: `auto`, what the scene asks for; `all`, everything that
+//! is built; `-NAME` and `+NAME`, less and more than that. Whatever a scene does
+//! not ask for changes no pixel, asked for here or not.
+
+use crate::files::description::suggestion;
+use shisen_core::frame::{Renderer, Settings, Spectrum, SpectrumError};
+use shisen_core::scene::{EffectSet, Scene};
+use shisen_core::{COMPILED, Runs, Simd};
+use std::fmt;
+use std::str::FromStr;
+use thiserror::Error;
+
+/// Which effects to carry out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Effects {
+    /// Every effect that is built, not only those that the scene asks for.
+    everything: bool,
+    with: EffectSet,
+    without: EffectSet,
+}
+
+/// Why a list of effects cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum EffectsError {
+    /// An effect that there is not.
+    #[error("there is no effect \"{given}\": {help}")]
+    Unknown {
+        /// What was given.
+        given: String,
+        /// What there is.
+        help: String,
+    },
+    /// A name without a sign.
+    #[error("\"{given}\" is neither auto nor all: write +{given} or -{given}")]
+    NoSign {
+        /// What was given.
+        given: String,
+    },
+}
+
+impl Effects {
+    /// What the scene asks for.
+    pub const AUTO: Self = Self {
+        everything: false,
+        with: EffectSet::NONE,
+        without: EffectSet::NONE,
+    };
+
+    /// Everything that is built, whether the scene asks for it or not: the
+    /// same picture, at what it costs to ask everywhere.
+    pub const ALL: Self = Self {
+        everything: true,
+        ..Self::AUTO
+    };
+
+    /// These without some effects.
+    #[must_use]
+    pub const fn less(mut self, effects: EffectSet) -> Self {
+        self.with = self.with.difference(effects);
+        self.without = self.without.union(effects);
+        self
+    }
+
+    /// These and some more.
+    #[must_use]
+    pub const fn more(mut self, effects: EffectSet) -> Self {
+        self.without = self.without.difference(effects);
+        self.with = self.with.union(effects);
+        self
+    }
+
+    /// What is carried out of a scene that asks for `asked`.
+    pub const fn of(&self, asked: EffectSet) -> EffectSet {
+        let all = if self.everything {
+            EffectSet::ALL
+        } else {
+            asked
+        };
+        all.union(self.with).difference(self.without)
+    }
+}
+
+impl FromStr for Effects {
+    type Err = EffectsError;
+
+    fn from_str(text: &str) -> Result<Self, EffectsError> {
+        let mut effects = Self::AUTO;
+        for item in text.split(',').map(str::trim) {
+            effects = match (item, item.strip_prefix('+'), item.strip_prefix('-')) {
+                ("auto", ..) => Self::AUTO,
+                ("all", ..) => Self::ALL,
+                (_, Some(name), _) => effects.more(named(name)?),
+                (_, _, Some(name)) => effects.less(named(name)?),
+                _ => {
+                    named(item)?;
+                    let given = item.to_owned();
+                    return Err(EffectsError::NoSign { given });
+                }
+            };
+        }
+        Ok(effects)
+    }
+}
+
+impl fmt::Display for Effects {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.everything { "all" } else { "auto" })?;
+        let signed = |sign: char, effects: EffectSet| effects.names().map(move |name| (sign, name));
+        for (sign, name) in signed('+', self.with).chain(signed('-', self.without)) {
+            write!(f, ",{sign}{name}")?;
+        }
+        Ok(())
+    }
+}
+
+fn named(name: &str) -> Result<EffectSet, EffectsError> {
+    EffectSet::named(name).ok_or_else(|| EffectsError::Unknown {
+        given: name.to_owned(),
+        help: suggestion(name, EffectSet::ALL.names()).unwrap_or_default(),
+    })
+}
+
+/// A renderer of a scene, with the smallest shading that has the effects wanted.
+///
+/// # Errors
+/// A wavelength at which a medium of the scene is not known.
+pub fn renderer<'a, const W: usize>(
+    scene: Scene<'a, W>,
+    simd: Simd,
+    settings: Settings,
+    effects: &Effects,
+    spectrum: Spectrum<'a>,
+) -> Result<Renderer<'a, W>, SpectrumError>
+where
+    Simd: Runs<W>,
+{
+    let wanted = effects.of(scene.effects());
+    let renderer = Renderer::smallest(scene, simd, settings, wanted);
+    let others = EffectSet::ALL.difference(wanted);
+    renderer.without(others).with_spectrum(spectrum)
+}
+
+/// The smallest set that shading with some effects is compiled for.
+pub fn compiled_for(wanted: EffectSet) -> EffectSet {
+    let mut sets = COMPILED.iter().copied();
+    sets.find(|set| set.contains(wanted))
+        .unwrap_or(EffectSet::ALL)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MIRRORS: EffectSet = EffectSet::SHADOWS.union(EffectSet::REFLECTION);
+
+    fn of(text: &str) -> EffectSet {
+        text.parse::<Effects>().unwrap().of(MIRRORS)
+    }
+
+    #[test]
+    fn lists_are_read_in_order() {
+        assert_eq!(of("auto"), MIRRORS);
+        assert_eq!(of("all"), EffectSet::ALL);
+        assert_eq!(of("-shadows"), EffectSet::REFLECTION);
+        assert_eq!(of("-shadows, -reflection"), EffectSet::NONE);
+        assert_eq!(of("-shadows,+shadows"), MIRRORS);
+        assert_eq!(of("+refraction"), MIRRORS | EffectSet::REFRACTION);
+        assert_eq!(of("-shadows,auto"), MIRRORS);
+        let rest = EffectSet::ALL.difference(EffectSet::GRATICULE);
+        assert_eq!(of("all,-graticule"), rest);
+        for text in ["auto", "all,-graticule", "auto,+refraction,-shadows"] {
+            assert_eq!(text.parse::<Effects>().unwrap().to_string(), text);
+        }
+    }
+
+    #[test]
+    fn what_is_no_effect_is_named() {
+        for (text, expected) in [
+            ("-shadow", "no effect \"shadow\": did you mean \"shadows\"?"),
+            ("+caustics", "no effect \"caustics\": use one of: shadows,"),
+            ("-", "no effect \"\": use one of"),
+            ("shadows", "write +shadows or -shadows"),
+            ("", "no effect \"\""),
+            ("Auto", "no effect \"Auto\""),
+        ] {
+            let error = text.parse::<Effects>().unwrap_err().to_string();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_smallest_shading_is_taken() {
+        assert_eq!(compiled_for(EffectSet::NONE), EffectSet::SHADOWS);
+        assert_eq!(compiled_for(MIRRORS), MIRRORS);
+        assert_eq!(compiled_for(EffectSet::REFRACTION), EffectSet::ALL);
+        for pair in COMPILED.windows(2) {
+            assert!(!pair[0].contains(pair[1]), "{} hides {}", pair[0], pair[1]);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Wavelengths on a desk: media by name, ways to choose wavelengths, prisms.
+//!
+//! What the tracer computes with is in [`shisen_core::spectrum`].
+
+mod cie1931;
+mod dispersion;
+mod method;
+mod prism;
+
+pub use cie1931::CIE_1931;
+pub use dispersion::Dispersion;
+pub use method::Method;
+pub use prism::minimum_deviation;
+
+use crate::files::description::suggestion;
+use miette::Diagnostic;
+use shisen_core::spectrum::Medium;
+use thiserror::Error;
+
+/// A name that no medium has.
+#[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
+#[error("there is no medium \"{}\": {}", name.escape_debug(), suggestion)]
+pub struct UnknownMedium {
+    /// The name.
+    pub name: String,
+    /// The nearest names there are.
+    pub suggestion: String,
+}
+
+/// The built-in medium of a name.
+///
+/// # Errors
+/// A name of none.
+pub fn medium(name: &str) -> Result<Medium, UnknownMedium> {
+    Medium::named(name).ok_or_else(|| UnknownMedium {
+        name: name.to_owned(),
+        suggestion: suggestion(name, Medium::NAMED.map(|(known, _)| known)).unwrap_or_default(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shisen_core::spectrum::Matching;
+
+    #[test]
+    fn unknown_media_suggest_the_nearest() {
+        assert_eq!(medium("n-bk7"), Ok(Medium::N_BK7));
+        let says = |name: &str| medium(name).unwrap_err().to_string();
+        assert!(says("N-BK77").contains("did you mean \"n-bk7\"?"));
+        assert!(says("quartz").contains("did you mean \"quartz-"));
+        assert!(says("jelly \n").contains("use one of: fused-silica, quartz-o"));
+    }
+
+    #[test]
+    fn the_fit_is_as_near_to_the_table_as_its_authors_say() {
+        let table = Matching::Table(CIE_1931);
+        // At the table's own wavelengths: between them it is interpolated.
+        let worst = (0..=80u16).fold([0f32; 3], |worst, i| {
+            let nm = 380.0 + 5.0 * f32::from(i);
+            let error = (Matching::Wyman.values(nm) - table.values(nm)).abs();
+            let [x, y, z] = error.to_array();
+            [worst[0].max(x), worst[1].max(y), worst[2].max(z)]
+        });
+        for (worst, bound) in worst.into_iter().zip([0.0140, 0.0080, 0.0222]) {
+            assert!(worst <= bound && worst > 0.9 * bound, "{worst} {bound}");
+        }
+    }
+}

@@ -1,0 +1,580 @@
+//! glTF 2.0, as JSON with external or embedded buffers and as GLB.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::{Mat3, Mat4, Vec3};
+use gltf::accessor::{DataType, Dimensions, Item, Iter};
+use gltf::{Accessor, Document, Node, Primitive, Semantic, buffer, json, mesh::Mode};
+
+use super::{
+    ImportError, Place, bounded, bounded_colour, syntax, unit_normals, usable_coordinates,
+    validated,
+};
+use crate::scene::material::Material;
+use crate::scene::mesh::{MeshError, TriangleMesh};
+use crate::scene::texture::{Image, Pattern, Texture};
+use std::sync::Arc;
+
+/// Metalness from which a smooth surface is a mirror.
+const METALLIC: f32 = 0.5;
+/// Roughness up to which a metallic surface is a mirror.
+const SMOOTH: f32 = 0.3;
+
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportError> {
+    let (json, blob) = split(path, bytes)?;
+    let document = document(path, &json)?;
+    let importer = Importer {
+        path,
+        buffers: Buffers::read(path, &document, blob)?,
+    };
+    let mesh = importer.scene(&document)?;
+    validated(mesh, path, |_| None)
+}
+
+/// The JSON, and the binary chunk of a GLB file.
+type Chunks<'a> = (Cow<'a, [u8]>, Option<Vec<u8>>);
+
+fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, ImportError> {
+    if !bytes.starts_with(b"glTF") {
+        return Ok((bytes.into(), None));
+    }
+    // The parser subtracts the header's length unchecked.
+    let claimed = bytes
+        .get(8..)
+        .and_then(|rest| rest.first_chunk())
+        .map_or(0, |&length| u32::from_le_bytes(length));
+    if claimed < 12 {
+        return Err(syntax(Place::file(path), "the GLB header is cut off"));
+    }
+    if u64::from(claimed) > bytes.len() as u64 {
+        return Err(ImportError::Claim {
+            place: Place::file(path),
+            what: "the GLB header's length".to_owned(),
+            claimed: claimed.into(),
+            available: bytes.len() as u64,
+        });
+    }
+    let glb = gltf::Glb::from_slice(bytes).map_err(|error| malformed(path, &error))?;
+    Ok((glb.json, glb.bin.map(Cow::into_owned)))
+}
+
+fn malformed(path: &Path, error: &gltf::Error) -> ImportError {
+    syntax(
+        Place::file(path),
+        format!("not a valid glTF 2.0 file: {error}"),
+    )
+}
+
+fn document(path: &Path, json: &[u8]) -> Result<Document, ImportError> {
+    let root: json::Root =
+        json::deserialize::from_slice(json).map_err(|error| malformed(path, &error.into()))?;
+    // The validator looks positions up before it has checked their index.
+    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let accessors = root.accessors.len();
+    if primitives.any(|p| p.attributes.values().any(|i| i.value() >= accessors)) {
+        return Err(syntax(
+            Place::file(path),
+            format!("a primitive names an accessor that is not among the file's {accessors}"),
+        ));
+    }
+    Document::from_json(root).map_err(|error| malformed(path, &error))
+}
+
+/// The bytes of the document's buffers; buffers with the same URI share them.
+struct Buffers {
+    contents: Vec<Vec<u8>>,
+    /// For each buffer, its place in `contents`.
+    places: Vec<usize>,
+}
+
+impl Buffers {
+    fn read(path: &Path, document: &Document, blob: Option<Vec<u8>>) -> Result<Self, ImportError> {
+        let mut blob = blob;
+        let mut by_uri = HashMap::new();
+        let mut contents = Vec::new();
+        let mut places = Vec::new();
+        for buffer in document.buffers() {
+            let place = match buffer.source() {
+                buffer::Source::Bin => {
+                    let Some(blob) = blob.take() else {
+                        return Err(syntax(
+                            Place::file(path),
+                            format!(
+                                "buffer {} has neither a URI nor a binary chunk",
+                                buffer.index()
+                            ),
+                        ));
+                    };
+                    contents.push(blob);
+                    contents.len() - 1
+                }
+                buffer::Source::Uri(uri) => {
+                    if let Some(&place) = by_uri.get(uri) {
+                        place
+                    } else {
+                        contents.push(read_uri(path, uri)?);
+                        by_uri.insert(uri, contents.len() - 1);
+                        contents.len() - 1
+                    }
+                }
+            };
+            let available = contents[place].len();
+            if buffer.length() > available {
+                return Err(ImportError::Claim {
+                    place: Place::file(path),
+                    what: format!("the length of buffer {}", buffer.index()),
+                    claimed: buffer.length() as u128,
+                    available: available as u64,
+                });
+            }
+            places.push(place);
+        }
+        Ok(Self { contents, places })
+    }
+
+    fn get(&self, buffer: &gltf::Buffer<'_>) -> Option<&[u8]> {
+        let place = *self.places.get(buffer.index())?;
+        self.contents.get(place).map(Vec::as_slice)
+    }
+}
+
+/// Reads a `data:` URI or a file relative to the document's.
+fn read_uri(path: &Path, uri: &str) -> Result<Vec<u8>, ImportError> {
+    if uri.starts_with("data:") {
+        return buffer::Data::from_source(buffer::Source::Uri(uri), None)
+            .map(|data| data.0)
+            .map_err(|error| malformed(path, &error));
+    }
+    let name = percent_decoded(uri).filter(|name| !name.contains("://"));
+    let Some(name) = name else {
+        return Err(syntax(
+            Place::file(path),
+            format!("the buffer URI '{uri}' is neither data nor the name of a local file"),
+        ));
+    };
+    super::read(&path.with_file_name(name))
+}
+
+fn percent_decoded(uri: &str) -> Option<String> {
+    let mut parts = uri.split('%');
+    let mut bytes = parts.next()?.as_bytes().to_vec();
+    for part in parts {
+        let digits = part.get(..2)?;
+        bytes.push(u8::from_str_radix(digits, 16).ok()?);
+        bytes.extend(part.get(2..)?.as_bytes());
+    }
+    String::from_utf8(bytes).ok()
+}
+
+struct Importer<'a> {
+    path: &'a Path,
+    buffers: Buffers,
+}
+
+impl Importer<'_> {
+    fn fault(&self, problem: impl Into<String>) -> ImportError {
+        syntax(Place::file(self.path), problem)
+    }
+
+    fn scene(&self, document: &Document) -> Result<TriangleMesh, ImportError> {
+        let mut mesh = TriangleMesh::default();
+        let scene = document
+            .default_scene()
+            .or_else(|| document.scenes().next());
+        let mut open: Vec<(Node<'_>, Mat4)> = scene
+            .iter()
+            .flat_map(gltf::Scene::nodes)
+            .map(|node| (node, Mat4::IDENTITY))
+            .collect();
+        // The last is taken first: this keeps the document's order.
+        open.reverse();
+        let mut visited = vec![false; document.nodes().len()];
+        let (mut bare, mut unmapped) = (false, false);
+        while let Some((node, parent)) = open.pop() {
+            if std::mem::replace(&mut visited[node.index()], true) {
+                return Err(self.fault(format!(
+                    "node {} has more than one parent; nodes must form trees",
+                    node.index()
+                )));
+            }
+            let transform = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
+            for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
+                self.add_primitive(&primitive, transform, &mut mesh, &mut bare)?;
+                unmapped |= mesh.coordinates.len() < mesh.positions.len();
+            }
+            let first_child = open.len();
+            open.extend(node.children().map(|child| (child, transform)));
+            open[first_child..].reverse();
+        }
+        mesh.normals = if bare {
+            Vec::new()
+        } else {
+            unit_normals(mesh.normals)
+        };
+        mesh.coordinates = if unmapped {
+            Vec::new()
+        } else {
+            usable_coordinates(mesh.coordinates)
+        };
+        let textures = if mesh.coordinates.is_empty() {
+            Vec::new()
+        } else {
+            self.textures(document)?
+        };
+        paint(document, &textures, &mut mesh);
+        Ok(mesh)
+    }
+
+    /// Appends a primitive's triangles; `bare` becomes true if it lacks
+    /// normals. Triangles without a material get `u32::MAX` for now.
+    fn add_primitive(
+        &self,
+        primitive: &Primitive<'_>,
+        transform: Mat4,
+        mesh: &mut TriangleMesh,
+        bare: &mut bool,
+    ) -> Result<(), ImportError> {
+        match primitive.mode() {
+            Mode::Triangles => {}
+            Mode::TriangleStrip | Mode::TriangleFan => {
+                return Err(self.fault(
+                    "a primitive is a triangle strip or fan; export it as separate triangles",
+                ));
+            }
+            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => return Ok(()),
+        }
+        let Some(accessor) = primitive.get(&Semantic::Positions) else {
+            return Ok(());
+        };
+        let first = mesh.positions.len();
+        let count = accessor.count();
+        let positions = self.items::<[f32; 3]>(accessor, Dimensions::Vec3, DataType::F32)?;
+        // Any number of nodes may share the accessors.
+        if count > (3 * TriangleMesh::MOST_TRIANGLES).saturating_sub(first) {
+            return Err(self.too_many(first.saturating_add(count) / 3));
+        }
+        mesh.positions
+            .extend(positions.map(|p| transform.transform_point3(Vec3::from_array(p)).to_array()));
+        match primitive.get(&Semantic::Normals) {
+            Some(accessor) if accessor.count() == count => {
+                let matrix = normal_matrix(transform);
+                mesh.normals.extend(
+                    self.items::<[f32; 3]>(accessor, Dimensions::Vec3, DataType::F32)?
+                        .map(|n| (matrix * Vec3::from_array(n)).to_array()),
+                );
+            }
+            _ => *bare = true,
+        }
+        match primitive.get(&Semantic::TexCoords(0)) {
+            Some(accessor) if accessor.count() == count => {
+                let coordinates = self.coordinates(accessor)?;
+                // Theirs start at the top.
+                let turned = coordinates.into_iter().map(|[u, v]| [u, 1.0 - v]);
+                // None where a primitive before had none: they would be others'.
+                if mesh.coordinates.len() == first {
+                    mesh.coordinates.extend(turned);
+                }
+            }
+            _ => {}
+        }
+        let mirrored = transform.determinant() < 0.0;
+        self.add_triangles(primitive, count, mirrored, mesh)?;
+        let material = primitive.material().index().unwrap_or(usize::MAX);
+        mesh.triangle_materials
+            .resize(mesh.triangles.len(), material as u32);
+        Ok(())
+    }
+
+    /// Numbers, or codes of 8 or 16 bits from 0 to 1.
+    fn coordinates(&self, accessor: Accessor<'_>) -> Result<Vec<[f32; 2]>, ImportError> {
+        let pair = Dimensions::Vec2;
+        Ok(match accessor.data_type() {
+            DataType::U8 => self
+                .items::<[u8; 2]>(accessor, pair, DataType::U8)?
+                .map(|place| place.map(|c| f32::from(c) / f32::from(u8::MAX)))
+                .collect(),
+            DataType::U16 => self
+                .items::<[u16; 2]>(accessor, pair, DataType::U16)?
+                .map(|place| place.map(|c| f32::from(c) / f32::from(u16::MAX)))
+                .collect(),
+            _ => self
+                .items::<[f32; 2]>(accessor, pair, DataType::F32)?
+                .collect(),
+        })
+    }
+
+    /// For each material, the texture of its base colour: of those on the
+    /// first set of coordinates that are PNG files.
+    fn textures(&self, document: &Document) -> Result<Vec<Option<Texture>>, ImportError> {
+        let mut left = Image::MOST_BYTES;
+        let mut images = HashMap::new();
+        document
+            .materials()
+            .map(|material| {
+                let base = material.pbr_metallic_roughness().base_color_texture();
+                let Some(info) = base.filter(|info| info.tex_coord() == 0) else {
+                    return Ok(None);
+                };
+                let source = info.texture().source();
+                let known: Option<&Option<Arc<Image>>> = images.get(&source.index());
+                let image = if let Some(known) = known {
+                    known.clone()
+                } else {
+                    let image = self.image(&source, &mut left)?.map(Arc::new);
+                    images.insert(source.index(), image.clone());
+                    image
+                };
+                Ok(image.map(|image| Texture {
+                    pattern: Pattern::Image(image),
+                    repeats: [1.0; 2],
+                }))
+            })
+            .collect()
+    }
+
+    fn image(&self, image: &gltf::Image<'_>, left: &mut u64) -> Result<Option<Image>, ImportError> {
+        let bytes = match image.source() {
+            gltf::image::Source::Uri { uri, .. } => Cow::Owned(read_uri(self.path, uri)?),
+            gltf::image::Source::View { view, .. } => {
+                let buffer = self.buffers.get(&view.buffer()).unwrap_or_default();
+                let end = view.offset().checked_add(view.length());
+                let bytes = end.and_then(|end| buffer.get(view.offset()..end));
+                Cow::Borrowed(bytes.ok_or_else(|| ImportError::Claim {
+                    place: Place::file(self.path),
+                    what: format!("buffer view {}", view.index()),
+                    claimed: view.offset() as u128 + view.length() as u128,
+                    available: buffer.len() as u64,
+                })?)
+            }
+        };
+        if !Image::is_png(&bytes) {
+            return Ok(None);
+        }
+        Ok(Some(Image::from_png(self.path, &bytes, left)?))
+    }
+
+    /// Appends the triangles among the last `count` vertices.
+    fn add_triangles(
+        &self,
+        primitive: &Primitive<'_>,
+        count: usize,
+        mirrored: bool,
+        mesh: &mut TriangleMesh,
+    ) -> Result<(), ImportError> {
+        let triangles = primitive.indices().map_or(count, |a| a.count()) / 3;
+        let before = mesh.triangles.len();
+        if triangles > TriangleMesh::MOST_TRIANGLES - before {
+            return Err(self.too_many(before.saturating_add(triangles)));
+        }
+        let indices: Vec<u32> = match primitive.indices() {
+            None => (0..count as u32).collect(),
+            Some(accessor) => {
+                let scalar = Dimensions::Scalar;
+                match accessor.data_type() {
+                    DataType::U8 => self
+                        .items::<u8>(accessor, scalar, DataType::U8)?
+                        .map(u32::from)
+                        .collect(),
+                    DataType::U16 => self
+                        .items::<u16>(accessor, scalar, DataType::U16)?
+                        .map(u32::from)
+                        .collect(),
+                    _ => self.items(accessor, scalar, DataType::U32)?.collect(),
+                }
+            }
+        };
+        let (corners, rest) = indices.as_chunks::<3>();
+        if !rest.is_empty() {
+            return Err(self.fault(format!(
+                "a primitive has {} corners, which is no multiple of three",
+                indices.len()
+            )));
+        }
+        if let Some(&index) = indices.iter().find(|&&index| index as usize >= count) {
+            return Err(self.fault(format!(
+                "a primitive names vertex {index} (counted from 0), but has {count}"
+            )));
+        }
+        let first = (mesh.positions.len() - count) as u32;
+        mesh.triangles.extend(corners.iter().map(|corners| {
+            let [a, b, c] = corners.map(|index| first + index);
+            if mirrored { [a, c, b] } else { [a, b, c] }
+        }));
+        Ok(())
+    }
+
+    fn too_many(&self, count: usize) -> ImportError {
+        ImportError::Mesh {
+            place: Place::file(self.path),
+            fault: MeshError::TooMany {
+                count,
+                limit: TriangleMesh::MOST_TRIANGLES,
+            },
+        }
+    }
+
+    /// Reads an accessor, once it is certain that all of it is there.
+    fn items<'s, T: Item>(
+        &'s self,
+        accessor: Accessor<'_>,
+        dimensions: Dimensions,
+        data_type: DataType,
+    ) -> Result<Iter<'s, T>, ImportError> {
+        let number = accessor.index();
+        if (accessor.dimensions(), accessor.data_type()) != (dimensions, data_type) {
+            return Err(self.fault(format!(
+                "accessor {number} is {:?} of {:?}, but has to be {dimensions:?} of {data_type:?}",
+                accessor.dimensions(),
+                accessor.data_type()
+            )));
+        }
+        let count = accessor.count();
+        let size = accessor.size();
+        match accessor.view() {
+            Some(view) => self.check_view(number, &view, accessor.offset(), count, size)?,
+            // All zero but for the sparse items.
+            None if count > TriangleMesh::MOST_TRIANGLES => {
+                return Err(self.too_many(count));
+            }
+            None => {}
+        }
+        if let Some(sparse) = accessor.sparse() {
+            let count = sparse.count();
+            let (indices, values) = (sparse.indices(), sparse.values());
+            let index_size = indices.index_type().size();
+            self.check_view(number, &indices.view(), indices.offset(), count, index_size)?;
+            self.check_view(number, &values.view(), values.offset(), count, size)?;
+        }
+        Iter::new(accessor, |buffer| self.buffers.get(&buffer))
+            .ok_or_else(|| self.fault(format!("accessor {number} does not fit its buffer")))
+    }
+
+    /// Checks that `count` items of `size` bytes lie inside the view, and the
+    /// view inside its buffer.
+    fn check_view(
+        &self,
+        accessor: usize,
+        view: &buffer::View<'_>,
+        offset: usize,
+        count: usize,
+        size: usize,
+    ) -> Result<(), ImportError> {
+        let stride = view.stride().unwrap_or(size);
+        if stride < size || count == 0 {
+            return Err(self.fault(format!(
+                "accessor {accessor} has {count} items of {size} bytes every {stride} bytes"
+            )));
+        }
+        let items = offset as u128 + (count as u128 - 1) * stride as u128 + size as u128;
+        let view_end = view.offset() as u128 + view.length() as u128;
+        let buffer = self.buffers.get(&view.buffer()).map_or(0, <[u8]>::len);
+        for (what, claimed, available) in [
+            (format!("accessor {accessor}"), items, view.length()),
+            (format!("buffer view {}", view.index()), view_end, buffer),
+        ] {
+            if claimed > available as u128 {
+                return Err(ImportError::Claim {
+                    place: Place::file(self.path),
+                    what,
+                    claimed,
+                    available: available as u64,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Turns normals as `transform` turns surfaces: its cofactors, which exist
+/// also where its inverse does not, without the sign of a reflection.
+fn normal_matrix(transform: Mat4) -> Mat3 {
+    let m = Mat3::from_mat4(transform);
+    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+    Mat3::from_cols(
+        m.y_axis.cross(m.z_axis) * sign,
+        m.z_axis.cross(m.x_axis) * sign,
+        m.x_axis.cross(m.y_axis) * sign,
+    )
+}
+
+/// Fills in the materials; triangles without one get the default, and a mesh
+/// without any stays without.
+fn paint(document: &Document, textures: &[Option<Texture>], mesh: &mut TriangleMesh) {
+    mesh.materials = document.materials().map(|m| whitted(&m)).collect();
+    for (material, texture) in mesh.materials.iter_mut().zip(textures) {
+        material.texture.clone_from(texture);
+    }
+    let fallback = mesh.materials.len() as u32;
+    if fallback == 0 {
+        mesh.triangle_materials.clear();
+        return;
+    }
+    for material in &mut mesh.triangle_materials {
+        *material = (*material).min(fallback);
+    }
+    if mesh.triangle_materials.contains(&fallback) {
+        mesh.materials.push(Material::default());
+    }
+}
+
+/// Maps a material onto Whitted's terms, as [`super::load`] documents.
+fn whitted(material: &gltf::Material<'_>) -> Material {
+    let default = Material::default();
+    let pbr = material.pbr_metallic_roughness();
+    let [r, g, b, _] = pbr.base_color_factor();
+    let base = bounded_colour([r, g, b]);
+    let metalness = bounded(pbr.metallic_factor(), 0.0, 1.0);
+    let roughness = bounded(pbr.roughness_factor(), 0.0, 1.0);
+    let transmission = material
+        .transmission()
+        .map_or(0.0, |t| bounded(t.transmission_factor(), 0.0, 1.0));
+    let is_mirror = metalness >= METALLIC && roughness <= SMOOTH;
+    // Dielectrics reflect about 4 % head-on, metals their own colour.
+    let specular = base.map(|channel| 0.04 + (channel - 0.04) * metalness);
+    // The exponent whose lobe is as wide as the microfacets' of this roughness.
+    let alpha = roughness * roughness;
+    let shininess = 2.0 / (alpha * alpha).max(f32::MIN_POSITIVE) - 2.0;
+    let index = material.ior().unwrap_or(default.index_of_refraction);
+    Material {
+        diffuse: if is_mirror {
+            [0.0; 3]
+        } else {
+            base.map(|channel| channel * (1.0 - transmission))
+        },
+        specular,
+        shininess: bounded(shininess, 1.0, 10_000.0),
+        mirror: if is_mirror { base } else { default.mirror },
+        transmission: base.map(|channel| channel * transmission),
+        // 0 is the extension's mark for a surface without Fresnel's terms.
+        index_of_refraction: if index > 0.0 && index.is_finite() {
+            index
+        } else {
+            default.index_of_refraction
+        },
+        absorption: material
+            .volume()
+            .filter(|volume| volume.thickness_factor() > 0.0)
+            .map_or(default.absorption, |volume| absorption(&volume)),
+        graticule: default.graticule,
+        medium: default.medium,
+        texture: None,
+        emission: default.emission,
+    }
+}
+
+/// Beer's coefficients from the colour that white light has after a distance.
+fn absorption(volume: &gltf::material::Volume<'_>) -> [f32; 3] {
+    let distance = volume.attenuation_distance();
+    if distance.is_finite() && distance > 0.0 {
+        // Black would be absorbed without end.
+        let colour = volume.attenuation_color();
+        colour.map(|channel| bounded(-bounded(channel, 1.0e-4, 1.0).ln() / distance, 0.0, 1.0e6))
+    } else {
+        [0.0; 3]
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests;

@@ -1,0 +1,212 @@
+use super::*;
+
+/// Three vertices, three normals and three indices of 16 bits.
+pub(in crate::scene::import) fn triangle_bytes() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for number in [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {
+        bytes.extend(number.to_le_bytes());
+    }
+    for number in [0.0_f32, 0.0, 1.0].repeat(3) {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.extend([0, 0, 1, 0, 2, 0]);
+    bytes
+}
+
+pub(in crate::scene::import) fn triangle_json(node: &str, buffer: &str) -> String {
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
+"nodes":[{{"children":[1]}},{{"mesh":0{node}}}],
+"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":1}},"indices":2,"material":0}}]}}],
+"materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[1,0.5,0.25,1],"roughnessFactor":0.1}}}}],
+"accessors":[
+{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}},
+{{"bufferView":1,"componentType":5126,"count":3,"type":"VEC3"}},
+{{"bufferView":2,"componentType":5123,"count":3,"type":"SCALAR"}}],
+"bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":36}},
+{{"buffer":0,"byteOffset":72,"byteLength":6}}],
+"buffers":[{{"byteLength":78{buffer}}}]}}"#
+    )
+}
+
+pub(in crate::scene::import) fn glb(json: &str) -> Vec<u8> {
+    let glb = gltf::Glb {
+        header: gltf::binary::Header {
+            magic: *b"glTF",
+            version: 2,
+            length: 0,
+        },
+        json: json.as_bytes().into(),
+        bin: Some(triangle_bytes().into()),
+    };
+    glb.to_vec().unwrap()
+}
+
+fn mesh(json: &str) -> Result<TriangleMesh, ImportError> {
+    parse(Path::new("a.glb"), &glb(json))
+}
+
+fn fault(from: &str, to: &str) -> String {
+    let json = triangle_json("", "");
+    assert!(json.contains(from));
+    mesh(&json.replacen(from, to, 1)).unwrap_err().to_string()
+}
+
+#[test]
+fn applies_the_transforms_of_nodes() {
+    let node = r#","translation":[5,0,0],"scale":[2,2,4]"#;
+    let moved = mesh(&triangle_json(node, "")).unwrap();
+    assert_eq!(moved.positions[1], [7.0, 0.0, 0.0]);
+    assert_eq!(moved.triangles, [[0, 1, 2]]);
+    assert_eq!(moved.normals, [[0.0, 0.0, 1.0]; 3]);
+    let mirrored = mesh(&triangle_json(r#","scale":[1,1,-3]"#, "")).unwrap();
+    assert_eq!(mirrored.triangles, [[0, 2, 1]]);
+    assert_eq!(mirrored.normals, [[0.0, 0.0, -1.0]; 3]);
+}
+
+#[test]
+fn reads_primitives_without_indices_normals_and_material() {
+    let json = triangle_json("", "")
+        .replace(r#","indices":2,"material":0"#, "")
+        .replace(r#","NORMAL":1"#, "");
+    let mesh = mesh(&json).unwrap();
+    assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    assert!(mesh.normals.is_empty());
+    assert_eq!(mesh.triangle_materials, [1]);
+    assert_eq!(mesh.materials[1], Material::default());
+}
+
+#[test]
+fn textures_are_those_of_the_first_coordinates() {
+    let mut image = Vec::new();
+    let encoder = png::Encoder::new(&mut image, 1, 1);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&[99]).unwrap();
+    writer.finish().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a b.png"), &image).unwrap();
+    let mut bytes = triangle_bytes();
+    for number in [0.0_f32, 1.0, 1.0, 1.0, 0.0, 0.25] {
+        bytes.extend(number.to_le_bytes());
+    }
+    // Aligned anew: the indices before take six bytes.
+    let at = triangle_bytes().len();
+    std::fs::write(folder.path().join("a.bin"), &bytes).unwrap();
+    let json = |texture: &str, uri: &str| {
+        triangle_json("", r#","uri":"a.bin""#)
+            .replace(r#""byteLength":78"#, r#""byteLength":102"#)
+            .replace(r#""NORMAL":1"#, r#""NORMAL":1,"TEXCOORD_0":3"#)
+            .replace(
+                r#""type":"SCALAR"}"#,
+                r#""type":"SCALAR"},{"bufferView":3,"componentType":5126,"count":3,"type":"VEC2"}"#,
+            )
+            .replace(
+                r#""byteLength":6}"#,
+                &format!(r#""byteLength":6}},{{"buffer":0,"byteOffset":{at},"byteLength":24}}"#),
+            )
+            .replace(
+                r#""roughnessFactor":0.1"#,
+                &format!(r#""roughnessFactor":0.1,"baseColorTexture":{texture}"#),
+            )
+            .replace(
+                r#""buffers":"#,
+                &format!(r#""images":[{{"uri":"{uri}"}}],"textures":[{{"source":0}}],"buffers":"#),
+            )
+    };
+    let read = |texture: &str, uri: &str| {
+        let path = folder.path().join("a.gltf");
+        parse(&path, json(texture, uri).as_bytes())
+    };
+    let mesh = read(r#"{"index":0}"#, "a%20b.png").unwrap();
+    assert_eq!(mesh.coordinates, [[0.0, 0.0], [1.0, 0.0], [0.0, 0.75]]);
+    let texture = mesh.materials[0].texture.as_ref().expect("a texture");
+    let Pattern::Image(image) = &texture.pattern else {
+        panic!("{texture:?}")
+    };
+    assert_eq!(image.texels(), [[99, 99, 99, 0]]);
+    // Another set of coordinates, and a file that is no PNG.
+    let other = read(r#"{"index":0,"texCoord":1}"#, "a%20b.png").unwrap();
+    assert_eq!(other.materials[0].texture, None);
+    let other = read(r#"{"index":0}"#, "a.bin").unwrap();
+    assert_eq!(other.materials[0].texture, None);
+    let missing = read(r#"{"index":0}"#, "b.png").unwrap_err();
+    assert!(missing.to_string().contains("b.png"), "{missing}");
+}
+
+#[test]
+fn reads_sparse_accessors() {
+    let json = triangle_json("", "").replace(
+        r#""type":"VEC3","min""#,
+        r#""type":"VEC3","sparse":{"count":1,"indices":{"bufferView":2,"byteOffset":2,
+        "componentType":5123},"values":{"bufferView":1}},"min""#,
+    );
+    assert_eq!(mesh(&json).unwrap().positions[1], [0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn maps_materials_onto_whitted_terms() {
+    let mirror = &mesh(&triangle_json("", "")).unwrap().materials[0];
+    assert_eq!(mirror.mirror, [1.0, 0.5, 0.25]);
+    assert_eq!(mirror.diffuse, [0.0; 3]);
+    let json = triangle_json("", "").replace(
+        r#""roughnessFactor":0.1}"#,
+        r#""metallicFactor":0},"extensions":{
+        "KHR_materials_transmission":{"transmissionFactor":0.75},"KHR_materials_ior":{"ior":1.33},
+        "KHR_materials_volume":{"thicknessFactor":1,"attenuationDistance":2,
+        "attenuationColor":[1,0.5,1]}}"#,
+    );
+    let glass = &mesh(&json).unwrap().materials[0];
+    assert_eq!(glass.transmission, [0.75, 0.375, 0.1875]);
+    assert_eq!(glass.diffuse, [0.25, 0.125, 0.0625]);
+    assert_eq!(glass.index_of_refraction, 1.33);
+    assert_eq!(glass.shininess, 1.0);
+    assert!((glass.absorption[1] - 0.5 * 2.0_f32.ln()).abs() < 1.0e-6);
+}
+
+#[test]
+fn reads_embedded_and_external_buffers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(folder.path().join("a b.bin"), triangle_bytes()).unwrap();
+    let data = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\
+                AAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/AAABAAIA";
+    for uri in [
+        "a%20b.bin".to_owned(),
+        format!("data:application/octet-stream;base64,{data}"),
+    ] {
+        let json = triangle_json("", &format!(r#","uri":"{uri}""#));
+        let mesh = parse(&path, json.as_bytes()).unwrap();
+        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    }
+    for uri in ["b.bin", "%ff.bin", "%f", "http://a/b.bin", "data:,x", ".."] {
+        let json = triangle_json("", &format!(r#","uri":"{uri}""#));
+        parse(&path, json.as_bytes()).unwrap_err();
+    }
+}
+
+#[test]
+fn tells_what_is_wrong() {
+    assert!(fault("\"count\":3", "\"count\":4").contains("accessor 0 takes 48 bytes"));
+    assert!(fault("\"count\":3", "\"count\":4000000000").contains("cut off"));
+    assert!(fault("\"byteLength\":78", "\"byteLength\":2000000000").contains("cut off"));
+    assert!(fault("\"byteLength\":36", "\"byteLength\":36,\"byteStride\":4").contains("every 4"));
+    assert!(fault("\"POSITION\":0", "\"POSITION\":9").contains("among the file's 3"));
+    assert!(fault("\"POSITION\":0", "\"POSITION\":2").contains("min"));
+    assert!(fault("5123", "5126").contains("has to be"));
+    assert!(fault("\"children\":[1]", "\"children\":[0]").contains("parent"));
+    assert!(fault("\"indices\":2", "\"indices\":2,\"mode\":5").contains("strip"));
+    assert!(fault("\"indices\":2", "\"indices\":2,\"mode\":1").contains("no triangles"));
+    assert!(fault("2.0", "2.0\",").contains("not a valid glTF"));
+}
+
+#[test]
+fn tells_a_cut_off_header() {
+    let whole = glb(&triangle_json("", ""));
+    let mut long = whole.clone();
+    long[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
+    let mut short = whole.clone();
+    short[8..12].fill(0);
+    for bytes in [&long[..], &short, &whole[..11], &whole[..whole.len() - 1]] {
+        parse(Path::new("a.glb"), bytes).unwrap_err();
+    }
+}

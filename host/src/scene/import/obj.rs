@@ -1,0 +1,505 @@
+//! Wavefront OBJ, and its material libraries.
+//!
+//! The geometry is scanned here rather than by `tobj`, which renumbers the
+//! vertices in order of first use, splits them between groups and tells no
+//! line numbers; the materials are `tobj`'s.
+
+mod library;
+
+use super::{ImportError, Place, syntax, unit_normals, usable_coordinates, validated};
+use crate::scene::material::Material;
+use crate::scene::mesh::{MeshError, TriangleMesh};
+use library::{Textures, load_library, whitted};
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::path::Path;
+use std::str::FromStr;
+
+/// A corner of a face, indices counted from 0.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Corner {
+    position: u32,
+    coordinate: Option<u32>,
+    normal: Option<u32>,
+}
+
+#[derive(Default)]
+struct Geometry {
+    positions: Vec<[f32; 3]>,
+    coordinates: Vec<[f32; 2]>,
+    normals: Vec<[f32; 3]>,
+    /// Triangulated, in the file's order.
+    triangles: Vec<[Corner; 3]>,
+    /// For each triangle, the face that it is a part of.
+    faces: Vec<u32>,
+    /// The line of each face.
+    lines: Vec<usize>,
+    /// For each face, one more than its place in `names`; 0 before the first
+    /// `usemtl`.
+    material_names: Vec<u32>,
+    names: Vec<String>,
+    libraries: Vec<String>,
+}
+
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportError> {
+    let geometry = Geometry::scan(path, &String::from_utf8_lossy(bytes))?;
+    let mut mesh = TriangleMesh::default();
+    geometry.index(path, &mut mesh)?;
+    geometry.paint(path, &mut mesh)?;
+    validated(mesh, path, |triangle| {
+        let face = *geometry.faces.get(triangle)?;
+        geometry.lines.get(face as usize).copied()
+    })
+}
+
+/// The file's statements with their lines. A backslash joins two lines, but
+/// not after a comment, where it is a drawing or a path.
+fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let mut lines = text.lines().zip(1..);
+    std::iter::from_fn(move || {
+        let (first, line) = lines.next()?;
+        let start = first.strip_suffix('\\');
+        let Some(start) = start.filter(|start| !start.trim_start().starts_with('#')) else {
+            return Some((line, Cow::Borrowed(first)));
+        };
+        let mut joined = start.to_owned();
+        for (next, _) in lines.by_ref() {
+            joined.push(' ');
+            let part = next.strip_suffix('\\');
+            joined.push_str(part.unwrap_or(next));
+            if part.is_none() {
+                break;
+            }
+        }
+        Some((line, Cow::Owned(joined)))
+    })
+}
+
+fn three_floats<'a>(words: impl Iterator<Item = &'a str>) -> Option<[f32; 3]> {
+    let mut numbers = words.map_while(|word| f32::from_str(word).ok());
+    Some([numbers.next()?, numbers.next()?, numbers.next()?])
+}
+
+impl Geometry {
+    fn scan(path: &Path, text: &str) -> Result<Self, ImportError> {
+        let mut geometry = Self::default();
+        let mut material = 0;
+        let mut corners = Vec::new();
+        for (line, statement) in statements(text) {
+            let trimmed = statement.trim();
+            let (keyword, rest) = trimmed
+                .split_once(char::is_whitespace)
+                .unwrap_or((trimmed, ""));
+            let words = rest
+                .split_whitespace()
+                .take_while(|word| !word.starts_with('#'));
+            match keyword {
+                "v" => geometry.add_position(path, line, words)?,
+                "vn" => {
+                    let normal = three_floats(words).ok_or_else(|| {
+                        syntax(Place::line(path, line), "a normal needs three numbers")
+                    })?;
+                    geometry.normals.push(normal);
+                }
+                "vt" => {
+                    let mut numbers = words.map_while(|word| f32::from_str(word).ok());
+                    let u = numbers.next().ok_or_else(|| {
+                        syntax(
+                            Place::line(path, line),
+                            "a texture coordinate needs a number or two",
+                        )
+                    })?;
+                    let v = numbers.next().unwrap_or(0.0);
+                    geometry.coordinates.push([u, v]);
+                }
+                "f" => {
+                    corners.clear();
+                    for word in words {
+                        corners.push(geometry.corner(path, line, word)?);
+                    }
+                    geometry.add_face(path, line, material, &corners)?;
+                }
+                "usemtl" => {
+                    geometry.names.push(rest.trim().to_owned());
+                    material = geometry.names.len() as u32;
+                }
+                "mtllib" if !rest.trim().is_empty() => {
+                    geometry.libraries.push(rest.trim().to_owned());
+                }
+                _ => {}
+            }
+        }
+        Ok(geometry)
+    }
+
+    fn add_position<'a>(
+        &mut self,
+        path: &Path,
+        line: usize,
+        words: impl Iterator<Item = &'a str>,
+    ) -> Result<(), ImportError> {
+        let place = || Place::line(path, line);
+        let position = three_floats(words)
+            .ok_or_else(|| syntax(place(), "a vertex needs three coordinates that are numbers"))?;
+        let vertex = self.positions.len();
+        let limit = TriangleMesh::FARTHEST;
+        let fault = if position.iter().any(|c| !c.is_finite()) {
+            MeshError::NotFinite { vertex, position }
+        } else if position.iter().any(|c| c.abs() > limit) {
+            MeshError::TooFar { vertex, limit }
+        } else {
+            self.positions.push(position);
+            return Ok(());
+        };
+        Err(ImportError::Mesh {
+            place: place(),
+            fault,
+        })
+    }
+
+    /// Reads `v`, `v/vt`, `v//vn` or `v/vt/vn`. Negative indices count back
+    /// from the latest; whether positive ones exist shows at the end only.
+    fn corner(&self, path: &Path, line: usize, word: &str) -> Result<Corner, ImportError> {
+        let mut fields = word.split('/');
+        let mut index = || {
+            let field = fields.next().unwrap_or_default();
+            (!field.is_empty()).then(|| i64::from_str(field))
+        };
+        let (position, texture, normal) = (index(), index(), index());
+        let (Some(Ok(position)), None | Some(Ok(_)), None | Some(Ok(_)), None) =
+            (&position, &texture, &normal, fields.next())
+        else {
+            return Err(syntax(
+                Place::line(path, line),
+                format!("'{word}' is no corner of a face, such as 7, 7/1, 7//2 or 7/1/2"),
+            ));
+        };
+        let position = from_zero(*position, self.positions.len())
+            .ok_or_else(|| self.no_vertex(path, line, self.lines.len(), *position))?;
+        let normal = match normal {
+            Some(Ok(index)) => Some(
+                from_zero(index, self.normals.len())
+                    .ok_or_else(|| self.no_normal(path, line, index))?,
+            ),
+            _ => None,
+        };
+        // One that does not exist is none: files name them without having any.
+        let coordinate = match texture {
+            Some(Ok(index)) => from_zero(index, self.coordinates.len()),
+            _ => None,
+        };
+        Ok(Corner {
+            position,
+            coordinate,
+            normal,
+        })
+    }
+
+    fn no_vertex(&self, path: &Path, line: usize, face: usize, index: i64) -> ImportError {
+        ImportError::VertexOutOfRange {
+            place: Place::line(path, line),
+            face,
+            index,
+            first: 1,
+            last: self.positions.len() as i64,
+        }
+    }
+
+    fn no_normal(&self, path: &Path, line: usize, index: i64) -> ImportError {
+        syntax(
+            Place::line(path, line),
+            format!(
+                "the face names normal {index}, but the file has {}",
+                self.normals.len()
+            ),
+        )
+    }
+
+    fn add_face(
+        &mut self,
+        path: &Path,
+        line: usize,
+        material: u32,
+        corners: &[Corner],
+    ) -> Result<(), ImportError> {
+        let [first, fan @ ..] = corners else {
+            return Err(syntax(Place::line(path, line), "a face without corners"));
+        };
+        if fan.len() < 2 {
+            return Err(syntax(
+                Place::line(path, line),
+                format!("a face needs three corners, but has {}", corners.len()),
+            ));
+        }
+        let face = self.lines.len() as u32;
+        self.lines.push(line);
+        self.material_names.push(material);
+        for edge in fan.windows(2) {
+            if let &[second, third] = edge {
+                self.triangles.push([*first, second, third]);
+                self.faces.push(face);
+            }
+        }
+        Ok(())
+    }
+
+    /// Fills in the vertices and the triangles.
+    fn index(&self, path: &Path, mesh: &mut TriangleMesh) -> Result<(), ImportError> {
+        let mut every_corner_has_a_normal = true;
+        for (corners, &face) in self.triangles.iter().zip(&self.faces) {
+            let line = self.lines[face as usize];
+            for corner in corners {
+                if corner.position as usize >= self.positions.len() {
+                    let index = i64::from(corner.position) + 1;
+                    return Err(self.no_vertex(path, line, face as usize, index));
+                }
+                match corner.normal {
+                    Some(normal) if normal as usize >= self.normals.len() => {
+                        return Err(self.no_normal(path, line, i64::from(normal) + 1));
+                    }
+                    Some(_) => {}
+                    None => every_corner_has_a_normal = false,
+                }
+            }
+        }
+        let every_corner = |has: fn(&Corner) -> bool| self.triangles.as_flattened().iter().all(has);
+        let known = self.coordinates.len();
+        let has_coordinates = known > 0
+            && every_corner(|corner| corner.coordinate.is_some())
+            && self
+                .triangles
+                .as_flattened()
+                .iter()
+                .all(|corner| corner.coordinate.is_some_and(|c| (c as usize) < known))
+            && !usable_coordinates(self.coordinates.clone()).is_empty();
+        let mut whole = TriangleMesh {
+            positions: self.positions.clone(),
+            triangles: self
+                .triangles
+                .iter()
+                .map(|corners| corners.map(|corner| corner.position))
+                .collect(),
+            ..TriangleMesh::default()
+        };
+        if !every_corner_has_a_normal && !has_coordinates {
+            *mesh = whole;
+            return Ok(());
+        }
+        // A seam of a texture is none of the surface: where the file has no
+        // normals, both sides have those of the whole.
+        let own = if every_corner_has_a_normal {
+            Vec::new()
+        } else {
+            whole.normals = whole.vertex_normals().into_owned();
+            std::mem::take(&mut whole.normals)
+        };
+        let mut vertices = HashMap::new();
+        let mut normals = Vec::new();
+        for corners in &self.triangles {
+            mesh.triangles.push(corners.map(|corner| {
+                let corner = Corner {
+                    coordinate: corner.coordinate.filter(|_| has_coordinates),
+                    normal: corner.normal.filter(|_| every_corner_has_a_normal),
+                    ..corner
+                };
+                *vertices.entry(corner).or_insert_with(|| {
+                    let vertex = mesh.positions.len() as u32;
+                    let position = corner.position as usize;
+                    mesh.positions.push(self.positions[position]);
+                    mesh.coordinates
+                        .extend(corner.coordinate.map(|c| self.coordinates[c as usize]));
+                    normals.push(match corner.normal {
+                        Some(normal) => self.normals[normal as usize],
+                        None => own[position],
+                    });
+                    vertex
+                })
+            }));
+        }
+        mesh.normals = unit_normals(normals);
+        Ok(())
+    }
+
+    /// Fills in the materials. Faces whose material no library has get the
+    /// default one.
+    fn paint(&self, path: &Path, mesh: &mut TriangleMesh) -> Result<(), ImportError> {
+        let mut places = HashMap::new();
+        let mut textures = Textures::default();
+        for library in &self.libraries {
+            let library = path.with_file_name(library);
+            for material in load_library(&library)? {
+                places.insert(material.name.clone(), mesh.materials.len() as u32);
+                let texture = match &material.diffuse_texture {
+                    Some(map) if !mesh.coordinates.is_empty() => textures.load(&library, map)?,
+                    _ => None,
+                };
+                mesh.materials.push(Material {
+                    texture,
+                    ..whitted(&material)
+                });
+            }
+        }
+        if mesh.materials.is_empty() {
+            return Ok(());
+        }
+        let fallback = mesh.materials.len() as u32;
+        let by_name: Vec<u32> = std::iter::once(fallback)
+            .chain(
+                self.names
+                    .iter()
+                    .map(|name| places.get(name).copied().unwrap_or(fallback)),
+            )
+            .collect();
+        mesh.triangle_materials = self
+            .faces
+            .iter()
+            .map(|&face| by_name[self.material_names[face as usize] as usize])
+            .collect();
+        if mesh.triangle_materials.contains(&fallback) {
+            mesh.materials.push(Material::default());
+        }
+        Ok(())
+    }
+}
+
+/// An OBJ index counted from 0, where `count` items come before it.
+fn from_zero(index: i64, count: usize) -> Option<u32> {
+    let from_zero = if index < 0 {
+        index.checked_add(i64::try_from(count).ok()?)?
+    } else {
+        index - 1
+    };
+    u32::try_from(from_zero).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::texture::Pattern;
+
+    fn mesh(text: &str) -> Result<TriangleMesh, ImportError> {
+        parse(Path::new("a.obj"), text.as_bytes())
+    }
+
+    fn fault(text: &str) -> String {
+        mesh(text).unwrap_err().to_string()
+    }
+
+    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+    #[test]
+    fn keeps_the_order_and_the_number_of_vertices() {
+        let text = format!("{SQUARE}v 9 9 9\ng a\nf 3 4 1\ng b\nf 1 2 3\n");
+        let mesh = mesh(&text).unwrap();
+        assert_eq!(mesh.positions.len(), 5);
+        assert_eq!(mesh.positions[1], [1.0, 0.0, 0.0]);
+        assert_eq!(mesh.triangles, [[2, 3, 0], [0, 1, 2]]);
+        assert!(mesh.normals.is_empty() && mesh.materials.is_empty());
+    }
+
+    #[test]
+    fn polygons_become_fans_also_with_relative_indices_and_joined_lines() {
+        for face in ["f 1 2 3 4", "f -4 -3 -2 -1", "f 1/1 2/2 \\\n 3/3 4/4 # x"] {
+            let mesh = mesh(&format!("{SQUARE}{face}\n")).unwrap();
+            assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+        }
+    }
+
+    #[test]
+    fn splits_vertices_at_their_normals() {
+        let normals = "vn 0 0 2\nvn 0 1 0\n";
+        let text = format!("{SQUARE}{normals}f 1//1 2//1 3//1\nf 1//2 3//1 4//1\n");
+        let split = mesh(&text).unwrap();
+        assert_eq!(split.triangles, [[0, 1, 2], [3, 2, 4]]);
+        assert_eq!(split.normals[0], [0.0, 0.0, 1.0]);
+        let partly = mesh(&format!("{SQUARE}{normals}f 1//1 2//1 3\n")).unwrap();
+        assert!(partly.normals.is_empty());
+    }
+
+    #[test]
+    fn splits_vertices_at_seams_of_a_texture_but_not_their_normals() {
+        let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 0 1\nvt 0 0\nvt 1 0.5\nvt 0.25\n";
+        let split = mesh(&format!("{text}f 1/1 2/2 3/3\nf 2/1 1/1 4/3\n")).unwrap();
+        assert_eq!(split.triangles, [[0, 1, 2], [3, 0, 4]]);
+        let places = [[0.0, 0.0], [1.0, 0.5], [0.25, 0.0], [0.0, 0.0], [0.25, 0.0]];
+        assert_eq!(split.coordinates, places);
+        assert_eq!(split.positions[1], split.positions[3]);
+        assert_eq!(split.normals[1], split.normals[3]);
+        // Only some corners, one that is not there, one that is far out.
+        for face in ["f 1/1 2/2 3", "f 1/1 2/2 3/4"] {
+            let without = mesh(&format!("{text}{face}\n")).unwrap();
+            assert!(without.coordinates.is_empty() && without.normals.is_empty());
+            assert_eq!(without.positions.len(), 4);
+        }
+        let far = mesh(&format!("{text}vt 1e9 0\nf 1/1 2/2 3/3\n")).unwrap();
+        assert!(far.coordinates.is_empty());
+        assert!(fault(&format!("{text}vt x\n")).starts_with("a.obj:8: "));
+    }
+
+    #[test]
+    fn textures_are_those_of_the_library_where_the_mesh_is_on_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &[u8]| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let mut image = Vec::new();
+        let encoder = png::Encoder::new(&mut image, 1, 1);
+        encoder
+            .write_header()
+            .unwrap()
+            .write_image_data(&[77])
+            .unwrap();
+        write("a.png", &image);
+        write("b.jpg", b"\xff\xd8\xff");
+        let library = "newmtl a\nmap_Kd -s 1 1 1 a.png\nnewmtl b\nmap_Kd b.jpg\n\
+                       newmtl c\nmap_Kd a.png\n";
+        write("a.mtl", library.as_bytes());
+        let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nmtllib a.mtl\nusemtl a\n";
+        let path = folder.path().join("a.obj");
+        let read = |text: &str| parse(&path, text.as_bytes());
+        let with = read(&format!("{corners}f 1/1 2/1 3/1\n")).unwrap();
+        let [a, b, c] = &with.materials[..] else {
+            panic!("{:?}", with.materials)
+        };
+        let Some(Pattern::Image(image)) = a.texture.as_ref().map(|texture| &texture.pattern) else {
+            panic!("{a:?}")
+        };
+        assert_eq!(image.texels(), [[77, 77, 77, 0]]);
+        assert_eq!((a.texture == c.texture, &b.texture), (true, &None));
+        let without = read(&format!("{corners}f 1 2 3\n")).unwrap();
+        assert!(without.materials.iter().all(|m| m.texture.is_none()));
+        write("a.mtl", b"newmtl a\nmap_Kd c.png\n");
+        let error = read(&format!("{corners}f 1/1 2/1 3/1\n")).unwrap_err();
+        assert!(error.to_string().contains("c.png"), "{error}");
+    }
+
+    #[test]
+    fn tells_the_line_and_the_fault() {
+        assert!(fault("").contains("no triangles"));
+        assert!(fault("v 0 0\n").starts_with("a.obj:1: "));
+        assert!(fault("v 0 0 nan\n").contains("not finite"));
+        assert!(fault("v 0 0 1e999\n").contains("not finite"));
+        let at_5 = |face: &str| {
+            let fault = fault(&format!("{SQUARE}{face}\n"));
+            assert!(fault.starts_with("a.obj:5: "), "{fault}");
+            fault
+        };
+        assert!(at_5("f 1 2 2").contains("names vertex 1 twice"));
+        assert!(at_5("f 1 2 3 1").contains("twice"));
+        for index in [
+            "5",
+            "0",
+            "-5",
+            "9223372036854775807",
+            "-9223372036854775808",
+        ] {
+            assert!(at_5(&format!("f 1 2 {index}")).contains(&format!("vertex {index}, but")));
+        }
+        assert!(at_5("f 1//7 2//7 3//7").contains("normal 7"));
+        for face in ["f 1 2", "f", "f 1 2 x", "f 1 2 3/1/1/1", "f 1 2 /3"] {
+            at_5(face);
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! What surfaces are made of, as described or imported, before it is baked.
+
+use crate::scene::texture::Texture;
+use shisen_core::spectrum::Medium;
+
+/// How a surface answers light: Whitted's terms (1980), linear RGB.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Lambertian reflectance per channel, 0 to 1.
+    pub diffuse: [f32; 3],
+    /// Blinn-Phong highlight per channel, 0 to 1.
+    pub specular: [f32; 3],
+    /// Blinn-Phong exponent, 1 to 10,000.
+    pub shininess: f32,
+    /// Mirror reflectance per channel, 0 to 1. Where `transmission` is not
+    /// zero, Fresnel's equations split the light and this is unused.
+    pub mirror: [f32; 3],
+    /// Share of refracted light that is let through per channel, 0 to 1.
+    pub transmission: [f32; 3],
+    /// Index of refraction relative to the surroundings, above 0.
+    pub index_of_refraction: f32,
+    /// What it is made of: its index, which depends on the wavelength, is used
+    /// instead of `index_of_refraction`.
+    pub medium: Option<Medium>,
+    /// Beer's absorption inside the body, per metre and channel, 0 or more.
+    pub absorption: [f32; 3],
+    /// Where the surface is this material; between the lines it is black.
+    pub graticule: Option<Graticule>,
+    /// What `diffuse` and `emission` are multiplied by.
+    pub texture: Option<Texture>,
+    /// Light of its own per channel, 0 or more: as bright outside from all
+    /// directions. It lights nothing else.
+    pub emission: [f32; 3],
+}
+
+/// Meridians and parallels about a shape's own Y axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Graticule {
+    /// Lines of a quarter turn, 1 to 900: 9 are 10° apart.
+    pub divisions: u32,
+    /// Of each line, seen from the shape's origin: radians, above 0 to 0.5.
+    pub width: f32,
+}
+
+impl Default for Material {
+    /// Matt light grey.
+    fn default() -> Self {
+        Self {
+            diffuse: [0.8; 3],
+            specular: [0.0; 3],
+            shininess: 32.0,
+            mirror: [0.0; 3],
+            transmission: [0.0; 3],
+            index_of_refraction: 1.5,
+            medium: None,
+            absorption: [0.0; 3],
+            graticule: None,
+            texture: None,
+            emission: [0.0; 3],
+        }
+    }
+}

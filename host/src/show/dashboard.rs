@@ -1,0 +1,323 @@
+//! The live loop to look at: the walls as a net or as the viewer sees them, where the
+//! gaze is, what it is worth, in which order tiles are dealt their steps, what of the
+//! budget went, and how long the eye's movement took to the wall.
+//!
+//! All of it is drawn here, into a [`Canvas`], without a window: what is drawn is a
+//! function of a [`Frame`], a [`Status`] and what was chosen to be seen.
+
+mod canvas;
+mod gauges;
+mod picture;
+mod place_map;
+
+pub use canvas::{Canvas, Colour, Rect};
+pub use gauges::Latency;
+pub use place_map::{Coordinates, Place, PlaceMap, PlaceMapError};
+
+use crate::cave::Cave;
+use crate::live::FrameRecord;
+use crate::picture::Picture;
+use crate::render::{self, Observer};
+use crate::show::overview::viewer::ViewerCamera;
+use crate::show::stereo::Stereo;
+use glam::{DVec3, Vec3};
+use picture::{Area, Codes, Ranks};
+use shisen_core::frame::Tile;
+use shisen_core::gaze::HeadPose;
+use std::sync::Arc;
+
+/// Behind everything.
+const BACKGROUND: Colour = 0x18_1818;
+const TEXT: Colour = 0xE0_E0E0;
+/// What asks for attention.
+const NOTICE: Colour = 0xFF_D040;
+
+/// Rows of the line at the top.
+const HEADER: u32 = 18;
+
+/// The horizontal field of the viewer's eye, radians (100°).
+const FIELD_OF_VIEW: f64 = 1.745_329_251_994_329_5;
+
+/// What the keys are for, as the last lines say it.
+const HELP: [&str; 2] = [
+    "A B C D scene  L level of detail  F fill  V net or viewer  H levels  T order of tiles",
+    "M mouse is the gaze (or hold a button)  Space pause  S screenshot  Q end",
+];
+
+/// What a session shows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct About {
+    /// The scene.
+    pub scene: String,
+    /// What follows the gaze.
+    pub lod: String,
+    /// What fills where the gaze skips rays.
+    pub fill: String,
+    /// Refreshes per second.
+    pub hz: u32,
+    /// What a frame may take.
+    pub budget: String,
+}
+
+/// A frame as it is handed over.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    /// Of what session.
+    pub about: Arc<About>,
+    /// By screen, then eye.
+    pub pictures: Vec<Picture>,
+    /// The eyes, and what follows their gaze.
+    pub eyes: Vec<Observer>,
+    /// The head.
+    pub head: HeadPose,
+    /// By the number of their picture, in the order in which they are dealt steps.
+    pub tiles: Vec<(usize, Tile)>,
+    /// What it was.
+    pub record: FrameRecord,
+    /// Of this and the frames before, the oldest first.
+    pub latencies: Vec<Latency>,
+}
+
+/// How the walls are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ViewName {
+    /// Unfolded.
+    #[default]
+    Net,
+    /// As the viewer's eye sees them, looking where the head does.
+    Viewer,
+}
+
+/// What there is to say besides the frame.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Status {
+    /// The mouse is the gaze.
+    pub mouse: bool,
+    /// No newer frame is shown.
+    pub paused: bool,
+    /// Frames that were not shown.
+    pub dropped: u64,
+    /// What was done last, or is being done.
+    pub message: Option<String>,
+}
+
+/// Draws frames.
+#[derive(Debug)]
+pub struct Dashboard<'c> {
+    cave: &'c Cave,
+    coordinates: Coordinates<'c>,
+    net: PlaceMap,
+    stereo: Stereo,
+    codes: Codes,
+    ranks: Ranks,
+    areas: Vec<Area>,
+    /// How the walls are shown.
+    pub view: ViewName,
+    /// Whether levels are shown over them.
+    pub levels: bool,
+    /// Whether the order of tiles is.
+    pub tiles: bool,
+}
+
+impl<'c> Dashboard<'c> {
+    /// Columns and rows that all of it fits into.
+    pub const SIZE: [u32; 2] = [960, 720];
+
+    /// For the screens of a room.
+    ///
+    /// # Errors
+    /// Screens that cannot be unfolded.
+    pub fn new(cave: &'c Cave, stereo: Stereo) -> Result<Self, PlaceMapError> {
+        let coordinates = Coordinates::new(cave)?;
+        Ok(Self {
+            cave,
+            net: coordinates.net()?,
+            coordinates,
+            stereo,
+            codes: Codes::new(),
+            ranks: Ranks::default(),
+            areas: Vec::new(),
+            view: ViewName::Net,
+            levels: false,
+            tiles: false,
+        })
+    }
+
+    /// How often a frame is to be drawn: twice where its eyes take turns.
+    pub fn turns(&self) -> usize {
+        match self.stereo {
+            Stereo::Sequential => 2,
+            _ => 1,
+        }
+    }
+
+    /// Draws that there is no frame yet.
+    pub fn wait(&self, canvas: &mut Canvas, status: &Status) {
+        canvas.clear(BACKGROUND);
+        if let Some(message) = &status.message {
+            canvas.write(8, 5, message, NOTICE);
+        }
+    }
+
+    /// Draws a frame; `turn` counts from 0 to [`turns`](Self::turns).
+    ///
+    /// # Errors
+    /// Memory that there is not.
+    pub fn draw(
+        &mut self,
+        canvas: &mut Canvas,
+        frame: &Frame,
+        status: &Status,
+        turn: usize,
+    ) -> Result<(), PlaceMapError> {
+        canvas.clear(BACKGROUND);
+        let [width, height] = canvas.size();
+        let walls = Rect {
+            x: 0,
+            y: HEADER,
+            width,
+            height: height.saturating_sub(HEADER + gauges::ROWS),
+        };
+        self.lay_out(walls, frame, turn)?;
+        if self.tiles {
+            self.ranks.set(frame);
+        }
+        for area in &mut self.areas {
+            area.look(self.cave, frame);
+        }
+        let over = picture::Over {
+            levels: self.levels,
+            ranks: self.tiles.then_some(&self.ranks),
+        };
+        picture::draw(canvas, &self.areas, frame, over, self.stereo, &self.codes);
+        for area in &self.areas {
+            if let Some((x, y)) = area.place_of(frame.forward()) {
+                picture::mark(canvas, area.rect(), x, y);
+            }
+        }
+        header(canvas, frame, status);
+        gauges::draw(canvas, frame, status.dropped);
+        if self.levels {
+            picture::legend(canvas, walls, &self.codes);
+        }
+        Ok(())
+    }
+
+    /// The direction from the eye to what is shown at a place of the canvas as it was
+    /// drawn last; `None` where that is no screen.
+    pub fn direction(&self, x: u32, y: u32, frame: &Frame) -> Option<Vec3> {
+        let area = self.areas.iter().find(|area| area.contains(x, y))?;
+        area.direction(self.cave, frame, x, y)
+    }
+
+    /// The eyes that are shown, each in its place.
+    fn lay_out(&mut self, walls: Rect, frame: &Frame, turn: usize) -> Result<(), PlaceMapError> {
+        let last = frame.eyes.len().saturating_sub(1);
+        let half_width = walls.width / 2;
+        let half_height = walls.height / 2;
+        let left = Rect {
+            width: half_width,
+            ..walls
+        };
+        let above = Rect {
+            height: half_height,
+            ..walls
+        };
+        let places = match self.stereo {
+            Stereo::Mono => vec![(walls, 0)],
+            Stereo::Sequential => vec![(walls, turn)],
+            Stereo::SideBySide => vec![
+                (left, 0),
+                (
+                    Rect {
+                        x: half_width,
+                        ..left
+                    },
+                    1,
+                ),
+            ],
+            Stereo::TopBottom => vec![
+                (above, 0),
+                (
+                    Rect {
+                        y: walls.y + half_height,
+                        ..above
+                    },
+                    1,
+                ),
+            ],
+            Stereo::Anaglyph => vec![(walls, 0), (walls, 1)],
+        };
+        let mut areas = std::mem::take(&mut self.areas).into_iter();
+        for (rect, eye) in places {
+            let eye = eye.min(last);
+            let area = match (self.view, areas.next()) {
+                // A net stays what it is.
+                (ViewName::Net, Some(area)) if area.is_of_net(rect, eye) => area,
+                (ViewName::Net, _) => {
+                    let net = self.net.fitted(rect.width, rect.height, BACKGROUND);
+                    Area::new(rect, eye, net, true)
+                }
+                (ViewName::Viewer, _) => Area::new(rect, eye, self.seen(rect, eye, frame)?, false),
+            };
+            self.areas.push(area);
+        }
+        Ok(())
+    }
+
+    /// The walls as an eye sees them, at half the resolution.
+    fn seen(&self, rect: Rect, eye: usize, frame: &Frame) -> Result<PlaceMap, PlaceMapError> {
+        let room_from_head = frame.head.orientation.as_dquat();
+        let place = frame.eyes.get(eye).map_or(DVec3::ZERO, |eye| eye.place);
+        let size = [rect.width, rect.height].map(|side| side.div_ceil(2).max(1));
+        let (ahead, up) = (room_from_head * DVec3::NEG_Z, room_from_head * DVec3::Y);
+        let camera = ViewerCamera::new(place, ahead, up, FIELD_OF_VIEW, size);
+        match camera {
+            Ok(camera) => {
+                let seen = self.coordinates.view(&camera)?;
+                Ok(seen.fitted(rect.width, rect.height, BACKGROUND))
+            }
+            // A head that is nowhere sees nothing.
+            Err(_) => Ok(self.net.fitted(0, 0, BACKGROUND)),
+        }
+    }
+}
+
+impl Frame {
+    /// Where the viewer looks.
+    fn forward(&self) -> Vec3 {
+        self.record.forward.into()
+    }
+
+    /// The view that one of the eyes has of a screen; `None` where it has none.
+    fn view_of(&self, cave: &Cave, screen: usize, eye: usize) -> Option<shisen_core::frame::View> {
+        let screen = cave.screens().nth(screen)?;
+        render::view(screen, self.eyes.get(eye)?).ok()
+    }
+}
+
+fn header(canvas: &mut Canvas, frame: &Frame, status: &Status) {
+    let About {
+        scene,
+        lod,
+        fill,
+        hz,
+        budget,
+    } = &*frame.about;
+    let gaze = if status.mouse {
+        "mouse"
+    } else {
+        frame.record.state
+    };
+    let paused = if status.paused { "  PAUSED" } else { "" };
+    let text = format!(
+        "scene {scene}  detail {lod}  fill {fill}  {hz} Hz  budget {budget}  gaze {gaze}{paused}"
+    );
+    let end = canvas.write(8, 5, &text, TEXT);
+    if let Some(message) = &status.message {
+        canvas.write(end + 16, 5, message, NOTICE);
+    }
+}
+
+#[cfg(test)]
+mod tests;

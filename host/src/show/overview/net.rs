@@ -1,0 +1,494 @@
+//! The walls of one eye unfolded into a net, so that a person sees all of
+//! them at once and across their seams. A dome lies beside them as it is: its
+//! dome master, as many pixels per metre along its meridians as the net has.
+
+mod label;
+
+use crate::cave::{DegenerateWall, DomeScreen, Screen, Wall, WallPlane};
+use crate::picture::{Picture, PictureError};
+use glam::{DVec2, DVec3};
+use std::collections::VecDeque;
+use thiserror::Error;
+
+/// Behind the walls: opaque linear dark grey.
+pub const BACKGROUND: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
+/// The line around the walls.
+const BORDER: [f32; 4] = [0.25, 0.25, 0.25, 1.0];
+const BORDER_WIDTH: f64 = 1.0;
+/// Background around the net and between its pieces, in pixels.
+const MARGIN: f64 = 16.0;
+
+/// How far apart corners may be that are one, as a part of their edge's
+/// length: calibrated walls leave gaps.
+const SHARED_CORNER: f64 = 0.01;
+/// Rotations this near to a quarter turn, in radians, are one.
+const QUARTER_TURN: f64 = 1e-6;
+/// Pixel centres this near to a picture's pixel centre, in pixels, are on it:
+/// pictures of the same scale are copied, not interpolated.
+const PIXEL_CENTRE: f64 = 1e-3;
+/// The most samples a side that a pixel is averaged from.
+const MAX_SAMPLES: f64 = 16.0;
+
+/// Why there is no net.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum NetError {
+    /// There are no walls.
+    #[error("there are no walls to unfold: give at least one")]
+    NoWalls,
+    /// A wall has no area.
+    #[error(transparent)]
+    Wall(#[from] DegenerateWall),
+    /// A wall's picture has no pixels.
+    #[error("the picture of wall {wall:?} has no pixels: render it before unfolding")]
+    EmptyPicture {
+        /// The wall's name.
+        wall: String,
+    },
+    /// The net is too large for a picture.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+}
+
+/// A screen in its own plane, measured in the net's pixels: the lower left
+/// corner at the origin, x along the lower edge, y up.
+struct Sheet<'a> {
+    name: &'a str,
+    picture: &'a Picture,
+    /// In the room, against the clock from the lower left; none of a dome, so
+    /// that it shares no edge.
+    corners: Option<[DVec3; 4]>,
+    /// The same corners in the plane.
+    outline: [DVec2; 4],
+}
+
+impl<'a> Sheet<'a> {
+    fn new(screen: Screen<'a>, picture: &'a Picture, scale: f64) -> Result<Self, NetError> {
+        match screen {
+            Screen::Wall(wall) => Self::of_wall(wall, picture, scale),
+            Screen::Dome(dome) => Ok(Self::of_dome(dome, picture, scale)),
+        }
+    }
+
+    fn of_dome(dome: &'a DomeScreen, picture: &'a Picture, scale: f64) -> Self {
+        let side = dome.width() * scale;
+        Self {
+            name: dome.name(),
+            picture,
+            corners: None,
+            outline: [
+                DVec2::ZERO,
+                DVec2::new(side, 0.0),
+                DVec2::splat(side),
+                DVec2::new(0.0, side),
+            ],
+        }
+    }
+
+    fn of_wall(wall: &'a Wall, picture: &'a Picture, scale: f64) -> Result<Self, NetError> {
+        let plane = WallPlane::new(wall)?;
+        let along = plane.right.normalize();
+        let width = plane.right.length() * scale;
+        let skew = -plane.down.dot(along) * scale;
+        let height = plane.down.reject_from_normalized(along).length() * scale;
+        Ok(Self {
+            name: &wall.name,
+            picture,
+            corners: Some(plane.corners()),
+            outline: [
+                DVec2::ZERO,
+                DVec2::new(width, 0.0),
+                DVec2::new(width + skew, height),
+                DVec2::new(skew, height),
+            ],
+        })
+    }
+
+    /// Whether a place in it, 0 to 1 across from its upper left corner, is in
+    /// its picture, grown by so many pixels of the net: a dome's is round.
+    fn is_inside(&self, at: DVec2, grow: f64) -> bool {
+        let side = self.outline[1].x;
+        self.corners.is_some() || (2.0 * at - 1.0).length() <= 1.0 + 2.0 * grow / side
+    }
+
+    fn edge_lengths(&self) -> impl Iterator<Item = f64> {
+        edges().map(|(from, to)| self.outline[from].distance(self.outline[to]))
+    }
+}
+
+/// The edges' first and last corners, against the clock.
+fn edges() -> impl Iterator<Item = (usize, usize)> + Clone {
+    (0..4).map(|corner| (corner, (corner + 1) % 4))
+}
+
+/// Where a sheet lies in the net: turned, then moved.
+#[derive(Clone, Copy)]
+struct Placement {
+    /// Cosine and sine.
+    rotation: DVec2,
+    origin: DVec2,
+}
+
+impl Placement {
+    const UPRIGHT: Self = Self {
+        rotation: DVec2::X,
+        origin: DVec2::ZERO,
+    };
+
+    fn net_from_sheet(&self, point: DVec2) -> DVec2 {
+        self.origin + self.rotation.rotate(point)
+    }
+
+    fn sheet_from_net(&self, point: DVec2) -> DVec2 {
+        let inverse = DVec2::new(self.rotation.x, -self.rotation.y);
+        inverse.rotate(point - self.origin)
+    }
+
+    fn outline(&self, sheet: &Sheet) -> [DVec2; 4] {
+        sheet.outline.map(|corner| self.net_from_sheet(corner))
+    }
+
+    /// The place of `sheet` beside a placed one that it touches along an edge, or a part of
+    /// one; `None` where it touches none.
+    fn folded_from(&self, placed: &Sheet, sheet: &Sheet) -> Option<Self> {
+        let (placed_corners, corners) = (placed.corners?, sheet.corners?);
+        edges().find_map(|(from, to)| {
+            let along = placed_corners[to] - placed_corners[from];
+            let slack = SHARED_CORNER * along.length();
+            // A corner's place along the edge, 0 to 1 on it, where it is on its line.
+            let place = |corner: DVec3| {
+                let from_start = corner - placed_corners[from];
+                let place = from_start.dot(along) / along.length_squared();
+                ((from_start - place * along).length() <= slack).then_some(place)
+            };
+            // Seen from inside, two walls run along their edge in opposite
+            // directions.
+            let (first, last, begin, end) = edges().find_map(|(first, last)| {
+                let (begin, end) = (place(corners[last])?, place(corners[first])?);
+                let shared = end.min(1.0) - begin.max(0.0);
+                (shared > SHARED_CORNER).then_some((first, last, begin, end))
+            })?;
+            // Corners that are nearly one are one.
+            let snapped = |place: f64, to: f64| {
+                let is_near = (place - to).abs() <= SHARED_CORNER;
+                if is_near { to } else { place }
+            };
+            let (begin, end) = (snapped(begin, 0.0), snapped(end, 1.0));
+            let on_edge = |place: f64| {
+                let corner = |of: usize| self.net_from_sheet(placed.outline[of]);
+                corner(from).lerp(corner(to), place)
+            };
+            let (start, end) = (on_edge(begin), on_edge(end));
+            let edge = sheet.outline[first] - sheet.outline[last];
+            let turn = DVec2::new(edge.x, -edge.y).rotate(end - start);
+            let rotation = snapped_to_quarter(turn.normalize_or(DVec2::X));
+            let middle = 0.5 * (sheet.outline[first] + sheet.outline[last]);
+            Some(Self {
+                rotation,
+                origin: 0.5 * (start + end) - rotation.rotate(middle),
+            })
+        })
+    }
+}
+
+fn snapped_to_quarter(rotation: DVec2) -> DVec2 {
+    [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y]
+        .into_iter()
+        .find(|quarter| quarter.distance(rotation) < QUARTER_TURN)
+        .unwrap_or(rotation)
+}
+
+/// Unfolds screens, as the viewer inside sees them, with their pictures.
+///
+/// The wall named `front`, or else the first, lies upright. Every wall that
+/// touches a placed one along an edge, or a part of one, is folded flat about that
+/// edge, nearest walls first, so that pictures go on across it: what touches the front
+/// wall hangs there. A wall that touches none,
+/// or whose place is taken, lies upright to the right of the others, and its
+/// own neighbours beside it; so does a dome, round and without edges.
+///
+/// The net has as many pixels per metre as the first placed screen across, a
+/// dome along its surface;
+/// pictures of that scale at whole-pixel places and quarter turns are copied
+/// bit for bit. Names are written into the walls' upper left corners, upright
+/// in the net. The picture is opaque where the walls' pictures are.
+///
+/// # Errors
+///
+/// When there is no wall, a wall has no area, a picture no pixels, or the net
+/// would have more pixels than a picture may.
+pub fn unfold<'a, S>(screens: &[(S, &'a Picture)]) -> Result<Picture, NetError>
+where
+    S: Into<Screen<'a>> + Copy,
+{
+    let screens = || {
+        screens
+            .iter()
+            .map(|&(screen, picture)| (screen.into(), picture))
+    };
+    let first = screens()
+        .position(|(screen, _)| screen.name() == "front")
+        .unwrap_or(0);
+    let (screen, picture) = screens().nth(first).ok_or(NetError::NoWalls)?;
+    let across = match screen {
+        Screen::Wall(wall) => WallPlane::new(wall)?.right.length(),
+        Screen::Dome(dome) => dome.width(),
+    };
+    let scale = f64::from(picture.width) / across;
+    let sheets = screens()
+        .map(|(screen, picture): (Screen<'_>, _)| {
+            let empty = picture.width == 0 || picture.height == 0;
+            if empty || picture.pixels.is_empty() {
+                return Err(NetError::EmptyPicture {
+                    wall: screen.name().to_owned(),
+                });
+            }
+            Sheet::new(screen, picture, scale)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let placements = arrange(&sheets, first);
+    draw(&sheets, &placements)
+}
+
+/// A place for every sheet, piece by piece, each piece to the right of the
+/// ones before and level with the first one's upper edge.
+fn arrange(sheets: &[Sheet], first: usize) -> Vec<Placement> {
+    let mut placements: Vec<Option<Placement>> = vec![None; sheets.len()];
+    let mut bounds: Option<(DVec2, DVec2)> = None;
+    for root in std::iter::once(first).chain(0..sheets.len()) {
+        if placements[root].is_some() {
+            continue;
+        }
+        let piece = unfold_piece(sheets, root, &placements);
+        let corners = || {
+            piece
+                .iter()
+                .flat_map(|(index, placement)| placement.outline(&sheets[*index]))
+        };
+        let (low, high) = bounds_of(corners());
+        // Whole pixels: what could be copied must stay so.
+        let shift = bounds.map_or(DVec2::ZERO, |(_, taken)| {
+            DVec2::new(taken.x - low.x + MARGIN, taken.y - high.y).round()
+        });
+        for (index, placement) in piece {
+            placements[index] = Some(Placement {
+                origin: placement.origin + shift,
+                ..placement
+            });
+        }
+        let (low, high) = (low + shift, high + shift);
+        bounds = Some(bounds.map_or((low, high), |(lowest, highest)| {
+            (lowest.min(low), highest.max(high))
+        }));
+    }
+    placements
+        .into_iter()
+        .map(|placement| placement.unwrap_or(Placement::UPRIGHT))
+        .collect()
+}
+
+/// The sheets that hang together with `root`, breadth first.
+fn unfold_piece(
+    sheets: &[Sheet],
+    root: usize,
+    taken: &[Option<Placement>],
+) -> Vec<(usize, Placement)> {
+    let mut piece = vec![(root, Placement::UPRIGHT)];
+    let mut queue = VecDeque::from(piece.clone());
+    while let Some((parent, placed)) = queue.pop_front() {
+        for (index, sheet) in sheets.iter().enumerate() {
+            if taken[index].is_some() || piece.iter().any(|&(other, _)| other == index) {
+                continue;
+            }
+            let Some(placement) = placed.folded_from(&sheets[parent], sheet) else {
+                continue;
+            };
+            let free = piece
+                .iter()
+                .all(|(other, place)| !overlap((sheet, &placement), (&sheets[*other], place)));
+            if free {
+                piece.push((index, placement));
+                queue.push_back((index, placement));
+            }
+        }
+    }
+    piece
+}
+
+fn bounds_of(corners: impl Iterator<Item = DVec2>) -> (DVec2, DVec2) {
+    corners.fold(
+        (DVec2::INFINITY, DVec2::NEG_INFINITY),
+        |(low, high), corner| (low.min(corner), high.max(corner)),
+    )
+}
+
+/// Whether two sheets cover each other by more than corners that are one may:
+/// no line along an edge of either separates them.
+fn overlap(a: (&Sheet, &Placement), b: (&Sheet, &Placement)) -> bool {
+    let shortest = a.0.edge_lengths().chain(b.0.edge_lengths());
+    let slack = SHARED_CORNER * shortest.fold(f64::INFINITY, f64::min);
+    let outlines = [a.1.outline(a.0), b.1.outline(b.0)];
+    let separated = outlines.iter().any(|outline| {
+        edges().any(|(from, to)| {
+            let normal = (outline[to] - outline[from]).perp().normalize_or_zero();
+            let [(low_a, high_a), (low_b, high_b)] = outlines.map(|corners| {
+                corners
+                    .map(|corner| corner.dot(normal))
+                    .into_iter()
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
+                        (low.min(at), high.max(at))
+                    })
+            });
+            high_a <= low_b + slack || high_b <= low_a + slack
+        })
+    });
+    !separated
+}
+
+/// The net's own coordinates: pixels from the upper left corner, y down.
+struct Canvas {
+    picture: Picture,
+    upper_left: DVec2,
+}
+
+impl Canvas {
+    fn pixel_from_net(&self, point: DVec2) -> DVec2 {
+        DVec2::new(point.x - self.upper_left.x, self.upper_left.y - point.y)
+    }
+
+    fn net_from_pixel(&self, point: DVec2) -> DVec2 {
+        DVec2::new(self.upper_left.x + point.x, self.upper_left.y - point.y)
+    }
+
+    /// Calls `colour` with the sheet coordinates of every pixel centre in a
+    /// sheet's outline, grown by `grow` pixels: 0 to 1 across the sheet from
+    /// its upper left corner.
+    fn fill(
+        &mut self,
+        sheet: &Sheet,
+        placement: &Placement,
+        grow: f64,
+        colour: impl Fn(DVec2) -> [f32; 4],
+    ) {
+        let [_, right, _, up] = sheet.outline;
+        let slack = DVec2::new(grow / right.x, grow / up.y) + 1e-9;
+        let corners = placement
+            .outline(sheet)
+            .map(|corner| self.pixel_from_net(corner));
+        let (low, high) = bounds_of(corners.into_iter());
+        // Turned sheets grow past the bounds of their outline by their
+        // diagonal at most.
+        let reach = 2.0 * grow;
+        let columns =
+            (low.x - reach) as u32..((high.x + reach).ceil() as u32).min(self.picture.width);
+        let rows =
+            (low.y - reach) as u32..((high.y + reach).ceil() as u32).min(self.picture.height);
+        for y in rows {
+            for x in columns.clone() {
+                let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let point = placement.sheet_from_net(self.net_from_pixel(centre));
+                let y_up = point.y / up.y;
+                let at = DVec2::new((point.x - y_up * up.x) / right.x, 1.0 - y_up);
+                let inside = at.cmpge(-slack).all() && at.cmple(1.0 + slack).all();
+                if inside && sheet.is_inside(at, grow) {
+                    self.picture.set_pixel(x, y, colour(at));
+                }
+            }
+        }
+    }
+}
+
+fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, NetError> {
+    let placed = || sheets.iter().zip(placements);
+    let corners = placed().flat_map(|(sheet, placement)| placement.outline(sheet));
+    let (low, high) = bounds_of(corners);
+    // A whole number of pixels from the first wall's corner, and not one more
+    // for a rounding error.
+    let low = (low + PIXEL_CENTRE).floor() - MARGIN;
+    let high = (high - PIXEL_CENTRE).ceil() + MARGIN;
+    let size = high - low;
+    let mut canvas = Canvas {
+        picture: Picture::new(size.x as u32, size.y as u32)?,
+        upper_left: DVec2::new(low.x, high.y),
+    };
+    canvas.picture.pixels.fill(BACKGROUND);
+    // All borders first: within the net the pictures meet without a line.
+    for (sheet, placement) in placed() {
+        canvas.fill(sheet, placement, BORDER_WIDTH, |_| BORDER);
+    }
+    for (sheet, placement) in placed() {
+        let resample = Resample::new(sheet);
+        canvas.fill(sheet, placement, 0.0, |at| resample.at(at));
+    }
+    for (sheet, placement) in placed() {
+        let outline = placement
+            .outline(sheet)
+            .map(|corner| canvas.pixel_from_net(corner));
+        let (low, high) = bounds_of(outline.into_iter());
+        // The corner of its bounds is in the wall only if it is not oblique.
+        let oblique = outline.iter().any(|corner| {
+            let from_low = (*corner - low).abs();
+            let from_high = (*corner - high).abs();
+            from_low.min(from_high).max_element() > 1.0
+        });
+        label::write(&mut canvas.picture, sheet.name, low, high, oblique);
+    }
+    Ok(canvas.picture)
+}
+
+/// Reads a sheet's picture at the net's scale.
+struct Resample<'a> {
+    picture: &'a Picture,
+    /// Columns and rows of the picture.
+    size: DVec2,
+    /// Columns and rows of the picture in one pixel of the net, where that is
+    /// more than one.
+    footprint: DVec2,
+}
+
+impl<'a> Resample<'a> {
+    fn new(sheet: &Sheet<'a>) -> Self {
+        let picture = sheet.picture;
+        let size = DVec2::new(f64::from(picture.width), f64::from(picture.height));
+        let [_, right, _, up] = sheet.outline;
+        let net_pixels = DVec2::new(right.x, up.length());
+        Self {
+            picture,
+            size,
+            footprint: size / net_pixels,
+        }
+    }
+
+    /// `at`: 0 to 1 from the upper left corner.
+    fn at(&self, at: DVec2) -> [f32; 4] {
+        let at = at * self.size;
+        let samples = (self.footprint - PIXEL_CENTRE)
+            .ceil()
+            .clamp(DVec2::ONE, DVec2::splat(MAX_SAMPLES));
+        if samples == DVec2::ONE {
+            let centre = at.floor() + 0.5;
+            return if (at - centre).abs().max_element() < PIXEL_CENTRE {
+                self.picture
+                    .pixel(at.x as u32, at.y as u32)
+                    .unwrap_or_default()
+            } else {
+                self.picture.sample(at.x, at.y)
+            };
+        }
+        let mut sum = [0.0_f64; 4];
+        for row in 0..samples.y as u32 {
+            for column in 0..samples.x as u32 {
+                let step = DVec2::new(f64::from(column), f64::from(row)) + 0.5;
+                let point = at + (step / samples - 0.5) * self.footprint;
+                let pixel = self.picture.sample(point.x, point.y);
+                for (sum, channel) in sum.iter_mut().zip(pixel) {
+                    *sum += f64::from(channel);
+                }
+            }
+        }
+        sum.map(|sum| (sum / (samples.x * samples.y)) as f32)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,356 @@
+//! A window on an X server: pixels in, keys and the mouse out.
+//!
+//! The X protocol is spoken over a socket of our own, without a library of the system,
+//! so that a server that goes away is an error and not the end of the program. On
+//! Wayland it is `XWayland`'s.
+
+use crate::show::dashboard::{Canvas, Colour};
+use miette::Diagnostic;
+use std::sync::mpsc::sync_channel;
+use std::time::Duration;
+use thiserror::Error;
+use x11rb::connection::{Connection, RequestConnection};
+use x11rb::errors::{ConnectError, ConnectionError, ReplyError, ReplyOrIdError};
+use x11rb::protocol::Event as Message;
+use x11rb::protocol::xproto::{
+    AtomEnum, ConnectionExt as _, CreateGCAux, CreateWindowAux, EventMask, ImageFormat, ImageOrder,
+    PropMode, Setup, WindowClass,
+};
+use x11rb::rust_connection::RustConnection;
+use x11rb::wrapper::ConnectionExt as _;
+
+x11rb::atom_manager! {
+    /// Names that the server has numbers for.
+    Atoms: AtomsCookie {
+        WM_PROTOCOLS,
+        WM_DELETE_WINDOW,
+        _NET_WM_NAME,
+        UTF8_STRING,
+    }
+}
+
+/// A window that is shown.
+#[derive(Debug)]
+pub struct Window {
+    connection: RustConnection,
+    number: u32,
+    context: u32,
+    depth: u8,
+    order: ImageOrder,
+    atoms: Atoms,
+    /// By key from the first on: what it is without other keys.
+    first_key: u8,
+    symbols: Vec<u32>,
+    bytes: Vec<u8>,
+}
+
+/// What happened in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event {
+    /// A key, as the small letter that it writes, or `'\u{1b}'` for Escape.
+    Key(char),
+    /// The mouse is there, columns and rows from the upper left corner.
+    Mouse {
+        /// Column; 0 where it is left of the window.
+        x: u32,
+        /// Row; 0 where it is above.
+        y: u32,
+    },
+    /// Its first button was pressed (true) or let go.
+    Button(bool),
+    /// It has another size.
+    Size {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// What it showed has to be shown again.
+    Exposed,
+    /// Somebody closed it.
+    Closed,
+}
+
+/// Why there is no window, or none any more.
+#[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
+pub enum WindowError {
+    /// No X server takes it.
+    #[error("there is no window: {}", said(reason))]
+    #[diagnostic(help(
+        "set DISPLAY to that of an X server, such as :0 (Xvfb is one without a screen), or take \
+         --view png, which writes the frames to files"
+    ))]
+    NoServer {
+        /// What the protocol's library said.
+        reason: Box<ConnectError>,
+    },
+    /// Its pixels are not eight bits of red, green and blue.
+    #[error("there is no window: the X server's screen has {depth} bits a pixel, not 24")]
+    #[diagnostic(help(
+        "start the server with 24 (Xvfb :99 -screen 0 1280x1024x24), or take --view png"
+    ))]
+    Depth {
+        /// Of its screen.
+        depth: u8,
+    },
+    /// Something takes the connection, and says nothing.
+    #[error("there is no window: the X server does not answer for {ANSWER_SECONDS} s")]
+    #[diagnostic(help(
+        "a server that hangs, or is stopped, is to be started again; or set DISPLAY to that of \
+         another, or take --view png, which writes the frames to files"
+    ))]
+    Silent,
+    /// The server has gone, or does not answer as it should.
+    #[error("the window system has gone: {reason}")]
+    Gone {
+        /// What the protocol's library said.
+        reason: String,
+    },
+}
+
+fn said(reason: &ConnectError) -> String {
+    match reason {
+        ConnectError::DisplayParsingError(_) => match std::env::var_os("DISPLAY") {
+            Some(name) => format!("DISPLAY is {}, which names no X server", name.display()),
+            None => "DISPLAY is not set".to_owned(),
+        },
+        other => format!("the X server cannot be reached ({other})"),
+    }
+}
+
+impl From<ConnectError> for WindowError {
+    fn from(reason: ConnectError) -> Self {
+        Self::NoServer {
+            reason: Box::new(reason),
+        }
+    }
+}
+
+impl From<ConnectionError> for WindowError {
+    fn from(reason: ConnectionError) -> Self {
+        Self::Gone {
+            reason: reason.to_string(),
+        }
+    }
+}
+
+impl From<ReplyError> for WindowError {
+    fn from(reason: ReplyError) -> Self {
+        Self::Gone {
+            reason: reason.to_string(),
+        }
+    }
+}
+
+impl From<ReplyOrIdError> for WindowError {
+    fn from(reason: ReplyOrIdError) -> Self {
+        Self::Gone {
+            reason: reason.to_string(),
+        }
+    }
+}
+
+/// How long a server may take to show a window.
+const ANSWER_SECONDS: u64 = 5;
+
+/// What the server calls Escape, and what it calls letters is their own code.
+const ESCAPE: u32 = 0xFF1B;
+
+impl Window {
+    /// Shows a window of so many columns and rows on the server that `DISPLAY` names.
+    ///
+    /// # Errors
+    /// No server, one that does not answer, or one whose pixels are other ones.
+    pub fn open(title: &str, size: [u32; 2]) -> Result<Self, WindowError> {
+        let (send, receive) = sync_channel(1);
+        let title = title.to_owned();
+        // The protocol's library waits for answers without an end: where none comes, a
+        // thread is left behind that waits.
+        std::thread::Builder::new()
+            .name("window".to_owned())
+            .spawn(move || {
+                // Nobody waits any more where this fails.
+                let _ = send.send(Self::on_server(&title, size));
+            })
+            .map_err(|error| WindowError::Gone {
+                reason: error.to_string(),
+            })?;
+        match receive.recv_timeout(Duration::from_secs(ANSWER_SECONDS)) {
+            Ok(window) => window,
+            Err(_) => Err(WindowError::Silent),
+        }
+    }
+
+    /// As [`open`](Self::open), however long that takes.
+    fn on_server(title: &str, [width, height]: [u32; 2]) -> Result<Self, WindowError> {
+        let (connection, number) = x11rb::connect(None)?;
+        let setup = connection.setup();
+        let (first_key, last_key) = (setup.min_keycode, setup.max_keycode);
+        let order = setup.image_byte_order;
+        let (root, depth) = screen(setup, number)?;
+        let atoms = Atoms::new(&connection)?.reply()?;
+        let count = (last_key - first_key).saturating_add(1);
+        let keys = connection.get_keyboard_mapping(first_key, count)?.reply()?;
+        let each = usize::from(keys.keysyms_per_keycode).max(1);
+        let symbols = keys.keysyms.chunks(each).map(|key| key[0]).collect();
+        let window = connection.generate_id()?;
+        let mask = EventMask::EXPOSURE
+            | EventMask::STRUCTURE_NOTIFY
+            | EventMask::KEY_PRESS
+            | EventMask::BUTTON_PRESS
+            | EventMask::BUTTON_RELEASE
+            | EventMask::POINTER_MOTION;
+        connection.create_window(
+            depth,
+            window,
+            root,
+            0,
+            0,
+            width.clamp(1, Canvas::MOST) as u16,
+            height.clamp(1, Canvas::MOST) as u16,
+            0,
+            WindowClass::INPUT_OUTPUT,
+            0,
+            &CreateWindowAux::new().event_mask(mask),
+        )?;
+        let name = title.as_bytes();
+        let (text, string) = (AtomEnum::STRING, atoms.UTF8_STRING);
+        for (property, kind) in [
+            (u32::from(AtomEnum::WM_NAME), u32::from(text)),
+            (atoms._NET_WM_NAME, string),
+        ] {
+            connection.change_property8(PropMode::REPLACE, window, property, kind, name)?;
+        }
+        let class = b"shisen\0Shisen\0";
+        connection.change_property8(PropMode::REPLACE, window, AtomEnum::WM_CLASS, text, class)?;
+        connection.change_property32(
+            PropMode::REPLACE,
+            window,
+            atoms.WM_PROTOCOLS,
+            AtomEnum::ATOM,
+            &[atoms.WM_DELETE_WINDOW],
+        )?;
+        let context = connection.generate_id()?;
+        let no_exposures = CreateGCAux::new().graphics_exposures(0);
+        connection.create_gc(context, window, &no_exposures)?;
+        connection.map_window(window)?;
+        connection.flush()?;
+        Ok(Self {
+            connection,
+            number: window,
+            context,
+            depth,
+            order,
+            atoms,
+            first_key,
+            symbols,
+            bytes: Vec::new(),
+        })
+    }
+
+    /// The next thing that has happened, if any has.
+    ///
+    /// # Errors
+    /// A server that has gone.
+    pub fn event(&mut self) -> Result<Option<Event>, WindowError> {
+        while let Some(message) = self.connection.poll_for_event()? {
+            if let Some(event) = self.event_of(&message) {
+                return Ok(Some(event));
+            }
+        }
+        Ok(None)
+    }
+
+    fn event_of(&self, message: &Message) -> Option<Event> {
+        let inside = |at: i16| u32::try_from(at).unwrap_or(0);
+        match message {
+            Message::KeyPress(key) => {
+                let number = key.detail.checked_sub(self.first_key)?;
+                match *self.symbols.get(usize::from(number))? {
+                    ESCAPE => Some(Event::Key('\u{1b}')),
+                    code @ 0x20..=0x7E => {
+                        let letter = char::from(code as u8);
+                        Some(Event::Key(letter.to_ascii_lowercase()))
+                    }
+                    _ => None,
+                }
+            }
+            Message::MotionNotify(mouse) => Some(Event::Mouse {
+                x: inside(mouse.event_x),
+                y: inside(mouse.event_y),
+            }),
+            Message::ButtonPress(button) if button.detail == 1 => Some(Event::Button(true)),
+            Message::ButtonRelease(button) if button.detail == 1 => Some(Event::Button(false)),
+            Message::ConfigureNotify(to) => Some(Event::Size {
+                width: to.width.into(),
+                height: to.height.into(),
+            }),
+            Message::Expose(_) => Some(Event::Exposed),
+            Message::DestroyNotify(of) if of.window == self.number => Some(Event::Closed),
+            Message::ClientMessage(said) => {
+                let asked = said.data.as_data32()[0] == self.atoms.WM_DELETE_WINDOW;
+                asked.then_some(Event::Closed)
+            }
+            _ => None,
+        }
+    }
+
+    /// Shows a canvas in the upper left corner. It waits for a server that is slow.
+    ///
+    /// # Errors
+    /// A server that has gone.
+    pub fn show(&mut self, canvas: &Canvas) -> Result<(), WindowError> {
+        let [width, height] = canvas.size();
+        // A request has some bytes of its own.
+        let most = self.connection.maximum_request_bytes().saturating_sub(64);
+        let rows = (most / (4 * width.max(1) as usize)).max(1);
+        let bytes = match self.order {
+            ImageOrder::MSB_FIRST => Colour::to_be_bytes,
+            _ => Colour::to_le_bytes,
+        };
+        let bands = canvas.pixels().chunks(rows * width.max(1) as usize);
+        for (pixels, y) in bands.zip((0..height).step_by(rows)) {
+            self.bytes.clear();
+            self.bytes.extend(pixels.iter().copied().flat_map(bytes));
+            self.connection.put_image(
+                ImageFormat::Z_PIXMAP,
+                self.number,
+                self.context,
+                width as u16,
+                (pixels.len() / width.max(1) as usize) as u16,
+                0,
+                y as i16,
+                0,
+                self.depth,
+                &self.bytes,
+            )?;
+        }
+        self.connection.flush()?;
+        Ok(())
+    }
+}
+
+/// The root window and the depth of a screen whose pixels are 0xRRGGBB in four bytes.
+fn screen(setup: &Setup, number: usize) -> Result<(u32, u8), WindowError> {
+    let gone = || WindowError::Gone {
+        reason: format!("it has no screen {number}"),
+    };
+    let screen = setup.roots.get(number).ok_or_else(gone)?;
+    let depth = screen.root_depth;
+    let visuals = screen.allowed_depths.iter().flat_map(|one| &one.visuals);
+    let ours = visuals
+        .filter(|visual| visual.visual_id == screen.root_visual)
+        .any(|visual| [visual.red_mask, visual.green_mask, visual.blue_mask] == MASKS);
+    let formats = setup.pixmap_formats.iter();
+    let words = formats
+        .filter(|format| format.depth == depth)
+        .any(|format| format.bits_per_pixel == 32);
+    if ours && words {
+        Ok((screen.root, depth))
+    } else {
+        Err(WindowError::Depth { depth })
+    }
+}
+
+const MASKS: [u32; 3] = [0xFF_0000, 0x00_FF00, 0x00_00FF];

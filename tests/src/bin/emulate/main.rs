@@ -1,0 +1,366 @@
+//! The command line of `tests/firmware/run`: the display controller in an emulator.
+
+mod report;
+
+use clap::Parser;
+use glam::Vec3;
+use report::{FrameReport, Report};
+use shisen::bake::{BakedScene, Layout};
+use shisen::cave::{Cave, DEFAULT_INTERPUPILLARY_DISTANCE, Wall};
+use shisen::cli::arguments::source::{Loaded, Source, bake};
+use shisen::cli::arguments::{LevelArguments, Model, SceneName, WallsName, turn, whole};
+use shisen::cli::output::failure::Failure;
+use shisen::cli::output::picture_files::{make_writable, metadata};
+use shisen::cli::output::print;
+use shisen::cli::program::{self, Examples, Program};
+use shisen::cli::tracker::{Recorded, told};
+use shisen::picture::Picture;
+use shisen::render::frame_hash;
+use shisen::tracker::{Recording, Spec, SpecError, simulated};
+use shisen_core::frame::{FlatScreen, MAX_DEPTH};
+use shisen_core::scene::{EffectSet, Scene};
+use shisen_tests::firmware::{
+    Image, MOST_SCREENS, Run, ShownFrame, TrackerBytes, Watched, reference, watch,
+};
+use shisen_tracker::link::display::{Rendering, Subject};
+use shisen_tracker::mock::Wire;
+use shisen_tracker::protocol::Protocol;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::str::FromStr;
+
+impl Program for Arguments {
+    const EXAMPLES: Examples = &[(
+        "",
+        &[("One frame of scene A", "tests/firmware/run --frames 1")],
+    )];
+
+    fn run(&self) -> Result<(), Failure> {
+        run(self)
+    }
+}
+
+fn main() -> ExitCode {
+    program::main::<Arguments>()
+}
+
+/// Runs the firmware and compares its frames with the host's
+///
+/// The board has the scene in its memory, reads the tracker on one serial port
+/// and sends finished tiles on another. Each frame says which gaze and which
+/// budget it used; the host renders the same from these, in the same layout, and
+/// both have to be equal, bit for bit. Without --image the firmware is built
+/// from tests/firmware. Needs qemu-system-arm.
+///
+/// Instructions are counted by the emulator: divisions take one, memory none.
+///
+/// With --json, one object: image, scene, effects (that the scene asks for),
+/// `scene_bytes`, `flash_bytes`, `ram_bytes` (static, without room for pixels
+/// and the order of tiles), `picture_bytes` (that room), `stack_bytes`,
+/// `frame_hash` and `host_frame_hash` (of the last frame), equal (whether all
+/// are), `instructions_per_primary_ray` (of all frames of the screens, shading
+/// included), `instructions_per_record` (of the tracker, decoding and estimating;
+/// null without any), `latency_instructions` (the longest from the last byte of
+/// a new gaze to the first tile; null without any), `gaze_to_tile_instructions` (the
+/// longest part of one once the frame before was over), `restart_latency_instructions`
+/// (as `latency_instructions`, of frames before which one was cut short), tracker (records,
+/// `dropped_bytes`, `overrun_bytes`), frames (number, kind, state and widen of
+/// the gaze, hash, `host_hash`, `tiles_whole`, `tiles_given_up`, steps,
+/// `primary_rays`, rays, instructions, `preparation_instructions`,
+/// `latency_instructions`, of these `waiting_instructions` while the frame before
+/// was finished, `sent_instructions` from the byte until the tile was sent, and
+/// `cut_short`: left because the viewer looked elsewhere, its first tiles are compared),
+/// slices (of all frames: frame, instructions, steps,
+/// `ended_tile`), log (lines) and images (paths).
+#[derive(Debug, Parser)]
+#[command(name = "tests/firmware/run")]
+struct Arguments {
+    /// An ELF file of the controller [default: it is built]
+    #[arg(long, value_name = "ELF")]
+    image: Option<PathBuf>,
+    /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a
+    /// scene baked in the compact layout
+    #[arg(long, value_name = "A|B|C|D|grid|prism|spheres|FILE", default_value = "A",
+          value_parser = SceneName::parser())]
+    scene: SceneName,
+    #[command(flatten)]
+    model: Model,
+    #[command(flatten)]
+    levels: LevelArguments,
+    /// mock, mock:… or replay:FILE, sent as our own link; none for a tracker
+    /// that says nothing
+    #[arg(long, value_name = "SPEC", default_value = "mock:rate=120")]
+    tracker: TrackerChoice,
+    /// three-wall, cube or a TOML file of up to 6 walls
+    #[arg(long, value_name = "NAME|FILE", default_value = "three-wall",
+          value_parser = WallsName::parser())]
+    walls: WallsName,
+    /// Pixels along each side of a wall that does not say itself
+    #[arg(long, value_name = "PIXELS", default_value_t = 64,
+          value_parser = whole::<u32>(1..=Wall::MOST_PIXELS))]
+    size: u32,
+    /// One eye in the middle of the head, or two
+    #[arg(long, value_name = "1|2", default_value_t = 1,
+          value_parser = whole::<u8>(1..=2))]
+    eyes: u8,
+    /// Whether detail follows the gaze: paper or off
+    #[arg(long, value_name = "paper|off", default_value = "paper",
+          value_parser = ["paper", "off"])]
+    lod: String,
+    /// Reflections and refractions after one another
+    #[arg(long, value_name = "N", default_value_t = 3,
+          value_parser = whole::<u8>(0..=MAX_DEPTH))]
+    depth: u8,
+    /// Wavelengths that dispersive media tell apart; more than 1 takes a
+    /// firmware with dispersion, which is built then
+    #[arg(long, value_name = "N", default_value_t = 1,
+          value_parser = whole::<u8>(1..=32))]
+    wavelengths: u8,
+    /// Steps that a frame may take [default: all that it needs]
+    #[arg(long, value_name = "STEPS", value_parser = whole::<u64>(0..))]
+    budget: Option<u64>,
+    /// Steps of a slice, between which the board listens
+    #[arg(long, value_name = "STEPS", default_value_t = 10_000,
+          value_parser = whole::<u32>(1..))]
+    slice: u32,
+    /// Degrees that the line of sight may move while a frame is rendered: if by more, it
+    /// is cut short and the next begun; 0 finishes each
+    #[arg(long, value_name = "DEGREES", default_value_t = 5.0, value_parser = turn)]
+    restart: f32,
+    /// Frames of the walls
+    #[arg(long, value_name = "N", default_value_t = 3,
+          value_parser = whole::<u32>(1..=100_000))]
+    frames: u32,
+    /// Then a dome master of so many pixels a side, from the room's origin
+    #[arg(long, value_name = "PIXELS", value_parser = whole::<u16>(1..=512))]
+    capture: Option<u16>,
+    /// Folder of the pictures; made where it does not exist
+    #[arg(long, value_name = "DIR", default_value = "shisen-out")]
+    out: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// `--tracker`.
+#[derive(Debug, Clone)]
+struct TrackerChoice(Option<Spec>);
+
+impl FromStr for TrackerChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "none" {
+            return Ok(Self(None));
+        }
+        let spec: Spec = text.parse().map_err(|error: SpecError| told(&error))?;
+        if spec.head().is_some() {
+            return Err(
+                "the board takes the first sensor for the viewer's head: leave head \
+                        out"
+                .to_owned(),
+            );
+        }
+        match &spec {
+            Spec::Mock(mock) if mock.protocol.as_ref().is_none_or(|p| p.name() == "link") => {}
+            Spec::Replay(_) => {}
+            _ => {
+                return Err("the board's tracker speaks our own link: give mock, \
+                            replay:FILE or none"
+                    .to_owned());
+            }
+        }
+        Ok(Self(Some(spec)))
+    }
+}
+
+impl TrackerChoice {
+    fn bytes(&self) -> Result<Option<TrackerBytes>, Failure> {
+        Ok(match &self.0 {
+            Some(Spec::Replay(spec)) => {
+                let recording = Recording::read(&spec.path)?;
+                let samples = Recorded::new(recording.samples().copied().collect());
+                Some(Box::new(Wire::new(samples, Protocol::Link)))
+            }
+            Some(Spec::Mock(spec)) => Some(Box::new(Wire::new(simulated(spec)?, Protocol::Link))),
+            // Others are refused when they are read.
+            _ => None,
+        })
+    }
+}
+
+/// Runs the command.
+fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let cave = arguments.walls.cave([arguments.size; 2])?;
+    let screens = screens(&cave)?;
+    let source = Source::load(&arguments.scene, &arguments.model)?;
+    let baked = compact(source.scene, &source.name, &arguments.levels)?;
+    let BakedScene::Compact(scene) = &baked else {
+        return Err(Failure::usage(&format!(
+            "{} was baked for hosts: bake it again with `shisen bake --layout compact`",
+            source.name
+        )));
+    };
+    // Before a firmware is built, which takes its time.
+    let tracker = arguments.tracker.bytes()?;
+    let dispersion = arguments.wavelengths > 1;
+    let image = arguments.image.as_ref().map(|path| Image::open(path));
+    let image = image.transpose()?;
+    make_writable(&arguments.out)?;
+    let image = match image {
+        Some(image) => image,
+        None => Image::build(dispersion)?,
+    };
+    let rendering = Rendering {
+        budget: arguments.budget.unwrap_or(u64::MAX),
+        slice: arguments.slice,
+        depth: arguments.depth,
+        wavelengths: arguments.wavelengths,
+        lod: arguments.lod == "paper",
+        eye_distance: if arguments.eyes == 2 {
+            DEFAULT_INTERPUPILLARY_DISTANCE as f32
+        } else {
+            0.0
+        },
+        display_delay: 20_000,
+        restart_angle: arguments.restart.to_radians(),
+    };
+    let watched = watch(Run {
+        image: &image,
+        scene: baked.as_bytes(),
+        screens: &screens,
+        rendering,
+        frames: arguments.frames,
+        capture: arguments.capture.map(|size| (size, Vec3::ZERO)),
+        tracker,
+        patience: PATIENCE,
+    })?;
+    let linked = EffectSet::from_bits_truncate(watched.ready.linked);
+    if dispersion && !linked.contains(EffectSet::DISPERSION) {
+        return Err(Failure::from_error(OneWavelength));
+    }
+    let compared = Compared {
+        scene: scene.scene(),
+        screens: &screens,
+        rendering,
+    };
+    let frames = compared.frames(&watched)?;
+    let equal = frames.iter().all(FrameReport::is_equal);
+    let images = write(&arguments.out, &watched, &cave, arguments.eyes)?;
+    let report = Report::new(&image, source.name, &watched, frames, images);
+    print(&report, arguments.json)?;
+    if equal {
+        Ok(())
+    } else {
+        Err(Failure::from_error(Different))
+    }
+}
+
+/// Seconds of silence.
+const PATIENCE: f64 = 60.0;
+
+/// Wavelengths for a firmware that tells none apart.
+#[derive(Debug, thiserror::Error)]
+#[error("the firmware has no code for wavelengths")]
+struct OneWavelength;
+
+impl miette::Diagnostic for OneWavelength {
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        Some(Box::new(
+            "build it with the feature dispersion, leave out --image, or give --wavelengths 1",
+        ))
+    }
+}
+
+/// Frames that are not the host's.
+#[derive(Debug, thiserror::Error)]
+#[error("the firmware's frames are not the host's")]
+struct Different;
+
+impl miette::Diagnostic for Different {
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        Some(Box::new("build firmware and command from the same sources"))
+    }
+}
+
+/// The walls of a room, as the board has them.
+fn screens(cave: &Cave) -> Result<Vec<FlatScreen>, Failure> {
+    if !cave.domes.is_empty() || cave.walls.len() > MOST_SCREENS {
+        return Err(Failure::usage(&format!(
+            "the board shows up to {MOST_SCREENS} walls and no domes: give another --walls"
+        )));
+    }
+    Ok(cave.walls.iter().map(Wall::flat_screen).collect())
+}
+
+fn compact(scene: Loaded, name: &str, levels: &LevelArguments) -> Result<BakedScene, Failure> {
+    match scene {
+        Loaded::Baked(baked) => match levels.given() {
+            Some(argument) => Err(Failure::usage(&format!(
+                "{argument} is for scenes that are not baked yet, and {name} is"
+            ))),
+            None => Ok(baked),
+        },
+        Loaded::Described(scene) => {
+            let levels = levels.polygon_levels(Layout::Compact)?;
+            Ok(bake(&scene, name, Layout::Compact, Some(&levels))?)
+        }
+    }
+}
+
+/// What the host needs to make a frame again.
+struct Compared<'r> {
+    scene: Scene<'r, 4>,
+    screens: &'r [FlatScreen],
+    rendering: Rendering,
+}
+
+impl Compared<'_> {
+    fn frames(&self, watched: &Watched) -> Result<Vec<FrameReport>, Failure> {
+        let linked = watched.ready.linked;
+        let without = !EffectSet::from_bits_truncate(linked).contains(EffectSet::DISPERSION);
+        let again = |frame: &ShownFrame| {
+            let pictures = reference(self.scene, self.screens, &self.rendering, frame, without);
+            let pictures = pictures?;
+            let hash = frame_hash(pictures.iter().map(Picture::hash));
+            Ok(FrameReport::new(frame, hash))
+        };
+        watched.frames.iter().map(again).collect()
+    }
+}
+
+/// Writes the last frame of the walls that is whole, or the last, and the dome master.
+fn write(folder: &Path, watched: &Watched, cave: &Cave, eyes: u8) -> Result<Vec<String>, Failure> {
+    let mut images = Vec::new();
+    let mut write = |name: String, picture: &Picture| {
+        let path = folder.join(name);
+        let note = metadata("a frame of the display controller's firmware".to_owned());
+        picture
+            .write_png(&path, &note)
+            .map_err(Failure::from_error)?;
+        images.push(path.display().to_string());
+        Ok::<(), Failure>(())
+    };
+    let is_screens = |frame: &&ShownFrame| frame.start.subject == Subject::Screens;
+    let is_whole = |frame: &&ShownFrame| frame.done.is_some_and(|done| !done.cut_short);
+    let walls = || watched.frames.iter().filter(is_screens);
+    if let Some(frame) = walls().rfind(is_whole).or(walls().next_back()) {
+        let eyes: &[&str] = if eyes == 2 {
+            &["left", "right"]
+        } else {
+            &["centre"]
+        };
+        let names = cave.walls.iter();
+        let names =
+            names.flat_map(|wall| eyes.iter().map(|eye| format!("{}-{eye}.png", wall.name)));
+        for (name, picture) in names.zip(&frame.pictures) {
+            write(name, picture)?;
+        }
+    }
+    if let Some(frame) = watched.frames.iter().rfind(|frame| !is_screens(frame)) {
+        for picture in &frame.pictures {
+            write("dome.png".to_owned(), picture)?;
+        }
+    }
+    Ok(images)
+}

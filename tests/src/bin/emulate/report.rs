@@ -1,0 +1,275 @@
+//! What the emulator's command line prints.
+
+use serde::Serialize;
+use shisen::cli::output::picture_files::hexadecimal;
+use shisen_core::scene::EffectSet;
+use shisen_tests::firmware::{Image, ShownFrame, Watched};
+use shisen_tracker::estimate::State;
+use shisen_tracker::link::display::Subject;
+use std::fmt;
+
+/// A frame and the host's.
+#[derive(Debug, Serialize)]
+pub(crate) struct FrameReport {
+    number: u32,
+    kind: &'static str,
+    state: Option<&'static str>,
+    widen: f32,
+    hash: String,
+    host_hash: String,
+    tiles_whole: u32,
+    tiles_given_up: u32,
+    cut_short: bool,
+    steps: u64,
+    primary_rays: u64,
+    rays: u64,
+    instructions: u64,
+    preparation_instructions: u32,
+    latency_instructions: Option<u32>,
+    waiting_instructions: Option<u32>,
+    sent_instructions: Option<u32>,
+}
+
+impl FrameReport {
+    /// The report of a frame, beside the hash of the host's.
+    pub(crate) fn new(frame: &ShownFrame, host_hash: u64) -> Self {
+        let start = &frame.start;
+        let done = frame.done;
+        let latency = done.filter(|done| done.latency > 0);
+        let state = start
+            .state
+            .and_then(|place| State::ALL.get(usize::from(place)));
+        Self {
+            number: start.number,
+            kind: match start.subject {
+                Subject::Screens => "walls",
+                Subject::Capture { .. } => "dome master",
+            },
+            state: state.map(|state| state.name()),
+            widen: start.widen,
+            hash: hexadecimal(frame.hash()),
+            host_hash: hexadecimal(host_hash),
+            tiles_whole: done.map_or(0, |done| done.whole),
+            tiles_given_up: done.map_or(0, |done| done.given_up),
+            cut_short: done.is_some_and(|done| done.cut_short),
+            steps: done.map_or(0, |done| done.steps),
+            primary_rays: done.map_or(0, |done| done.primary),
+            rays: done.map_or(0, |done| done.rays),
+            instructions: done.map_or(0, |done| done.instructions),
+            preparation_instructions: done.map_or(0, |done| done.preparation),
+            latency_instructions: latency.map(|done| done.latency),
+            waiting_instructions: latency.map(|done| done.age),
+            sent_instructions: latency.map(|done| done.sent),
+        }
+    }
+
+    /// Whether both are the same.
+    pub(crate) fn is_equal(&self) -> bool {
+        self.hash == self.host_hash
+    }
+}
+
+/// A slice of a frame.
+#[derive(Debug, Serialize)]
+struct SliceReport {
+    frame: u32,
+    instructions: u32,
+    steps: u32,
+    ended_tile: bool,
+}
+
+/// What came from the tracker.
+#[derive(Debug, Serialize)]
+struct TrackerReport {
+    records: u32,
+    dropped_bytes: u32,
+    overrun_bytes: u32,
+}
+
+/// What a run was like.
+#[derive(Debug, Serialize)]
+pub(crate) struct Report {
+    image: String,
+    scene: String,
+    effects: Vec<&'static str>,
+    scene_bytes: u32,
+    flash_bytes: u32,
+    ram_bytes: u32,
+    picture_bytes: u32,
+    stack_bytes: Option<u32>,
+    frame_hash: String,
+    host_frame_hash: String,
+    equal: bool,
+    instructions_per_primary_ray: Option<f64>,
+    instructions_per_record: Option<f64>,
+    latency_instructions: Option<u32>,
+    gaze_to_tile_instructions: Option<u32>,
+    restart_latency_instructions: Option<u32>,
+    tracker: Option<TrackerReport>,
+    frames: Vec<FrameReport>,
+    slices: Vec<SliceReport>,
+    log: Vec<String>,
+    images: Vec<String>,
+}
+
+impl Report {
+    pub(crate) fn new(
+        image: &Image,
+        scene: String,
+        watched: &Watched,
+        frames: Vec<FrameReport>,
+        images: Vec<String>,
+    ) -> Self {
+        let ready = &watched.ready;
+        let ratio = |sum: u64, count: u64| (count > 0).then(|| sum as f64 / count as f64);
+        let walls = || frames.iter().filter(|frame| frame.kind == "walls");
+        let primary = walls().map(|frame| frame.primary_rays).sum();
+        let instructions = walls().map(|frame| frame.instructions).sum();
+        let last = frames.last();
+        let hash = |of: fn(&FrameReport) -> &String| last.map(of).cloned().unwrap_or_default();
+        Self {
+            image: image.path().display().to_string(),
+            scene,
+            effects: EffectSet::from_bits_truncate(ready.effects)
+                .names()
+                .collect(),
+            scene_bytes: ready.scene_bytes,
+            flash_bytes: ready.flash_bytes,
+            ram_bytes: ready.static_bytes.saturating_sub(ready.picture_bytes),
+            picture_bytes: ready.picture_bytes,
+            stack_bytes: watched.tracker.map(|tracker| tracker.stack_bytes),
+            frame_hash: hash(|frame| &frame.hash),
+            host_frame_hash: hash(|frame| &frame.host_hash),
+            equal: frames.iter().all(FrameReport::is_equal),
+            instructions_per_primary_ray: ratio(instructions, primary),
+            instructions_per_record: watched
+                .tracker
+                .and_then(|tracker| ratio(tracker.instructions, tracker.records.into())),
+            latency_instructions: walls().filter_map(|frame| frame.latency_instructions).max(),
+            gaze_to_tile_instructions: walls()
+                .filter_map(|frame| Some(frame.latency_instructions? - frame.waiting_instructions?))
+                .max(),
+            restart_latency_instructions: restarted(&frames).max(),
+            tracker: watched.tracker.map(|tracker| TrackerReport {
+                records: tracker.records,
+                dropped_bytes: tracker.dropped,
+                overrun_bytes: tracker.overrun,
+            }),
+            slices: watched
+                .frames
+                .iter()
+                .flat_map(|frame| &frame.slices)
+                .map(|slice| SliceReport {
+                    frame: slice.frame,
+                    instructions: slice.instructions,
+                    steps: slice.steps,
+                    ended_tile: slice.ended_tile,
+                })
+                .collect(),
+            log: watched.log.clone(),
+            frames,
+            images,
+        }
+    }
+}
+
+/// Instructions from the last byte of a new gaze to the first tile, of the frames that
+/// were begun before the one before was finished.
+fn restarted(frames: &[FrameReport]) -> impl Iterator<Item = u32> {
+    let pairs = frames.iter().zip(frames.iter().skip(1));
+    pairs
+        .filter(|(before, after)| before.cut_short && after.number == before.number + 1)
+        .filter_map(|(_, after)| after.latency_instructions)
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "scene {}, {} bytes; {} bytes of flash, {} of static memory and {} for pictures, {} of stack",
+            self.scene,
+            self.scene_bytes,
+            self.flash_bytes,
+            self.ram_bytes,
+            self.picture_bytes,
+            self.stack_bytes
+                .map_or("?".to_owned(), |bytes| bytes.to_string()),
+        )?;
+        writeln!(
+            f,
+            "frame  what         gaze            tiles  given up      steps    primary       rays  instructions  hash"
+        )?;
+        for frame in &self.frames {
+            writeln!(
+                f,
+                "{:>5}  {:<11}  {:<14}  {:>5}  {:>8}  {:>9}  {:>9}  {:>9}  {:>12}  {} {}",
+                frame.number,
+                frame.kind,
+                frame.state.unwrap_or("not followed"),
+                frame.tiles_whole,
+                frame.tiles_given_up,
+                frame.steps,
+                frame.primary_rays,
+                frame.rays,
+                frame.instructions,
+                frame.hash,
+                match (frame.is_equal(), frame.cut_short) {
+                    (true, false) => "as the host's",
+                    (true, true) => "as the host's, cut short: the viewer looks elsewhere",
+                    (false, _) => "NOT THE HOST'S",
+                },
+            )?;
+        }
+        if let Some(instructions) = self.instructions_per_primary_ray {
+            writeln!(
+                f,
+                "{instructions:.0} instructions a primary ray, shading included"
+            )?;
+        }
+        if let Some(tracker) = &self.tracker {
+            writeln!(
+                f,
+                "tracker: {} records, {} bytes dropped, {} overrun{}",
+                tracker.records,
+                tracker.dropped_bytes,
+                tracker.overrun_bytes,
+                self.instructions_per_record
+                    .map_or(String::new(), |instructions| format!(
+                        "; {instructions:.0} instructions a record"
+                    )),
+            )?;
+        }
+        if let (Some(latency), Some(tile)) =
+            (self.latency_instructions, self.gaze_to_tile_instructions)
+        {
+            writeln!(
+                f,
+                "from the last byte of a new gaze to the first tile: {latency} instructions at most, \
+                 {:.2} ms at 400 MHz; of these {tile}, {:.2} ms, once the frame before was over",
+                f64::from(latency) / 400e3,
+                f64::from(tile) / 400e3
+            )?;
+        }
+        if let Some(latency) = self.restart_latency_instructions {
+            writeln!(
+                f,
+                "the same where a frame was cut short for it: {latency} at most, {:.2} ms",
+                f64::from(latency) / 400e3
+            )?;
+        }
+        let slowest = self.slices.iter().max_by_key(|slice| slice.instructions);
+        if let Some(slowest) = slowest {
+            writeln!(
+                f,
+                "{} slices, the longest of {} instructions for {} steps",
+                self.slices.len(),
+                slowest.instructions,
+                slowest.steps
+            )?;
+        }
+        for line in &self.log {
+            writeln!(f, "log: {line}")?;
+        }
+        write!(f, "pictures: {}", self.images.join(", "))
+    }
+}

@@ -1,0 +1,5 @@
+//! A command as the crate that has it, built with the tests.
+
+fn main() -> std::process::ExitCode {
+    shisen_evidence::cli::main()
+}

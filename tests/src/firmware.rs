@@ -1,0 +1,216 @@
+//! The firmware of a display controller, run in an emulator of a Cortex-M7 and
+//! compared with the host, bit for bit.
+
+mod emulator;
+mod image;
+mod reference;
+mod session;
+
+pub use emulator::EmulatorError;
+pub use image::{Image, ImageError};
+pub use reference::{ReferenceError, reference};
+
+use emulator::{Emulator, Port};
+use miette::Diagnostic;
+use session::Session;
+use shisen::picture::{Picture, PictureError};
+use shisen::render::frame_hash;
+use shisen_core::frame::FlatScreen;
+use shisen_tracker::link::display::{
+    FrameDone, FrameStart, Ready, Rendering, Reports, Slice, TrackerState,
+};
+use shisen_tracker::mock::{Chunk, Source};
+use std::fmt;
+use std::time::{Duration, Instant};
+use thiserror::Error;
+
+/// Where tracker bytes come from, by the controller's clock.
+pub type TrackerBytes = Box<dyn Source<Item = Chunk>>;
+
+/// What a controller is to do.
+pub struct Run<'a> {
+    /// Its firmware.
+    pub image: &'a Image,
+    /// The bytes of its scene, in the compact layout.
+    pub scene: &'a [u8],
+    /// Its screens; at most [`MOST_SCREENS`].
+    pub screens: &'a [FlatScreen],
+    /// How it renders.
+    pub rendering: Rendering,
+    /// Frames of the screens to take.
+    pub frames: u32,
+    /// Then a dome master, of so many pixels a side, from a place in the room.
+    pub capture: Option<(u16, glam::Vec3)>,
+    /// The tracker; none says nothing.
+    pub tracker: Option<TrackerBytes>,
+    /// Seconds without a word from it after which it counts as hung.
+    pub patience: f64,
+}
+
+impl fmt::Debug for Run<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Run")
+            .field("screens", &self.screens)
+            .field("rendering", &self.rendering)
+            .field("frames", &self.frames)
+            .field("capture", &self.capture)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Screens that a controller has room for.
+pub const MOST_SCREENS: usize = 6;
+
+/// Tiles of a frame, of 16² pixels each, that a controller has room for.
+pub const MOST_TILES: usize = 768;
+
+/// Pixels a side of a controller's tiles.
+const TILE: u32 = 16;
+
+/// A frame as it came from a controller.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShownFrame {
+    /// What it was made of.
+    pub start: FrameStart,
+    /// Its pictures.
+    pub pictures: Vec<Picture>,
+    /// What its slices took.
+    pub slices: Vec<Slice>,
+    /// What it took; `None` where nothing was rendered.
+    pub done: Option<FrameDone>,
+}
+
+impl ShownFrame {
+    /// As [`Frame::hash`](shisen::render::Frame::hash).
+    pub fn hash(&self) -> u64 {
+        frame_hash(self.pictures.iter().map(Picture::hash))
+    }
+}
+
+/// What came from a controller.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Watched {
+    /// What it said at first.
+    pub ready: Ready,
+    /// The frames asked for, in their order.
+    pub frames: Vec<ShownFrame>,
+    /// The newest that it said of its tracker.
+    pub tracker: Option<TrackerState>,
+    /// Its log, line by line.
+    pub log: Vec<String>,
+    /// Frames of the link that were damaged.
+    pub damaged: u32,
+}
+
+/// Why a controller could not be watched.
+#[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
+pub enum FirmwareError {
+    /// The emulator.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Emulator(#[from] EmulatorError),
+    /// It said nothing for too long.
+    #[error("the firmware has sent nothing that was asked for in {seconds} s: {so_far}")]
+    #[diagnostic(help("is it an image of tests/firmware, built from the same sources?"))]
+    Silent {
+        /// How long.
+        seconds: f64,
+        /// What had come.
+        so_far: String,
+    },
+    /// It says what cannot be.
+    #[error("the firmware reports {what}")]
+    #[diagnostic(help("build firmware and command from the same sources"))]
+    Nonsense {
+        /// What.
+        what: String,
+    },
+    /// More than it has room for.
+    #[error(
+        "{what} of {tiles} tiles of {TILE}x{TILE} pixels, and the firmware has room for {MOST_TILES}"
+    )]
+    #[diagnostic(help(
+        "give fewer pixels, walls or eyes; MOST_TILES of tests/firmware says how many"
+    ))]
+    TooLarge {
+        /// A frame or a dome master.
+        what: &'static str,
+        /// How many it has.
+        tiles: usize,
+    },
+    /// A picture too large.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+}
+
+impl FirmwareError {
+    fn nonsense(what: impl Into<String>) -> Self {
+        Self::Nonsense { what: what.into() }
+    }
+}
+
+/// Runs a controller until the frames asked for have come.
+///
+/// # Errors
+/// More than it has room for, an emulator that does not start, a firmware that says
+/// nothing or nonsense.
+pub fn watch(run: Run<'_>) -> Result<Watched, FirmwareError> {
+    let mut session = Session::new(&run)?;
+    let mut emulator = Emulator::start(run.image, run.scene)?;
+    let Run {
+        mut tracker,
+        patience,
+        ..
+    } = run;
+    let mut heard = Instant::now();
+    let mut decoder = Reports::new();
+    while !session.is_done() {
+        let bytes = emulator.receive(Port::Display)?;
+        // Frames that were not asked for are no answer.
+        if session.advanced {
+            session.advanced = false;
+            heard = Instant::now();
+        }
+        if bytes.is_empty() || heard.elapsed() > Duration::from_secs_f64(patience) {
+            session.log(&emulator.log()?);
+            if heard.elapsed() > Duration::from_secs_f64(patience) {
+                return Err(FirmwareError::Silent {
+                    seconds: patience,
+                    so_far: session.so_far(),
+                });
+            }
+            continue;
+        }
+        let mut reports = Vec::new();
+        decoder.feed(&bytes, &mut |report| reports.push(report));
+        for report in reports {
+            session.take(report)?;
+        }
+        // What a tracker sends by the time that it is there.
+        while let Some(chunk) = tracker.as_mut().and_then(|t| t.poll(session.now)) {
+            emulator.send(Port::Tracker, chunk.bytes())?;
+        }
+        if let Some(order) = session.next_order() {
+            emulator.send(Port::Display, &order)?;
+        }
+    }
+    session.log(&emulator.log()?);
+    Ok(Watched {
+        ready: session.ready.unwrap_or(NOTHING),
+        frames: session.frames,
+        tracker: session.tracker,
+        log: session.log,
+        damaged: decoder.dropped(),
+    })
+}
+
+const NOTHING: Ready = Ready {
+    scene_bytes: 0,
+    effects: 0,
+    linked: 0,
+    fault: 0,
+    flash_bytes: 0,
+    static_bytes: 0,
+    picture_bytes: 0,
+};

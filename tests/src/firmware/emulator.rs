@@ -1,0 +1,267 @@
+//! QEMU as the board: three serial ports over sockets, and a clock that counts
+//! instructions.
+
+use super::image::Image;
+use defmt_decoder::{DecodeError, StreamDecoder, Table};
+use miette::Diagnostic;
+use std::io::{self, Read, Write};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+use thiserror::Error;
+
+const PROGRAM: &str = "qemu-system-arm";
+/// Where the board has its scene.
+const SCENE_ADDRESS: &str = "0x60000000";
+/// For how long a start may take.
+const START: Duration = Duration::from_secs(20);
+/// For how long bytes are waited for.
+const WAIT: Duration = Duration::from_millis(2);
+
+/// Why there is no emulator.
+#[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
+pub enum EmulatorError {
+    /// It is not installed.
+    #[error("{PROGRAM} does not start: {reason}")]
+    #[diagnostic(help("install it (on Debian and Ubuntu: apt-get install qemu-system-arm)"))]
+    Missing {
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// It ended.
+    #[error("{PROGRAM} ended ({status}): {output}")]
+    #[diagnostic(help("is the image one for the board mps2-an500?"))]
+    Ended {
+        /// How.
+        status: String,
+        /// What it said.
+        output: String,
+    },
+    /// Something between it and us broke.
+    #[error("the emulator's ports do not work: {0}")]
+    #[diagnostic(help("is there room for temporary files?"))]
+    Ports(#[from] io::Error),
+    /// The image's log cannot be read.
+    #[error("the image's log cannot be read: {0}")]
+    #[diagnostic(help("build firmware and command from the same sources"))]
+    Log(String),
+}
+
+/// A serial port of the board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Port {
+    /// From the tracker.
+    Tracker,
+    /// Reports out, orders in.
+    Display,
+    /// The log.
+    Log,
+}
+
+/// A board that runs.
+pub(super) struct Emulator {
+    child: Child,
+    ports: [UnixStream; 3],
+    /// What the log's words are.
+    table: Option<Box<Table>>,
+    /// Bytes of the log that are not decoded yet.
+    said: Vec<u8>,
+    /// The scene, and the sockets.
+    _folder: TempDir,
+}
+
+impl Emulator {
+    pub(super) fn start(image: &Image, scene: &[u8]) -> Result<Self, EmulatorError> {
+        let table = Table::parse(image.elf()).map_err(|e| EmulatorError::Log(e.to_string()))?;
+        let folder = tempfile::tempdir()?;
+        let blob = folder.path().join("scene");
+        std::fs::write(&blob, scene)?;
+        let names = ["tracker", "display", "log"].map(|name| folder.path().join(name));
+        let [a, b, c] = &names;
+        let listeners = [
+            UnixListener::bind(a)?,
+            UnixListener::bind(b)?,
+            UnixListener::bind(c)?,
+        ];
+        let mut command = Command::new(PROGRAM);
+        command
+            .args([
+                "-M",
+                "mps2-an500",
+                "-cpu",
+                "cortex-m7",
+                "-icount",
+                "shift=0",
+            ])
+            .args(["-display", "none", "-monitor", "none"])
+            .arg("-device")
+            .arg(with_path(
+                "loader,addr=",
+                SCENE_ADDRESS,
+                ",force-raw=on,file=",
+                &blob,
+            ))
+            .arg("-kernel")
+            .arg(image.path());
+        for name in &names {
+            command.arg("-serial").arg(with_path("unix:", "", "", name));
+        }
+        let child = command
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(|reason| EmulatorError::Missing { reason })?;
+        let mut starting = Starting(Some(child));
+        let mut accepted = Vec::new();
+        for listener in &listeners {
+            accepted.push(starting.accept(listener)?);
+        }
+        let ports = <[UnixStream; 3]>::try_from(accepted);
+        let ports = ports.map_err(|_| io::Error::other("a port is missing"))?;
+        for port in &ports {
+            port.set_nonblocking(true)?;
+        }
+        let child = starting.0.take();
+        Ok(Self {
+            child: child.ok_or_else(|| io::Error::other("it is gone"))?,
+            ports,
+            table: table.map(Box::new),
+            said: Vec::new(),
+            _folder: folder,
+        })
+    }
+
+    fn port(&mut self, port: Port) -> &mut UnixStream {
+        &mut self.ports[port as usize]
+    }
+
+    /// Sends bytes, as fast as the board takes them.
+    pub(super) fn send(&mut self, port: Port, bytes: &[u8]) -> Result<(), EmulatorError> {
+        let mut left = bytes;
+        let since = Instant::now();
+        while !left.is_empty() {
+            match self.port(port).write(left) {
+                Ok(sent) => left = left.get(sent..).unwrap_or_default(),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    if since.elapsed() > START {
+                        return Err(io::Error::from(io::ErrorKind::TimedOut).into());
+                    }
+                    std::thread::sleep(WAIT);
+                }
+                Err(_) => return Err(self.ended()),
+            }
+        }
+        Ok(())
+    }
+
+    /// What has come, after waiting a little where nothing has.
+    pub(super) fn receive(&mut self, port: Port) -> Result<Vec<u8>, EmulatorError> {
+        let mut buffer = vec![0; 1 << 16];
+        match self.port(port).read(&mut buffer) {
+            Ok(0) => Err(self.ended()),
+            Ok(count) => {
+                buffer.truncate(count);
+                Ok(buffer)
+            }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                std::thread::sleep(WAIT);
+                Ok(Vec::new())
+            }
+            Err(_) => Err(self.ended()),
+        }
+    }
+
+    /// The lines that have been logged since it was last asked for.
+    pub(super) fn log(&mut self) -> Result<Vec<String>, EmulatorError> {
+        let bytes = self.receive(Port::Log)?;
+        self.said.extend_from_slice(&bytes);
+        let Some(table) = &self.table else {
+            return Ok(Vec::new());
+        };
+        let mut decoder: Box<dyn StreamDecoder + '_> = table.new_stream_decoder();
+        decoder.received(&self.said);
+        let mut lines = Vec::new();
+        loop {
+            match decoder.decode() {
+                Ok(frame) => lines.push(frame.display(false).to_string()),
+                Err(DecodeError::UnexpectedEof) => break,
+                Err(DecodeError::Malformed) => lines.push("(a damaged line)".to_owned()),
+            }
+        }
+        // What is behind the last whole frame is decoded with what follows.
+        let rest = self.said.iter().rposition(|&byte| byte == 0);
+        self.said.drain(..rest.map_or(0, |end| end + 1));
+        Ok(lines)
+    }
+
+    fn ended(&mut self) -> EmulatorError {
+        ended(&mut self.child)
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        // It may be gone already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// One that has not opened all its ports yet.
+struct Starting(Option<Child>);
+
+impl Starting {
+    fn accept(&mut self, listener: &UnixListener) -> Result<UnixStream, EmulatorError> {
+        listener.set_nonblocking(true)?;
+        let since = Instant::now();
+        loop {
+            match listener.accept() {
+                Ok((stream, _)) => return Ok(stream),
+                Err(error) if error.kind() != io::ErrorKind::WouldBlock => return Err(error.into()),
+                Err(_) => {}
+            }
+            let child = self.0.as_mut();
+            let child = child.ok_or_else(|| io::Error::other("it is gone"))?;
+            if child.try_wait()?.is_some() || since.elapsed() > START {
+                return Err(ended(child));
+            }
+            std::thread::sleep(WAIT);
+        }
+    }
+}
+
+impl Drop for Starting {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.0 {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+/// What one that has ended, or has to, says of it.
+fn ended(child: &mut Child) -> EmulatorError {
+    let _ = child.kill();
+    let status = child
+        .wait()
+        .map_or_else(|e| e.to_string(), |s| s.to_string());
+    let mut output = String::new();
+    if let Some(stderr) = &mut child.stderr {
+        // What cannot be read is not there.
+        let _ = stderr.read_to_string(&mut output);
+    }
+    EmulatorError::Ended {
+        status,
+        output: output.trim().to_owned(),
+    }
+}
+
+fn with_path(before: &str, value: &str, after: &str, path: &Path) -> std::ffi::OsString {
+    let mut argument = std::ffi::OsString::from(format!("{before}{value}{after}"));
+    argument.push(path);
+    argument
+}

@@ -1,0 +1,190 @@
+//! The frame that a controller has shown, made once more by the host.
+
+use super::{ShownFrame, TILE};
+use glam::Vec3;
+use miette::Diagnostic;
+use shisen::picture::{Picture, PictureError};
+use shisen::render::RenderError;
+use shisen::render::spectrum::Method;
+use shisen_core::Simd;
+use shisen_core::frame::{
+    Budget, DomeError, DomePose, DomeProjection, FlatScreen, FrameError, FrameJob, LevelOfDetail,
+    MirrorCamera, Mode, Part, Pixel, Place, Progress, Renderer, Settings, Spectrum, TileError,
+    View, ViewError, Workspace,
+};
+use shisen_core::gaze::{Gaze, LineOfSight, LineOfSightError, VisualField};
+use shisen_core::scene::EffectSet;
+use shisen_core::scene::Scene;
+use shisen_core::spectrum::{SpectralSample, SpectralTable, Wavelengths};
+use shisen_tracker::link::display::{FrameStart, Rendering, Subject};
+use thiserror::Error;
+
+/// Phases of its table of wavelengths.
+const PHASES: u32 = 8;
+/// Radius of the mirror of its dome masters: metres.
+const MIRROR_RADIUS: f32 = 0.01;
+
+/// Why a frame cannot be made again.
+#[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
+pub enum ReferenceError {
+    /// A screen that the eye does not see.
+    #[error("a screen of the firmware's frame cannot be seen: {0}")]
+    View(#[from] ViewError),
+    /// A dome master that is none.
+    #[error("a dome master of the firmware's cannot be: {0}")]
+    Dome(#[from] DomeError),
+    /// A line of sight that is none.
+    #[error("the firmware's line of sight cannot be: {0}")]
+    LineOfSight(#[from] LineOfSightError),
+    /// Its tiles.
+    #[error("the firmware's frame cannot be rendered: {0}")]
+    Frame(#[from] FrameError),
+    /// One of its tiles.
+    #[error("a tile of the firmware's frame cannot be rendered: {0}")]
+    Tile(#[from] TileError),
+    /// Wavelengths at which a medium is not known.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Render(#[from] RenderError),
+    /// A picture too large.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+}
+
+/// The pictures of a controller's frame, from the scene that it has, its
+/// screens, and what it says that the frame is made of. One that was cut short has its
+/// first tiles only. A controller that has no code for wavelengths is
+/// `without_dispersion`.
+///
+/// # Errors
+/// What cannot be: see [`ReferenceError`].
+pub fn reference(
+    scene: Scene<'_, 4>,
+    screens: &[FlatScreen],
+    rendering: &Rendering,
+    shown: &ShownFrame,
+    without_dispersion: bool,
+) -> Result<Vec<Picture>, ReferenceError> {
+    let start = &shown.start;
+    let settings = Settings {
+        depth: rendering.depth,
+        mode: Mode::Single,
+        ..Settings::default()
+    };
+    let mut renderer = Renderer::new(scene, Simd::detect(), settings);
+    if without_dispersion {
+        renderer = renderer.without(EffectSet::DISPERSION);
+    }
+    let mut samples = Vec::new();
+    if !without_dispersion && let Some(spectrum) = spectrum(rendering.wavelengths, &mut samples) {
+        renderer = renderer
+            .with_spectrum(spectrum)
+            .map_err(RenderError::from)?;
+    }
+    let [left, right] = start.eyes;
+    let renderers = [
+        follow(&renderer, start, left)?,
+        follow(&renderer, start, right)?,
+    ];
+    let parts = match start.subject {
+        Subject::Screens => {
+            let eyes = if rendering.eye_distance == 0.0 { 1 } else { 2 };
+            let eyes: Vec<_> = start.eyes.iter().zip(&renderers).take(eyes).collect();
+            let parts = screens.iter().flat_map(|screen| {
+                let part = |&(&eye, renderer): &(&Vec3, _)| {
+                    let view = screen.view_from(eye)?;
+                    Ok::<_, ViewError>(Part { view, renderer })
+                };
+                eyes.iter().map(part).collect::<Vec<_>>()
+            });
+            parts.collect::<Result<Vec<_>, _>>()?
+        }
+        Subject::Capture { size } => vec![Part {
+            view: dome(left, size)?,
+            renderer: &renderers[0],
+        }],
+    };
+    let cut = shown.done.filter(|done| done.cut_short);
+    let tiles = cut.map_or(u32::MAX, |done| done.whole.saturating_add(done.given_up));
+    render(&parts, Budget::steps(start.budget), tiles)
+}
+
+/// What follows the gaze of an eye, where something does.
+fn follow<'a>(
+    renderer: &Renderer<'a, 4>,
+    start: &FrameStart,
+    eye: Vec3,
+) -> Result<Renderer<'a, 4>, LineOfSightError> {
+    let field = start
+        .state
+        .and_then(|_| VisualField::PAPER.wider(start.widen));
+    let Some(field) = field else {
+        return Ok(*renderer);
+    };
+    let sight = LineOfSight::new(eye, start.forward, start.up)?;
+    Ok(renderer.with_level_of_detail(LevelOfDetail::new(Gaze::new(sight, field))))
+}
+
+fn spectrum(count: u8, samples: &mut Vec<SpectralSample>) -> Option<Spectrum<'_>> {
+    let wavelengths = Wavelengths::new(count.into(), Wavelengths::RANGE).ok()?;
+    if count < 2 {
+        return None;
+    }
+    samples.resize(
+        SpectralTable::samples(wavelengths, PHASES),
+        SpectralSample::default(),
+    );
+    let matching = Method::Comb.matching();
+    let table = SpectralTable::new(wavelengths, PHASES, matching, samples).ok()?;
+    Some(Spectrum::Comb { table, each: 1 })
+}
+
+fn dome(place: Vec3, size: u16) -> Result<View, DomeError> {
+    let camera = MirrorCamera::best(MIRROR_RADIUS);
+    let pose = DomePose::over_room(place);
+    View::dome(DomeProjection::Mirror(camera), pose, size.into())
+}
+
+/// So many tiles of a frame, or all.
+fn render(
+    parts: &[Part<'_, '_, 4>],
+    budget: Budget,
+    tiles_wanted: u32,
+) -> Result<Vec<Picture>, ReferenceError> {
+    let size = |part: &Part<'_, '_, 4>| [part.view.columns(), part.view.rows()];
+    let tiles = FrameJob::tiles_of(parts.iter().map(size), TILE);
+    let mut places = vec![Place::default(); tiles];
+    let mut pictures = parts
+        .iter()
+        .map(|part| Picture::new(part.view.columns(), part.view.rows()))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut pixels = [Pixel::default(); (TILE * TILE) as usize];
+    let mut workspace = Workspace::new();
+    let mut job = FrameJob::new(parts, TILE, budget, &mut places)?;
+    let mut tiles_left = tiles_wanted;
+    while tiles_left > 0 {
+        let mut slice = Budget::UNLIMITED;
+        match job.render(parts, &mut pixels, &mut slice, &mut workspace)? {
+            Progress::Finished => break,
+            Progress::BudgetSpent => {}
+            Progress::Tile { part, tile, .. } => {
+                tiles_left -= 1;
+                let picture = &mut pictures[part];
+                let rows = pixels.chunks_exact(tile.width as usize);
+                for (y, row) in (tile.y..tile.y + tile.height).zip(rows) {
+                    for (x, pixel) in (tile.x..).zip(row) {
+                        let Pixel {
+                            red,
+                            green,
+                            blue,
+                            alpha,
+                        } = *pixel;
+                        picture.set_pixel(x, y, [red, green, blue, alpha]);
+                    }
+                }
+            }
+        }
+    }
+    Ok(pictures)
+}
