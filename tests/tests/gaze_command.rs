@@ -366,20 +366,16 @@ fn gazes_that_are_none_are_usage() {
     }
 }
 
-/// A small frame with `--json`.
+/// The report of a small frame of a mesh of few faces.
 fn cave(folder: &Path, arguments: &[&str]) -> Value {
     write_ball(folder);
+    quadruped_cave(folder, &[&["--mesh", "ball.obj"], arguments].concat())
+}
+
+/// The report of a small frame of the command's own mesh.
+fn quadruped_cave(folder: &Path, arguments: &[&str]) -> Value {
     let output = shisen(folder)
-        .args([
-            "cave",
-            "--mesh",
-            "ball.obj",
-            "--size",
-            "48",
-            "--view-size",
-            "32x24",
-            "--json",
-        ])
+        .args(["cave", "--size", "48", "--view-size", "32x24", "--json"])
         .args(arguments)
         .assert()
         .success()
@@ -393,12 +389,12 @@ const EXTRA_PICTURES: [&str; 3] = ["levels", "polygons", "difference"];
 #[test]
 fn a_frame_with_levels_of_detail_is_reported() {
     let folder = folder();
-    let plain = cave(folder.path(), &["--lod", "off"]);
+    let plain = quadruped_cave(folder.path(), &["--lod", "off"]);
     assert_eq!(plain["lod"], Value::Null);
-    let default = cave(folder.path(), &[]);
+    let default = quadruped_cave(folder.path(), &[]);
     assert_eq!(plain["frame_hash"], default["frame_hash"]);
-    let paper = cave(folder.path(), &["--lod", "paper"]);
-    let ellipse = cave(folder.path(), &["--lod", "paper-ellipse"]);
+    let paper = quadruped_cave(folder.path(), &["--lod", "paper"]);
+    let ellipse = quadruped_cave(folder.path(), &["--lod", "paper-ellipse"]);
     let mut hashes = vec![];
     for (name, found) in [("paper", &paper), ("paper-ellipse", &ellipse)] {
         let lod = &found["lod"];
@@ -524,7 +520,7 @@ fn faces_and_levels_are_those_asked_for() {
         // It has no more than that.
         (&["--faces", "6000.."], &[5804]),
     ] {
-        let found = cave(folder.path(), &[&["--lod", "paper"], arguments].concat());
+        let found = quadruped_cave(folder.path(), &[&["--lod", "paper"], arguments].concat());
         let faces: Vec<i64> = serde_json::from_value(found["lod"]["faces"][0].clone()).unwrap();
         assert_eq!(faces.len(), expected.len(), "{faces:?}");
         for (found, expected) in faces.iter().zip(expected) {
