@@ -50,7 +50,7 @@ fn a_frame_is_reported_and_written() {
         assert_eq!(report[key], expected, "{key}");
     }
     assert_eq!(report["scene"], "A");
-    assert_eq!(report["mesh"], "ball");
+    assert_eq!(report["mesh"], "ball.obj");
     assert!(["avx2", "portable"].contains(&report["simd"].as_str().unwrap()));
     let hash = report["frame_hash"].as_str().unwrap();
     assert!(hash.len() == 16 && u64::from_str_radix(hash, 16).is_ok());
