@@ -30,7 +30,6 @@
 
 use crate::sample::Sample;
 use crate::time::{DeviceTime, Micros};
-use core::fmt;
 
 /// Seconds whose least delayed sample is kept.
 const BLOCKS: usize = 16;
@@ -69,8 +68,9 @@ impl Default for ClockConfig {
 }
 
 /// A value of a [`ClockConfig`] that is out of range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("the clock's {field} is {found}: give {least} to {most}")]
 pub struct ClockConfigError {
     /// Which, and its unit.
     pub field: &'static str,
@@ -81,20 +81,6 @@ pub struct ClockConfigError {
     /// The most it can be.
     pub most: u64,
 }
-
-impl fmt::Display for ClockConfigError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            field,
-            found,
-            least,
-            most,
-        } = self;
-        write!(f, "the clock's {field} is {found}: give {least} to {most}")
-    }
-}
-
-impl core::error::Error for ClockConfigError {}
 
 /// When a sample was measured, by the caller's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -181,7 +167,7 @@ struct Open {
 }
 
 /// Learns a device's clock from its samples. One for each device.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct ClockEstimator {
     config: ClockConfig,
     last: Option<Last>,
@@ -191,7 +177,7 @@ pub struct ClockEstimator {
     blocks: [Point; BLOCKS],
     length: usize,
     line: Point,
-    /// Of the offset against device time, parts per billion.
+    /// The slope of the offset against device time, parts per billion.
     rate: i64,
     late_since: Option<Micros>,
     frozen: bool,
@@ -200,7 +186,7 @@ pub struct ClockEstimator {
 }
 
 impl ClockEstimator {
-    /// Of a clock that has shown no time yet.
+    /// An estimator of a clock that has shown no time yet.
     ///
     /// # Errors
     /// Values outside the ranges at [`ClockConfig`].
@@ -228,16 +214,7 @@ impl ClockEstimator {
         }
         Ok(Self {
             config,
-            last: None,
-            suspect: None,
-            open: None,
-            blocks: [Point::default(); BLOCKS],
-            length: 0,
-            line: Point::default(),
-            rate: 0,
-            late_since: None,
-            frozen: false,
-            stamped: Micros(0),
+            ..Self::default()
         })
     }
 
@@ -253,7 +230,7 @@ impl ClockEstimator {
     }
 
     /// When a sample was measured. Samples go in in the order of arrival.
-    // Not a part of a decoder, into which what takes its events may go.
+    // Not inlined: keeps its code out of the decoders whose events it takes.
     #[inline(never)]
     pub fn stamp(&mut self, sample: &Sample, sink: &mut dyn FnMut(ClockEvent)) -> Stamp {
         let by_arrival = Stamp {

@@ -69,33 +69,21 @@ pub enum Awaited {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
-    /// The script's next bytes, so many.
+    /// Send the script's next bytes: this many.
     Send(u16),
-    Pause(Span),
+    /// Microseconds.
+    Pause(u32),
     Speed(u32),
     Await {
         what: Awaited,
-        within: Span,
+        /// Microseconds.
+        within: u32,
     },
 }
 
-/// Microseconds, in half of the room of [`Micros`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Span(u32);
-
-impl Span {
-    const fn of(span: Micros) -> Self {
-        let most = u32::MAX as u64;
-        Self(if span.0 < most {
-            span.0 as u32
-        } else {
-            u32::MAX
-        })
-    }
-
-    const fn micros(self) -> Micros {
-        Micros(self.0 as u64)
-    }
+/// A span in half the memory of [`Micros`].
+fn short(span: Micros) -> u32 {
+    u32::try_from(span.0).unwrap_or(u32::MAX)
 }
 
 /// What to say to a device, and what it has to answer.
@@ -147,7 +135,7 @@ impl Script {
 
     /// Then send nothing for a while: up to an hour.
     pub fn pause(&mut self, span: Micros) -> &mut Self {
-        self.step(Step::Pause(Span::of(span)))
+        self.step(Step::Pause(short(span)))
     }
 
     /// Then change this end's line to so many baud.
@@ -157,7 +145,7 @@ impl Script {
 
     /// Then wait until this comes, for as long as `within`: up to an hour.
     pub fn expect(&mut self, what: Awaited, within: Micros) -> &mut Self {
-        let within = Span::of(within);
+        let within = short(within);
         self.step(Step::Await { what, within })
     }
 
@@ -172,7 +160,7 @@ impl Script {
     pub fn once_only_time(&self) -> Micros {
         let steps = self.steps.iter().take(self.again_from);
         steps.fold(Micros(0), |sum, step| match step {
-            Step::Pause(span) => sum.after(span.micros()),
+            Step::Pause(span) => sum.after(Micros((*span).into())),
             _ => sum,
         })
     }
@@ -228,7 +216,7 @@ pub struct Session {
     /// When the step began, once it was polled.
     since: Option<Micros>,
     tries: u8,
-    /// Since the last bytes were sent:
+    /// Bytes since the last command was sent, as are the three counts below.
     bytes: u64,
     useless: Useless,
     records: u64,
@@ -250,7 +238,7 @@ impl Session {
             since: None,
             tries: 0,
             bytes: 0,
-            useless: Useless::NONE,
+            useless: Useless::default(),
             records: 0,
             samples: 0,
             reply: None,
@@ -314,7 +302,7 @@ impl Session {
                     let sending = self.step;
                     self.next();
                     (self.bytes, self.records, self.samples, self.reply) = (0, 0, 0, None);
-                    self.useless = Useless::NONE;
+                    self.useless = Useless::default();
                     return Action::Send(self.script.sent_by(sending));
                 }
                 Step::Speed(baud) => {
@@ -322,14 +310,14 @@ impl Session {
                     return Action::Speed(baud);
                 }
                 Step::Pause(span) => {
-                    let until = self.since.get_or_insert(now).after(span.micros());
+                    let until = self.since.get_or_insert(now).after(Micros(span.into()));
                     if now < until {
                         return Action::Wait(until);
                     }
                     self.next();
                 }
                 Step::Await { what, within } => {
-                    let until = self.since.get_or_insert(now).after(within.micros());
+                    let until = self.since.get_or_insert(now).after(Micros(within.into()));
                     if self.came(what) {
                         self.next();
                     } else if now < until {

@@ -133,7 +133,7 @@ pub struct GazeEstimator<const HEAD: usize = 64, const EYES: usize = 128> {
     least_ahead: f32,
     /// The sensor that counts, once it has said something.
     sensor: Option<u8>,
-    /// Of another one it was said that it does not count.
+    /// It was reported that another sensor does not count.
     other_said: bool,
     head: HeadTrack<HEAD>,
     eyes: EyeTrack<EYES>,
@@ -163,7 +163,7 @@ impl GazeEstimator {
     ///
     /// # Errors
     /// Values that [`EstimatorConfig::check`] refuses.
-    // In place: a copy on the stack would take as much again.
+    // Inlined: builds the state in its place, without a copy on the stack.
     #[inline(always)]
     pub fn new(config: EstimatorConfig) -> Result<Self, EstimatorConfigError> {
         Self::with_histories(config)
@@ -222,7 +222,7 @@ impl<const HEAD: usize, const EYES: usize> GazeEstimator<HEAD, EYES> {
     }
 
     /// Takes a sample that was measured at `time`.
-    // Not a part of a decoder, into which what takes its events may go.
+    // Not inlined: keeps its code out of the decoders whose events it takes.
     #[inline(never)]
     pub fn push(&mut self, sample: &Sample, time: Micros, sink: &mut dyn FnMut(Event)) {
         if !self.counts(sample.sensor, sink) {

@@ -23,7 +23,6 @@
 //! the bus.
 
 use crate::time::Micros;
-use core::fmt;
 use embedded_hal::i2c::{I2c, SevenBitAddress};
 use heapless::Vec;
 
@@ -143,13 +142,18 @@ pub enum Progress {
 }
 
 /// Why a device could not be spoken to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum I2cHidError<E> {
-    /// The bus.
+    /// The bus failed.
+    #[error("the I²C bus: {0:?}")]
     Bus(E),
     /// What is at the register is no HID descriptor of version 1.0.
+    #[error(
+        "no HID descriptor of 30 bytes and version 0x0100 but {length} and {version:#06x}: check \
+         the device's address and the descriptor's register"
+    )]
     NotHid {
         /// Its first word; it should be 30.
         length: u16,
@@ -157,8 +161,10 @@ pub enum I2cHidError<E> {
         version: u16,
     },
     /// The device did not come back from its reset in [`RESET_TIMEOUT`].
+    #[error("the device did not come back from its reset in 1 s")]
     ResetTimeout,
     /// A report says that it has so many bytes.
+    #[error("a report that says it has {found} bytes, not 2 to {most}")]
     Length {
         /// How many it says, with the two of the length.
         found: u16,
@@ -166,6 +172,7 @@ pub enum I2cHidError<E> {
         most: usize,
     },
     /// The caller's buffer is too small.
+    #[error("{needed} bytes do not fit a buffer of {found}")]
     Buffer {
         /// Bytes that are needed.
         needed: usize,
@@ -173,32 +180,9 @@ pub enum I2cHidError<E> {
         found: usize,
     },
     /// The device is not ready, or gone: call [`I2cHid::poll`].
+    #[error("the device has not been brought up")]
     NotReady,
 }
-
-impl<E: fmt::Debug> fmt::Display for I2cHidError<E> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Bus(error) => write!(f, "the I²C bus: {error:?}"),
-            Self::NotHid { length, version } => write!(
-                f,
-                "no HID descriptor of 30 bytes and version 0x0100 but {length} and \
-                 {version:#06x}: check the device's address and the descriptor's register"
-            ),
-            Self::ResetTimeout => write!(f, "the device did not come back from its reset in 1 s"),
-            Self::Length { found, most } => write!(
-                f,
-                "a report that says it has {found} bytes, not 2 to {most}"
-            ),
-            Self::Buffer { needed, found } => {
-                write!(f, "{needed} bytes do not fit a buffer of {found}")
-            }
-            Self::NotReady => write!(f, "the device has not been brought up"),
-        }
-    }
-}
-
-impl<E: fmt::Debug> core::error::Error for I2cHidError<E> {}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {

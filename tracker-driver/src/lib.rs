@@ -1,11 +1,22 @@
 //! Eye and head trackers: bytes in, samples out, and from those where somebody looks at
 //! the time of display.
 //!
-//! Each protocol has a module that knows how its bytes are laid out and which
-//! axes its device uses, and hands over the samples of [`sample`], whose axes
-//! are the same for all of them. Reading a port, waiting for a report and
-//! stamping it with a time are the caller's: the decoders run as they are in
-//! firmware and on a host.
+//! Each protocol has a module that decodes its bytes into the samples of [`sample`], whose
+//! axes are the same for all devices. The caller reads the port, waits for reports and
+//! stamps them with a time, so the decoders run in firmware and on a host.
+//!
+//! | Device | Module | Bytes a record | Transport |
+//! |---|---|---|---|
+//! | Polhemus FASTRAK, `InterSense` IS-600, IS-900 | [`head::fastrak`] | 32; others by the list of items | serial |
+//! | Polhemus Liberty, Patriot, Latus | [`head::liberty`] | 41; others by the list of items | serial |
+//! | Ascension Flock of Birds, laserBIRD | [`head::flock`] | 14; 6 to 25 by the mode | serial, 38,400 baud |
+//! | Hatire | [`head::hatire`] | 30 | serial, 115,200 baud |
+//! | OSVR HDK | [`head::osvr_hdk`] | 16 or 32 | USB HID |
+//! | ISCAN | [`eye::iscan`] | 12; 4 to 14 by the outputs | serial, 115,200 baud |
+//! | ASL EYE-TRAC 5000, 6000 | [`eye::asl`] | 12 or 10 | serial, 57,600 baud |
+//! | `AdHawk` | [`eye::adhawk`] | up to 128 | serial or SPI |
+//! | HID eye and head trackers | [`hid::eye_tracker`] | 65; others by the descriptor | USB HID, HID over I²C |
+//! | boards that speak our own link | [`link`] | up to 181 | serial |
 //!
 //! ```
 //! use shisen_tracker::decoder::{Decoder, Event};
@@ -28,8 +39,8 @@
 //!
 //! The folder `examples` goes on from there: `gaze_from_bytes` makes a line of sight of
 //! samples, `uart_loop` is a firmware's loop over a port that also tells the device what
-//! to send (`uart::HostEnd`), `mock_tracker` has the simulated viewer. How the driver
-//! stands to the rest is on the first page of the crate `shisen`.
+//! to send (`uart::HostEnd`), `mock_tracker` has the simulated viewer. The front page of
+//! the crate `shisen` shows where the driver stands.
 //!
 //! # Where things are
 //!
@@ -69,13 +80,13 @@
 //! | `serial` | `serial`: a serial port, by `serialport` |
 //! | `hid` | `hid::device`: USB devices, by `hidapi` |
 //! | `mock` | `mock`: the simulated viewer, its faults, and the bytes of every protocol |
-//! | `defmt` | `defmt::Format` of what there is to be said |
+//! | `defmt` | `defmt::Format` for samples, events and errors |
 //!
 //! # What it does not do
 //!
-//! No pictures of cameras; and nobody is shown what to look at: targets of a
-//! [calibration](estimate::Calibration) are the caller's (`shisen tracker calibrate` has
-//! them). No device has been at hand: decoders have been tested by mocks.
+//! It reads no camera pictures and shows no targets: for a
+//! [calibration](estimate::Calibration) the caller shows them (as `shisen tracker calibrate`
+//! does). No device has been at hand: the decoders are tested by mocks.
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -8,15 +8,13 @@ use crate::decoder::{Counts, DropReason, Dropped, Event, Message};
 use crate::time::Micros;
 use core::cell::Cell;
 
-/// Bytes thrown away in a row that are told of at once.
-///
-/// A longer run is told of in parts, so that a line at the wrong speed is not
-/// silent; a shorter one is told of when the next record has come.
+/// Report a dropped run once it reaches this many bytes, so that a line at the wrong speed is
+/// not silent; a shorter one is reported when the next record has come.
 const LONGEST_RUN: u32 = 256;
 
-/// What stands at the front of the window.
+/// What a protocol makes of the front of the window.
 #[derive(Debug, Clone, Copy, PartialEq)]
-// An event is large, and there is nowhere to put it but here.
+// An event is large, and cannot be boxed.
 #[allow(clippy::large_enum_variant)]
 pub(crate) enum Step {
     /// The beginning of a record, perhaps.
@@ -63,8 +61,8 @@ impl Front<'_> {
     }
 }
 
-/// When the last byte came of a record that is whole and waits for what comes behind it,
-/// which tells whether it is one: it has the time of its own last byte.
+/// The arrival of the last byte of a whole record that waits for the bytes behind it, which
+/// tell whether it is one.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Whole(Option<Micros>);
 

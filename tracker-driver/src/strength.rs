@@ -1,43 +1,16 @@
-//! How many random bytes pass for records, decoder by decoder.
+//! How many random HID reports pass for samples.
 
-use crate::decoder::Decoder;
+use crate::decoder::{Decoder, Event};
 use crate::head::osvr_hdk;
 use crate::hid::eye_tracker::documented::DESCRIPTOR;
 use crate::hid::eye_tracker::{Axes, EyeTracker};
-use crate::protocol::{Protocol, Reader};
-use crate::testing::{ARRIVAL, Random, assert_usable, random_bytes, random_count};
+use crate::testing::{ARRIVAL, Random, assert_usable, random_count};
 
-/// A billion where `SHISEN_HEAVY` asks for it.
+/// Random bytes where `SHISEN_HEAVY` asks for all.
 const HEAVY: u64 = 1_000_000_000;
 
-/// Each decoder of a line as it is usually set up, and which part of random bytes
-/// gives a sample, as its module and the README say.
-#[test]
-fn random_bytes_of_each_line_pass_as_often_as_said() {
-    let rates = [
-        ("link", f64::exp2(-45.0)),
-        ("fastrak", 5.0e-13),
-        ("liberty", 5.0e-21),
-        ("flock", 1.5e-6),
-        ("hatire", 5.0e-13),
-        ("iscan", 3.0e-13),
-        ("asl", f64::exp2(-39.0)),
-        ("adhawk", f64::exp2(-36.0)),
-    ];
-    for ((name, rate), seed) in rates.into_iter().zip(900..) {
-        let mut reader = Reader::new(&Protocol::named(name).unwrap()).unwrap();
-        let fed = random_count(HEAVY);
-        let passed = random_bytes(&mut reader, fed, seed);
-        let said = rate * fed as f64;
-        std::println!("{name}: {passed} of {fed} bytes, {said:.3} said");
-        // Half as much again, and what chance adds.
-        let most = 1.5 * said;
-        assert!(
-            passed as f64 <= most + 3.0 * most.sqrt(),
-            "{name}: {passed}"
-        );
-    }
-}
+/// The share of random reports that an OSVR HDK's decoder takes.
+const HDK: f64 = 0.000_29;
 
 /// Feeds whole reports of a length, of which the first byte is `first` where one is
 /// given, and gives back how many of how many pass.
@@ -51,7 +24,7 @@ fn reports(decoder: &mut impl Decoder, bytes: usize, first: Option<u8>, seed: u6
         }
         report[0] = first.unwrap_or(report[0]);
         decoder.feed(&report[..bytes], ARRIVAL, &mut |event| {
-            if let crate::decoder::Event::Sample(sample) = event {
+            if let Event::Sample(sample) = event {
                 assert_usable(&sample);
                 passed += 1;
             }
@@ -83,6 +56,3 @@ fn random_reports_pass_as_often_as_said() {
     assert_eq!(passed, fed);
     assert_eq!(reports(&mut eye_tracker(), 64, Some(0x10), 5).0, 0.0);
 }
-
-/// The share of random reports that an OSVR HDK's decoder takes.
-const HDK: f64 = 0.000_29;

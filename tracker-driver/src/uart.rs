@@ -67,54 +67,18 @@ pub fn drain<P: Read + ReadReady>(
 
 #[cfg(test)]
 mod tests {
+    use super::doubles::End;
     use super::*;
     use crate::eye::asl::{Asl, LONGEST_FRAME};
     use core::convert::Infallible;
     use embedded_io::{ErrorKind, ErrorType};
-    use std::collections::VecDeque;
-    use std::vec::Vec;
-
-    /// What the port does each time that it is asked.
-    enum Step {
-        Bytes(Vec<u8>),
-        Overrun,
-    }
-
-    struct Port(VecDeque<Step>);
-
-    impl ErrorType for Port {
-        type Error = ErrorKind;
-    }
-
-    impl ReadReady for Port {
-        fn read_ready(&mut self) -> Result<bool, ErrorKind> {
-            Ok(!self.0.is_empty())
-        }
-    }
-
-    impl Read for Port {
-        fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
-            match self.0.pop_front() {
-                Some(Step::Bytes(mut bytes)) => {
-                    let read = bytes.len().min(buffer.len());
-                    buffer[..read].copy_from_slice(&bytes[..read]);
-                    if bytes.len() > read {
-                        self.0.push_front(Step::Bytes(bytes.split_off(read)));
-                    }
-                    Ok(read)
-                }
-                Some(Step::Overrun) => Err(ErrorKind::Other),
-                None => panic!("the port was read while it was not ready"),
-            }
-        }
-    }
 
     const FRAME: [u8; LONGEST_FRAME] = [
         0x80, 0x00, 0x7F, 0x01, 0x70, 0x00, 0x7F, 0x56, 0x7B, 0x01, 0x2C, 0x01,
     ];
 
     fn drained(
-        port: &mut Port,
+        port: &mut End,
         decoder: &mut Asl,
         most: usize,
     ) -> (Result<usize, ErrorKind>, usize) {
@@ -128,35 +92,38 @@ mod tests {
         (read, samples)
     }
 
+    fn port(bytes: &[u8]) -> End {
+        End {
+            received: bytes.iter().copied().collect(),
+            ..End::default()
+        }
+    }
+
     #[test]
     fn everything_that_is_ready_is_read() {
-        let steps = [&FRAME[..7], &FRAME[7..], &FRAME.repeat(5)];
-        let mut port = Port(steps.map(|s| Step::Bytes(s.to_vec())).into());
-        let mut decoder = Asl::default();
+        let (mut port, mut decoder) = (port(&FRAME.repeat(6)), Asl::default());
         assert_eq!(drained(&mut port, &mut decoder, 1_000), (Ok(72), 6));
         assert_eq!(drained(&mut port, &mut decoder, 1_000), (Ok(0), 0));
     }
 
     #[test]
     fn a_fast_line_does_not_hold_the_caller_up() {
-        let mut port = Port([Step::Bytes(FRAME.repeat(100))].into());
-        let mut decoder = Asl::default();
-        assert_eq!(drained(&mut port, &mut decoder, 100).0, Ok(128));
-        assert_eq!(drained(&mut port, &mut decoder, 100).0, Ok(128));
+        let (mut port, mut decoder) = (port(&FRAME.repeat(100)), Asl::default());
+        for _ in 0..2 {
+            assert_eq!(drained(&mut port, &mut decoder, 100).0, Ok(128));
+        }
     }
 
     #[test]
     fn after_an_overrun_the_decoder_begins_anew() {
-        let steps = [
-            Step::Bytes(FRAME[..7].to_vec()),
-            Step::Overrun,
-            Step::Bytes(FRAME[7..].to_vec()),
-            Step::Bytes(FRAME.repeat(2)),
-        ];
-        let mut port = Port(steps.into());
-        let mut decoder = Asl::default();
-        let (read, samples) = drained(&mut port, &mut decoder, 1_000);
-        assert_eq!((read, samples), (Err(ErrorKind::Other), 0));
+        let (mut port, mut decoder) = (port(&FRAME[..7]), Asl::default());
+        assert_eq!(drained(&mut port, &mut decoder, 1_000), (Ok(7), 0));
+        port.received.extend(&FRAME[7..]);
+        port.received.extend(FRAME.repeat(2));
+        port.broken = true;
+        let overrun = Err(ErrorKind::BrokenPipe);
+        assert_eq!(drained(&mut port, &mut decoder, 1_000), (overrun, 0));
+        port.broken = false;
         assert_eq!(drained(&mut port, &mut decoder, 1_000), (Ok(29), 2));
     }
 

@@ -82,7 +82,7 @@ pub(crate) fn sent_rotation(value: Quat) -> Result<Quat, DropReason> {
 pub(crate) fn unit(value: Quat, tolerance: f32) -> Result<Quat, f32> {
     let parts = value.to_array();
     let norm = length(&parts);
-    // Of NaN and of what is too long for squares, too.
+    // NaN, and what is too long for squares, fail the comparison.
     if !((norm - 1.0).abs() <= tolerance) {
         return Err(norm);
     }

@@ -3,9 +3,9 @@
 
 use crate::command::{Failure, Watch};
 use crate::decoder::{Decoder, Event};
-use crate::mock::{Source, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
+use crate::mock::{Source, Wire};
 use crate::protocol::{Protocol, Reader};
-use crate::testing::{assert_usable, serial_lines};
+use crate::testing::{assert_usable, serial_lines, tracker_at};
 use crate::time::Micros;
 use std::vec::Vec;
 
@@ -40,14 +40,8 @@ impl Levels {
     /// What the mock sends in so many seconds: with pauses between its records, or
     /// without.
     fn of(protocol: &Protocol, seconds: u64, pauses: bool) -> Self {
-        const RATE: u32 = 125;
         let baud = 115_200;
-        let config = TrackerConfig {
-            rate: RATE,
-            ..TrackerConfig::default()
-        };
-        let viewer = Viewer::new(ViewerConfig::default(), 6);
-        let mut wire = Wire::new(Tracker::new(config, viewer, 6).unwrap(), protocol.clone());
+        let mut wire = Wire::new(tracker_at(125, 6), protocol.clone());
         let mut bits = Vec::new();
         let until = (seconds * baud) as usize;
         while bits.len() < until {

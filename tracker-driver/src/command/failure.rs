@@ -5,18 +5,31 @@ use crate::decoder::DropReason;
 use core::fmt;
 
 /// What is wrong with a device or its line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Failure {
     /// Nothing comes in.
+    #[error(
+        "nothing comes in: check that the device is on and the cable is the right one, with its \
+         lines crossed or not"
+    )]
     Silent,
     /// Bytes come in, and none is part of a record: the line's speed, the
     /// protocol or what it is set up to is not the device's.
+    #[error(
+        "{bytes} bytes came in, and no record among them: the line's speed, the protocol or its \
+         settings (list of items, outputs, format) are not the device's; try another baud rate, \
+         and compare the settings with the device's"
+    )]
     NoRecord {
         /// How many bytes.
         bytes: u64,
     },
-    /// Records come in whole, and none, or few, can be used.
+    /// Records come in whole, and few or none of them can be used.
+    #[error(
+        "{records} records came in whole and cannot be used ({}): {}",
+        .reason.name(), advice(*.reason)
+    )]
     Unusable {
         /// How many could not.
         records: u32,
@@ -24,12 +37,21 @@ pub enum Failure {
         reason: DropReason,
     },
     /// Records came in, and then the line fell silent within one.
+    #[error(
+        "the line fell silent within a record, {bytes} bytes behind the last whole one: check \
+         that the device is still on and its cable holds"
+    )]
     BrokenOff {
         /// Bytes behind the last whole record.
         bytes: u64,
     },
     /// Records come in, but much else as well: the protocol, its settings or
     /// the line's speed is not the device's, or the line is disturbed.
+    #[error(
+        "{dropped} of {bytes} bytes in a second belong to no record: the protocol, its settings \
+         (list of items, outputs, format) or the line's speed is not the device's, or the line \
+         is disturbed"
+    )]
     Unlike {
         /// Bytes of a second that belong to no record.
         dropped: u64,
@@ -37,13 +59,15 @@ pub enum Failure {
         bytes: u64,
     },
     /// Records come in, but not the one that was awaited.
+    #[error(fmt = write_no_answer)]
     NoAnswer {
         /// How many records.
         records: u64,
-        /// What was.
+        /// What was awaited.
         awaited: Awaited,
     },
     /// The device refused a command.
+    #[error(fmt = write_refused)]
     Refused {
         /// The command, as the protocol numbers it.
         command: u32,
@@ -53,78 +77,38 @@ pub enum Failure {
         meaning: &'static str,
     },
     /// The script has more steps or bytes than a session plays.
+    #[error("more commands than fit: at most {MOST_STEPS} steps and {MOST_SCRIPT_BYTES} bytes")]
     TooLong,
 }
 
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Silent => write!(
-                f,
-                "nothing comes in: check that the device is on and the cable is the right one, \
-                 with its lines crossed or not"
-            ),
-            Self::NoRecord { bytes } => write!(
-                f,
-                "{bytes} bytes came in, and no record among them: the line's speed, the protocol \
-                 or its settings (list of items, outputs, format) are not the device's; try \
-                 another baud rate, and compare the settings with the device's"
-            ),
-            Self::Unlike { dropped, bytes } => write!(
-                f,
-                "{dropped} of {bytes} bytes in a second belong to no record: the protocol, its \
-                 settings (list of items, outputs, format) or the line's speed is not the \
-                 device's, or the line is disturbed"
-            ),
-            Self::Unusable { records, reason } => write!(
-                f,
-                "{records} records came in whole and cannot be used ({}): {}",
-                reason.name(),
-                advice(reason)
-            ),
-            Self::BrokenOff { bytes } => write!(
-                f,
-                "the line fell silent within a record, {bytes} bytes behind the last whole one: \
-                 check that the device is still on and its cable holds"
-            ),
-            Self::NoAnswer { records, awaited } => match awaited {
-                Awaited::Sample | Awaited::Record => write!(
-                    f,
-                    "{records} records came in, but none of a sensor: check the list of items \
-                     and which sensors are plugged in"
-                ),
-                Awaited::Reply(command) => {
-                    write!(
-                        f,
-                        "{records} records came in, but no answer to command {}: commands do not \
-                         reach the device, or it takes none; check the cable's line to the device",
-                        Named(command)
-                    )
-                }
-            },
-            Self::Refused {
-                command,
-                result,
-                meaning,
-            } => {
-                let command = Named(command);
-                if meaning.is_empty() {
-                    return write!(f, "the device refused command {command} with code {result}");
-                }
-                write!(
-                    f,
-                    "the device refused command {command}: {meaning} (code {result})"
-                )
-            }
-            Self::TooLong => write!(
-                f,
-                "more commands than fit: at most {MOST_STEPS} steps and {MOST_SCRIPT_BYTES} bytes"
-            ),
-        }
+fn write_no_answer(records: &u64, awaited: &Awaited, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match awaited {
+        Awaited::Sample | Awaited::Record => write!(
+            f,
+            "{records} records came in, but none of a sensor: check the list of items and which \
+             sensors are plugged in"
+        ),
+        Awaited::Reply(command) => write!(
+            f,
+            "{records} records came in, but no answer to command {}: commands do not reach the \
+             device, or it takes none; check the cable's line to the device",
+            Named(*command)
+        ),
     }
 }
 
-impl core::error::Error for Failure {}
+fn write_refused(
+    command: &u32,
+    result: &u32,
+    meaning: &str,
+    f: &mut fmt::Formatter<'_>,
+) -> fmt::Result {
+    write!(f, "the device refused command {}", Named(*command))?;
+    if meaning.is_empty() {
+        return write!(f, " with code {result}");
+    }
+    write!(f, ": {meaning} (code {result})")
+}
 
 /// A command: its letter, or its number.
 struct Named(u32);

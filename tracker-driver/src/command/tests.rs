@@ -1,11 +1,9 @@
 use super::*;
 use crate::decoder::{Decoder, DropReason, Dropped, Reply, Text};
-use crate::mock::{
-    Faults, FaultsConfig, Source, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire,
-};
+use crate::mock::{Faults, FaultsConfig, Source, Wire};
 use crate::protocol::{Protocol, Reader};
 use crate::sample::Sample;
-use crate::testing::serial_lines;
+use crate::testing::{serial_lines, tracker};
 use std::format;
 
 fn sample() -> Event {
@@ -320,7 +318,7 @@ fn a_watch_tells_useless_records_and_a_cut_line_from_a_wrong_speed() {
         );
         assert!(!said.contains("speed"), "{said}");
     }
-    // Of a wrong speed these are the signs, unless the transport delimits reports.
+    // These are signs of a wrong speed, unless the transport delimits reports.
     for reason in [
         DropReason::Checksum,
         DropReason::Length,
@@ -374,69 +372,10 @@ fn a_watch_tells_useless_records_and_a_cut_line_from_a_wrong_speed() {
         Some(Failure::NoRecord { bytes: 16 })
     );
 }
-
-/// What a script sends to a device that answers at once.
-fn conversation(script: Script, mut answer: impl FnMut(&[u8]) -> Option<Event>) -> Vec<u8, 256> {
-    assert!(script.is_complete());
-    let mut session = Session::new(script);
-    let mut sent = Vec::new();
-    for _ in 0..100 {
-        let event = match session.poll(Micros(0)) {
-            Action::Send(bytes) => {
-                sent.extend_from_slice(bytes).unwrap();
-                answer(bytes)
-            }
-            Action::Wait(_) => Some(sample()),
-            Action::Done => return sent,
-            other => panic!("{other:?}"),
-        };
-        if let Some(event) = event {
-            session.on_event(&event);
-        }
-    }
-    panic!("it does not end");
-}
-
-#[test]
-fn eye_trackers_are_started_and_stopped() {
-    use crate::eye::{adhawk, asl, iscan};
-    use crate::link;
-
-    let silent = |_: &[u8]| None;
-    assert_eq!(conversation(iscan::start(), silent), [0x80]);
-    assert_eq!(conversation(iscan::stop(), silent), [0x81]);
-    assert!(conversation(asl::start(), silent).is_empty());
-
-    // The third byte of a request's payload is its type.
-    let agreeing = |packet: &[u8]| Some(reply(u32::from(packet[5]), 0));
-    let sent = conversation(adhawk::start(0b1010, 250.0), agreeing);
-    let expected = [
-        0xAA, 5, 0, 1, 0, 0x9C, 1, 1, // on
-        0xAA, 9, 0, 2, 0, 0x9B, 14, 10, 0, 0, 0, 1, // fields
-        0xAA, 9, 0, 3, 0, 0x9B, 5, 0x0F, 2, 0, 0, 1, // events
-    ];
-    assert_eq!(sent[..expected.len()], expected);
-    let sent = conversation(adhawk::stop(), agreeing);
-    assert_eq!(sent, [0xAA, 5, 0, 1, 0, 0x9C, 1, 0]);
-
-    // What the device's end makes of it.
-    let heard = |script| {
-        let mut commands = std::vec::Vec::new();
-        let sent = conversation(script, silent);
-        link::Commands::new().feed(&sent, &mut |command| commands.push(command));
-        commands
-    };
-    let rate = link::Command::Rate { hertz: 240 };
-    assert_eq!(heard(link::start(Some(240))), [rate, link::Command::Start]);
-    assert_eq!(heard(link::start(None)), [link::Command::Start]);
-    assert_eq!(heard(link::stop()), [link::Command::Stop]);
-}
-
 /// What a watch says of a line on which one device speaks and another is
 /// listened to: for how many of 30 tenths of a second something was wrong.
 fn watched(spoken: &Protocol, heard: &Protocol, corrupt: f32) -> (usize, Option<Failure>) {
-    let viewer = Viewer::new(ViewerConfig::default(), 5);
-    let tracker = Tracker::new(TrackerConfig::default(), viewer, 5).unwrap();
+    let tracker = tracker(crate::mock::TrackerConfig::default(), 5);
     let faults = FaultsConfig {
         corrupt,
         ..FaultsConfig::default()

@@ -45,32 +45,17 @@ const LEAST_DROPS: u32 = 2;
 
 impl Watch {
     /// A watch that begins with its first call.
-    pub const fn new() -> Self {
-        Self {
-            delimited: false,
-            since: None,
-            any: false,
-            bytes: 0,
-            heard: Micros(0),
-            useless: Useless::NONE,
-            second: Second {
-                start: Micros(0),
-                bytes: 0,
-                dropped: 0,
-                drops: 0,
-                useless: Useless::NONE,
-                records: 0,
-            },
-            unlike: None,
-        }
+    pub fn new() -> Self {
+        Self::default()
     }
 
-    /// One of a transport that delimits records, as HID does: there is no line
+    /// A watch of a transport that delimits records, as HID does: there is no line
     /// whose speed could be wrong.
-    pub const fn of_reports() -> Self {
-        let mut watch = Self::new();
-        watch.delimited = true;
-        watch
+    pub fn of_reports() -> Self {
+        Self {
+            delimited: true,
+            ..Self::default()
+        }
     }
 
     /// So many bytes came in.
@@ -90,7 +75,7 @@ impl Watch {
                 self.since = Some(now);
                 self.any = true;
                 self.bytes = 0;
-                self.useless = Useless::NONE;
+                self.useless = Useless::default();
             }
             Event::Dropped(dropped) => {
                 self.useless.note(*dropped, self.delimited);
@@ -166,12 +151,6 @@ pub(super) struct Useless {
 }
 
 impl Useless {
-    pub(super) const NONE: Self = Self {
-        records: 0,
-        bytes: 0,
-        reason: None,
-    };
-
     /// On a transport that delimits records, all are whole.
     pub(super) fn note(&mut self, dropped: Dropped, delimited: bool) {
         // What chance makes of bytes at another speed rarely fails for these.

@@ -1,7 +1,6 @@
 //! From what an eye tracker says to where the eye looks.
 
 use super::least_squares::LeastSquares;
-use core::fmt;
 use glam::{Vec2, Vec3};
 use shisen_core::numeric::{normalize, sqrt};
 
@@ -78,11 +77,15 @@ pub struct Residual {
 }
 
 /// Why targets make no calibration.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CalibrationError {
     /// Fewer targets than the model has terms.
+    #[error(
+        "{found} calibration targets, where this model takes {least} or more: show more targets, \
+         or fit an affine model"
+    )]
     TooFew {
         /// How many there are.
         found: usize,
@@ -90,56 +93,36 @@ pub enum CalibrationError {
         least: usize,
     },
     /// A number of a target is NaN or infinite, or its direction is zero.
+    #[error(
+        "calibration target {target} has a number that is not finite or a direction of no length: \
+         leave it out and show it again"
+    )]
     NotFinite {
         /// Which target, counted from 0.
         target: usize,
     },
     /// A target is not ahead of the viewer.
+    #[error(
+        "calibration target {target} is more than 80° from straight ahead: give directions in \
+         the head's axes, −Z ahead"
+    )]
     NotAhead {
         /// Which target, counted from 0.
         target: usize,
     },
     /// The targets, or the measured places, do not tell the model's terms apart.
+    #[error(
+        "the targets, or what the eye tracker says of them, do not determine the calibration: {}",
+        match .model {
+            Model::Affine => "they lie on a line; show targets above one another too",
+            Model::SecondOrder => "they lie on a line or a conic; show nine targets in a square",
+        }
+    )]
     Degenerate {
         /// The model.
         model: Model,
     },
 }
-
-impl fmt::Display for CalibrationError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooFew { found, least } => write!(
-                f,
-                "{found} calibration targets, where this model takes {least} or more: \
-                 show more targets, or fit an affine model"
-            ),
-            Self::NotFinite { target } => write!(
-                f,
-                "calibration target {target} has a number that is not finite or a direction of \
-                 no length: leave it out and show it again"
-            ),
-            Self::NotAhead { target } => write!(
-                f,
-                "calibration target {target} is more than 80° from straight ahead: give \
-                 directions in the head's axes, −Z ahead"
-            ),
-            Self::Degenerate { model } => {
-                f.write_str(
-                    "the targets, or what the eye tracker says of them, do not determine the calibration: ",
-                )?;
-                f.write_str(match model {
-                    Model::Affine => "they lie on a line; show targets above one another too",
-                    Model::SecondOrder => {
-                        "they lie on a line or a conic; show nine targets in a square"
-                    }
-                })
-            }
-        }
-    }
-}
-
-impl core::error::Error for CalibrationError {}
 
 impl Calibration {
     /// Fits a model to targets by least squares of the places on the plane.

@@ -70,11 +70,10 @@ pub enum Filter {
 
 /// How the gaze is continued to the time of display.
 ///
-/// What it is worth: the angle between the estimate and the truth, degrees,
-/// median / 95th percentile, on the feature `mock`'s default viewer (seeds
-/// of 60 s, ten at 60 Hz, five at 120 and three above, 0.1° of noise), 20 ms after the sample. Landing is the first
-/// 20 ms after a saccade. Without a filter and prediction; with the default
-/// filter alone; with both:
+/// What it is worth: the angle between the estimate and the truth, degrees, median / 95th
+/// percentile, on the feature `mock`'s default viewer (seeds of 60 s, ten at 60 Hz, five at
+/// 120 and three above, 0.1° of noise), 20 ms after the sample. Landing is the first 20 ms
+/// after a saccade. Without a filter and prediction; with the default filter alone; with both:
 ///
 /// | Rate | Eyes in | Neither | Filter | Both |
 /// |---|---|---|---|---|
@@ -99,14 +98,10 @@ pub enum Filter {
 /// | | saccade | 2.18 / 8.06 | 2.18 / 8.18 | 1.75 / 6.44 |
 /// | | landing | 0.80 / 3.39 | 0.82 / 3.45 | 0.21 / 2.46 |
 ///
-/// So it is nowhere worse than neither, nor than the filter alone; on seeds that its
-/// constants were not chosen on, neither. At low rates that takes some of its
-/// worth in pursuit: what starts and what stops is noticed later, and less of the
-/// velocity is relied on. At 60 Hz, against neither, the median gains a sixth, and the
-/// 95th percentile, which is that of eyes that have just begun to follow, 3 %; against
-/// the filter alone a quarter and an eighth. The table
-/// is printed and held, and what is gained asserted, by
-/// `cargo test -p shisen-tracker prediction -- --nocapture`.
+/// So it is nowhere worse than neither, nor than the filter alone. At low rates that takes
+/// some of its worth in pursuit: what starts and what stops is noticed later, and less of the
+/// velocity is relied on. `cargo test -p shisen-tracker prediction -- --nocapture` prints the
+/// table, holds this page to it, and asserts the gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GazePrediction {
     /// By how much at most, for pursuit: up to 200 ms.
@@ -154,11 +149,11 @@ pub struct EstimatorConfig {
     pub sensors: Sensors,
     /// Which eyes count.
     pub eyes: Eyes,
-    /// Of the left eye's directions.
+    /// The calibration of the left eye's directions.
     pub left: Option<Calibration>,
-    /// Of the right eye's directions.
+    /// The calibration of the right eye's directions.
     pub right: Option<Calibration>,
-    /// Of the combined eye's directions, and of gaze points: those on the
+    /// The calibration of the combined eye's directions and of gaze points: those on the
     /// `screen` go in as the directions that they are, others as they are
     /// (points on a plane as metres).
     pub combined: Option<Calibration>,

@@ -22,7 +22,7 @@ pub(super) enum Gaze {
     Seen {
         /// A unit vector in the head's axes.
         direction: Vec3,
-        /// Of what the tracker said it by, before the head turns it.
+        /// The fingerprint of what the tracker said, before the head turns it.
         reading: Fingerprint,
     },
 }
@@ -35,18 +35,18 @@ pub(super) enum Gaze {
 /// [`Screen`](super::Screen) that it lies on, and as it is otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Measured {
-    /// Of the left eye.
+    /// The left eye.
     pub left: Option<Vec2>,
-    /// Of the right eye.
+    /// The right eye.
     pub right: Option<Vec2>,
-    /// Of the combined eye, or else of the gaze point.
+    /// The combined eye, or else the gaze point.
     pub combined: Option<Vec2>,
 }
 
 impl Measured {
-    /// Of a sample, with the head at `head` in the room when it was measured.
-    /// Nothing is of an eye that is shut, not tracked or not among
-    /// [`EstimatorConfig::eyes`]; calibrations that there are do not count.
+    /// What a sample says, with the head at `head` in the room when it was measured. `None`
+    /// for an eye that is shut, not tracked or not among [`EstimatorConfig::eyes`];
+    /// calibrations are not applied.
     pub fn of(config: &EstimatorConfig, sample: &Sample, head: &HeadPose) -> Self {
         let blink = both_shut(config, sample, [false; 2]);
         let [left, right, combined] = eyes(config, sample).map(|(eye, _)| {
@@ -193,7 +193,7 @@ fn calibrated(direction: Vec3, calibration: Option<&Calibration>) -> Option<Vec3
 
 /// What a gaze point says.
 enum Seen {
-    /// Of a known screen: a unit vector in the head's axes.
+    /// A point on a known screen: a unit vector in the head's axes.
     Direction(Vec3),
     /// In units that only a calibration knows.
     Raw(Vec2),

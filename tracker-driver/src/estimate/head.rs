@@ -45,9 +45,8 @@ pub(super) struct HeadTrack<const N: usize> {
     orientation: Quat,
     /// The newest of an earlier time, and how far it had turned then.
     earlier: Option<(Quat, Vec3)>,
-    /// Of the newest position, metres per second in the room.
     velocity: Vec3,
-    /// Of the newest orientation, radians per second in the room.
+    /// The turn of the newest orientation, radians per second in the room.
     turn: Vec3,
 }
 
@@ -56,7 +55,7 @@ pub(super) struct HeadTrack<const N: usize> {
 const MOST_TURNED: f32 = 8.0;
 
 impl<const N: usize> HeadTrack<N> {
-    // In place: a copy on the stack would take as much again.
+    // Inlined: builds the state in its place, without a copy on the stack.
     #[inline(always)]
     pub(super) fn new(config: HeadConfig, resting: HeadPose) -> Self {
         Self {

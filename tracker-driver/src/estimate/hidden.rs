@@ -16,7 +16,7 @@ const LOST: u32 = 2;
 pub(super) struct Hidden {
     /// When it last said so.
     since: Micros,
-    /// The lowest two bits are of eyes that are shut, the next of those that are lost.
+    /// The lowest two bits: eyes that are shut; the next two: eyes that are lost.
     bits: u8,
 }
 
@@ -56,7 +56,7 @@ impl Hidden {
         }
     }
 
-    /// Of the left and the right eye.
+    /// Whether the left and the right eye are hidden.
     pub(super) const fn eyes(self) -> [bool; 2] {
         let hidden = self.bits | self.bits >> LOST;
         [hidden & LEFT != 0, hidden & RIGHT != 0]

@@ -18,7 +18,7 @@ use shisen_core::numeric::{normalize, sqrt};
 /// How saccades are told from the rest. Speeds are radians per second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SaccadeConfig {
-    /// From this speed on it is a saccade; 0.05 to 20.
+    /// A movement at this speed or faster is a saccade; 0.05 to 20.
     pub start_speed: f32,
     /// Until the speed is below this: at most `start_speed`.
     pub end_speed: f32,
@@ -134,10 +134,9 @@ pub(super) struct EyeTrack<const N: usize> {
 /// From how many samples on a velocity is told from noise.
 const LEAST_FOLLOWED: usize = 5;
 
-/// Of a velocity, what is not relied on for each second between samples: what
-/// is followed can stop, and only a sample after that shows it. This much, and
-/// [`LEAST_RELIANCE`], make prediction no worse in the fixations that come after
-/// a pursuit than it is good in the pursuit (the table at
+/// The part of a velocity that is not relied on, for each second between samples: what is
+/// followed can stop, and only a sample after that shows it. Chosen, with [`LEAST_RELIANCE`],
+/// so that prediction does no harm in the fixations after a pursuit (the table at
 /// [`GazePrediction`](super::GazePrediction)).
 const DOUBT: f32 = 30.0;
 /// The least part of a velocity that is relied on.
@@ -164,7 +163,7 @@ impl Default for PursuitConfig {
 }
 
 impl<const N: usize> EyeTrack<N> {
-    // In place: a copy on the stack would take as much again.
+    // Inlined: builds the state in its place, without a copy on the stack.
     #[inline(always)]
     pub(super) fn new(config: SaccadeConfig, pursuit: PursuitConfig) -> Self {
         Self {
@@ -414,13 +413,13 @@ impl<const N: usize> EyeTrack<N> {
 /// main sequence's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Course {
-    /// Of the amplitude in radians.
+    /// The logarithm of the amplitude in radians.
     log_amplitude: f32,
     /// Seconds after the detection.
     onset: f32,
     /// How much longer than the main sequence it lasts, the logarithm.
     stretch: f32,
-    /// Of samples, seconds.
+    /// Seconds between samples.
     interval: f32,
     fitted: bool,
 }

@@ -88,8 +88,8 @@ impl<const N: usize> History<Vec3, N> {
     }
 }
 
-/// The newest places of a history. However long that is, and whatever it is one
-/// of, what looks at them is there once.
+/// The newest places of a history of any length, so that the code that looks at them is
+/// compiled once.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Places<'h> {
     /// Before all of `newer`.
@@ -204,7 +204,7 @@ pub(super) fn steady_velocity(places: &Places<'_>, least: f32) -> Vec3 {
     // Rises from 0 at the least speed to 1 at twice that.
     let fast = (shisen_core::numeric::sqrt(square) / least - 1.0).clamp(0.0, 1.0);
     let sure = (1.0 - CAUTION * difference.dot(difference) / square.max(1.0e-20)).clamp(0.0, 1.0);
-    // Of one component of a place. Each line takes up two places' worth of
+    // The variance of one component of a place. Each line takes up two places' worth of
     // freedom; what is below a micrometre or microradian is rounding.
     let freedom = (newer.count + older.count - 4.0).max(1.0);
     let noise = (0.5 * (newer.rest + older.rest) / freedom).max(1.0e-12);

@@ -9,13 +9,13 @@ use crate::time::Micros;
 pub(super) struct Fingerprint(u64);
 
 impl Fingerprint {
-    /// Of these numbers, as they came.
+    /// The fingerprint of these numbers, bit for bit.
     pub(super) fn of(numbers: &[f32]) -> Self {
         Self(0xCBF2_9CE4_8422_2325).and(numbers)
     }
 
-    /// Of what it is of, and then these.
-    // A loop of its own in each of its callers is flash for nothing.
+    /// The fingerprint of all numbers so far, and then these.
+    // Not inlined: a loop in each of its callers would cost flash.
     #[inline(never)]
     pub(super) fn and(self, numbers: &[f32]) -> Self {
         // FNV-1a's step, by words; the length parts a list from the next.

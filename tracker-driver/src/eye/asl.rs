@@ -28,9 +28,7 @@
 //! for no field, and, of a frame that does not follow another, that one follows it: it
 //! is handed over with the next one's first byte, and has the time of its own last.
 //! Random bytes pass for a frame of 12 with probability
-//! 2⁻⁸ (status) 2⁻¹¹ (top bits) 2⁻⁷⁻¹⁻⁴ 2⁻⁸ (the next status) = 2⁻³⁹ at each byte. Of
-//! 1.5 · 10⁸ for either layout none did (`SHISEN_HEAVY=1 cargo test -p shisen-tracker
-//! asl::tests::random`).
+//! 2⁻⁸ (status) 2⁻¹¹ (top bits) 2⁻⁷⁻¹⁻⁴ 2⁻⁸ (the next status) = 2⁻³⁹ at each byte.
 //!
 //! A line that is read at another speed than the device sends at is not random: at a
 //! multiple of it zeros and single bits abound. So many bytes of the mock's records
@@ -44,12 +42,8 @@
 //!
 //! A changed byte that stays below 0x80 is mostly not noticed: the protocol
 //! has no checksum. As a frame in step is handed over with its last byte, a byte too
-//! many is noticed only where it moves a bit that must be clear. To 20 frames of
-//! any values and 24 of the mock's each fault was done at each byte: it dropped,
-//! doubled, changed to each other byte, each byte put before it. This many wrong
-//! samples came through for each fault, and so many intact frames it cost at most
-//! (`SHISEN_HEAVY=1 cargo test -p shisen-tracker asl::tests::every -- --nocapture`,
-//! which holds them against this table):
+//! many is noticed only where it moves a bit that must be clear. Faults of one byte
+//! ([how](crate::decoder#how-strong-a-check-is)):
 //!
 //! | Records | dropped | flipped | inserted | doubled | Intact records lost |
 //! |---|---|---|---|---|---|

@@ -6,7 +6,6 @@ pub use crate::valid::{FARTHEST_POSITION, NORM_TOLERANCE};
 use crate::decoder::DropReason;
 use crate::rotation::{compose, inverse};
 use crate::valid;
-use core::fmt;
 use glam::{Mat3, Quat, Vec3};
 use shisen_core::numeric::{sin_cos, sqrt};
 
@@ -19,25 +18,16 @@ pub struct Axes {
 }
 
 /// A quaternion that is no rotation.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error(
+    "a quaternion of norm {norm} for a tracker's axes: give a rotation, whose norm is 1 ± \
+     {NORM_TOLERANCE}"
+)]
 pub struct AxesError {
     /// Its norm; NaN where a part is NaN.
     pub norm: f32,
 }
-
-impl fmt::Display for AxesError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let norm = self.norm;
-        write!(
-            f,
-            "a quaternion of norm {norm} for a tracker's axes: give a rotation, whose norm is \
-             1 ± {NORM_TOLERANCE}"
-        )
-    }
-}
-
-impl core::error::Error for AxesError {}
 
 impl Axes {
     /// The device's axes are ours.

@@ -62,17 +62,8 @@
 //! records, 1/256 for the space, and about 10⁻⁵ for three numbers that are
 //! positions and four that have a norm within 1 %. With 2, 4, 1 it is
 //! 5 · 10⁻¹², with 18, 20 it is 2 · 10⁻⁹ and with 18, 19 it is 2 · 10⁻⁷. In
-//! ASCII each character is one of a dozen or fewer: below 10⁻⁴⁰. Of 6 · 10⁷ for
-//! each of these lists 16 did with 18, 19 and none with the others
-//! (`SHISEN_HEAVY=1 cargo test -p shisen-tracker fastrak::tests::random`).
-//!
-//! Inside a broken stream the bytes are not random. To 24 records of a
-//! head that moves much and 24 of the mock's each fault was done at each byte: it
-//! dropped, doubled, changed to each other byte, each byte put before it. Wrong samples
-//! that came of one fault, and the most intact records that one cost
-//! (`SHISEN_HEAVY=1 cargo test -p shisen-tracker fastrak::tests::every -- --nocapture`,
-//! which holds them against this table); a change that leaves a pose is a wrong
-//! sample, since nothing guards it:
+//! ASCII each character is one of a dozen or fewer: below 10⁻⁴⁰. Inside a broken stream the
+//! bytes are not random; faults of one byte ([how](crate::decoder#how-strong-a-check-is)):
 //!
 //! | List | dropped | flipped | inserted | doubled | Intact records lost |
 //! |---|---|---|---|---|---|
@@ -491,12 +482,10 @@ fn error_record(body: &[u8]) -> Event {
         .map(|rest| {
             let digits = rest.trim_ascii_start();
             let digits = digits.strip_prefix(b"-").unwrap_or(digits);
-            digits
-                .iter()
-                .map_while(|&digit| char::from(digit).to_digit(10))
-                .fold(0_u32, |code, digit| {
-                    code.saturating_mul(10).saturating_add(digit)
-                })
+            let digits = digits.iter().map_while(|&b| char::from(b).to_digit(10));
+            digits.fold(0_u32, |code, digit| {
+                code.saturating_mul(10).saturating_add(digit)
+            })
         });
     // An error without a number is still one.
     let result = code.filter(|&code| code != 0).unwrap_or(99);

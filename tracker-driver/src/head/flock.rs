@@ -78,14 +78,11 @@
 //! checksum. Random bytes pass as a record of n bytes with a probability of
 //! 2⁻ⁿ at each byte, times what the values can be: a quaternion 0.025, a
 //! matrix below 10⁻⁹, angles and positions anything, a bird's address 0.98.
-//! That is 1.6 % for angles alone, 0.00015 % for position and quaternion. Of
-//! 6 · 10⁷ random bytes 937,789 and 114 did (`SHISEN_HEAVY=1 cargo test -p
-//! shisen-tracker flock::tests::random -- --nocapture`).
+//! That is 1.6 % for angles alone, 0.00015 % for position and quaternion.
 //!
 //! So false samples come from a line that is read at another speed than the device
 //! sends at, and a [`Watch`](crate::command::Watch) says that most bytes belong to no
 //! record. So many bytes of the mock's records there are at least for each false
-//! sample, read at a quarter to four times the speed, with pauses between records and
 //! without (`cargo test -p shisen-tracker wrong_speed -- --nocapture`, which holds
 //! them against this table; with a matrix none came):
 //!
@@ -104,13 +101,8 @@
 //! A byte that slips into a record, or is doubled, moves what follows it
 //! inside its record; the next record is not touched. With [`Config::confirm`] one
 //! intact record is lost: where the byte behind a record is damaged, or one is put
-//! between two, the record before it lacks what would confirm it. To 24 records of a
-//! head that moves much and 24 of the mock's each fault was done at each byte: it
-//! dropped, doubled, changed to each other byte, each byte put before it. Wrong samples
-//! that came of one fault, and the most intact records that one cost
-//! (`SHISEN_HEAVY=1 cargo test -p shisen-tracker flock::tests::every -- --nocapture`,
-//! which holds them against this table); a change that leaves a pose is a wrong
-//! sample, since nothing guards it:
+//! between two, the record before it lacks what would confirm it. Faults of one byte
+//! ([how](crate::decoder#how-strong-a-check-is)):
 //!
 //! | Mode | dropped | flipped | inserted | doubled | Intact records lost |
 //! |---|---|---|---|---|---|
@@ -120,24 +112,14 @@
 //! | Angles, group, confirmed | 0.000 | 0.497 | 0.071 | 0.000 | 1 |
 //! | Position | 0.000 | 0.498 | 0.499 | 0.667 | 0 |
 //! | Position, confirmed | 0.000 | 0.498 | 0.083 | 0.000 | 1 |
-//! | Position, group | 0.000 | 0.497 | 0.319 | 0.357 | 0 |
-//! | Position, group, confirmed | 0.000 | 0.497 | 0.071 | 0.000 | 1 |
 //! | Matrix | 0.000 | 0.213 | 0.022 | 0.000 | 0 |
 //! | Matrix, confirmed | 0.000 | 0.213 | 0.022 | 0.000 | 1 |
-//! | Matrix, group | 0.000 | 0.227 | 0.047 | 0.053 | 0 |
-//! | Matrix, group, confirmed | 0.000 | 0.227 | 0.021 | 0.000 | 1 |
 //! | Quaternion | 0.000 | 0.262 | 0.071 | 0.031 | 0 |
 //! | Quaternion, confirmed | 0.000 | 0.262 | 0.050 | 0.000 | 1 |
-//! | Quaternion, group | 0.000 | 0.288 | 0.113 | 0.094 | 0 |
-//! | Quaternion, group, confirmed | 0.000 | 0.288 | 0.044 | 0.000 | 1 |
 //! | PositionAngles | 0.000 | 0.498 | 0.499 | 0.831 | 0 |
 //! | PositionAngles, confirmed | 0.000 | 0.498 | 0.041 | 0.000 | 1 |
-//! | PositionAngles, group | 0.000 | 0.497 | 0.287 | 0.423 | 0 |
-//! | PositionAngles, group, confirmed | 0.000 | 0.497 | 0.038 | 0.000 | 1 |
 //! | PositionMatrix | 0.000 | 0.284 | 0.021 | 0.000 | 0 |
 //! | PositionMatrix, confirmed | 0.000 | 0.284 | 0.021 | 0.000 | 1 |
-//! | PositionMatrix, group | 0.000 | 0.292 | 0.040 | 0.040 | 0 |
-//! | PositionMatrix, group, confirmed | 0.000 | 0.292 | 0.020 | 0.000 | 1 |
 //! | PositionQuaternion | 0.000 | 0.363 | 0.061 | 0.045 | 0 |
 //! | PositionQuaternion, confirmed | 0.000 | 0.363 | 0.035 | 0.000 | 1 |
 //! | PositionQuaternion, group | 0.000 | 0.372 | 0.087 | 0.081 | 0 |

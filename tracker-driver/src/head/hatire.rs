@@ -39,17 +39,8 @@
 //! There is no checksum. Random bytes pass as a sample with a probability of
 //! 5 · 10⁻¹³ at each byte: 2⁻³² for the marks, 1001/65536 for the code, and
 //! 0.53 for each angle, that being the part of all f32 within ±360; with a
-//! translation another 0.54 for each of its numbers. Of 6 · 10⁷ in either byte order
-//! none did (`SHISEN_HEAVY=1 cargo test -p shisen-tracker
-//! hatire::tests::random`).
-//!
-//! To 24 records of a head that moves much and 24 of the mock's each fault was
-//! done at each byte: it dropped, doubled, changed to each other byte, each byte
-//! put before it. Wrong samples that came of one fault, and the most intact records
-//! that one cost
-//! (`SHISEN_HEAVY=1 cargo test -p shisen-tracker hatire::tests::every -- --nocapture`,
-//! which holds them against this table); a change that leaves a pose is a wrong
-//! sample, since nothing guards it:
+//! translation another 0.54 for each of its numbers. Faults of one byte
+//! ([how](crate::decoder#how-strong-a-check-is)):
 //!
 //! | Order | dropped | flipped | inserted | doubled | Intact records lost |
 //! |---|---|---|---|---|---|

@@ -44,17 +44,7 @@
 //! at each byte (tag 3/65536, station 16/256, command 2/256, error 95/256,
 //! length 1/65536, space 1/256, pose 10⁻⁵ as in [`fastrak`](super::fastrak)). A
 //! [`Size::Unused`] makes that 65536 times more, a command that is not looked at
-//! 128 times. Of
-//! 6 · 10⁷ for each of the tests' lists none did (`SHISEN_HEAVY=1 cargo test
-//! -p shisen-tracker liberty::tests::random`).
-//!
-//! To 24 records of a head that moves much and 24 of the mock's each fault was
-//! done at each byte: it dropped, doubled, changed to each other byte, each byte
-//! put before it. Wrong samples that came of one fault, and the most intact records
-//! that one cost
-//! (`SHISEN_HEAVY=1 cargo test -p shisen-tracker liberty::tests::every -- --nocapture`,
-//! which holds them against this table); a change that leaves a pose is a wrong
-//! sample, since nothing guards it:
+//! 128 times. Faults of one byte ([how](crate::decoder#how-strong-a-check-is)):
 //!
 //! | List | dropped | flipped | inserted | doubled | Intact records lost |
 //! |---|---|---|---|---|---|

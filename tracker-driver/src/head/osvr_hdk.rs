@@ -36,7 +36,6 @@ use crate::rotation::{compose, inverse};
 use crate::sample::{Head, Reading, Sample};
 use crate::time::Micros;
 use crate::valid;
-use core::fmt;
 use glam::{Quat, Vec3};
 
 /// USB vendor and product ids under which the device appears: the regular
@@ -146,21 +145,34 @@ impl Report {
 }
 
 /// Why a report was refused.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ReportError {
     /// Neither 16 nor 32 bytes.
+    #[error(
+        "an OSVR HDK report of {found} bytes, not {REPORT_LENGTH} or {PADDED_REPORT_LENGTH}: check \
+         that the HID device is the head tracker and that no report id byte was put before the \
+         report"
+    )]
     Length {
         /// Bytes handed in.
         found: usize,
     },
     /// A version other than 1, 2 and 3.
+    #[error(
+        "an OSVR HDK report of version {version} in byte 0, where 1 to 3 are known: update the \
+         head tracker's firmware, or this decoder"
+    )]
     UnknownVersion {
         /// The version, 0 to 15.
         version: u8,
     },
     /// The quaternion's norm is further than [`NORM_TOLERANCE`] from 1.
+    #[error(
+        "the quaternion in bytes 2 to 9 of OSVR HDK report {sequence} has norm {norm}, not 1 ± \
+         {NORM_TOLERANCE}: the report is damaged, or not from the head tracker"
+    )]
     NotUnit {
         /// The report's sequence number.
         sequence: u8,
@@ -168,31 +180,6 @@ pub enum ReportError {
         norm: f32,
     },
 }
-
-impl fmt::Display for ReportError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Length { found } => write!(
-                f,
-                "an OSVR HDK report of {found} bytes, not {REPORT_LENGTH} or \
-                 {PADDED_REPORT_LENGTH}: check that the HID device is the head tracker and that \
-                 no report id byte was put before the report"
-            ),
-            Self::UnknownVersion { version } => write!(
-                f,
-                "an OSVR HDK report of version {version} in byte 0, where 1 to 3 are known: \
-                 update the head tracker's firmware, or this decoder"
-            ),
-            Self::NotUnit { sequence, norm } => write!(
-                f,
-                "the quaternion in bytes 2 to 9 of OSVR HDK report {sequence} has norm {norm}, \
-                 not 1 ± {NORM_TOLERANCE}: the report is damaged, or not from the head tracker"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for ReportError {}
 
 /// Decodes one report of [`REPORT_LENGTH`] or [`PADDED_REPORT_LENGTH`] bytes,
 /// without a HID report id before it (the device uses none).
@@ -216,13 +203,13 @@ pub fn decode(report: &[u8]) -> Result<Report, ReportError> {
         return Err(ReportError::UnknownVersion { version });
     }
     let [i0, i1, j0, j1, k0, k1, r0, r1, x0, x1, y0, y1, z0, z1] = *values;
-    let orientation = orientation([[i0, i1], [j0, j1], [k0, k1], [r0, r1]])
+    let turn = [[i0, i1], [j0, j1], [k0, k1], [r0, r1]];
+    let turn = turn.map(|part| fixed_point(part, QUATERNION_ONE));
+    let orientation = valid::unit(Quat::from_array(turn), NORM_TOLERANCE)
         .map_err(|norm| ReportError::NotUnit { sequence, norm })?;
-    let angular_velocity = Vec3::new(
-        fixed_point([x0, x1], ANGULAR_VELOCITY_ONE),
-        fixed_point([y0, y1], ANGULAR_VELOCITY_ONE),
-        fixed_point([z0, z1], ANGULAR_VELOCITY_ONE),
-    );
+    let velocity = [[x0, x1], [y0, y1], [z0, z1]];
+    let velocity = velocity.map(|part| fixed_point(part, ANGULAR_VELOCITY_ONE));
+    let angular_velocity = Vec3::from_array(velocity);
     let payload = match version {
         1 => Payload::Version1,
         2 => Payload::Version2 { angular_velocity },
@@ -257,31 +244,17 @@ pub fn encode(report: &Report) -> [u8; REPORT_LENGTH] {
             (3 | video | portrait, angular_velocity)
         }
     };
-    let [i0, i1] = bytes(report.orientation.x, QUATERNION_ONE);
-    let [j0, j1] = bytes(report.orientation.y, QUATERNION_ONE);
-    let [k0, k1] = bytes(report.orientation.z, QUATERNION_ONE);
-    let [r0, r1] = bytes(report.orientation.w, QUATERNION_ONE);
-    let [x0, x1] = bytes(angular_velocity.x, ANGULAR_VELOCITY_ONE);
-    let [y0, y1] = bytes(angular_velocity.y, ANGULAR_VELOCITY_ONE);
-    let [z0, z1] = bytes(angular_velocity.z, ANGULAR_VELOCITY_ONE);
-    [
-        flags,
-        report.sequence,
-        i0,
-        i1,
-        j0,
-        j1,
-        k0,
-        k1,
-        r0,
-        r1,
-        x0,
-        x1,
-        y0,
-        y1,
-        z0,
-        z1,
-    ]
+    let q = report.orientation;
+    let turn = [q.x, q.y, q.z, q.w].map(|part| bytes(part, QUATERNION_ONE));
+    let velocity = angular_velocity.to_array();
+    let velocity = velocity.map(|part| bytes(part, ANGULAR_VELOCITY_ONE));
+    let mut encoded = [0; REPORT_LENGTH];
+    let values = turn.as_flattened().iter().chain(velocity.as_flattened());
+    let all = [flags, report.sequence].into_iter().chain(values.copied());
+    for (to, from) in encoded.iter_mut().zip(all) {
+        *to = from;
+    }
+    encoded
 }
 
 fn fixed_point(bytes: [u8; 2], one: f32) -> f32 {
@@ -290,12 +263,6 @@ fn fixed_point(bytes: [u8; 2], one: f32) -> f32 {
 
 fn bytes(value: f32, one: f32) -> [u8; 2] {
     (libm::roundf(value * one) as i16).to_le_bytes()
-}
-
-/// The normalised quaternion, or the norm that is too far from 1.
-fn orientation(parts: [[u8; 2]; 4]) -> Result<Quat, f32> {
-    let parts = parts.map(|part| fixed_point(part, QUATERNION_ONE));
-    valid::unit(Quat::from_array(parts), NORM_TOLERANCE)
 }
 
 /// Decodes the reports of one device and keeps count of those that did not

@@ -107,9 +107,9 @@ pub(crate) struct Pose {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scale<'a> {
     pub(crate) units: Units,
-    /// Metres that are 1 in item 18.
+    /// Metres that a word's 1 stands for in item 18.
     pub(crate) word_metres: f32,
-    /// Degrees that are 1 in item 19.
+    /// Degrees that a word's 1 stands for in item 19.
     pub(crate) word_degrees: f32,
     pub(crate) axes: &'a Axes,
 }

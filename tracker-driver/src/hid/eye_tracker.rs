@@ -55,7 +55,6 @@ use crate::rotation::{compose, inverse, rotate, unit};
 use crate::sample::{Eye, GazeFrame, GazePoint, Head, Reading, Sample};
 use crate::time::Micros;
 use crate::valid;
-use core::fmt;
 use field::{Field, Group, Key};
 use glam::{Quat, Vec2, Vec3};
 use heapless::Vec;
@@ -136,37 +135,27 @@ impl Default for Axes {
 }
 
 /// Why a descriptor is not that of an eye or head tracker.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LayoutError {
-    /// It is none at all.
+    /// It is no descriptor at all.
+    #[error(transparent)]
     Descriptor(DescriptorError),
     /// It has no input report of tracking data.
+    #[error(
+        "the HID report descriptor has no input report with tracking data (usage page 0x12): this \
+         is no eye or head tracker, or one that needs its maker's driver"
+    )]
     NoTrackingData,
     /// The [`Axes`] are no rotation, or their origin is not finite or farther
     /// out than 10⁹ m.
+    #[error(
+        "the eye tracker's axes are not a unit quaternion and a finite origin: give a rotation of \
+         length 1 and metres"
+    )]
     Axes,
 }
-
-impl fmt::Display for LayoutError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Descriptor(error) => error.fmt(f),
-            Self::NoTrackingData => write!(
-                f,
-                "the HID report descriptor has no input report with tracking data (usage page \
-                 0x12): this is no eye or head tracker, or one that needs its maker's driver"
-            ),
-            Self::Axes => f.write_str(
-                "the eye tracker's axes are not a unit quaternion and a finite origin: give a \
-                 rotation of length 1 and metres",
-            ),
-        }
-    }
-}
-
-impl core::error::Error for LayoutError {}
 
 /// A decoder for one device. Each call of [`Decoder::feed`] takes one input
 /// report.

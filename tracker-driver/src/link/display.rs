@@ -57,7 +57,7 @@ pub struct Ready {
     pub flash_bytes: u32,
     /// Bytes of static memory.
     pub static_bytes: u32,
-    /// Of these for pixels and the order of tiles.
+    /// The part of the static memory for pixels and the order of tiles.
     pub picture_bytes: u32,
 }
 
@@ -105,11 +105,11 @@ pub struct FrameStart {
 pub struct PixelRun {
     /// Which picture.
     pub picture: u8,
-    /// Of the first pixel.
+    /// The column of the first pixel.
     pub column: u16,
-    /// Of all.
+    /// The row of all of them.
     pub row: u16,
-    /// To the right.
+    /// From left to right.
     pub pixels: Vec<Pixel, MOST_PIXELS>,
 }
 
@@ -153,9 +153,8 @@ pub struct FrameDone {
     /// Instructions from the arrival of the last byte of a gaze that the frame
     /// before did not have to the end of the first tile; 0 where there was none.
     pub latency: u32,
-    /// Of these, until the frame was begun, which chooses its gaze first: the
-    /// bytes are decoded, and the frame before is finished. 0 where there was no
-    /// latency.
+    /// The part of the latency until the frame was begun, while bytes are decoded
+    /// and the frame before is finished; 0 where there was no latency.
     pub age: u32,
     /// From that byte to the end of sending the first tile; 0 where there was no
     /// latency.

@@ -15,7 +15,7 @@ pub(super) const SEQUENCE: u32 = 1 << 2;
 pub(super) const POSITION: u32 = 1 << 3;
 pub(super) const ORIENTATION: u32 = 1 << 4;
 pub(super) const ANGULAR_VELOCITY: u32 = 1 << 5;
-/// Of the left eye; the right and the combined one are 4 and 8 bits on.
+/// The left eye's bits; the right and the combined eye's are 4 and 8 bits on.
 pub(super) const ORIGIN: u32 = 1 << 6;
 pub(super) const DIRECTION: u32 = 1 << 7;
 pub(super) const PUPIL: u32 = 1 << 8;
@@ -23,7 +23,7 @@ pub(super) const OPENNESS: u32 = 1 << 9;
 pub(super) const BITS_PER_EYE: u32 = 4;
 pub(super) const GAZE_POINT: u32 = 1 << 18;
 pub(super) const TRACKER_FRAME: u32 = 1 << 19;
-/// Of the left eye; the right and the combined one are 1 and 2 bits on.
+/// The left eye's bit; the right and the combined eye's are 1 and 2 bits on.
 pub(super) const RAW_PUPIL: u32 = 1 << 20;
 pub(super) const GAZE_POINT_KIND: u32 = 23;
 pub(super) const UNUSED: u32 = !0 << 25;

@@ -1,11 +1,11 @@
 use super::fields::*;
 use super::messages::{EYE_EVENTS, SIDES};
 use super::*;
-use crate::command::{Action, Session};
 use crate::decoder::{EyeEvent, MOST_MESSAGE_BYTES, Reply, Text};
+use crate::protocol::Protocol;
 use crate::sample::{Eye, GazeFrame, GazePoint, Head, Part, Parts, Pupil, Reading};
 use crate::testing::{
-    self, ARRIVAL, Random, any_split, dropped, events, every_fault, mock_records, samples,
+    self, ARRIVAL, Random, dropped, events, hostile, mock_records, said, samples,
 };
 use crate::time::DeviceTime;
 use glam::{Quat, Vec2, Vec3};
@@ -215,18 +215,10 @@ fn it_is_started_and_stopped_by_commands() {
         ),
         (stop(), &[Command::Stop]),
     ] {
-        let mut session = Session::new(script);
-        let mut device = Commands::new();
         let mut heard = List::new();
-        while let Action::Send(bytes) = session.poll(Micros(0)) {
-            device.feed(bytes, &mut |command| heard.push(command));
-        }
+        let said = said(script).concat();
+        Commands::new().feed(&said, &mut |command| heard.push(command));
         assert_eq!(heard, expected);
-        if heard.contains(&Command::Start) {
-            assert_eq!(session.poll(Micros(0)), Action::Wait(PATIENCE));
-            session.on_event(&Event::Sample(full_sample()));
-        }
-        assert_eq!(session.poll(Micros(0)), Action::Done);
     }
 }
 
@@ -331,31 +323,9 @@ fn what_the_format_does_not_allow_is_refused() {
 
 #[test]
 fn every_fault_costs_the_frames_it_touches() {
-    let count = if cfg!(miri) { 10 } else { 24 };
-    for records in [stream(), mock_records("link", count)] {
-        let tally = every_fault(Link::new, &records);
-        assert_eq!(tally.most_intact_lost, 0);
-        assert_eq!(tally.wrong, [0; 4]);
-    }
-}
-
-#[test]
-fn any_cut_gives_the_same_events() {
-    let mut stream = stream()[..8].concat();
-    stream.splice(40..41, []);
-    stream.splice(190..190, [0; 5]);
-    stream.splice(330..330, [7; 600]);
-    any_split(Link::new, &stream);
-}
-
-#[test]
-fn random_bytes_hold_no_frames() {
-    let count = testing::random_count(150_000_000);
-    let mut decoder = Link::new();
-    let found = testing::random_bytes(&mut decoder, count, 19);
-    // 2⁻⁴⁵ for each byte.
-    assert_eq!(found, 0);
-    assert_eq!(decoder.counts().messages, 0);
+    let records = [stream(), mock_records(&Protocol::Link)];
+    let tally = hostile(Link::new, &records, f64::exp2(-45.0));
+    assert_eq!((tally.most_intact_lost, tally.wrong), (0, [0; 4]));
 }
 
 proptest! {

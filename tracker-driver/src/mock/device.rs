@@ -74,10 +74,10 @@ struct Saved {
 /// Something that is measured from where it was at a command.
 #[derive(Debug, Clone, Copy, Default)]
 enum Zero<T> {
-    /// As it is.
+    /// Measured from its own zero.
     #[default]
     None,
-    /// From where the next sample has it.
+    /// Measured from its value in the next sample.
     Next,
     At(T),
 }
@@ -180,7 +180,7 @@ impl Device {
         if let Some(time) = &mut sent.device_time
             && let Some(zero) = self.clock.of(time.microseconds)
         {
-            // Of a clock that has wrapped, since it did.
+            // A clock that has wrapped counts from then on.
             time.microseconds = time.microseconds.saturating_sub(zero);
         }
         if let Some(turn) = &mut sent.head.orientation

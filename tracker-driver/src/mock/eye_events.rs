@@ -45,7 +45,7 @@ impl EyeEvents {
             (Side::Left, &mut self.left, &sample.left),
             (Side::Right, &mut self.right, &sample.right),
         ] {
-            // Of a device that has no such eye.
+            // A device without this eye.
             if eye.is_empty() {
                 continue;
             }

@@ -44,7 +44,7 @@ pub struct Chunk {
 }
 
 impl Chunk {
-    /// Of at most [`MOST_CHUNK_BYTES`] bytes; the rest is cut off.
+    /// A chunk of at most [`MOST_CHUNK_BYTES`] bytes; the rest is cut off.
     pub fn new(arrival: Micros, bytes: &[u8]) -> Self {
         let mut chunk = Self {
             arrival,

@@ -202,7 +202,7 @@ impl<'a> Tracker<'a> {
         let lost = self.losses.at(time.0).is_some() || truth.openness < LEAST_OPENNESS;
         let ahead = rotate(inverse(truth.head.orientation), truth.direction);
         let (x, y) = basis_around(normalize(ahead).unwrap_or(Vec3::NEG_Z));
-        // Of two eyes the mean has the noise that is asked for.
+        // The mean of two eyes has the noise that is asked for.
         let both = core::f32::consts::SQRT_2;
         let eye = |side: f32, noise: Vec3| {
             let seen = along(ahead, (x * noise.x + y * noise.y) * both);

@@ -63,7 +63,7 @@ pub struct Wire<S> {
 }
 
 impl<S: Source<Item = Sample>> Wire<S> {
-    /// Of samples in a protocol.
+    /// The bytes of `source`'s samples in a protocol.
     pub fn new(source: S, protocol: Protocol) -> Self {
         Self {
             source,
@@ -72,7 +72,7 @@ impl<S: Source<Item = Sample>> Wire<S> {
         }
     }
 
-    /// What the samples come from.
+    /// The source of the samples.
     pub fn source(&mut self) -> &mut S {
         &mut self.source
     }
@@ -195,7 +195,7 @@ fn on_screen(sample: &Sample, screen: &Screen) -> Sample {
     seen
 }
 
-/// Metres.
+/// The farthest point that a report has numbers for: metres.
 const FARTHEST: f32 = 2.0;
 
 /// The sample in the coordinates of a device that has these axes.

@@ -30,7 +30,7 @@ struct Queue {
 }
 
 impl<S: Source<Item = Sample>> DeviceEnd<S> {
-    /// Of this device.
+    /// The end of this device's line.
     pub const fn new(line: Line<S>) -> Self {
         Self {
             line,
@@ -125,7 +125,7 @@ mod tests {
     use crate::decoder::{Decoder, Event};
     use crate::head::fastrak::{self, Fastrak};
     use crate::head::polhemus::{Family, Format, ItemList};
-    use crate::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig};
+    use crate::mock::{Tracker, TrackerConfig};
     use crate::protocol::Protocol;
     use crate::uart::doubles::End;
     use crate::uart::{Due, HostEnd, drain};
@@ -139,8 +139,7 @@ mod tests {
     }
 
     fn device(config: &fastrak::Config) -> DeviceEnd<Tracker<'static>> {
-        let viewer = Viewer::new(ViewerConfig::default(), 5);
-        let tracker = Tracker::new(TrackerConfig::default(), viewer, 5).unwrap();
+        let tracker = crate::testing::tracker(TrackerConfig::default(), 5);
         DeviceEnd::new(Line::new(tracker, &Protocol::Fastrak(config.clone())))
     }
 

@@ -24,6 +24,9 @@ impl ReadReady for End {
 
 impl Read for End {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, ErrorKind> {
+        if self.broken {
+            return Err(ErrorKind::BrokenPipe);
+        }
         assert!(
             !self.received.is_empty(),
             "the port was read while it was not ready"

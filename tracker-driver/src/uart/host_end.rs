@@ -44,7 +44,7 @@ pub enum Due {
 }
 
 impl<D: Decoder> HostEnd<D> {
-    /// Of a device that is told this.
+    /// The end for a device that is to be told this.
     pub fn new(decoder: D, script: Script) -> Self {
         Self {
             decoder,

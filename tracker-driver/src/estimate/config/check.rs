@@ -3,14 +3,14 @@
 use super::{EstimatorConfig, Filter, Screen};
 use crate::time::Micros;
 use crate::valid::UNIT_TOLERANCE;
-use core::fmt;
 
 /// A configuration that cannot work.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EstimatorConfigError {
     /// A number outside its range, or NaN.
+    #[error("{field} is {found}: give {least} to {most}")]
     OutOfRange {
         /// Which, and its unit.
         field: &'static str,
@@ -22,6 +22,7 @@ pub enum EstimatorConfigError {
         most: f32,
     },
     /// A time outside its range.
+    #[error("{field} is {} µs: give {} to {} µs", .found.0, .least.0, .most.0)]
     Time {
         /// Which.
         field: &'static str,
@@ -32,7 +33,8 @@ pub enum EstimatorConfigError {
         /// The most it can be.
         most: Micros,
     },
-    /// Of two values that ascend, the second is below the first.
+    /// Two values that ascend, of which the second is below the first.
+    #[error("{first} is above {second}: exchange them or change one")]
     Order {
         /// The one that is to be lower.
         first: &'static str,
@@ -40,11 +42,13 @@ pub enum EstimatorConfigError {
         second: &'static str,
     },
     /// A place is NaN or infinite.
+    #[error("{field} is not finite: give three finite numbers")]
     NotFinite {
         /// Which.
         field: &'static str,
     },
     /// A direction or a rotation does not have length 1.
+    #[error("{field} has length {length}: give one of length 1")]
     NotUnit {
         /// Which.
         field: &'static str,
@@ -52,50 +56,15 @@ pub enum EstimatorConfigError {
         length: f32,
     },
     /// The screen's edges are not at right angles.
+    #[error(
+        "the screen's edges are not at right angles (the cosine is {cosine}): measure its corners \
+         again"
+    )]
     Skewed {
         /// The cosine of their angle.
         cosine: f32,
     },
 }
-
-impl fmt::Display for EstimatorConfigError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::OutOfRange {
-                field,
-                found,
-                least,
-                most,
-            } => write!(f, "{field} is {found}: give {least} to {most}"),
-            Self::Time {
-                field,
-                found,
-                least,
-                most,
-            } => write!(
-                f,
-                "{field} is {} µs: give {} to {} µs",
-                found.0, least.0, most.0
-            ),
-            Self::Order { first, second } => {
-                write!(f, "{first} is above {second}: exchange them or change one")
-            }
-            Self::NotFinite { field } => {
-                write!(f, "{field} is not finite: give three finite numbers")
-            }
-            Self::NotUnit { field, length } => {
-                write!(f, "{field} has length {length}: give one of length 1")
-            }
-            Self::Skewed { cosine } => write!(
-                f,
-                "the screen's edges are not at right angles (the cosine is {cosine}): measure \
-                 its corners again"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for EstimatorConfigError {}
 
 impl EstimatorConfig {
     /// Checks all values.
@@ -103,27 +72,21 @@ impl EstimatorConfig {
     /// # Errors
     /// The first that is out of its range.
     pub fn check(&self) -> Result<(), EstimatorConfigError> {
+        let (tracker, resting) = (&self.room_from_tracker, &self.resting_head);
         for (field, place) in [
-            ("the tracker's position", self.room_from_tracker.position),
-            ("the resting head's position", self.resting_head.position),
+            ("the tracker's position", tracker.position),
+            ("the resting head's position", resting.position),
         ] {
             if !place.is_finite() {
                 return Err(EstimatorConfigError::NotFinite { field });
             }
         }
-        let orientations = [
-            (
-                "the tracker's orientation",
-                self.room_from_tracker.orientation,
-            ),
-            (
-                "the resting head's orientation",
-                self.resting_head.orientation,
-            ),
-        ];
-        for (field, orientation) in orientations {
-            unit(field, orientation.length())?;
-        }
+        let turn = tracker.orientation.length();
+        unit("the tracker's orientation", turn)?;
+        unit(
+            "the resting head's orientation",
+            resting.orientation.length(),
+        )?;
         if let Some(screen) = self.screen {
             screen.check()?;
         }
@@ -265,45 +228,29 @@ impl EstimatorConfig {
             time("the gaze's horizon", prediction.horizon, 0, 200)?;
             time("pursuit's window", prediction.pursuit.window, 20, 500)?;
         }
-        for (first, lower, second, higher) in [
-            (
-                "a saccade's least duration",
-                saccades.least_duration,
-                "its longest",
-                saccades.most_duration,
-            ),
-            (
-                "the time to hold",
-                fallback.hold_after,
-                "the time to widen",
-                fallback.widen_after,
-            ),
-            (
-                "the time to widen",
-                fallback.widen_after,
-                "the time to the head's direction",
-                fallback.head_after,
-            ),
-            (
-                "the time to the head's direction",
-                fallback.head_after,
-                "the time to full quality",
-                fallback.full_after,
-            ),
-            (
-                "the head's time to hold",
-                fallback.head_hold_after,
-                "its time to widen",
-                fallback.head_widen_after,
-            ),
-            (
-                "the head's time to widen",
-                fallback.head_widen_after,
-                "its time to full quality",
-                fallback.head_full_after,
-            ),
+        for chain in [
+            &[
+                ("a saccade's least duration", saccades.least_duration),
+                ("its longest", saccades.most_duration),
+            ][..],
+            &[
+                ("the time to hold", fallback.hold_after),
+                ("the time to widen", fallback.widen_after),
+                ("the time to the head's direction", fallback.head_after),
+                ("the time to full quality", fallback.full_after),
+            ],
+            &[
+                ("the head's time to hold", fallback.head_hold_after),
+                ("the head's time to widen", fallback.head_widen_after),
+                ("its time to full quality", fallback.head_full_after),
+            ],
         ] {
-            ascend(first, lower, second, higher)?;
+            for pair in chain.windows(2) {
+                let [(first, lower), (second, higher)] = *pair else {
+                    continue;
+                };
+                ascend(first, lower, second, higher)?;
+            }
         }
         Ok(())
     }

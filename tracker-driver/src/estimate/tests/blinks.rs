@@ -221,41 +221,6 @@ fn eyes_that_the_device_says_are_shut_or_lost_blink() {
     assert_eq!(run.run(50, &open).state, State::Fresh);
 }
 
-/// `AdHawk`'s packets with NaN for eyes that are not seen: one is enough, and without
-/// either it is a blink.
-#[test]
-fn an_eye_without_a_value_is_not_looked_with() {
-    let of_adhawk = |i: u64, unseen: [bool; 2]| {
-        let mut sent = steady(i);
-        for (eye, unseen) in [&mut sent.left, &mut sent.right].into_iter().zip(unseen) {
-            let direction = eye.direction.unwrap().value;
-            eye.direction = Some(Reading {
-                value: direction,
-                tracked: !unseen,
-            });
-        }
-        let packet = adhawk::encode(&sent).unwrap();
-        let mut decoded = None;
-        adhawk::AdHawk::new().feed(&packet, Micros(0), &mut |event| {
-            if let Decoded::Sample(sample) = event {
-                decoded = Some(sample);
-            }
-        });
-        let mut sample = decoded.unwrap();
-        sample.head = head_only(i).head;
-        Some(sample)
-    };
-    let mut run = Run::new(&EstimatorConfig::default());
-    let one = run.run(300, &|i| of_adhawk(i, [false, true]));
-    assert_eq!((one.state, one.blink), (State::Fresh, false));
-    let forward = one.line_of_sight.forward();
-    assert!(angle(forward, Vec3::new(0.1, 0.0, -1.0).normalize()) < 1e-4);
-    let none = run.run(300, &|i| of_adhawk(i, [true, true]));
-    assert_eq!((none.state, none.blink), (State::Hold, true));
-    let both = run.run(5, &|i| of_adhawk(i, [false, false]));
-    assert_eq!((both.state, both.blink), (State::Fresh, false));
-}
-
 /// A tracker that goes on with the gaze that it had while the eyes are shut, as some do:
 /// only its events tell.
 struct Pretends<S> {

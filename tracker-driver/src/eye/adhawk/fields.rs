@@ -59,7 +59,7 @@ pub(super) fn eye_fields(payload: &[u8], arrival: Micros) -> Result<(Sample, Par
     if seen == 0 {
         return Err(DropReason::Length);
     }
-    // Of the two places that can be an eye's origin one is enough.
+    // Either of the two fields for an eye's origin is enough.
     for (eye, part) in [
         (&sample.left, Part::LeftOrigin),
         (&sample.right, Part::RightOrigin),
@@ -77,7 +77,7 @@ pub(super) fn number(numbers: &[u8], n: usize) -> f32 {
     bytes.map_or(f32::NAN, |bytes| f32::from_le_bytes(*bytes))
 }
 
-/// Of each eye, in the order of a packet: its origin, its direction, its pupil.
+/// The parts of each eye, in the order of a packet: its origin, its direction, its pupil.
 const EYE_PARTS: [(u8, [Part; 3]); 2] = [
     (
         RIGHT,

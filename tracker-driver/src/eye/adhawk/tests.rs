@@ -1,11 +1,8 @@
 use super::fields::{NOT_MEASURED, field_numbers};
 use super::*;
-use crate::command::{Action, Failure, Session};
-use crate::sample::Eye;
-use crate::sample::{GazePoint, Part, Pupil, Reading, Sample};
-use crate::testing::{
-    self, ARRIVAL, Random, any_split, dropped, events, every_fault, mock_records, samples,
-};
+use crate::protocol::Protocol;
+use crate::sample::{Eye, GazePoint, Part, Pupil, Reading, Sample};
+use crate::testing::{self, ARRIVAL, Random, dropped, events, hostile, mock_records, samples};
 use crate::time::DeviceTime;
 use glam::{Quat, Vec2, Vec3};
 use proptest::prelude::*;
@@ -81,35 +78,22 @@ fn a_packet_becomes_a_sample() {
 
 #[test]
 fn every_field_has_its_place() {
-    let mut bytes = List::from([0xAA, 0, 0x80, 0x01]);
-    bytes.extend(1_000_u64.to_le_bytes());
-    bytes.push(3);
-    let mut field = |kind: u8, numbers: &[f32]| {
-        bytes.push(kind);
-        for number in numbers {
-            bytes.extend(number.to_le_bytes());
-        }
-    };
-    field(1, &[0.0, 3.0, 0.0, 0.1]);
-    field(4, &[30.0, 0.0, 1.0, -30.0, 0.0, 1.0]);
-    field(3, &[31.0, 0.0, 2.0, -31.0, 0.0, 2.0]);
-    field(5, &[3.0, 0.0]);
-    field(7, &[0.25, 1.5]);
-    field(8, &[0.0, 1.0, 0.0, 0.0]);
-    bytes[1] = (bytes.len() - 3) as u8;
-    let found = samples(&mut AdHawk::new(), &bytes);
+    let packet = packet_of(&[
+        (1, &[0.0, 3.0, 0.0, 0.1]),
+        (4, &[30.0, 0.0, 1.0, -30.0, 0.0, 1.0]),
+        (3, &[31.0, 0.0, 2.0, -31.0, 0.0, 2.0]),
+        (5, &[3.0, 0.0]),
+        (7, &[0.25, 1.5]),
+        (8, &[0.0, 1.0, 0.0, 0.0]),
+    ]);
+    let found = samples(&mut AdHawk::new(), &packet);
     let [sample] = found[..] else {
         panic!("{found:?}");
     };
+    let place = |x| Some(Reading::tracked(Vec3::new(x, 0.0, 0.002)));
     near(sample.combined.direction, Some(Reading::tracked(Vec3::Y)));
-    near(
-        sample.right.origin,
-        Some(Reading::tracked(Vec3::new(0.031, 0.0, 0.002))),
-    );
-    near(
-        sample.left.origin,
-        Some(Reading::tracked(Vec3::new(-0.031, 0.0, 0.002))),
-    );
+    near(sample.right.origin, place(0.031));
+    near(sample.left.origin, place(-0.031));
     assert_eq!(sample.right.pupil, Some(Pupil::Diameter(0.003)));
     assert_eq!(sample.left.pupil, None);
     let point = GazePoint::Normalized(Vec2::new(0.25, 1.5));
@@ -147,7 +131,7 @@ fn what_was_not_measured_is_said_and_leaves_the_rest() {
     ];
     let whole = samples(&mut AdHawk::new(), &packet_of(&fields))[0];
     assert!(whole.right.direction.unwrap().tracked && whole.left.direction.unwrap().tracked);
-    // Of which field which numbers are missing, and what that is.
+    // The numbers of a field that are missing, and the part that they are.
     for (at, numbers, part) in [
         (0, 0..3, Part::CombinedDirection),
         (1, 0..3, Part::RightDirection),
@@ -198,7 +182,7 @@ fn what_was_not_measured_is_said_and_leaves_the_rest() {
         );
         assert_eq!(decoder.counts().dropped_bytes, 0);
     }
-    // Of two places that can be an origin the other is taken.
+    // Where one of the two fields for an origin is missing, the other is taken.
     let two: [(u8, &[f32]); 2] = [
         (3, &[nan, nan, nan, -31.0, 0.0, 2.0]),
         (4, &[30.0, 0.0, 1.0, nan, nan, nan]),
@@ -212,36 +196,6 @@ fn what_was_not_measured_is_said_and_leaves_the_rest() {
         assert_eq!(sample.right.origin, place(30.0, 1.0));
         assert_eq!(sample.left.origin, place(-31.0, 2.0));
     }
-}
-
-#[test]
-fn what_is_not_tracked_is_sent_without_a_value() {
-    let mut sent = sample(&mut Random(5), 1_000);
-    let held = |reading: Option<Reading<Vec3>>| reading.map(|r| Reading::held(r.value));
-    sent.left.direction = held(sent.left.direction);
-    sent.right.pupil = None;
-    sent.combined.direction = held(sent.combined.direction);
-    let found = events(&mut AdHawk::new(), &encode(&sent).unwrap());
-    let [
-        Event::Message(Message::Unmeasured(parts)),
-        Event::Sample(sample),
-    ] = found[..]
-    else {
-        panic!("{found:?}");
-    };
-    let expected = [
-        Part::LeftDirection,
-        Part::RightPupil,
-        Part::CombinedDirection,
-    ];
-    let expected = expected.into_iter().fold(Parts::NONE, Parts::with);
-    assert_eq!(parts, expected);
-    near(sample.right.direction, sent.right.direction);
-    assert!(!sample.left.direction.unwrap().tracked);
-    assert_eq!(
-        (sample.right.pupil, sample.left.pupil.is_some()),
-        (None, true)
-    );
 }
 
 #[test]
@@ -314,60 +268,6 @@ fn requests_are_the_devices_bytes() {
         enable: false,
     };
     assert_eq!(blinks.encode(0), [0xAA, 9, 0, 0, 0, 0x9B, 5, 7, 0, 0, 0, 0]);
-}
-
-/// Plays against a device that answers every request, and refuses what
-/// `refuses`.
-fn play(mut session: Session, refuses: Option<u8>) -> (List<u8>, Option<Failure>) {
-    let mut asked = List::new();
-    let mut decoder = AdHawk::new();
-    let mut now = Micros(0);
-    for _ in 0..100 {
-        let answer = match session.poll(now) {
-            Action::Send(request) => {
-                assert_eq!(request[..3], [0xAA, request.len() as u8 - 3, 0]);
-                let [low, high, kind] = [3, 4, 5].map(|at| request[at]);
-                asked.push(kind);
-                let result = if refuses == Some(kind) { 15 } else { 0 };
-                let mut answer =
-                    encode_response(u16::from_le_bytes([low, high]), kind, result, &[]).to_vec();
-                // It tracks from the first request on.
-                answer.extend(encode(&sample(&mut Random(1), 1)).unwrap());
-                answer
-            }
-            Action::Wait(until) => {
-                now = until;
-                continue;
-            }
-            Action::Done => return (asked, None),
-            Action::Failed(failure) => return (asked, Some(failure)),
-            Action::Speed(_) => panic!("the line's speed is as it is"),
-        };
-        for event in events(&mut decoder, &answer) {
-            session.on_event(&event);
-        }
-    }
-    panic!("it does not end");
-}
-
-#[test]
-fn it_is_started_by_requests_that_are_agreed_to() {
-    let (asked, failure) = play(Session::new(start(0b10_1110, 250.0)), None);
-    assert_eq!(failure, None);
-    assert_eq!(asked, [0x9C, 0x9B, 0x9B, 0x9B]);
-    let (asked, failure) = play(Session::new(start(0b10_1110, 250.0)), Some(0x9C));
-    let refused = Failure::Refused {
-        command: 0x9C,
-        result: 15,
-        meaning: "busy",
-    };
-    assert_eq!(failure, Some(refused));
-    assert_eq!(
-        std::format!("{refused}"),
-        "the device refused command 0x9c: busy (code 15)"
-    );
-    assert_eq!(asked, [0x9C; 3]);
-    assert_eq!(play(Session::new(stop()), None), (List::from([0x9C]), None));
 }
 
 #[test]
@@ -477,37 +377,11 @@ fn spi_frames_hold_packets() {
 
 #[test]
 fn every_fault_is_over_within_three_packets() {
-    let count = if cfg!(miri) { 10 } else { 24 };
-    for (name, records, some) in [
-        ("any values", stream(), [0.0, 0.79, 0.02, 0.02]),
-        (
-            "mock",
-            mock_records("adhawk", count),
-            [0.0, 0.758, 0.0, 0.0],
-        ),
-    ] {
-        let tally = every_fault(AdHawk::new, &records);
-        tally.assert_stated(name, include_str!("../adhawk.rs"));
-        assert!(tally.most_intact_lost <= 3, "{name}: {tally:?}");
-        tally.assert_usual(name, some);
+    let docs = include_str!("../adhawk.rs");
+    let mock = mock_records(&Protocol::AdHawk);
+    for (name, records) in [("any values", stream()), ("mock", mock)] {
+        hostile(AdHawk::new, &[records], f64::exp2(-36.0)).assert_stated(name, docs);
     }
-}
-
-#[test]
-fn any_cut_gives_the_same_events() {
-    let mut stream = stream()[..8].concat();
-    stream.splice(40..41, []);
-    stream.splice(190..190, [0xAA; 5]);
-    stream.splice(330..330, [7; 300]);
-    any_split(AdHawk::new, &stream);
-}
-
-#[test]
-fn random_bytes_hold_no_packets() {
-    let count = testing::random_count(150_000_000);
-    let found = testing::random_bytes(&mut AdHawk::new(), count, 17);
-    // 2⁻³⁶ for each byte.
-    assert_eq!(found, 0);
 }
 
 /// Packets with every header, and random bytes where the sizes agree.

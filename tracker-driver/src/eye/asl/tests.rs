@@ -1,7 +1,6 @@
 use super::*;
-use crate::testing::{
-    self, ARRIVAL, Random, any_split, dropped, every_fault, mock_records, samples,
-};
+use crate::protocol::Protocol;
+use crate::testing::{ARRIVAL, Random, dropped, hostile, mock_records, samples};
 use proptest::prelude::*;
 use std::vec::Vec as List;
 
@@ -157,35 +156,14 @@ fn missing_frames_are_counted() {
 
 #[test]
 fn every_fault_costs_the_frames_it_touches() {
-    let count = if cfg!(miri) { 10 } else { 24 };
-    for (name, records, some) in [
-        ("any values", stream(), [0.0, 0.60, 0.012, 0.0]),
-        ("mock", mock_records("asl", count), [0.0, 0.60, 0.03, 0.026]),
-    ] {
-        let tally = every_fault(Asl::default, &records);
-        tally.assert_stated(name, include_str!("../asl.rs"));
-        assert_eq!(tally.most_intact_lost, 0, "{name}");
-        tally.assert_usual(name, some);
+    let docs = include_str!("../asl.rs");
+    let share = f64::exp2(-39.0);
+    let mock = |config| mock_records(&Protocol::Asl(config));
+    for (name, records) in [("any values", stream()), ("mock", mock(Config::default()))] {
+        hostile(Asl::default, &[records], share).assert_stated(name, docs);
     }
-}
-
-#[test]
-fn any_cut_gives_the_same_events() {
-    let mut stream = stream().concat();
-    stream.splice(40..41, []);
-    stream.splice(90..90, [0x80; 5]);
-    stream.splice(130..130, [7; 300]);
-    any_split(Asl::default, &stream);
-}
-
-#[test]
-fn random_bytes_hold_few_frames() {
-    let count = testing::random_count(150_000_000);
-    for config in [Config::default(), base()] {
-        let found = testing::random_bytes(&mut Asl::new(config), count, 13);
-        // 2⁻³⁹ for each byte, and 2⁻³⁹ without the frame number too.
-        assert_eq!(found, 0);
-    }
+    let short = hostile(|| Asl::new(base()), &[mock(base())], share);
+    assert_eq!(short.most_intact_lost, 0);
 }
 
 proptest! {

@@ -1,8 +1,6 @@
 use super::*;
-use crate::command::{Action, Session};
-use crate::testing::{
-    self, ARRIVAL, Random, any_split, dropped, every_fault, mock_records, samples,
-};
+use crate::protocol::Protocol;
+use crate::testing::{ARRIVAL, Random, dropped, hostile, mock_records, said, samples};
 use proptest::prelude::*;
 use std::vec::Vec as List;
 
@@ -70,16 +68,8 @@ fn a_confirmed_record_waits_for_the_next() {
 
 #[test]
 fn it_is_started_and_stopped_by_a_byte() {
-    let mut session = Session::new(start());
-    assert_eq!(session.poll(Micros(0)), Action::Send(&[0x80]));
-    assert_eq!(session.poll(Micros(0)), Action::Wait(PATIENCE));
-    for sample in samples(&mut Iscan::default(), &RECORD.repeat(2)) {
-        session.on_event(&Event::Sample(sample));
-    }
-    assert_eq!(session.poll(Micros(9)), Action::Done);
-    let mut session = Session::new(stop());
-    assert_eq!(session.poll(Micros(0)), Action::Send(&[0x81]));
-    assert_eq!(session.poll(Micros(0)), Action::Done);
+    assert_eq!(said(start()), [[0x80]]);
+    assert_eq!(said(stop()), [[0x81]]);
 }
 
 #[test]
@@ -143,88 +133,52 @@ fn an_eye_that_was_not_found_has_no_gaze() {
 
 #[test]
 fn damage_is_named() {
-    let large = [record(&[1, 2, 0x4400, 3, 4]), RECORD.to_vec()].concat();
-    assert_eq!(
-        dropped(&mut Iscan::default(), &[&large[..], &RECORD].concat()),
-        [DropReason::Field]
-    );
-    let short = [record(&[1, 2]), record(&[1, 2, 3, 4, 5])].concat();
-    assert_eq!(
-        dropped(&mut Iscan::default(), &short),
-        [],
-        "told of with the next record"
-    );
-    let short = [short, record(&[1, 2, 3, 4, 5])].concat();
-    assert_eq!(
-        dropped(&mut Iscan::default(), &short),
-        [DropReason::Truncated]
-    );
-    let long = [
-        record(&[1, 2, 3, 4, 5, 6]),
-        RECORD.to_vec(),
-        RECORD.to_vec(),
-    ]
-    .concat();
-    assert_eq!(dropped(&mut Iscan::default(), &long), [DropReason::Length]);
-    let config = Config {
+    let record = |words: &[u16]| record(words);
+    let good = RECORD.to_vec();
+    let narrow = Config {
         largest_word: 100,
         ..Config::default()
     };
-    let bytes = [record(&[1, 101, 3, 4, 5]), record(&[1, 2, 3, 4, 5])].concat();
-    assert_eq!(dropped(&mut Iscan::new(config), &bytes), []);
-    assert_eq!(
-        dropped(&mut Iscan::new(config), &[bytes.clone(), bytes].concat())[0],
-        DropReason::Field
-    );
-}
-
-#[test]
-fn every_fault_is_over_within_three_records() {
-    let count = if cfg!(miri) { 10 } else { 24 };
-    let mock = mock_records("iscan", count);
-    for (name, config, records, some) in [
+    let usual = Config::default();
+    for (config, records, reasons) in [
         (
-            "any values, at once",
-            Config::default(),
-            &stream(),
-            [0.0, 0.403, 0.073, 0.069],
+            usual,
+            [record(&[1, 2, 0x4400, 3, 4]), good.clone(), good.clone()],
+            DropReason::Field,
         ),
         (
-            "any values, confirmed",
-            confirmed(),
-            &stream(),
-            [0.0, 0.40, 0.0, 0.0],
+            usual,
+            [record(&[1, 2]), good.clone(), good.clone()],
+            DropReason::Truncated,
         ),
         (
-            "mock, at once",
-            Config::default(),
-            &mock,
-            [0.0, 0.40, 0.09, 0.094],
+            usual,
+            [record(&[1, 2, 3, 4, 5, 6]), good.clone(), good],
+            DropReason::Length,
         ),
-        ("mock, confirmed", confirmed(), &mock, [0.0, 0.40, 0.0, 0.0]),
+        (
+            narrow,
+            [&[1, 101, 3, 4, 5], &[1; 5], &[1; 5]].map(|words| record(&words[..])),
+            DropReason::Field,
+        ),
     ] {
-        let tally = every_fault(|| Iscan::new(config), records);
-        tally.assert_stated(name, include_str!("../iscan.rs"));
-        assert!(tally.most_intact_lost <= 3, "{name}: {tally:?}");
-        tally.assert_usual(name, some);
+        // Reported with the next record.
+        let mut decoder = Iscan::new(config);
+        assert_eq!(dropped(&mut decoder, &records[0]), []);
+        assert_eq!(dropped(&mut decoder, &records[1..].concat()), [reasons]);
     }
 }
 
 #[test]
-fn any_cut_gives_the_same_events() {
-    let mut stream = stream().concat();
-    stream.splice(40..41, []);
-    stream.splice(90..90, [0x44; 5]);
-    stream.splice(130..130, [7; 300]);
-    any_split(Iscan::default, &stream);
-    any_split(|| Iscan::new(confirmed()), &stream);
-}
-
-#[test]
-fn random_bytes_hold_no_records() {
-    let found = testing::random_bytes(&mut Iscan::default(), testing::random_count(150_000_000), 7);
-    // 3 in 10¹³ for each byte.
-    assert_eq!(found, 0);
+fn every_fault_is_over_within_three_records() {
+    let docs = include_str!("../iscan.rs");
+    let mock = mock_records(&Protocol::Iscan(Config::default()));
+    for (values, records) in [("any values", stream()), ("mock", mock)] {
+        for (when, config) in [("at once", Config::default()), ("confirmed", confirmed())] {
+            let name = std::format!("{values}, {when}");
+            hostile(|| Iscan::new(config), &[records.clone()], 3.0e-13).assert_stated(&name, docs);
+        }
+    }
 }
 
 proptest! {

@@ -1,12 +1,7 @@
 use super::*;
-use crate::command::{Action, Session};
 use crate::decoder::Dropped;
-use crate::testing::{
-    angle, any_split, events, every_fault_of_heads, moving_head, random_bytes, random_count,
-    samples,
-};
-use proptest::prelude::*;
-use std::vec::Vec as StdVec;
+use crate::protocol::Protocol;
+use crate::testing::{come_back, events, head_records, hostile, said, samples};
 
 /// Code 7; 10.5, −3.25 and 1 degrees.
 const VECTOR: [u8; 30] = [
@@ -159,20 +154,12 @@ fn the_count_says_what_is_missing() {
 
 #[test]
 fn commands_are_letters() {
-    let mut session = Session::new(start(true));
-    assert_eq!(session.poll(Micros(0)), Action::Send(b"R"));
-    assert_eq!(session.poll(Micros(0)), Action::Wait(Micros(2_000_000)));
-    assert_eq!(session.poll(Micros(2_000_000)), Action::Send(b"S"));
-    for (script, letter) in [(stop(), b"s"), (centre(), b"C")] {
-        let mut session = Session::new(script);
-        assert_eq!(session.poll(Micros(0)), Action::Send(letter));
-        assert_eq!(session.poll(Micros(0)), Action::Done);
-    }
-}
-
-fn records(config: &Config, count: usize) -> StdVec<StdVec<u8>> {
-    let record = |sample| config.encode(sample).to_vec();
-    moving_head(count).iter().map(record).collect()
+    assert_eq!(said(start(true)), [b"R", b"S"]);
+    assert_eq!(start(true).once_only_time(), RESET_TIME);
+    assert_eq!(
+        (said(stop()), said(centre())),
+        ([b"s".to_vec()].into(), [b"C".to_vec()].into())
+    );
 }
 
 #[test]
@@ -181,57 +168,11 @@ fn every_fault_costs_little() {
         ("little-endian", Config::default()),
         ("big-endian, position", big_endian()),
     ] {
-        let found = every_fault_of_heads(
-            || Hatire::new(config),
-            |sample| config.encode(sample).to_vec(),
-        );
+        let encode = |sample: &Sample| config.encode(sample).to_vec();
+        come_back(Hatire::new(config), encode, [1e-5, 4e-6]);
+        let records = head_records(&Protocol::Hatire(config), encode);
+        let found = hostile(|| Hatire::new(config), &records, 5e-13);
         found.assert_stated(name, include_str!("../hatire.rs"));
-        assert_eq!(found.most_intact_lost, 0);
-        assert_eq!([found.wrong[0], found.wrong[2], found.wrong[3]], [0; 3]);
-    }
-}
-
-#[test]
-fn a_stream_may_come_in_any_pieces() {
-    for config in [Config::default(), big_endian()] {
-        let mut stream = records(&config, if cfg!(miri) { 4 } else { 40 }).concat();
-        stream[FRAME_BYTES + 5] ^= 0xFF;
-        stream.remove(2 * FRAME_BYTES + 9);
-        stream.extend_from_slice(&text(5000, b"HAT"));
-        stream.extend_from_slice(&[0xAA; 600][..if cfg!(miri) { 40 } else { 600 }]);
-        any_split(|| Hatire::new(config), &stream);
-    }
-}
-
-#[test]
-fn random_bytes_are_no_samples() {
-    for (seed, config) in [Config::default(), big_endian()].into_iter().enumerate() {
-        let fed = random_count(60_000_000);
-        let passed = random_bytes(&mut Hatire::new(config), fed, 60 + seed as u64);
-        assert_eq!(passed, 0);
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 256 }))]
-    #[test]
-    fn poses_survive_the_wire(
-        place in prop::array::uniform3(-10.0_f32..10.0),
-        parts in prop::array::uniform4(-1.0_f32..1.0),
-        code in 0_u32..1000,
-    ) {
-        let turn = Quat::from_array(parts);
-        prop_assume!(turn.length() > 0.01);
-        let mut sample = Sample::arrived(Micros(7));
-        sample.sequence = Some(code);
-        sample.head.position = Some(Reading::tracked(Vec3::from_array(place)));
-        sample.head.orientation = Some(Reading::tracked(turn.normalize()));
-        let config = big_endian();
-        let came = samples(&mut Hatire::new(config), &config.encode(&sample));
-        prop_assert_eq!(came[0].sequence, Some(code));
-        let off = came[0].head.position.unwrap().value.distance(Vec3::from_array(place));
-        prop_assert!(off < 1e-5);
-        prop_assert!(angle(came[0].head.orientation.unwrap().value, turn.normalize()) < 4e-6);
     }
 }
 

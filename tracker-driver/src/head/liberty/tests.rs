@@ -1,12 +1,9 @@
 use super::super::polhemus::{Family, Format};
 use super::*;
-use crate::command::{Action, Session};
 use crate::decoder::Dropped;
+use crate::protocol::Protocol;
 use crate::sample::Reading;
-use crate::testing::{
-    angle, any_split, events, every_fault_of_heads, moving_head, random_bytes, random_count,
-    samples,
-};
+use crate::testing::{come_back, events, head_records, hostile, moving_head, said, samples};
 use crate::time::DeviceTime;
 use glam::{Quat, Vec3};
 use std::vec::Vec as StdVec;
@@ -76,7 +73,7 @@ fn headers_that_are_otherwise() {
         // Twice, with something between that is none.
         let stream = [&record[..], b"LY\x01", &record].concat();
         assert_eq!(read(&config, &stream).len(), 2);
-        // Of what is not looked at, anything does.
+        // Bytes that are not looked at may be anything.
         record[3] = 0xC7;
         record[6..8].copy_from_slice(&[0x99, 0x77]);
         let passes = records.is_none() && size == Size::Unused;
@@ -160,92 +157,23 @@ fn errors_answers_and_other_lists_are_told_apart() {
 fn start_says_what_the_configuration_needs() {
     let mut config = config(&[2, 7, 8, 0]);
     config.stations = 1;
-    let mut session = Session::new(config.start(false));
-    let mut now = Micros(0);
-    let mut said = StdVec::new();
-    while said.last().is_none_or(|last| last != b"C\r") {
-        match session.poll(now) {
-            Action::Send(bytes) => said.push(StdVec::from(bytes)),
-            Action::Wait(until) => now = until,
-            other => panic!("{other:?}"),
-        }
-    }
     let expected: [&[u8]; 6] = [b"P", b"F1\r", b"U0\r", b"O1,2,7,8,0\r", b"Q0\r", b"C\r"];
-    assert_eq!(said, expected);
+    assert_eq!(said(config.start(false)), expected);
     config.stations = MOST_STATIONS;
     config.units = Units::Centimetres;
     assert!(config.start(true).is_complete());
 }
 
-fn lists() -> [Config; 3] {
-    [
-        config(&[2, 7, 8, 0]),
-        config(&[2, 7, 8, 10, 0]),
-        config(&[7, 0]),
-    ]
-}
-
-fn records(config: &Config, count: usize) -> StdVec<StdVec<u8>> {
-    let record = |sample| config.encode(sample).to_vec();
-    moving_head(count).iter().map(record).collect()
-}
-
-#[test]
-fn encoded_samples_come_back() {
-    for config in lists() {
-        let sent = moving_head(if cfg!(miri) { 2 } else { 200 });
-        let stream = records(&config, sent.len()).concat();
-        let came = samples(&mut Liberty::new(config), &stream);
-        assert_eq!(came.len(), sent.len());
-        for (sent, came) in sent.iter().zip(&came) {
-            if let Some(position) = came.head.position {
-                let sent = sent.head.position.unwrap().value;
-                assert!(position.value.distance(sent) < 1e-6);
-            }
-            let off = angle(
-                came.head.orientation.unwrap().value,
-                sent.head.orientation.unwrap().value,
-            );
-            assert!(off < 2e-6, "{off}");
-            if let Some(time) = came.device_time {
-                assert_eq!(time.microseconds, sent.device_time.unwrap().microseconds);
-            }
-        }
-    }
-}
-
 #[test]
 fn every_fault_costs_little() {
-    for config in lists() {
-        let found = every_fault_of_heads(
-            || Liberty::new(config.clone()),
-            |sample| config.encode(sample).to_vec(),
-        );
+    let lists: [&[u8]; 3] = [&[2, 7, 8, 0], &[2, 7, 8, 10, 0], &[7, 0]];
+    for config in lists.map(config) {
+        let encode = |sample: &Sample| config.encode(sample).to_vec();
+        come_back(Liberty::new(config.clone()), encode, [1e-6, 2e-6]);
+        let records = head_records(&Protocol::Liberty(config.clone()), encode);
+        let found = hostile(|| Liberty::new(config.clone()), &records, 5e-21);
         let command = config.items.command(1);
         let list = std::str::from_utf8(&command[3..]).unwrap().trim();
         found.assert_stated(list, include_str!("../liberty.rs"));
-        assert_eq!(found.most_intact_lost, 0);
-        assert_eq!([found.wrong[0], found.wrong[2], found.wrong[3]], [0; 3]);
-    }
-}
-
-#[test]
-fn a_stream_may_come_in_any_pieces() {
-    for config in lists() {
-        let mut stream = records(&config, if cfg!(miri) { 4 } else { 40 }).concat();
-        stream[config.record_bytes() + 5] ^= 0xFF;
-        stream.remove(2 * config.record_bytes() + 9);
-        stream.extend_from_slice(b"LY\x01O*\0\0\0");
-        stream.extend_from_slice(&[b'L'; 600][..if cfg!(miri) { 40 } else { 600 }]);
-        any_split(|| Liberty::new(config.clone()), &stream);
-    }
-}
-
-#[test]
-fn random_bytes_are_no_records() {
-    for (seed, config) in lists().into_iter().enumerate() {
-        let fed = random_count(60_000_000);
-        let passed = random_bytes(&mut Liberty::new(config), fed, 20 + seed as u64);
-        assert_eq!(passed, 0);
     }
 }

@@ -1,7 +1,5 @@
 //! What feature reports say and ask for.
 
-use core::fmt;
-
 /// What a device can do. Lengths are in metres; what the device does not say
 /// is `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -92,13 +90,15 @@ impl Mode {
 }
 
 /// Why a feature report cannot be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ReportError {
     /// The device's descriptor has no such report.
+    #[error("the device's descriptor has no such report")]
     NotDescribed,
     /// It begins with another report id.
+    #[error("a report with id {found:#04x} where {expected:#04x} was asked for")]
     ReportId {
         /// The id of the report that was asked for.
         expected: u8,
@@ -106,6 +106,7 @@ pub enum ReportError {
         found: u8,
     },
     /// It is shorter than the descriptor says.
+    #[error("a report of {found} bytes where the descriptor says {expected}")]
     Length {
         /// Bytes of the report, with its id.
         expected: usize,
@@ -113,21 +114,3 @@ pub enum ReportError {
         found: usize,
     },
 }
-
-impl fmt::Display for ReportError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::NotDescribed => write!(f, "the device's descriptor has no such report"),
-            Self::ReportId { expected, found } => write!(
-                f,
-                "a report with id {found:#04x} where {expected:#04x} was asked for"
-            ),
-            Self::Length { expected, found } => write!(
-                f,
-                "a report of {found} bytes where the descriptor says {expected}"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for ReportError {}

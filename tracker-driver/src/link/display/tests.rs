@@ -94,7 +94,7 @@ fn orders() -> [Order; 4] {
     ]
 }
 
-/// Of equal bits, NaN or not.
+/// Whether two reports have equal bits, NaN or not.
 fn same(a: &Report, b: &Report) -> bool {
     let mut encoders = [Encoder::new(), Encoder::new()];
     let [first, second] = &mut encoders;

@@ -9,7 +9,7 @@ use crate::protocol::Protocol;
 use crate::sample::Sample;
 use glam::Vec3;
 
-/// Of a unit.
+/// Bits of a unit in the answer to [`ALL_UNITS`].
 const ACCESSIBLE: u8 = 1 << 7;
 const RUNNING: u8 = 1 << 6;
 const RECEIVER: u8 = 1 << 5;

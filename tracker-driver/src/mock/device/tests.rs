@@ -4,10 +4,10 @@ use crate::decoder::{Decoder, Event, Message};
 use crate::eye::adhawk;
 use crate::head::flock::Mode;
 use crate::head::polhemus::Units;
-use crate::head::{fastrak, flock, hatire, liberty};
-use crate::mock::Source;
-use crate::mock::{Line, Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
-use crate::protocol::Reader;
+use crate::head::{fastrak, flock, liberty};
+use crate::mock::{Line, Source, Tracker, TrackerConfig, Wire};
+use crate::protocol::{Asked, Reader};
+use crate::testing::{tracker, tracker_at};
 
 /// Plays a script against the device, to its end.
 fn play(device: &mut Device, script: Script) {
@@ -35,27 +35,20 @@ fn play(device: &mut Device, script: Script) {
 fn every_device_starts_and_stops_by_its_own_script() {
     for name in Protocol::NAMES {
         let protocol = Protocol::named(name).unwrap();
-        let (start, stop) = match &protocol {
-            Protocol::Link => (link::start(Some(240)), link::stop()),
-            Protocol::Fastrak(config) => (config.start(true), fastrak::stop()),
-            Protocol::Liberty(config) => (config.start(true), liberty::stop()),
-            Protocol::Flock(config) => (config.start(1, 1, true), flock::stop()),
-            Protocol::Hatire(_) => (hatire::start(true), hatire::stop()),
-            Protocol::Iscan(_) => (iscan::start(), iscan::stop()),
-            Protocol::AdHawk => (adhawk::start(2, 250.0), adhawk::stop()),
-            _ => continue,
+        if protocol.stop() == Script::new() {
+            continue;
+        }
+        let asked = Asked {
+            rate: Some(240),
+            ..Asked::default()
         };
         let mut device = Device::new(&protocol);
         assert!(device.streams(), "{name}");
-        play(&mut device, stop);
+        play(&mut device, protocol.stop());
         assert!(!device.streams(), "{name}");
-        play(&mut device, start);
+        play(&mut device, protocol.start(&asked, true));
         assert!(device.streams(), "{name}");
-        let rate = match name {
-            "link" => Some(240),
-            "adhawk" => Some(250),
-            _ => None,
-        };
+        let rate = matches!(name, "link" | "adhawk").then_some(240);
         assert_eq!(device.rate(), rate, "{name}");
     }
 }
@@ -63,31 +56,19 @@ fn every_device_starts_and_stops_by_its_own_script() {
 /// Whatever it was set to before, it sends what its script asks for.
 #[test]
 fn a_device_streams_as_it_is_told() {
-    let of = |format, items| ItemList::new(Family::Fastrak, format, items).unwrap();
-    let mut fastrak = fastrak::Config::new(of(Format::Ascii, &[2, 4, 1]));
+    let list = |family, format, items: &[u8]| ItemList::new(family, format, items).unwrap();
+    let mut fastrak = fastrak::Config::new(list(Family::Fastrak, Format::Ascii, &[2, 4, 1]));
     fastrak.units = Units::Centimetres;
-    let items = ItemList::new(Family::Liberty, Format::Binary, &[2, 7, 0]);
-    let mut liberty = liberty::Config::new(items.unwrap());
-    liberty.units = Units::Centimetres;
-    for (name, script) in [
-        ("fastrak", fastrak.start(false)),
-        ("liberty", liberty.start(false)),
-    ] {
-        let mut device = Device::new(&Protocol::named(name).unwrap());
-        play(&mut device, script);
-        match device.protocol() {
-            Protocol::Fastrak(config) => assert_eq!(config, &fastrak),
-            Protocol::Liberty(config) => assert_eq!(config, &liberty),
-            other => panic!("{other:?}"),
-        }
-        let Some(Protocol::Fastrak(usual)) = Protocol::named("fastrak") else {
-            panic!("it is one");
-        };
-        if name == "fastrak" {
-            play(&mut device, usual.start(false));
-            assert_eq!(device.protocol(), &Protocol::Fastrak(usual));
-        }
+    let mut device = Device::new(&Protocol::named("fastrak").unwrap());
+    for config in [fastrak, fastrak::Config::default()] {
+        play(&mut device, config.start(false));
+        assert_eq!(device.protocol(), &Protocol::Fastrak(config));
     }
+    let mut liberty = liberty::Config::new(list(Family::Liberty, Format::Binary, &[2, 7, 0]));
+    liberty.units = Units::Centimetres;
+    let mut device = Device::new(&Protocol::named("liberty").unwrap());
+    play(&mut device, liberty.start(false));
+    assert_eq!(device.protocol(), &Protocol::Liberty(liberty));
     for mode in Mode::ALL {
         let config = flock::Config {
             mode,
@@ -102,28 +83,6 @@ fn a_device_streams_as_it_is_told() {
     let mut device = Device::new(&Protocol::named("fastrak").unwrap());
     device.feed(b"O1,2,11\rO1,999,0\rO1\r", Micros(0), &mut |_| {});
     assert_eq!(Some(device.protocol().clone()), Protocol::named("fastrak"));
-}
-
-#[test]
-fn a_fastrak_says_how_it_is() {
-    let protocol = Protocol::named("fastrak").unwrap();
-    let Protocol::Fastrak(config) = &protocol else {
-        panic!("another device");
-    };
-    let mut decoder = fastrak::Fastrak::new(config.clone());
-    let mut texts = 0;
-    Device::new(&protocol).feed(b"S", Micros(0), &mut |answer| {
-        decoder.feed(answer, Micros(0), &mut |event| {
-            if let Event::Message(Message::Text(text)) = event {
-                let status = fastrak::Status::from_text(text.as_str()).unwrap();
-                assert!(status.continuous);
-                assert_eq!(status.format, Format::Binary);
-                assert_eq!(status.units, Units::Inches);
-                texts += 1;
-            }
-        });
-    });
-    assert_eq!(texts, 1);
 }
 
 #[test]
@@ -152,14 +111,13 @@ impl Bench {
     fn new(name: &str, settings: impl Fn(&mut Protocol)) -> Self {
         let mut protocol = Protocol::named(name).unwrap();
         settings(&mut protocol);
-        let viewer = Viewer::new(ViewerConfig::default(), 5);
         let config = TrackerConfig {
             rate: 100,
             losses: 0.0,
             latency: Micros(0),
             ..TrackerConfig::default()
         };
-        let tracker = Tracker::new(config, viewer, 5).unwrap();
+        let tracker = tracker(config, 5);
         Self {
             device: Device::new(&protocol),
             wire: Wire::new(tracker, protocol),
@@ -253,6 +211,7 @@ fn a_record_is_sent_on_demand() {
 fn a_fastrak_refuses_what_it_does_not_know() {
     let mut bench = Bench::new("fastrak", |_| {});
     bench.tell(b"c");
+    let too_long = [&b"O1,"[..], &[b'2'; 300], b"\r"].concat();
     for (command, code, place) in [
         (&b"O1\r"[..], 1, "*PS2*FL1*ST0"),
         (b"O\r", 1, "*PS1*FL0*ST0"),
@@ -271,6 +230,9 @@ fn a_fastrak_refuses_what_it_does_not_know() {
         (b"z", 99, "*PS1*FL0*ST0"),
         (b"\x01", 99, "*PS1*FL0*ST0"),
         (&[b'O'; 70], 5, "*PS1*FL0*ST0"),
+        // A line that is too long is refused once.
+        (&too_long, 5, "*PS1*FL0*ST0"),
+        (b"O4,99\r", 3, "*PS3*FL1*ST3"),
     ] {
         bench.tell(command);
         let said = std::string::String::from_utf8(bench.line.clone()).unwrap();
@@ -300,29 +262,6 @@ fn a_fastrak_refuses_what_it_does_not_know() {
         bench.tell(command);
         assert_eq!(bench.line, b"", "{command:?}");
     }
-}
-
-/// What is said of a line that is too long is said once; a station is named where
-/// the command has one.
-#[test]
-fn a_fastrak_refuses_a_line_once() {
-    let mut device = Device::new(&Protocol::named("fastrak").unwrap());
-    let mut said = |line: &[u8]| {
-        let mut answers = std::vec::Vec::new();
-        device.feed(line, Micros(0), &mut |answer| {
-            answers.push(std::string::String::from_utf8_lossy(answer).into_owned());
-        });
-        answers
-    };
-    let long = [&b"O1,"[..], &[b'2'; 300], b"\r"].concat();
-    let refused = said(&long);
-    assert_eq!(refused.len(), 1, "{refused:?}");
-    assert!(refused[0].contains("EC-5"), "{refused:?}");
-    // The next line is heard.
-    let speed = said(b"o97\r");
-    assert_eq!(speed, ["2 E*ERROR*o*ERROR* EC-3*PS1*FL0*ST0\r\n"]);
-    let station = said(b"O4,99\r");
-    assert!(station[0].ends_with("*ST3\r\n"), "{station:?}");
 }
 
 /// A rate that is no part of the tracker's is kept on average.
@@ -570,18 +509,13 @@ fn an_adhawk_answers_each_request() {
     }
 }
 
-/// What a line of these birds sends within a second, by the sensor.
+/// The samples that a line of these birds sends within a second.
 fn of_birds(birds: u8, first: u8, stopped: bool) -> std::vec::Vec<Sample> {
     let config = flock::Config {
         group: true,
         ..flock::Config::default()
     };
-    let viewer = Viewer::new(ViewerConfig::default(), 5);
-    let measured = TrackerConfig {
-        rate: 100,
-        ..TrackerConfig::default()
-    };
-    let tracker = Tracker::new(measured, viewer, 5).unwrap();
+    let tracker = tracker_at(100, 5);
     let device = Device::new(&Protocol::Flock(config)).with_birds(first, birds);
     let mut line = Line::of(tracker, device);
     if stopped {
@@ -631,8 +565,7 @@ fn every_bird_of_a_group_sends() {
 fn an_adhawk_tells_what_the_eyes_do_where_it_is_asked_to() {
     use crate::decoder::EyeEventKind::{Blink, Closed, Found, Lost, Opened};
     let heard = |mask: u32| {
-        let viewer = Viewer::new(ViewerConfig::default(), 5);
-        let tracker = Tracker::new(TrackerConfig::default(), viewer, 5).unwrap();
+        let tracker = tracker(TrackerConfig::default(), 5);
         let mut line = Line::new(tracker, &Protocol::AdHawk);
         let enable = true;
         let ask = adhawk::Request::Events { mask, enable }.encode(1);

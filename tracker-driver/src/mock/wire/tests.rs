@@ -1,13 +1,12 @@
 use super::*;
 use crate::decoder::{Decoder, Event};
-use crate::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig};
+use crate::mock::{Tracker, TrackerConfig};
 use crate::protocol::Reader;
 use crate::rotation::{angle, to_vector};
 use std::vec::Vec;
 
 fn tracker() -> Tracker<'static> {
-    let viewer = Viewer::new(ViewerConfig::default(), 3);
-    Tracker::new(TrackerConfig::default(), viewer, 3).unwrap()
+    crate::testing::tracker(TrackerConfig::default(), 3)
 }
 
 /// What each protocol brings across: errors of the head's place (metres) and
