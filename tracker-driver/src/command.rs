@@ -86,7 +86,7 @@ fn short(span: Micros) -> u32 {
     u32::try_from(span.0).unwrap_or(u32::MAX)
 }
 
-/// What to say to a device, and what it has to answer.
+/// The commands for a device, and the answers that it owes.
 ///
 /// It is more than a kilobyte, and is filled where it stands.
 ///
@@ -138,7 +138,7 @@ impl Script {
         self.step(Step::Pause(short(span)))
     }
 
-    /// Then change this end's line to so many baud.
+    /// Then change this end's line to this speed, baud.
     pub fn speed(&mut self, baud: u32) -> &mut Self {
         self.step(Step::Speed(baud))
     }
@@ -149,14 +149,14 @@ impl Script {
         self.step(Step::Await { what, within })
     }
 
-    /// What was said so far (a reset, which takes long) is not said again
-    /// where an answer fails to come.
+    /// The commands so far (a reset, which takes long) are not repeated where an answer
+    /// fails to come.
     pub fn once_only(&mut self) -> &mut Self {
         self.again_from = self.steps.len();
         self
     }
 
-    /// How long what is said once only (a reset) takes, by its pauses.
+    /// The sum of the pauses in the part that is sent only once (a reset).
     pub fn once_only_time(&self) -> Micros {
         let steps = self.steps.iter().take(self.again_from);
         steps.fold(Micros(0), |sum, step| match step {
@@ -165,7 +165,7 @@ impl Script {
         })
     }
 
-    /// Whether it says anything at all, and does not only wait.
+    /// Whether it sends anything, and does not only wait.
     pub fn says_anything(&self) -> bool {
         !self.bytes.is_empty()
     }
@@ -197,7 +197,7 @@ impl Script {
 pub enum Action<'a> {
     /// Send these bytes, then poll again at once.
     Send(&'a [u8]),
-    /// Change the line to so many baud once what was sent is out, then poll
+    /// Change the line to this speed, baud, once all sent bytes are out; then poll
     /// again.
     Speed(u32),
     /// Nothing until this time, or until something comes in.
@@ -247,26 +247,24 @@ impl Session {
         }
     }
 
-    /// How often an answer did not come: after each but the third the script is begun
-    /// again.
+    /// How many answers failed to come; after each but the third the script starts again.
     pub const fn tries(&self) -> u8 {
         self.tries
     }
 
-    /// Whether nothing is left to be said: what comes now, comes as it was asked
-    /// for. Before, a device may be sending what it was told by somebody else, in
-    /// other units.
+    /// Whether all commands were sent. Before that, a device may send records in the units
+    /// that an earlier host asked for.
     pub fn has_said_all(&self) -> bool {
         let mut rest = self.script.steps.iter().skip(self.step);
         rest.all(|step| matches!(step, Step::Await { .. }))
     }
 
-    /// So many bytes came in.
+    /// Counts bytes that came in.
     pub fn on_bytes(&mut self, count: usize) {
         self.bytes = self.bytes.saturating_add(count as u64);
     }
 
-    /// A decoder handed this over.
+    /// Takes note of a decoder's event.
     pub fn on_event(&mut self, event: &Event) {
         match event {
             Event::Sample(_) => self.samples = self.samples.saturating_add(1),

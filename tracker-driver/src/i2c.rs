@@ -163,7 +163,7 @@ pub enum I2cHidError<E> {
     /// The device did not come back from its reset in [`RESET_TIMEOUT`].
     #[error("the device did not come back from its reset in 1 s")]
     ResetTimeout,
-    /// A report says that it has so many bytes.
+    /// The length in front of a report cannot be right.
     #[error("a report that says it has {found} bytes, not 2 to {most}")]
     Length {
         /// How many it says, with the two of the length.
@@ -232,7 +232,6 @@ impl<B: I2c> I2cHid<B> {
     /// descriptor into `buffer`. Once it is ready this does nothing.
     ///
     /// # Errors
-    ///
     /// Where the bus fails (to switch the power on is tried twice, as Linux
     /// does: some devices wake up over the first), the device is none, or
     /// does not reset, or `buffer` is smaller than its report descriptor. The
@@ -337,7 +336,6 @@ impl<B: I2c> I2cHid<B> {
     /// low. `None` where it has none, or has reset itself.
     ///
     /// # Errors
-    ///
     /// Where the bus fails, the buffer is smaller than
     /// [`HidDescriptor::longest_input`], or the report has no length that it
     /// can have.
@@ -360,7 +358,6 @@ impl<B: I2c> I2cHid<B> {
     /// id; the buffer has to have two bytes more.
     ///
     /// # Errors
-    ///
     /// Where the bus fails, the buffer is too small, or the report has no
     /// length that it can have.
     pub fn get_feature<'a>(
@@ -386,7 +383,6 @@ impl<B: I2c> I2cHid<B> {
     /// the report begins with its id where there is one.
     ///
     /// # Errors
-    ///
     /// Where the bus fails, or the report has more than [`LONGEST_SET`]
     /// bytes.
     pub fn set_feature(&mut self, id: u8, report: &[u8]) -> Result<(), I2cHidError<B::Error>> {
@@ -406,7 +402,6 @@ impl<B: I2c> I2cHid<B> {
     /// Puts the device to sleep; [`poll`](Self::poll) brings it up again.
     ///
     /// # Errors
-    ///
     /// Where the bus fails.
     pub fn sleep(&mut self) -> Result<(), I2cHidError<B::Error>> {
         self.ready_descriptor()?;

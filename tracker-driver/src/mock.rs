@@ -1,5 +1,4 @@
-//! A simulated viewer behind a simulated tracker, and whatever can go wrong
-//! on the way.
+//! A simulated viewer behind a simulated tracker, and the faults of the line between.
 //!
 //! - [`Viewer`] moves head and eyes as people do, and knows where the line of
 //!   sight is at any time of its recent past and future;

@@ -1,5 +1,5 @@
-//! The protocols of all devices behind one type, for programs that are told at run time
-//! which of them a device speaks.
+//! The protocols of all devices behind one type, for programs that learn at run time
+//! which one a device speaks.
 //!
 //! A [`Protocol`] is how a device is set up, and knows what is said to it; a [`Reader`] is
 //! its decoder. Who knows the device beforehand takes the decoder of its own module, and
@@ -196,8 +196,8 @@ impl Protocol {
         }
     }
 
-    /// What changes the line's speed at both ends, to so many bits per second; `None`
-    /// where devices cannot be told, or not this speed.
+    /// What changes the line's speed at both ends, bits per second; `None`
+    /// where devices have no command for that, or not this speed.
     pub fn change_speed(&self, baud: u32) -> Option<Script> {
         match self {
             Self::Fastrak(_) => fastrak::change_speed(baud),

@@ -106,9 +106,9 @@ pub(crate) struct Stream<const N: usize> {
     bytes: [u8; N],
     length: usize,
     in_step: bool,
-    /// What is being thrown away and was not told of yet.
+    /// Dropped bytes that are not reported yet.
     run: Option<Dropped>,
-    /// What became of the bytes.
+    /// The account of all bytes.
     pub(crate) counts: Counts,
 }
 

@@ -6,7 +6,7 @@ use crate::mock::{Tracker, TrackerConfig, Viewer, ViewerConfig, Wire};
 use crate::protocol::Protocol;
 use crate::sample::{Pupil, Reading, Sample};
 use crate::time::{DeviceTime, Micros};
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use std::vec::Vec;
 
 /// The arrival of all bytes.
@@ -80,7 +80,7 @@ pub(crate) fn tracker(config: TrackerConfig, seed: u64) -> Tracker<'static> {
     Tracker::new(config, viewer, seed).unwrap()
 }
 
-/// A tracker of so many samples a second.
+/// A tracker of this many samples a second.
 pub(crate) fn tracker_at(rate: u32, seed: u64) -> Tracker<'static> {
     let config = TrackerConfig {
         rate,
@@ -442,5 +442,5 @@ pub(crate) fn assert_usable(sample: &Sample) {
         assert!(eye.openness.is_none_or(|open| (0.0..=1.0).contains(&open)));
     }
     let point = sample.gaze_point.map(|point| point.value.numbers());
-    assert!(point.is_none_or(|point| point.is_finite()), "{sample:?}");
+    assert!(point.is_none_or(Vec2::is_finite), "{sample:?}");
 }

@@ -1,7 +1,6 @@
 //! A serial port on `embedded-io`, served without waiting.
 //!
-//! - [`HostEnd`] is the whole of it, a step of a loop at a time: the device is told what
-//!   to send, and read;
+//! - [`HostEnd`] commands the device and reads it, a step of a loop at a time;
 //! - [`drain`] only reads, where there is nothing to say or nothing to say it with;
 //! - `DeviceEnd`, with the feature `mock`, is the other end of the line, played by a
 //!   simulated device.
@@ -31,7 +30,6 @@ const CHUNK: usize = 32;
 /// be others.
 ///
 /// # Errors
-///
 /// Those of the port. As bytes may be missing then, the decoder forgets the
 /// record that was coming in, and what came before the error has been
 /// decoded; the next call goes on.

@@ -77,7 +77,6 @@ pub(crate) fn sent_rotation(value: Quat) -> Result<Quat, DropReason> {
 /// A quaternion whose norm is 1 within `tolerance`, normalised.
 ///
 /// # Errors
-///
 /// The norm that it has; NaN where a part is NaN.
 pub(crate) fn unit(value: Quat, tolerance: f32) -> Result<Quat, f32> {
     let parts = value.to_array();

@@ -21,7 +21,7 @@ const RATIOS: [(u64, u64); 8] = [
     (4, 1),
 ];
 
-/// What a UART does with a byte whose stop bit is none.
+/// What a UART does with a byte without a stop bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Misframed {
     Kept,
@@ -37,7 +37,7 @@ struct Levels {
 }
 
 impl Levels {
-    /// What the mock sends in so many seconds: with pauses between its records, or
+    /// What the mock sends in some seconds: with pauses between its records, or
     /// without.
     fn of(protocol: &Protocol, seconds: u64, pauses: bool) -> Self {
         let baud = 115_200;

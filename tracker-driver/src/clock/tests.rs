@@ -1,4 +1,5 @@
 use super::*;
+use crate::testing::Random;
 use std::vec::Vec;
 
 /// A device whose clock runs `ppm` fast and whose samples take 2 ms and up to
@@ -6,24 +7,16 @@ use std::vec::Vec;
 struct Device {
     ppm: i64,
     jitter: u64,
-    random: u64,
+    random: Random,
     wrap: Option<u64>,
     start: u64,
 }
 
 impl Device {
-    fn random(&mut self) -> u64 {
-        self.random = self
-            .random
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        self.random >> 33
-    }
-
     /// The sample measured at `time`.
     fn sample(&mut self, time: u64) -> Sample {
         // The greater of two: few are early, as on a busy bus.
-        let part = (self.random() % 1_001).max(self.random() % 1_001);
+        let part = (self.random.next() % 1_001).max(self.random.next() % 1_001);
         let delay = 2_000 + self.jitter * part / 1_000;
         let shown = self.start as i64 + time as i64 + time as i64 * self.ppm / 1_000_000;
         let mut sample = Sample::arrived(Micros(time + delay));
@@ -42,7 +35,7 @@ fn device(ppm: i64, jitter: u64) -> Device {
     Device {
         ppm,
         jitter,
-        random: 1,
+        random: Random(1),
         wrap: None,
         start: 77_000_000,
     }

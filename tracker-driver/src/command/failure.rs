@@ -81,6 +81,7 @@ pub enum Failure {
     TooLong,
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "thiserror calls it so")]
 fn write_no_answer(records: &u64, awaited: &Awaited, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     match awaited {
         Awaited::Sample | Awaited::Record => write!(
@@ -97,6 +98,7 @@ fn write_no_answer(records: &u64, awaited: &Awaited, f: &mut fmt::Formatter<'_>)
     }
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "thiserror calls it so")]
 fn write_refused(
     command: &u32,
     result: &u32,

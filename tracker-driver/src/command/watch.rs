@@ -16,11 +16,11 @@ pub struct Watch {
     delimited: bool,
     /// When the last record came, or the watch began.
     since: Option<Micros>,
-    /// There was one.
+    /// Whether a record has come.
     any: bool,
-    /// What came after that.
+    /// Bytes since then.
     bytes: u64,
-    /// When the last of it came.
+    /// The arrival of the last byte.
     heard: Micros,
     useless: Useless,
     second: Second,
@@ -28,7 +28,7 @@ pub struct Watch {
     unlike: Option<Failure>,
 }
 
-/// What has come in a second that is not over yet.
+/// The counts of the second under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Second {
     start: Micros,
@@ -58,7 +58,7 @@ impl Watch {
         }
     }
 
-    /// So many bytes came in.
+    /// Counts bytes that came in.
     pub fn on_bytes(&mut self, count: usize, now: Micros) {
         self.at(now);
         self.heard = now;
@@ -66,7 +66,7 @@ impl Watch {
         self.second.bytes = self.second.bytes.saturating_add(count as u64);
     }
 
-    /// A decoder handed this over.
+    /// Takes note of a decoder's event.
     pub fn on_event(&mut self, event: &Event, now: Micros) {
         let second = &mut self.second;
         match event {
@@ -106,7 +106,7 @@ impl Watch {
         })
     }
 
-    /// Since when there was no record; a second that is over is judged.
+    /// The time of the last record; judges a second that is over.
     fn at(&mut self, now: Micros) -> Micros {
         let since = *self.since.get_or_insert_with(|| {
             self.second.start = now;
@@ -125,8 +125,8 @@ impl Watch {
 
 const SECOND: Micros = Micros::from_millis(1_000);
 
-/// A line on which nothing came for so long, of a device that sent records, is
-/// silent: no device pauses for as long within one.
+/// A device that sent records and then nothing for this long is silent: none pauses as
+/// long within a record.
 const SILENCE: Micros = Micros::from_millis(500);
 
 impl Second {
@@ -169,7 +169,7 @@ impl Useless {
         }
     }
 
-    /// Where they are the most of so many bytes.
+    /// The failure to report if they are the most of these bytes.
     pub(super) fn most_of(&self, bytes: u64) -> Option<Failure> {
         let reason = self.reason?;
         let most = self.bytes.saturating_mul(2) > bytes;

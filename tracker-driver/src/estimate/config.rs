@@ -1,4 +1,4 @@
-//! What a [`GazeEstimator`](super::GazeEstimator) is told beforehand.
+//! The configuration of a [`GazeEstimator`](super::GazeEstimator).
 
 mod check;
 
@@ -133,8 +133,7 @@ pub enum Sensors {
     Only(u8),
 }
 
-/// What a gaze estimator is told beforehand. The ranges stand at the fields
-/// and at their types; [`EstimatorConfig::check`] checks them.
+/// The configuration of a gaze estimator. The ranges stand at the fields and at their types; [`EstimatorConfig::check`] checks them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EstimatorConfig {
     /// Where the tracker is.
@@ -179,7 +178,7 @@ pub struct EstimatorConfig {
     pub head_stuck_after: Option<Micros>,
     /// What smooths the directions.
     pub filter: Filter,
-    /// How saccades are told.
+    /// How saccades are recognised.
     pub saccades: SaccadeConfig,
     /// How the gaze is continued; `None` shows it where it was.
     pub prediction: Option<GazePrediction>,

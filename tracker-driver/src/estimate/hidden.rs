@@ -62,7 +62,7 @@ impl Hidden {
         [hidden & LEFT != 0, hidden & RIGHT != 0]
     }
 
-    /// Whether none is left of those that count.
+    /// Whether all eyes that count are hidden.
     pub(super) const fn hides(self, eyes: Eyes) -> bool {
         let [left, right] = self.eyes();
         match eyes {

@@ -1,7 +1,7 @@
 //! What the eye does, from where it has looked: fixation, pursuit or saccade,
 //! and where it will look a little later.
 //!
-//! A saccade is told by its speed (I-VT, Salvucci and Goldberg 2000), the
+//! A saccade is recognised by its speed (I-VT, Salvucci and Goldberg 2000), the
 //! slope over a window, since the difference of two samples is mostly noise
 //! at high rates. From its first samples on, a minimum-jerk course is fitted
 //! to it whose duration belongs to its amplitude by the main sequence; the
@@ -15,7 +15,7 @@ use crate::time::Micros;
 use glam::Vec3;
 use shisen_core::numeric::{normalize, sqrt};
 
-/// How saccades are told from the rest. Speeds are radians per second.
+/// How saccades are recognised. Speeds are radians per second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SaccadeConfig {
     /// A movement at this speed or faster is a saccade; 0.05 to 20.
@@ -25,9 +25,9 @@ pub struct SaccadeConfig {
     /// Over how long the speed is taken: 1 to 100 ms. Fewer than two samples
     /// in it, and the last two count.
     pub window: Micros,
-    /// What is over sooner was noise: up to 100 ms.
+    /// A movement that ends sooner was noise: up to 100 ms.
     pub least_duration: Micros,
-    /// What lasts longer is none, and given up: 20 to 500 ms.
+    /// A movement that lasts longer is no saccade: 20 to 500 ms.
     pub most_duration: Micros,
     /// Smaller ones are not predicted and not reported, radians; 0 to 0.2.
     pub least_amplitude: f32,
@@ -131,7 +131,7 @@ pub(super) struct EyeTrack<const N: usize> {
     followed: Vec3,
 }
 
-/// From how many samples on a velocity is told from noise.
+/// The fewest samples that tell a velocity from noise.
 const LEAST_FOLLOWED: usize = 5;
 
 /// The part of a velocity that is not relied on, for each second between samples: what is

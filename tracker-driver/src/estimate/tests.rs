@@ -7,6 +7,13 @@ use crate::sample::{Eye, GazeFrame, GazePoint, Reading};
 use glam::{Quat, Vec2};
 use std::vec::Vec;
 
+/// The usual configuration with a change.
+fn with(change: impl FnOnce(&mut EstimatorConfig)) -> EstimatorConfig {
+    let mut config = EstimatorConfig::default();
+    change(&mut config);
+    config
+}
+
 fn with_head(mut sample: Sample, turn: Quat) -> Sample {
     sample.head.position = Some(Reading::tracked(Vec3::Y));
     sample.head.orientation = Some(Reading::tracked(turn));
@@ -203,10 +210,7 @@ fn the_eyes_that_are_asked_for_count() {
     let (left, right) = (Vec3::new(-0.2, 0.0, -1.0), Vec3::new(0.3, 0.0, -1.0));
     let mut sample = sample(left);
     sample.right = looking(right);
-    let of = |eyes| EstimatorConfig {
-        eyes,
-        ..EstimatorConfig::default()
-    };
+    let of = |eyes| with(|config| config.eyes = eyes);
     let close = |a: Vec3, b: Vec3| assert!(angle(a, b.normalize()) < 1e-6, "{a} {b}");
     close(forward(&of(Eyes::Left), &sample), left);
     close(forward(&of(Eyes::Right), &sample), right);
@@ -292,16 +296,18 @@ fn gaze_gets_into_the_room() {
         ..config
     };
     close(forward(&corrected, &on_screen), Vec3::new(0.5, 0.75, -1.0));
+}
+
+#[test]
+fn a_calibration_turns_points_and_directions() {
+    let close = |a: Vec3, b: Vec3| assert!(angle(a, b.normalize()) < 1e-5, "{a} {b}");
     // Raw units, by a calibration.
     let targets = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| Target {
         measured: Vec2::new(100.0 + 50.0 * x, 200.0 - 80.0 * y),
         direction: Vec3::new(0.5 * x, 0.25 * y, -1.0),
     });
     let combined = Calibration::fit(Model::Affine, &targets).ok();
-    let config = EstimatorConfig {
-        combined,
-        ..EstimatorConfig::default()
-    };
+    let config = with(|config| config.combined = combined);
     let mut sample = head_only(0);
     let point = GazePoint::Raw(Vec2::new(125.0, 160.0));
     sample.gaze_point = Some(Reading::tracked(point));
@@ -345,10 +351,7 @@ fn a_head_that_turns_under_a_steady_gaze_is_no_saccade() {
 
 #[test]
 fn straight_up_has_a_line_of_sight() {
-    let config = EstimatorConfig {
-        most_eccentricity: core::f32::consts::FRAC_PI_2,
-        ..EstimatorConfig::default()
-    };
+    let config = with(|config| config.most_eccentricity = core::f32::consts::FRAC_PI_2);
     let mut run = Run::new(&config);
     run.push(&sample(Vec3::new(0.0, 1.0, -1.0e-9)));
     let sight = run.estimate().line_of_sight;
@@ -358,10 +361,7 @@ fn straight_up_has_a_line_of_sight() {
 
 #[test]
 fn saccades_are_told_and_land_where_they_do() {
-    let mut run = Run::new(&EstimatorConfig {
-        prediction: Some(GazePrediction::default()),
-        ..EstimatorConfig::default()
-    });
+    let mut run = Run::new(&EstimatorConfig::default());
     let amplitude = 0.175f32;
     let duration = 0.021 + 0.126_05 * amplitude;
     let onset = 1_200_000;
@@ -433,12 +433,6 @@ fn the_state_is_small() {
         size_of::<GazeEstimator<24, 64>>(),
         size_of::<crate::clock::ClockEstimator>(),
     ];
-    std::println!(
-        "bytes of state: estimator {}, for 500 Hz {}, clock {}",
-        bytes[0],
-        bytes[1],
-        bytes[2]
-    );
     assert!(
         bytes[0] <= 5_632 && bytes[1] <= 3_200 && bytes[2] <= 512,
         "{bytes:?}"
@@ -490,10 +484,7 @@ fn of_several_records_at_one_time_the_newest_counts() {
 #[test]
 fn of_two_stations_one_is_the_viewers_head() {
     let place = |sensor: u8| Vec3::X * f32::from(sensor);
-    let config = |sensors| EstimatorConfig {
-        sensors,
-        ..EstimatorConfig::default()
-    };
+    let config = |sensors| with(|config| config.sensors = sensors);
     for (sensors, taken) in [(Sensors::First, 2), (Sensors::Only(1), 1)] {
         let mut run = Run::new(&config(sensors));
         for i in 0..40 {

@@ -113,7 +113,6 @@ impl Outputs {
     /// These outputs.
     ///
     /// # Errors
-    ///
     /// Where there are none or more than [`MOST_OUTPUTS`].
     pub fn new(outputs: &[Output]) -> Result<Self, OutputsError> {
         let found = outputs.len();

@@ -52,7 +52,6 @@ impl Axes {
     /// wears it. Both are normalised.
     ///
     /// # Errors
-    ///
     /// Where either is no rotation.
     pub fn new(tracker_from_device: Quat, head_from_sensor: Quat) -> Result<Self, AxesError> {
         let unit = |q| valid::unit(q, NORM_TOLERANCE).map_err(|norm| AxesError { norm });

@@ -185,7 +185,6 @@ pub enum ReportError {
 /// without a HID report id before it (the device uses none).
 ///
 /// # Errors
-///
 /// When the length is another, the version is unknown, or the quaternion is
 /// not a rotation.
 pub fn decode(report: &[u8]) -> Result<Report, ReportError> {

@@ -212,7 +212,6 @@ const RELATIVE: u32 = 1 << 2;
 /// is visited once, and no report has more than [`MOST_REPORT_BITS`].
 ///
 /// # Errors
-///
 /// Where the descriptor breaks the specification or a limit; elements before
 /// that place have been visited.
 pub fn walk(

@@ -137,18 +137,18 @@ impl Device {
     }
 }
 
-/// The system wants an id before every report: 0 for those that have none.
+/// The report with an id in front, which the system wants: 0 where it has none.
 fn as_sent(id: u8, report: &[u8]) -> Vec<u8> {
     let none: &[u8] = if id == 0 { &[0] } else { &[] };
     [none, report].concat()
 }
 
-/// What that takes for a report of so many bytes.
+/// The buffer length for a report of `length` bytes.
 fn room(id: u8, length: usize) -> usize {
     length.max(1) + usize::from(id == 0)
 }
 
-/// It gives it back, too; but not of every device.
+/// Removes the zero that most systems put before a report without an id.
 fn as_read(id: u8, length: usize, mut report: Vec<u8>) -> Vec<u8> {
     if id == 0 && report.len() > length {
         report.remove(0);

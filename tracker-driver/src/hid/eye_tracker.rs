@@ -178,7 +178,6 @@ impl EyeTracker {
     /// A decoder for the device with this report descriptor.
     ///
     /// # Errors
-    ///
     /// Where it is not the descriptor of an eye or head tracker, and for axes
     /// that are none.
     pub fn new(descriptor: &[u8], axes: Axes) -> Result<Self, LayoutError> {
@@ -274,7 +273,6 @@ impl EyeTracker {
     /// Reads a feature report.
     ///
     /// # Errors
-    ///
     /// Where the device has no such report, or this is another.
     pub fn capabilities(&self, report: &[u8]) -> Result<Capabilities, ReportError> {
         let body = self.capabilities.body(report)?;
@@ -292,7 +290,6 @@ impl EyeTracker {
     /// Reads a feature report.
     ///
     /// # Errors
-    ///
     /// Where the device has no such report, or this is another.
     pub fn configuration(&self, report: &[u8]) -> Result<Configuration, ReportError> {
         let body = self.configuration.body(report)?;
@@ -310,7 +307,6 @@ impl EyeTracker {
     /// Reads a feature report, or an input report of the same content.
     ///
     /// # Errors
-    ///
     /// Where the device has no such report, or this is another.
     pub fn status(&self, report: &[u8]) -> Result<Status, ReportError> {
         read_status(&self.status, report).or_else(|error| match error {

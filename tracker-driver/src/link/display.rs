@@ -1,5 +1,5 @@
-//! What a display controller reports, and what it is told: the link's frames
-//! between a controller that renders and whoever watches it.
+//! Reports of a display controller and orders to it: the link's frames between a controller
+//! that renders and the host that watches it.
 //!
 //! | Kind | Body |
 //! |---|---|
@@ -212,15 +212,14 @@ pub struct Rendering {
     pub display_delay: u32,
     /// Radians by which the line of sight may move while a frame is rendered. One
     /// that it leaves by more is cut short, so that the next one begins where the
-    /// viewer looks. 0 or less: none is.
+    /// viewer looks. 0 or less: no frame is cut short.
     pub restart_angle: f32,
 }
 
-/// What a controller is told, in force from the next frame on.
+/// An order to a controller, in force from the next frame on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Order {
-    /// There are so many screens; more than there were show nothing until they
-    /// are told.
+    /// The number of screens; new ones show nothing until their place is ordered.
     Screens {
         /// How many.
         count: u8,
@@ -439,7 +438,7 @@ impl Reports {
     }
 }
 
-/// The decoder of what a controller is told.
+/// The decoder of orders to a controller.
 #[derive(Debug, Clone, Default)]
 pub struct Orders(Receiver);
 

@@ -19,7 +19,7 @@ const LONGEST_CONTENT: usize = HEADER_LENGTH + LONGEST_BODY + CRC_LENGTH;
 pub const LONGEST_FRAME: usize = LONGEST_CONTENT + 3;
 const _: () = assert!(LONGEST_CONTENT < 254);
 
-/// Bytes that are no frame are told of after so many at the latest.
+/// Bytes that form no frame are reported after this many at the latest.
 const LONGEST_RUN: u32 = 256;
 
 const DELIMITER: u8 = 0;
@@ -44,8 +44,7 @@ impl Content {
         Self(frame)
     }
 
-    /// Bytes more. None is ever lost: all kinds are shorter than a sample,
-    /// for which there is room.
+    /// Appends bytes; all fit, as no content is longer than a sample's.
     pub(super) fn push(&mut self, bytes: &[u8]) {
         let _ = self.0.extend_from_slice(bytes);
     }
@@ -68,16 +67,16 @@ impl Content {
     }
 }
 
-/// What came between two delimiters.
+/// The bytes between two delimiters.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Received<'f> {
     /// How many bytes, without the delimiters.
     pub(super) bytes: u32,
-    /// What they held.
+    /// Their content.
     pub(super) content: Result<Checked<'f>, DropReason>,
 }
 
-/// What an intact frame held.
+/// The content of an intact frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Checked<'f> {
     /// Without the CRC.
@@ -101,8 +100,7 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    /// The next byte; something where it ends a frame, or a run of bytes that
-    /// is none.
+    /// Takes the next byte; the frame that it ends, or a run of bytes that form none.
     pub(super) fn push(&mut self, byte: u8) -> Option<Received<'_>> {
         if self.ended {
             *self = Self::default();

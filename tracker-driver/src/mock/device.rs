@@ -1,5 +1,4 @@
-//! The device's side of a line: what a simulated tracker makes of what the
-//! host says.
+//! The device's side of a line: how a simulated tracker obeys its host.
 
 mod adhawk;
 mod fastrak;
@@ -25,8 +24,8 @@ const MOST_ANSWER: usize = 64;
 
 /// The device at the other end of the line, as far as it takes commands.
 ///
-/// It streams from the start on, until it is told to stop, and as it is told
-/// to: [`Device::protocol`]. A reset makes it silent and deaf for a while, then it
+/// It streams from the start until it is stopped, in the form of [`Device::protocol`], which
+/// commands change. A reset makes it silent and deaf for a while, then it
 /// is as it was at the start, or as it was last saved (`^K` of a FASTRAK).
 ///
 /// | Device | Commands |
@@ -48,13 +47,13 @@ pub struct Device {
     /// What a reset leaves.
     saved: Saved,
     heard: Vec<u8, MOST_HEARD>,
-    /// What comes up to the end of the line was refused.
+    /// The line up to its end was refused for its length.
     overlong: bool,
     link: link::Commands,
     streams: bool,
     /// Records that were asked for one by one.
     asked: u8,
-    /// It restarts until then.
+    /// The end of its restart.
     away_until: Option<Micros>,
     rate: Option<u32>,
     /// With a rate: no record before this time.
@@ -95,11 +94,11 @@ impl<T: Copy> Zero<T> {
     }
 }
 
-/// What became of the commands' first bytes.
+/// The result of reading a command.
 enum Heard {
-    /// They are not whole yet.
+    /// The command is not complete.
     More,
-    /// So many of them are dealt with.
+    /// This many bytes were read.
     Took(usize),
 }
 
@@ -148,7 +147,7 @@ impl Device {
         (self.streams || self.asked > 0) && !self.restarts(now)
     }
 
-    /// Whether it restarts, and is neither heard nor hears.
+    /// Whether it restarts: it sends nothing and hears nothing.
     pub fn restarts(&self, now: Micros) -> bool {
         self.away_until.is_some_and(|until| now < until)
     }
@@ -158,8 +157,8 @@ impl Device {
         self.rate
     }
 
-    /// What it sends of the sample that it measured; `None` where it sends
-    /// nothing: it was stopped, restarts, or is to send fewer.
+    /// The sample to send of one that was measured; `None` while it is stopped or restarts,
+    /// and for samples above the rate.
     pub fn measure(&mut self, sample: &Sample) -> Option<Sample> {
         let now = sample.arrival;
         if self.restarts(now) {
@@ -275,8 +274,7 @@ impl Device {
         self.asked = self.asked.saturating_add(1);
     }
 
-    /// Restarts as it was saved, and is not there for the better part of the
-    /// time that a host waits for it.
+    /// Restarts as it was saved, and is away for nine tenths of the usual time.
     fn restart(&mut self, now: Micros, usual: Micros) -> Heard {
         self.protocol = self.saved.protocol.clone();
         self.streams = self.saved.streams;

@@ -11,13 +11,13 @@ use crate::sample::Sample;
 use crate::time::Micros;
 use heapless::Deque;
 
-/// A simulated tracker that is told by a host what to send, and how.
+/// A simulated tracker that obeys a host's commands.
 #[derive(Debug, Clone)]
 pub struct Line<S> {
     wire: Wire<S>,
     device: Device,
     eyes: EyeEvents,
-    /// What happened to the eyes and is not sent yet, and when.
+    /// Events of the eyes that are not sent yet.
     events: Deque<EyeEvent, MOST_AT_ONCE>,
     /// A sample, and the first of the sensors that have not sent theirs of it.
     due: Option<(Sample, u8)>,
@@ -42,7 +42,7 @@ impl<S: Source<Item = Sample>> Line<S> {
         }
     }
 
-    /// What it is told, and what it makes of that.
+    /// The device that obeys the commands.
     pub const fn device(&self) -> &Device {
         &self.device
     }

@@ -76,7 +76,6 @@ mod tests {
         let mean = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
         let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
         let slope = mean(&|p| (p.0 - x) * (p.1 - y)) / mean(&|p| (p.0 - x) * (p.0 - x));
-        std::println!("slope of the pink jitter's power from 1 to 200 Hz: {slope:.2}");
         assert!((slope + 1.0).abs() < 0.15, "{slope}");
     }
 }

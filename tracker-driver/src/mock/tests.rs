@@ -53,7 +53,6 @@ fn fixations_are_log_normal() {
     let square = logs.iter().map(|l| (l - mean) * (l - mean)).sum::<f32>();
     let deviation = (square / logs.len() as f32).sqrt();
     let median = median(lengths);
-    std::println!("fixations: median {median:.3} s, deviation of the logarithm {deviation:.2}");
     assert!((median - 0.25).abs() < 0.02, "{median}");
     assert!((deviation - 0.35).abs() < 0.06, "{deviation}");
 }
@@ -101,11 +100,6 @@ fn on_the_main_sequence(config: ViewerConfig) {
     }
     assert!(large > 1_000 && micro > 150, "{large} {micro}");
     let off = ratios.iter().map(|r| (r.ln()).powi(2)).sum::<f32>() / ratios.len() as f32;
-    std::println!(
-        "peak speed: {:.3} of the main sequence's, deviation {:.3}",
-        median(ratios.clone()),
-        off.sqrt()
-    );
     assert!((median(ratios) - 1.0).abs() < 0.02);
     assert!((off.sqrt() - 0.06).abs() < 0.02, "{}", off.sqrt());
 }
@@ -142,7 +136,6 @@ fn blinking(config: ViewerConfig) {
     }
     let a_minute = f64::from(blinks) / 10.0;
     let median = median(lengths);
-    std::println!("blinks: {a_minute:.1} a minute, median {median} ms");
     // The time that eyes are shut is no pause.
     let asked = 60.0 / (60.0 / f64::from(config.blinks) + f64::from(config.blink));
     assert!((a_minute - asked).abs() < 0.2 * asked, "{a_minute}");

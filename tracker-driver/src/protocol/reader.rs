@@ -51,55 +51,44 @@ impl Reader {
             }
         }))
     }
+}
 
-    fn decoder(&mut self) -> &mut dyn Decoder {
-        match &mut self.0 {
-            Kind::Link(decoder) => decoder,
-            Kind::Fastrak(decoder) => decoder,
-            Kind::Liberty(decoder) => decoder,
-            Kind::Flock(decoder) => decoder,
-            Kind::Hatire(decoder) => decoder,
-            Kind::OsvrHdk(decoder) => decoder,
-            Kind::Iscan(decoder) => decoder,
-            Kind::Asl(decoder) => decoder,
-            Kind::AdHawk(decoder) => decoder,
-            Kind::EyeTracker(decoder) => decoder,
+/// Calls a method of the decoder, whichever it is.
+macro_rules! whichever {
+    ($reader:expr, $decoder:ident => $call:expr) => {
+        match $reader {
+            Kind::Link($decoder) => $call,
+            Kind::Fastrak($decoder) => $call,
+            Kind::Liberty($decoder) => $call,
+            Kind::Flock($decoder) => $call,
+            Kind::Hatire($decoder) => $call,
+            Kind::OsvrHdk($decoder) => $call,
+            Kind::Iscan($decoder) => $call,
+            Kind::Asl($decoder) => $call,
+            Kind::AdHawk($decoder) => $call,
+            Kind::EyeTracker($decoder) => $call,
         }
-    }
+    };
 }
 
 impl Decoder for Reader {
     fn feed(&mut self, bytes: &[u8], arrival: Micros, sink: &mut dyn FnMut(Event)) {
-        self.decoder().feed(bytes, arrival, sink);
+        whichever!(&mut self.0, decoder => decoder.feed(bytes, arrival, sink));
     }
 
     fn counts(&self) -> &Counts {
-        match &self.0 {
-            Kind::Link(decoder) => decoder.counts(),
-            Kind::Fastrak(decoder) => decoder.counts(),
-            Kind::Liberty(decoder) => decoder.counts(),
-            Kind::Flock(decoder) => decoder.counts(),
-            Kind::Hatire(decoder) => decoder.counts(),
-            Kind::OsvrHdk(decoder) => decoder.counts(),
-            Kind::Iscan(decoder) => decoder.counts(),
-            Kind::Asl(decoder) => decoder.counts(),
-            Kind::AdHawk(decoder) => decoder.counts(),
-            Kind::EyeTracker(decoder) => decoder.counts(),
-        }
+        whichever!(&self.0, decoder => decoder.counts())
     }
 
     fn reset(&mut self) {
-        self.decoder().reset();
+        whichever!(&mut self.0, decoder => decoder.reset());
     }
 
     fn on_sent(&mut self, command: &[u8], now: Micros) {
-        self.decoder().on_sent(command, now);
+        whichever!(&mut self.0, decoder => decoder.on_sent(command, now));
     }
 
     fn fields_seen(&self) -> Option<usize> {
-        match &self.0 {
-            Kind::Iscan(decoder) => decoder.fields_seen(),
-            _ => None,
-        }
+        whichever!(&self.0, decoder => decoder.fields_seen())
     }
 }

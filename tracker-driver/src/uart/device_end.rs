@@ -186,7 +186,7 @@ mod tests {
     }
 
     /// A command is written as the port takes it, none of it twice, and a device that
-    /// does not answer is told of.
+    /// does not answer is reported.
     #[test]
     fn a_host_does_not_wait_for_its_port() {
         let mut script = Script::sending(b"first");

@@ -31,7 +31,7 @@ pub struct HostEnd<D> {
 pub enum Due {
     /// The port is full; the rest of a command waits for it.
     Room,
-    /// The line is to be changed to so many baud, once what was written is out
+    /// The line is to change to this speed, baud, once what was written is out
     /// (`embedded_io::Write::flush` waits for that): the caller's to do before the next
     /// step, which goes on from there.
     Speed(u32),

@@ -153,19 +153,10 @@ impl EstimatorConfig {
             number(field, found, least, most)?;
         }
         if let Filter::OneEuro(filter) = self.filter {
-            number(
-                "the filter's least cutoff (Hz)",
-                filter.least_cutoff,
-                0.01,
-                1_000.0,
-            )?;
-            number("the filter's beta (Hz s/rad)", filter.beta, 0.0, 10_000.0)?;
-            number(
-                "the filter's speed cutoff (Hz)",
-                filter.speed_cutoff,
-                0.01,
-                1_000.0,
-            )?;
+            let (cutoff, speed_cutoff) = (filter.least_cutoff, filter.speed_cutoff);
+            number("the filter's least cutoff (Hz)", cutoff, 0.01, 1e3)?;
+            number("the filter's beta (Hz s/rad)", filter.beta, 0.0, 1e4)?;
+            number("the filter's speed cutoff (Hz)", speed_cutoff, 0.01, 1e3)?;
         }
         if let Some(prediction) = self.prediction {
             let least_speed = prediction.pursuit.least_speed;

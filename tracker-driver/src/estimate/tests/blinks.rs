@@ -61,10 +61,7 @@ fn eyes_that_their_decoder_says_are_not_seen_blink() {
         measured: place * 1_000.0,
         direction: place.extend(-1.0),
     });
-    let config = EstimatorConfig {
-        combined: Calibration::fit(Model::Affine, &targets).ok(),
-        ..EstimatorConfig::default()
-    };
+    let config = with(|config| config.combined = Calibration::fit(Model::Affine, &targets).ok());
     let decoded = |decoder: &mut dyn Decoder, bytes: &[u8]| {
         let mut found = None;
         decoder.feed(bytes, Micros(0), &mut |event| {
@@ -208,10 +205,7 @@ fn eyes_that_the_device_says_are_shut_or_lost_blink() {
     let back = run.run(5, &open);
     assert_eq!((back.state, back.blink), (State::Fresh, false));
     // Those that do not count are nothing to it; and it forgets them.
-    let mut run = Run::new(&EstimatorConfig {
-        eyes: Eyes::Right,
-        ..EstimatorConfig::default()
-    });
+    let mut run = Run::new(&with(|config| config.eyes = Eyes::Right));
     run.run(300, &open);
     say(&mut run, Lost, left);
     assert!(!run.run(50, &open).blink);

@@ -36,10 +36,7 @@ fn a_gaze_that_is_stuck_is_as_old_as_its_last_change() {
     };
     assert_eq!(run.run(5, &shut).state, State::HeadDirection);
     assert_eq!(run.run(5, &|i| Some(steady(i))).state, State::Fresh);
-    let mut trusting = Run::new(&EstimatorConfig {
-        stuck_after: None,
-        ..EstimatorConfig::default()
-    });
+    let mut trusting = Run::new(&with(|config| config.stuck_after = None));
     assert_eq!(trusting.run(5_000, &stuck).state, State::Fresh);
 }
 
@@ -96,10 +93,7 @@ fn a_stuck_gaze_is_known_while_the_head_turns() {
 /// A part that has moved and stops by the bit is stuck; noise is none of that.
 #[test]
 fn a_head_that_is_stuck_is_as_old_as_its_last_change() {
-    let config = EstimatorConfig {
-        eyes: Eyes::HeadOnly,
-        ..EstimatorConfig::default()
-    };
+    let config = with(|config| config.eyes = Eyes::HeadOnly);
     let moving = |i: u64| {
         let mut sample = head_only(i);
         let place = Vec3::Y + Vec3::X * 1.0e-6 * (i % 3) as f32;
@@ -193,11 +187,7 @@ fn a_head_whose_clock_stands_still_ages() {
     use crate::clock::{ClockConfig, ClockEstimator, ClockEvent};
     use crate::time::DeviceTime;
     let mut clock = ClockEstimator::new(ClockConfig::default()).unwrap();
-    let mut estimator = GazeEstimator::new(EstimatorConfig {
-        eyes: Eyes::HeadOnly,
-        ..EstimatorConfig::default()
-    })
-    .unwrap();
+    let mut estimator = GazeEstimator::new(with(|config| config.eyes = Eyes::HeadOnly)).unwrap();
     let mut frozen = Vec::new();
     let mut states = Vec::new();
     for i in 0..400 {

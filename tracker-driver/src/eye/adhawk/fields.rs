@@ -14,7 +14,7 @@ const LARGEST_PUPIL: f32 = 0.05;
 /// No gaze is further outside a screen: screens.
 const LARGEST_SCREEN: f32 = 100.0;
 
-/// How many numbers a field holds, for so many eyes.
+/// How many numbers a field holds for this many eyes.
 pub(super) fn field_numbers(field: u8, eyes: usize) -> Option<usize> {
     Some(match field {
         1 | 6 | 8 => 4,

@@ -86,7 +86,7 @@ pub const USUAL_FIELDS: u32 = 0b1_0010_1110;
 /// Samples per second that are usually asked for.
 pub const USUAL_HERTZ: u16 = 250;
 
-/// What makes the device send these fields of the stream 0x01 so many times a
+/// What makes the device send these fields of the stream 0x01 `hertz` times a
 /// second, and all its events: bit 1 of `fields` is field 1.
 pub fn start(fields: u32, hertz: f32) -> Script {
     let requests = [

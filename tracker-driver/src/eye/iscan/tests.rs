@@ -176,7 +176,12 @@ fn every_fault_is_over_within_three_records() {
     for (values, records) in [("any values", stream()), ("mock", mock)] {
         for (when, config) in [("at once", Config::default()), ("confirmed", confirmed())] {
             let name = std::format!("{values}, {when}");
-            hostile(|| Iscan::new(config), &[records.clone()], 3.0e-13).assert_stated(&name, docs);
+            hostile(
+                || Iscan::new(config),
+                core::slice::from_ref(&records),
+                3.0e-13,
+            )
+            .assert_stated(&name, docs);
         }
     }
 }

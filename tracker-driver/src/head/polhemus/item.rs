@@ -23,11 +23,11 @@ pub(super) enum Content {
 pub(super) enum Form {
     /// These bytes.
     Literal(&'static [u8]),
-    /// `Sxxx.xx` or `Sx.xxxx`: seven characters with so many decimals.
+    /// `Sxxx.xx` or `Sx.xxxx`: seven characters with this many decimals.
     Fixed(u8),
     /// `Sx.xxxxxESxxb`: thirteen characters.
     Extended,
-    /// A whole number, right-aligned among so many characters.
+    /// A whole number, right-aligned in this many characters.
     Whole(u8),
     /// A space and `0` or `1`.
     SpaceAndDigit,
@@ -37,7 +37,7 @@ pub(super) enum Form {
     Word,
     /// Little-endian u32.
     U32,
-    /// So many bytes of any value.
+    /// This many bytes of any value.
     Bytes(u8),
 }
 

@@ -41,7 +41,7 @@ pub(super) fn word_bytes(value: f32, first: bool) -> [u8; 2] {
 }
 
 /// A number of `Sxxx.xx` or `Sx.xxxx`: blanks, a sign or none, digits, a
-/// point and so many decimals. The first column is the sign's: a digit there
+/// point and `decimals` decimals. The first column is the sign's: a digit there
 /// is of another form.
 pub(super) fn read_fixed(bytes: &[u8], decimals: u8) -> Option<f32> {
     if bytes.first()?.is_ascii_digit() {

@@ -1,4 +1,4 @@
-//! What an `AdHawk` does when it is told something.
+//! How an `AdHawk` obeys commands.
 
 use super::{Device, Heard, MOST_HEARD};
 use crate::decoder::EyeEventKind;

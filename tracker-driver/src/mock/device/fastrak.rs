@@ -1,4 +1,4 @@
-//! What a FASTRAK does when it is told something.
+//! How a FASTRAK obeys commands.
 
 use super::{Device, Heard, MOST_ANSWER, line, relist};
 use crate::head::fastrak::{BAUD_RATES, Config, RESET};
@@ -26,13 +26,6 @@ enum Code {
     Range = 3,
     Buffer = 5,
     Unknown = 99,
-}
-
-/// A refusal, of the field (from 0, behind the letter) that is wrong.
-#[derive(Debug, Clone, Copy)]
-struct Refusal {
-    code: Code,
-    field: u8,
 }
 
 impl Device {
@@ -85,104 +78,73 @@ impl Device {
                 let Some(line) = line(&self.heard) else {
                     return Heard::More;
                 };
-                if let Err(refusal) = take_line(config, &line) {
-                    answer(&error(&line, refusal));
+                if let Err(code) = take_line(config, &line) {
+                    answer(&error(&line, code));
                 }
                 return Heard::Took(line.len() + 1);
             }
-            _ => {
-                let refusal = Refusal {
-                    code: Code::Unknown,
-                    field: 0,
-                };
-                answer(&error(&[first], refusal));
-            }
+            _ => answer(&error(&[first], Code::Unknown)),
         }
         Heard::Took(1)
     }
 
     /// Says that a command was longer than any.
     pub(super) fn refuse_long(&self, answer: &mut dyn FnMut(&[u8])) {
-        let refusal = Refusal {
-            code: Code::Buffer,
-            field: 0,
-        };
-        answer(&error(&self.heard, refusal));
+        answer(&error(&self.heard, Code::Buffer));
     }
 }
 
-fn take_line(config: &mut Config, line: &[u8]) -> Result<(), Refusal> {
-    let refused = |code, field| Refusal { code, field };
+fn take_line(config: &mut Config, line: &[u8]) -> Result<(), Code> {
     let Some((letter, rest)) = line.split_first() else {
         return Ok(());
     };
-    let fields = || rest.split(|&byte| byte == b',').zip(0_u8..);
-    let station = || match number(rest.split(|&byte| byte == b',').next()) {
-        Ok(station) if (1..=config.stations.into()).contains(&station) => Ok(station),
-        Ok(_) => Err(refused(Code::Range, 0)),
-        Err(code) => Err(refused(code, 0)),
-    };
+    let mut fields = rest.split(|&byte| byte == b',');
+    let stations = 1..=u32::from(config.stations);
+    let station = |text| number(text).map(|station| (station, stations.contains(&station)));
     match letter {
         b'O' => {
-            let station = station()?;
+            let (station, true) = station(fields.next())? else {
+                return Err(Code::Range);
+            };
             let mut numbers: Vec<u8, MOST_ITEMS> = Vec::new();
-            for (text, field) in fields().skip(1) {
-                let number = number(Some(text)).map_err(|code| refused(code, field))?;
-                let number = u8::try_from(number).map_err(|_| refused(Code::Range, field))?;
-                let pushed = numbers.push(number);
-                pushed.map_err(|_| refused(Code::Buffer, field))?;
+            for text in fields {
+                let number = u8::try_from(number(Some(text))?).map_err(|_| Code::Range)?;
+                numbers.push(number).map_err(|_| Code::Buffer)?;
             }
             if numbers.is_empty() {
-                return Err(refused(Code::Missing, 1));
+                return Err(Code::Missing);
             }
-            // The mock's records are all of station 1.
             let mut items = config.items.clone();
-            relist(&mut items, Family::Fastrak, None, Some(&numbers)).map_err(|why| {
-                let at = match why {
-                    ItemListError::Unknown { number }
-                    | ItemListError::Format { number, .. }
-                    | ItemListError::Repeated { number } => {
-                        numbers.iter().rposition(|&found| found == number)
-                    }
-                    _ => None,
-                };
-                let code = match why {
-                    ItemListError::TooMany { .. } | ItemListError::TooLong { .. } => Code::Buffer,
-                    _ => Code::Range,
-                };
-                refused(code, at.map_or(numbers.len(), |at| at + 1) as u8)
+            relist(&mut items, Family::Fastrak, None, Some(&numbers)).map_err(|why| match why {
+                ItemListError::TooMany { .. } | ItemListError::TooLong { .. } => Code::Buffer,
+                _ => Code::Range,
             })?;
+            // The mock's records are all of station 1.
             if station == 1 {
                 config.items = items;
             }
         }
         b'o' => {
-            let hundreds = number(fields().next().map(|(text, _)| text));
-            let hundreds = hundreds.map_err(|code| refused(code, 0))?;
-            if !BAUD_RATES.iter().any(|&baud| baud / 100 == hundreds) {
-                return Err(refused(Code::Range, 0));
-            }
-            match fields().nth(1) {
-                None | Some((b"N" | b"O" | b"E", _)) => {}
-                Some(_) => return Err(refused(Code::Range, 1)),
+            let hundreds = number(fields.next())?;
+            let known = BAUD_RATES.iter().any(|&baud| baud / 100 == hundreds);
+            if !known || !matches!(fields.next(), None | Some(b"N" | b"O" | b"E")) {
+                return Err(Code::Range);
             }
         }
         b'x' | b'v' => {
-            for field in 0..4 {
-                let text = fields().nth(field).map_or(&b""[..], |(text, _)| text);
+            for _ in 0..4 {
+                let text = fields.next().unwrap_or_default();
                 if text.is_empty() {
-                    return Err(refused(Code::Missing, field as u8));
+                    return Err(Code::Missing);
                 }
                 let value = core::str::from_utf8(text).ok();
                 let value = value.and_then(|text| text.trim().parse::<f32>().ok());
                 if !value.is_some_and(f32::is_finite) {
-                    return Err(refused(Code::NoNumber, field as u8));
+                    return Err(Code::NoNumber);
                 }
             }
         }
-        b'H' => {
-            station()?;
-        }
+        b'H' if !station(fields.next())?.1 => return Err(Code::Range),
         _ => {}
     }
     Ok(())
@@ -212,51 +174,19 @@ fn status(config: &Config, streams: bool) -> Vec<u8, MOST_ANSWER> {
     status
 }
 
-/// Commands whose first field is a station.
-const OF_STATIONS: &[u8] = b"OHelAGNVQr";
-
-/// `2 E*ERROR*O*ERROR* EC-3*PS4*FL2*ST0`: the letter of the command, the code,
-/// where the field begins (the letter is at 0) and its number, and the station
-/// from 0.
-fn error(command: &[u8], refusal: Refusal) -> Vec<u8, MOST_ANSWER> {
+/// `2 E*ERROR*O*ERROR* EC-3*PS1*FL0*ST0`: the letter of the command and the code; place,
+/// field and station are not looked for.
+fn error(command: &[u8], code: Code) -> Vec<u8, MOST_ANSWER> {
     let letter = command.first().filter(|letter| letter.is_ascii_graphic());
-    let field = usize::from(refusal.field);
-    let commas = command
-        .iter()
-        .zip(0_u8..)
-        .filter(|(byte, _)| **byte == b',');
-    let comma = field
-        .checked_sub(1)
-        .and_then(|before| commas.clone().nth(before));
-    // Behind the last field where it is missing.
-    let place = match (field, comma) {
-        (0, _) => 1,
-        (_, Some((_, at))) => at.saturating_add(1),
-        (_, None) => command.len().min(MOST_ANSWER) as u8,
-    };
-    let of_station = letter.is_some_and(|letter| OF_STATIONS.contains(letter));
-    let station = command
-        .get(1)
-        .filter(|station| of_station && (b'1'..=b'9').contains(station));
+    let (tens, ones) = (code as u8 / 10, code as u8 % 10);
     let mut record = Vec::new();
     let _ = record.extend_from_slice(b"2 E*ERROR*");
     let _ = record.push(letter.copied().unwrap_or(b'?'));
     let _ = record.extend_from_slice(b"*ERROR* EC-");
-    push(&mut record, refusal.code as u8);
-    let _ = record.extend_from_slice(b"*PS");
-    push(&mut record, place);
-    let _ = record.extend_from_slice(b"*FL");
-    push(&mut record, refusal.field);
-    let _ = record.extend_from_slice(b"*ST");
-    push(&mut record, station.map_or(0, |station| station - b'1'));
-    let _ = record.extend_from_slice(b"\r\n");
-    record
-}
-
-/// A number below 100.
-fn push(record: &mut Vec<u8, MOST_ANSWER>, number: u8) {
-    if number > 9 {
-        let _ = record.push(b'0' + number / 10 % 10);
+    if tens > 0 {
+        let _ = record.push(b'0' + tens);
     }
-    let _ = record.push(b'0' + number % 10);
+    let _ = record.push(b'0' + ones);
+    let _ = record.extend_from_slice(b"*PS1*FL0*ST0\r\n");
+    record
 }

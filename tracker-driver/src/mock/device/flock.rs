@@ -1,4 +1,4 @@
-//! What a Flock of Birds does when it is told something.
+//! How a Flock of Birds obeys commands.
 
 use super::{Device, Heard};
 use crate::head::flock::command::{
@@ -23,11 +23,11 @@ const NO_COMMAND: u8 = 6;
 /// How far the birds of a group are from one another: metres to the right.
 const APART: f32 = 0.1;
 
-/// What else a bird remembers.
+/// The state of the birds beside their protocol.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct State {
     asleep: bool,
-    /// The last error that was not asked for yet.
+    /// The code of the last error that the host has not asked for; 0 for none.
     error: u8,
     /// The address of the first bird.
     first: u8,
@@ -48,7 +48,7 @@ impl Default for State {
 }
 
 impl Device {
-    /// A Flock of Birds of so many birds, 1 to [`MOST_BIRDS`], with the addresses from
+    /// A Flock of Birds of this many birds, 1 to [`MOST_BIRDS`], with the addresses from
     /// `first` on; in group mode it sends a record of each, 0.1 m to the right of the one
     /// before. Other devices stay as they are.
     #[must_use]

@@ -1,4 +1,4 @@
-//! What a Hatire does when it is told something.
+//! How a Hatire obeys commands.
 
 use super::{Device, Heard, Zero};
 use crate::head::hatire::{Config, RESET_TIME, TEXT_BYTES};

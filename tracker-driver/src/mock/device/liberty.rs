@@ -1,4 +1,4 @@
-//! What a Liberty or a Patriot does when it is told something.
+//! How a Liberty or a Patriot obeys commands.
 
 use super::{Device, Heard, Zero, line, relist};
 use crate::head::liberty::{RESET, RESET_TIME};
