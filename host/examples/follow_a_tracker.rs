@@ -12,7 +12,7 @@
 
 use shisen::bake::Baked;
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::live::{Allowance, Governor, Share, Taken, with_engine};
+use shisen::live::{Allowance, FrameCost, Governor, Share, with_engine};
 use shisen::render::{Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen::scene::quadruped::quadruped;
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let estimate = gaze.estimate(shown, &mut |_| {});
                 let decision = governor.decide(Allowance::Steps(BUDGET));
                 let done = engine.render(&eyes(&estimate), &decision.quality, decision.steps)?;
-                let taken = Taken {
+                let taken = FrameCost {
                     steps: done.steps,
                     seconds: done.tracing.as_secs_f64(),
                 };

@@ -1,8 +1,8 @@
-//! The live loop: frames that follow a tracker, each in its time.
+//! The live loop: frames that follow a tracker, each within its budget.
 //!
-//! A frame begins with the newest gaze ([`LiveTracker`]), is made as good as fits
-//! ([`Governor`]), rendered within a budget of steps on threads that stay
-//! ([`with_engine`]), and what it took is kept ([`Latencies`]).
+//! A frame begins with the newest gaze ([`LiveTracker`]), gets the best quality that fits
+//! ([`Governor`]), is rendered within a budget of steps on threads that stay
+//! ([`with_engine`]), and its latencies are recorded ([`Latencies`]).
 
 pub mod quantiles;
 
@@ -17,16 +17,16 @@ mod tracking;
 
 pub use budget::{BudgetError, FrameBudget, Table2};
 pub use engine::{Engine, Rendered, eyes_of, with_engine};
-pub use governor::{Allowance, Decision, Governor, Taken};
+pub use governor::{Allowance, Decision, FrameCost, Governor};
 pub use latency::{Latencies, Leg, Stamps, Summary};
 pub use quality::{FOVEA, Quality};
 pub use session::{
-    FrameRecord, Latch, SessionError, SessionReport, SessionSettings, Stage, follow, run,
+    Display, FrameRecord, Latch, SessionError, SessionReport, SessionSettings, follow, run,
 };
 #[cfg(feature = "cluster")]
 pub use swap::Mpi;
 pub use swap::{
-    Alone, Channels, Cluster, Done, Gathered, Look, Order, Purpose, Share, SwapError, SwapLock,
+    Alone, Cluster, FrameResult, GatheredResults, Look, Order, Purpose, Share, SwapError, SwapLock,
     Waits, Wire,
 };
-pub use tracking::{Happening, Latched, LiveTracker};
+pub use tracking::{LatchedGaze, LiveTracker, TrackerEvent};

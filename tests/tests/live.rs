@@ -5,7 +5,7 @@ use glam::Vec3;
 use shisen::bake::simplify::PolygonLevels;
 use shisen::bake::{Baked, Layout};
 use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
-use shisen::live::{Allowance, Engine, Governor, Quality, Share, Taken, with_engine};
+use shisen::live::{Allowance, Engine, FrameCost, Governor, Quality, Share, with_engine};
 use shisen::render::{self, Observer, Options};
 use shisen::scene::builtin::{PaperScene, paper_scene};
 use shisen_core::Simd;
@@ -79,8 +79,8 @@ fn hashes(engine: &Engine<'_, '_, 8>) -> Vec<u64> {
 }
 
 /// A millisecond for so many steps.
-const fn taken(steps: u64) -> Taken {
-    Taken {
+const fn taken(steps: u64) -> FrameCost {
+    FrameCost {
         steps,
         seconds: 1.0e-3,
     }

@@ -545,7 +545,10 @@ fn a_budget_that_binds_nothing_says_so() {
 #[test]
 fn bad_input_is_told() {
     for (arguments, said) in [
-        (&["--budget", "33"][..], "33 of what: give 33ms or 33steps"),
+        (
+            &["--budget", "33"][..],
+            "33 has no unit: give 33ms or 33steps",
+        ),
         (&["--budget", "0steps"], "out of range"),
         (&["--hz", "0"], "1 to 1000"),
         (&["--scene", "grid"], "give --hz or --budget"),

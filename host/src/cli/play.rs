@@ -15,8 +15,8 @@ use crate::cli::arguments::{Model, SceneName, whole};
 use crate::cli::output::failure::Failure;
 use crate::cli::tracker::Happenings;
 use crate::live::{
-    Engine, FrameBudget, FrameRecord, LiveTracker, Look, Order, Quality, SessionError,
-    SessionReport, SessionSettings, Share, Stage, SwapError, SwapLock, Table2, with_engine,
+    Display, Engine, FrameBudget, FrameRecord, LiveTracker, Look, Order, Quality, SessionError,
+    SessionReport, SessionSettings, Share, SwapError, SwapLock, Table2, with_engine,
 };
 use crate::picture::Picture;
 use crate::render::spectrum::Dispersion;
@@ -192,7 +192,7 @@ impl LiveArguments {
             ));
         }
         let table = match self.scene {
-            SceneName::Paper(scene) => Table2::of(scene),
+            SceneName::Paper(scene) => Table2::for_scene(scene),
             _ => None,
         };
         let budget = time.frame_budget(&self.scene, table)?;
@@ -386,7 +386,7 @@ impl Prepared {
         if ranks > pictures {
             return Err(Failure::from_error(SwapError::TooMany { ranks, pictures }));
         }
-        let mut stage = Show {
+        let mut display = Show {
             arguments,
             cave,
             start: pose,
@@ -394,7 +394,7 @@ impl Prepared {
         };
         let (scene, capture) = ((scene, spectrum), arguments.capture);
         let played = with_engine(scene, cave, &eyes, options, capture, share, |engine| {
-            part.play(engine, &mut stage)
+            part.play(engine, &mut display)
         })?;
         Ok(played?)
     }
@@ -408,7 +408,7 @@ trait Part {
     fn play<const W: usize>(
         self,
         engine: &mut Engine<'_, '_, W>,
-        stage: &mut dyn Stage<W>,
+        display: &mut dyn Display<W>,
     ) -> Result<Self::Output, SessionError>
     where
         Simd: Runs<W>;
@@ -427,14 +427,14 @@ impl Part for Leads<'_> {
     fn play<const W: usize>(
         self,
         engine: &mut Engine<'_, '_, W>,
-        stage: &mut dyn Stage<W>,
+        display: &mut dyn Display<W>,
     ) -> Result<Self::Output, SessionError>
     where
         Simd: Runs<W>,
     {
         // While the engine's threads are there: what they were kept from goes with them.
         let before = Interference::so_far();
-        let report = crate::live::run(engine, self.tracker, self.settings, stage, self.lock)?;
+        let report = crate::live::run(engine, self.tracker, self.settings, display, self.lock)?;
         Ok((report, Interference::so_far().since(&before)))
     }
 }
@@ -450,12 +450,12 @@ impl Part for Obeys<'_> {
     fn play<const W: usize>(
         self,
         engine: &mut Engine<'_, '_, W>,
-        stage: &mut dyn Stage<W>,
+        display: &mut dyn Display<W>,
     ) -> Result<(), SessionError>
     where
         Simd: Runs<W>,
     {
-        crate::live::follow(engine, stage, self.lock)
+        crate::live::follow(engine, display, self.lock)
     }
 }
 
@@ -468,13 +468,13 @@ impl Part for Repeats {
     fn play<const W: usize>(
         self,
         engine: &mut Engine<'_, '_, W>,
-        stage: &mut dyn Stage<W>,
+        display: &mut dyn Display<W>,
     ) -> Result<u64, SessionError>
     where
         Simd: Runs<W>,
     {
         let mut eyes = Vec::new();
-        stage.observe(&self.0.look, &mut eyes);
+        display.observe(&self.0.look, &mut eyes);
         let quality = Quality::LADDER.get(self.0.rung).unwrap_or(&Quality::FULL);
         engine.render(&eyes, quality, None)?;
         Ok(frame_hash(engine.hashes()?))
@@ -500,7 +500,7 @@ struct Show<'s> {
     audience: &'s mut dyn Audience,
 }
 
-impl<const W: usize> Stage<W> for Show<'_>
+impl<const W: usize> Display<W> for Show<'_>
 where
     Simd: Runs<W>,
 {

@@ -1,4 +1,4 @@
-//! What a frame may take: time, steps, or the paper's seconds.
+//! The budget of a frame: time, steps, or the paper's seconds.
 
 use crate::scene::builtin::PaperScene;
 use glam::Vec3;
@@ -7,40 +7,38 @@ use std::str::FromStr;
 use std::time::Duration;
 use thiserror::Error;
 
-/// What a frame may take.
+/// The budget of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FrameBudget {
-    /// Whatever it needs: nothing is left out.
+    /// No limit: nothing is left out.
     Off,
-    /// So many steps, whatever the time: for the same gazes the same frames on every
-    /// machine.
+    /// A number of steps: the same gazes give the same frames on every machine.
     Steps(u64),
-    /// So much time.
+    /// A time.
     Time(Duration),
-    /// The paper's seconds a frame (Table 2), for its scene and the state that the
-    /// viewer's gaze is nearest to.
+    /// The paper's seconds (Table 2) for its scene and the state nearest to the gaze.
     Paper,
-    /// The paper's time with level of detail as a part of its time without, of what
-    /// a frame without takes here; between the states by the angle of the gaze.
+    /// This machine's time without level of detail times the paper's ratio of its times with
+    /// and without, interpolated between the states by the angle of the gaze.
     PaperScaled,
 }
 
-/// A budget that is none.
+/// Text that is no budget.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum BudgetError {
     /// A number without a unit.
-    #[error("{0} of what: give {0}ms or {0}steps")]
+    #[error("{0} has no unit: give {0}ms or {0}steps")]
     NoUnit(String),
-    /// None at all, or too much.
+    /// A number outside the range.
     #[error("{0} is out of range: give 0.1ms to 60000ms, or 1steps to {MOST_STEPS}steps")]
     OutOfRange(String),
-    /// Something else.
-    #[error("\"{0}\" is no budget: give off, paper, paper-scaled, 33ms or 2000000steps")]
+    /// Any other text.
+    #[error("\"{0}\" is not a budget: give off, paper, paper-scaled, 33ms or 2000000steps")]
     Unknown(String),
 }
 
-/// The most steps that a frame may be given, and that are told apart of what it takes.
+/// The largest budget of steps, and of a histogram of steps.
 pub(super) const MOST_STEPS: u64 = 1_000_000_000_000;
 
 impl FromStr for FrameBudget {
@@ -89,17 +87,17 @@ impl fmt::Display for FrameBudget {
 /// A row of the paper's Table 2: seconds a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Table2 {
-    /// Which.
+    /// The scene.
     pub scene: PaperScene,
-    /// With level of detail: the viewer looks at the front wall (state 1), and at
-    /// the floor (state 2).
+    /// Seconds with level of detail: the viewer looks at the front wall (state 1) and at the
+    /// floor (state 2).
     pub lod: [f64; 2],
-    /// Without.
+    /// Seconds without level of detail.
     pub plain: f64,
 }
 
 impl Table2 {
-    /// All of it.
+    /// All rows.
     pub const ROWS: [Self; 4] = [
         Self::row(PaperScene::A, [2.078, 0.751], 1.641),
         Self::row(PaperScene::B, [1.109, 0.547], 0.969),
@@ -111,13 +109,12 @@ impl Table2 {
         Self { scene, lod, plain }
     }
 
-    /// Of a scene.
-    pub fn of(scene: PaperScene) -> Option<Self> {
+    /// The row of a scene.
+    pub fn for_scene(scene: PaperScene) -> Option<Self> {
         Self::ROWS.into_iter().find(|row| row.scene == scene)
     }
 
-    /// How far a line of sight is from state 1 towards state 2, 0 to 1: by its
-    /// angles to both.
+    /// The place of a line of sight between state 1 and state 2, 0 to 1, by its angles to both.
     fn between(forward: Vec3) -> f64 {
         let angle = |state: Vec3| f64::from(forward.angle_between(state));
         let (front, floor) = (angle(Vec3::NEG_Z), angle(Vec3::NEG_Y));
@@ -128,7 +125,7 @@ impl Table2 {
         }
     }
 
-    /// The paper's seconds for a line of sight: the nearest state's.
+    /// The paper's seconds for the state nearest to a line of sight.
     pub fn seconds(&self, forward: Vec3) -> f64 {
         let [front, floor] = self.lod;
         if Self::between(forward) <= 0.5 {
@@ -138,7 +135,7 @@ impl Table2 {
         }
     }
 
-    /// Time with level of detail as a part of that without, for a line of sight.
+    /// The ratio of the times with and without level of detail for a line of sight.
     pub fn part(&self, forward: Vec3) -> f64 {
         let [front, floor] = self.lod;
         let to = Self::between(forward);
@@ -163,45 +160,37 @@ mod tests {
             assert_eq!(text.parse(), Ok(budget), "{text}");
             assert_eq!(budget.to_string(), text);
         }
-        for text in ["33", "2000000", "1e6"] {
-            let no_unit = Err(BudgetError::NoUnit(text.to_owned()));
-            assert_eq!(text.parse::<FrameBudget>(), no_unit);
-        }
-        for text in [
-            "0steps",
-            "0ms",
-            "-1ms",
-            "NaNms",
-            "infms",
-            "1e9ms",
-            "9000000000000steps",
+        let out_of_range = "0steps 0ms -1ms NaNms infms 1e9ms 9000000000000steps";
+        let unknown = ["", "ms", "steps", "fast", "-1steps", "1.5steps"];
+        let no_unit = ["33", "2000000", "1e6"];
+        for (texts, error) in [
+            (&no_unit[..], BudgetError::NoUnit as fn(String) -> _),
+            (
+                &out_of_range.split(' ').collect::<Vec<_>>(),
+                BudgetError::OutOfRange,
+            ),
+            (&unknown, BudgetError::Unknown),
         ] {
-            let found = text.parse::<FrameBudget>();
-            assert!(
-                matches!(found, Err(BudgetError::OutOfRange(_))),
-                "{text}: {found:?}"
-            );
-        }
-        for text in ["", "ms", "steps", "fast", "-1steps", "1.5steps"] {
-            let found = text.parse::<FrameBudget>();
-            assert!(
-                matches!(found, Err(BudgetError::Unknown(_))),
-                "{text}: {found:?}"
-            );
+            for &text in texts {
+                assert_eq!(text.parse::<FrameBudget>(), Err(error(text.to_owned())));
+            }
         }
     }
 
     #[test]
     fn the_papers_states_are_met() {
         for row in Table2::ROWS {
-            assert_eq!(row.seconds(Vec3::NEG_Z), row.lod[0]);
-            assert_eq!(row.seconds(Vec3::NEG_Y), row.lod[1]);
-            assert!((row.part(Vec3::NEG_Z) - row.lod[0] / row.plain).abs() < 1e-12);
-            assert!((row.part(Vec3::NEG_Y) - row.lod[1] / row.plain).abs() < 1e-12);
-            let between = row.part((Vec3::NEG_Z + Vec3::NEG_Y).normalize());
-            assert!((between - 0.5 * (row.lod[0] + row.lod[1]) / row.plain).abs() < 1e-6);
-            // Away from both the same is left of either.
-            assert_eq!(row.seconds(Vec3::X), row.lod[0]);
+            let [front, floor] = row.lod;
+            let states = [Vec3::NEG_Z, Vec3::NEG_Y, Vec3::X].map(|state| row.seconds(state));
+            assert_eq!(states, [front, floor, front]);
+            let between = (Vec3::NEG_Z + Vec3::NEG_Y).normalize();
+            for (state, seconds) in [
+                (Vec3::NEG_Z, front),
+                (Vec3::NEG_Y, floor),
+                (between, 0.5 * (front + floor)),
+            ] {
+                assert!((row.part(state) - seconds / row.plain).abs() < 1e-6);
+            }
         }
     }
 }

@@ -1,70 +1,56 @@
-//! A frame on all cores within a budget of steps.
+//! Renders a frame on all cores within a budget of steps.
 //!
-//! Threads and memory stay from frame to frame: while frames are rendered
-//! nothing is allocated. The budget is dealt out to tiles before they are
-//! rendered, from the line of sight outwards, by what each took in the frame
-//! before; what tiles leave of theirs goes to those that had too little, in
-//! further rounds. All of that is a function of steps alone, so a frame is the
-//! same on any number of threads, whatever the clock says.
+//! Threads and memory stay from frame to frame: rendering allocates nothing. The budget is
+//! dealt to tiles before they are rendered, from the line of sight outwards, by the steps
+//! that each took in the frame before. What tiles leave over goes to those that had too
+//! little, in further rounds. All of that depends on steps alone, so a frame is the same on
+//! any number of threads, whatever the clock says.
 
 mod capture;
 mod deal;
 mod fovea;
+mod plan;
 mod threads;
 
 use super::quality::Quality;
 use super::swap::Share;
-use crate::cave::{Cave, Eye, Screen};
+use crate::cave::{Cave, Eye};
 use crate::picture::Picture;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use capture::LiveCapture;
 use deal::{Dealer, Group};
-use fovea::{SETTLED, is_foveal, reaching_fovea, towards};
-use glam::Vec3;
-use shisen_core::frame::{
-    Fill, Pixel, Renderer, Spectrum, Statistics, Tile, TileJob, View, Workspace,
-};
+use fovea::is_foveal;
+use plan::{LiveTile, Plan, pairs};
+use shisen_core::frame::{Fill, Spectrum, Statistics, Tile, Workspace};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::fmt;
+use std::sync::Mutex;
 use std::sync::atomic::Ordering;
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use threads::{Shared, lock};
 
-/// In how many rounds a budget is dealt out at most.
+/// The most rounds in which a budget is dealt to the same tiles.
 const MOST_ROUNDS: u32 = 8;
 
-/// Below all angles' cosines: what comes after all tiles of screens.
-const AT_LAST: f32 = -3.0;
+/// Below the cosine of any angle: sorts after all tiles of screens.
+const LAST_IN_ORDER: f32 = -3.0;
 
-/// Steps that a pixel is expected to take of which nothing is known.
-const UNKNOWN_PIXEL: u64 = 16;
-
-/// Steps that a tile is expected to take which took none.
+/// The least steps expected of a tile.
 const LEAST_EXPECTED: u64 = 8;
 
-/// Of what what is looked at is expected to take, the part that is kept back for it.
+/// One part in so many of the fovea's expected steps is kept back for it.
 const RESERVE: u64 = 4;
 
-/// Whom steps are dealt out to.
+/// The tiles to which steps are dealt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Whom {
-    /// What is looked at.
+enum Allotment {
+    /// Unfinished tiles at the line of sight.
     Fovea,
-    /// All that is not finished.
+    /// All unfinished tiles.
     All,
-    /// All that is not finished, but for what is looked at something more is kept back.
+    /// All unfinished tiles, less a reserve for the fovea.
     AllButReserve,
-}
-
-/// Where a frame ends that has not enough steps.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Until {
-    /// With its steps.
-    Steps,
-    /// When the [`FOVEA`](super::FOVEA) is whole.
-    WholeFovea,
 }
 
 /// Renders frames of one scene for one set of screens.
@@ -77,126 +63,50 @@ pub struct Engine<'e, 's, const W: usize> {
     workspace: Workspace,
     share: Share,
     dealer: Dealer,
-    /// Of the newest frame.
+    /// The quality of the newest frame.
     quality: Quality,
 }
 
 impl<const W: usize> fmt::Debug for Engine<'_, '_, W> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Engine")
-            .field("options", &self.options)
-            .field("share", &self.share)
-            .field("quality", &self.quality)
-            .finish_non_exhaustive()
+        f.debug_struct("Engine").finish_non_exhaustive()
     }
 }
 
-/// What a frame came to.
+/// The result of a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Rendered {
-    /// Steps that it took.
+    /// Steps taken.
     pub steps: u64,
-    /// Steps that all of its tiles would have taken, as far as is known.
+    /// Steps that all tiles would have taken, as far as is known.
     pub need: u64,
-    /// Its tiles.
+    /// Number of tiles.
     pub tiles: usize,
-    /// Those that the budget did not finish.
+    /// Tiles that the budget did not finish.
     pub unfinished: usize,
-    /// Whether one of these is within [`FOVEA`](super::FOVEA) of a line of sight.
+    /// Whether an unfinished tile is within [`FOVEA`](super::FOVEA) of a line of sight.
     pub unfinished_fovea: bool,
-    /// Rounds in which the budget was dealt out.
+    /// Rounds in which the budget was dealt.
     pub rounds: u32,
     /// Rays and steps.
     pub statistics: Statistics,
-    /// What tracing took.
+    /// Time of tracing.
     pub tracing: Duration,
-    /// What it took to give up what was not finished.
+    /// Time to replace unfinished pixels.
     pub giving_up: Duration,
     /// When the first ray started.
     pub first_ray: Instant,
-    /// When the last pixel was there.
+    /// When the last pixel was done.
     pub done: Instant,
 }
 
-/// A frame.
-struct Plan<'s, const W: usize> {
-    /// By screen, then eye; then the hemispheres of a capture.
-    parts: Vec<(View, Renderer<'s, W>)>,
-    /// Where the eye looks that a screen's part is for, if anybody knows.
-    sights: Vec<Option<Vec3>>,
-    /// Indices of tiles, from the line of sight outwards; at last those of a capture
-    /// that are taken anew.
-    order: Vec<(f32, u32)>,
-    /// How many of these come before all others: they reach as far as the [`FOVEA`](super::FOVEA).
-    first: usize,
-    /// Whether the frame before looked at the same with the same quality, so that it says
-    /// what these take.
-    settled: bool,
-    /// What threads take, of the order.
-    groups: Vec<Group>,
-    capture: Option<LiveCapture>,
-    /// Tiles are filled, not traced.
-    fills: bool,
-}
-
-/// A tile and its pixels.
-struct LiveTile {
-    part: usize,
-    job: TileJob,
-    pixels: Vec<Pixel>,
-    /// What it took in this frame.
-    spent: u64,
-    /// What it is expected to take in this frame.
-    expected: u64,
-}
-
-impl LiveTile {
-    fn new(part: usize, tile: Tile) -> Self {
-        let area = tile.width as usize * tile.height as usize;
-        Self {
-            part,
-            job: TileJob::new(tile),
-            pixels: vec![Pixel::default(); area],
-            spent: 0,
-            expected: area as u64 * UNKNOWN_PIXEL,
-        }
-    }
-
-    /// What it is expected to take still. One that had too little shows that the frame
-    /// before says little.
-    const fn still(&self) -> u64 {
-        if self.spent < self.expected {
-            self.expected - self.spent
-        } else {
-            self.spent
-        }
-    }
-}
-
-/// The pairs of a screen and an eye that a share has.
-fn pairs<'c>(
-    cave: &'c Cave,
-    eyes: &'c [Observer],
-    share: Share,
-) -> impl Iterator<Item = (Screen<'c>, &'c Observer)> {
-    let all = cave.screens().count() * eyes.len();
-    let pairs = cave
-        .screens()
-        .flat_map(move |screen| eyes.iter().map(move |eye| (screen, eye)));
-    let own = pairs
-        .enumerate()
-        .filter(move |(pair, _)| share.has(*pair, all));
-    own.map(|(_, pair)| pair)
-}
-
-/// Has an engine for as long as `run` takes, which renders a share of what `eyes` see.
-/// With a capture, that shows where their gaze skips rays, as in
-/// [`Filling::Capture`](crate::render::Filling::Capture), but for its steps, which are
-/// the frame's, and its axes, which are the room's: what it has from older frames stays
-/// where it is.
+/// Calls `run` with an engine that renders a share of what `eyes` see. A capture shows where
+/// their gaze skips rays, as in [`Filling::Capture`](crate::render::Filling::Capture), but its
+/// steps are part of the frame's and its axes are the room's, so that older parts of it stay
+/// in place.
 ///
 /// # Errors
-/// An eye that does not see a screen; a capture of a size that there is not.
+/// An eye that does not see a screen; an impossible size of a capture.
 pub fn with_engine<'s, const W: usize, R>(
     (scene, spectrum): (Scene<'s, W>, Spectrum<'s>),
     cave: &Cave,
@@ -211,7 +121,7 @@ where
 {
     let mut tiles = Vec::new();
     let mut parts = Vec::new();
-    for (screen, observer) in pairs(cave, eyes, share) {
+    for (_, screen, observer) in pairs(cave, eyes, share) {
         let view = render::view(screen, observer)?;
         let part = parts.len();
         let places = render::tiles(&view, options.tile);
@@ -244,7 +154,7 @@ where
         for _ in 1..threads {
             scope.spawn(|| shared.serve());
         }
-        // Whatever becomes of `run`, the threads end.
+        // Ends the threads even if `run` panics.
         let _dismissal = Dismissal(&shared);
         Ok(run(&mut Engine {
             shared: &shared,
@@ -260,7 +170,7 @@ where
     })
 }
 
-/// Ends the threads.
+/// Ends the threads when dropped.
 struct Dismissal<'e, 's, const W: usize>(&'e Shared<'s, W>);
 
 impl<const W: usize> Drop for Dismissal<'_, '_, W> {
@@ -274,21 +184,21 @@ impl<const W: usize> Engine<'_, '_, W>
 where
     Simd: Runs<W>,
 {
-    /// Renders what these eyes see, in at most `steps`, never one more.
+    /// Renders what these eyes see in at most `steps`, never one more.
     ///
     /// # Errors
-    /// Other eyes than it was made for; an eye that does not see a screen.
+    /// Other eyes than the engine was made for; an eye that does not see a screen.
     pub fn render(
         &mut self,
         eyes: &[Observer],
         quality: &Quality,
         steps: Option<u64>,
     ) -> Result<Rendered, RenderError> {
-        self.render_until(eyes, quality, steps, Until::Steps)
+        self.render_frame(eyes, quality, steps, false)
     }
 
-    /// Renders what these eyes see: at most `steps` of it, or as many more as the
-    /// [`FOVEA`](super::FOVEA) takes at this quality, of eyes of which anybody knows where they look.
+    /// Renders what these eyes see in at most `steps`, but always finishes the
+    /// [`FOVEA`](super::FOVEA) of eyes whose line of sight is known.
     ///
     /// # Errors
     /// As [`render`](Self::render).
@@ -298,41 +208,41 @@ where
         quality: &Quality,
         steps: Option<u64>,
     ) -> Result<Rendered, RenderError> {
-        self.render_until(eyes, quality, steps, Until::WholeFovea)
+        self.render_frame(eyes, quality, steps, true)
     }
 
-    fn render_until(
+    fn render_frame(
         &mut self,
         eyes: &[Observer],
         quality: &Quality,
         steps: Option<u64>,
-        until: Until,
+        whole_fovea: bool,
     ) -> Result<Rendered, RenderError> {
         self.plan(eyes, quality, steps)?;
         if eyes.iter().any(|eye| eye.acuity.is_some()) {
             self.dealer.expect_squares();
         }
-        self.dealer.begin(steps.filter(|_| until == Until::Steps));
+        self.dealer.begin(steps.filter(|_| !whole_fovea));
         self.shared.first_ray.store(u64::MAX, Ordering::SeqCst);
         let (mut rounds, mut tracing) = (0, Duration::ZERO);
         let mut round = |engine: &mut Self| {
             rounds += 1;
             let begun = Instant::now();
-            engine.have_done();
+            engine.run_round();
             tracing += begun.elapsed();
         };
-        for &(whom, most) in self.turns(steps) {
+        for &(allotment, most) in self.turns(steps) {
             for _ in 0..most {
                 let spent = self.shared.spent.load(Ordering::SeqCst);
                 let left = steps.map(|steps| steps.saturating_sub(spent));
-                if !self.deal(left, whom) {
+                if !self.deal(left, allotment) {
                     break;
                 }
                 round(self);
-                self.dealer.look_at(&self.shared.excess);
+                self.dealer.note_excess(&self.shared.excess);
             }
         }
-        if until == Until::WholeFovea && self.deal_fovea() {
+        if whole_fovea && self.deal_fovea() {
             round(self);
         }
         let rendered = self.finish(rounds);
@@ -344,151 +254,54 @@ where
         })
     }
 
-    /// Whose turn it is to be dealt steps, one after another, and how many rounds each has
-    /// at most.
-    fn turns(&self, steps: Option<u64>) -> &'static [(Whom, u32)] {
+    /// The order in which steps are dealt, with the most rounds of each.
+    fn turns(&self, steps: Option<u64>) -> &'static [(Allotment, u32)] {
+        use Allotment::{All, AllButReserve, Fovea};
+        // Within a budget the fovea is finished first. While the viewer looks at the same
+        // place that needs no round of its own.
         if steps.is_none() {
-            return &[(Whom::All, MOST_ROUNDS)];
-        }
-        let plan = self.shared.frame.read();
-        // Where there is an end, nothing is left to others before what is looked at is
-        // finished. As long as a viewer looks at the same that does not need a round of
-        // its own.
-        if plan.unwrap_or_else(PoisonError::into_inner).settled {
-            &[
-                (Whom::AllButReserve, 1),
-                (Whom::Fovea, MOST_ROUNDS),
-                (Whom::All, MOST_ROUNDS),
-            ]
+            &[(All, MOST_ROUNDS)]
+        } else if self.shared.read().settled {
+            &[(AllButReserve, 1), (Fovea, MOST_ROUNDS), (All, MOST_ROUNDS)]
         } else {
-            &[(Whom::Fovea, MOST_ROUNDS), (Whom::All, MOST_ROUNDS)]
+            &[(Fovea, MOST_ROUNDS), (All, MOST_ROUNDS)]
         }
     }
 
-    /// Has all threads do what is planned.
-    fn have_done(&mut self) {
+    /// Runs the current plan on all threads.
+    fn run_round(&mut self) {
         self.shared.next.store(0, Ordering::SeqCst);
         self.shared.begin.wait();
         self.shared.work(&mut self.workspace);
         self.shared.end.wait();
     }
 
-    /// Fills what the gaze skipped, where there is a capture.
+    /// Fills what the gaze skipped from the capture, once it is complete.
     fn fill(&mut self) {
-        let shared = self.shared;
-        let set = |fills: bool| {
-            let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
-            let whole = plan.capture.as_ref().is_some_and(LiveCapture::is_whole);
-            plan.fills = fills && whole;
-            plan.fills
-        };
-        if set(true) {
-            self.have_done();
-            set(false);
+        let mut plan = self.shared.write();
+        plan.fills = plan.capture.as_ref().is_some_and(LiveCapture::is_whole);
+        let fills = plan.fills;
+        drop(plan);
+        if fills {
+            self.run_round();
+            self.shared.write().fills = false;
         }
     }
 
-    /// Lays out the next frame.
-    fn plan(
-        &mut self,
-        eyes: &[Observer],
-        quality: &Quality,
-        steps: Option<u64>,
-    ) -> Result<(), RenderError> {
-        let Self {
-            shared,
-            cave,
-            scene,
-            options,
-            spectrum,
-            share,
-            quality: before,
-            ..
-        } = self;
-        let mut options = *options;
-        options.settings.depth = options.settings.depth.min(quality.depth);
-        let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
-        let Plan {
-            parts,
-            sights,
-            order,
-            capture,
-            first,
-            settled,
-            ..
-        } = &mut *plan;
-        let screens = capture
-            .as_ref()
-            .map_or(parts.len(), LiveCapture::first_part);
-        if pairs(cave, eyes, *share).count() != screens {
-            return Err(RenderError::Previous);
-        }
-        *settled = quality == before;
-        *before = *quality;
-        let own = parts.iter_mut().zip(sights.iter_mut());
-        for ((screen, observer), (part, sight)) in pairs(cave, eyes, *share).zip(own) {
-            let was = std::mem::replace(sight, observer.forward());
-            *settled &= match (was, *sight) {
-                (Some(was), Some(sight)) => was.angle_between(sight) <= SETTLED,
-                (was, sight) => was == sight,
-            };
-            let renderer = render::in_full(scene, &options, *spectrum)?;
-            let renderer = renderer.with_faces_of_level(quality.faces);
-            let renderer = quality.lower(*observer).follow(&renderer);
-            *part = (render::view(screen, observer)?, renderer);
-        }
-        order.clear();
-        shared.spent.store(0, Ordering::SeqCst);
-        let own = capture.as_ref().map(LiveCapture::first_tile);
-        for (number, tile) in shared.tiles.iter().enumerate() {
-            let mut one = lock(tile);
-            one.job = TileJob::new(one.job.tile());
-            one.spent = 0;
-            if own.is_none_or(|own| number < own) {
-                let sight = sights[one.part];
-                let towards = towards(sight, &parts[one.part].0, one.job.tile());
-                order.push((towards, number as u32));
-            }
-        }
-        if let Some(capture) = capture {
-            let views = capture.views(eyes, scene, &options, *spectrum)?;
-            parts.truncate(screens);
-            parts.extend(views);
-            let part = if steps.is_none() {
-                1.0
-            } else {
-                quality.capture
-            };
-            order.extend(capture.due(part).map(|tile| (AT_LAST, tile as u32)));
-        }
-        order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        *first = reaching_fovea(order.iter().map_while(|&(towards, number)| {
-            let tile = lock(&shared.tiles[number as usize]);
-            let sight = sights.get(tile.part).copied().flatten();
-            let sight = sight.filter(|_| towards > AT_LAST)?;
-            Some((sight, &parts[tile.part].0, tile.job.tile()))
-        }));
-        Ok(())
-    }
-
-    /// Deals out what is left, if there is an end of it; whether anybody has anything.
-    fn deal(&mut self, left: Option<u64>, whom: Whom) -> bool {
+    /// Deals the rest of the budget; returns whether any tile got steps.
+    fn deal(&mut self, left: Option<u64>, allotment: Allotment) -> bool {
         let shared = self.shared;
-        let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
-        let Plan {
-            order,
-            groups,
-            first,
-            ..
-        } = &mut *plan;
+        let plan = &mut *shared.write();
+        let (order, groups, dealer) = (&plan.order, &mut plan.groups, &self.dealer);
         let tile = |&(_, tile): &(f32, u32)| &shared.tiles[tile as usize];
-        let foveal = order.get(..*first).unwrap_or(order);
-        let dealer = &self.dealer;
-        match (left, whom) {
+        let foveal = order.get(..plan.first).unwrap_or(order);
+        match (left, allotment) {
             (None, _) => deal::everything(order.iter().map(tile), groups),
-            (Some(left), Whom::Fovea) => dealer.deal_finely(left, foveal.iter().map(tile), groups),
-            (Some(left), Whom::All) => dealer.deal(left, order.iter().map(tile), groups),
-            (Some(left), Whom::AllButReserve) => {
+            (Some(left), Allotment::Fovea) => {
+                dealer.deal_finely(left, foveal.iter().map(tile), groups);
+            }
+            (Some(left), Allotment::All) => dealer.deal(left, order.iter().map(tile), groups),
+            (Some(left), Allotment::AllButReserve) => {
                 let reserve = deal::expected(foveal.iter().map(tile)) / RESERVE;
                 let reserve = reserve.min(left / RESERVE);
                 dealer.deal(left - reserve, order.iter().map(tile), groups);
@@ -497,82 +310,61 @@ where
         !groups.is_empty()
     }
 
-    /// Deals out to what of the [`FOVEA`](super::FOVEA) is not finished all that it may need; whether
-    /// there is any.
+    /// Deals unlimited steps to unfinished tiles of the fovea; returns whether there are any.
     fn deal_fovea(&mut self) -> bool {
         let shared = self.shared;
-        let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
-        let Plan {
-            order,
-            groups,
-            sights,
-            parts,
-            ..
-        } = &mut *plan;
-        groups.clear();
-        for (at, &(towards, number)) in order.iter().enumerate() {
+        let plan = &mut *shared.write();
+        plan.groups.clear();
+        for (at, &(cosine, number)) in plan.order.iter().enumerate() {
             let tile = lock(&shared.tiles[number as usize]);
-            let view = &parts[tile.part].0;
-            let sight = sights.get(tile.part).copied().flatten();
-            if towards > AT_LAST
+            let sight = plan.sights.get(tile.part).copied().flatten();
+            if cosine > LAST_IN_ORDER
                 && !tile.job.is_finished()
                 && sight.is_some()
-                && is_foveal(sight, view, tile.job.tile())
+                && is_foveal(sight, &plan.parts[tile.part].0, tile.job.tile())
             {
-                groups.push(Group {
-                    tiles: at..at + 1,
-                    allotment: u64::MAX,
-                    overrun: u64::MAX,
-                });
+                plan.groups.push(Group::unlimited(at));
             }
         }
-        !groups.is_empty()
+        !plan.groups.is_empty()
     }
 
-    /// Gives up what is not finished, and says what there is.
+    /// Replaces unfinished pixels and sums up the frame.
     fn finish(&mut self, rounds: u32) -> Rendered {
         let shared = self.shared;
-        let mut plan = shared.frame.write().unwrap_or_else(PoisonError::into_inner);
-        let Plan {
-            parts,
-            sights,
-            order,
-            capture,
-            ..
-        } = &mut *plan;
+        let plan = &mut *shared.write();
         let begun = Instant::now();
         let (mut steps, mut need, mut unfinished, mut tiles) = (0, 0, 0, 0);
         let mut unfinished_fovea = false;
-        for &(_, number) in order.iter() {
+        for &(_, number) in &plan.order {
             let mut tile = lock(&shared.tiles[number as usize]);
             let tile = &mut *tile;
-            if let Some(capture) = capture.as_mut().filter(|one| one.has(number as usize)) {
+            let capture = plan.capture.as_mut();
+            let capture = capture.filter(|one| one.has(number as usize));
+            let is_captured = capture.is_some();
+            if let Some(capture) = capture {
                 capture.take(number as usize, tile);
             } else {
                 tiles += 1;
             }
-            let (view, renderer) = &parts[tile.part];
             steps += tile.spent;
             if tile.job.is_finished() {
                 tile.expected = tile.spent + LEAST_EXPECTED;
                 need += tile.spent;
-            } else {
-                tile.expected = tile.spent + tile.still();
-                need += tile.expected;
-                // What a capture has of it is older, and stays.
-                if capture.as_ref().is_some_and(|one| one.has(number as usize)) {
-                    continue;
-                }
+                continue;
+            }
+            tile.expected = tile.spent + tile.expected_rest();
+            need += tile.expected;
+            // A capture keeps the older pixels.
+            if !is_captured {
+                let (view, renderer) = &plan.parts[tile.part];
                 unfinished += 1;
-                unfinished_fovea |= is_foveal(sights[tile.part], view, tile.job.tile());
+                unfinished_fovea |= is_foveal(plan.sights[tile.part], view, tile.job.tile());
                 let given_up = tile.job.give_up(renderer, view, &mut tile.pixels);
                 debug_assert!(given_up.is_ok(), "its own pixels");
             }
         }
-        let mut statistics = shared
-            .statistics
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut statistics = lock(&shared.statistics);
         statistics.add(&self.workspace.statistics);
         self.workspace.statistics = Statistics::default();
         let done = Instant::now();
@@ -589,51 +381,40 @@ where
             rounds,
             statistics: std::mem::take(&mut statistics),
             tracing: Duration::ZERO,
-            giving_up: if unfinished > 0 {
-                done - begun
-            } else {
-                Duration::ZERO
-            },
+            giving_up: (done - begun) * u32::from(unfinished > 0),
             first_ray,
             done,
         }
     }
 
-    /// Which pictures it renders.
+    /// The share of pictures that the engine renders.
     pub const fn share(&self) -> Share {
         self.share
     }
 
-    /// What the newest frame's pictures hash to: [`Picture::hash`].
+    /// The [hashes](Picture::hash) of the newest frame's pictures.
     ///
     /// # Errors
-    /// Memory that there is not.
+    /// Not enough memory.
     pub fn hashes(&self) -> Result<Vec<u64>, RenderError> {
         let mut pictures = self.pictures()?;
         self.copy(&mut pictures);
         Ok(pictures.iter().map(Picture::hash).collect())
     }
 
-    /// Pictures for [`copy`](Self::copy), by screen, then eye.
+    /// Empty pictures for [`copy`](Self::copy), by screen, then eye.
     ///
     /// # Errors
-    /// One that cannot be kept in memory.
+    /// Not enough memory.
     pub fn pictures(&self) -> Result<Vec<Picture>, RenderError> {
-        let plan = self
-            .shared
-            .frame
-            .read()
-            .unwrap_or_else(PoisonError::into_inner);
-        let sizes = plan
-            .screens()
-            .iter()
-            .map(|(view, _)| (view.columns(), view.rows()));
-        sizes
-            .map(|(columns, rows)| Ok(Picture::new(columns, rows)?))
+        let plan = self.shared.read();
+        let views = plan.screens().iter().map(|(view, _)| view);
+        views
+            .map(|view| Ok(Picture::new(view.columns(), view.rows())?))
             .collect()
     }
 
-    /// The newest frame.
+    /// Copies the newest frame.
     pub fn copy(&self, pictures: &mut [Picture]) {
         for tile in &self.shared.tiles {
             let tile = lock(tile);
@@ -643,14 +424,10 @@ where
         }
     }
 
-    /// The newest frame over the one that these pictures show: what the gaze skips
-    /// stays what it is there, and at the border of the field both are blended.
+    /// Copies the newest frame over an older one: pixels that the gaze skips keep the older
+    /// colour, and both are blended at the border of the field.
     pub fn copy_over(&self, pictures: &mut [Picture]) {
-        let plan = self
-            .shared
-            .frame
-            .read()
-            .unwrap_or_else(PoisonError::into_inner);
+        let plan = self.shared.read();
         let (mut pixels, mut before) = (Vec::new(), Vec::new());
         for tile in &self.shared.tiles {
             let tile = lock(tile);
@@ -667,14 +444,10 @@ where
         }
     }
 
-    /// The tiles of the newest frame in the order in which they were dealt steps, each
-    /// by the number of its picture, into `tiles`.
+    /// Puts the newest frame's tiles into `tiles`, each with the number of its picture, in the
+    /// order in which they were dealt steps.
     pub fn tiles(&self, tiles: &mut Vec<(usize, Tile)>) {
-        let plan = self
-            .shared
-            .frame
-            .read()
-            .unwrap_or_else(PoisonError::into_inner);
+        let plan = self.shared.read();
         let screens = plan.screens().len();
         tiles.clear();
         tiles.extend(plan.order.iter().filter_map(|&(_, number)| {
@@ -684,27 +457,11 @@ where
     }
 }
 
-impl<'s, const W: usize> Plan<'s, W> {
-    /// Of the parts, those of screens.
-    fn screens(&self) -> &[(View, Renderer<'s, W>)] {
-        let count = self.capture.as_ref().map(LiveCapture::first_part);
-        self.parts
-            .get(..count.unwrap_or(usize::MAX))
-            .unwrap_or(&self.parts)
-    }
-}
-
-/// The screens and eyes that pictures of a share are for, by screen, then eye.
+/// The screens and eyes of a share's pictures, by screen, then eye.
 pub fn eyes_of<'e>(
-    cave: &Cave,
+    cave: &'e Cave,
     eyes: &'e [Observer],
     share: Share,
 ) -> impl Iterator<Item = (usize, Eye)> + 'e {
-    let screens = cave.screens().count();
-    let all = screens * eyes.len();
-    let pairs = (0..screens).flat_map(move |screen| eyes.iter().map(move |eye| (screen, eye.eye)));
-    let own = pairs
-        .enumerate()
-        .filter(move |(pair, _)| share.has(*pair, all));
-    own.map(|(_, pair)| pair)
+    pairs(cave, eyes, share).map(|(screen, _, eye)| (screen, eye.eye))
 }

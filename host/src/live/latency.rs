@@ -1,47 +1,47 @@
-//! What each stage of a frame takes, from the eye's movement to the wall.
+//! Latencies of each stage of a frame, from the eye's movement to the wall.
 
 use hdrhistogram::Histogram;
 use serde::Serialize;
 use std::time::Duration;
 
-/// When the stages of a frame were, on one clock.
+/// The times of the stages of a frame, on one clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stamps {
-    /// The newest sample in the frame's gaze was measured; `None` before the first.
+    /// The measurement of the newest sample in the frame's gaze; `None` before the first.
     pub sample: Option<Duration>,
-    /// Its last byte was here.
+    /// The arrival of its last byte.
     pub arrive: Option<Duration>,
-    /// The gaze was taken for the frame.
+    /// When the gaze was taken.
     pub latch: Duration,
-    /// The first ray started.
+    /// The start of the first ray.
     pub first_ray: Duration,
-    /// The last pixel was there.
+    /// The end of the last pixel.
     pub done: Duration,
-    /// The frame was on the walls.
+    /// When the frame was on the walls.
     pub present: Duration,
 }
 
-/// A way from one stage to another.
+/// The way from one stage to another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Leg {
-    /// From the measurement to its last byte.
+    /// From the measurement to its last byte: the tracker's delay.
     SampleToArrive,
-    /// From there until the gaze was taken: how long samples lie around.
+    /// From the last byte until the gaze was taken.
     ArriveToLatch,
-    /// From there to the first ray: what laying out a frame takes.
+    /// From the gaze to the first ray: planning the frame.
     LatchToFirstRay,
-    /// Tracing.
+    /// From the first ray to the last pixel: tracing.
     FirstRayToDone,
-    /// Waiting for the refresh, and showing.
+    /// From the last pixel to the walls: waiting for the refresh, and showing.
     DoneToPresent,
-    /// From the last byte to the first ray: what the loop adds to a tracker's delay.
+    /// From the last byte to the first ray: the loop's own delay.
     ArriveToFirstRay,
     /// From the measurement to the walls.
     MotionToWall,
 }
 
 impl Leg {
-    /// All, in the order of a frame.
+    /// All legs, in the order of a frame.
     pub const ALL: [Self; 7] = [
         Self::SampleToArrive,
         Self::ArriveToLatch,
@@ -52,7 +52,7 @@ impl Leg {
         Self::MotionToWall,
     ];
 
-    /// As reports name it.
+    /// The name in reports.
     pub const fn name(self) -> &'static str {
         match self {
             Self::SampleToArrive => "sample_to_arrive",
@@ -65,88 +65,82 @@ impl Leg {
         }
     }
 
-    /// How long it took in a frame; `None` where the gaze was of no sample.
-    pub fn of(self, stamps: &Stamps) -> Option<Duration> {
-        let Stamps {
-            sample,
-            arrive,
-            latch,
-            first_ray,
-            done,
-            present,
-        } = *stamps;
+    /// The duration in a frame; `None` without a sample.
+    pub fn duration(self, stamps: &Stamps) -> Option<Duration> {
         let (from, to) = match self {
-            Self::SampleToArrive => (sample?, arrive?),
-            Self::ArriveToLatch => (arrive?, latch),
-            Self::LatchToFirstRay => (latch, first_ray),
-            Self::FirstRayToDone => (first_ray, done),
-            Self::DoneToPresent => (done, present),
-            Self::ArriveToFirstRay => (arrive?, first_ray),
-            Self::MotionToWall => (sample?, present),
+            Self::SampleToArrive => (stamps.sample?, stamps.arrive?),
+            Self::ArriveToLatch => (stamps.arrive?, stamps.latch),
+            Self::LatchToFirstRay => (stamps.latch, stamps.first_ray),
+            Self::FirstRayToDone => (stamps.first_ray, stamps.done),
+            Self::DoneToPresent => (stamps.done, stamps.present),
+            Self::ArriveToFirstRay => (stamps.arrive?, stamps.first_ray),
+            Self::MotionToWall => (stamps.sample?, stamps.present),
         };
         Some(to.saturating_sub(from))
     }
 }
 
-/// Longest time that is kept as it is: longer ones count as this.
+/// The longest time of a histogram; longer ones count as this.
 const LONGEST: Duration = Duration::from_mins(1);
 
-/// Where the first of a histogram's few classes ends: nanoseconds.
+/// The end of the first of a histogram's few classes, nanoseconds.
 const FIRST_CLASS: u64 = 10_000;
 
-/// How many times as far the next class reaches.
+/// The ratio of the ends of successive few classes.
 const WIDER: f64 = 1.2;
 
-/// Histograms of all legs, to three digits from a microsecond to a minute. They
-/// take no memory while they are filled.
+/// Histograms of all legs, to three digits from a microsecond to a minute. They take no memory
+/// while they are filled.
 #[derive(Debug, Clone)]
 pub struct Latencies {
-    /// In nanoseconds, by [`Leg::ALL`].
+    /// By [`Leg::ALL`], nanoseconds.
     legs: Vec<Histogram<u64>>,
 }
 
-/// What a histogram comes to, milliseconds.
+/// The summary of a histogram, milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Summary {
-    /// How many frames.
+    /// The number of frames.
     pub frames: u64,
-    /// The least.
+    /// The shortest.
     pub least: f64,
-    /// Half of the frames took no longer.
+    /// The median.
     pub p50: f64,
-    /// 95 of 100.
+    /// The 95th percentile.
     pub p95: f64,
-    /// 99 of 100.
+    /// The 99th percentile.
     pub p99: f64,
-    /// The most.
+    /// The longest.
     pub most: f64,
 }
 
-impl Latencies {
-    /// Of no frame yet.
-    pub fn new() -> Self {
+impl Default for Latencies {
+    /// Empty histograms.
+    fn default() -> Self {
         let most = LONGEST.as_nanos() as u64;
-        // Bounds and digits that it takes: they are constants.
+        // Never an error: the bounds are constants.
         let one = || Histogram::new_with_bounds(1_000, most, 3).ok();
         Self {
             legs: Leg::ALL.iter().filter_map(|_| one()).collect(),
         }
     }
+}
 
-    /// Takes a frame.
+impl Latencies {
+    /// Records a frame.
     pub fn record(&mut self, stamps: &Stamps) {
         for (leg, histogram) in Leg::ALL.into_iter().zip(&mut self.legs) {
-            if let Some(time) = leg.of(stamps) {
+            if let Some(time) = leg.duration(stamps) {
                 histogram.saturating_record(time.min(LONGEST).as_nanos() as u64);
             }
         }
     }
 
-    /// What a leg comes to; `None` where no frame had one.
-    pub fn of(&self, leg: Leg) -> Option<Summary> {
+    /// The summary of a leg; `None` where no frame had it.
+    pub fn summary(&self, leg: Leg) -> Option<Summary> {
         let histogram = self.leg(leg).filter(|legs| !legs.is_empty())?;
         let milliseconds = |nanoseconds: u64| nanoseconds as f64 * 1.0e-6;
-        // A quantile is the end of its class, which may lie past all that is in it.
+        // A quantile is the end of its class, which may lie beyond the longest time.
         let at = |quantile: f64| {
             let value = histogram.value_at_quantile(quantile);
             milliseconds(value.min(histogram.max()))
@@ -166,37 +160,16 @@ impl Latencies {
         number.and_then(|number| self.legs.get(number))
     }
 
-    /// A leg's frames in few classes, each a fifth longer than the one before: the end of
-    /// each that has any in milliseconds, and how many.
+    /// A leg's frames in few classes, each a fifth longer than the one before: the end of each
+    /// class with frames, milliseconds, and their number.
     pub fn few_classes(&self, leg: Leg) -> impl Iterator<Item = (f64, u64)> + '_ {
-        let classes = self.leg(leg).into_iter();
-        let classes = classes.flat_map(|legs| legs.iter_log(FIRST_CLASS, WIDER));
+        let legs = self.leg(leg).into_iter();
+        let classes = legs.flat_map(|legs| legs.iter_log(FIRST_CLASS, WIDER));
         let classes = classes.map(|class| {
-            (
-                class.value_iterated_to() as f64 * 1.0e-6,
-                class.count_since_last_iteration(),
-            )
+            let end = class.value_iterated_to() as f64 * 1.0e-6;
+            (end, class.count_since_last_iteration())
         });
         classes.filter(|&(_, frames)| frames > 0)
-    }
-
-    /// A leg's frames by how long they took: the end of each class in milliseconds,
-    /// and how many are in it. Classes are a thousandth wide or more.
-    pub fn classes(&self, leg: Leg) -> impl Iterator<Item = (f64, u64)> + '_ {
-        let classes = self.leg(leg).into_iter();
-        let classes = classes.flat_map(Histogram::iter_recorded);
-        classes.map(|class| {
-            (
-                class.value_iterated_to() as f64 * 1.0e-6,
-                class.count_at_value(),
-            )
-        })
-    }
-}
-
-impl Default for Latencies {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
@@ -217,65 +190,40 @@ mod tests {
     }
 
     #[test]
-    fn legs_add_up_to_motion_to_wall() {
-        let stamps = stamps(3);
-        let of = |leg: Leg| leg.of(&stamps).unwrap();
-        let parts = &Leg::ALL[..5];
-        let sum: Duration = parts.iter().map(|&leg| of(leg)).sum();
-        assert_eq!(sum, of(Leg::MotionToWall));
-        assert_eq!(of(Leg::MotionToWall), Duration::from_millis(12));
-        assert_eq!(of(Leg::ArriveToFirstRay), Duration::from_micros(603));
-    }
-
-    #[test]
     fn quantiles_are_within_a_thousandth() {
-        let mut latencies = Latencies::new();
-        assert_eq!(latencies.of(Leg::MotionToWall), None);
+        let own = |leg: Leg| leg.duration(&stamps(3)).unwrap();
+        let sum: Duration = Leg::ALL[..5].iter().map(|&leg| own(leg)).sum();
+        assert_eq!(sum, own(Leg::MotionToWall));
+        let leg = Leg::ArriveToFirstRay;
+        let mut latencies = Latencies::default();
+        assert_eq!(latencies.summary(leg), None);
+        assert_eq!(latencies.few_classes(leg).count(), 0);
         for frame in 0..1_000 {
             latencies.record(&stamps(frame));
         }
-        let near =
-            |found: f64, wanted: f64| assert!((found / wanted - 1.0).abs() < 1.1e-3, "{found}");
-        let first_ray = latencies.of(Leg::ArriveToFirstRay).unwrap();
-        assert_eq!(first_ray.frames, 1_000);
-        near(first_ray.least, 0.6);
-        near(first_ray.p50, 1.099);
-        near(first_ray.p95, 1.549);
-        near(first_ray.p99, 1.589);
-        near(first_ray.most, 1.599);
-        let counted: u64 = latencies
-            .classes(Leg::ArriveToFirstRay)
-            .map(|(_, count)| count)
-            .sum();
-        assert_eq!(counted, 1_000);
+        let found = latencies.summary(leg).unwrap();
+        let quantiles = [found.least, found.p50, found.p95, found.p99, found.most];
+        for (found, expected) in quantiles.into_iter().zip([0.6, 1.099, 1.549, 1.589, 1.599]) {
+            assert!((found / expected - 1.0_f64).abs() < 1.1e-3, "{found}");
+        }
+        assert_eq!(found.frames, 1_000);
         // From 0.6 to 1.6 ms, each a fifth longer than the one before.
-        let few: Vec<_> = latencies.few_classes(Leg::ArriveToFirstRay).collect();
+        let few: Vec<_> = latencies.few_classes(leg).collect();
         assert!((5..=7).contains(&few.len()), "{few:?}");
         assert_eq!(few.iter().map(|&(_, count)| count).sum::<u64>(), 1_000);
         for pair in few.windows(2) {
             assert!((pair[1].0 / pair[0].0 - 1.2).abs() < 2.0e-3, "{few:?}");
         }
-        let (first, last) = (few[0].0, few[few.len() - 1].0);
-        assert!(
-            (0.6..0.72).contains(&first) && (1.598..1.92).contains(&last),
-            "{few:?}"
-        );
-        let of_none = Latencies::new();
-        assert_eq!(of_none.few_classes(Leg::MotionToWall).count(), 0);
-    }
-
-    #[test]
-    fn frames_of_no_sample_count_where_they_can() {
-        let mut latencies = Latencies::new();
+        assert!((0.6..0.72).contains(&few[0].0), "{few:?}");
+        // An hour counts as a minute; without a sample some legs do not count.
         latencies.record(&Stamps {
             sample: None,
             arrive: None,
-            // An hour: kept as a minute.
-            done: Duration::from_hours(1),
+            present: Duration::from_hours(1),
             ..stamps(0)
         });
-        assert_eq!(latencies.of(Leg::MotionToWall), None);
-        let most = latencies.of(Leg::FirstRayToDone).unwrap().most;
-        assert!((most / 60_000.0 - 1.0).abs() < 1e-3, "{most}");
+        assert_eq!(latencies.summary(leg), Some(found));
+        let shown = latencies.summary(Leg::DoneToPresent).unwrap();
+        assert!((shown.most / 60_000.0 - 1.0).abs() < 1.1e-3, "{shown:?}");
     }
 }

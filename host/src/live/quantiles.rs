@@ -1,23 +1,23 @@
-//! What several times of the same thing come to.
+//! Quantiles of repeated measurements.
 
-/// The middle of some times, or the mean of the middle two.
+/// The median.
 pub fn median(of: Vec<f64>) -> f64 {
     quantile(&sorted(of), 0.5)
 }
 
-/// The median of the ratios of pairs, of times that were taken in turns: a machine that
-/// is faster at one time than at another was as fast for both of a pair.
+/// The median ratio of pairs measured in turns: changes of the machine's speed affect both of a
+/// pair.
 pub fn median_ratio(of: &[f64], to: &[f64]) -> f64 {
     median(of.iter().zip(to).map(|(of, to)| of / to).collect())
 }
 
-/// The times that a quarter of all are below, and above.
+/// The lower and the upper quartile.
 pub fn quartiles(of: Vec<f64>) -> [f64; 2] {
     let of = sorted(of);
     [0.25, 0.75].map(|part| quantile(&of, part))
 }
 
-/// What a part of all, 0 to 1, is below.
+/// The quantile of a part, 0 to 1.
 pub fn quantile_of(of: Vec<f64>, part: f64) -> f64 {
     quantile(&sorted(of), part)
 }
@@ -27,8 +27,7 @@ fn sorted(mut of: Vec<f64>) -> Vec<f64> {
     of
 }
 
-/// Between two of them linearly (Hyndman and Fan's seventh definition, 1996); 0
-/// where there are none.
+/// Interpolates linearly (Hyndman and Fan's seventh definition, 1996); 0 for no numbers.
 fn quantile(sorted: &[f64], part: f64) -> f64 {
     let place = part * sorted.len().saturating_sub(1) as f64;
     let at = |index: f64| sorted.get(index as usize).copied().unwrap_or_default();
@@ -49,10 +48,6 @@ mod tests {
         assert_eq!(quartiles(vec![7.0]), [7.0, 7.0]);
         assert_eq!(quantile_of(vec![2.0, 0.0, 1.0], 0.75), 1.5);
         assert_eq!(median(Vec::new()), 0.0);
-    }
-
-    #[test]
-    fn ratios_are_of_pairs() {
         // Twice as slow in between: the medians, 2 and 5, say nothing.
         assert_eq!(median_ratio(&[1.0, 2.0, 2.0], &[5.0, 10.0, 4.0]), 0.2);
         assert_eq!(median_ratio(&[], &[]), 0.0);

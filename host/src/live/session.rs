@@ -1,4 +1,4 @@
-//! Frame after frame, each for a refresh of the display.
+//! A session: frame after frame, each for a refresh of the display.
 
 mod pacing;
 mod report;
@@ -7,11 +7,11 @@ mod warm_up;
 
 use super::budget::{FrameBudget, MOST_STEPS, Table2};
 use super::engine::{Engine, Rendered};
-use super::governor::{Allowance, Decision, Governor, Taken};
+use super::governor::{Allowance, Decision, FrameCost, Governor};
 use super::latency::Stamps;
 use super::quality::Quality;
-use super::swap::{Done, Look, Order, Purpose, SwapError, SwapLock};
-use super::tracking::{Latched, LiveTracker};
+use super::swap::{FrameResult, Look, Order, Purpose, SwapError, SwapLock};
+use super::tracking::{LatchedGaze, LiveTracker};
 use crate::render::{Observer, RenderError};
 use glam::Vec3;
 use hdrhistogram::Histogram;
@@ -24,27 +24,26 @@ use shisen_tracker::time::Micros;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
-/// What a frame may take besides tracing, more than twice as much as others, before it
-/// counts as held up: others take some tenths of a millisecond.
+/// The time besides tracing, above twice the usual, from which a frame was held up.
 const HELD_UP: Duration = Duration::from_millis(2);
 
-/// How a session goes.
+/// The settings of a session.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SessionSettings {
     /// Refreshes per second, 1 or more.
     pub hz: u32,
-    /// What a frame may take.
+    /// The budget of a frame.
     pub budget: FrameBudget,
-    /// The scene's row, where it is one of the paper's.
+    /// The scene's row of the paper's table; `None` for other scenes.
     pub table: Option<Table2>,
     /// When the gaze is taken.
     pub latch: Latch,
-    /// How many frames, if not until somebody asks for an end.
+    /// The number of frames; `None`: until the display ends the session.
     pub frames: Option<u64>,
 }
 
 impl Default for SessionSettings {
-    /// 60 Hz without a budget, without an end, the gaze taken late.
+    /// 60 Hz, no budget, no end, the gaze taken late.
     fn default() -> Self {
         Self {
             hz: 60,
@@ -61,16 +60,15 @@ impl Default for SessionSettings {
 pub enum Latch {
     /// As soon as the frame before is on the walls.
     Early,
-    /// As late as the slowest of the last frames allows, or as soon as the last sample has
-    /// come that is expected until then.
+    /// As late as the slowest recent frame allows, or at the last sample expected by then.
     Late,
 }
 
-/// Why a session does not begin.
+/// Why a session ends early.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum SessionError {
-    /// A budget of the paper's for a scene that is not the paper's.
+    /// The paper's budget for a scene that the paper does not have.
     #[error("the paper's Table 2 has no such scene, so there is no budget {0} for it")]
     #[diagnostic(help("give a time, a number of steps, or no budget"))]
     NotInTable(FrameBudget),
@@ -83,38 +81,39 @@ pub enum SessionError {
     Swap(#[from] SwapError),
 }
 
-/// Whatever is done with frames.
-pub trait Stage<const W: usize> {
-    /// Where the eyes are and what follows their gaze, into `eyes`, which holds
-    /// those of the frame before. False where they cannot see a screen.
+/// Receives finished frames: the display side of a session.
+pub trait Display<const W: usize> {
+    /// Puts the eyes and what follows their gaze into `eyes`, which holds those of the frame
+    /// before. Returns false where they cannot see a screen.
     fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool;
 
-    /// Where the viewer looks, if the stage knows better than the tracker: in the room.
+    /// The line of sight in the room, if the display knows better than the tracker.
     fn gaze(&mut self) -> Option<Vec3> {
         None
     }
 
-    /// Puts a frame on the walls.
+    /// Shows a frame.
     fn present(&mut self, engine: &Engine<'_, '_, W>, look: &Look, eyes: &[Observer]);
 
-    /// Whether there is to be an end before the first frame is shown.
+    /// Whether to end before the first frame is shown.
     fn is_over(&mut self) -> bool {
         false
     }
 
-    /// Hears of a frame after it was shown; whether the session goes on.
+    /// Gets the record of a frame that was shown; returns whether the session continues.
     fn after(&mut self, record: &FrameRecord) -> bool;
 }
 
-/// Renders frames until their number is reached or the stage asks for an end.
+/// Renders frames until their number is reached or the display ends the session.
 ///
 /// # Errors
-/// A budget that the scene has not; a frame that cannot be rendered.
+/// The paper's budget for another scene; a frame that cannot be rendered; machines that do
+/// not keep up.
 pub fn run<const W: usize>(
     engine: &mut Engine<'_, '_, W>,
     tracker: &LiveTracker,
     settings: &SessionSettings,
-    stage: &mut dyn Stage<W>,
+    display: &mut dyn Display<W>,
     lock: &mut dyn SwapLock,
 ) -> Result<SessionReport, SessionError>
 where
@@ -124,20 +123,23 @@ where
     {
         return Err(SessionError::NotInTable(settings.budget));
     }
-    let mut eyes = Vec::new();
     let first = match settings.budget {
-        // What has come by now is the clock's matter, which is to change no frame.
+        // Which samples have come by now depends on the clock, and must change no frame.
         FrameBudget::Steps(_) => *tracker.home(),
         _ => tracker.latch(tracker.now()).estimate,
     };
-    // As if the gaze were known: it may not have come yet, and will.
+    // The gaze may not have come yet, and will: the field is not widened for that.
     let first = Look {
         widen: 0.0,
         ..Look::from(&first)
     };
-    stage.observe(&first, &mut eyes);
+    let mut eyes = Vec::new();
+    display.observe(&first, &mut eyes);
     let period = Duration::from_secs_f64(1.0 / f64::from(settings.hz.max(1)));
     let mut session = Session {
+        engine,
+        display,
+        eyes,
         settings,
         lock,
         order: 0,
@@ -146,40 +148,39 @@ where
             _ => Governor::new(),
         },
         pacing: Pacing::new(period),
-        besides: Duration::ZERO,
+        other_time: Duration::ZERO,
         steps: Histogram::new_with_bounds(1, MOST_STEPS, 3).ok(),
         spent: Shares::new(),
         needed: Shares::new(),
-        report: SessionReport::new(),
+        report: SessionReport::default(),
         rung: 0,
     };
-    // What is not known yet is found out before anything is shown.
+    // Measures before anything is shown.
     if settings.budget == FrameBudget::PaperScaled {
-        session.report.plain_seconds = Some(session.plain(engine, (&first, &eyes), stage)?);
+        session.report.plain_seconds = Some(session.plain(&first)?);
     }
-    session.warm_up(engine, (&first, &mut eyes), stage)?;
-    session.play(engine, tracker, stage, &mut eyes)?;
-    session.compare(engine, &mut eyes, stage)?;
+    session.warm_up(&first)?;
+    session.play(tracker)?;
+    session.compare()?;
     session.lock.end()?;
+    let (mut report, steps) = (session.report, session.steps);
     if let Some(waits) = session.lock.waits() {
-        session.report.waited = Some(waits.waited.clone());
-        session.report.spread = Some(waits.spread.clone());
+        report.waited = Some(waits.waited.clone());
+        report.spread = Some(waits.spread.clone());
     }
-    session.report.median_steps = session
-        .steps
-        .map_or(0, |steps| steps.value_at_quantile(0.5));
-    session.report.spent_share = session.spent.median();
-    session.report.needed_share = session.needed.median();
-    Ok(session.report)
+    report.median_steps = steps.map_or(0, |steps| steps.value_at_quantile(0.5));
+    report.spent_share = session.spent.median();
+    report.needed_share = session.needed.median();
+    Ok(report)
 }
 
-/// Renders a share of what another machine orders, until there is nothing more.
+/// Renders a share of what another machine orders, until that ends the session.
 ///
 /// # Errors
-/// A machine that orders nothing; a frame that cannot be rendered.
+/// A machine that is silent; a frame that cannot be rendered.
 pub fn follow<const W: usize>(
     engine: &mut Engine<'_, '_, W>,
-    stage: &mut dyn Stage<W>,
+    display: &mut dyn Display<W>,
     lock: &mut dyn SwapLock,
 ) -> Result<(), SessionError>
 where
@@ -187,44 +188,43 @@ where
 {
     let mut eyes = Vec::new();
     while let Some(order) = lock.obey()? {
-        stage.observe(&order.look, &mut eyes);
-        let (done, _) = carry_out(engine, &eyes, &order)?;
+        display.observe(&order.look, &mut eyes);
+        let (done, _) = render_order(engine, &eyes, &order)?;
         lock.gather(&done)?;
         if order.purpose == Purpose::Shown {
             lock.swap(order.frame)?;
-            stage.present(engine, &order.look, &eyes);
+            display.present(engine, &order.look, &eyes);
         }
     }
     Ok(())
 }
 
-/// Renders what is ordered.
-fn carry_out<const W: usize>(
+/// Renders an order.
+fn render_order<const W: usize>(
     engine: &mut Engine<'_, '_, W>,
     eyes: &[Observer],
     order: &Order,
-) -> Result<(Done, Rendered), RenderError>
+) -> Result<(FrameResult, Rendered), RenderError>
 where
     Simd: Runs<W>,
 {
-    let full: Vec<_>;
-    let eyes = if order.purpose == Purpose::Plain {
-        let plain = eyes.iter().map(|one| Observer {
+    let plain: Vec<_>;
+    let mut eyes = eyes;
+    if order.purpose == Purpose::Plain {
+        let without_detail = eyes.iter().map(|one| Observer {
             ahead: one.forward(),
             ..Observer::new(one.eye, one.place)
         });
-        full = plain.collect();
-        &full
-    } else {
-        eyes
-    };
+        plain = without_detail.collect();
+        eyes = &plain;
+    }
     let quality = Quality::LADDER.get(order.rung).unwrap_or(&Quality::FULL);
     let rendered = if order.whole_fovea {
         engine.render_whole_fovea(eyes, quality, order.steps)
     } else {
         engine.render(eyes, quality, order.steps)
     }?;
-    let done = Done {
+    let done = FrameResult {
         frame: order.frame,
         steps: rendered.steps,
         need: rendered.need,
@@ -241,33 +241,32 @@ where
     Ok((done, rendered))
 }
 
-/// Where a look goes, if eyes follow it.
-fn gaze_of(look: &Look, eyes: &[Observer]) -> Option<Vec3> {
-    let follow = eyes.iter().any(|eye| eye.lod.is_some());
-    follow.then_some(look.forward)
-}
-
-struct Session<'s> {
+struct Session<'s, 'e, 'c, const W: usize> {
+    engine: &'s mut Engine<'e, 'c, W>,
+    display: &'s mut dyn Display<W>,
+    eyes: Vec<Observer>,
     settings: &'s SessionSettings,
     lock: &'s mut dyn SwapLock,
-    /// Frames that were ordered.
+    /// The number of orders so far.
     order: u64,
     governor: Governor,
     pacing: Pacing,
-    /// What frames take besides tracing, of late: one that was held up counts for
-    /// little.
-    besides: Duration,
+    /// The mean time of recent frames besides tracing; frames that were held up count little.
+    other_time: Duration,
     steps: Option<Histogram<u64>>,
-    /// Of the budget, what frames took.
+    /// The part of the budget that each frame took.
     spent: Shares,
-    /// Of its steps, what frames of full quality would have taken.
+    /// The need of a frame of full quality as a part of the budget's steps.
     needed: Shares,
     report: SessionReport,
     rung: usize,
 }
 
-impl Session<'_> {
-    /// Of each machine.
+impl<const W: usize> Session<'_, '_, '_, W>
+where
+    Simd: Runs<W>,
+{
+    /// The budget of a frame on each machine.
     fn allowance(&self, forward: Vec3) -> Allowance {
         let seconds = |seconds: f64| Allowance::Time(Duration::from_secs_f64(seconds));
         match (self.settings.budget, self.settings.table) {
@@ -285,8 +284,14 @@ impl Session<'_> {
         }
     }
 
-    /// In how many refreshes a frame is to be there: those of its time, where it has
-    /// one. A hundredth more is no refresh more.
+    /// The line of sight of a look; `None` where no eye's detail follows it.
+    fn gaze(&self, look: &Look) -> Option<Vec3> {
+        let mut eyes = self.eyes.iter();
+        let follows = eyes.any(|eye| eye.lod.is_some());
+        follows.then_some(look.forward)
+    }
+
+    /// The refreshes that a frame's budget lasts. 1 % slack does not count as another refresh.
     fn refreshes(&self) -> u64 {
         match self.report.allowance {
             Allowance::Time(time) => {
@@ -297,15 +302,15 @@ impl Session<'_> {
         }
     }
 
-    /// What of the allowance is left for tracing.
-    fn for_tracing(&self) -> Allowance {
+    /// The part of the budget left for tracing.
+    fn tracing_allowance(&self) -> Allowance {
         match self.report.allowance {
-            Allowance::Time(time) => Allowance::Time(time.saturating_sub(self.besides)),
+            Allowance::Time(time) => Allowance::Time(time.saturating_sub(self.other_time)),
             other => other,
         }
     }
 
-    /// The next frame for all.
+    /// Makes the next order.
     fn next(&mut self, look: &Look, decision: &Decision, purpose: Purpose) -> Order {
         let frame = self.order;
         self.order += 1;
@@ -319,48 +324,42 @@ impl Session<'_> {
         }
     }
 
-    /// Has all render a frame, of which the numbers are; and what the slowest took.
-    fn render<const W: usize>(
+    /// Renders a frame on all machines; returns its sums and the cost on the slowest machine.
+    fn render(
         &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        (look, eyes): (&Look, &[Observer]),
+        look: &Look,
         decision: &Decision,
         purpose: Purpose,
-    ) -> Result<(Rendered, Taken), SessionError>
-    where
-        Simd: Runs<W>,
-    {
+    ) -> Result<(Rendered, FrameCost), SessionError> {
         let begun = Instant::now();
         let order = self.next(look, decision, purpose);
         self.lock.order(&order)?;
-        let (done, mut rendered) = carry_out(engine, eyes, &order)?;
+        let (done, mut rendered) = render_order(self.engine, &self.eyes, &order)?;
         let gathered = self.lock.gather(&done)?;
         if self.lock.share().ranks() > 1 {
             rendered.done = Instant::now();
         }
-        if purpose == Purpose::Shown {
-            self.report.last = Some(order);
-        }
         let traced = rendered.done - begun;
         if purpose == Purpose::Shown {
-            self.note_spent(gathered.slowest.steps, traced);
+            self.report.last = Some(order);
+            self.record_spent(gathered.slowest.steps, traced);
         }
         self.pacing.learn(traced);
-        // What a frame takes besides is no matter of steps: the fewer it has, the
-        // slower they would seem. And what is given up would leave less to trace
-        // the next time, and more to be given up.
+        // Time besides tracing must not count as steps: short frames would seem slow. Nor does
+        // the time to replace unfinished pixels: it would leave less for tracing, and so more
+        // pixels unfinished.
         let slowest = &gathered.slowest;
-        let besides = traced.saturating_sub(slowest.tracing + rendered.giving_up);
-        let besides = besides.min(self.besides * 2 + HELD_UP);
-        self.besides = (self.besides * 15 + besides) / 16;
-        let taken = Taken {
+        let other_time = traced.saturating_sub(slowest.tracing + rendered.giving_up);
+        let other_time = other_time.min(self.other_time * 2 + HELD_UP);
+        self.other_time = (self.other_time * 15 + other_time) / 16;
+        let cost = FrameCost {
             steps: slowest.steps,
             seconds: slowest.tracing.as_secs_f64(),
         };
-        self.governor.learn(decision, slowest.need, taken);
+        self.governor.learn(decision, slowest.need, cost);
         if let (Purpose::Shown, Some(steps)) = (purpose, decision.steps) {
-            self.needed
-                .record(self.governor.full_need() / steps.max(1) as f64);
+            let need = self.governor.full_need();
+            self.needed.record(need / steps.max(1) as f64);
         }
         let all = &gathered.all;
         rendered.steps = all.steps;
@@ -368,11 +367,11 @@ impl Session<'_> {
         rendered.tiles = all.tiles;
         rendered.unfinished = all.unfinished;
         rendered.unfinished_fovea = all.unfinished_fovea;
-        Ok((rendered, taken))
+        Ok((rendered, cost))
     }
 
-    /// Notes what a frame took of its budget: its steps, and its time.
-    fn note_spent(&mut self, steps: u64, time: Duration) {
+    /// Records the part of the budget that a frame took.
+    fn record_spent(&mut self, steps: u64, time: Duration) {
         let share = match self.report.allowance {
             Allowance::Unlimited => return,
             Allowance::Steps(allowed) => steps as f64 / allowed as f64,
@@ -381,21 +380,10 @@ impl Session<'_> {
         self.spent.record(share);
     }
 
-    /// Has all machines render the last frame once more, without an end of steps, for
-    /// whoever wants to compare it with one machine's.
-    fn compare<const W: usize>(
-        &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        eyes: &mut Vec<Observer>,
-        stage: &mut dyn Stage<W>,
-    ) -> Result<(), SessionError>
-    where
-        Simd: Runs<W>,
-    {
-        if self.lock.share().ranks() == 1 {
-            return Ok(());
-        }
-        let Some(last) = self.report.last else {
+    /// Renders the last frame again on all machines without a limit, to compare it with one.
+    fn compare(&mut self) -> Result<(), SessionError> {
+        let last = self.report.last.filter(|_| self.lock.share().ranks() > 1);
+        let Some(last) = last else {
             return Ok(());
         };
         let order = Order {
@@ -404,47 +392,38 @@ impl Session<'_> {
             purpose: Purpose::Compared,
             ..last
         };
-        stage.observe(&order.look, eyes);
+        self.display.observe(&order.look, &mut self.eyes);
         self.lock.order(&order)?;
-        let (done, _) = carry_out(engine, eyes, &order)?;
+        let (done, _) = render_order(self.engine, &self.eyes, &order)?;
         self.report.hashes = self.lock.gather(&done)?.all.hashes;
         Ok(())
     }
 
-    fn play<const W: usize>(
-        &mut self,
-        engine: &mut Engine<'_, '_, W>,
-        tracker: &LiveTracker,
-        stage: &mut dyn Stage<W>,
-        eyes: &mut Vec<Observer>,
-    ) -> Result<(), SessionError>
-    where
-        Simd: Runs<W>,
-    {
+    fn play(&mut self, tracker: &LiveTracker) -> Result<(), SessionError> {
         self.pacing.begin(Instant::now());
-        let mut goes_on = !stage.is_over();
-        while goes_on && self.settings.frames != Some(self.report.frames) {
-            let aim = self.pacing.aim();
+        let mut keep_going = !self.display.is_over();
+        while keep_going && self.settings.frames != Some(self.report.frames) {
+            let schedule = self.pacing.schedule();
             if self.settings.latch == Latch::Late {
-                wait_until(aim.begin, tracker);
+                wait_until(schedule.begin, tracker);
             }
-            let latched = tracker.latch(tracker.at(aim.display));
-            let look = Look::from(&latched.estimate).towards(stage.gaze());
-            if !stage.observe(&look, eyes) {
+            let latched = tracker.latch(tracker.at(schedule.display));
+            let look = Look::from(&latched.estimate).towards(self.display.gaze());
+            if !self.display.observe(&look, &mut self.eyes) {
                 self.report.blind_frames += 1;
             }
             self.report.allowance = self.allowance(look.forward);
-            self.report.note_part();
-            self.governor.follow(gaze_of(&look, eyes));
-            let decision = self.governor.decide(self.for_tracing());
+            self.report.record_part();
+            self.governor.follow(self.gaze(&look));
+            let decision = self.governor.decide(self.tracing_allowance());
             let due = self.pacing.next() + self.refreshes() - 1;
-            let (rendered, _) = self.render(engine, (&look, eyes), &decision, Purpose::Shown)?;
+            let (rendered, _) = self.render(&look, &decision, Purpose::Shown)?;
             let shown = self.pacing.shown(rendered.done);
             sleep_until(self.pacing.at(shown));
             self.lock.swap(self.order - 1)?;
-            // Who waits for others misses refreshes, too.
+            // Waiting for other machines misses refreshes, too.
             let shown = self.pacing.shown_late(shown, Instant::now());
-            stage.present(engine, &look, eyes);
+            self.display.present(self.engine, &look, &self.eyes);
             let present = Instant::now();
             let record = self.record(
                 tracker,
@@ -454,8 +433,8 @@ impl Session<'_> {
                 (due, shown),
                 present,
             );
-            goes_on = stage.after(&record);
-            self.pacing.go_on(shown, Instant::now());
+            keep_going = self.display.after(&record);
+            self.pacing.advance(shown, Instant::now());
         }
         self.report.seconds = self.pacing.elapsed(Instant::now()).as_secs_f64();
         Ok(())
@@ -464,7 +443,7 @@ impl Session<'_> {
     fn record(
         &mut self,
         tracker: &LiveTracker,
-        (latched, look): (&Latched, &Look),
+        (latched, look): (&LatchedGaze, &Look),
         decision: &Decision,
         rendered: &Rendered,
         (due, shown): (u64, u64),
@@ -526,12 +505,10 @@ impl Session<'_> {
     }
 }
 
-/// Systems wake late by some tenths of a millisecond, for which is spun.
+/// Systems wake up to some tenths of a millisecond late: that much is spun.
 const SPIN: Duration = Duration::from_micros(300);
 
-/// Waits for the last sample until then, but for the time that is spun: a frame that began
-/// later would know no more. Where none is the last by then, what comes while it is spun
-/// counts, too.
+/// Waits until a time, or until the last sample that is expected before it.
 fn wait_until(time: Instant, tracker: &LiveTracker) {
     let asleep = time.checked_sub(SPIN).unwrap_or(time);
     if !tracker.wait(asleep) {

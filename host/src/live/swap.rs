@@ -1,16 +1,15 @@
 //! Several machines that show a frame together, each its own walls.
 //!
-//! One of them, of rank 0, reads the tracker and tells the others of each frame what
-//! it is of: who looks from where, how well, within how many steps. Never pixels. All
-//! render their share, say so, and show it when all have: no wall is a frame ahead of
-//! another. What they render is a function of what they are told alone; none reads a
-//! clock for it.
+//! The leader, the machine of rank 0, reads the tracker and sends the others an order for each
+//! frame: the look, the quality and the steps, never pixels. All render their share, report
+//! it, and show it when all have: no wall is a frame ahead of another. A frame depends on its
+//! order alone, and on no clock.
 
 mod cluster;
 #[cfg(feature = "cluster")]
 mod mpi;
 
-pub use cluster::{Channels, Cluster, Wire};
+pub use cluster::{Cluster, Wire};
 #[cfg(feature = "cluster")]
 pub use mpi::Mpi;
 
@@ -21,18 +20,18 @@ use shisen_tracker::estimate::Estimate;
 use std::time::Duration;
 use thiserror::Error;
 
-/// Who looks, and where.
+/// The head and the line of sight of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
     /// The head, in the room.
     pub head: HeadPose,
-    /// Between the eyes: metres, in the room.
+    /// The point between the eyes: metres, in the room.
     pub position: Vec3,
     /// The line of sight, of length 1.
     pub forward: Vec3,
-    /// What is up for the viewer: at right angles to it, of length 1.
+    /// The viewer's up direction, at right angles to it, of length 1.
     pub up: Vec3,
-    /// By how much the field of full detail is widened: radians.
+    /// The angle by which the field of full detail is widened, radians.
     pub widen: f32,
 }
 
@@ -50,8 +49,8 @@ impl From<&Estimate> for Look {
 }
 
 impl Look {
-    /// The same head with the eyes towards a direction of the room, if one is given. Of
-    /// that nothing is unsure.
+    /// The same head with the eyes towards a direction of the room, if one is given. That
+    /// direction is certain: the field is not widened.
     #[must_use]
     pub fn towards(self, forward: Option<Vec3>) -> Self {
         let ups = [self.up, Vec3::Y, Vec3::NEG_Z];
@@ -68,68 +67,68 @@ impl Look {
     }
 }
 
-/// What a frame is for.
+/// The purpose of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
-    /// To measure what it takes in full, without level of detail.
+    /// Measures the cost without level of detail.
     Plain,
-    /// To measure what it takes.
+    /// Measures the cost.
     WarmUp,
-    /// To be shown.
+    /// Is shown.
     Shown,
-    /// To be compared: its pictures' hashes are wanted.
+    /// Is compared by the hashes of its pictures.
     Compared,
 }
 
-/// What everybody renders next.
+/// The order to render a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Order {
-    /// Counted from 0 by whoever orders.
+    /// The frame's number, from 0.
     pub frame: u64,
-    /// For whom.
+    /// The viewer's look.
     pub look: Look,
-    /// Which rung of [`Quality::LADDER`](super::Quality::LADDER).
+    /// The rung of [`Quality::LADDER`](super::Quality::LADDER).
     pub rung: usize,
-    /// At most so many steps on each machine; `None` where there is no end.
+    /// The most steps on each machine; `None` without a limit.
     pub steps: Option<u64>,
-    /// Whether the [`FOVEA`](super::FOVEA) is finished all the same, with more of them.
+    /// Whether the [`FOVEA`](super::FOVEA) is finished with more steps than that.
     pub whole_fovea: bool,
-    /// What for.
+    /// The frame's purpose.
     pub purpose: Purpose,
 }
 
-/// What a frame took on one machine, or on all.
+/// The result of a frame on one machine, or on all.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Done {
-    /// Its number.
+pub struct FrameResult {
+    /// The frame's number.
     pub frame: u64,
-    /// Steps that it took.
+    /// Steps taken.
     pub steps: u64,
     /// Steps that all of it would have taken, as far as is known.
     pub need: u64,
-    /// What tracing took; of all, the longest.
+    /// The time of tracing; the longest of all machines.
     pub tracing: Duration,
-    /// Tiles.
+    /// Number of tiles.
     pub tiles: usize,
     /// Tiles that were not finished.
     pub unfinished: usize,
-    /// Whether one of these is within [`FOVEA`](super::FOVEA) of a line of sight.
+    /// Whether an unfinished tile is within [`FOVEA`](super::FOVEA) of a line of sight.
     pub unfinished_fovea: bool,
-    /// Of its pictures, where they are to be compared.
+    /// The hashes of its pictures, where they are compared.
     pub hashes: Vec<u64>,
 }
 
-/// What all machines took.
+/// The results of all machines.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Gathered {
-    /// Together.
-    pub all: Done,
-    /// The one that took longest, without its hashes.
-    pub slowest: Done,
+pub struct GatheredResults {
+    /// The sum of all.
+    pub all: FrameResult,
+    /// The result of the machine that traced longest, without its hashes.
+    pub slowest: FrameResult,
 }
 
-/// Which pictures of a frame a machine renders: of all pairs of a screen and an eye,
-/// by screen, then eye, as many beside one another as are its share.
+/// The pictures of a frame that a machine renders: a run of all pairs of a screen and an eye, by
+/// screen, then eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Share {
     rank: usize,
@@ -137,10 +136,10 @@ pub struct Share {
 }
 
 impl Share {
-    /// All of them.
+    /// All pictures.
     pub const ALL: Self = Self { rank: 0, ranks: 1 };
 
-    /// That of one of `ranks` machines, which are 1 at least and counted from 0.
+    /// The share of one of `ranks` machines; `None` unless `rank` is below that.
     pub const fn new(rank: usize, ranks: usize) -> Option<Self> {
         if rank < ranks {
             Some(Self { rank, ranks })
@@ -149,29 +148,29 @@ impl Share {
         }
     }
 
-    /// Which machine it is.
+    /// The machine's number, from 0.
     pub const fn rank(self) -> usize {
         self.rank
     }
 
-    /// How many there are.
+    /// The number of machines.
     pub const fn ranks(self) -> usize {
         self.ranks
     }
 
-    /// Whether it renders a picture of so many.
+    /// Whether the machine renders a picture, one of `pictures`.
     pub const fn has(self, picture: usize, pictures: usize) -> bool {
-        // What there is of either is less than 2⁶⁴.
+        // Both factors are below 2⁶⁴.
         picture < pictures
             && picture as u128 * self.ranks as u128 / pictures as u128 == self.rank as u128
     }
 }
 
-/// Why machines no longer show the same.
+/// Why machines do not show the same frame.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum SwapError {
-    /// Some have not said in time that they have rendered a frame.
+    /// Machines that did not report a frame in time.
     #[error(
         "frame {frame} is not there after {} s on {}: see what has stopped there, and start all \
          of them again",
@@ -179,96 +178,96 @@ pub enum SwapError {
         names.join(", ")
     )]
     Late {
-        /// Which frame.
+        /// The frame.
         frame: u64,
-        /// How long they were waited for.
+        /// The wait.
         wait: Duration,
-        /// Their ranks and machines.
+        /// Their ranks and names.
         names: Vec<String>,
     },
-    /// The one that orders says nothing.
+    /// A machine that is silent.
     #[error(
         "{name} has said nothing for {} s: see what has stopped there, and start all of them again",
         wait.as_secs_f64()
     )]
     Silent {
-        /// Its rank and machine.
+        /// Its rank and name.
         name: String,
-        /// How long.
+        /// The wait.
         wait: Duration,
     },
-    /// Something came that is no message of this version's.
-    #[error(
-        "{name} says what this shisen does not understand: start the same version on all machines"
-    )]
-    Unknown {
-        /// Rank and machine.
-        name: String,
-    },
+    /// A message that this version does not know.
+    #[error("{0} sent a message of another version: start the same version on all machines")]
+    Unknown(String),
     /// More machines than pictures.
     #[error(
         "{ranks} processes are too many for {pictures} pictures (walls times eyes): start at most as many"
     )]
     TooMany {
-        /// Processes.
+        /// The number of processes.
         ranks: usize,
-        /// Pictures.
+        /// The number of pictures.
         pictures: usize,
     },
-    /// There is no MPI.
+    /// MPI that does not start.
     #[error("MPI cannot be started: {0}")]
     Mpi(String),
 }
 
-/// Keeps machines together. The machine of rank 0 orders, the others obey.
+/// Keeps machines together: the leader, of rank 0, orders frames and the others render them.
+/// The default methods are those of one machine alone.
+///
+/// Errors are [`SwapError::Late`], [`SwapError::Silent`] and [`SwapError::Unknown`].
+#[expect(clippy::missing_errors_doc, reason = "the trait names the errors")]
 pub trait SwapLock {
-    /// Which machine this is.
-    fn share(&self) -> Share;
+    /// This machine's share.
+    fn share(&self) -> Share {
+        Share::ALL
+    }
 
-    /// Tells the others what to render next.
-    ///
-    /// # Errors
-    /// Those of whatever is between them.
-    fn order(&mut self, order: &Order) -> Result<(), SwapError>;
+    /// Sends the next order to the others.
+    fn order(&mut self, order: &Order) -> Result<(), SwapError> {
+        let _ = order;
+        Ok(())
+    }
 
-    /// What to render next; `None` where there is nothing more.
-    ///
-    /// # Errors
-    /// [`SwapError::Silent`] and [`SwapError::Unknown`].
-    fn obey(&mut self) -> Result<Option<Order>, SwapError>;
+    /// Receives the next order; `None` at the end.
+    fn obey(&mut self) -> Result<Option<Order>, SwapError> {
+        Ok(None)
+    }
 
-    /// Says what a frame took here; what it took everywhere, once it is there
-    /// everywhere, for whoever orders.
-    ///
-    /// # Errors
-    /// [`SwapError::Late`] and [`SwapError::Unknown`].
-    fn gather(&mut self, own: &Done) -> Result<Gathered, SwapError>;
+    /// Reports the result of a frame here; the leader gets the results of all machines, once
+    /// all are done.
+    fn gather(&mut self, own: &FrameResult) -> Result<GatheredResults, SwapError> {
+        let mut gathered = GatheredResults::default();
+        gathered.add(own);
+        Ok(gathered)
+    }
 
-    /// All show the frame now.
-    ///
-    /// # Errors
-    /// [`SwapError::Silent`] and [`SwapError::Unknown`].
-    fn swap(&mut self, frame: u64) -> Result<(), SwapError>;
+    /// Waits until all machines may show the frame.
+    fn swap(&mut self, frame: u64) -> Result<(), SwapError> {
+        let _ = frame;
+        Ok(())
+    }
 
-    /// There is nothing more.
-    ///
-    /// # Errors
-    /// Those of whatever is between them.
-    fn end(&mut self) -> Result<(), SwapError>;
+    /// Ends the session on all machines.
+    fn end(&mut self) -> Result<(), SwapError> {
+        Ok(())
+    }
 
-    /// What machines wait for each other, as whoever orders knows it; `None` where
-    /// there is one machine.
-    fn waits(&self) -> Option<Waits<'_>>;
+    /// The waits of machines for each other, for the leader; `None` with one machine.
+    fn waits(&self) -> Option<Waits<'_>> {
+        None
+    }
 }
 
-/// What machines wait for each other: microseconds, a frame each.
+/// The waits of machines for each other: microseconds of each frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Waits<'h> {
-    /// How long whoever orders waited for the last of the others, once it was ready
-    /// itself.
+    /// How long the leader waited for the last of the others after it was ready.
     pub waited: &'h Histogram<u64>,
-    /// How much longer the last took to be ready than the first: from an order to what
-    /// is said of it, each by its own clock.
+    /// The time between the first and the last machine to be ready, each counted from the
+    /// order on its own clock.
     pub spread: &'h Histogram<u64>,
 }
 
@@ -276,41 +275,7 @@ pub struct Waits<'h> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Alone;
 
-impl SwapLock for Alone {
-    fn share(&self) -> Share {
-        Share::ALL
-    }
-
-    fn order(&mut self, _: &Order) -> Result<(), SwapError> {
-        Ok(())
-    }
-
-    fn obey(&mut self) -> Result<Option<Order>, SwapError> {
-        Ok(None)
-    }
-
-    fn gather(&mut self, own: &Done) -> Result<Gathered, SwapError> {
-        Ok(Gathered {
-            all: own.clone(),
-            slowest: Done {
-                hashes: Vec::new(),
-                ..*own
-            },
-        })
-    }
-
-    fn swap(&mut self, _: u64) -> Result<(), SwapError> {
-        Ok(())
-    }
-
-    fn end(&mut self) -> Result<(), SwapError> {
-        Ok(())
-    }
-
-    fn waits(&self) -> Option<Waits<'_>> {
-        None
-    }
-}
+impl SwapLock for Alone {}
 
 #[cfg(test)]
 mod tests;

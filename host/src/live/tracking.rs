@@ -1,4 +1,4 @@
-//! A tracker that is listened to while frames are rendered.
+//! A tracker that is read while frames are rendered.
 
 mod rhythm;
 mod thinning;
@@ -16,19 +16,19 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use thinning::Thinning;
 
-/// How long a feed that does not wait by itself is left alone.
+/// The pause between polls of a feed that does not wait by itself.
 const PAUSE: Duration = Duration::from_micros(100);
 
-/// Of what a sample makes happen, so much finds room without memory being taken for it.
-const HAPPENINGS: usize = 64;
+/// The events that fit without allocating.
+const EVENTS: usize = 64;
 
-/// How long the thread is waited for at the end.
+/// The longest wait for the thread at the end.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// A tracker with a thread of its own. Each sample is put into the estimator as it
-/// comes: there is no queue that could grow, and what a tracker sends too fast
-/// waits in the system's own buffer, which loses what it has no room for. Of a sensor
-/// that sends 2,000 a second or more 1,000 to 2,000 are used, evenly.
+/// A tracker with a thread of its own. Each sample goes into the estimator as it comes: no queue
+/// can grow, and what a tracker sends too fast waits in the system's buffer, which drops what
+/// does not fit. Of a sensor that sends 2,000 samples a second or more, 1,000 to 2,000 are
+/// used, evenly spaced.
 pub struct LiveTracker {
     feed: FeedClock,
     shared: Arc<Shared>,
@@ -38,28 +38,24 @@ pub struct LiveTracker {
 
 impl fmt::Debug for LiveTracker {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let counts = self.counts();
-        f.debug_struct("LiveTracker")
-            .field("feed", &self.feed)
-            .field("counts", &counts)
-            .finish_non_exhaustive()
+        f.debug_struct("LiveTracker").finish_non_exhaustive()
     }
 }
 
-/// What the thread and those who ask it have in common.
+/// The state that the thread shares.
 struct Shared {
     following: Mutex<Following>,
-    /// A sample came.
+    /// Notified when a sample comes.
     came: Condvar,
-    /// What is taken to be seen before the first.
+    /// The estimate before the first sample.
     home: Estimate,
 }
 
-/// What is known of the viewer.
+/// The estimators and the newest sample.
 struct Following {
     clock: ClockEstimator,
     estimator: GazeEstimator,
-    /// When the newest sample was measured and came.
+    /// When the newest sample was measured, and when it came.
     newest: Option<(Micros, Micros)>,
     rhythm: Rhythm,
     samples: u64,
@@ -67,59 +63,59 @@ struct Following {
     counts: Counts,
 }
 
-/// Something to be told about a tracker.
+/// An event of a tracker that is reported to people.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(
     clippy::large_enum_variant,
     reason = "as of a notice: none of these is to take memory of its own"
 )]
-pub enum Happening {
-    /// The feed's own: a device that comes and goes.
+pub enum TrackerEvent {
+    /// A notice of the feed: a device that comes and goes.
     Feed(Notice),
-    /// What a device said then.
+    /// A message of the device, and when it came.
     Device(Message, Micros),
-    /// What is wrong, and what became of the bytes until then.
+    /// What is wrong, and the counts until then.
     Trouble(Trouble, Counts),
-    /// Of the device's clock, for a sample that came then.
+    /// An event of the device's clock, and the arrival of its sample.
     Clock(clock::ClockEvent, Micros),
-    /// Of the gaze, for a sample that came then.
+    /// An event of the gaze, and the arrival of its sample.
     Gaze(estimate::Event, Micros),
-    /// From then on one of so many samples is used: there are too many.
+    /// Too many samples: from this time on one in this many is used.
     Flood(u64, Micros),
 }
 
 /// A gaze that was taken for a frame. Times are on [`LiveTracker::now`]'s clock.
 #[derive(Debug, Clone, Copy)]
-pub struct Latched {
-    /// Where the viewer looks when the frame is shown.
+pub struct LatchedGaze {
+    /// The estimate for the time when the frame is shown.
     pub estimate: Estimate,
     /// When the newest sample was measured; `None` before the first.
     pub sample: Option<Micros>,
-    /// When it came.
+    /// When that sample came.
     pub arrive: Option<Micros>,
-    /// Whether the gaze follows that sample: it is known, and the tracker has not been
-    /// silent for longer than a gaze is held
-    /// ([`widen_after`](estimate::FallbackConfig::widen_after)). How late the sample was
-    /// when it came does not count: that is the tracker's delay.
+    /// Whether the gaze follows that sample: it is known, and the tracker has not been silent
+    /// for longer than a gaze is held
+    /// ([`widen_after`](estimate::FallbackConfig::widen_after)). The tracker's own delay does
+    /// not count.
     pub follows: bool,
     /// When the gaze was taken.
     pub latch: Micros,
-    /// Samples so far.
+    /// The number of samples so far.
     pub samples: u64,
-    /// Those of them that were not used, as there were too many.
+    /// Samples that were not used because there were too many.
     pub passed_over: u64,
 }
 
 impl LiveTracker {
-    /// Listens to a feed from now on; `tell` hears of what is no sample.
+    /// Starts to read a feed; `report` gets its events.
     ///
     /// # Errors
-    /// A thread that cannot be had.
+    /// The system starts no thread.
     pub fn start(
         feed: Feed,
         clock: ClockEstimator,
         mut estimator: GazeEstimator,
-        tell: impl FnMut(Happening) + Send + 'static,
+        report: impl FnMut(TrackerEvent) + Send + 'static,
     ) -> std::io::Result<Self> {
         let feed_clock = feed.clock();
         let home = estimator.estimate(feed.now(), &mut |_| {});
@@ -140,7 +136,7 @@ impl LiveTracker {
         let (heard, ended) = (Arc::clone(&shared), Arc::clone(&over));
         let thread = std::thread::Builder::new()
             .name("tracker".to_owned())
-            .spawn(move || listen(feed, &heard, &ended, tell))?;
+            .spawn(move || listen(feed, &heard, &ended, report))?;
         Ok(Self {
             feed: feed_clock,
             shared,
@@ -149,23 +145,23 @@ impl LiveTracker {
         })
     }
 
-    /// What the feed's clock shows.
+    /// The time on the feed's clock.
     pub fn now(&self) -> Micros {
         self.at(Instant::now())
     }
 
-    /// A time of the system's clock on this one.
+    /// Converts a time of the system's clock to the feed's.
     pub fn at(&self, instant: Instant) -> Micros {
         self.feed.at(instant)
     }
 
-    /// Where the viewer was taken to look before the first sample.
+    /// The estimate before the first sample.
     pub fn home(&self) -> &Estimate {
         &self.shared.home
     }
 
-    /// Waits for the last sample that is expected until then, by how they came of late; or
-    /// till then where that does not come, and says false.
+    /// Waits for the last sample that is expected before a time, by the rhythm of recent ones.
+    /// Returns false where it does not come until then.
     pub fn wait(&self, until: Instant) -> bool {
         let shared = &self.shared;
         let mut following = shared.lock();
@@ -181,8 +177,8 @@ impl LiveTracker {
         true
     }
 
-    /// Where the viewer looks at `display`, by all that has come until now.
-    pub fn latch(&self, display: Micros) -> Latched {
+    /// Estimates the gaze at the time `display` from the samples until now.
+    pub fn latch(&self, display: Micros) -> LatchedGaze {
         let mut following = self.shared.lock();
         let latch = self.now();
         let estimate = following
@@ -190,7 +186,7 @@ impl LiveTracker {
             .estimate(display.max(latch), &mut |_| {});
         let held = following.estimator.config().fallback.widen_after;
         let is_recent = |(_, arrive)| latch.since(arrive) <= held;
-        Latched {
+        LatchedGaze {
             follows: following.newest.is_some_and(is_recent)
                 && estimate.state != estimate::State::FullQuality,
             estimate,
@@ -202,7 +198,7 @@ impl LiveTracker {
         }
     }
 
-    /// What became of the tracker's bytes so far.
+    /// Counts of bytes, samples and faults so far.
     pub fn counts(&self) -> Counts {
         self.shared.lock().counts
     }
@@ -214,13 +210,13 @@ impl Drop for LiveTracker {
         let Some(thread) = self.thread.take() else {
             return;
         };
-        // One that is kept by whom it tells something is left to itself.
+        // A thread that is still busy reporting is left alone.
         let begun = Instant::now();
         while !thread.is_finished() && begun.elapsed() < PATIENCE {
             std::thread::sleep(PAUSE);
         }
         if thread.is_finished() {
-            // One that panicked has said so.
+            // A panic has printed its message.
             let _ = thread.join();
         }
     }
@@ -228,18 +224,22 @@ impl Drop for LiveTracker {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Following> {
-        self.following
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        let following = self.following.lock();
+        following.unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// The thread's life.
-fn listen(mut feed: Feed, shared: &Shared, over: &AtomicBool, mut tell: impl FnMut(Happening)) {
+/// Reads the feed until the tracker is dropped.
+fn listen(
+    mut feed: Feed,
+    shared: &Shared,
+    over: &AtomicBool,
+    mut report: impl FnMut(TrackerEvent),
+) {
     let is_live = feed.is_live();
     let mut sensors = [Thinning::NEW; 256];
-    // What is to be told while nobody waits for what is followed: telling may take long.
-    let mut happenings = Vec::with_capacity(HAPPENINGS);
+    // Reported after the lock is released: reporting may take long.
+    let mut events = Vec::with_capacity(EVENTS);
     while !over.load(Ordering::SeqCst) {
         let now = feed.now();
         let mut troubles = Vec::new();
@@ -248,53 +248,44 @@ fn listen(mut feed: Feed, shared: &Shared, over: &AtomicBool, mut tell: impl FnM
                 Notice::Decoded(Event::Sample(sample)) => *sample,
                 Notice::Decoded(Event::Message(message)) => {
                     shared.lock().estimator.on_message(message, &mut |_| {});
-                    return tell(Happening::Device(*message, now));
+                    return report(TrackerEvent::Device(*message, now));
                 }
                 Notice::Decoded(_) => return,
                 Notice::Trouble(trouble) => return troubles.push(*trouble),
-                _ => return tell(Happening::Feed(notice)),
+                _ => return report(TrackerEvent::Feed(notice)),
             };
-            let mut locked = shared.lock();
-            let Following {
-                clock,
-                estimator,
-                newest,
-                rhythm,
-                samples,
-                passed_over,
-                ..
-            } = &mut *locked;
+            let mut following = shared.lock();
             let arrival = sample.arrival;
-            let stamp = clock.stamp(&sample, &mut |event| {
-                happenings.push(Happening::Clock(event, arrival));
+            let stamp = following.clock.stamp(&sample, &mut |event| {
+                events.push(TrackerEvent::Clock(event, arrival));
             });
-            *samples += 1;
+            following.samples += 1;
             let thinning = &mut sensors[usize::from(sample.sensor)];
             let before = thinning.one_of();
             let is_used = thinning.uses(arrival);
             if before == 1 && thinning.one_of() > 1 {
-                happenings.push(Happening::Flood(thinning.one_of(), arrival));
+                events.push(TrackerEvent::Flood(thinning.one_of(), arrival));
             }
             if is_used {
-                estimator.push(&sample, stamp.time, &mut |event| {
-                    happenings.push(Happening::Gaze(event, arrival));
+                following.estimator.push(&sample, stamp.time, &mut |event| {
+                    events.push(TrackerEvent::Gaze(event, arrival));
                 });
-                // What is simulated is here when it is asked for, not before.
+                // A simulated sample comes when it is polled.
                 let came = if is_live { arrival } else { now.max(arrival) };
-                *newest = Some((stamp.time, came));
-                rhythm.hear(came);
+                following.newest = Some((stamp.time, came));
+                following.rhythm.hear(came);
             } else {
-                *passed_over += 1;
+                following.passed_over += 1;
             }
-            drop(locked);
+            drop(following);
             if is_used {
                 shared.came.notify_all();
             }
-            happenings.drain(..).for_each(&mut tell);
+            events.drain(..).for_each(&mut report);
         });
         let counts = feed.counts();
         for trouble in troubles {
-            tell(Happening::Trouble(trouble, counts));
+            report(TrackerEvent::Trouble(trouble, counts));
         }
         shared.lock().counts = counts;
         if !is_live {

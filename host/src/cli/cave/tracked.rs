@@ -4,7 +4,7 @@ use crate::cli::arguments::whole;
 use crate::cli::output::counted;
 use crate::cli::output::failure::{Failure, Fault};
 use crate::cli::tracker::{Happenings, Interrupt, TrackerName};
-use crate::live::{Happening, LiveTracker};
+use crate::live::{LiveTracker, TrackerEvent};
 use crate::tracker::calibration::{Calibrated, estimation};
 use crate::tracker::{Feed, Notice};
 use clap::Args;
@@ -171,25 +171,25 @@ impl Given {
                 Event::Sample(sample) => {
                     let arrival = sample.arrival;
                     let stamp = clock.stamp(&sample, &mut |event| {
-                        happenings.tell(Happening::Clock(event, arrival));
+                        happenings.tell(TrackerEvent::Clock(event, arrival));
                     });
                     estimator.push(&sample, stamp.time, &mut |event| {
-                        happenings.tell(Happening::Gaze(event, arrival));
+                        happenings.tell(TrackerEvent::Gaze(event, arrival));
                     });
                     samples += 1;
                 }
                 Event::Message(message) => {
                     estimator.on_message(&message, &mut |_| {});
-                    happenings.tell(Happening::Device(message, now));
+                    happenings.tell(TrackerEvent::Device(message, now));
                 }
                 _ => {}
             },
             Notice::Trouble(trouble) => troubles.push(trouble),
-            other => happenings.tell(Happening::Feed(other)),
+            other => happenings.tell(TrackerEvent::Feed(other)),
         });
         let counts = feed.counts();
         for trouble in troubles {
-            happenings.tell(Happening::Trouble(trouble, counts));
+            happenings.tell(TrackerEvent::Trouble(trouble, counts));
         }
         samples
     }

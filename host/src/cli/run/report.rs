@@ -247,10 +247,10 @@ impl Report {
             median_steps: of.median_steps,
             samples: of.samples,
             passed_over_samples: of.passed_over,
-            motion_to_wall_ms: of.latencies.of(Leg::MotionToWall),
+            motion_to_wall_ms: of.latencies.summary(Leg::MotionToWall),
             stages: Leg::ALL
                 .into_iter()
-                .map(|leg| (leg.name(), of.latencies.of(leg)))
+                .map(|leg| (leg.name(), of.latencies.summary(leg)))
                 .collect(),
             histograms: Leg::ALL
                 .into_iter()

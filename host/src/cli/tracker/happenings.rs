@@ -4,7 +4,7 @@
 use super::warn_of_sensors;
 use super::with_drops;
 use crate::cli::output::warn;
-use crate::live::Happening;
+use crate::live::TrackerEvent;
 use crate::tracker::Notice;
 use shisen_tracker::clock::ClockEvent;
 use shisen_tracker::command::Failure;
@@ -35,17 +35,17 @@ struct Said {
 
 impl Happenings {
     /// Says what happened on standard error, if it is to be said.
-    pub(in crate::cli) fn tell(&mut self, happening: Happening) {
+    pub(in crate::cli) fn tell(&mut self, happening: TrackerEvent) {
         let said = match happening {
-            Happening::Clock(event, at) => self.of_clock(&event, at),
-            Happening::Gaze(event, at) => {
+            TrackerEvent::Clock(event, at) => self.of_clock(&event, at),
+            TrackerEvent::Gaze(event, at) => {
                 warn_of_sensors(&event);
                 self.of_gaze(&event, at)
             }
-            Happening::Flood(one_of, at) => self.of_flood(one_of, at),
-            Happening::Device(message, at) => self.of_device(&message, at),
-            Happening::Trouble(trouble, counts) => Some(with_drops(&trouble, &counts)),
-            Happening::Feed(notice) => Self::of_feed(&notice),
+            TrackerEvent::Flood(one_of, at) => self.of_flood(one_of, at),
+            TrackerEvent::Device(message, at) => self.of_device(&message, at),
+            TrackerEvent::Trouble(trouble, counts) => Some(with_drops(&trouble, &counts)),
+            TrackerEvent::Feed(notice) => Self::of_feed(&notice),
         };
         if let Some(said) = said {
             warn(&said);

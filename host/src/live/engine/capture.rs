@@ -1,6 +1,6 @@
-//! The surroundings, for what the gaze skips: taken anew tile by tile, and kept.
+//! A capture of the surroundings for what the gaze skips, renewed tile by tile.
 
-use super::LiveTile;
+use super::plan::LiveTile;
 use crate::render::{self, CaptureOptions, Observer, Options, RenderError};
 use glam::{DVec3, Mat3, Vec3};
 use shisen_core::frame::{
@@ -9,31 +9,30 @@ use shisen_core::frame::{
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 
-/// A part of a frame: a picture, and what renders it.
+/// A picture of a frame and its renderer.
 type Part<'s, const W: usize> = (View, Renderer<'s, W>);
 
-/// A capture of all directions from between the eyes, along the room's axes: what an
-/// older frame has of it stays right, but for how far the head has moved since.
+/// A capture of all directions from between the eyes, along the room's axes.
 pub(super) struct LiveCapture {
     options: CaptureOptions,
-    /// Of the first hemisphere, among the parts.
+    /// The number of the first hemisphere among the parts.
     part: usize,
-    /// Of the first tile, among the tiles.
+    /// The number of the first tile among the tiles.
     tile: usize,
     count: usize,
-    /// The first of the tiles to be taken anew next.
+    /// The first tile to renew next, counted from `tile`.
     next: usize,
-    /// Tiles that were never taken.
+    /// Whether each tile was never traced.
     missing: Vec<bool>,
     pose: DomePose,
     hemispheres: [Vec<Pixel>; 2],
 }
 
-/// Pixels a side of its tiles.
+/// Pixels on a side of its tiles.
 const SIDE: u32 = 16;
 
 impl LiveCapture {
-    /// After so many parts and tiles of screens.
+    /// `part` and `tile` are the numbers of parts and tiles of screens, which come first.
     pub(super) fn new(options: CaptureOptions, part: usize, tile: usize) -> Self {
         let area = options.size as usize * options.size as usize;
         let count = 2 * (options.size.div_ceil(SIDE) as usize).pow(2);
@@ -62,12 +61,12 @@ impl LiveCapture {
         self.tile
     }
 
-    /// Whether a tile is its own.
+    /// Whether a tile is of the capture.
     pub(super) const fn has(&self, tile: usize) -> bool {
         tile >= self.tile
     }
 
-    /// Whether all of it was taken.
+    /// Whether every tile was traced.
     pub(super) fn is_whole(&self) -> bool {
         !self.missing.contains(&true)
     }
@@ -93,9 +92,6 @@ impl LiveCapture {
     }
 
     /// The hemispheres from between the eyes.
-    ///
-    /// # Errors
-    /// A size that there is not.
     pub(super) fn views<'s, const W: usize>(
         &self,
         eyes: &[Observer],
@@ -111,7 +107,7 @@ impl LiveCapture {
             position: middle.as_vec3(),
             ..self.pose
         };
-        // A ray a pixel: of several, some would pass the rim.
+        // One ray a pixel: with several, some would pass the rim.
         let options = Options {
             settings: Settings {
                 samples: 1,
@@ -125,8 +121,7 @@ impl LiveCapture {
         Ok(views.map(|view| (view, renderer)))
     }
 
-    /// The tiles that are to be taken anew, which are a part of all, in turns; all, as
-    /// long as one is missing.
+    /// The tiles to renew next, a `part` of all in turns; all while one is missing.
     pub(super) fn due(&mut self, part: f32) -> impl Iterator<Item = usize> + use<> {
         let (tile, count, next) = (self.tile, self.count, self.next);
         let due = if self.is_whole() {
@@ -138,7 +133,7 @@ impl LiveCapture {
         (next..next + due).map(move |number| tile + number % count)
     }
 
-    /// Takes a tile that was rendered, as far as it was.
+    /// Copies a tile's pixels.
     pub(super) fn take(&mut self, number: usize, tile: &LiveTile) {
         let place = tile.job.tile();
         let hemisphere = &mut self.hemispheres[tile.part - self.part];
@@ -152,7 +147,7 @@ impl LiveCapture {
         }
     }
 
-    /// What is seen in all directions, if all of it was taken.
+    /// The surroundings in all directions.
     pub(super) fn surroundings(&self) -> Option<Surroundings<'_>> {
         let hemispheres = self.hemispheres.each_ref().map(Vec::as_slice);
         Surroundings::new(self.pose, self.options.size, hemispheres).ok()

@@ -1,65 +1,67 @@
-//! Steps for tiles.
+//! Deals a budget of steps to tiles.
 
-use super::LiveTile;
+use super::plan::LiveTile;
 use super::threads::lock;
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Steps that a group may take above its allotment, until more has been seen: the
-/// dearest block's primary rays, or a pixel's whole tree.
+/// Steps that a group may take above its allotment until more is known.
 const LEAST_EXCESS: u64 = 2_048;
 
-/// How many times as much where squares of pixels share their samples: most squares'.
-const TIMES_OF_SQUARES: u64 = 2;
+/// How many times [`LEAST_EXCESS`] a group may take where squares of pixels share samples.
+const SQUARES_FACTOR: u64 = 2;
 
-/// Where a budget is an end, the part of it that is set aside for a group at most: one that
-/// is smaller than what groups may take still goes to the first.
+/// At most one part in this many of a hard budget is set aside for a group.
 const LEAST_PART_ASIDE: u64 = 4;
 
-/// Samples a pixel from which on a pixel's trees may take more than that: so many times as
-/// much, then, as it has times these samples.
+/// Samples a pixel up to which [`LEAST_EXCESS`] holds; it grows in proportion above.
 const FEW_SAMPLES: u64 = 16;
 
-/// What a group is dealt, in what is set aside for it: so much of a budget is not in
-/// use at once.
+/// The largest allotment of a group as a multiple of what is set aside for it.
 const SHARE_OF_EXCESS: u64 = 8;
 
-/// In how many groups a budget is dealt out at least, where they are smaller than
-/// that: for threads to share.
+/// The least number of groups, for threads to share, where groups are smaller than that.
 const LEAST_GROUPS: u64 = 32;
 
-/// What a group is dealt all the same, in what is set aside for it: of a small budget
-/// at most a third is set aside.
+/// The smallest allotment of a full group as a multiple of what is set aside for it.
 const LEAST_SHARE: u64 = 2;
 
-/// What is expected, in the unit in which it is known how many times as much is dealt.
-const WHOLE: u64 = 1 << 8;
+/// Fixed-point one (8 fractional bits) for the ratio of an allotment to the expected steps.
+const ONE: u64 = 1 << 8;
 
-/// Of what is expected, the least that is dealt to those who are dealt anything: a gaze
-/// that moves on makes tiles a little dearer.
-const LEAST_TIMES: u64 = WHOLE * 9 / 8;
+/// The least ratio: a gaze that moves makes tiles a little dearer.
+const LEAST_RATIO: u64 = ONE * 9 / 8;
 
-/// And the most.
-const MOST_TIMES: u64 = WHOLE << 8;
+/// The largest ratio.
+const MOST_RATIO: u64 = ONE << 8;
 
-/// Of what is left, the part that is kept where there is more than is expected: some may
-/// take more above their share than is set aside for them.
+/// One part in this many of a surplus is kept for groups that take more than is set aside.
 const CUSHION: u64 = 8;
 
-/// Tiles next to each other in the order, that one thread renders one after another:
-/// what one leaves is the next one's.
+/// Neighbouring tiles that one thread renders in order: what one leaves over goes to the next.
 #[derive(Debug, Clone)]
 pub(super) struct Group {
-    /// Of the order. Those that are finished are skipped.
+    /// The range of the order. Finished tiles are skipped.
     pub(super) tiles: Range<usize>,
-    /// What they may take together.
+    /// The steps that the tiles may take together.
     pub(super) allotment: u64,
-    /// What they may take above it, to end what they have begun: no step more.
+    /// The most steps above the allotment, to end what was begun.
     pub(super) overrun: u64,
 }
 
-/// Deals out all that each unfinished tile may need, to each on its own.
+impl Group {
+    /// One tile without a limit.
+    pub(super) const fn unlimited(tile: usize) -> Self {
+        Self {
+            tiles: tile..tile + 1,
+            allotment: u64::MAX,
+            overrun: u64::MAX,
+        }
+    }
+}
+
+/// Deals unlimited steps to each unfinished tile.
 pub(super) fn everything<'t>(
     tiles: impl Iterator<Item = &'t Mutex<LiveTile>>,
     groups: &mut Vec<Group>,
@@ -67,66 +69,61 @@ pub(super) fn everything<'t>(
     groups.clear();
     for (at, tile) in tiles.enumerate() {
         if !lock(tile).job.is_finished() {
-            groups.push(Group {
-                tiles: at..at + 1,
-                allotment: u64::MAX,
-                overrun: u64::MAX,
-            });
+            groups.push(Group::unlimited(at));
         }
     }
 }
 
-/// What unfinished tiles are expected to take still.
+/// The steps still expected of unfinished tiles.
 pub(super) fn expected<'t>(tiles: impl Iterator<Item = &'t Mutex<LiveTile>>) -> u64 {
     let unfinished = tiles.map(lock).filter(|tile| !tile.job.is_finished());
-    unfinished.map(|tile| tile.still()).sum()
+    unfinished.map(|tile| tile.expected_rest()).sum()
 }
 
 /// Deals out a budget.
 pub(super) struct Dealer {
-    /// The most that a group is expected to take above its allotment.
+    /// The most steps that a group is expected to take above its allotment.
     excess: u64,
-    /// The frame's budget, where it is an end: no group takes more than what is set aside
-    /// for it then, whatever it has begun.
-    kept: Option<u64>,
+    /// The frame's budget where it is hard: no group takes more than is set aside for it.
+    hard_limit: Option<u64>,
 }
 
 impl Dealer {
-    /// Of pixels of so many samples.
+    /// For a number of samples a pixel.
     pub(super) const fn new(samples: u16) -> Self {
         let times = samples as u64 / FEW_SAMPLES;
         let excess = LEAST_EXCESS * if times > 1 { times } else { 1 };
-        Self { excess, kept: None }
+        let hard_limit = None;
+        Self { excess, hard_limit }
     }
 
-    /// Squares of pixels share their samples.
+    /// Prepares for squares of pixels that share samples.
     pub(super) fn expect_squares(&mut self) {
-        self.excess = self.excess.max(LEAST_EXCESS * TIMES_OF_SQUARES);
+        self.excess = self.excess.max(LEAST_EXCESS * SQUARES_FACTOR);
     }
 
-    /// A frame begins, whose budget is an end that is kept or not.
-    pub(super) const fn begin(&mut self, kept: Option<u64>) {
-        self.kept = kept;
+    /// Begins a frame with a hard budget or without one.
+    pub(super) const fn begin(&mut self, hard_limit: Option<u64>) {
+        self.hard_limit = hard_limit;
     }
 
-    /// What is set aside for each group.
+    /// The steps set aside for each group.
     fn aside(&self) -> u64 {
-        let most = self.kept.map_or(u64::MAX, |steps| steps / LEAST_PART_ASIDE);
-        self.excess.min(most)
+        let part = self.hard_limit.map(|steps| steps / LEAST_PART_ASIDE);
+        self.excess.min(part.unwrap_or(u64::MAX))
     }
 
-    /// Takes notice of what was taken too much.
-    pub(super) fn look_at(&mut self, excess: &AtomicU64) {
-        // What comes next may be half as dear again; what was broken off is dearer.
+    /// Learns the most steps that a group took above its allotment.
+    pub(super) fn note_excess(&mut self, excess: &AtomicU64) {
+        // The next may be half as dear again; one that was broken off is dearer.
         let most = excess.load(Ordering::SeqCst) * 3 / 2;
         self.excess = self.excess.max(most);
     }
 
-    /// Gives unfinished tiles what they are expected to need, from the first on, as
-    /// long as there is something left; and all the same part more, or as many times as
-    /// much, of what no tile is expected to need. A budget is looked at before each block
-    /// or square only, so that a group may take a little more than it is given: that much
-    /// is set aside for each, and where a budget is an end it is the most.
+    /// Deals unfinished tiles what they are expected to need, from the first on, as long as
+    /// steps are left; what no tile is expected to need goes to all in proportion. A budget
+    /// is only checked before each block or square, so a group may take a little more than
+    /// its allotment: that much is set aside for each, and a hard budget allows no more.
     pub(super) fn deal<'t>(
         &self,
         left: u64,
@@ -138,8 +135,7 @@ impl Dealer {
         self.deal_groups(left, full, tiles, groups);
     }
 
-    /// The same to few tiles, in groups as small as they can be: there is nothing after
-    /// these for threads that have done theirs.
+    /// Deals to few tiles, in the smallest groups: idle threads find no other work.
     pub(super) fn deal_finely<'t>(
         &self,
         left: u64,
@@ -149,7 +145,7 @@ impl Dealer {
         self.deal_groups(left, LEAST_SHARE * self.aside(), tiles, groups);
     }
 
-    /// Deals to groups that are full when they have so much of what is expected.
+    /// Deals to groups whose expected steps reach `full`.
     fn deal_groups<'t>(
         &self,
         mut left: u64,
@@ -159,10 +155,10 @@ impl Dealer {
     ) {
         groups.clear();
         let (aside, expected) = (self.aside(), expected(tiles.clone()));
-        // Of each full group and what is set aside for it.
+        // The part that is not set aside, in full groups.
         let to_groups = (left - left / CUSHION) / (full + aside).max(1) * full;
-        let times = to_groups.saturating_mul(WHOLE) / expected.max(1);
-        let times = times.clamp(LEAST_TIMES, MOST_TIMES);
+        let times = to_groups.saturating_mul(ONE) / expected.max(1);
+        let times = times.clamp(LEAST_RATIO, MOST_RATIO);
         let mut open = None;
         for (at, tile) in tiles.enumerate() {
             let tile = lock(tile);
@@ -177,14 +173,14 @@ impl Dealer {
                 groups.push(Group {
                     tiles: at..at,
                     allotment: 0,
-                    overrun: self.kept.map_or(u64::MAX, |_| aside),
+                    overrun: self.hard_limit.map_or(u64::MAX, |_| aside),
                 });
             }
             let Some(group) = groups.last_mut() else {
                 return;
             };
-            let expected = tile.still();
-            let allotment = (expected.saturating_mul(times) / WHOLE).min(left);
+            let expected = tile.expected_rest();
+            let allotment = (expected.saturating_mul(times) / ONE).min(left);
             left -= allotment;
             group.tiles.end = at + 1;
             group.allotment += allotment;
@@ -202,26 +198,26 @@ mod tests {
     use super::*;
     use shisen_core::frame::Tile;
 
-    fn tiles(count: u32, expected: u64) -> Vec<Mutex<LiveTile>> {
-        let tile = |number| {
-            let mut tile = LiveTile::new(
-                0,
-                Tile {
-                    x: 16 * number,
-                    y: 0,
-                    width: 16,
-                    height: 16,
-                },
-            );
-            tile.expected = expected;
-            Mutex::new(tile)
-        };
-        (0..count).map(tile).collect()
+    /// Tiles in a row of 900 expected steps each.
+    fn tiles(count: u32) -> Vec<Mutex<LiveTile>> {
+        let (y, width, height) = (0, 16, 16);
+        let places = (0..count).map(|number| 16 * number);
+        let tiles = places.map(|x| Tile {
+            x,
+            y,
+            width,
+            height,
+        });
+        let tiles = tiles.map(|tile| LiveTile {
+            expected: 900,
+            ..LiveTile::new(0, tile)
+        });
+        tiles.map(Mutex::new).collect()
     }
 
     #[test]
-    fn what_is_set_aside_leaves_most_of_a_budget() {
-        let tiles = tiles(54, 900);
+    fn most_of_a_budget_is_dealt_and_the_rest_to_all_alike() {
+        let tiles = tiles(54);
         let dealer = Dealer::new(1);
         let mut groups = Vec::new();
         for budget in (4 * LEAST_EXCESS..400_000).step_by(997) {
@@ -229,40 +225,24 @@ mod tests {
             let dealt: u64 = groups.iter().map(|group| group.allotment).sum();
             let aside = groups.len() as u64 * dealer.aside();
             assert!(dealt + aside <= budget, "{dealt} and {aside} of {budget}");
-            let needed = 54 * 900;
-            let least = (budget / 2).min(needed);
-            assert!(
-                dealt >= least,
-                "{dealt} of {budget} in {} groups",
-                groups.len()
-            );
+            let least = (budget / 2).min(54 * 900);
+            assert!(dealt >= least, "{dealt} of {budget}: {groups:?}");
             let mut next = 0;
             for group in &groups {
                 assert_eq!(group.tiles.start, next, "{groups:?}");
                 next = group.tiles.end;
             }
         }
-    }
-
-    #[test]
-    fn what_nobody_is_expected_to_need_is_dealt_to_all_alike() {
-        let tiles = tiles(54, 900);
-        let dealer = Dealer::new(1);
-        let mut groups = Vec::new();
         for (budget, least) in [(80_000, 1.0), (200_000, 2.5), (1 << 50, 200.0)] {
             dealer.deal(budget, tiles.iter(), &mut groups);
             let each = |group: &Group| group.allotment as f64 / (900 * group.tiles.len()) as f64;
-            let all: Vec<f64> = groups.iter().map(each).collect();
-            let (fewest, most) = all
-                .iter()
-                .fold((f64::MAX, 0.0_f64), |(fewest, most), &one| {
-                    (fewest.min(one), most.max(one))
-                });
-            assert!(most < 1.01 * fewest, "{budget}: {all:?}");
-            assert!(fewest >= least, "{budget}: {all:?}");
+            let (fewest, most) = groups.iter().map(each).fold((f64::MAX, 0.0), |ends, one| {
+                (one.min(ends.0), one.max(ends.1))
+            });
+            assert!(most < 1.01 * fewest && fewest >= least, "{groups:?}");
             assert_eq!(groups.last().map(|group| group.tiles.end), Some(54));
         }
-        // Few, and small, groups for few tiles.
+        // Few tiles are dealt in small groups.
         dealer.deal_finely(1 << 50, tiles.iter().take(8), &mut groups);
         let lengths: Vec<usize> = groups.iter().map(|group| group.tiles.len()).collect();
         assert_eq!(lengths, [5, 3]);

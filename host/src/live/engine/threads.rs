@@ -1,25 +1,27 @@
-//! Threads that stay, and what they do of a frame.
+//! Threads that stay, and their work on a frame.
 
 use super::capture::LiveCapture;
-use super::{LiveTile, Plan};
+use super::plan::{LiveTile, Plan};
 use shisen_core::frame::{Budget, Fill, Statistics, Workspace};
 use shisen_core::{Runs, Simd};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Barrier, Mutex, MutexGuard, PoisonError, RwLock};
+use std::sync::{
+    Barrier, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard,
+};
 use std::time::Instant;
 
-/// What all threads see.
+/// The state that all threads share.
 pub(super) struct Shared<'s, const W: usize> {
     pub(super) epoch: Instant,
-    pub(super) frame: RwLock<Plan<'s, W>>,
+    plan: RwLock<Plan<'s, W>>,
     pub(super) tiles: Vec<Mutex<LiveTile>>,
     /// The next of the plan's groups, or of the tiles to be filled.
     pub(super) next: AtomicUsize,
-    /// Nanoseconds after the epoch; all ones before a frame's first ray.
+    /// Nanoseconds after the epoch; `u64::MAX` before a frame's first ray.
     pub(super) first_ray: AtomicU64,
     /// Steps of the frame so far.
     pub(super) spent: AtomicU64,
-    /// The most that a group took above its allotment.
+    /// The most steps that a group took above its allotment.
     pub(super) excess: AtomicU64,
     pub(super) statistics: Mutex<Statistics>,
     pub(super) begin: Barrier,
@@ -34,7 +36,7 @@ where
     pub(super) fn new(plan: Plan<'s, W>, tiles: Vec<Mutex<LiveTile>>, threads: usize) -> Self {
         Self {
             epoch: Instant::now(),
-            frame: RwLock::new(plan),
+            plan: RwLock::new(plan),
             tiles,
             next: AtomicUsize::new(0),
             first_ray: AtomicU64::new(u64::MAX),
@@ -47,7 +49,17 @@ where
         }
     }
 
-    /// A thread's life.
+    /// The plan, to read.
+    pub(super) fn read(&self) -> RwLockReadGuard<'_, Plan<'s, W>> {
+        self.plan.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The plan, to change.
+    pub(super) fn write(&self) -> RwLockWriteGuard<'_, Plan<'s, W>> {
+        self.plan.write().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Runs rounds until the engine ends.
     pub(super) fn serve(&self) {
         let mut workspace = Workspace::new();
         loop {
@@ -56,17 +68,15 @@ where
                 return;
             }
             self.work(&mut workspace);
-            let mut statistics = lock(&self.statistics);
-            statistics.add(&workspace.statistics);
+            lock(&self.statistics).add(&workspace.statistics);
             workspace.statistics = Statistics::default();
-            drop(statistics);
             self.end.wait();
         }
     }
 
-    /// Takes what there is to do until there is nothing left.
+    /// Works until nothing of the round is left.
     pub(super) fn work(&self, workspace: &mut Workspace) {
-        let plan = self.frame.read().unwrap_or_else(PoisonError::into_inner);
+        let plan = self.read();
         if plan.fills {
             self.fill(&plan);
         } else {
@@ -98,10 +108,8 @@ where
                 }
                 let (view, renderer) = &plan.parts[tile.part];
                 let before = workspace.statistics.steps;
-                let pixels = &mut tile.pixels;
-                let outcome = tile
-                    .job
-                    .render(renderer, view, pixels, &mut budget, workspace);
+                let (job, pixels) = (&mut tile.job, &mut tile.pixels);
+                let outcome = job.render(renderer, view, pixels, &mut budget, workspace);
                 debug_assert!(outcome.is_ok(), "its own tile");
                 tile.spent += workspace.statistics.steps - before;
             }

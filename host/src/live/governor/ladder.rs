@@ -1,69 +1,65 @@
-//! What the qualities cost beside each other, and which one frames have.
+//! The ladder of qualities: their needs relative to each other, and the current rung.
 
-use super::places::{Cell, Places};
+use super::places::{Cell, NeedsByGaze};
 use crate::live::quality::Quality;
 use glam::Vec3;
 
-/// How many of the newest frames say what the next one will need.
+/// How many of the newest frames predict the next one's need.
 const RECENT: usize = 6;
 
-/// The part of a budget that frames are planned to take at most, so that one that
-/// turns out dearer is still finished.
+/// The largest part of a budget that is planned, so that a dearer frame is still finished.
 const PLANNED: f64 = 0.88;
 
-/// The part that a better quality must fit into before it is taken.
+/// The part of a budget into which a better quality must fit before it is taken.
 const ROOM_TO_RISE: f64 = 0.75;
 
-/// How many frames have to have had room before quality rises by a rung.
-pub(super) const CALM: u32 = 20;
+/// The frames in a row with room for more before quality rises by a rung.
+pub(super) const FRAMES_TO_RISE: u32 = 20;
 
-/// What frames have at least where time says that there is less, in what the least
-/// quality needs: so much that what neighbouring tiles may take above their share is in it.
+/// The least budget of a frame as a multiple of the least quality's need.
 const AT_LEAST: f64 = 2.0;
 
-/// What a frame of each quality takes at first as a part of what one of the quality above
-/// does: about what it is in scene A. What it is here is learned.
+/// The first guess at the ratios, about those of scene A; the true ones are learned.
 const RATIOS: Ratios = [
     0.95, 0.9, 0.7, 0.95, 0.7, 0.8, 0.6, 0.6, 0.75, 0.6, 0.6, 0.6, 0.6,
 ];
 
-/// How many times as much as a frame of the best quality others are taken to need, by
-/// where gazes go: what rungs far from it take says little.
+/// The most that the best rung's estimated need may differ from the last seen, as a factor.
 const MOST_CHANGE: f64 = 2.0;
 
-/// The least part of a frame of the quality above that one is taken to need.
+/// The least ratio of a quality's need to that of the one above.
 const LEAST_RATIO: f64 = 0.05;
 
-/// How much of what is seen of a ratio is taken at least, where as much was seen before.
+/// The least weight of a newly seen ratio.
 const LEARNING: f64 = 0.25;
 
-/// Between each quality and the one above.
+/// The need of each quality relative to the one above.
 type Ratios = [f64; Quality::LADDER.len() - 1];
 
-/// What is known of the qualities for frames of one kind, and which one these have.
+/// The needs and the rung of frames with, or without, a gaze.
 #[derive(Debug, Clone)]
 pub(super) struct Ladder {
     rung: usize,
-    /// What each rung but the first takes as a part of the one above.
     ratios: Ratios,
-    /// How often each of these was seen.
+    /// How often each ratio was seen.
     seen: [u32; Quality::LADDER.len() - 1],
     /// Rungs and needs of the newest frames; the newest is at `newest`.
     recent: [(usize, f64); RECENT],
     newest: usize,
-    /// What the newest frame of the best rung needed; 0 before there was one.
+    /// The need of the newest frame of the best rung; 0 before the first.
     best: f64,
-    /// Where the newest frame's gaze was.
+    /// The cell of the newest frame's gaze.
     last: Option<Cell>,
-    /// Needs by where the gaze was.
-    places: Places,
-    /// Where the next frame's gaze is.
+    /// Needs by the cell of the gaze.
+    needs: NeedsByGaze,
+    /// The cell of the next frame's gaze.
     cell: Option<Cell>,
+    /// Frames in a row with room for a better quality.
     calm: u32,
 }
 
 impl Ladder {
-    /// Nothing is known.
+    /// A ladder at the best rung that has seen no frame.
     pub(super) fn new() -> Self {
         Self {
             rung: 0,
@@ -73,32 +69,32 @@ impl Ladder {
             newest: 0,
             best: 0.0,
             last: None,
-            places: Places::new(),
+            needs: NeedsByGaze::new(),
             cell: None,
             calm: 0,
         }
     }
 
-    /// The rung that frames have.
+    /// The current rung.
     pub(super) const fn rung(&self) -> usize {
         self.rung
     }
 
-    /// Where the next frame's gaze is.
+    /// Tells the next frame's line of sight.
     pub(super) fn look(&mut self, forward: Vec3) {
-        self.cell = Some(Cell::of(forward));
+        self.cell = Some(Cell::new(forward));
     }
 
-    /// The newest frames are of no concern for the next: their gazes were elsewhere.
+    /// Forgets the newest frames, whose gazes were elsewhere.
     pub(super) fn forget_newest(&mut self) {
         self.recent = [(self.rung, 0.0); RECENT];
     }
 
-    /// What a rung takes as a part of what another does.
+    /// The need of a rung relative to another's.
     fn ratio(&self, rung: usize, other: usize) -> f64 {
         let between = |from: usize, to: usize| -> f64 {
-            let between = self.ratios.get(from..to).unwrap_or_default();
-            between.iter().product()
+            let ratios = self.ratios.get(from..to).unwrap_or_default();
+            ratios.iter().product()
         };
         if other <= rung {
             between(other, rung)
@@ -107,8 +103,7 @@ impl Ladder {
         }
     }
 
-    /// The same where the next frame's gaze is, as far as it has been there: what was seen
-    /// of both rungs, or of rungs near them.
+    /// The same in the cell of the next frame's gaze, as far as rungs near both were seen there.
     fn ratio_here(&self, rung: usize, other: usize) -> f64 {
         let there = |rung: usize| self.cell.map_or(0.0, |cell| self.there(cell, rung));
         match there(other) {
@@ -117,19 +112,16 @@ impl Ladder {
         }
     }
 
-    /// What a rung needs, by the newest frames: the most of the last few. 0 where
-    /// nothing is known.
-    pub(super) fn recent(&self, rung: usize) -> f64 {
+    /// The need of a rung by the newest frames: the most of the last few. 0 before the first.
+    fn recent(&self, rung: usize) -> f64 {
         let needs = self.recent.iter();
         let needs = needs.map(|&(of, need)| need * self.ratio_here(rung, of));
         needs.fold(0.0, f64::max)
     }
 
-    /// What the best rung needs: what it needed where the gaze is, or else wherever it has
-    /// been. Of frames that follow no gaze, by the newest ones; at most so many times as much
-    /// as the newest frame of it needed, or as small a part of that. 0 where nothing is known.
-    pub(super) fn of_best(&self) -> f64 {
-        if let Some(need) = self.cell.and_then(|cell| self.places.of_best(cell)) {
+    /// The need of the best rung, by the gaze's cell or else the newest frames. 0 before the first.
+    pub(super) fn best_need(&self) -> f64 {
+        if let Some(need) = self.cell.and_then(|cell| self.needs.best_need(cell)) {
             return need;
         }
         let recent = self.recent(0);
@@ -140,32 +132,30 @@ impl Ladder {
         }
     }
 
-    /// What a rung needs where the gaze goes, by the nearest rung that is known there. 0
-    /// where nothing is.
+    /// The need of a rung in a cell, by the nearest rung that was seen there. 0 if none was.
     fn there(&self, cell: Cell, rung: usize) -> f64 {
-        let known = self.places.known(cell);
+        let known = self.needs.known(cell);
         let nearest = known.min_by_key(|&(of, _)| of.abs_diff(rung));
         nearest.map_or(0.0, |(of, need)| need * self.ratio(rung, of))
     }
 
-    /// What a rung needs: the most of the last few frames, and of those whose gaze was
-    /// where the next one's is.
-    pub(super) fn need(&self, rung: usize) -> f64 {
+    /// The need of a rung: the most by the newest frames and by frames in the gaze's cell.
+    fn need(&self, rung: usize) -> f64 {
         let there = self.cell.map_or(0.0, |cell| self.there(cell, rung));
         self.recent(rung).max(there)
     }
 
-    /// Whether what a rung needs is such a part of some steps at most.
+    /// Whether the need of a rung is at most a part of a number of steps.
     fn fits(&self, rung: usize, steps: f64, part: f64) -> bool {
         self.need(rung) <= steps * part
     }
 
-    /// Steps with which the least quality is whole.
+    /// Steps that are enough for all of the least quality.
     pub(super) fn least(&self) -> u64 {
         (AT_LEAST * self.need(Quality::LADDER.len() - 1)) as u64
     }
 
-    /// Chooses the rung of the next frame, which may take so many steps.
+    /// Chooses the rung of the next frame for a budget of steps.
     pub(super) fn choose(&mut self, steps: f64) {
         let last = Quality::LADDER.len() - 1;
         let mut rungs = 0..=last;
@@ -182,12 +172,12 @@ impl Ladder {
             return;
         }
         self.calm += 1;
-        if self.calm >= CALM {
+        if self.calm >= FRAMES_TO_RISE {
             self.rise(steps);
         }
     }
 
-    /// Takes the rung above where there is room for it; whether there was.
+    /// Takes the rung above if there is room for it; returns whether there was.
     pub(super) fn rise(&mut self, steps: f64) -> bool {
         let better = self.rung.checked_sub(1);
         let better = better.filter(|&better| self.fits(better, steps, ROOM_TO_RISE));
@@ -198,15 +188,15 @@ impl Ladder {
         better.is_some()
     }
 
-    /// What all of a frame at a rung would have taken.
+    /// Learns the need of a frame at a rung.
     pub(super) fn learn(&mut self, rung: usize, need: f64) {
-        // What rungs take beside each other is seen where the rung has changed and the
-        // gaze is where it was, or where it was once.
+        // A ratio is seen where the rung has changed and the gaze is in a cell where it was
+        // before.
         let (before, of_before) = self.recent[self.newest];
         let before = if self.last == self.cell {
             Some((before, of_before))
         } else {
-            let known = self.cell.map(|cell| self.places.known(cell));
+            let known = self.cell.map(|cell| self.needs.known(cell));
             let known = known.into_iter().flatten();
             known.min_by_key(|&(of, _)| of.abs_diff(rung))
         };
@@ -226,18 +216,17 @@ impl Ladder {
         if let Some(cell) = self.cell {
             let ratios: [f64; Quality::LADDER.len()] =
                 std::array::from_fn(|other| self.ratio(other, rung));
-            self.places.learn(cell, rung, |other| need * ratios[other]);
-            // What is known of places says more than the last place that was looked at.
+            self.needs.learn(cell, rung, |other| need * ratios[other]);
+            // All cells say more than the last one.
             for (rung, ratio) in self.ratios.iter_mut().enumerate() {
-                if let Some(seen) = self.places.ratio(rung) {
+                if let Some(seen) = self.needs.ratio(rung) {
                     *ratio = seen.clamp(LEAST_RATIO, 1.0);
                 }
             }
         }
     }
 
-    /// What a rung took as a part of what another did. Between them all have their part
-    /// of what that differs by; a worse rung takes no more than a better one.
+    /// Learns the need of a rung relative to another's; the rungs between share the difference.
     fn learn_ratio(&mut self, rung: usize, other: usize, seen: f64) {
         let expected = self.ratio(rung, other);
         let (from, to) = (rung.min(other), rung.max(other));

@@ -1,152 +1,70 @@
-//! A [`SwapLock`] over anything that takes messages from one machine to another.
+//! A [`SwapLock`] over any way to send messages between machines.
 
-use super::{Done, Gathered, Look, Order, Purpose, Share, SwapError, SwapLock, Waits};
+use super::{
+    FrameResult, GatheredResults, Look, Order, Purpose, Share, SwapError, SwapLock, Waits,
+};
 use glam::{Quat, Vec3};
 use hdrhistogram::Histogram;
 use shisen_core::gaze::HeadPose;
-use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
-use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
+use zerocopy::{FromBytes, IntoBytes};
 
-/// Takes messages from one machine to another, those from one in their order.
+/// Sends messages between machines; those from one machine to another stay in order.
 pub trait Wire {
-    /// Which machine this is, from 0.
+    /// This machine's number, from 0.
     fn rank(&self) -> usize;
 
-    /// How many there are, 1 or more.
+    /// The number of machines, 1 or more.
     fn ranks(&self) -> usize;
 
-    /// What people call this machine.
+    /// This machine's name, for people.
     fn name(&self) -> String;
 
-    /// Sends a message, and does not wait until it is there.
+    /// Sends a message without waiting until it arrives.
     fn send(&mut self, to: usize, message: &[u8]);
 
-    /// The next message from another, if one is there.
+    /// The next message from a machine, if one has come.
     fn poll(&mut self, from: usize) -> Option<Vec<u8>>;
 
-    /// There are no more messages: all machines end together. Where they do not, this
-    /// is never called.
-    fn finish(&mut self);
-}
-
-/// Messages between threads: a cluster without machines, for tests and for trying
-/// things out.
-#[derive(Debug)]
-pub struct Channels {
-    rank: usize,
-    to: Vec<Sender<Vec<u8>>>,
-    from: Vec<Receiver<Vec<u8>>>,
-}
-
-impl Channels {
-    /// Most threads: each has a line to each.
-    pub const MOST: usize = 64;
-
-    /// The ends of `ranks` threads, [`MOST`](Self::MOST) at most, in the order of
-    /// their ranks.
-    pub fn new(ranks: usize) -> Vec<Self> {
-        let ranks = ranks.min(Self::MOST);
-        let mut ends: Vec<Self> = (0..ranks)
-            .map(|rank| Self {
-                rank,
-                to: Vec::new(),
-                from: Vec::new(),
-            })
-            .collect();
-        for from in 0..ranks {
-            for to in 0..ranks {
-                let (sender, receiver) = channel();
-                ends[from].to.push(sender);
-                ends[to].from.push(receiver);
-            }
-        }
-        ends
-    }
-}
-
-impl Wire for Channels {
-    fn rank(&self) -> usize {
-        self.rank
-    }
-
-    fn ranks(&self) -> usize {
-        self.to.len()
-    }
-
-    fn name(&self) -> String {
-        "thread".to_owned()
-    }
-
-    fn send(&mut self, to: usize, message: &[u8]) {
-        if let Some(to) = self.to.get(to) {
-            // One that has ended hears nothing.
-            let _ = to.send(message.to_owned());
-        }
-    }
-
-    fn poll(&mut self, from: usize) -> Option<Vec<u8>> {
-        self.from.get(from)?.try_recv().ok()
-    }
-
+    /// Ends the messages; called only where all machines end together.
     fn finish(&mut self) {}
 }
 
-/// How often longer one waits for what is ordered than for what was.
+/// How many times longer a machine waits for an order than the leader waits for a frame.
 const PATIENCE: u32 = 10;
 
-/// Machines that one of them keeps together.
+/// Machines that the leader keeps together.
 #[derive(Debug)]
 pub struct Cluster<T: Wire> {
     wire: T,
-    /// How long a frame is waited for.
+    /// The longest wait for a frame.
     wait: Duration,
-    /// Of the machines, by rank.
+    /// The machines' names, by rank.
     names: Vec<String>,
-    /// When the newest order went out, or was here.
+    /// When the newest order was sent or received.
     ordered: Instant,
     waited: Histogram<u64>,
     spread: Histogram<u64>,
 }
 
-/// The first byte of a message.
+// The first byte of a message.
 const NAME: u8 = 1;
 const ORDER: u8 = 2;
 const DONE: u8 = 3;
 const SWAP: u8 = 4;
 const END: u8 = 5;
 
-/// [`Order`], as it is sent; all ones for no end of steps. All machines have one
-/// order of bytes.
-#[derive(Debug, Clone, Copy, FromBytes, IntoBytes, Immutable, KnownLayout)]
-#[repr(C)]
-struct SentOrder {
-    frame: u64,
-    steps: u64,
-    rung: u64,
-    purpose: u64,
-    head_position: [f32; 3],
-    head_orientation: [f32; 4],
-    position: [f32; 3],
-    forward: [f32; 3],
-    up: [f32; 3],
-    widen: f32,
-    whole_fovea: u32,
+/// A message of a kind and words of eight bytes. All machines have one byte order.
+fn message(kind: u8, words: &[u64]) -> Vec<u8> {
+    let mut bytes = vec![kind];
+    bytes.extend_from_slice(words.as_bytes());
+    bytes
 }
 
-/// [`Done`], as it is sent, before its hashes.
-#[derive(Debug, Clone, Copy, FromBytes, IntoBytes, Immutable, KnownLayout)]
-#[repr(C)]
-struct SentDone {
-    frame: u64,
-    steps: u64,
-    need: u64,
-    nanoseconds: u64,
-    tiles: u64,
-    unfinished: u64,
-    unfinished_fovea: u64,
-    /// From the order until it was ready, by its own clock.
-    ready_nanoseconds: u64,
+/// The words of a message after its kind.
+fn words(bytes: &[u8]) -> Option<Vec<u64>> {
+    let words = bytes.chunks(size_of::<u64>());
+    words.map(|word| u64::read_from_bytes(word).ok()).collect()
 }
 
 const PURPOSES: [Purpose; 4] = [
@@ -156,97 +74,106 @@ const PURPOSES: [Purpose; 4] = [
     Purpose::Compared,
 ];
 
-impl From<&Order> for SentOrder {
-    fn from(order: &Order) -> Self {
-        let Look {
-            head,
-            position,
-            forward,
-            up,
-            widen,
-        } = order.look;
-        let purpose = PURPOSES.iter().position(|one| *one == order.purpose);
-        Self {
-            frame: order.frame,
-            steps: order.steps.unwrap_or(u64::MAX),
-            rung: order.rung as u64,
-            purpose: purpose.unwrap_or_default() as u64,
-            head_position: head.position.to_array(),
-            head_orientation: head.orientation.to_array(),
-            position: position.to_array(),
-            forward: forward.to_array(),
-            up: up.to_array(),
-            widen,
-            whole_fovea: order.whole_fovea.into(),
-        }
+impl Order {
+    /// The order in a message, with `u64::MAX` for no limit of steps.
+    fn words(&self) -> Vec<u64> {
+        let purpose = PURPOSES.iter().position(|one| *one == self.purpose);
+        let mut words = vec![
+            self.frame,
+            self.steps.unwrap_or(u64::MAX),
+            self.rung as u64,
+            self.whole_fovea.into(),
+            purpose.unwrap_or_default() as u64,
+        ];
+        let look = &self.look;
+        let vectors = [look.head.position, look.position, look.forward, look.up];
+        let vectors = vectors.map(|vector| vector.to_array());
+        let turn = look.head.orientation.to_array();
+        let numbers = vectors.into_iter().flatten();
+        let numbers = numbers.chain(turn).chain([look.widen]);
+        words.extend(numbers.map(|number| u64::from(number.to_bits())));
+        words
     }
-}
 
-impl SentOrder {
-    fn order(&self) -> Option<Order> {
-        Some(Order {
-            frame: self.frame,
+    fn read(bytes: &[u8]) -> Option<Self> {
+        let words = words(bytes)?;
+        let [frame, steps, rung, whole_fovea, purpose, look @ ..] = words.as_slice() else {
+            return None;
+        };
+        let look = look.iter().map(|&bits| f32::from_bits(bits as u32));
+        let look: [f32; 17] = look.collect::<Vec<_>>().try_into().ok()?;
+        let vector = |number: usize| Vec3::from_slice(&look[3 * number..]);
+        Some(Self {
+            frame: *frame,
             look: Look {
                 head: HeadPose {
-                    position: Vec3::from_array(self.head_position),
-                    orientation: Quat::from_array(self.head_orientation),
+                    position: vector(0),
+                    orientation: Quat::from_slice(&look[12..]),
                 },
-                position: Vec3::from_array(self.position),
-                forward: Vec3::from_array(self.forward),
-                up: Vec3::from_array(self.up),
-                widen: self.widen,
+                position: vector(1),
+                forward: vector(2),
+                up: vector(3),
+                widen: look[16],
             },
-            rung: usize::try_from(self.rung).ok()?,
-            steps: (self.steps != u64::MAX).then_some(self.steps),
-            whole_fovea: self.whole_fovea != 0,
-            purpose: *PURPOSES.get(usize::try_from(self.purpose).ok()?)?,
+            rung: usize::try_from(*rung).ok()?,
+            steps: (*steps != u64::MAX).then_some(*steps),
+            whole_fovea: *whole_fovea != 0,
+            purpose: *PURPOSES.get(usize::try_from(*purpose).ok()?)?,
         })
     }
 }
 
-impl Done {
-    fn sent(&self, ready: Duration) -> Vec<u8> {
-        let head = SentDone {
-            frame: self.frame,
-            steps: self.steps,
-            need: self.need,
-            nanoseconds: self.tracing.as_nanos() as u64,
-            tiles: self.tiles as u64,
-            unfinished: self.unfinished as u64,
-            unfinished_fovea: self.unfinished_fovea.into(),
-            ready_nanoseconds: ready.as_nanos() as u64,
-        };
-        let mut bytes = vec![DONE];
-        bytes.extend_from_slice(head.as_bytes());
-        for hash in &self.hashes {
-            bytes.extend_from_slice(hash.as_bytes());
-        }
-        bytes
+impl FrameResult {
+    /// The result in a message, with the time from the order until it was ready on the
+    /// machine's own clock.
+    fn words(&self, ready: Duration) -> Vec<u64> {
+        let mut words = vec![
+            self.frame,
+            self.steps,
+            self.need,
+            self.tracing.as_nanos() as u64,
+            self.tiles as u64,
+            self.unfinished as u64,
+            self.unfinished_fovea.into(),
+            ready.as_nanos() as u64,
+        ];
+        words.extend(&self.hashes);
+        words
     }
 
-    /// What was sent, and how long it took to be ready.
-    fn received(bytes: &[u8]) -> Option<(Self, Duration)> {
-        let (head, rest) = SentDone::read_from_prefix(bytes).ok()?;
-        let hashes = rest.chunks(size_of::<u64>());
-        let done = Self {
-            frame: head.frame,
-            steps: head.steps,
-            need: head.need,
-            tracing: Duration::from_nanos(head.nanoseconds),
-            tiles: head.tiles as usize,
-            unfinished: head.unfinished as usize,
-            unfinished_fovea: head.unfinished_fovea != 0,
-            hashes: hashes
-                .map(|bytes| u64::read_from_bytes(bytes).ok())
-                .collect::<Option<_>>()?,
+    fn read(bytes: &[u8]) -> Option<(Self, Duration)> {
+        let words = words(bytes)?;
+        let [
+            frame,
+            steps,
+            need,
+            tracing,
+            tiles,
+            unfinished,
+            fovea,
+            ready,
+            hashes @ ..,
+        ] = words.as_slice()
+        else {
+            return None;
         };
-        Some((done, Duration::from_nanos(head.ready_nanoseconds)))
+        let result = Self {
+            frame: *frame,
+            steps: *steps,
+            need: *need,
+            tracing: Duration::from_nanos(*tracing),
+            tiles: *tiles as usize,
+            unfinished: *unfinished as usize,
+            unfinished_fovea: *fovea != 0,
+            hashes: hashes.to_vec(),
+        };
+        Some((result, Duration::from_nanos(*ready)))
     }
 }
 
-impl Gathered {
-    /// Those of one machine more.
-    fn add(&mut self, one: &Done) {
+impl GatheredResults {
+    /// Adds the result of a machine.
+    pub(super) fn add(&mut self, one: &FrameResult) {
         let all = &mut self.all;
         all.frame = one.frame;
         all.steps += one.steps;
@@ -257,7 +184,7 @@ impl Gathered {
         all.unfinished_fovea |= one.unfinished_fovea;
         all.hashes.extend_from_slice(&one.hashes);
         if one.tracing >= self.slowest.tracing {
-            self.slowest = Done {
+            self.slowest = FrameResult {
                 hashes: Vec::new(),
                 ..*one
             };
@@ -266,14 +193,13 @@ impl Gathered {
 }
 
 impl<T: Wire> Cluster<T> {
-    /// Of machines that say who they are within `wait`, which is also how long any
-    /// frame is waited for.
+    /// Joins machines, each of which sends its name; `wait` is the longest wait for a frame.
     ///
     /// # Errors
-    /// One that says nothing, or something else.
+    /// A machine that is silent or sends something else.
     pub fn new(wire: T, wait: Duration) -> Result<Self, SwapError> {
         let ranks = wire.ranks();
-        // From 1 µs to an hour, to a thousandth: bounds that there can be.
+        // From 1 µs to an hour, to a thousandth.
         let times = Histogram::new_with_bounds(1, 3_600_000_000, 3)
             .map_err(|error| SwapError::Mpi(error.to_string()))?;
         let mut cluster = Self {
@@ -300,14 +226,14 @@ impl<T: Wire> Cluster<T> {
                     name: cluster.names[rank].clone(),
                     wait: wait * PATIENCE,
                 })?;
-            let said = cluster.of_kind(rank, &said, NAME)?;
+            let said = cluster.contents(rank, &said, NAME)?;
             let said = String::from_utf8_lossy(said).into_owned();
             cluster.names[rank] = format!("rank {rank} ({said})");
         }
         Ok(cluster)
     }
 
-    /// The next message of a machine, if it comes in time.
+    /// Waits for the next message of a machine.
     fn wait_for(&mut self, rank: usize, until: Instant) -> Option<Vec<u8>> {
         loop {
             if let Some(message) = self.wire.poll(rank) {
@@ -320,8 +246,13 @@ impl<T: Wire> Cluster<T> {
         }
     }
 
-    /// What a message says behind its kind.
-    fn of_kind<'m>(&self, rank: usize, message: &'m [u8], kind: u8) -> Result<&'m [u8], SwapError> {
+    /// The contents of a message of a kind.
+    fn contents<'m>(
+        &self,
+        rank: usize,
+        message: &'m [u8],
+        kind: u8,
+    ) -> Result<&'m [u8], SwapError> {
         match message.split_first() {
             Some((first, rest)) if *first == kind => Ok(rest),
             _ => Err(self.unknown(rank)),
@@ -329,13 +260,11 @@ impl<T: Wire> Cluster<T> {
     }
 
     fn unknown(&self, rank: usize) -> SwapError {
-        SwapError::Unknown {
-            name: self.names[rank].clone(),
-        }
+        SwapError::Unknown(self.names[rank].clone())
     }
 
-    /// What the machine that orders says next.
-    fn heard(&mut self) -> Result<Vec<u8>, SwapError> {
+    /// Waits for the leader's next message.
+    fn receive_from_leader(&mut self) -> Result<Vec<u8>, SwapError> {
         let wait = self.wait * PATIENCE;
         let said = self.wait_for(0, Instant::now() + wait);
         said.ok_or_else(|| SwapError::Silent {
@@ -344,14 +273,14 @@ impl<T: Wire> Cluster<T> {
         })
     }
 
-    fn tell_all(&mut self, message: &[u8]) {
+    fn broadcast(&mut self, message: &[u8]) {
         for rank in 1..self.wire.ranks() {
             self.wire.send(rank, message);
         }
     }
 }
 
-/// Until a message may have come: short, since a wall waits for it.
+/// Sleeps until a message may have come: shortly, since a wall waits for it.
 fn pause() {
     std::thread::sleep(Duration::from_micros(20));
 }
@@ -363,37 +292,33 @@ impl<T: Wire> SwapLock for Cluster<T> {
     }
 
     fn order(&mut self, order: &Order) -> Result<(), SwapError> {
-        let mut message = vec![ORDER];
-        message.extend_from_slice(SentOrder::from(order).as_bytes());
-        self.tell_all(&message);
+        self.broadcast(&message(ORDER, &order.words()));
         self.ordered = Instant::now();
         Ok(())
     }
 
     fn obey(&mut self) -> Result<Option<Order>, SwapError> {
-        let message = self.heard()?;
+        let message = self.receive_from_leader()?;
         if message == [END] {
             self.wire.finish();
             return Ok(None);
         }
         self.ordered = Instant::now();
-        let sent = self.of_kind(0, &message, ORDER)?;
-        let sent = SentOrder::read_from_bytes(sent).ok();
-        let order = sent.and_then(|sent| sent.order());
+        let order = Order::read(self.contents(0, &message, ORDER)?);
         order.map(Some).ok_or_else(|| self.unknown(0))
     }
 
-    fn gather(&mut self, own: &Done) -> Result<Gathered, SwapError> {
+    fn gather(&mut self, own: &FrameResult) -> Result<GatheredResults, SwapError> {
         let begun = Instant::now();
         let ready = begun - self.ordered;
-        let mut gathered = Gathered::default();
+        let mut gathered = GatheredResults::default();
         if self.wire.rank() > 0 {
-            self.wire.send(0, &own.sent(ready));
+            self.wire.send(0, &message(DONE, &own.words(ready)));
             gathered.add(own);
             return Ok(gathered);
         }
         let ranks = self.wire.ranks();
-        let mut found: Vec<Option<Done>> = vec![None; ranks];
+        let mut found: Vec<Option<FrameResult>> = vec![None; ranks];
         found[0] = Some(own.clone());
         let (mut first, mut last) = (ready, ready);
         loop {
@@ -401,8 +326,8 @@ impl<T: Wire> SwapLock for Cluster<T> {
                 if found[rank].is_none()
                     && let Some(message) = self.wire.poll(rank)
                 {
-                    let sent = self.of_kind(rank, &message, DONE)?;
-                    let done = Done::received(sent).filter(|(done, _)| done.frame == own.frame);
+                    let done = FrameResult::read(self.contents(rank, &message, DONE)?);
+                    let done = done.filter(|(done, _)| done.frame == own.frame);
                     let (done, ready) = done.ok_or_else(|| self.unknown(rank))?;
                     (first, last) = (first.min(ready), last.max(ready));
                     found[rank] = Some(done);
@@ -432,13 +357,12 @@ impl<T: Wire> SwapLock for Cluster<T> {
     }
 
     fn swap(&mut self, frame: u64) -> Result<(), SwapError> {
-        let mut message = vec![SWAP];
-        message.extend_from_slice(frame.as_bytes());
+        let message = message(SWAP, &[frame]);
         if self.wire.rank() == 0 {
-            self.tell_all(&message);
+            self.broadcast(&message);
             return Ok(());
         }
-        if self.heard()? == message {
+        if self.receive_from_leader()? == message {
             Ok(())
         } else {
             Err(self.unknown(0))
@@ -446,7 +370,7 @@ impl<T: Wire> SwapLock for Cluster<T> {
     }
 
     fn end(&mut self) -> Result<(), SwapError> {
-        self.tell_all(&[END]);
+        self.broadcast(&[END]);
         self.wire.finish();
         Ok(())
     }

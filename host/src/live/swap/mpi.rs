@@ -12,7 +12,7 @@ use std::fmt;
 /// The processes that `mpirun` started.
 pub struct Mpi {
     world: SimpleCommunicator,
-    /// What MPI does not say any more once it has ended.
+    /// Kept because MPI does not tell its rank once it has ended.
     rank: usize,
     ranks: usize,
     universe: Option<Universe>,
@@ -20,20 +20,17 @@ pub struct Mpi {
 
 impl fmt::Debug for Mpi {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Mpi")
-            .field("rank", &self.rank)
-            .field("ranks", &self.ranks)
-            .finish_non_exhaustive()
+        f.debug_struct("Mpi").finish_non_exhaustive()
     }
 }
 
 impl Mpi {
-    /// Joins them; without `mpirun` this process is alone. Once in a program.
+    /// Joins the processes; without `mpirun` this process is alone. Once in a program.
     ///
     /// # Errors
-    /// It was joined before.
+    /// A second call.
     pub fn join() -> Result<Self, SwapError> {
-        // Messages are the business of one thread.
+        // One thread sends and receives.
         let joined = initialize_with_threading(Threading::Funneled);
         let (universe, _) =
             joined.ok_or_else(|| SwapError::Mpi("it has been started before".to_owned()))?;
@@ -60,7 +57,7 @@ impl Wire for Mpi {
         processor_name().unwrap_or_else(|_| "a machine without a name".to_owned())
     }
 
-    /// A message is shorter than what any MPI sends at once, whoever waits for it.
+    /// Messages are short enough for any MPI to send at once.
     fn send(&mut self, to: usize, message: &[u8]) {
         self.world.process_at_rank(to as i32).send(message);
     }
@@ -73,7 +70,7 @@ impl Wire for Mpi {
         Some(message)
     }
 
-    /// Waits until all have come here.
+    /// Waits for all machines.
     fn finish(&mut self) {
         self.universe = None;
     }
@@ -81,8 +78,7 @@ impl Wire for Mpi {
 
 impl Drop for Mpi {
     fn drop(&mut self) {
-        // Who ends before the others does not wait for them: mpirun ends them as soon as
-        // this process fails.
+        // After a failure this process does not wait for the others: mpirun ends them.
         std::mem::forget(self.universe.take());
     }
 }

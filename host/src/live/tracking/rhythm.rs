@@ -1,33 +1,32 @@
-//! When the next sample comes.
+//! Predicts when the next sample comes.
 
 use shisen_tracker::time::Micros;
 
-/// Of a mean that follows what is measured, the part that the newest has in it.
+/// The weight of the newest interval in the mean: one part in so many.
 const NEWEST: u64 = 8;
 
-/// Of the mean time between samples, the part by which the next may come sooner.
+/// The next sample may come sooner than the mean interval by one part in so many.
 const SOONER: u64 = 8;
 
-/// So many times the mean, a time between samples is an interruption, which says nothing of
-/// the next.
+/// An interval of more than so many means is an interruption, which predicts nothing.
 const INTERRUPTION: u64 = 4;
 
-/// Of samples, how they come.
+/// The rhythm of a tracker's samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rhythm {
     newest: Option<Micros>,
-    /// Between two, in the mean over the newest: nanoseconds. 0 where it is not known.
+    /// The mean interval of recent samples, nanoseconds; 0 where it is not known.
     between: u64,
 }
 
 impl Rhythm {
-    /// None has come.
+    /// No sample has come.
     pub(super) const NEW: Self = Self {
         newest: None,
         between: 0,
     };
 
-    /// One came then.
+    /// Notes a sample.
     pub(super) fn hear(&mut self, came: Micros) {
         let before = self.newest.replace(came);
         let Some(since) = before.map(|before| came.since(before).0.saturating_mul(1_000)) else {
@@ -40,7 +39,7 @@ impl Rhythm {
         }
     }
 
-    /// Whether no other is expected until then. One that should have come still may.
+    /// Whether no other sample is expected before a time. An overdue one may still come.
     pub(super) fn is_last_before(&self, until: Micros) -> bool {
         let soonest = self.between - self.between / SOONER;
         self.between > 0
@@ -54,15 +53,14 @@ impl Rhythm {
 mod tests {
     use super::*;
 
-    /// After samples so many milliseconds apart, until how long after the last of them no
-    /// other is expected: milliseconds.
-    fn alone(apart: impl IntoIterator<Item = u64>) -> u64 {
+    /// Milliseconds after samples at these intervals for which no other is expected.
+    fn silence(intervals: impl IntoIterator<Item = u64>) -> u64 {
         let mut rhythm = Rhythm::NEW;
         let mut now = Micros(5_000_000);
         let later = |now: Micros, by: u64| Micros(now.0 + 1_000 * by);
         rhythm.hear(now);
-        for apart in apart {
-            now = later(now, apart);
+        for interval in intervals {
+            now = later(now, interval);
             rhythm.hear(now);
         }
         let until = |after: &u64| rhythm.is_last_before(later(now, *after));
@@ -70,28 +68,19 @@ mod tests {
     }
 
     #[test]
-    fn the_next_is_expected_a_little_before_its_time() {
-        assert_eq!(alone([16; 40]), 14);
-        assert_eq!(alone([100; 40]), 88);
-        // Nothing is known after one, and any other may come.
-        assert_eq!(alone([]), 0);
-        assert_eq!(alone([100]), 88);
-    }
-
-    #[test]
-    fn it_follows_a_rate_and_no_interruption() {
-        assert_eq!(alone([16; 40].into_iter().chain([700])), 14);
-        let slower = alone([16; 40].into_iter().chain([32; 40]));
+    fn the_next_sample_is_expected_a_little_early() {
+        assert_eq!(
+            [silence([16; 40]), silence([100]), silence([])],
+            [14, 88, 0]
+        );
+        // An interruption changes nothing, nor does what lay in a buffer.
+        assert_eq!(silence([16; 40].into_iter().chain([700])), 14);
+        let buffered = [16; 40].into_iter().chain([0; 3]).chain([16; 40]);
+        assert_eq!(silence(buffered), 14);
+        let slower = silence([16; 40].into_iter().chain([32; 40]));
         assert!((27..=28).contains(&slower), "{slower}");
-        let faster = alone([32; 40].into_iter().chain([16; 40]));
+        let faster = silence([32; 40].into_iter().chain([16; 40]));
         assert!((14..=15).contains(&faster), "{faster}");
-        // All at once: what lay in a buffer.
-        let buffered = alone([16; 40].into_iter().chain([0; 3]).chain([16; 40]));
-        assert_eq!(buffered, 14);
-    }
-
-    #[test]
-    fn times_have_no_end() {
         let mut rhythm = Rhythm::NEW;
         for time in [0, u64::MAX, 0, u64::MAX, u64::MAX] {
             rhythm.hear(Micros(time));

@@ -145,7 +145,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let of = |latch: &str| {
             let mut runs = runs.iter();
             let run = runs.find(|run| run.tracker_hz == rate && run.latch == latch)?;
-            run.report.latencies.of(Leg::MotionToWall)
+            run.report.latencies.summary(Leg::MotionToWall)
         };
         Some(Gain {
             tracker_hz: rate,
@@ -266,7 +266,7 @@ impl Arguments {
                 passed_over_samples: report.passed_over,
                 stages: Leg::ALL
                     .into_iter()
-                    .map(|leg| (leg.name(), report.latencies.of(leg)))
+                    .map(|leg| (leg.name(), report.latencies.summary(leg)))
                     .collect(),
                 interference,
                 report,
@@ -315,7 +315,7 @@ impl fmt::Display for Report {
         for leg in Leg::ALL {
             write!(f, "\n{:20}", leg.name().replace('_', " "))?;
             for run in &self.runs {
-                let found = run.report.latencies.of(leg);
+                let found = run.report.latencies.summary(leg);
                 let text = found.map_or("-".to_owned(), |of| {
                     format!("{:.2} ({:.2})", of.p50, of.p99)
                 });

@@ -98,7 +98,7 @@ fn legs(runs: &[Run]) -> Chart {
 /// Which part of the frames took no longer than a time.
 fn within<'r>(title: String, named: impl Iterator<Item = (String, &'r Run, Leg)>) -> Chart {
     let line = |(colour, (name, run, leg)): (usize, (String, &Run, Leg))| {
-        let all = run.report.latencies.of(leg);
+        let all = run.report.latencies.summary(leg);
         let all = all.map_or(1.0, |of| of.frames as f64);
         let mut so_far = 0;
         let points = run.report.latencies.classes(leg);
