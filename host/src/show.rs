@@ -1,5 +1,5 @@
-//! Pictures of a frame for people: screens in one picture, both eyes in one, the gaze's detail,
-//! a window and what it says.
+//! Pictures of a frame for people: all screens in one picture, both eyes in one, the level of
+//! detail, and a window with a dashboard.
 
 pub mod dashboard;
 pub mod lod;

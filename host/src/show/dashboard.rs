@@ -1,9 +1,9 @@
-//! The live loop to look at: the walls as a net or as the viewer sees them, where the
-//! gaze is, what it is worth, in which order tiles are dealt their steps, what of the
-//! budget went, and how long the eye's movement took to the wall.
+//! A dashboard of the live loop: the walls as a net or as the viewer sees them, the gaze and how
+//! far it can be relied on, the order in which tiles are dealt steps, the budget, and the
+//! latency from the eye to the wall.
 //!
-//! All of it is drawn here, into a [`Canvas`], without a window: what is drawn is a
-//! function of a [`Frame`], a [`Status`] and what was chosen to be seen.
+//! It is drawn into a [`Canvas`] without a window, from a [`Frame`], a [`Status`] and the chosen
+//! view alone.
 
 mod canvas;
 mod gauges;
@@ -26,10 +26,10 @@ use shisen_core::frame::Tile;
 use shisen_core::gaze::HeadPose;
 use std::sync::Arc;
 
-/// Behind everything.
+/// The background.
 const BACKGROUND: Colour = 0x18_1818;
 const TEXT: Colour = 0xE0_E0E0;
-/// What asks for attention.
+/// The colour of messages.
 const NOTICE: Colour = 0xFF_D040;
 
 /// Rows of the line at the top.
@@ -38,43 +38,44 @@ const HEADER: u32 = 18;
 /// The horizontal field of the viewer's eye, radians (100°).
 const FIELD_OF_VIEW: f64 = 1.745_329_251_994_329_5;
 
-/// What the keys are for, as the last lines say it.
+/// The lines that explain the keys.
 const HELP: [&str; 2] = [
     "A B C D scene  L level of detail  F fill  V net or viewer  H levels  T order of tiles",
     "M mouse is the gaze (or hold a button)  Space pause  S screenshot  Q end",
 ];
 
-/// What a session shows.
+/// What a session is about.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct About {
     /// The scene.
     pub scene: String,
     /// What follows the gaze.
     pub lod: String,
-    /// What fills where the gaze skips rays.
+    /// The filling where the gaze skips rays.
     pub fill: String,
     /// Refreshes per second.
     pub hz: u32,
-    /// What a frame may take.
+    /// The budget of a frame.
     pub budget: String,
 }
 
-/// A frame as it is handed over.
+/// A frame to draw.
 #[derive(Debug, Clone)]
 pub struct Frame {
-    /// Of what session.
+    /// Its session.
     pub about: Arc<About>,
-    /// By screen, then eye.
+    /// The pictures by screen, then eye.
     pub pictures: Vec<Picture>,
     /// The eyes, and what follows their gaze.
     pub eyes: Vec<Observer>,
     /// The head.
     pub head: HeadPose,
-    /// By the number of their picture, in the order in which they are dealt steps.
+    /// The tiles in the order in which they were dealt steps, each with the number of its
+    /// picture.
     pub tiles: Vec<(usize, Tile)>,
-    /// What it was.
+    /// Its record.
     pub record: FrameRecord,
-    /// Of this and the frames before, the oldest first.
+    /// The latencies of this and the frames before, the oldest first.
     pub latencies: Vec<Latency>,
 }
 
@@ -84,20 +85,20 @@ pub enum ViewName {
     /// Unfolded.
     #[default]
     Net,
-    /// As the viewer's eye sees them, looking where the head does.
+    /// As the viewer's eye sees them in the direction of the head.
     Viewer,
 }
 
-/// What there is to say besides the frame.
+/// The state of the window.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Status {
-    /// The mouse is the gaze.
+    /// Whether the mouse is the gaze.
     pub mouse: bool,
-    /// No newer frame is shown.
+    /// Whether newer frames wait.
     pub paused: bool,
-    /// Frames that were not shown.
+    /// The number of frames not shown.
     pub dropped: u64,
-    /// What was done last, or is being done.
+    /// What was done last or is being done.
     pub message: Option<String>,
 }
 
@@ -113,14 +114,14 @@ pub struct Dashboard<'c> {
     areas: Vec<Area>,
     /// How the walls are shown.
     pub view: ViewName,
-    /// Whether levels are shown over them.
+    /// Whether levels are shown over the walls.
     pub levels: bool,
-    /// Whether the order of tiles is.
+    /// Whether the order of tiles is shown over the walls.
     pub tiles: bool,
 }
 
 impl<'c> Dashboard<'c> {
-    /// Columns and rows that all of it fits into.
+    /// The usual columns and rows.
     pub const SIZE: [u32; 2] = [960, 720];
 
     /// For the screens of a room.
@@ -143,15 +144,12 @@ impl<'c> Dashboard<'c> {
         })
     }
 
-    /// How often a frame is to be drawn: twice where its eyes take turns.
+    /// How often a frame is drawn: twice where its eyes take turns.
     pub fn turns(&self) -> usize {
-        match self.stereo {
-            Stereo::Sequential => 2,
-            _ => 1,
-        }
+        1 + usize::from(self.stereo == Stereo::Sequential)
     }
 
-    /// Draws that there is no frame yet.
+    /// Draws the message while there is no frame.
     pub fn wait(&self, canvas: &mut Canvas, status: &Status) {
         canvas.clear(BACKGROUND);
         if let Some(message) = &status.message {
@@ -159,10 +157,10 @@ impl<'c> Dashboard<'c> {
         }
     }
 
-    /// Draws a frame; `turn` counts from 0 to [`turns`](Self::turns).
+    /// Draws a frame; `turn` counts up to [`turns`](Self::turns).
     ///
     /// # Errors
-    /// Memory that there is not.
+    /// Not enough memory.
     pub fn draw(
         &mut self,
         canvas: &mut Canvas,
@@ -172,12 +170,8 @@ impl<'c> Dashboard<'c> {
     ) -> Result<(), PlaceMapError> {
         canvas.clear(BACKGROUND);
         let [width, height] = canvas.size();
-        let walls = Rect {
-            x: 0,
-            y: HEADER,
-            width,
-            height: height.saturating_sub(HEADER + gauges::ROWS),
-        };
+        let rows = height.saturating_sub(HEADER + gauges::ROWS);
+        let walls = Rect::new(0, HEADER, width, rows);
         self.lay_out(walls, frame, turn)?;
         if self.tiles {
             self.ranks.set(frame);
@@ -185,7 +179,7 @@ impl<'c> Dashboard<'c> {
         for area in &mut self.areas {
             area.look(self.cave, frame);
         }
-        let over = picture::Over {
+        let over = picture::Overlay {
             levels: self.levels,
             ranks: self.tiles.then_some(&self.ranks),
         };
@@ -203,57 +197,34 @@ impl<'c> Dashboard<'c> {
         Ok(())
     }
 
-    /// The direction from the eye to what is shown at a place of the canvas as it was
-    /// drawn last; `None` where that is no screen.
+    /// The direction from the eye to what was last drawn at a place; `None` off the screens.
     pub fn direction(&self, x: u32, y: u32, frame: &Frame) -> Option<Vec3> {
         let area = self.areas.iter().find(|area| area.contains(x, y))?;
         area.direction(self.cave, frame, x, y)
     }
 
-    /// The eyes that are shown, each in its place.
+    /// Places the eyes on the canvas.
     fn lay_out(&mut self, walls: Rect, frame: &Frame, turn: usize) -> Result<(), PlaceMapError> {
         let last = frame.eyes.len().saturating_sub(1);
-        let half_width = walls.width / 2;
-        let half_height = walls.height / 2;
-        let left = Rect {
-            width: half_width,
-            ..walls
-        };
-        let above = Rect {
-            height: half_height,
-            ..walls
-        };
+        let (mut left, mut above) = (walls, walls);
+        left.width /= 2;
+        above.height /= 2;
+        let (mut right, mut below) = (left, above);
+        right.x += left.width;
+        below.y += above.height;
         let places = match self.stereo {
             Stereo::Mono => vec![(walls, 0)],
             Stereo::Sequential => vec![(walls, turn)],
-            Stereo::SideBySide => vec![
-                (left, 0),
-                (
-                    Rect {
-                        x: half_width,
-                        ..left
-                    },
-                    1,
-                ),
-            ],
-            Stereo::TopBottom => vec![
-                (above, 0),
-                (
-                    Rect {
-                        y: walls.y + half_height,
-                        ..above
-                    },
-                    1,
-                ),
-            ],
+            Stereo::SideBySide => vec![(left, 0), (right, 1)],
+            Stereo::TopBottom => vec![(above, 0), (below, 1)],
             Stereo::Anaglyph => vec![(walls, 0), (walls, 1)],
         };
         let mut areas = std::mem::take(&mut self.areas).into_iter();
         for (rect, eye) in places {
             let eye = eye.min(last);
             let area = match (self.view, areas.next()) {
-                // A net stays what it is.
-                (ViewName::Net, Some(area)) if area.is_of_net(rect, eye) => area,
+                // A net does not change.
+                (ViewName::Net, Some(area)) if area.is_net(rect, eye) => area,
                 (ViewName::Net, _) => {
                     let net = self.net.fitted(rect.width, rect.height, BACKGROUND);
                     Area::new(rect, eye, net, true)
@@ -271,25 +242,22 @@ impl<'c> Dashboard<'c> {
         let place = frame.eyes.get(eye).map_or(DVec3::ZERO, |eye| eye.place);
         let size = [rect.width, rect.height].map(|side| side.div_ceil(2).max(1));
         let (ahead, up) = (room_from_head * DVec3::NEG_Z, room_from_head * DVec3::Y);
-        let camera = ViewerCamera::new(place, ahead, up, FIELD_OF_VIEW, size);
-        match camera {
-            Ok(camera) => {
-                let seen = self.coordinates.view(&camera)?;
-                Ok(seen.fitted(rect.width, rect.height, BACKGROUND))
-            }
-            // A head that is nowhere sees nothing.
-            Err(_) => Ok(self.net.fitted(0, 0, BACKGROUND)),
-        }
+        let Ok(camera) = ViewerCamera::new(place, ahead, up, FIELD_OF_VIEW, size) else {
+            // A head without a finite place sees nothing.
+            return Ok(self.net.fitted(0, 0, BACKGROUND));
+        };
+        let seen = self.coordinates.view(&camera)?;
+        Ok(seen.fitted(rect.width, rect.height, BACKGROUND))
     }
 }
 
 impl Frame {
-    /// Where the viewer looks.
+    /// The line of sight.
     fn forward(&self) -> Vec3 {
         self.record.forward.into()
     }
 
-    /// The view that one of the eyes has of a screen; `None` where it has none.
+    /// An eye's view of a screen; `None` where it does not see it.
     fn view_of(&self, cave: &Cave, screen: usize, eye: usize) -> Option<shisen_core::frame::View> {
         let screen = cave.screens().nth(screen)?;
         render::view(screen, self.eyes.get(eye)?).ok()

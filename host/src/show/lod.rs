@@ -1,4 +1,4 @@
-//! What the level of detail of the gaze does to a screen: numbers and pictures.
+//! The effect of the level of detail on a screen: numbers and pictures.
 
 mod outside;
 mod pictures;
@@ -9,24 +9,24 @@ pub use pictures::{difference, levels, polygons, sampling};
 use shisen_core::frame::{LevelOfDetail, View};
 use shisen_core::gaze::Detail;
 
-/// What share of a screen's pixels is in which zone, and what they get; of a
-/// dome, of those inside its rim.
+/// The shares of a screen's pixels by zone, and their mean detail. On a dome only pixels inside
+/// the rim count.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Coverage {
-    /// Share of pixels of level 1.
+    /// The share of pixels of level 1.
     pub central: f64,
-    /// Share of pixels with a level between 0 and 1.
+    /// The share of pixels with a level between 0 and 1.
     pub peripheral: f64,
-    /// Share of pixels that are not traced.
+    /// The share of pixels that are not traced.
     pub outside: f64,
-    /// Mean level of all pixels.
+    /// The mean level of all pixels.
     pub mean_level: f64,
-    /// Mean of the reflections and refractions allowed (eq. 9), all pixels.
+    /// The mean number of reflections and refractions allowed (eq. 9).
     pub mean_bounces: f64,
 }
 
 impl Coverage {
-    /// Of a view in which rays of level 1 may bounce `depth` times.
+    /// Measures a view in which rays of level 1 may bounce `depth` times.
     pub fn new(view: &View, lod: &LevelOfDetail, depth: u8) -> Self {
         let mut sum = Self::default();
         let mut pixels = 0u32;
@@ -42,18 +42,18 @@ impl Coverage {
             let bounces = Detail::of_level(level).map_or(0, |detail| detail.bounces(depth));
             sum.mean_bounces += f64::from(bounces);
         }
-        let share = 1.0 / f64::from(pixels.max(1));
+        let mean = |sum: f64| sum / f64::from(pixels.max(1));
         Self {
-            central: sum.central * share,
-            peripheral: sum.peripheral * share,
-            outside: sum.outside * share,
-            mean_level: sum.mean_level * share,
-            mean_bounces: sum.mean_bounces * share,
+            central: mean(sum.central),
+            peripheral: mean(sum.peripheral),
+            outside: mean(sum.outside),
+            mean_level: mean(sum.mean_level),
+            mean_bounces: mean(sum.mean_bounces),
         }
     }
 }
 
-/// The level of a pixel: 0 to 1.
+/// The level of a pixel, 0 to 1.
 fn level(view: &View, lod: &LevelOfDetail, x: u32, y: u32) -> f32 {
     view.direction(x as f32, y as f32)
         .and_then(|direction| lod.gaze.level(direction))
@@ -66,7 +66,7 @@ fn places(view: &View) -> impl Iterator<Item = (u32, u32)> + use<> {
     (0..rows).flat_map(move |y| (0..columns).map(move |x| (x, y)))
 }
 
-/// Those that show anything: of a dome, inside its rim.
+/// The pixels of a wall, or those inside the rim of a dome.
 fn seen(view: &View) -> impl Iterator<Item = (u32, u32)> {
     places(view).filter(|&(x, y)| view.direction(x as f32, y as f32).is_some())
 }

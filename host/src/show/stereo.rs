@@ -1,5 +1,5 @@
-//! A picture for two eyes on a display that has one: after another, beside one
-//! another, or in the colours of glasses.
+//! Pictures for two eyes on one display: one after the other, beside each other, or in the
+//! colours of glasses.
 
 use crate::cave::Eye;
 use crate::picture::{Picture, PictureError};
@@ -7,10 +7,10 @@ use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// How a pair of pictures is shown. The left eye's is always the first.
+/// How a pair of pictures is shown. The left eye's always comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stereo {
-    /// One eye's alone: the first.
+    /// The first eye's picture alone.
     #[default]
     Mono,
     /// One after the other, for shutter glasses: the paper's.
@@ -23,12 +23,12 @@ pub enum Stereo {
     Anaglyph,
 }
 
-/// A picture and whom it is for.
+/// A picture and the eye that it is for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Presented {
-    /// The eye; `None` where it is for both.
+    /// The eye; `None` for both.
     pub eye: Option<Eye>,
-    /// What is shown.
+    /// The picture.
     pub picture: Picture,
 }
 
@@ -36,40 +36,35 @@ pub struct Presented {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StereoError {
-    /// They are not of one size.
+    /// Pictures of different sizes.
     #[error(
         "the left eye's picture is {} × {} pixels and the right eye's {} × {}: render both in one \
          size",
         left[0], left[1], right[0], right[1]
     )]
     Sizes {
-        /// Columns and rows of the left eye's.
+        /// Columns and rows of the left eye's picture.
         left: [u32; 2],
-        /// Of the right eye's.
+        /// Columns and rows of the right eye's picture.
         right: [u32; 2],
     },
-    /// Both together are too large.
+    /// Two pictures that are too large together.
     #[error(transparent)]
     Picture(#[from] PictureError),
 }
 
-/// A name of no way to show a pair.
+/// A name that no format has.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error(
-    "there is no stereo \"{given}\": use mono, sequential, side-by-side, top-bottom or anaglyph"
-)]
-pub struct UnknownStereo {
-    /// What was given.
-    pub given: String,
-}
+#[error("there is no stereo \"{0}\": use mono, sequential, side-by-side, top-bottom or anaglyph")]
+pub struct UnknownStereo(pub String);
 
-/// What each channel of an anaglyph takes of the left eye's red, green and blue, and
-/// then of the right eye's, in linear light: the projection onto what red-cyan
-/// glasses let through of a CRT's primaries that is nearest by least squares.
+/// The weights of the left eye's red, green and blue, then of the right eye's, in each channel of
+/// an anaglyph, in linear light: the least-squares projection onto what red-cyan glasses let
+/// through of a CRT's primaries.
 ///
-/// E. Dubois, "A projection method to generate anaglyph stereo images", Proc. IEEE
-/// ICASSP 2001, vol. 3, pp. 1661–1664, with the numbers that he published for it. Each
-/// row adds up to 1 within 10⁻⁵: greys that both eyes see stay the greys they are.
+/// E. Dubois, "A projection method to generate anaglyph stereo images", Proc. IEEE ICASSP
+/// 2001, vol. 3, pp. 1661–1664, with the numbers that he published. Each row adds up to 1
+/// within 10⁻⁵, so that greys seen by both eyes stay the same.
 pub const DUBOIS: [[f32; 6]; 3] = [
     [
         0.456_1,
@@ -98,7 +93,7 @@ pub const DUBOIS: [[f32; 6]; 3] = [
 ];
 
 impl Stereo {
-    /// All.
+    /// All formats.
     pub const ALL: [Self; 5] = [
         Self::Mono,
         Self::Sequential,
@@ -107,7 +102,7 @@ impl Stereo {
         Self::Anaglyph,
     ];
 
-    /// As it is written on a command line and in files.
+    /// The name on command lines and in files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Mono => "mono",
@@ -118,8 +113,8 @@ impl Stereo {
         }
     }
 
-    /// The eyes in the order in which they are shown: by time, from the left, from
-    /// above, or behind red and behind cyan.
+    /// The eyes in the order in which they are shown: by time, from the left, from above, or
+    /// behind red and behind cyan.
     pub const fn eye_order(self) -> &'static [Eye] {
         match self {
             Self::Mono => &[],
@@ -127,8 +122,8 @@ impl Stereo {
         }
     }
 
-    /// What is shown of a pair: of [`Sequential`](Self::Sequential) two pictures, the
-    /// left eye's first, else one. Of [`Mono`](Self::Mono) it is the left eye's.
+    /// Composes a pair: two pictures for [`Sequential`](Self::Sequential), the left eye's for
+    /// [`Mono`](Self::Mono), or else one of both.
     ///
     /// # Errors
     /// Pictures of different sizes; a pair that is too large for a picture.
@@ -141,22 +136,35 @@ impl Stereo {
                 right: sizes[1],
             });
         }
-        let of = |eye: Eye, picture: &Picture| Presented {
+        let single = |eye: Eye, picture: &Picture| Presented {
             eye: Some(eye),
             picture: picture.clone(),
         };
-        let together = |picture: Picture| Presented { eye: None, picture };
-        Ok(match self {
-            Self::Mono => vec![of(Eye::Left, left)],
-            Self::Sequential => vec![of(Eye::Left, left), of(Eye::Right, right)],
-            Self::SideBySide => vec![together(side_by_side(left, right)?)],
-            Self::TopBottom => vec![together(top_bottom(left, right)?)],
-            Self::Anaglyph => vec![together(paired(left, right)?)],
-        })
+        let [width, height] = sizes[0];
+        let picture = match self {
+            Self::Mono => return Ok(vec![single(Eye::Left, left)]),
+            Self::Sequential => {
+                return Ok(vec![single(Eye::Left, left), single(Eye::Right, right)]);
+            }
+            Self::SideBySide => {
+                let size = [width.saturating_mul(2), height];
+                joined(left, right, size, width as usize)?
+            }
+            Self::TopBottom => {
+                let size = [width, height.saturating_mul(2)];
+                joined(left, right, size, counts[0])?
+            }
+            Self::Anaglyph => {
+                let pairs = left.pixels.iter().zip(&right.pixels);
+                let pixels = pairs.map(|(&left, &right)| anaglyph(left, right)).collect();
+                Picture::from_pixels(width, height, pixels)?
+            }
+        };
+        Ok(vec![Presented { eye: None, picture }])
     }
 
-    /// What is noted in the file of a picture: `Stereo-Format`, with two eyes
-    /// `Stereo-Eye-Order`, and where it is for one of them `Stereo-Eye`.
+    /// The notes in a picture's file: `Stereo-Format`, with two eyes `Stereo-Eye-Order`, and for
+    /// a picture of one eye `Stereo-Eye`.
     pub fn metadata(self, eye: Option<Eye>) -> Vec<(&'static str, String)> {
         let mut notes = vec![("Stereo-Format", self.name().to_owned())];
         if let [first, second] = self.eye_order() {
@@ -177,96 +185,58 @@ impl FromStr for Stereo {
     type Err = UnknownStereo;
 
     fn from_str(name: &str) -> Result<Self, UnknownStereo> {
-        Self::ALL
-            .into_iter()
-            .find(|one| one.name() == name)
-            .ok_or_else(|| UnknownStereo { given: name.into() })
+        let mut all = Self::ALL.into_iter();
+        let known = all.find(|one| one.name() == name);
+        known.ok_or_else(|| UnknownStereo(name.into()))
     }
 }
 
-/// A pixel of an anaglyph: [`DUBOIS`], within 0 and 1. What either eye's covers is
-/// covered.
+/// A pixel of an anaglyph by [`DUBOIS`], clamped to 0 to 1. It is covered where either eye's is.
 pub fn anaglyph(left: [f32; 4], right: [f32; 4]) -> [f32; 4] {
-    let [lr, lg, lb, covered] = left;
-    let [rr, rg, rb, also] = right;
+    let [lr, lg, lb, left_alpha] = left;
+    let [rr, rg, rb, right_alpha] = right;
     let eyes = [lr, lg, lb, rr, rg, rb];
     let [red, green, blue] = DUBOIS.map(|row| {
         let sum: f32 = row.iter().zip(eyes).map(|(part, light)| part * light).sum();
         // A NaN would go on into the file.
-        if sum.is_nan() {
-            0.0
-        } else {
-            sum.clamp(0.0, 1.0)
-        }
+        let is_number = !sum.is_nan();
+        if is_number { sum.clamp(0.0, 1.0) } else { 0.0 }
     });
-    [red, green, blue, covered.max(also)]
+    [red, green, blue, left_alpha.max(right_alpha)]
 }
 
-fn side_by_side(left: &Picture, right: &Picture) -> Result<Picture, PictureError> {
-    let width = left.width as usize;
-    let mut both = Picture::new(left.width.saturating_mul(2), left.height)?;
-    let rows = left.pixels.chunks(width.max(1));
-    let rows = rows.zip(right.pixels.chunks(width.max(1)));
-    for (both, (left, right)) in both.pixels.chunks_mut(2 * width.max(1)).zip(rows) {
-        let (first, second) = both.split_at_mut(left.len());
-        first.copy_from_slice(left);
-        second.copy_from_slice(right);
+/// Joins two pictures by turns of `run` pixels of each.
+fn joined(
+    left: &Picture,
+    right: &Picture,
+    [width, height]: [u32; 2],
+    run: usize,
+) -> Result<Picture, PictureError> {
+    let mut both = Picture::new(width, height)?;
+    let [left, right] = [left, right].map(|picture| picture.pixels.chunks(run.max(1)));
+    let pixels = left
+        .zip(right)
+        .flat_map(|(left, right)| left.iter().chain(right));
+    for (to, from) in both.pixels.iter_mut().zip(pixels) {
+        *to = *from;
     }
     Ok(both)
-}
-
-fn top_bottom(left: &Picture, right: &Picture) -> Result<Picture, PictureError> {
-    let mut both = Picture::new(left.width, left.height.saturating_mul(2))?;
-    let (above, below) = both.pixels.split_at_mut(left.pixels.len());
-    above.copy_from_slice(&left.pixels);
-    below.copy_from_slice(&right.pixels);
-    Ok(both)
-}
-
-fn paired(left: &Picture, right: &Picture) -> Result<Picture, PictureError> {
-    let pairs = left.pixels.iter().zip(&right.pixels);
-    let pixels = pairs.map(|(&left, &right)| anaglyph(left, right)).collect();
-    Picture::from_pixels(left.width, left.height, pixels)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Each pixel says where it is and whose.
-    fn picture(width: u32, height: u32, eye: f32) -> Picture {
-        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x as f32, y as f32)));
-        let pixels = places.map(|(x, y)| [x, y, eye, 1.0]).collect();
-        Picture::from_pixels(width, height, pixels).unwrap()
-    }
-
-    fn one(stereo: Stereo, left: &Picture, right: &Picture) -> Picture {
-        let mut shown = stereo.compose(left, right).unwrap();
-        assert_eq!((shown.len(), shown[0].eye), (1, None));
-        shown.remove(0).picture
-    }
-
     #[test]
-    fn left_comes_first() {
-        let (left, right) = (picture(3, 2, 0.0), picture(3, 2, 1.0));
-        let both = one(Stereo::SideBySide, &left, &right);
-        assert_eq!((both.width, both.height), (6, 2));
-        for (x, y) in [(0, 0), (2, 1), (1, 1)] {
-            assert_eq!(both.pixel(x, y), left.pixel(x, y));
-            assert_eq!(both.pixel(x + 3, y), right.pixel(x, y));
+    fn formats_have_names_and_pictures_of_one_size() {
+        let picture = |width, height| Picture::new(width, height).unwrap();
+        for stereo in Stereo::ALL {
+            assert_eq!(stereo.name().parse(), Ok(stereo));
+            let error = stereo.compose(&picture(3, 2), &picture(2, 3)).unwrap_err();
+            assert!(error.to_string().contains("3 × 2 pixels and"), "{error}");
+            assert!(stereo.compose(&picture(0, 0), &picture(0, 0)).is_ok());
         }
-        let both = one(Stereo::TopBottom, &left, &right);
-        assert_eq!((both.width, both.height), (3, 4));
-        for (x, y) in [(0, 0), (2, 1), (1, 1)] {
-            assert_eq!(both.pixel(x, y), left.pixel(x, y));
-            assert_eq!(both.pixel(x, y + 2), right.pixel(x, y));
-        }
-        let shown = Stereo::Sequential.compose(&left, &right).unwrap();
-        let eyes: Vec<_> = shown.iter().map(|one| one.eye).collect();
-        assert_eq!(eyes, [Some(Eye::Left), Some(Eye::Right)]);
-        assert_eq!((&shown[0].picture, &shown[1].picture), (&left, &right));
-        let shown = Stereo::Mono.compose(&left, &right).unwrap();
-        assert_eq!((shown.len(), &shown[0].picture), (1, &left));
+        assert!("both".parse::<Stereo>().is_err());
     }
 
     #[test]
@@ -277,47 +247,14 @@ mod tests {
                 assert!((channel - grey).abs() < 2.0e-5, "{channel} of {grey}");
             }
         }
+        // The left eye's light is red, the right eye's cyan; green in the left eye alone is as
+        // the source says.
         let (white, black) = ([1.0, 1.0, 1.0, 1.0], [0.0, 0.0, 0.0, 0.0]);
-        // The left eye's light is red, the right eye's cyan; what would be below
-        // nothing or above all is cut off.
         assert_eq!(anaglyph(white, black), [1.0, 0.0, 0.0, 1.0]);
-        let [red, green, blue, alpha] = anaglyph(black, white);
-        assert_eq!((red, green, blue, alpha), (0.0, 1.0, 1.0, 1.0));
-        // Green in the left eye alone is what the source says it is.
+        assert_eq!(anaglyph(black, white), [0.0, 1.0, 1.0, 1.0]);
         let green = anaglyph([0.0, 1.0, 0.0, 1.0], black);
         assert_eq!(green, [0.500_484, 0.0, 0.0, 1.0]);
         let dark = anaglyph([f32::NAN; 4], white);
         assert!(dark.iter().all(|channel| !channel.is_nan()), "{dark:?}");
-    }
-
-    #[test]
-    fn eyes_and_format_are_noted() {
-        assert_eq!(
-            Stereo::Sequential.metadata(Some(Eye::Right)),
-            [
-                ("Stereo-Format", "sequential".to_owned()),
-                ("Stereo-Eye-Order", "left right".to_owned()),
-                ("Stereo-Eye", "right".to_owned()),
-            ]
-        );
-        let mono = Stereo::Mono.metadata(None);
-        assert_eq!(mono, [("Stereo-Format", "mono".to_owned())]);
-        for stereo in Stereo::ALL {
-            assert_eq!(stereo.name().parse(), Ok(stereo));
-        }
-        assert!("both".parse::<Stereo>().is_err());
-    }
-
-    #[test]
-    fn pictures_of_different_sizes_are_no_pair() {
-        let (left, right) = (picture(3, 2, 0.0), picture(2, 3, 1.0));
-        for stereo in Stereo::ALL {
-            let error = stereo.compose(&left, &right).unwrap_err();
-            assert!(error.to_string().contains("3 × 2 pixels and"), "{error}");
-        }
-        let none = picture(0, 0, 0.0);
-        for stereo in Stereo::ALL {
-            assert!(stereo.compose(&none, &none).is_ok());
-        }
     }
 }

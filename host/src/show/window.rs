@@ -1,8 +1,8 @@
-//! A window on an X server: pixels in, keys and the mouse out.
+//! A window on an X server: shows pixels and reads keys and the mouse.
 //!
-//! The X protocol is spoken over a socket of our own, without a library of the system,
-//! so that a server that goes away is an error and not the end of the program. On
-//! Wayland it is `XWayland`'s.
+//! It speaks the X protocol over its own socket, without a library of the system, so that a
+//! server that goes away is an error rather than the end of the program. On Wayland the server
+//! is `XWayland`.
 
 use crate::show::dashboard::{Canvas, Colour};
 use miette::Diagnostic;
@@ -20,7 +20,7 @@ use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
 
 x11rb::atom_manager! {
-    /// Names that the server has numbers for.
+    /// The atoms of the window.
     Atoms: AtomsCookie {
         WM_PROTOCOLS,
         WM_DELETE_WINDOW,
@@ -29,7 +29,7 @@ x11rb::atom_manager! {
     }
 }
 
-/// A window that is shown.
+/// An open window.
 #[derive(Debug)]
 pub struct Window {
     connection: RustConnection,
@@ -38,78 +38,69 @@ pub struct Window {
     depth: u8,
     order: ImageOrder,
     atoms: Atoms,
-    /// By key from the first on: what it is without other keys.
+    /// The symbols of keys from the first on, without modifiers.
     first_key: u8,
     symbols: Vec<u32>,
     bytes: Vec<u8>,
 }
 
-/// What happened in it.
+/// An event of the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
     /// A key, as the small letter that it writes, or `'\u{1b}'` for Escape.
     Key(char),
-    /// The mouse is there, columns and rows from the upper left corner.
+    /// A movement of the mouse.
     Mouse {
-        /// Column; 0 where it is left of the window.
+        /// The column; 0 where it is left of the window.
         x: u32,
-        /// Row; 0 where it is above.
+        /// The row; 0 where it is above the window.
         y: u32,
     },
-    /// Its first button was pressed (true) or let go.
+    /// The first mouse button was pressed (true) or released.
     Button(bool),
-    /// It has another size.
+    /// The window has another size.
     Size {
         /// Columns.
         width: u32,
         /// Rows.
         height: u32,
     },
-    /// What it showed has to be shown again.
+    /// The window has to be shown again.
     Exposed,
-    /// Somebody closed it.
+    /// The window was closed.
     Closed,
 }
 
-/// Why there is no window, or none any more.
+/// Why a window does not open, or has gone.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum WindowError {
-    /// No X server takes it.
-    #[error("there is no window: {}", said(reason))]
+    /// No X server accepts the connection.
+    #[error("there is no window: {}", connection_text(.0))]
     #[diagnostic(help(
         "set DISPLAY to that of an X server, such as :0 (Xvfb is one without a screen), or take \
          --view png, which writes the frames to files"
     ))]
-    NoServer {
-        /// What the protocol's library said.
-        reason: Box<ConnectError>,
-    },
-    /// Its pixels are not eight bits of red, green and blue.
-    #[error("there is no window: the X server's screen has {depth} bits a pixel, not 24")]
+    NoServer(Box<ConnectError>),
+    /// A screen of this depth, whose pixels are not eight bits of red, green and blue.
+    #[error("there is no window: the X server's screen has {0} bits a pixel, not 24")]
     #[diagnostic(help(
         "start the server with 24 (Xvfb :99 -screen 0 1280x1024x24), or take --view png"
     ))]
-    Depth {
-        /// Of its screen.
-        depth: u8,
-    },
-    /// Something takes the connection, and says nothing.
+    Depth(u8),
+    /// A server that accepts the connection and does not answer.
     #[error("there is no window: the X server does not answer for {ANSWER_SECONDS} s")]
     #[diagnostic(help(
-        "a server that hangs, or is stopped, is to be started again; or set DISPLAY to that of \
-         another, or take --view png, which writes the frames to files"
+        "restart the server, set DISPLAY to that of another, or take --view png, which writes the \
+         frames to files"
     ))]
     Silent,
-    /// The server has gone, or does not answer as it should.
-    #[error("the window system has gone: {reason}")]
-    Gone {
-        /// What the protocol's library said.
-        reason: String,
-    },
+    /// A server that has gone, with the protocol library's message.
+    #[error("the window system has gone: {0}")]
+    Gone(String),
 }
 
-fn said(reason: &ConnectError) -> String {
+fn connection_text(reason: &ConnectError) -> String {
     match reason {
         ConnectError::DisplayParsingError(_) => match std::env::var_os("DISPLAY") {
             Some(name) => format!("DISPLAY is {}, which names no X server", name.display()),
@@ -121,68 +112,58 @@ fn said(reason: &ConnectError) -> String {
 
 impl From<ConnectError> for WindowError {
     fn from(reason: ConnectError) -> Self {
-        Self::NoServer {
-            reason: Box::new(reason),
-        }
+        Self::NoServer(Box::new(reason))
     }
 }
 
 impl From<ConnectionError> for WindowError {
     fn from(reason: ConnectionError) -> Self {
-        Self::Gone {
-            reason: reason.to_string(),
-        }
+        Self::Gone(reason.to_string())
     }
 }
 
 impl From<ReplyError> for WindowError {
     fn from(reason: ReplyError) -> Self {
-        Self::Gone {
-            reason: reason.to_string(),
-        }
+        Self::Gone(reason.to_string())
     }
 }
 
 impl From<ReplyOrIdError> for WindowError {
     fn from(reason: ReplyOrIdError) -> Self {
-        Self::Gone {
-            reason: reason.to_string(),
-        }
+        Self::Gone(reason.to_string())
     }
 }
 
-/// How long a server may take to show a window.
+/// The longest wait for a server, seconds.
 const ANSWER_SECONDS: u64 = 5;
 
-/// What the server calls Escape, and what it calls letters is their own code.
+/// The symbol of Escape; those of letters are their codes.
 const ESCAPE: u32 = 0xFF1B;
 
 impl Window {
-    /// Shows a window of so many columns and rows on the server that `DISPLAY` names.
+    /// Shows a window of some columns and rows on the server that `DISPLAY` names.
     ///
     /// # Errors
-    /// No server, one that does not answer, or one whose pixels are other ones.
+    /// [`WindowError`].
     pub fn open(title: &str, size: [u32; 2]) -> Result<Self, WindowError> {
         let (send, receive) = sync_channel(1);
         let title = title.to_owned();
-        // The protocol's library waits for answers without an end: where none comes, a
-        // thread is left behind that waits.
+        // The protocol's library waits for answers without a limit: without one, the thread is
+        // left behind.
         std::thread::Builder::new()
             .name("window".to_owned())
             .spawn(move || {
-                // Nobody waits any more where this fails.
+                // Fails where the wait has ended.
                 let _ = send.send(Self::on_server(&title, size));
             })
-            .map_err(|error| WindowError::Gone {
-                reason: error.to_string(),
-            })?;
+            .map_err(|error| WindowError::Gone(error.to_string()))?;
         match receive.recv_timeout(Duration::from_secs(ANSWER_SECONDS)) {
             Ok(window) => window,
             Err(_) => Err(WindowError::Silent),
         }
     }
 
-    /// As [`open`](Self::open), however long that takes.
+    /// As [`open`](Self::open), without a limit of time.
     fn on_server(title: &str, [width, height]: [u32; 2]) -> Result<Self, WindowError> {
         let (connection, number) = x11rb::connect(None)?;
         let setup = connection.setup();
@@ -249,20 +230,20 @@ impl Window {
         })
     }
 
-    /// The next thing that has happened, if any has.
+    /// The next event, if there is one.
     ///
     /// # Errors
     /// A server that has gone.
     pub fn event(&mut self) -> Result<Option<Event>, WindowError> {
         while let Some(message) = self.connection.poll_for_event()? {
-            if let Some(event) = self.event_of(&message) {
+            if let Some(event) = self.read(&message) {
                 return Ok(Some(event));
             }
         }
         Ok(None)
     }
 
-    fn event_of(&self, message: &Message) -> Option<Event> {
+    fn read(&self, message: &Message) -> Option<Event> {
         let inside = |at: i16| u32::try_from(at).unwrap_or(0);
         match message {
             Message::KeyPress(key) => {
@@ -296,13 +277,13 @@ impl Window {
         }
     }
 
-    /// Shows a canvas in the upper left corner. It waits for a server that is slow.
+    /// Shows a canvas in the upper left corner, waiting for a slow server.
     ///
     /// # Errors
     /// A server that has gone.
     pub fn show(&mut self, canvas: &Canvas) -> Result<(), WindowError> {
         let [width, height] = canvas.size();
-        // A request has some bytes of its own.
+        // Less the header of a request.
         let most = self.connection.maximum_request_bytes().saturating_sub(64);
         let rows = (most / (4 * width.max(1) as usize)).max(1);
         let bytes = match self.order {
@@ -331,11 +312,9 @@ impl Window {
     }
 }
 
-/// The root window and the depth of a screen whose pixels are 0xRRGGBB in four bytes.
+/// Returns the root window and the depth of a screen whose pixels are 0xRRGGBB in four bytes.
 fn screen(setup: &Setup, number: usize) -> Result<(u32, u8), WindowError> {
-    let gone = || WindowError::Gone {
-        reason: format!("it has no screen {number}"),
-    };
+    let gone = || WindowError::Gone(format!("it has no screen {number}"));
     let screen = setup.roots.get(number).ok_or_else(gone)?;
     let depth = screen.root_depth;
     let visuals = screen.allowed_depths.iter().flat_map(|one| &one.visuals);
@@ -349,7 +328,7 @@ fn screen(setup: &Setup, number: usize) -> Result<(u32, u8), WindowError> {
     if ours && words {
         Ok((screen.root, depth))
     } else {
-        Err(WindowError::Depth { depth })
+        Err(WindowError::Depth(depth))
     }
 }
 

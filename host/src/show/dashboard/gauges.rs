@@ -1,10 +1,10 @@
-//! What of the budget went, and how long frames took from the eye to the wall.
+//! The gauges of the budget and of the latency from the eye to the wall.
 
 use super::canvas::{Canvas, Colour, Rect, mixed};
 use super::{Frame, HELP, NOTICE, TEXT};
 use crate::live::Quality;
 
-/// Rows of all of it.
+/// Rows of all gauges.
 pub(super) const ROWS: u32 = 96;
 
 /// Rows of the latency strip.
@@ -17,10 +17,10 @@ const LATE: Colour = 0xE0_4040;
 const LINE: Colour = 0x80_8080;
 const HINT: Colour = 0xA0_A0A0;
 
-/// How long a frame took from the eye's movement to the wall.
+/// The latency of a frame from the eye's movement to the wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Latency {
-    /// Milliseconds; `None` where no sample had come.
+    /// Milliseconds; `None` before the first sample.
     pub milliseconds: Option<f32>,
     /// Whether the frame was late.
     pub late: bool,
@@ -30,12 +30,7 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, dropped: u64) {
     let [width, height] = canvas.size();
     let top = height.saturating_sub(ROWS);
     let half = width / 2;
-    let part = |x: u32| Rect {
-        x: x + 8,
-        y: top + 4,
-        width: half.saturating_sub(16),
-        height: STRIP + 14,
-    };
+    let part = |x: u32| Rect::new(x + 8, top + 4, half.saturating_sub(16), STRIP + 14);
     budget(canvas, part(0), frame, dropped);
     strip(canvas, part(half), frame);
     for (line, y) in HELP.into_iter().zip([top + 68, top + 82]) {
@@ -43,29 +38,24 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, dropped: u64) {
     }
 }
 
-/// A bar: what was allowed is all of it, what was spent is green, and what would have
-/// been needed beyond that yellow.
+/// Draws a bar of the budget: what was spent is green, what more was needed is yellow.
 fn budget(canvas: &mut Canvas, rect: Rect, frame: &Frame, dropped: u64) {
     let record = &frame.record;
-    let groove = Rect {
-        y: rect.y + 14,
-        height: 14,
-        ..rect
-    };
+    let groove = Rect::new(rect.x, rect.y + 14, rect.width, 14);
     canvas.fill(groove, GROOVE);
     let text = match record.budget_steps {
         Some(allowed) => {
-            let of_allowed = |steps: u64| {
+            let columns = |steps: u64| {
                 let part = steps as f64 / allowed.max(1) as f64;
                 (part.min(1.0) * f64::from(rect.width) + 0.5) as u32
             };
             for (steps, colour) in [(record.need_steps, NEED), (record.steps, SPENT)] {
-                let width = of_allowed(steps);
+                let width = columns(steps);
                 canvas.fill(Rect { width, ..groove }, colour);
             }
             format!("{} of {allowed} steps", record.steps)
         }
-        None => format!("{} steps, as many as it takes", record.steps),
+        None => format!("{} steps, without a limit", record.steps),
     };
     canvas.write(rect.x, rect.y, &text, TEXT);
     let best = record.rung == 0;
@@ -84,29 +74,21 @@ fn budget(canvas: &mut Canvas, rect: Rect, frame: &Frame, dropped: u64) {
     canvas.write(rect.x, rect.y + 46, &text, HINT);
 }
 
-/// A column a frame, the newest at the right; red where it was late, lines at
-/// refreshes.
+/// Draws the latency of each frame in a column, red if it was late, with lines at refreshes.
 fn strip(canvas: &mut Canvas, rect: Rect, frame: &Frame) {
     let newest = frame.latencies.last().and_then(|one| one.milliseconds);
-    let text = match newest {
-        Some(milliseconds) => format!("motion to wall {milliseconds:.1} ms"),
-        None => "motion to wall: no sample yet".to_owned(),
-    };
+    let text = newest.map(|milliseconds| format!("motion to wall {milliseconds:.1} ms"));
+    let text = text.unwrap_or_else(|| "motion to wall: no sample yet".to_owned());
     canvas.write(rect.x, rect.y, &text, TEXT);
-    let ground = Rect {
-        y: rect.y + 14,
-        height: STRIP,
-        ..rect
-    };
+    let ground = Rect::new(rect.x, rect.y + 14, rect.width, STRIP);
     canvas.fill(ground, GROOVE);
     let refresh = 1_000.0 / frame.about.hz.max(1) as f32;
     let shown = frame.latencies.len().min(rect.width as usize / 2);
     let latest = &frame.latencies[frame.latencies.len() - shown..];
     let most = latest.iter().filter_map(|one| one.milliseconds);
-    // The scale is of whole refreshes.
-    let refreshes = (most.fold(0.0, f32::max) / refresh)
-        .ceil()
-        .clamp(2.0, 1.0e6);
+    // The scale is whole refreshes.
+    let refreshes = (most.fold(0.0, f32::max) / refresh).ceil();
+    let refreshes = refreshes.clamp(2.0, 1.0e6);
     let rows = |milliseconds: f32| {
         let part = milliseconds / (refreshes * refresh);
         (part.clamp(0.0, 1.0) * STRIP as f32 + 0.5) as u32
@@ -117,12 +99,7 @@ fn strip(canvas: &mut Canvas, rect: Rect, frame: &Frame) {
             continue;
         };
         let height = rows(milliseconds);
-        let bar = Rect {
-            x: column,
-            y: ground.y + STRIP - height,
-            width: 2,
-            height,
-        };
+        let bar = Rect::new(column, ground.y + STRIP - height, 2, height);
         canvas.fill(bar, if one.late { LATE } else { SPENT });
     }
     for line in 1..refreshes.min(8.0) as u32 {

@@ -1,4 +1,4 @@
-//! The walls, and what is shown over them.
+//! The walls and the overlays on them.
 
 use super::canvas::{Canvas, Colour, Rect};
 use super::place_map::{Place, PlaceMap};
@@ -12,20 +12,19 @@ use glam::Vec3;
 use shisen_core::frame::View;
 use shisen_core::gaze::Gaze;
 
-/// Pixels a side of what shares a direction and a level.
+/// Pixels on a side of a block that shares a direction and a level.
 const BLOCK: u32 = 4;
 
-/// How much of what is shown over a picture there is of it.
+/// The opacity of an overlay.
 const COVERED: f32 = 0.55;
 
-/// Linear, of pixels that are not traced.
+/// The linear colour of pixels that are not traced.
 const OUTSIDE: [f32; 3] = [0.02, 0.02, 0.02];
 
-/// How near what is shown has to be to the line of sight to be where the gaze is: the
-/// cosine of 2°.
+/// The cosine of the largest angle (2°) between the line of sight and the mark of the gaze.
 const NEAR: f32 = 0.999_390_8;
 
-/// Codes of linear light, and light of gradients, looked up.
+/// Tables of the codes of linear light and of gradients.
 #[derive(Debug)]
 pub(super) struct Codes {
     /// By linear light, 0 to 1.
@@ -35,8 +34,7 @@ pub(super) struct Codes {
 }
 
 impl Codes {
-    /// Codes are off by one at most: a step of the table is a twentieth of the least
-    /// step of a code.
+    /// A step is a twentieth of the least step of a code, so codes are off by at most one.
     const STEPS: f32 = 65_535.0;
 
     pub(super) fn new() -> Self {
@@ -45,7 +43,7 @@ impl Codes {
         Self {
             srgb: srgb.collect(),
             levels: gradient(VIRIDIS),
-            // What comes first is bright.
+            // The first tile is the brightest.
             ranks: gradient(PLASMA).into_iter().rev().collect(),
         }
     }
@@ -61,11 +59,10 @@ impl Codes {
         })
     }
 
-    /// The colour of a level: dark violet at 0 to yellow at 1, dark grey where nothing
-    /// is traced.
+    /// The colour of a level: dark violet at 0 to yellow at 1, dark grey where nothing is traced.
     fn level(&self, level: f32) -> [f32; 3] {
         if level > 0.0 {
-            of(&self.levels, level)
+            at(&self.levels, level)
         } else {
             OUTSIDE
         }
@@ -80,18 +77,18 @@ fn gradient(gradient: Gradient) -> Vec<[f32; 3]> {
         .collect()
 }
 
-/// The colour of a part, 0 to 1.
-fn of(gradient: &[[f32; 3]], part: f32) -> [f32; 3] {
+/// The colour of a gradient at a part, 0 to 1.
+fn at(gradient: &[[f32; 3]], part: f32) -> [f32; 3] {
     let step = (part * 255.0 + 0.5).min(255.0) as usize;
     gradient.get(step).copied().unwrap_or_default()
 }
 
-/// When each tile is dealt its steps, 0 for the first to 1 for the last.
+/// The rank of each tile in the order of dealing, 0 for the first to 1 for the last.
 #[derive(Debug, Default)]
 pub(super) struct Ranks {
-    /// Pixels a side of a tile.
+    /// Pixels on a side of a tile.
     side: u32,
-    /// By picture: tiles in a row, and all of them in rows.
+    /// By picture: the number of tiles in a row, and the ranks in rows.
     pictures: Vec<(u32, Vec<f32>)>,
 }
 
@@ -118,44 +115,44 @@ impl Ranks {
         }
     }
 
-    fn of(&self, picture: usize, x: u32, y: u32) -> Option<f32> {
+    fn rank(&self, picture: usize, x: u32, y: u32) -> Option<f32> {
         let (columns, ranks) = self.pictures.get(picture)?;
         let index = y / self.side * columns + x / self.side;
         ranks.get(index as usize).copied()
     }
 }
 
-/// What is shown over the pictures.
+/// The overlays on the pictures.
 #[derive(Clone, Copy)]
-pub(super) struct Over<'r> {
+pub(super) struct Overlay<'r> {
     pub(super) levels: bool,
     pub(super) ranks: Option<&'r Ranks>,
 }
 
-/// What one eye sees, in its place on the canvas.
+/// The walls as one eye sees them, on a part of the canvas.
 #[derive(Debug)]
 pub(super) struct Area {
     rect: Rect,
     eye: usize,
     shown: PlaceMap,
-    of_net: bool,
-    /// Of blocks, in rows: the direction from the eye, of unit length, and its level.
+    is_net: bool,
+    /// By block, in rows: the unit direction from the eye, and its level.
     blocks: Vec<Option<(Vec3, f32)>>,
 }
 
 impl Area {
-    pub(super) fn new(rect: Rect, eye: usize, shown: PlaceMap, of_net: bool) -> Self {
+    pub(super) fn new(rect: Rect, eye: usize, shown: PlaceMap, is_net: bool) -> Self {
         Self {
             rect,
             eye,
             shown,
-            of_net,
+            is_net,
             blocks: Vec::new(),
         }
     }
 
-    pub(super) fn is_of_net(&self, rect: Rect, eye: usize) -> bool {
-        self.of_net && self.rect == rect && self.eye == eye
+    pub(super) fn is_net(&self, rect: Rect, eye: usize) -> bool {
+        self.is_net && self.rect == rect && self.eye == eye
     }
 
     pub(super) const fn rect(&self) -> Rect {
@@ -171,34 +168,29 @@ impl Area {
         self.rect.width.div_ceil(BLOCK)
     }
 
-    /// Finds out directions and levels.
+    /// Updates the directions and levels of blocks.
     pub(super) fn look(&mut self, cave: &Cave, frame: &Frame) {
         let screens = 0..cave.screens().count();
         let views: Vec<_> = screens
             .map(|screen| frame.view_of(cave, screen, self.eye))
             .collect();
+        let view = |screen: usize| views.get(screen).copied().flatten();
         let gaze = gaze_of(frame, self.eye);
         let (columns, rows) = (self.columns(), self.rect.height.div_ceil(BLOCK));
         self.blocks.clear();
-        for row in 0..rows {
-            for column in 0..columns {
-                let middle = |block: u32, count: u32| {
-                    (block * BLOCK + BLOCK / 2).min(count.saturating_sub(1))
-                };
-                let (x, y) = (
-                    middle(column, self.rect.width),
-                    middle(row, self.rect.height),
-                );
-                let place = self.shown.place(x, y);
-                let direction = place.and_then(|place| towards(&views, place));
-                let level = |direction: Vec3| match &gaze {
-                    Some(gaze) => gaze.level(direction).unwrap_or(0.0),
-                    None => 1.0,
-                };
-                self.blocks
-                    .push(direction.map(|direction| (direction, level(direction))));
-            }
-        }
+        let middle = |block: u32, count: u32| {
+            let middle = block * BLOCK + BLOCK / 2;
+            middle.min(count.saturating_sub(1))
+        };
+        let blocks = (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row)));
+        self.blocks.extend(blocks.map(|(column, row)| {
+            let x = middle(column, self.rect.width);
+            let y = middle(row, self.rect.height);
+            let direction = towards(view, self.shown.place(x, y)?)?;
+            let level = gaze.as_ref();
+            let level = level.map_or(1.0, |gaze| gaze.level(direction).unwrap_or(0.0));
+            Some((direction, level))
+        }));
     }
 
     fn level(&self, x: u32, y: u32) -> Option<f32> {
@@ -207,8 +199,7 @@ impl Area {
         block.map(|(_, level)| level)
     }
 
-    /// Where on the canvas what is seen in a direction is, to a block; `None` where it
-    /// is not shown.
+    /// The place on the canvas that shows a direction, to a block; `None` where none does.
     pub(super) fn place_of(&self, direction: Vec3) -> Option<(u32, u32)> {
         let wanted = direction.normalize_or_zero();
         let cosines = self.blocks.iter().enumerate().filter_map(|(index, block)| {
@@ -225,20 +216,15 @@ impl Area {
     pub(super) fn direction(&self, cave: &Cave, frame: &Frame, x: u32, y: u32) -> Option<Vec3> {
         let (x, y) = (x.checked_sub(self.rect.x)?, y.checked_sub(self.rect.y)?);
         let place = self.shown.place(x, y)?;
-        let Place::Pixel { screen, x, y } = place else {
-            return None;
-        };
-        let view = frame.view_of(cave, usize::from(screen), self.eye)?;
-        view.direction(f32::from(x), f32::from(y))
-            .and_then(Vec3::try_normalize)
+        towards(|screen| frame.view_of(cave, screen, self.eye), place)
     }
 
-    /// The light of a pixel; `Err` of what is no light of a screen.
+    /// The light of a pixel; `Err` with a colour that is no light of a screen.
     fn light(
         &self,
         index: usize,
         frame: &Frame,
-        over: Over<'_>,
+        overlay: Overlay<'_>,
         codes: &Codes,
     ) -> Result<[f32; 4], Colour> {
         let (screen, x, y) = match self.shown.places().get(index) {
@@ -250,24 +236,22 @@ impl Area {
         let picture = frame.pictures.get(number);
         let [red, green, blue, alpha] = picture.and_then(|one| one.pixel(x, y)).unwrap_or_default();
         let mut light = [red, green, blue];
-        if over.levels {
-            let (column, row) = (
-                index as u32 % self.rect.width,
-                index as u32 / self.rect.width,
-            );
-            if let Some(level) = self.level(column, row) {
-                light = covered(light, codes.level(level));
-            }
+        let (column, row) = (
+            index as u32 % self.rect.width,
+            index as u32 / self.rect.width,
+        );
+        if let Some(level) = self.level(column, row).filter(|_| overlay.levels) {
+            light = covered(light, codes.level(level));
         }
-        if let Some(rank) = over.ranks.and_then(|ranks| ranks.of(number, x, y)) {
-            light = covered(light, of(&codes.ranks, rank));
+        if let Some(rank) = overlay.ranks.and_then(|ranks| ranks.rank(number, x, y)) {
+            light = covered(light, at(&codes.ranks, rank));
         }
         let [red, green, blue] = light;
         Ok([red, green, blue, alpha])
     }
 }
 
-/// The gaze that an eye's levels were of.
+/// The gaze of an eye's levels.
 fn gaze_of(frame: &Frame, eye: usize) -> Option<Gaze> {
     let lod = frame.eyes.get(eye)?.lod?;
     let quality = Quality::LADDER.get(frame.record.rung);
@@ -275,12 +259,12 @@ fn gaze_of(frame: &Frame, eye: usize) -> Option<Gaze> {
     Some(lod.gaze)
 }
 
-fn towards(views: &[Option<View>], place: Place) -> Option<Vec3> {
+/// The direction of a place, by the eye's view of each screen.
+fn towards(view: impl Fn(usize) -> Option<View>, place: Place) -> Option<Vec3> {
     let Place::Pixel { screen, x, y } = place else {
         return None;
     };
-    let view = views.get(usize::from(screen))?.as_ref()?;
-    let direction = view.direction(f32::from(x), f32::from(y))?;
+    let direction = view(usize::from(screen))?.direction(f32::from(x), f32::from(y))?;
     direction.try_normalize()
 }
 
@@ -291,43 +275,23 @@ fn covered(light: [f32; 3], cover: [f32; 3]) -> [f32; 3] {
     })
 }
 
-/// Draws what the eyes see.
+/// Draws the walls as the eyes see them.
 pub(super) fn draw(
     canvas: &mut Canvas,
     areas: &[Area],
     frame: &Frame,
-    over: Over<'_>,
+    overlay: Overlay<'_>,
     stereo: Stereo,
     codes: &Codes,
 ) {
-    match (stereo, areas) {
-        (Stereo::Anaglyph, [left, right]) => {
-            each_pixel(
-                canvas,
-                left.rect,
-                |index| {
-                    let lights = (
-                        left.light(index, frame, over, codes),
-                        right.light(index, frame, over, codes),
-                    );
-                    match lights {
-                        (Ok(left), Ok(right)) => Ok(anaglyph(left, right)),
-                        (Err(plain), _) | (_, Err(plain)) => Err(plain),
-                    }
-                },
-                codes,
-            );
-        }
-        _ => {
-            for area in areas {
-                each_pixel(
-                    canvas,
-                    area.rect,
-                    |index| area.light(index, frame, over, codes),
-                    codes,
-                );
-            }
-        }
+    let light = |area: &Area, index| area.light(index, frame, overlay, codes);
+    if let (Stereo::Anaglyph, [left, right]) = (stereo, areas) {
+        let both = |index| Ok(anaglyph(light(left, index)?, light(right, index)?));
+        each_pixel(canvas, left.rect, both, codes);
+        return;
+    }
+    for area in areas {
+        each_pixel(canvas, area.rect, |index| light(area, index), codes);
     }
 }
 
@@ -350,40 +314,28 @@ fn each_pixel(
     }
 }
 
-/// A cross, where the gaze is: white with a black border, none of it outside.
+/// Marks the gaze with a white cross with a black border, clipped to a rectangle.
 pub(super) fn mark(canvas: &mut Canvas, within: Rect, x: u32, y: u32) {
     for (reach, thick, colour) in [(11, 2, 0), (10, 1, 0xFF_FFFF)] {
         for (across, down) in [(reach, thick), (thick, reach)] {
-            let (left, top) = (
-                x.saturating_sub(across).max(within.x),
-                y.saturating_sub(down).max(within.y),
-            );
+            let left = x.saturating_sub(across).max(within.x);
+            let top = y.saturating_sub(down).max(within.y);
             let right = (x + across + 1).min(within.x + within.width);
             let bottom = (y + down + 1).min(within.y + within.height);
-            let rect = Rect {
-                x: left,
-                y: top,
-                width: right.saturating_sub(left),
-                height: bottom.saturating_sub(top),
-            };
+            let (width, height) = (right.saturating_sub(left), bottom.saturating_sub(top));
+            let rect = Rect::new(left, top, width, height);
             canvas.fill(rect, colour);
         }
     }
 }
 
-/// What the colours of levels mean, in the lower left corner.
+/// Explains the colours of levels in the lower left corner.
 pub(super) fn legend(canvas: &mut Canvas, within: Rect, codes: &Codes) {
     let y = (within.y + within.height).saturating_sub(16);
     let start = canvas.write(within.x + 8, y + 2, "level 0 ", TEXT);
     for step in 0..128 {
-        let colour = codes.colour(of(&codes.levels, step as f32 / 127.0));
-        let column = Rect {
-            x: start + step,
-            y,
-            width: 1,
-            height: 12,
-        };
-        canvas.fill(column, colour);
+        let colour = codes.colour(at(&codes.levels, step as f32 / 127.0));
+        canvas.fill(Rect::new(start + step, y, 1, 12), colour);
     }
     canvas.write(start + 136, y + 2, "1", TEXT);
 }

@@ -1,9 +1,8 @@
-//! Which pixel of which screen's picture is shown where.
+//! A map from places of the canvas to pixels of screens.
 //!
-//! Pictures whose pixels are their own coordinates are unfolded into a net, or seen
-//! from the eye, once in place of the pictures themselves: so a frame is shown by
-//! looking up its pixels, what a mouse points at is known, and anything that is known
-//! of a pixel can be shown over it.
+//! Pictures whose pixels hold their own coordinates are unfolded into a net, or seen from the
+//! eye, once. Frames are then drawn by looking up pixels, and a place of the mouse gives the
+//! pixel that it points at.
 
 use super::canvas::{Canvas, Colour};
 use crate::cave::{Cave, Screen};
@@ -12,22 +11,21 @@ use crate::show::overview::net::{self, NetError};
 use crate::show::overview::viewer::{self, ViewError, ViewerCamera};
 use thiserror::Error;
 
-/// Coordinates of a picture are kept at so many places a side at most: a window shows
-/// no more.
+/// The most coordinates on a side of a picture: a window shows no more.
 const FINEST: u32 = 256;
 
 /// What is shown at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// No picture: a border, a name, the background.
+    /// A border, a name or the background.
     Plain(Colour),
     /// A pixel of a screen's picture.
     Pixel {
         /// The number of the screen.
         screen: u16,
-        /// Its column.
+        /// The column.
         x: u16,
-        /// Its row.
+        /// The row.
         y: u16,
     },
 }
@@ -40,17 +38,17 @@ pub struct PlaceMap {
     places: Vec<Place>,
 }
 
-/// Why there is none.
+/// Why there is no map.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PlaceMapError {
-    /// The walls have no net.
+    /// Walls that cannot be unfolded.
     #[error(transparent)]
     Net(#[from] NetError),
-    /// The walls cannot be looked at.
+    /// Walls that cannot be viewed.
     #[error(transparent)]
     View(#[from] ViewError),
-    /// There is no memory for it.
+    /// Not enough memory.
     #[error(transparent)]
     Picture(#[from] PictureError),
 }
@@ -63,10 +61,10 @@ pub struct Coordinates<'c> {
 }
 
 impl<'c> Coordinates<'c> {
-    /// Of all screens of a room.
+    /// The coordinates of all screens of a room.
     ///
     /// # Errors
-    /// A picture that there is no memory for.
+    /// Not enough memory.
     pub fn new(cave: &'c Cave) -> Result<Self, PictureError> {
         let (mut screens, mut sizes) = (Vec::new(), Vec::new());
         for (number, screen) in cave.screens().enumerate() {
@@ -80,18 +78,18 @@ impl<'c> Coordinates<'c> {
         Ok(Self { screens, sizes })
     }
 
-    /// All screens unfolded: [`net::unfold`].
+    /// All screens unfolded by [`net::unfold`].
     ///
     /// # Errors
-    /// As of the net.
+    /// As [`net::unfold`].
     pub fn net(&self) -> Result<PlaceMap, PlaceMapError> {
         Ok(self.places_of(&net::unfold(&self.seen())?))
     }
 
-    /// All screens as an eye sees them: [`viewer::render`].
+    /// All screens as an eye sees them by [`viewer::render`].
     ///
     /// # Errors
-    /// As of the view.
+    /// As [`viewer::render`].
     pub fn view(&self, camera: &ViewerCamera) -> Result<PlaceMap, PlaceMapError> {
         Ok(self.places_of(&viewer::render(camera, &self.seen())?))
     }
@@ -105,8 +103,7 @@ impl<'c> Coordinates<'c> {
 
     fn places_of(&self, picture: &Picture) -> PlaceMap {
         let place = |&[x, y, number, alpha]: &[f32; 4]| {
-            // Names and borders are no brighter than 0.9, and screens are numbered
-            // from 1.
+            // Names and borders are at most 0.9 bright, and screens are numbered from 1.
             let screen = (number.round() as usize).checked_sub(1);
             let size = screen.and_then(|screen| self.sizes.get(screen));
             match (screen, size) {
@@ -128,7 +125,7 @@ impl<'c> Coordinates<'c> {
     }
 }
 
-/// Columns, rows, and the number of the screen from 1.
+/// A picture of its own columns and rows and the number of the screen, from 1.
 fn coordinates(number: usize, [columns, rows]: [u32; 2]) -> Result<Picture, PictureError> {
     let (width, height) = (columns.min(FINEST), rows.min(FINEST));
     let along = |place: u32, count: u32, of: u32| {
@@ -160,21 +157,20 @@ impl PlaceMap {
         [self.width, self.height]
     }
 
-    /// Row by row.
+    /// The places row by row.
     pub fn places(&self) -> &[Place] {
         &self.places
     }
 
-    /// What is shown there; `None` outside.
+    /// What is shown at a place; `None` outside.
     pub fn place(&self, x: u32, y: u32) -> Option<Place> {
         let inside = x < self.width && y < self.height;
         let index = y as usize * self.width as usize + x as usize;
         inside.then(|| self.places.get(index).copied()).flatten()
     }
 
-    /// As large as it fits into so many columns and rows, in its middle, on
-    /// `background`: each place shows the nearest. No larger than a
-    /// [`Canvas`](Canvas::MOST) may be.
+    /// Scales the map to fit into some columns and rows, centred on `background`, without
+    /// interpolation; at most [`Canvas::MOST`] on each side.
     #[must_use]
     pub fn fitted(&self, width: u32, height: u32, background: Colour) -> Self {
         let [width, height] = [width, height].map(|pixels| pixels.min(Canvas::MOST));
@@ -185,7 +181,7 @@ impl PlaceMap {
         let place = |x: u32, y: u32| {
             let from = |at: u32, start: f64| (f64::from(at) + 0.5 - start) / scale;
             let (x, y) = (from(x, left), from(y, top));
-            // A cast would make 0 of what is left of it.
+            // A cast would turn negative numbers into 0.
             let inside = x >= 0.0 && y >= 0.0;
             let found = inside.then(|| self.place(x as u32, y as u32)).flatten();
             found.unwrap_or(Place::Plain(background))
@@ -206,129 +202,63 @@ impl PlaceMap {
 mod tests {
     use super::*;
     use crate::cave::BuiltInCave;
-    use glam::DVec3;
-
-    /// Pictures of noise, each its own.
-    fn pictures(coordinates: &Coordinates<'_>) -> Vec<Picture> {
-        let sizes = coordinates.sizes.iter().enumerate();
-        sizes
-            .map(|(number, &[width, height])| {
-                let mut picture = Picture::new(width, height).unwrap();
-                for (index, pixel) in picture.pixels.iter_mut().enumerate() {
-                    let part = |by: usize| ((index * by + number * 7) % 61) as f32 / 61.0;
-                    *pixel = [part(3), part(17), part(29), 1.0];
-                }
-                picture
-            })
-            .collect()
-    }
-
-    fn looked_up(shown: &PlaceMap, pictures: &[Picture]) -> Vec<Option<Colour>> {
-        let places = shown.places().iter();
-        places
-            .map(|place| match *place {
-                Place::Plain(_) => None,
-                Place::Pixel { screen, x, y } => {
-                    let [red, green, blue, _] =
-                        pictures[usize::from(screen)].pixel(x.into(), y.into())?;
-                    Some(colour([red, green, blue]))
-                }
-            })
-            .collect()
-    }
 
     #[test]
     fn a_net_of_coordinates_shows_what_the_net_of_pictures_does() {
-        for which in [BuiltInCave::ThreeWall, BuiltInCave::Cube] {
-            let cave = Cave::built_in(which, [40; 2]).unwrap();
-            let coordinates = Coordinates::new(&cave).unwrap();
-            let pictures = pictures(&coordinates);
-            let shown = coordinates.net().unwrap();
-            let seen: Vec<_> = cave.screens().zip(&pictures).collect();
-            let net = net::unfold(&seen).unwrap();
-            assert_eq!(shown.size(), [net.width, net.height]);
-            let mut pixels = 0;
-            let all = looked_up(&shown, &pictures).into_iter().zip(&net.pixels);
-            for (place, (found, &[red, green, blue, _])) in shown.places().iter().zip(all) {
-                let wanted = colour([red, green, blue]);
-                match place {
-                    Place::Plain(plain) => assert_eq!(*plain, wanted),
-                    Place::Pixel { .. } => {
-                        assert_eq!(found, Some(wanted));
-                        pixels += 1;
-                    }
-                }
-            }
-            // All but the names.
-            let all = 1_600 * cave.screens().count();
-            assert!(pixels > all * 6 / 10 && pixels <= all, "{pixels} of {all}");
-        }
-    }
-
-    #[test]
-    fn an_eye_sees_the_pixel_that_a_ray_meets() {
-        let cave = Cave::built_in(BuiltInCave::Cube, [64; 2]).unwrap();
+        let cave = Cave::built_in(BuiltInCave::Cube, [40; 2]).unwrap();
         let coordinates = Coordinates::new(&cave).unwrap();
-        let (ahead, up) = (DVec3::new(0.3, 0.1, -1.0), DVec3::Y);
-        let camera = ViewerCamera::new(DVec3::ZERO, ahead, up, 1.2, [32, 24]).unwrap();
-        let shown = coordinates.view(&camera).unwrap();
-        assert_eq!(shown.size(), [32, 24]);
-        for y in 0..24 {
-            for x in 0..32 {
-                let ray = camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let Some(Place::Pixel { screen, x, y }) = shown.place(x, y) else {
-                    panic!("a cube is all around");
-                };
-                let wall = &cave.walls[usize::from(screen)];
-                let view = wall.view_from(DVec3::ZERO).unwrap();
-                let [first, column, row] = [view.first_pixel, view.column_step, view.row_step]
-                    .map(|one| glam::Vec3::from(one).as_dvec3());
-                let pixel = first + f64::from(x) * column + f64::from(y) * row;
-                // Half a pixel's diagonal of 64 over 90°.
-                assert!(pixel.angle_between(ray) < 0.03, "{ray} {pixel}");
-            }
-        }
-    }
-
-    #[test]
-    fn large_pictures_are_known_at_fewer_places() {
-        let cave = Cave::built_in(BuiltInCave::Dome, [1_000; 2]).unwrap();
-        let coordinates = Coordinates::new(&cave).unwrap();
+        let pictures = (0..6).map(|number| {
+            let noise = (0..1_600).map(|index| {
+                let part = |by: usize| ((index * by + number * 7) % 61) as f32 / 61.0;
+                [part(3), part(17), part(29), 1.0]
+            });
+            Picture::from_pixels(40, 40, noise.collect()).unwrap()
+        });
+        let pictures: Vec<_> = pictures.collect();
         let shown = coordinates.net().unwrap();
-        let [width, _] = shown.size();
-        assert!(width < 2 * FINEST, "{width}");
-        let columns: Vec<u16> = shown
-            .places()
-            .iter()
-            .filter_map(|place| match place {
-                Place::Pixel { x, .. } => Some(*x),
-                Place::Plain(_) => None,
-            })
-            .collect();
-        assert!(columns.iter().max() > Some(&990) && columns.iter().min() < Some(&10));
+        let seen: Vec<_> = cave.screens().zip(&pictures).collect();
+        let net = net::unfold(&seen).unwrap();
+        assert_eq!(shown.size(), [net.width, net.height]);
+        let mut pixels = 0;
+        for (place, &[red, green, blue, _]) in shown.places().iter().zip(&net.pixels) {
+            let found = match *place {
+                Place::Plain(plain) => plain,
+                Place::Pixel { screen, x, y } => {
+                    pixels += 1;
+                    let picture = &pictures[usize::from(screen)];
+                    let [red, green, blue, _] = picture.pixel(x.into(), y.into()).unwrap();
+                    colour([red, green, blue])
+                }
+            };
+            assert_eq!(found, colour([red, green, blue]));
+        }
+        // All but the names.
+        assert!((5_760..=9_600).contains(&pixels), "{pixels}");
     }
 
     #[test]
-    fn fitting_keeps_the_shape() {
-        let places = (0..6).map(Place::Plain).collect();
+    fn maps_are_no_finer_than_a_window_and_keep_their_shape() {
+        let cave = Cave::built_in(BuiltInCave::Dome, [1_000; 2]).unwrap();
+        let shown = Coordinates::new(&cave).unwrap().net().unwrap();
+        assert!(shown.size()[0] < 2 * FINEST, "{:?}", shown.size());
+        let columns = shown.places().iter().filter_map(|place| match place {
+            Place::Pixel { x, .. } => Some(*x),
+            Place::Plain(_) => None,
+        });
+        let columns: Vec<u16> = columns.collect();
+        assert!(columns.iter().max() > Some(&990) && columns.iter().min() < Some(&10));
         let small = PlaceMap {
             width: 3,
             height: 2,
-            places,
+            places: (0..6).map(Place::Plain).collect(),
         };
         let fitted = small.fitted(6, 6, 99);
-        let plain = |x, y| match fitted.place(x, y) {
-            Some(Place::Plain(colour)) => colour,
-            other => panic!("{other:?}"),
-        };
-        let rows: Vec<Vec<Colour>> = (0..6)
-            .map(|y| (0..6).map(|x| plain(x, y)).collect())
-            .collect();
-        assert_eq!(rows[0], [99; 6]);
-        assert_eq!(rows[1], [0, 0, 1, 1, 2, 2]);
-        assert_eq!(rows[2], rows[1]);
-        assert_eq!(rows[3], [3, 3, 4, 4, 5, 5]);
-        assert_eq!(rows[5], [99; 6]);
+        let rows: Vec<&[Place]> = fitted.places().chunks(6).collect();
+        let plain = |row: [Colour; 6]| row.map(Place::Plain);
+        let rows_of = [[99; 6], [0, 0, 1, 1, 2, 2], [3, 3, 4, 4, 5, 5]].map(plain);
+        for (row, expected) in rows.iter().zip([0, 1, 1, 2, 2, 0]) {
+            assert_eq!(*row, rows_of[expected]);
+        }
         assert_eq!(fitted.place(6, 0), None);
         assert_eq!(small.fitted(0, 0, 1).places().len(), 0);
     }

@@ -1,4 +1,4 @@
-//! Pictures of what the level of detail does.
+//! Pictures of the level of detail.
 
 use super::{level, places};
 use crate::picture::{Picture, PictureError, srgb_from_linear};
@@ -7,18 +7,17 @@ use shisen_core::frame::{Budget, LARGEST_STRIDE, LevelOfDetail, Renderer, View, 
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 
-/// Of pixels that are not traced.
+/// The colour of pixels that are not traced.
 const OUTSIDE: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
 
-/// Of the borders of the central and of the whole field.
+/// The colour of the borders of the central and of the whole field.
 const BORDER: [f32; 4] = [1.0, 1.0, 1.0, 1.0];
 
-/// The level of each pixel: dark violet at 0 to yellow at 1 (viridis), dark
-/// grey where nothing is traced, the borders of the central and of the whole
-/// field white.
+/// Draws the level of each pixel from dark violet at 0 to yellow at 1 (viridis), dark grey where
+/// nothing is traced, and the borders of the central and of the whole field white.
 ///
 /// # Errors
-/// A picture that there is no memory for.
+/// Not enough memory.
 pub fn levels(view: &View, lod: &LevelOfDetail) -> Result<Picture, PictureError> {
     let mut picture = Picture::new(view.columns(), view.rows())?;
     let zone = |x: u32, y: u32| match level(view, lod, x, y) {
@@ -42,12 +41,11 @@ pub fn levels(view: &View, lod: &LevelOfDetail) -> Result<Picture, PictureError>
     Ok(picture)
 }
 
-/// How far apart the samples of a renderer are around each pixel, before they are
-/// refined: yellow where every pixel has its own, a quarter of the way to dark
-/// violet (viridis) for each doubling.
+/// Draws the stride of samples around each pixel before refinement: yellow where every pixel has
+/// its own, and a quarter of the way to dark violet (viridis) for each doubling.
 ///
 /// # Errors
-/// A picture that there is no memory for.
+/// Not enough memory.
 pub fn sampling<const W: usize>(
     renderer: &Renderer<'_, W>,
     view: &View,
@@ -65,13 +63,12 @@ where
     Ok(picture)
 }
 
-/// The faces that each pixel's rays see: those of meshes each with a
-/// brightness of its own, coloured by the share of the meshes' faces there are
-/// on its rung (violet none to yellow all); dimmed where no mesh is hit, dark
-/// grey where nothing is traced.
+/// Draws the faces that each pixel's rays see: each face of a mesh with its own brightness, and
+/// coloured by the share of faces on its rung (violet none to yellow all); dimmed where no
+/// mesh is hit, dark grey where nothing is traced.
 ///
 /// # Errors
-/// A picture that there is no memory for.
+/// Not enough memory.
 pub fn polygons<const W: usize>(
     scene: &Scene<'_, W>,
     renderer: &Renderer<'_, W>,
@@ -104,13 +101,12 @@ where
     Ok(picture)
 }
 
-/// How far two pictures are apart as a display shows them: black where their
-/// 8-bit codes are equal; else, by the channel that is farthest apart, from a
-/// grey of a quarter for a single code to white for a quarter of the range and
-/// more.
+/// Draws the difference of two pictures in the codes that a display shows, by the channel that is
+/// farthest apart: black where codes are equal, from a quarter grey for a single code to white
+/// for a quarter of the range and more.
 ///
 /// # Errors
-/// A picture that there is no memory for.
+/// Not enough memory.
 pub fn difference(a: &Picture, b: &Picture) -> Result<Picture, PictureError> {
     let mut picture = Picture::new(a.width, a.height)?;
     for (pixel, (a, b)) in picture
@@ -130,64 +126,9 @@ pub fn difference(a: &Picture, b: &Picture) -> Result<Picture, PictureError> {
     Ok(picture)
 }
 
-/// A colour of the scale, 0 to 1, at a brightness, 0 to 1: linear.
+/// The linear colour of a value, 0 to 1, at a brightness, 0 to 1.
 fn viridis(value: f32, brightness: f32) -> [f32; 4] {
     let colour = VIRIDIS.eval_continuous(f64::from(value.clamp(0.0, 1.0)));
     let linear = |channel: u8| (f32::from(channel) / 255.0).powf(2.2) * brightness;
     [linear(colour.r), linear(colour.g), linear(colour.b), 1.0]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_single_code_shows_and_nothing_else_is_black() {
-        // The middle of a code's range, so that rounding finds it again.
-        let linear = |code: u8| {
-            let encoded = f64::from(code) / 255.0;
-            let linear = if encoded <= 0.040_45 {
-                encoded / 12.92
-            } else {
-                ((encoded + 0.055) / 1.055).powf(2.4)
-            };
-            linear as f32
-        };
-        let picture = |channel: usize, codes: &[u8]| {
-            let pixels = codes.iter().map(|&code| {
-                let mut pixel = [0.0, 0.0, 0.0, 1.0];
-                pixel[channel] = linear(code);
-                pixel
-            });
-            Picture::from_pixels(codes.len() as u32, 1, pixels.collect()).unwrap()
-        };
-        for channel in 0..3 {
-            for base in [0, 1, 100, 191] {
-                let all: Vec<u8> = (base..=base + 64).collect();
-                let a = picture(channel, &vec![base; all.len()]);
-                let seen = difference(&a, &picture(channel, &all)).unwrap();
-                assert_eq!(seen, difference(&picture(channel, &all), &a).unwrap());
-                let codes: Vec<u8> = seen
-                    .pixels
-                    .iter()
-                    .map(|&[red, green, blue, alpha]| {
-                        assert_eq!((red, green, alpha), (green, blue, 1.0));
-                        srgb_from_linear(red)
-                    })
-                    .collect();
-                assert_eq!((codes[0], codes[64]), (0, 255), "{base}");
-                assert!((55..80).contains(&codes[1]), "{codes:?}");
-                assert!(codes.is_sorted_by(|a, b| a < b), "{codes:?}");
-            }
-            let ends = difference(&picture(channel, &[0, 255]), &picture(channel, &[255, 0]));
-            assert_eq!(ends.unwrap().pixels, [[1.0; 4]; 2]);
-        }
-        // What no display shows is no difference.
-        let within = Picture::from_pixels(1, 1, vec![[1e-6, 2.0, 0.0, 1.0]]).unwrap();
-        let other = Picture::from_pixels(1, 1, vec![[0.0, 1.0, -1.0, 0.0]]).unwrap();
-        assert_eq!(
-            difference(&within, &other).unwrap().pixels,
-            [[0.0, 0.0, 0.0, 1.0]]
-        );
-    }
 }

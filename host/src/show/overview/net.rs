@@ -1,6 +1,5 @@
-//! The walls of one eye unfolded into a net, so that a person sees all of
-//! them at once and across their seams. A dome lies beside them as it is: its
-//! dome master, as many pixels per metre along its meridians as the net has.
+//! The walls of one eye unfolded into a net, to see all of them at once and across their seams.
+//! A dome's master lies beside them, scaled to the net along its meridians.
 
 mod label;
 
@@ -18,45 +17,38 @@ const BORDER_WIDTH: f64 = 1.0;
 /// Background around the net and between its pieces, in pixels.
 const MARGIN: f64 = 16.0;
 
-/// How far apart corners may be that are one, as a part of their edge's
-/// length: calibrated walls leave gaps.
+/// The largest gap of a shared corner as a part of its edge: calibrated walls leave gaps.
 const SHARED_CORNER: f64 = 0.01;
-/// Rotations this near to a quarter turn, in radians, are one.
+/// Rotations this near to a quarter turn, in radians, are snapped to it.
 const QUARTER_TURN: f64 = 1e-6;
-/// Pixel centres this near to a picture's pixel centre, in pixels, are on it:
-/// pictures of the same scale are copied, not interpolated.
+/// Points this near to a pixel centre, in pixels, are on it and are copied.
 const PIXEL_CENTRE: f64 = 1e-3;
-/// The most samples a side that a pixel is averaged from.
+/// The most samples along each side of a pixel.
 const MAX_SAMPLES: f64 = 16.0;
 
-/// Why there is no net.
+/// Why walls cannot be unfolded.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum NetError {
-    /// There are no walls.
+    /// No walls.
     #[error("there are no walls to unfold: give at least one")]
     NoWalls,
-    /// A wall has no area.
+    /// A wall without area.
     #[error(transparent)]
     Wall(#[from] DegenerateWall),
-    /// A wall's picture has no pixels.
-    #[error("the picture of wall {wall:?} has no pixels: render it before unfolding")]
-    EmptyPicture {
-        /// The wall's name.
-        wall: String,
-    },
-    /// The net is too large for a picture.
+    /// The picture of a named wall without pixels.
+    #[error("the picture of wall {0:?} has no pixels: render it before unfolding")]
+    EmptyPicture(String),
+    /// A net that is too large for a picture.
     #[error(transparent)]
     Picture(#[from] PictureError),
 }
 
-/// A screen in its own plane, measured in the net's pixels: the lower left
-/// corner at the origin, x along the lower edge, y up.
+/// A screen in its own plane in the net's pixels, its lower left corner at the origin, y up.
 struct Sheet<'a> {
     name: &'a str,
     picture: &'a Picture,
-    /// In the room, against the clock from the lower left; none of a dome, so
-    /// that it shares no edge.
+    /// The corners in the room, counterclockwise; `None` for a dome, which shares no edge.
     corners: Option<[DVec3; 4]>,
     /// The same corners in the plane.
     outline: [DVec2; 4],
@@ -104,8 +96,7 @@ impl<'a> Sheet<'a> {
         })
     }
 
-    /// Whether a place in it, 0 to 1 across from its upper left corner, is in
-    /// its picture, grown by so many pixels of the net: a dome's is round.
+    /// Whether a place, 0 to 1, is in the picture grown by some pixels: a dome's is round.
     fn is_inside(&self, at: DVec2, grow: f64) -> bool {
         let side = self.outline[1].x;
         self.corners.is_some() || (2.0 * at - 1.0).length() <= 1.0 + 2.0 * grow / side
@@ -116,7 +107,7 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// The edges' first and last corners, against the clock.
+/// The first and last corner of each edge, counterclockwise.
 fn edges() -> impl Iterator<Item = (usize, usize)> + Clone {
     (0..4).map(|corner| (corner, (corner + 1) % 4))
 }
@@ -124,7 +115,7 @@ fn edges() -> impl Iterator<Item = (usize, usize)> + Clone {
 /// Where a sheet lies in the net: turned, then moved.
 #[derive(Clone, Copy)]
 struct Placement {
-    /// Cosine and sine.
+    /// The cosine and sine of the turn.
     rotation: DVec2,
     origin: DVec2,
 }
@@ -148,14 +139,13 @@ impl Placement {
         sheet.outline.map(|corner| self.net_from_sheet(corner))
     }
 
-    /// The place of `sheet` beside a placed one that it touches along an edge, or a part of
-    /// one; `None` where it touches none.
+    /// The placement of a sheet beside a placed one; `None` where they share no edge.
     fn folded_from(&self, placed: &Sheet, sheet: &Sheet) -> Option<Self> {
         let (placed_corners, corners) = (placed.corners?, sheet.corners?);
         edges().find_map(|(from, to)| {
             let along = placed_corners[to] - placed_corners[from];
             let slack = SHARED_CORNER * along.length();
-            // A corner's place along the edge, 0 to 1 on it, where it is on its line.
+            // The place of a corner along the edge, 0 to 1; `None` off its line.
             let place = |corner: DVec3| {
                 let from_start = corner - placed_corners[from];
                 let place = from_start.dot(along) / along.length_squared();
@@ -168,14 +158,14 @@ impl Placement {
                 let shared = end.min(1.0) - begin.max(0.0);
                 (shared > SHARED_CORNER).then_some((first, last, begin, end))
             })?;
-            // Corners that are nearly one are one.
+            // Snaps corners that nearly coincide.
             let snapped = |place: f64, to: f64| {
                 let is_near = (place - to).abs() <= SHARED_CORNER;
                 if is_near { to } else { place }
             };
             let (begin, end) = (snapped(begin, 0.0), snapped(end, 1.0));
             let on_edge = |place: f64| {
-                let corner = |of: usize| self.net_from_sheet(placed.outline[of]);
+                let corner = |number: usize| self.net_from_sheet(placed.outline[number]);
                 corner(from).lerp(corner(to), place)
             };
             let (start, end) = (on_edge(begin), on_edge(end));
@@ -192,31 +182,26 @@ impl Placement {
 }
 
 fn snapped_to_quarter(rotation: DVec2) -> DVec2 {
-    [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y]
-        .into_iter()
-        .find(|quarter| quarter.distance(rotation) < QUARTER_TURN)
-        .unwrap_or(rotation)
+    let mut quarters = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y].into_iter();
+    let near = quarters.find(|quarter| quarter.distance(rotation) < QUARTER_TURN);
+    near.unwrap_or(rotation)
 }
 
-/// Unfolds screens, as the viewer inside sees them, with their pictures.
+/// Unfolds screens as the viewer inside sees them, with their pictures.
 ///
-/// The wall named `front`, or else the first, lies upright. Every wall that
-/// touches a placed one along an edge, or a part of one, is folded flat about that
-/// edge, nearest walls first, so that pictures go on across it: what touches the front
-/// wall hangs there. A wall that touches none,
-/// or whose place is taken, lies upright to the right of the others, and its
-/// own neighbours beside it; so does a dome, round and without edges.
+/// The wall named `front`, or else the first, lies upright. Every wall that touches a placed one
+/// along an edge or part of it is folded flat about that edge, nearest walls first, so that
+/// pictures continue across it. A wall that touches none, or whose place is taken, lies
+/// upright to the right of the others with its own neighbours beside it; so does a dome.
 ///
-/// The net has as many pixels per metre as the first placed screen across, a
-/// dome along its surface;
-/// pictures of that scale at whole-pixel places and quarter turns are copied
-/// bit for bit. Names are written into the walls' upper left corners, upright
-/// in the net. The picture is opaque where the walls' pictures are.
+/// The net has the pixels per metre of the first placed screen, measured across a wall or along
+/// the surface of a dome. Pictures of that scale at whole pixels and quarter turns are copied
+/// bit for bit. Names stand in the walls' upper left corners. The net is opaque where the
+/// walls' pictures are.
 ///
 /// # Errors
-///
-/// When there is no wall, a wall has no area, a picture no pixels, or the net
-/// would have more pixels than a picture may.
+/// No wall, a wall without area, a picture without pixels, or a net larger than a picture may
+/// be.
 pub fn unfold<'a, S>(screens: &[(S, &'a Picture)]) -> Result<Picture, NetError>
 where
     S: Into<Screen<'a>> + Copy,
@@ -239,9 +224,7 @@ where
         .map(|(screen, picture): (Screen<'_>, _)| {
             let empty = picture.width == 0 || picture.height == 0;
             if empty || picture.pixels.is_empty() {
-                return Err(NetError::EmptyPicture {
-                    wall: screen.name().to_owned(),
-                });
+                return Err(NetError::EmptyPicture(screen.name().to_owned()));
             }
             Sheet::new(screen, picture, scale)
         })
@@ -250,8 +233,7 @@ where
     draw(&sheets, &placements)
 }
 
-/// A place for every sheet, piece by piece, each piece to the right of the
-/// ones before and level with the first one's upper edge.
+/// Places every sheet, each connected piece to the right of the ones before.
 fn arrange(sheets: &[Sheet], first: usize) -> Vec<Placement> {
     let mut placements: Vec<Option<Placement>> = vec![None; sheets.len()];
     let mut bounds: Option<(DVec2, DVec2)> = None;
@@ -266,7 +248,7 @@ fn arrange(sheets: &[Sheet], first: usize) -> Vec<Placement> {
                 .flat_map(|(index, placement)| placement.outline(&sheets[*index]))
         };
         let (low, high) = bounds_of(corners());
-        // Whole pixels: what could be copied must stay so.
+        // By whole pixels, so that pictures can still be copied.
         let shift = bounds.map_or(DVec2::ZERO, |(_, taken)| {
             DVec2::new(taken.x - low.x + MARGIN, taken.y - high.y).round()
         });
@@ -281,13 +263,11 @@ fn arrange(sheets: &[Sheet], first: usize) -> Vec<Placement> {
             (lowest.min(low), highest.max(high))
         }));
     }
-    placements
-        .into_iter()
-        .map(|placement| placement.unwrap_or(Placement::UPRIGHT))
-        .collect()
+    let placed = |placement: Option<Placement>| placement.unwrap_or(Placement::UPRIGHT);
+    placements.into_iter().map(placed).collect()
 }
 
-/// The sheets that hang together with `root`, breadth first.
+/// The sheets that are connected with `root`, breadth first.
 fn unfold_piece(
     sheets: &[Sheet],
     root: usize,
@@ -322,8 +302,7 @@ fn bounds_of(corners: impl Iterator<Item = DVec2>) -> (DVec2, DVec2) {
     )
 }
 
-/// Whether two sheets cover each other by more than corners that are one may:
-/// no line along an edge of either separates them.
+/// Whether two sheets overlap by more than the gap of a shared corner.
 fn overlap(a: (&Sheet, &Placement), b: (&Sheet, &Placement)) -> bool {
     let shortest = a.0.edge_lengths().chain(b.0.edge_lengths());
     let slack = SHARED_CORNER * shortest.fold(f64::INFINITY, f64::min);
@@ -332,12 +311,9 @@ fn overlap(a: (&Sheet, &Placement), b: (&Sheet, &Placement)) -> bool {
         edges().any(|(from, to)| {
             let normal = (outline[to] - outline[from]).perp().normalize_or_zero();
             let [(low_a, high_a), (low_b, high_b)] = outlines.map(|corners| {
-                corners
-                    .map(|corner| corner.dot(normal))
-                    .into_iter()
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
-                        (low.min(at), high.max(at))
-                    })
+                let along = corners.map(|corner| corner.dot(normal));
+                let low = along.into_iter().fold(f64::INFINITY, f64::min);
+                (low, along.into_iter().fold(f64::NEG_INFINITY, f64::max))
             });
             high_a <= low_b + slack || high_b <= low_a + slack
         })
@@ -360,9 +336,7 @@ impl Canvas {
         DVec2::new(self.upper_left.x + point.x, self.upper_left.y - point.y)
     }
 
-    /// Calls `colour` with the sheet coordinates of every pixel centre in a
-    /// sheet's outline, grown by `grow` pixels: 0 to 1 across the sheet from
-    /// its upper left corner.
+    /// Colours every pixel whose centre is in a sheet's outline grown by some pixels, by its place.
     fn fill(
         &mut self,
         sheet: &Sheet,
@@ -376,8 +350,7 @@ impl Canvas {
             .outline(sheet)
             .map(|corner| self.pixel_from_net(corner));
         let (low, high) = bounds_of(corners.into_iter());
-        // Turned sheets grow past the bounds of their outline by their
-        // diagonal at most.
+        // Turned sheets grow past the bounds of their outline by at most their diagonal.
         let reach = 2.0 * grow;
         let columns =
             (low.x - reach) as u32..((high.x + reach).ceil() as u32).min(self.picture.width);
@@ -402,8 +375,7 @@ fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, NetError>
     let placed = || sheets.iter().zip(placements);
     let corners = placed().flat_map(|(sheet, placement)| placement.outline(sheet));
     let (low, high) = bounds_of(corners);
-    // A whole number of pixels from the first wall's corner, and not one more
-    // for a rounding error.
+    // Whole pixels from the first wall's corner, without one more for a rounding error.
     let low = (low + PIXEL_CENTRE).floor() - MARGIN;
     let high = (high - PIXEL_CENTRE).ceil() + MARGIN;
     let size = high - low;
@@ -412,7 +384,7 @@ fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, NetError>
         upper_left: DVec2::new(low.x, high.y),
     };
     canvas.picture.pixels.fill(BACKGROUND);
-    // All borders first: within the net the pictures meet without a line.
+    // Borders first, so that pictures meet without a line.
     for (sheet, placement) in placed() {
         canvas.fill(sheet, placement, BORDER_WIDTH, |_| BORDER);
     }
@@ -425,7 +397,7 @@ fn draw(sheets: &[Sheet], placements: &[Placement]) -> Result<Picture, NetError>
             .outline(sheet)
             .map(|corner| canvas.pixel_from_net(corner));
         let (low, high) = bounds_of(outline.into_iter());
-        // The corner of its bounds is in the wall only if it is not oblique.
+        // The corner of an oblique wall's bounds is outside the wall.
         let oblique = outline.iter().any(|corner| {
             let from_low = (*corner - low).abs();
             let from_high = (*corner - high).abs();
@@ -441,8 +413,7 @@ struct Resample<'a> {
     picture: &'a Picture,
     /// Columns and rows of the picture.
     size: DVec2,
-    /// Columns and rows of the picture in one pixel of the net, where that is
-    /// more than one.
+    /// Columns and rows of the picture in one pixel of the net.
     footprint: DVec2,
 }
 

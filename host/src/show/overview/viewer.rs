@@ -1,5 +1,4 @@
-//! What the viewer sees looking at the screens: a perspective view from the
-//! eye, so that a person can check on a desk what a CAVE would show.
+//! A perspective view of the screens from the viewer's eye, to check on a desk what a CAVE shows.
 
 use crate::cave::{DegenerateWall, DomeScreen, Screen, WallPlane};
 use crate::picture::{Picture, PictureError};
@@ -8,8 +7,7 @@ use rayon::prelude::*;
 use std::f64::consts::{PI, SQRT_2};
 use thiserror::Error;
 
-/// Where there is no screen: linear dark grey that shows in files without
-/// alpha, and no coverage.
+/// The colour where there is no screen: dark grey, for files without alpha, and no coverage.
 pub const NO_WALL: [f32; 4] = [0.02, 0.02, 0.02, 0.0];
 
 /// A pinhole camera at the viewer's eye, with square pixels.
@@ -24,24 +22,17 @@ pub struct ViewerCamera {
     size: [u32; 2],
 }
 
-/// Why there is no such camera.
+/// Why a camera is impossible.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CameraError {
-    /// The eye is not at a finite place.
-    #[error("the viewer's eye is at {eye}: give it finite coordinates, in metres")]
-    Eye {
-        /// Where it is.
-        eye: DVec3,
-    },
-    /// The view direction has no length.
-    #[error("the view direction is {forward}: give it a finite length above 0")]
-    Direction {
-        /// The direction.
-        forward: DVec3,
-    },
-    /// The up direction has no length, or does not say which way up the
-    /// picture is.
+    /// An eye without a finite place.
+    #[error("the viewer's eye is at {0}: give it finite coordinates, in metres")]
+    Eye(DVec3),
+    /// A view direction without length.
+    #[error("the view direction is {0}: give it a finite length above 0")]
+    Direction(DVec3),
+    /// An up direction without length or along the view direction.
     #[error(
         "the up direction {up} is zero, not finite or parallel to the view direction {forward}: \
          choose another"
@@ -52,45 +43,36 @@ pub enum CameraError {
         /// The up direction.
         up: DVec3,
     },
-    /// The field of view is not one of a perspective view.
+    /// A field of view, in radians, that no perspective view has.
     #[error(
         "the horizontal field of view is {} degrees: choose one above 0 and below 180",
-        radians.to_degrees()
+        .0.to_degrees()
     )]
-    FieldOfView {
-        /// The field of view.
-        radians: f64,
-    },
-    /// The picture has no pixels.
-    #[error("the viewer's picture is {} × {} pixels: choose at least 1 × 1", size[0], size[1])]
-    Size {
-        /// Columns and rows.
-        size: [u32; 2],
-    },
+    FieldOfView(f64),
+    /// A picture of these columns and rows, without pixels.
+    #[error("the viewer's picture is {} × {} pixels: choose at least 1 × 1", .0[0], .0[1])]
+    Size([u32; 2]),
 }
 
-/// Why the view could not be drawn.
+/// Why a view cannot be drawn.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ViewError {
-    /// A wall has no area.
+    /// A wall without area.
     #[error(transparent)]
     Wall(#[from] DegenerateWall),
-    /// The picture is too large.
+    /// A picture that is too large.
     #[error(transparent)]
     Picture(#[from] PictureError),
 }
 
 impl ViewerCamera {
-    /// A camera at `eye` (metres, in the room) looking along `forward` with
-    /// `up` upwards; neither needs to be of unit length or perpendicular to
-    /// the other. The field of view is in radians, between 0 and π; `size` is
-    /// columns and rows.
+    /// A camera at `eye` (metres, in the room) looking along `forward` with `up` upwards, of any
+    /// lengths and not necessarily perpendicular. The field of view is in radians, between 0
+    /// and π; `size` is columns and rows.
     ///
     /// # Errors
-    ///
-    /// When a vector is not finite or zero, `up` is parallel to `forward`, the
-    /// field of view is outside its range or the size is zero.
+    /// [`CameraError`].
     pub fn new(
         eye: DVec3,
         forward: DVec3,
@@ -99,24 +81,21 @@ impl ViewerCamera {
         size: [u32; 2],
     ) -> Result<Self, CameraError> {
         if !eye.is_finite() {
-            return Err(CameraError::Eye { eye });
+            return Err(CameraError::Eye(eye));
         }
-        let direction = forward
-            .try_normalize()
-            .ok_or(CameraError::Direction { forward })?;
+        let direction = forward.try_normalize();
+        let direction = direction.ok_or(CameraError::Direction(forward))?;
         let right = direction.cross(up.normalize_or_zero());
         if right.length() < 1e-9 {
             return Err(CameraError::Up { forward, up });
         }
         let right = right.normalize();
         if !(horizontal_field_of_view > 0.0 && horizontal_field_of_view < PI) {
-            return Err(CameraError::FieldOfView {
-                radians: horizontal_field_of_view,
-            });
+            return Err(CameraError::FieldOfView(horizontal_field_of_view));
         }
         let [columns, rows] = size;
         if columns == 0 || rows == 0 {
-            return Err(CameraError::Size { size });
+            return Err(CameraError::Size(size));
         }
         let half_width = (0.5 * horizontal_field_of_view).tan();
         let half_height = half_width * f64::from(rows) / f64::from(columns);
@@ -129,8 +108,8 @@ impl ViewerCamera {
         })
     }
 
-    /// The unit direction from the eye through a point of the picture, in
-    /// pixels from its upper left corner: pixel `i`'s centre is at `i + 0.5`.
+    /// The unit direction from the eye through a point of the picture, in pixels from its upper
+    /// left corner: the centre of pixel `i` is at `i + 0.5`.
     pub fn ray(&self, x: f64, y: f64) -> DVec3 {
         let [columns, rows] = self.size.map(f64::from);
         let right = (2.0 * x / columns - 1.0) * self.half_right;
@@ -139,13 +118,11 @@ impl ViewerCamera {
     }
 }
 
-/// Draws what the camera sees of the screens and their pictures: for every
-/// pixel's centre the nearest screen, its picture interpolated bilinearly;
-/// [`NO_WALL`] where there is none. A screen is drawn from behind too.
+/// Draws what the camera sees: for every pixel's centre the nearest screen, its picture
+/// interpolated bilinearly, or [`NO_WALL`]. Screens are also drawn from behind.
 ///
 /// # Errors
-///
-/// When a wall has no area or the camera's picture is too large.
+/// A wall without area; a picture that is too large.
 pub fn render<'a, S>(
     camera: &ViewerCamera,
     screens: &[(S, &'a Picture)],
@@ -171,7 +148,7 @@ where
     Ok(view)
 }
 
-/// Where a picture is shown.
+/// The surface of a screen.
 enum Surface<'a> {
     Wall(WallPlane),
     Dome(&'a DomeScreen),
@@ -185,43 +162,36 @@ impl<'a> Surface<'a> {
         })
     }
 
-    /// Where a ray meets it: the ray's parameter, above 0, and the place in its
-    /// picture, in pixels from the upper left corner.
-    fn intersect(
-        &self,
-        picture: &Picture,
-        eye: DVec3,
-        direction: DVec3,
-    ) -> Option<(f64, f64, f64)> {
+    /// Where a ray meets the surface: the ray's parameter, above 0, and the place in pixels.
+    fn meet(&self, picture: &Picture, eye: DVec3, direction: DVec3) -> Option<(f64, DVec2)> {
         let size = DVec2::new(f64::from(picture.width), f64::from(picture.height));
         match self {
             Self::Wall(plane) => {
                 let (distance, x, y) = plane.intersect(eye, direction)?;
-                Some((distance, x * size.x, y * size.y))
+                Some((distance, DVec2::new(x, y) * size))
             }
             Self::Dome(dome) => {
                 let (distance, at) = dome.meet(eye, direction)?;
-                // Next to the rim as far inwards as all four pixels around are
-                // inside: what is outside has no colour.
+                // At the rim, moved inwards until all four pixels around are inside: those
+                // outside have no colour.
                 let half = 0.5 * size.min_element();
                 let from_centre = (at.length() * half).min((half - SQRT_2).max(0.0));
                 let from_centre = at.normalize_or_zero() * from_centre * DVec2::new(1.0, -1.0);
-                let place = 0.5 * size + from_centre;
-                Some((distance, place.x, place.y))
+                Some((distance, 0.5 * size + from_centre))
             }
         }
     }
 }
 
 fn nearest(surfaces: &[(Surface, &Picture)], eye: DVec3, direction: DVec3) -> [f32; 4] {
-    surfaces
-        .iter()
-        .filter_map(|(surface, picture)| {
-            let (distance, x, y) = surface.intersect(picture, eye, direction)?;
-            Some((distance, x, y, picture))
-        })
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or(NO_WALL, |(_, x, y, picture)| picture.sample(x, y))
+    let hits = surfaces.iter().filter_map(|(surface, picture)| {
+        let (distance, place) = surface.meet(picture, eye, direction)?;
+        Some((distance, place, picture))
+    });
+    let nearest = hits.min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map_or(NO_WALL, |(_, place, picture)| {
+        picture.sample(place.x, place.y)
+    })
 }
 
 #[cfg(test)]
