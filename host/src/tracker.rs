@@ -1,29 +1,33 @@
-//! Eye and head trackers: where they are, and what comes from them.
+//! Eye and head trackers: devices, mocks and recordings.
 //!
-//! A [`Spec`] names a tracker, a [`Feed`] gives what it says; the mock and
-//! recordings stand behind the same two. A [`calibration`] makes directions in the
-//! room of what it says. [`serve`](serve::serve) is the other
-//! end of a line: a tracker for others to read.
+//! A [`Spec`] names a tracker and a [`Feed`] hands over its events. A [`calibration`] turns
+//! them into directions in the room. [`serve`](serve::serve) is the other end of a line: a
+//! simulated device for other programs.
 
 pub mod calibration;
+mod fault;
 mod feed;
 mod hid;
 mod live;
+mod notice;
+mod port;
 mod protocol;
 #[cfg(unix)]
 pub mod pty;
 mod recording;
+mod script;
 #[cfg(unix)]
 pub mod serve;
 mod settings;
 mod spec;
 mod times;
 
-pub use feed::{Feed, FeedClock, FeedError, Notice, PAUSE, Senses, Trouble, simulated};
-pub use hid::{Features, features};
-pub use live::LiveError;
-pub use protocol::{ProtocolSpec, UnknownProtocol};
-pub use recording::{Recorder, Recording, RecordingError, RecordingFormat};
+pub use fault::{SpecError, UnknownProtocol};
+pub use feed::{Feed, FeedClock, FeedError, PAUSE, Senses, simulated};
+pub use hid::features;
+pub use notice::{Features, LiveError, Notice, Trouble};
+pub use protocol::ProtocolSpec;
+pub use recording::{Recorder, Recording, RecordingError};
 pub use settings::settings;
-pub use spec::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec, SpecError};
+pub use spec::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec};
 pub use times::Times;

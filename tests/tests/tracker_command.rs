@@ -339,7 +339,7 @@ fn what_is_no_tracker_is_refused() {
         ("mouse", 2, "serial:/dev/ttyUSB0"),
         ("mock:rate=5", 2, "60 to 10000"),
         ("mock:rate=60&rate=60", 2, "twice"),
-        ("serial:?protocol=asl", 2, "says not which"),
+        ("serial:?protocol=asl", 2, "names no port"),
         (
             "serial:/dev/nowhere?protocol=asl&units=cm",
             2,

@@ -1,4 +1,4 @@
-//! What is known of a tracker where it stands: a calibration file.
+//! A calibration file: what is known of a tracker where it stands.
 //!
 //! ```toml
 //! device = "iscan"              # optional: refused with another device
@@ -19,23 +19,22 @@
 //! place = [0.3, 0.2, -1.0]      # optional: metres in the room, for people
 //! direction = [0.28, 0.19, -0.94]         # from the eyes, in the head's axes
 //! samples = 400                 # optional: for people
-//! combined = [1030.0, 730.0]    # what the tracker said; so left and right
+//! combined = [1030.0, 730.0]    # what the tracker measured; also left and right
 //! ```
 //!
-//! Of the targets the calibration is fitted anew whenever the file is read. The
-//! numbers of left, right and combined are [`Measured`]'s.
+//! The calibration is fitted to the targets whenever the file is read. The numbers of left,
+//! right and combined are those of [`Measured`].
 
 mod estimation;
 mod gather;
-mod script;
 
+pub use super::script::{ScriptError, TimedTarget, read_script};
 pub use estimation::estimation;
 pub use gather::{GatherError, Gatherer, SETTLE};
-pub(super) use script::scripted;
-pub use script::{ScriptError, TimedTarget, read_script};
 
 use super::hid::usb_id;
-use super::{HidName, Spec};
+use super::protocol::ProtocolSpec;
+use super::spec::{HidName, Spec};
 use crate::files::description::{Located, Source};
 use glam::{Quat, Vec2, Vec3};
 use miette::Diagnostic;
@@ -54,23 +53,17 @@ use toml::Spanned;
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum CalibrationFault {
-    /// Not TOML, or not the keys and types that it has.
-    #[error("{message}")]
+    /// Text that is not TOML, or has other keys or types.
+    #[error("{0}")]
     #[diagnostic(help(
         "a calibration file has device, model, head, [room_from_tracker] (position and orientation), [screen] (corner, size and, if wanted, right and down) and [[target]] (direction, and of left, right and combined what the tracker says); all of them are optional"
     ))]
-    Syntax {
-        /// The TOML reader's message.
-        message: String,
-    },
-    /// A model that there is not.
-    #[error("there is no model {found:?}")]
+    Syntax(String),
+    /// An unknown model.
+    #[error("there is no model {0:?}")]
     #[diagnostic(help("give affine or second-order"))]
-    Model {
-        /// What stands there.
-        found: String,
-    },
-    /// Targets and nothing to fit to them.
+    Model(String),
+    /// Targets without a model.
     #[error("there are targets and no model")]
     #[diagnostic(help("give model = \"affine\" or model = \"second-order\""))]
     NoModel,
@@ -78,12 +71,12 @@ pub enum CalibrationFault {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Fit(#[from] FitError),
-    /// A screen or a tracker's place that cannot be.
+    /// An impossible screen or place of the tracker.
     #[error("{0}")]
     #[diagnostic(help("lengths are metres, in the room: +X right, +Y up, −Z ahead"))]
     Place(EstimatorConfigError),
-    /// The place of a target that is none.
-    #[error("a target's place is no number of metres")]
+    /// A place of a target that is not finite.
+    #[error("a target's place is not finite")]
     #[diagnostic(help("give three numbers, or leave it out: it is for people"))]
     TargetPlace,
 }
@@ -93,19 +86,14 @@ pub enum CalibrationFault {
 #[non_exhaustive]
 pub enum CalibrationFileError {
     /// The file could not be read.
-    #[error("cannot read the calibration in {}: {reason}", path.display())]
+    #[error("cannot read the calibration in {}: {}", .0.display(), .1)]
     #[diagnostic(help("give the path of a file that `shisen tracker calibrate` wrote"))]
-    Read {
-        /// Which file.
-        path: PathBuf,
-        /// What the system said.
-        reason: std::io::Error,
-    },
-    /// It was read, and there is a fault in it.
+    Read(PathBuf, std::io::Error),
+    /// A fault in the file.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Fault(#[from] Located<CalibrationFault>),
-    /// It was made for another device.
+    /// A calibration of another device.
     #[error("{} is the calibration of {calibrated}, and this is {found}", path.display())]
     #[diagnostic(help(
         "give the file that `shisen tracker calibrate` wrote for this device, or calibrate it"
@@ -133,24 +121,32 @@ pub struct FitError {
     pub reason: CalibrationError,
 }
 
-/// The three that are calibrated, in the order of [`SeenTarget::measured`].
+/// The eyes that are calibrated, in the order of [`SeenTarget::measured`].
 pub const EYES: [&str; 3] = ["left", "right", "combined"];
 
-/// A target, and what the tracker said while it was looked at.
+/// A target, and what the tracker measured while the viewer looked at it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeenTarget {
-    /// Where it was: metres, in the room.
+    /// The target's place: metres, in the room.
     pub place: Option<Vec3>,
-    /// From the middle between the eyes, in the head's axes.
+    /// The direction from the middle between the eyes, in the head's axes.
     pub direction: Vec3,
-    /// Of how many samples.
+    /// The number of samples.
     pub samples: Option<u32>,
-    /// The mean of what it said, of left, right and combined.
+    /// The mean measurement of left, right and combined.
     pub measured: [Option<Vec2>; 3],
 }
 
 impl SeenTarget {
-    /// Whether it has a place that is no number.
+    /// What an eye's calibration is fitted to.
+    fn target(&self, eye: usize) -> Option<Target> {
+        self.measured[eye].map(|measured| Target {
+            measured,
+            direction: self.direction,
+        })
+    }
+
+    /// Whether the place is not finite.
     fn is_nowhere(&self) -> bool {
         self.place.is_some_and(|place| !place.is_finite())
     }
@@ -159,22 +155,22 @@ impl SeenTarget {
 /// What is known of a tracker where it stands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationFile {
-    /// Which device it is; `None` for any.
+    /// The device; `None` for any.
     pub device: Option<String>,
-    /// What is fitted.
+    /// The model that is fitted.
     pub model: Model,
     /// Where the viewer's head rests: metres, in the room.
     pub head: Vec3,
-    /// Where the tracker's axes are; `None` where somebody else says so.
+    /// Where the tracker's axes are; `None`: as the command line says.
     pub room_from_tracker: Option<RoomFromTracker>,
     /// The plane of gaze points.
     pub screen: Option<Screen>,
-    /// What was looked at.
+    /// The targets.
     pub targets: Vec<SeenTarget>,
 }
 
 impl Default for CalibrationFile {
-    /// Nothing is known.
+    /// A file that says nothing.
     fn default() -> Self {
         Self {
             device: None,
@@ -187,10 +183,10 @@ impl Default for CalibrationFile {
     }
 }
 
-/// Calibrations of left, right and combined, where they were measured.
+/// The calibrations of left, right and combined; `None` where nothing was measured.
 pub type Fits = [Option<Calibration>; 3];
 
-/// A model's name, as files and command lines have it.
+/// The name of a model in files and on command lines.
 pub const fn model_name(model: Model) -> &'static str {
     match model {
         Model::Affine => "affine",
@@ -198,7 +194,7 @@ pub const fn model_name(model: Model) -> &'static str {
     }
 }
 
-/// What a file says; all of it is optional.
+/// The text of a file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
@@ -256,76 +252,56 @@ impl CalibrationFile {
     /// A file that cannot be read, or as [`from_toml`](Self::from_toml).
     pub fn load(path: &Path) -> Result<Self, CalibrationFileError> {
         let text = crate::files::read_text(path);
-        let text = text.map_err(|reason| CalibrationFileError::Read {
-            path: path.to_owned(),
-            reason,
-        })?;
+        let text = text.map_err(|reason| CalibrationFileError::Read(path.into(), reason))?;
         Ok(Self::from_toml(&text, &path.to_string_lossy())?)
     }
 
-    /// Of a file's text; `source_name` is what messages call it.
+    /// Reads a file's text; messages call it `source_name`.
     ///
     /// # Errors
-    /// The first fault found and its place: text that is not TOML, unknown or
-    /// missing keys, a model that there is not, a screen or a tracker that
-    /// cannot be where it is said to be, targets that make no calibration.
+    /// The first [`CalibrationFault`] and its place.
     pub fn from_toml(text: &str, source_name: &str) -> Result<Self, Located<CalibrationFault>> {
         let source = Source {
             name: source_name,
             text,
         };
-        let entry: Entry = source.parse(|message| CalibrationFault::Syntax { message })?;
+        let entry: Entry = source.parse(CalibrationFault::Syntax)?;
         let mut file = Self {
             device: entry.device,
             head: entry.head.map_or(Vec3::ZERO, Vec3::from_array),
             ..Self::default()
         };
+        let located = |fault, span| Located::new(fault, &source, span);
         match &entry.model {
             Some(model) => {
                 let found = model.as_ref();
                 let named = |one: &Model| model_name(*one) == found.as_str();
                 let known = [Model::Affine, Model::SecondOrder].into_iter().find(named);
                 file.model = known.ok_or_else(|| {
-                    let found = found.clone();
-                    Located::new(
-                        CalibrationFault::Model { found },
-                        &source,
-                        Some(model.span()),
-                    )
+                    let fault = CalibrationFault::Model(found.clone());
+                    located(fault, Some(model.span()))
                 })?;
             }
             None if !entry.target.is_empty() => {
-                return Err(Located::new(CalibrationFault::NoModel, &source, None));
+                return Err(located(CalibrationFault::NoModel, None));
             }
             None => {}
         }
-        let misplaced = |span| {
-            let source = &source;
-            move |reason| Located::new(CalibrationFault::Place(reason), source, span)
-        };
+        let misplaced = |span| move |reason| located(CalibrationFault::Place(reason), span);
         if let Some(room) = &entry.room_from_tracker {
-            let RoomEntry {
-                position,
-                orientation,
-            } = *room.as_ref();
             file.room_from_tracker = Some(RoomFromTracker {
-                position: Vec3::from_array(position),
-                orientation: Quat::from_array(orientation),
+                position: Vec3::from_array(room.as_ref().position),
+                orientation: Quat::from_array(room.as_ref().orientation),
             });
             file.check().map_err(misplaced(Some(room.span())))?;
         }
         if let Some(screen) = &entry.screen {
-            let ScreenEntry {
-                corner,
-                right,
-                down,
-                size,
-            } = *screen.as_ref();
+            let entry = screen.as_ref();
             file.screen = Some(Screen {
-                corner: Vec3::from_array(corner),
-                right: right.map_or(Vec3::X, Vec3::from_array),
-                down: down.map_or(Vec3::NEG_Y, Vec3::from_array),
-                size: Vec2::from_array(size),
+                corner: Vec3::from_array(entry.corner),
+                right: entry.right.map_or(Vec3::X, Vec3::from_array),
+                down: entry.down.map_or(Vec3::NEG_Y, Vec3::from_array),
+                size: Vec2::from_array(entry.size),
             });
             file.check().map_err(misplaced(Some(screen.span())))?;
         }
@@ -333,11 +309,11 @@ impl CalibrationFile {
         file.targets = entry.target.iter().map(|t| t.as_ref().seen()).collect();
         if let Some(at) = file.targets.iter().position(SeenTarget::is_nowhere) {
             let span = Some(entry.target[at].span());
-            return Err(Located::new(CalibrationFault::TargetPlace, &source, span));
+            return Err(located(CalibrationFault::TargetPlace, span));
         }
         if let Err(error) = file.fit() {
             let at = file.target_of(&error).map(|at| entry.target[at].span());
-            return Err(Located::new(error.into(), &source, at));
+            return Err(located(error.into(), at));
         }
         Ok(file)
     }
@@ -348,7 +324,7 @@ impl CalibrationFile {
         config.check()
     }
 
-    /// Which of the file's targets an error is about.
+    /// The number of the target that an error is about.
     fn target_of(&self, error: &FitError) -> Option<usize> {
         let (CalibrationError::NotFinite { target } | CalibrationError::NotAhead { target }) =
             error.reason
@@ -356,27 +332,20 @@ impl CalibrationFile {
             return None;
         };
         let eye = EYES.iter().position(|&eye| eye == error.eye)?;
-        let of_eye = |(_, seen): &(usize, &SeenTarget)| seen.measured[eye].is_some();
-        let mut of_eye = self.targets.iter().enumerate().filter(of_eye);
-        of_eye.nth(target).map(|(index, _)| index)
+        let all = self.targets.iter().enumerate();
+        let mut measured = all.filter(|(_, seen)| seen.measured[eye].is_some());
+        measured.nth(target).map(|(index, _)| index)
     }
 
-    /// The calibrations of what was measured; none where nothing was.
+    /// Fits a calibration to each eye's measurements.
     ///
     /// # Errors
-    /// The first eye whose targets make none.
+    /// The first eye whose targets make no calibration.
     pub fn fit(&self) -> Result<Fits, FitError> {
         let mut fits = Fits::default();
         for (index, eye) in EYES.into_iter().enumerate() {
-            let of = |seen: &SeenTarget| {
-                let measured = seen.measured[index]?;
-                let direction = seen.direction;
-                Some(Target {
-                    measured,
-                    direction,
-                })
-            };
-            let targets: Vec<Target> = self.targets.iter().filter_map(of).collect();
+            let seen = self.targets.iter();
+            let targets: Vec<Target> = seen.filter_map(|seen| seen.target(index)).collect();
             if !targets.is_empty() {
                 let fitted = Calibration::fit(self.model, &targets);
                 fits[index] = Some(fitted.map_err(|reason| FitError { eye, reason })?);
@@ -385,21 +354,15 @@ impl CalibrationFile {
         Ok(fits)
     }
 
-    /// How far each eye's direction is from a target by its calibration,
-    /// radians.
+    /// The angle from each eye's calibrated direction to a target, radians.
     pub fn residuals(&self, fits: &Fits, seen: &SeenTarget) -> [Option<f32>; 3] {
         std::array::from_fn(|eye| {
-            let (fit, measured) = fits[eye].as_ref().zip(seen.measured[eye])?;
-            let direction = seen.direction;
-            let target = Target {
-                measured,
-                direction,
-            };
+            let (fit, target) = fits[eye].as_ref().zip(seen.target(eye))?;
             Some(fit.residual_of(&[target]).largest)
         })
     }
 
-    /// Sets what the file says of places.
+    /// Puts the file's places into a configuration.
     fn place(&self, config: &mut EstimatorConfig) {
         config.resting_head.position = self.head;
         if let Some(room) = self.room_from_tracker {
@@ -408,10 +371,10 @@ impl CalibrationFile {
         config.screen = self.screen.or(config.screen);
     }
 
-    /// The file's text, which [`CalibrationFile::from_toml`] reads again.
+    /// Writes the text that [`from_toml`](Self::from_toml) reads.
     ///
     /// # Errors
-    /// Targets that make no calibration, and places that cannot be.
+    /// Targets that make no calibration, and impossible places.
     pub fn to_toml(&self) -> Result<String, CalibrationFault> {
         let fits = self.fit()?;
         self.check().map_err(CalibrationFault::Place)?;
@@ -478,13 +441,13 @@ impl CalibrationFile {
     }
 }
 
-/// A device by the name that calibrations know it by: its protocol's, or what
-/// it is on USB. `None` of a recording, which does not say.
+/// The name of a device in calibration files: its protocol, or its USB vendor and product.
+/// `None` for a recording.
 pub fn device_name(spec: &Spec) -> Option<String> {
     match spec {
         Spec::Mock(mock) => {
             let protocol = mock.protocol.as_ref();
-            Some(protocol.map_or("mock", |protocol| protocol.name()).into())
+            Some(protocol.map_or("mock", ProtocolSpec::name).into())
         }
         Spec::Serial(serial) => Some(serial.protocol.name().into()),
         Spec::Hid(hid) => {
@@ -495,7 +458,7 @@ pub fn device_name(spec: &Spec) -> Option<String> {
     }
 }
 
-/// A calibration, made for a device.
+/// A calibration file and its fits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibrated {
     file: CalibrationFile,
@@ -503,7 +466,7 @@ pub struct Calibrated {
 }
 
 impl From<CalibrationFile> for Calibrated {
-    /// Targets that make no calibration are left out.
+    /// Leaves out targets that make no calibration.
     fn from(file: CalibrationFile) -> Self {
         let fits = file.fit().unwrap_or_default();
         Self { file, fits }
@@ -514,7 +477,7 @@ impl Calibrated {
     /// Reads the calibration of a tracker.
     ///
     /// # Errors
-    /// As [`CalibrationFile::load`], and a file of another device.
+    /// As [`CalibrationFile::load`], and a calibration of another device.
     pub fn load(path: &Path, spec: &Spec) -> Result<Self, CalibrationFileError> {
         let file = CalibrationFile::load(path)?;
         if let (Some(calibrated), Some(found)) = (&file.device, device_name(spec))
@@ -529,7 +492,7 @@ impl Calibrated {
         Ok(file.into())
     }
 
-    /// Where the viewer's head rests, by the file.
+    /// Where the viewer's head rests.
     pub const fn head(&self) -> HeadPose {
         HeadPose {
             position: self.file.head,
@@ -538,16 +501,12 @@ impl Calibrated {
     }
 }
 
-/// Of left, right and combined, what a sample says.
+/// The measurements of left, right and combined in a sample.
 fn measured(
     config: &EstimatorConfig,
     sample: &shisen_tracker::sample::Sample,
     head: &HeadPose,
 ) -> [Option<Vec2>; 3] {
-    let Measured {
-        left,
-        right,
-        combined,
-    } = Measured::of(config, sample, head);
-    [left, right, combined]
+    let measured = Measured::of(config, sample, head);
+    [measured.left, measured.right, measured.combined]
 }

@@ -1,36 +1,41 @@
-//! What is wrong with a `SPEC`, and what can stand there.
+//! What is wrong with a `SPEC`, and what to write instead.
 
-use crate::tracker::protocol::{ProtocolSpec, UnknownProtocol};
 use miette::Diagnostic;
+use shisen_tracker::command::Script;
 use shisen_tracker::estimate::EstimatorConfigError;
 use shisen_tracker::head::polhemus::ItemListError;
-use shisen_tracker::protocol::Protocol;
+use shisen_tracker::protocol::{Asked, Protocol};
 use std::ops::RangeInclusive;
 use thiserror::Error;
+
+/// The options of every tracker that are times, in seconds (`S`).
+pub(super) const TIMES: &str = "stuck_after=S|never, head_stuck_after=S|never, hold_after=S, \
+                                widen_after=S, head_after=S, full_after=S, head_hold_after=S, \
+                                head_widen_after=S, head_full_after=S, longest_blink=S, delay=S";
+
+/// A name that is no protocol's.
+#[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
+#[error("there is no protocol {0:?}")]
+#[diagnostic(help("give one of {}", Protocol::NAMES.join(", ")))]
+pub struct UnknownProtocol(pub String);
 
 /// A `SPEC` that names no tracker.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum SpecError {
-    /// Another word in front.
-    #[error("{found:?} is no kind of tracker")]
+    /// It begins with another word than a kind of tracker.
+    #[error("{0:?} is not a kind of tracker")]
     #[diagnostic(help(
         "give mock, mock:seed=7&rate=200&as=fastrak, serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:usage=0012 or replay:FILE"
     ))]
-    Kind {
-        /// What stands there.
-        found: String,
-    },
-    /// Nothing after the word.
-    #[error("{kind}: says not which")]
+    Kind(String),
+    /// A kind of tracker without a port, device or file.
+    #[error("{0}: names no port, device or file")]
     #[diagnostic(help(
         "give serial:/dev/ttyUSB0?protocol=fastrak, hid:1532:0b00, hid:/dev/hidraw0 or replay:FILE"
     ))]
-    Nothing {
-        /// The word.
-        kind: &'static str,
-    },
-    /// An option that there is not.
+    Nothing(&'static str),
+    /// An unknown option.
     #[error("{of} has no option {key:?}")]
     #[diagnostic(help("give {allowed}"))]
     Key {
@@ -38,39 +43,36 @@ pub enum SpecError {
         of: &'static str,
         /// The option.
         key: String,
-        /// Those that there are.
+        /// The options that it has.
         allowed: String,
     },
     /// An option that is given twice.
-    #[error("{key:?} is given twice")]
+    #[error("{0:?} is given twice")]
     #[diagnostic(help("give it once"))]
-    Twice {
-        /// The option.
-        key: String,
-    },
+    Twice(String),
     /// A list of items that no device can send.
     #[error("items: {0}")]
     #[diagnostic(help(
         "the items are those of the device's manual, in the order that it is to send"
     ))]
     Items(#[from] ItemListError),
-    /// An option's value that it cannot have.
+    /// A value that the option cannot have.
     #[error("{key}={found:?} is not possible")]
     #[diagnostic(help("give {allowed}"))]
     Value {
         /// The option.
         key: &'static str,
-        /// Its value.
+        /// The value.
         found: String,
-        /// Those that it can have.
-        allowed: &'static str,
+        /// The values that it can have.
+        allowed: String,
     },
-    /// A time of the estimator's that it refuses.
+    /// A time that the estimator refuses.
     #[error("{0}")]
-    #[diagnostic(help("the times are seconds: {}", crate::tracker::times::ALLOWED))]
+    #[diagnostic(help("the times are seconds: {TIMES}"))]
     Times(EstimatorConfigError),
-    /// A sensor is chosen where there is one.
-    #[error("{of} has one sensor: head={head} chooses none")]
+    /// A choice of a sensor where the tracker has only one.
+    #[error("{of} has one sensor, so head={head} cannot choose one")]
     #[diagnostic(help(
         "leave head out; those with several are link, fastrak, liberty and flock, and recordings"
     ))]
@@ -80,9 +82,9 @@ pub enum SpecError {
         /// The sensor.
         head: u8,
     },
-    /// A sensor is chosen that the mock does not have.
+    /// A choice of a sensor that the mock does not have.
     #[error(
-        "the mock's sensors are {} to {}: head={head} chooses none",
+        "the mock's sensors are {} to {}, so head={head} does not exist",
         sensors.start(),
         sensors.end()
     )]
@@ -90,75 +92,65 @@ pub enum SpecError {
     NoSensor {
         /// The sensor.
         head: u8,
-        /// Those that there are.
+        /// The mock's sensors.
         sensors: RangeInclusive<u8>,
     },
-    /// A reset is asked for where there is none.
-    #[error("{of} has no command for a reset: reset=1 does nothing")]
-    #[diagnostic(help(
-        "leave reset out; those with one are {}",
-        names(ProtocolSpec::has_reset)
-    ))]
-    NoReset {
-        /// The protocol.
-        of: &'static str,
-    },
-    /// A change of speed is asked for where there is none.
-    #[error("{of} has no command that changes the line's speed: speed does nothing")]
+    /// A protocol without a reset is to be reset.
+    #[error("{0} has no command for a reset: reset=1 does nothing")]
+    #[diagnostic(help("leave reset out; those with one are {}", names(has_reset)))]
+    NoReset(&'static str),
+    /// A protocol that cannot change the line's speed is to change it.
+    #[error("{0} has no command that changes the line's speed: speed does nothing")]
     #[diagnostic(help(
         "leave speed out, and give baud=N as the device is set; that with one is fastrak"
     ))]
-    NoSpeed {
-        /// The protocol.
-        of: &'static str,
-    },
+    NoSpeed(&'static str),
     /// A reset and a change of speed.
     #[error("a reset undoes a change of speed")]
     #[diagnostic(help("reset the device in a run of its own, and give speed in the next"))]
     ResetAndSpeed,
-    /// A stop is asked for where there is none.
-    #[error("{of} has no command that stops it: stop=1 does nothing")]
-    #[diagnostic(help("leave stop out; those with one are {}", names(ProtocolSpec::has_stop)))]
-    NoStop {
-        /// The protocol.
-        of: &'static str,
-    },
-    /// A protocol that there is not.
+    /// A protocol that cannot stop its device is to stop it.
+    #[error("{0} has no command that stops it: stop=1 does nothing")]
+    #[diagnostic(help("leave stop out; those with one are {}", names(has_stop)))]
+    NoStop(&'static str),
+    /// An unknown protocol.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Protocol(#[from] UnknownProtocol),
-    /// A protocol that goes over no serial line.
-    #[error("{name} does not go over a serial line")]
+    /// A protocol that does not go over a serial line.
+    #[error("{0} does not go over a serial line")]
     #[diagnostic(help(
         "plug the device in and give hid:VENDOR:PRODUCT, or one of {}",
-        names(|spec| spec.protocol().is_serial())
+        names(Protocol::is_serial)
     ))]
-    NotSerial {
-        /// The protocol.
-        name: &'static str,
-    },
-    /// A protocol of a serial line that there is not.
-    #[error("there is no protocol {name:?}")]
-    #[diagnostic(help("give one of {}", names(|spec| spec.protocol().is_serial())))]
-    UnknownOnSerial {
-        /// What was given.
-        name: String,
-    },
+    NotSerial(&'static str),
+    /// An unknown protocol for a serial line.
+    #[error("there is no protocol {0:?}")]
+    #[diagnostic(help("give one of {}", names(Protocol::is_serial)))]
+    UnknownOnSerial(String),
     /// A serial port without a protocol.
-    #[error("serial:{path} says not which protocol its device speaks")]
+    #[error("serial:{0} does not name the protocol of its device")]
     #[diagnostic(help(
         "append ?protocol=NAME, NAME being one of {}",
-        names(|spec| spec.protocol().is_serial())
+        names(Protocol::is_serial)
     ))]
-    NoProtocol {
-        /// The port.
-        path: String,
-    },
+    NoProtocol(String),
 }
 
-fn names(of: fn(&ProtocolSpec) -> bool) -> String {
-    let named = Protocol::NAMES
-        .into_iter()
-        .filter(|name| ProtocolSpec::named(name).is_ok_and(|protocol| of(&protocol)));
+/// Whether the devices of a protocol can be told to restart.
+pub(super) fn has_reset(protocol: &Protocol) -> bool {
+    let asked = Asked::default();
+    protocol.start(&asked, true) != protocol.start(&asked, false)
+}
+
+/// Whether the devices of a protocol can be told to stop sending.
+pub(super) fn has_stop(protocol: &Protocol) -> bool {
+    protocol.stop() != Script::new()
+}
+
+/// The names of the protocols for which `has` holds.
+fn names(has: fn(&Protocol) -> bool) -> String {
+    let named = Protocol::NAMES.into_iter();
+    let named = named.filter(|name| Protocol::named(name).is_some_and(|protocol| has(&protocol)));
     named.collect::<Vec<_>>().join(", ")
 }

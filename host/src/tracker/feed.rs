@@ -1,13 +1,12 @@
-//! What a tracker says, whichever it is.
+//! The events of a tracker of any kind.
 
-use super::calibration::{ScriptError, read_script, scripted};
-use super::hid::Features;
-use super::live::{Live, LiveError};
+use super::live::{DeviceSpec, Live};
+use super::notice::{LiveError, Notice};
 use super::protocol::ProtocolSpec;
 use super::recording::{Recording, RecordingError};
+use super::script::{ScriptError, read_script, scripted};
 use super::spec::{MockSpec, Spec};
 use miette::Diagnostic;
-use shisen_tracker::command::Failure;
 use shisen_tracker::decoder::{Counts, Decoder, Event};
 use shisen_tracker::mock::{
     Line, Source, Tracker, TrackerConfig, TrackerConfigError, Viewer, ViewerConfig,
@@ -19,72 +18,15 @@ use std::fmt;
 use std::time::Instant;
 use thiserror::Error;
 
-/// Something that a feed has to say.
-#[derive(Debug, Clone, PartialEq)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "nearly all are samples, and none of these is to take memory of its own"
-)]
-pub enum Notice {
-    /// A decoder handed this over.
-    Decoded(Event),
-    /// The device is there, at this path.
-    Plugged(String),
-    /// An eye tracker says what it is, right after it was plugged in.
-    Described(Box<Features>),
-    /// The device is gone; the feed looks for it.
-    Unplugged {
-        /// Where it was.
-        path: String,
-        /// What the system said.
-        reason: String,
-    },
-    /// The device is there again but cannot be used; said when that is so for a
-    /// while, and again where the reason is another.
-    Refused {
-        /// Why, and what to do about it.
-        reason: String,
-    },
-    /// Nothing comes that can be understood.
-    Trouble(Trouble),
-    /// The device was told to restart, and says nothing for so long at most.
-    Restarting(Micros),
-    /// A recording holds nothing for so long, which is waited for.
-    Pause(Micros),
-}
-
-/// What is wrong with a device or its line, and what may help.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Trouble {
-    /// What is wrong.
-    pub failure: Failure,
-    /// How many fields the records have that come in, where these are not as many as the
-    /// decoder was told ([`Decoder::fields_seen`]).
-    pub fields_seen: Option<usize>,
-}
-
-impl fmt::Display for Trouble {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.failure.fmt(f)?;
-        match self.fields_seen {
-            None => Ok(()),
-            Some(fields) => write!(
-                f,
-                "; records of {fields} outputs seem to come in: name as many in SPEC (outputs=)"
-            ),
-        }
-    }
-}
-
-/// Why there is no feed.
+/// Why a feed does not open.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum FeedError {
-    /// The mock refuses its configuration.
+    /// A configuration that the mock refuses.
     #[error("{0}")]
     #[diagnostic(help("change the mock's options"))]
     Mock(TrackerConfigError),
-    /// The mock's targets cannot be read.
+    /// A table of the mock's targets that cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Script(#[from] ScriptError),
@@ -98,32 +40,31 @@ pub enum FeedError {
     Recording(#[from] RecordingError),
 }
 
-/// The clock of a [`Feed`], which arrivals are told by.
+/// The clock of a [`Feed`], on which samples arrive.
 #[derive(Debug, Clone, Copy)]
 pub struct FeedClock {
     start: Instant,
+    /// What the clock shows at the start.
     begin: Micros,
 }
 
 impl FeedClock {
-    /// A time of the system's clock on this one; one before the feed was opened is
-    /// that of its opening.
+    /// Converts a time of the system's clock; times before the feed was opened become its
+    /// opening.
     pub fn at(&self, instant: Instant) -> Micros {
         let since = instant.saturating_duration_since(self.start);
         self.begin.after(Micros(since.as_micros() as u64))
     }
 }
 
-/// A tracker that says something from time to time.
+/// An open tracker, whose events are polled.
 pub struct Feed {
-    start: Instant,
-    /// What its clock showed then.
-    begin: Micros,
+    clock: FeedClock,
     kind: Kind,
 }
 
 enum Kind {
-    /// Samples as they are, and how many so far.
+    /// Samples that pass through no protocol, and their count.
     Samples(Box<Tracker<'static>>, Counts),
     Bytes(Box<Line<Tracker<'static>>>, Box<dyn Decoder + Send>),
     Replay(Replay),
@@ -132,17 +73,16 @@ enum Kind {
 
 /// A recording that is played.
 struct Replay {
-    /// Each with the counts at it.
+    /// Events, each with the counts when it came.
     events: VecDeque<(Event, Counts)>,
-    /// The last that were reached.
     counts: Counts,
     /// When the last sample came, or the first will.
     last: Micros,
-    /// That the next sample is long in coming was said.
-    said: bool,
+    /// Whether the pause before the next sample was reported.
+    pause_reported: bool,
 }
 
-/// From how long on a recording that holds nothing is told of.
+/// Gaps of a recording longer than this are reported.
 pub const PAUSE: Micros = Micros::from_millis(2_000);
 
 impl Replay {
@@ -153,7 +93,7 @@ impl Replay {
             events: events.collect(),
             counts: Counts::new(),
             last,
-            said: false,
+            pause_reported: false,
         }
     }
 
@@ -161,15 +101,15 @@ impl Replay {
         while let Some((event, _)) = self.events.front() {
             if let Event::Sample(sample) = event {
                 let pause = sample.arrival.since(self.last);
-                if pause > PAUSE && !self.said && until >= self.last {
-                    self.said = true;
+                if pause > PAUSE && !self.pause_reported && until >= self.last {
+                    self.pause_reported = true;
                     sink(Notice::Pause(pause));
                 }
                 if sample.arrival > until {
                     return;
                 }
                 self.last = sample.arrival;
-                self.said = false;
+                self.pause_reported = false;
             }
             if let Some((event, counts)) = self.events.pop_front() {
                 self.counts = counts;
@@ -179,10 +119,10 @@ impl Replay {
     }
 }
 
-/// The simulated tracker of a specification.
+/// Creates the simulated tracker of a specification.
 ///
 /// # Errors
-/// A rate that it refuses, and targets that cannot be read.
+/// A rate that the tracker refuses, and targets that cannot be read.
 pub fn simulated(spec: &MockSpec) -> Result<Tracker<'static>, FeedError> {
     let config = TrackerConfig {
         rate: spec.rate,
@@ -206,19 +146,17 @@ pub fn simulated(spec: &MockSpec) -> Result<Tracker<'static>, FeedError> {
 
 impl fmt::Debug for Feed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Feed")
-            .field("begin", &self.begin)
-            .finish_non_exhaustive()
+        f.debug_struct("Feed").finish_non_exhaustive()
     }
 }
 
 impl Feed {
-    /// Of a tracker; its time begins now.
+    /// Opens a tracker. Its clock starts now, at 0, or at a recording's first sample.
     ///
     /// # Errors
-    /// A device that is not there or may not be used, and a file that is no
-    /// recording.
+    /// A device that cannot be opened, and a file that is no recording.
     pub fn open(spec: &Spec) -> Result<Self, FeedError> {
+        let live = |spec| Live::open(spec).map(|live| Kind::Live(Box::new(live)));
         let kind = match spec {
             Spec::Mock(spec) => {
                 let tracker = simulated(spec)?;
@@ -231,38 +169,35 @@ impl Feed {
                 }
             }
             Spec::Replay(spec) => Kind::Replay(Replay::new(Recording::read(&spec.path)?)),
-            Spec::Serial(spec) => Kind::Live(Box::new(Live::serial(spec.clone())?)),
-            Spec::Hid(spec) => Kind::Live(Box::new(Live::hid(spec.clone())?)),
+            Spec::Serial(spec) => live(DeviceSpec::Serial(Box::new(spec.clone())))?,
+            Spec::Hid(spec) => live(DeviceSpec::Hid(Box::new(spec.clone())))?,
         };
         let begin = match &kind {
             Kind::Replay(replay) => replay.last,
             _ => Micros(0),
         };
         let start = Instant::now();
-        Ok(Self { start, begin, kind })
+        let clock = FeedClock { start, begin };
+        Ok(Self { clock, kind })
     }
 
-    /// What its clock showed when it was opened: 0, but for a recording, which
-    /// begins with its first sample.
+    /// What the clock showed when the feed was opened.
     pub const fn begin(&self) -> Micros {
-        self.begin
+        self.clock.begin
     }
 
-    /// Its clock, for those who have another thread's times.
+    /// The feed's clock, to convert times of other threads.
     pub const fn clock(&self) -> FeedClock {
-        FeedClock {
-            start: self.start,
-            begin: self.begin,
-        }
+        self.clock
     }
 
-    /// What its clock shows.
+    /// What the clock shows.
     pub fn now(&self) -> Micros {
-        self.clock().at(Instant::now())
+        self.clock.at(Instant::now())
     }
 
-    /// Whether it goes by the clock on the wall: a device, that is. The others
-    /// can be asked for any time.
+    /// Whether the feed is a device, which only polls the present; the others can be polled
+    /// for any time.
     pub const fn is_live(&self) -> bool {
         matches!(self.kind, Kind::Live(_))
     }
@@ -272,13 +207,12 @@ impl Feed {
         matches!(&self.kind, Kind::Replay(replay) if replay.events.is_empty())
     }
 
-    /// Whether its device is being reset, which takes up to 20 s in which
-    /// nothing comes.
+    /// Whether the device is silent because it restarts, for up to 20 s.
     pub fn is_resetting(&self) -> bool {
         matches!(&self.kind, Kind::Live(live) if live.is_resetting())
     }
 
-    /// Samples that came before their device was told what to send, and are not handed on.
+    /// Samples that were dropped because they came before the device was set up.
     pub const fn held_back(&self) -> u64 {
         match &self.kind {
             Kind::Live(live) => live.held_back(),
@@ -286,7 +220,7 @@ impl Feed {
         }
     }
 
-    /// What became of the bytes, or the samples, so far.
+    /// Counts of bytes, samples and faults so far.
     pub fn counts(&self) -> Counts {
         match &self.kind {
             Kind::Samples(_, counts) => *counts,
@@ -296,7 +230,7 @@ impl Feed {
         }
     }
 
-    /// What came by `until`. A device is listened to for 2 ms instead.
+    /// Hands over what came by `until`. A device is read for 2 ms instead.
     pub fn poll(&mut self, until: Micros, sink: &mut dyn FnMut(Notice)) {
         match &mut self.kind {
             Kind::Samples(tracker, counts) => {
@@ -313,12 +247,11 @@ impl Feed {
                 }
             }
             Kind::Replay(replay) => replay.poll(until, sink),
-            Kind::Live(live) => live.poll(self.start, sink),
+            Kind::Live(live) => live.poll(self.clock.start, sink),
         }
     }
 
-    /// What has a head, and what has eyes: by the protocol, or by what was
-    /// recorded.
+    /// What the tracker measures, by its protocol or by what was recorded.
     pub fn senses(&self, spec: &Spec) -> Senses {
         let of = |spec: Option<&ProtocolSpec>| Senses {
             head: spec.is_none_or(|spec| spec.protocol().has_head()),
@@ -349,8 +282,8 @@ impl Feed {
 /// What a tracker measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Senses {
-    /// How the head is turned.
+    /// Whether it measures how the head is turned.
     pub head: bool,
-    /// Where the eyes look.
+    /// Whether it measures where the eyes look.
     pub eyes: bool,
 }

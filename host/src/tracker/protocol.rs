@@ -1,9 +1,8 @@
 //! A device's protocol as a `SPEC` names it, with its settings, and what the device is
 //! asked for.
 
+use super::fault::{SpecError, UnknownProtocol};
 use super::settings::{self, Options};
-use super::spec::SpecError;
-use miette::Diagnostic;
 use shisen_tracker::command::Script;
 use shisen_tracker::decoder::Decoder;
 use shisen_tracker::mock::Device;
@@ -11,21 +10,12 @@ use shisen_tracker::protocol::{Asked, Protocol, Reader};
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
-use thiserror::Error;
 
 /// A protocol with its settings, and what its device is asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProtocolSpec {
     protocol: Protocol,
     asked: Asked,
-}
-
-/// No protocol has this name.
-#[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
-#[error("there is no protocol {name:?}")]
-#[diagnostic(help("give one of {}", Protocol::NAMES.join(", ")))]
-pub struct UnknownProtocol {
-    name: String,
 }
 
 impl FromStr for ProtocolSpec {
@@ -49,44 +39,41 @@ impl fmt::Display for ProtocolSpec {
 }
 
 impl ProtocolSpec {
-    /// By its name, set up as is usual.
+    /// Returns the protocol with a name, with its usual settings.
     ///
     /// # Errors
-    /// A name that none has.
+    /// A name that no protocol has.
     pub fn named(name: &str) -> Result<Self, UnknownProtocol> {
         let protocol = Protocol::named(name);
-        let protocol = protocol.ok_or_else(|| UnknownProtocol { name: name.into() })?;
+        let protocol = protocol.ok_or_else(|| UnknownProtocol(name.into()))?;
         Ok(Self {
             protocol,
             asked: Asked::default(),
         })
     }
 
-    /// Takes those of the options that are its settings.
-    ///
-    /// # Errors
-    /// A value that its setting cannot have.
+    /// Takes its settings out of the options.
     pub(super) fn set(&mut self, options: &mut Options<'_>) -> Result<(), SpecError> {
         settings::set(&mut self.protocol, &mut self.asked, options)
     }
 
-    /// What it is called.
+    /// Its name.
     pub const fn name(&self) -> &'static str {
         self.protocol.name()
     }
 
-    /// The protocol, set up.
+    /// The protocol with its settings.
     pub const fn protocol(&self) -> &Protocol {
         &self.protocol
     }
 
-    /// What reads it; `None` where that takes the device's own description.
+    /// A decoder; `None` where that takes the device's own description.
     pub fn decoder(&self) -> Option<Box<dyn Decoder + Send>> {
         let reader = Reader::new(&self.protocol)?;
         Some(Box::new(reader))
     }
 
-    /// The device, simulated: as many birds of a Flock as were set.
+    /// A simulated device, with as many birds of a Flock as were set.
     pub fn device(&self) -> Device {
         Device::new(&self.protocol).with_birds(self.asked.first_bird, self.asked.birds)
     }
@@ -96,30 +83,23 @@ impl ProtocolSpec {
         self.start(false).says_anything()
     }
 
-    /// What makes its device send; a reset is a part of it only where `reset`
-    /// says so.
+    /// The script that makes its device send, after a reset where `reset` says so.
     pub fn start(&self, reset: bool) -> Script {
         self.protocol.start(&self.asked, reset)
     }
 
-    /// Whether its devices can be told to restart.
-    pub fn has_reset(&self) -> bool {
-        self.start(true) != self.start(false)
-    }
-
-    /// Whether its devices can be told to send no more.
-    pub fn has_stop(&self) -> bool {
-        self.protocol.stop() != Script::new()
-    }
-
-    /// The sensors of its [`device`](Self::device), the first and the last.
+    /// The first and the last sensor of its [`device`](Self::device).
     pub(super) const fn simulated_sensors(&self) -> RangeInclusive<u8> {
         match &self.protocol {
-            Protocol::Flock(config) if config.group => {
+            Protocol::Flock(config) => {
                 let first = self.asked.first_bird - 1;
-                first..=first + (self.asked.birds - 1)
+                let more = if config.group {
+                    self.asked.birds - 1
+                } else {
+                    0
+                };
+                first..=first + more
             }
-            Protocol::Flock(_) => self.asked.first_bird - 1..=self.asked.first_bird - 1,
             _ => 0..=0,
         }
     }

@@ -1,4 +1,4 @@
-//! A pseudo-terminal: a serial port without a wire, for a simulated device.
+//! A pseudo-terminal as the serial port of a simulated device.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
@@ -11,26 +11,25 @@ use std::os::fd::AsFd;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
-/// The device's end of a line whose other end has a path.
+/// The device's end of a line; the other end has a path.
 #[derive(Debug)]
 pub struct Pty {
     device: File,
-    /// Held open, so that the line stays while nobody reads it.
+    /// The other end, held open so that the line stays while nobody reads it.
     line: Option<File>,
-    /// The rest of what there was room for only in part.
+    /// Bytes still to send of a message that was sent in part.
     rest: Vec<u8>,
     name: PathBuf,
     link: Option<PathBuf>,
 }
 
 impl Pty {
-    /// A line, and `link` as a name for its other end. A link that was left
-    /// over and leads nowhere gives way, anything else does not.
+    /// Opens a line and names its other end `link`. A dangling link is replaced.
     ///
     /// # Errors
-    /// Those of the system; [`io::ErrorKind::ResourceBusy`] where `link` leads
-    /// to something, such as the line of another device, and
-    /// [`io::ErrorKind::AlreadyExists`] where it is something else than a link.
+    /// Errors of the system; [`io::ErrorKind::ResourceBusy`] where `link` leads to something,
+    /// such as the line of another device; [`io::ErrorKind::AlreadyExists`] where it is no
+    /// link.
     pub fn open(link: &Path) -> io::Result<Self> {
         let target = fs::read_link(link).ok();
         // A line's name is gone as soon as its device is.
@@ -63,38 +62,36 @@ impl Pty {
         })
     }
 
-    /// The other end's own path.
+    /// The system's path of the other end.
     pub fn name(&self) -> &Path {
         &self.name
     }
 
-    /// The speed that the other end is set to, baud: a line without a wire is as
-    /// fast at any.
+    /// The speed that the other end is set to, baud. It does not slow the line down.
     ///
     /// # Errors
-    /// Those of the system.
+    /// Errors of the system.
     pub fn speed(&self) -> io::Result<u32> {
         Ok(tcgetattr(self.device.as_fd())?.output_speed())
     }
 
-    /// Lets go of the other end, so that [`is_read`](Self::is_read) can tell whether
-    /// somebody else holds it.
+    /// Closes the other end, so that [`is_read`](Self::is_read) sees other readers.
     pub fn release(&mut self) {
         self.line = None;
     }
 
-    /// Holds the other end open again, as far as whoever reads it lets others have it:
-    /// the line stays when its reader goes.
+    /// Opens the other end again, unless its reader excludes others: the line stays when the
+    /// reader goes.
     pub fn hold(&mut self) {
         if self.line.is_none() {
             self.line = other_end(&self.name).ok();
         }
     }
 
-    /// Whether somebody holds the other end open: a reader, once it was released.
+    /// Whether the other end is open: by a reader, after [`release`](Self::release).
     ///
     /// # Errors
-    /// Those of the system.
+    /// Errors of the system.
     pub fn is_read(&self) -> io::Result<bool> {
         let at_once = Timespec::default();
         let mut ready = [PollFd::new(&self.device, PollFlags::empty())];
@@ -102,12 +99,11 @@ impl Pty {
         Ok(!ready[0].revents().contains(PollFlags::HUP))
     }
 
-    /// Sends it whole, or not at all where there is no room for more, as when nobody reads:
-    /// a line does not wait. What there is room for only in part is sent in part, and its
-    /// rest before anything else. Whether it was sent.
+    /// Sends bytes without waiting, and returns whether it did: not where the line is full,
+    /// as when nobody reads. What fits only in part is completed before anything else.
     ///
     /// # Errors
-    /// Those of the system.
+    /// Errors of the system.
     pub fn send(&mut self, bytes: &[u8]) -> io::Result<bool> {
         let before = self.write(&self.rest)?;
         self.rest.drain(..before);
@@ -121,7 +117,7 @@ impl Pty {
         Ok(sent > 0 || bytes.is_empty())
     }
 
-    /// Writes what there is room for, and says how much.
+    /// Writes what fits and returns how much.
     fn write(&self, bytes: &[u8]) -> io::Result<usize> {
         match (&self.device).write(bytes) {
             Err(error) if is_wait(&error) => Ok(0),
@@ -129,10 +125,10 @@ impl Pty {
         }
     }
 
-    /// What was said at the other end since; 0 where nothing was.
+    /// Reads what the other end has sent; returns how many bytes.
     ///
     /// # Errors
-    /// Those of the system.
+    /// Errors of the system.
     pub fn receive(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self.device.read(buffer) {
             Err(error) if is_wait(&error) => Ok(0),
@@ -143,7 +139,7 @@ impl Pty {
 
 impl Drop for Pty {
     fn drop(&mut self) {
-        // Another device may have taken the name over.
+        // Another device may have taken the name.
         if let Some(link) = self.link.take()
             && fs::read_link(&link).is_ok_and(|to| to == self.name)
         {
@@ -157,8 +153,7 @@ fn other_end(name: &Path) -> io::Result<File> {
     Ok(rustix::fs::open(name, flags, rustix::fs::Mode::empty())?.into())
 }
 
-/// Whether nobody reads, or says anything, at the moment; nobody at all is an error of
-/// input and output.
+/// Whether nobody reads or writes at the moment; without any reader the error is `EIO`.
 fn is_wait(error: &io::Error) -> bool {
     use io::ErrorKind::{Interrupted, WouldBlock};
     let nobody = error.raw_os_error() == Some(Errno::IO.raw_os_error());
@@ -189,43 +184,35 @@ mod tests {
         reader.read_exact(&mut found).unwrap();
         assert_eq!(&found, b"\x03a\n");
         assert_eq!(pty.receive(&mut [0; 8]).unwrap(), 0);
-        // It goes, and another comes.
         drop(reader);
         assert!(!pty.is_read().unwrap());
+        // The line stays when the next reader goes.
         let reader = open().unwrap();
-        assert!(pty.is_read().unwrap());
-        // The line stays when that goes.
         pty.hold();
         drop(reader);
-        assert!(pty.is_read().unwrap());
-        assert!(pty.send(b"b").unwrap());
+        assert!(pty.is_read().unwrap() && pty.send(b"b").unwrap());
     }
 
     #[test]
-    fn bytes_pass_both_ways_and_the_name_goes_with_the_line() {
+    fn bytes_pass_both_ways_and_are_sent_whole() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("tracker");
         let mut pty = Pty::open(&path).unwrap();
         let mut other = fs::OpenOptions::new();
         let mut other = other.read(true).write(true).open(&path).unwrap();
-        let all: Vec<u8> = (0..=255).collect();
-        assert!(pty.send(&all).unwrap());
-        let mut found = vec![0; 256];
-        other.read_exact(&mut found).unwrap();
-        assert_eq!(found, all);
-        let mut buffer = [0; 16];
-        assert_eq!(pty.receive(&mut buffer).unwrap(), 0);
         other.write_all(b"c\r\x03").unwrap();
+        let mut buffer = [0; 16];
         assert_eq!(pty.receive(&mut buffer).unwrap(), 3);
         assert_eq!(&buffer[..3], b"c\r\x03");
-        // Nobody reads: it does not wait, and what it took is whole.
-        let mut taken = 0;
+        let all: Vec<u8> = (0..=255).collect();
+        let (mut found, mut taken) = (vec![0; 256], 0);
+        // Nobody reads: the line fills up without waiting.
         while pty.send(&all).unwrap() {
             taken += 1;
         }
         for n in 0..taken {
             if n == taken - 1 {
-                // There is room for the rest of the last one now.
+                // Now there is room for the rest of the last one.
                 assert!(pty.send(&[7]).unwrap());
             }
             other.read_exact(&mut found).unwrap();
@@ -233,24 +220,26 @@ mod tests {
         }
         other.read_exact(&mut found[..1]).unwrap();
         assert_eq!(found[0], 7);
-        // Another device does not take the name over while this one is there.
+    }
+
+    #[test]
+    fn a_name_is_one_devices_and_goes_with_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tracker");
+        let pty = Pty::open(&path).unwrap();
         let error = Pty::open(&path).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::ResourceBusy);
         let name = pty.name().display().to_string();
         assert!(error.to_string().contains(&name), "{error}");
-        assert_eq!(fs::read_link(&path).unwrap(), pty.name());
-        // The name is gone with it, if it is still its own.
+        // A name that is another device's by now stays.
         fs::remove_file(&path).unwrap();
         let next = Pty::open(&path).unwrap();
         drop(pty);
         assert_eq!(fs::read_link(&path).unwrap(), next.name());
         drop(next);
         assert!(fs::symlink_metadata(&path).is_err());
-        // One that leads nowhere, as one that was left over does, gives way.
         symlink("/dev/pts/gone", &path).unwrap();
-        let line = Pty::open(&path).unwrap();
-        assert_eq!(fs::read_link(&path).unwrap(), line.name());
-        drop(line);
+        drop(Pty::open(&path).unwrap());
         fs::write(&path, "a file").unwrap();
         let error = Pty::open(&path).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::AlreadyExists);

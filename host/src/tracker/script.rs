@@ -1,4 +1,4 @@
-//! When which target is looked at: a table.
+//! A table of targets and when the viewer looks at them.
 //!
 //! ```csv
 //! start_s,end_s,x,y,z
@@ -23,14 +23,14 @@ const LATEST: f64 = 86_400.0;
 /// The farthest place along each axis, metres.
 const FARTHEST: f32 = 1_000.0;
 
-/// A target and when it is looked at.
+/// A target and the time in which the viewer looks at it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimedTarget {
-    /// From then on.
+    /// The start of that time.
     pub start: Micros,
-    /// Until then.
+    /// The end of that time.
     pub end: Micros,
-    /// Metres, in the room.
+    /// The place of the target: metres, in the room.
     pub place: Vec3,
 }
 
@@ -38,42 +38,31 @@ pub struct TimedTarget {
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
 pub enum ScriptError {
-    /// The system refuses it.
-    #[error("cannot read the targets in {}: {reason}", path.display())]
+    /// A file that cannot be read.
+    #[error("cannot read the targets in {}: {}", .0.display(), .1)]
     #[diagnostic(help("give the path of a table with the columns {}", COLUMNS.join(",")))]
-    Read {
-        /// Which.
-        path: PathBuf,
-        /// What the system said.
-        reason: std::io::Error,
-    },
+    Read(PathBuf, std::io::Error),
     /// Other columns, or none.
-    #[error("{}: line 1 is not the header of a table of targets", path.display())]
+    #[error("{}: line 1 is not the header of a table of targets", .0.display())]
     #[diagnostic(help("its first line is {}", COLUMNS.join(",")))]
-    Header {
-        /// Which.
-        path: PathBuf,
-    },
+    Header(PathBuf),
     /// A line that cannot be used.
     #[error("{}: line {line}: {what}", path.display())]
     #[diagnostic(help(
         "start and end are seconds from 0 to {LATEST}, each target's after those of the one before; x, y and z are metres in the room, within ±{FARTHEST}"
     ))]
     Line {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// From 1.
+        /// The line, from 1.
         line: u64,
         /// What is wrong.
         what: String,
     },
     /// No target at all.
-    #[error("{} holds no target", path.display())]
+    #[error("{} holds no target", .0.display())]
     #[diagnostic(help("add lines of start_s,end_s,x,y,z"))]
-    Empty {
-        /// Which.
-        path: PathBuf,
-    },
+    Empty(PathBuf),
 }
 
 /// Reads a table.
@@ -82,16 +71,14 @@ pub enum ScriptError {
 /// A file that cannot be read, another header, lines that do not ascend in
 /// time or have other than five numbers in their ranges.
 pub fn read_script(path: &Path) -> Result<Vec<TimedTarget>, ScriptError> {
-    let text = crate::files::read_text(path).map_err(|reason| ScriptError::Read {
-        path: path.to_owned(),
-        reason,
-    })?;
+    let text = crate::files::read_text(path);
+    let text = text.map_err(|reason| ScriptError::Read(path.into(), reason))?;
     let mut table = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
     let same = table.headers().is_ok_and(|found| found.iter().eq(COLUMNS));
     if !same {
-        return Err(ScriptError::Header { path: path.into() });
+        return Err(ScriptError::Header(path.into()));
     }
     let mut targets: Vec<TimedTarget> = Vec::new();
     for (number, record) in table.records().enumerate() {
@@ -109,7 +96,7 @@ pub fn read_script(path: &Path) -> Result<Vec<TimedTarget>, ScriptError> {
         targets.push(target);
     }
     if targets.is_empty() {
-        return Err(ScriptError::Empty { path: path.into() });
+        return Err(ScriptError::Empty(path.into()));
     }
     Ok(targets)
 }
@@ -132,8 +119,8 @@ fn target(record: &csv::StringRecord) -> Result<TimedTarget, String> {
     Ok(TimedTarget { start, end, place })
 }
 
-/// What the mock's viewer, whose head is at the origin, is to look at.
-pub(in crate::tracker) fn scripted(targets: &[TimedTarget]) -> Vec<ScriptedTarget> {
+/// The targets of the mock's viewer, whose head is at the origin.
+pub(super) fn scripted(targets: &[TimedTarget]) -> Vec<ScriptedTarget> {
     let scripted = |target: &TimedTarget| ScriptedTarget {
         at: target.start,
         direction: target.place,

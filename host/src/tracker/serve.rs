@@ -1,5 +1,4 @@
-//! The device's end of a line: samples out, as a device writes them, and the
-//! host's commands in.
+//! A simulated device on a line: sends samples and obeys the host's commands.
 
 use super::protocol::ProtocolSpec;
 use super::pty::Pty;
@@ -11,87 +10,82 @@ use std::fmt;
 use std::io;
 use std::time::{Duration, Instant};
 
-/// When what is served begins.
+/// When the device starts to send.
 pub enum Begin<'a> {
-    /// At once, whether or not somebody reads.
+    /// At once, whether or not anybody reads.
     AtOnce,
-    /// When a reader is there and has told the device what to send, has asked for
-    /// [`POLLED`] records one by one, or has said nothing for [`SILENT`]; that of a device
-    /// that is told nothing once it is there for [`SETTLED`].
-    /// It is called with every stage that is reached.
-    WithReader(&'a mut dyn FnMut(Stage)),
+    /// When a reader has opened the line and is done with set-up: it has told the device what
+    /// to send, has asked for [`POLLED`] records one by one, or has been silent for
+    /// [`SILENT`] ([`SETTLED`] for a device that takes no commands). The function is called
+    /// with every state that the line reaches.
+    WithReader(&'a mut dyn FnMut(LineState)),
 }
 
 impl fmt::Debug for Begin<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::AtOnce => "AtOnce",
-            Self::WithReader(_) => "WithReader",
-        })
+        f.debug_struct("Begin").finish_non_exhaustive()
     }
 }
 
-/// How far a line is that waits for its reader.
+/// The state of a line that waits for a reader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
-    /// Nobody has opened it.
-    Unread,
-    /// Somebody has, and may have something to say.
-    Untold,
-    /// It has begun.
-    Begun,
+pub enum LineState {
+    /// No program has opened the line.
+    NoReader,
+    /// A reader has opened the line and may still set the device up.
+    SettingUp,
+    /// The device sends.
+    Sending,
 }
 
-/// How long a reader is waited for that says nothing: it may still be opening the port,
-/// or be silent for as long as it believes that the device restarts.
+/// How long the device waits for a silent reader, which may still be opening the port or
+/// waiting for the device to restart.
 pub const SILENT: Duration = Duration::from_secs(3);
 
-/// How long a reader has said nothing more when it has told a device all: longer than any
-/// device is given between two commands, shorter than any is waited for after the last.
+/// The silence after which a reader is done with set-up: longer than any pause between two
+/// commands, shorter than any wait for an answer to the last.
 pub const SETTLED: Duration = Duration::from_millis(400);
 
-/// So many records are asked for by a host that polls; one that sets a device up asks for
-/// two at most.
+/// Records asked for one by one that show that the host polls; a set-up asks for at most two.
 pub const POLLED: u8 = 3;
 
-/// How a line that is served stands.
+/// The progress of a device on a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Turn {
-    /// Since it was opened.
+pub struct Progress {
+    /// The time since the line was opened.
     pub now: Micros,
-    /// Since it began, if it did.
+    /// The time since the device started to send; `None` before.
     pub played: Option<Micros>,
-    /// Records that were sent.
+    /// The number of records sent.
     pub sent: u64,
 }
 
-/// Serves a line from a source of samples by the clock on the wall, for as
-/// long as `goes_on` says so.
+/// Serves a line from a source of samples in real time, as long as `keep_going` returns true.
 ///
 /// # Errors
-/// Those of the line.
+/// Errors of the line.
 pub fn serve(
     pty: &mut Pty,
     source: impl Source<Item = Sample>,
     protocol: &ProtocolSpec,
     begin: Begin<'_>,
-    goes_on: &mut dyn FnMut(Turn) -> bool,
+    keep_going: &mut dyn FnMut(Progress) -> bool,
 ) -> io::Result<()> {
     let begun = Cell::new(None);
-    let source = Held {
+    let source = DelayedSource {
         source,
         begun: &begun,
     };
     let mut line = Line::of(source, protocol.device());
-    let mut audience = match begin {
+    let mut reader = match begin {
         Begin::AtOnce => {
             begun.set(Some(Micros(0)));
             None
         }
         Begin::WithReader(reached) => {
             pty.release();
-            reached(Stage::Unread);
-            Some(Audience::new(protocol.is_told(), reached))
+            reached(LineState::NoReader);
+            Some(Reader::new(protocol.is_told(), reached))
         }
     };
     let start = Instant::now();
@@ -99,7 +93,7 @@ pub fn serve(
     loop {
         let now = Micros(start.elapsed().as_micros() as u64);
         let played = begun.get().map(|begun| now.since(begun));
-        if !goes_on(Turn { now, played, sent }) {
+        if !keep_going(Progress { now, played, sent }) {
             return Ok(());
         }
         let mut heard = [0; 256];
@@ -111,11 +105,11 @@ pub fn serve(
         if !answers.is_empty() {
             pty.send(&answers)?;
         }
-        if let Some(waiting) = &mut audience
+        if let Some(waiting) = &mut reader
             && waiting.is_ready(pty, count > 0, line.device(), now)?
         {
             begun.set(Some(now));
-            audience = None;
+            reader = None;
         }
         while let Some(record) = line.poll(now) {
             sent += u64::from(pty.send(record.bytes())?);
@@ -124,13 +118,13 @@ pub fn serve(
     }
 }
 
-/// A source that begins some time after the clock that it is polled by.
-struct Held<'a, S> {
+/// A source that starts later than the clock that it is polled by.
+struct DelayedSource<'a, S> {
     source: S,
     begun: &'a Cell<Option<Micros>>,
 }
 
-impl<S: Source<Item = Sample>> Source for Held<'_, S> {
+impl<S: Source<Item = Sample>> Source for DelayedSource<'_, S> {
     type Item = Sample;
 
     fn poll(&mut self, until: Micros) -> Option<Sample> {
@@ -141,19 +135,19 @@ impl<S: Source<Item = Sample>> Source for Held<'_, S> {
     }
 }
 
-/// Whoever reads a line that has not begun.
-struct Audience<'a> {
-    /// Whether the device is told what to send.
+/// The reader of a line whose device does not send yet.
+struct Reader<'a> {
+    /// Whether the device takes commands.
     is_told: bool,
-    reached: &'a mut dyn FnMut(Stage),
-    /// Since when it is there, or the device is after a restart.
+    reached: &'a mut dyn FnMut(LineState),
+    /// When the reader came, or the device last restarted.
     since: Option<Micros>,
-    /// When it last said something.
+    /// When the reader last sent something.
     heard: Option<Micros>,
 }
 
-impl<'a> Audience<'a> {
-    fn new(is_told: bool, reached: &'a mut dyn FnMut(Stage)) -> Self {
+impl<'a> Reader<'a> {
+    fn new(is_told: bool, reached: &'a mut dyn FnMut(LineState)) -> Self {
         Self {
             is_told,
             reached,
@@ -162,7 +156,7 @@ impl<'a> Audience<'a> {
         }
     }
 
-    /// Whether all that it wants is known; `spoke` where it has just said something.
+    /// Whether the reader is done with set-up; `spoke` where it has just sent something.
     fn is_ready(
         &mut self,
         pty: &mut Pty,
@@ -171,19 +165,19 @@ impl<'a> Audience<'a> {
         now: Micros,
     ) -> io::Result<bool> {
         if !pty.is_read()? {
-            // Whoever looked at it, and went, is no reader.
+            // A program that opened and closed the line is no reader.
             if self.since.is_some() {
                 (self.since, self.heard) = (None, None);
-                (self.reached)(Stage::Unread);
+                (self.reached)(LineState::NoReader);
             }
             return Ok(false);
         }
         if self.since.is_none() {
             self.since = Some(now);
-            (self.reached)(Stage::Untold);
+            (self.reached)(LineState::SettingUp);
         }
         if device.restarts(now) {
-            // It is told anew after that.
+            // The reader sets it up anew after that.
             (self.since, self.heard) = (Some(now), None);
             return Ok(false);
         }
@@ -200,7 +194,7 @@ impl<'a> Audience<'a> {
         };
         if ready {
             pty.hold();
-            (self.reached)(Stage::Begun);
+            (self.reached)(LineState::Sending);
         }
         Ok(ready)
     }

@@ -1,69 +1,48 @@
-//! How a protocol's device is set up, as `key=value` of a `SPEC` says it.
+//! The settings of a protocol: `key=value` of a `SPEC`.
 
-use super::spec::SpecError;
+use super::fault::SpecError;
 use glam::{Mat3, Quat, Vec3};
-use shisen_tracker::eye::asl;
+use shisen_tracker::eye::asl::Layout;
 use shisen_tracker::eye::iscan::{self, Output, Outputs};
 use shisen_tracker::head::axes::Axes;
+use shisen_tracker::head::fastrak;
 use shisen_tracker::head::flock::{self, Mode, Range};
 use shisen_tracker::head::hatire::{self, Translation};
 use shisen_tracker::head::liberty::{self, Model};
 use shisen_tracker::head::polhemus::{Family, Format, ItemList, Units};
-use shisen_tracker::head::{fastrak, polhemus};
 use shisen_tracker::hid::eye_tracker;
 use shisen_tracker::protocol::{Asked, Protocol};
 use shisen_tracker::time::Micros;
 use std::str::FromStr;
 
-/// `key=value` between `&`, each key once, until they are taken.
+/// The options of a `SPEC`, `key=value` between `&`, until they are taken.
 pub(super) struct Options<'a>(Vec<(&'a str, &'a str)>);
 
 impl<'a> Options<'a> {
-    /// # Errors
-    /// A key that stands there twice.
+    /// Reads options; a key that is given twice is an error.
     pub(super) fn read(text: &'a str) -> Result<Self, SpecError> {
         let mut options: Vec<(&str, &str)> = Vec::new();
         for part in text.split('&').filter(|part| !part.is_empty()) {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
             if options.iter().any(|&(other, _)| other == key) {
-                return Err(SpecError::Twice { key: key.into() });
+                return Err(SpecError::Twice(key.into()));
             }
             options.push((key, value));
         }
         Ok(Self(options))
     }
 
-    /// The value of a key, which then is gone.
+    /// Takes the value of a key out.
     pub(super) fn take(&mut self, key: &str) -> Option<&'a str> {
         let at = self.0.iter().position(|&(other, _)| other == key)?;
         Some(self.0.remove(at).1)
     }
 
-    /// A number within a range.
-    ///
-    /// # Errors
-    /// Another value.
-    pub(super) fn number<T: FromStr + PartialOrd>(
-        &mut self,
-        key: &'static str,
-        range: (T, T),
-        allowed: &'static str,
-    ) -> Result<Option<T>, SpecError> {
-        let (least, most) = range;
-        self.one_of(key, allowed, |value| {
-            let number = value.parse().ok();
-            number.filter(|number| *number >= least && *number <= most)
-        })
-    }
-
-    /// What `read` makes of a value.
-    ///
-    /// # Errors
-    /// A value of which it makes nothing.
+    /// Takes what `read` makes of a value; a value of which it makes `None` is an error.
     pub(super) fn one_of<T>(
         &mut self,
         key: &'static str,
-        allowed: &'static str,
+        allowed: &str,
         read: impl Fn(&str) -> Option<T>,
     ) -> Result<Option<T>, SpecError> {
         let Some(value) = self.take(key) else {
@@ -72,22 +51,43 @@ impl<'a> Options<'a> {
         let known = read(value).ok_or_else(|| SpecError::Value {
             key,
             found: value.into(),
-            allowed,
+            allowed: allowed.into(),
         });
         known.map(Some)
     }
 
-    pub(super) fn flag(&mut self, key: &'static str) -> Result<Option<bool>, SpecError> {
-        Ok(self
-            .number(key, (0, 1), "0 or 1")?
-            .map(|flag: u8| flag == 1))
+    /// Takes a number within a range.
+    pub(super) fn number<T: FromStr + PartialOrd>(
+        &mut self,
+        key: &'static str,
+        (least, most): (T, T),
+        allowed: &str,
+    ) -> Result<Option<T>, SpecError> {
+        self.one_of(key, allowed, |value| {
+            let number = value.parse().ok();
+            number.filter(|number| *number >= least && *number <= most)
+        })
     }
 
-    /// Takes note that there should be no more.
-    ///
-    /// # Errors
-    /// The first that is left, with those that there are: of the kind of
-    /// tracker, and of its protocol.
+    pub(super) fn flag(&mut self, key: &'static str) -> Result<Option<bool>, SpecError> {
+        self.word(key, &[("0", false), ("1", true)])
+    }
+
+    /// Takes one of some words, as what it stands for.
+    fn word<T: Copy>(
+        &mut self,
+        key: &'static str,
+        words: &[(&str, T)],
+    ) -> Result<Option<T>, SpecError> {
+        let names: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
+        let (last, others) = names.split_last().unwrap_or((&"", &[]));
+        self.one_of(key, &format!("{} or {last}", others.join(", ")), |value| {
+            let known = words.iter().find(|(word, _)| *word == value);
+            known.map(|&(_, meaning)| meaning)
+        })
+    }
+
+    /// Checks that no option is left; an error lists the known ones.
     pub(super) fn end(
         self,
         kind: &'static str,
@@ -97,30 +97,31 @@ impl<'a> Options<'a> {
         let Some((key, _)) = self.0.first() else {
             return Ok(());
         };
-        let (of, settings) = match protocol {
-            Some(protocol) => (protocol.name(), allowed_for(protocol)),
-            None => (kind, ""),
+        let settings = protocol.map_or("", allowed_for);
+        let allowed = match (allowed, settings) {
+            ("", "") => "it without one".to_owned(),
+            (one, "") | ("", one) => one.to_owned(),
+            _ => format!("{allowed}; {settings}"),
         };
-        let lists = [allowed, settings]
-            .into_iter()
-            .filter(|list| !list.is_empty());
-        let lists = lists.collect::<Vec<_>>().join("; ");
         Err(SpecError::Key {
-            of,
+            of: protocol.map_or(kind, Protocol::name),
             key: (*key).into(),
-            allowed: if lists.is_empty() {
-                "it without one".into()
-            } else {
-                lists
-            },
+            allowed,
         })
+    }
+}
+
+/// Sets a setting, if its option was given.
+pub(super) fn assign<T>(setting: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *setting = value;
     }
 }
 
 const FRAME: &str = "where +X, +Y and +Z point, such as forward,right,down: forward, back, left, \
                      right, up or down each, right-handed";
 
-/// Each protocol that has settings, and these, for a person.
+/// The protocols that have settings, each with its settings for people.
 pub fn settings() -> impl Iterator<Item = (&'static str, &'static str)> {
     let all = Protocol::NAMES.into_iter().filter_map(|name| {
         let protocol = Protocol::named(name)?;
@@ -129,7 +130,7 @@ pub fn settings() -> impl Iterator<Item = (&'static str, &'static str)> {
     all.filter(|(_, settings)| !settings.is_empty())
 }
 
-/// The settings of a protocol, for a person.
+/// The settings of a protocol, for people.
 const fn allowed_for(protocol: &Protocol) -> &'static str {
     match protocol {
         Protocol::Link | Protocol::AdHawk => "rate=HZ",
@@ -163,10 +164,7 @@ const fn allowed_for(protocol: &Protocol) -> &'static str {
     }
 }
 
-/// Takes the options that are a protocol's settings.
-///
-/// # Errors
-/// A value that its setting cannot have.
+/// Takes the settings of a protocol out of the options.
 pub(super) fn set(
     protocol: &mut Protocol,
     asked: &mut Asked,
@@ -183,13 +181,9 @@ pub(super) fn set(
         Protocol::Hatire(config) => set_hatire(config, options)?,
         Protocol::Iscan(config) => set_iscan(config, options)?,
         Protocol::Asl(config) => {
-            let layout = options.one_of("layout", "numbered or base", |value| match value {
-                "numbered" => Some(asl::Layout::Numbered),
-                "base" => Some(asl::Layout::Base),
-                _ => None,
-            })?;
-            config.layout = layout.unwrap_or(config.layout);
-            config.zero_is_lost = zero(options)?.unwrap_or(config.zero_is_lost);
+            let layouts = [("numbered", Layout::Numbered), ("base", Layout::Base)];
+            assign(&mut config.layout, options.word("layout", &layouts)?);
+            assign(&mut config.zero_is_lost, options.word("zero", &ZEROS)?);
         }
         Protocol::AdHawk => {
             let rate = options.number("rate", (1, 1_000), "1 to 1000 Hz")?;
@@ -201,65 +195,59 @@ pub(super) fn set(
     Ok(())
 }
 
-/// The axes of a HID eye tracker, of which the descriptor says nothing.
-///
-/// # Errors
-/// A value that its setting cannot have.
+/// Whether zeros mean a lost eye.
+const ZEROS: [(&str, bool); 2] = [("lost", true), ("point", false)];
+
+const UNITS: [(&str, Units); 2] = [("inches", Units::Inches), ("cm", Units::Centimetres)];
+
+/// Sets the axes of a HID eye tracker, which its descriptor does not say.
 pub(super) fn set_axes(
     axes: &mut eye_tracker::Axes,
     options: &mut Options<'_>,
 ) -> Result<(), SpecError> {
-    if let Some(rotation) = options.one_of("axes", FRAME, directions)? {
-        axes.rotation = rotation;
-    }
+    let rotation = options.one_of("axes", FRAME, directions)?;
+    assign(&mut axes.rotation, rotation);
     let metres = "three numbers of metres within ±10, such as 0,0.3,-0.5";
-    if let Some(origin) = options.one_of("origin", metres, |value| {
+    let origin = options.one_of("origin", metres, |value| {
         let parts: Result<Vec<f32>, _> = value.split(',').map(str::parse).collect();
         let place = Vec3::from_array(parts.ok()?.try_into().ok()?);
         // NaN fails the comparison.
         (place.is_finite() && place.abs().max_element() <= 10.0).then_some(place)
-    })? {
-        axes.origin = origin;
-    }
+    })?;
+    assign(&mut axes.origin, origin);
     Ok(())
 }
 
 fn set_fastrak(config: &mut fastrak::Config, options: &mut Options<'_>) -> Result<(), SpecError> {
-    let format = options.one_of("format", "binary or ascii", |value| match value {
-        "binary" => Some(Format::Binary),
-        "ascii" => Some(Format::Ascii),
-        _ => None,
-    })?;
+    let formats = [("binary", Format::Binary), ("ascii", Format::Ascii)];
+    let format = options.word("format", &formats)?;
     set_items(&mut config.items, Family::Fastrak, format, options)?;
-    config.units = units(options)?.unwrap_or(config.units);
+    assign(&mut config.units, options.word("units", &UNITS)?);
     let stations = options.number("stations", (1, fastrak::MOST_STATIONS), "1 to 12")?;
-    config.stations = stations.unwrap_or(config.stations);
+    assign(&mut config.stations, stations);
     let reset = options.number("reset_s", (0_u64, 60), "0 to 60 s")?;
-    if let Some(seconds) = reset {
-        config.reset_time = Micros::from_millis(1_000 * seconds);
-    }
-    let metres = "the metres that are 1 in item 18, 0.1 to 100";
-    let metres = options.number("word_metres", (0.1, 100.0), metres)?;
-    config.word_metres = metres.unwrap_or(config.word_metres);
-    let degrees = "the degrees that are 1 in item 19, 1 to 360";
-    let degrees = options.number("word_degrees", (1.0, 360.0), degrees)?;
-    config.word_degrees = degrees.unwrap_or(config.word_degrees);
-    config.axes = frames(config.axes, options)?;
-    Ok(())
+    let reset = reset.map(|seconds| Micros::from_millis(1_000 * seconds));
+    assign(&mut config.reset_time, reset);
+    let allowed = "the metres that are 1 in item 18, 0.1 to 100";
+    let metres = options.number("word_metres", (0.1, 100.0), allowed)?;
+    assign(&mut config.word_metres, metres);
+    let allowed = "the degrees that are 1 in item 19, 1 to 360";
+    let degrees = options.number("word_degrees", (1.0, 360.0), allowed)?;
+    assign(&mut config.word_degrees, degrees);
+    set_frames(&mut config.axes, options)
 }
 
 fn set_liberty(config: &mut liberty::Config, options: &mut Options<'_>) -> Result<(), SpecError> {
     set_items(&mut config.items, Family::Liberty, None, options)?;
-    config.units = units(options)?.unwrap_or(config.units);
+    assign(&mut config.units, options.word("units", &UNITS)?);
     let stations = options.number("stations", (1, liberty::MOST_STATIONS), "1 to 16")?;
-    config.stations = stations.unwrap_or(config.stations);
-    let model = options.one_of("model", "liberty, patriot or latus", |value| match value {
-        "liberty" => Some(Model::Liberty),
-        "patriot" => Some(Model::Patriot),
-        "latus" => Some(Model::Latus),
-        _ => None,
-    })?;
-    config.model = model.unwrap_or(config.model);
+    assign(&mut config.stations, stations);
+    let models = [
+        ("liberty", Model::Liberty),
+        ("patriot", Model::Patriot),
+        ("latus", Model::Latus),
+    ];
+    assign(&mut config.model, options.word("model", &models)?);
     let letters = "any, or the one or two printable characters that byte 3 of a record's header \
                    can be, such as CP";
     let records = options.one_of("records", letters, |value| match value.as_bytes() {
@@ -268,16 +256,14 @@ fn set_liberty(config: &mut liberty::Config, options: &mut Options<'_>) -> Resul
         &[one, two] if one.is_ascii_graphic() && two.is_ascii_graphic() => Some(Some([one, two])),
         _ => None,
     })?;
-    config.records = records.unwrap_or(config.records);
-    let size = options.one_of("size", "little, big or any", |value| match value {
-        "little" => Some(liberty::Size::LittleEndian),
-        "big" => Some(liberty::Size::BigEndian),
-        "any" => Some(liberty::Size::Unused),
-        _ => None,
-    })?;
-    config.size = size.unwrap_or(config.size);
-    config.axes = frames(config.axes, options)?;
-    Ok(())
+    assign(&mut config.records, records);
+    let sizes = [
+        ("little", liberty::Size::LittleEndian),
+        ("big", liberty::Size::BigEndian),
+        ("any", liberty::Size::Unused),
+    ];
+    assign(&mut config.size, options.word("size", &sizes)?);
+    set_frames(&mut config.axes, options)
 }
 
 fn set_flock(
@@ -285,56 +271,46 @@ fn set_flock(
     asked: &mut Asked,
     options: &mut Options<'_>,
 ) -> Result<(), SpecError> {
-    let modes = "position-quaternion, position-angles, position-matrix, quaternion, angles, matrix \
-                 or position";
-    let mode = options.one_of("format", modes, |value| {
-        Some(match value {
-            "position-quaternion" => Mode::PositionQuaternion,
-            "position-angles" => Mode::PositionAngles,
-            "position-matrix" => Mode::PositionMatrix,
-            "quaternion" => Mode::Quaternion,
-            "angles" => Mode::Angles,
-            "matrix" => Mode::Matrix,
-            "position" => Mode::Position,
-            _ => return None,
-        })
-    })?;
-    config.mode = mode.unwrap_or(config.mode);
-    let range = options.one_of("range", "36, 72 or 144 (inches)", |value| match value {
-        "36" => Some(Range::Inches36),
-        "72" => Some(Range::Inches72),
-        "144" => Some(Range::Inches144),
-        _ => None,
-    })?;
-    config.range = range.unwrap_or(config.range);
-    config.group = options.flag("group")?.unwrap_or(config.group);
+    let modes = [
+        ("position-quaternion", Mode::PositionQuaternion),
+        ("position-angles", Mode::PositionAngles),
+        ("position-matrix", Mode::PositionMatrix),
+        ("quaternion", Mode::Quaternion),
+        ("angles", Mode::Angles),
+        ("matrix", Mode::Matrix),
+        ("position", Mode::Position),
+    ];
+    assign(&mut config.mode, options.word("format", &modes)?);
+    let ranges = [
+        ("36", Range::Inches36),
+        ("72", Range::Inches72),
+        ("144", Range::Inches144),
+    ];
+    assign(&mut config.range, options.word("range", &ranges)?);
+    assign(&mut config.group, options.flag("group")?);
     let (most, allowed) = if config.group {
         (flock::MOST_BIRDS, "1 to 14")
     } else {
         (1, "1, or up to 14 with group=1")
     };
     let birds = options.number("birds", (1, most), allowed)?;
-    asked.birds = birds.unwrap_or(asked.birds);
+    assign(&mut asked.birds, birds);
     let first = options.number("first", (1, most), allowed)?;
-    asked.first_bird = first.unwrap_or(asked.first_bird);
-    config.reversed = options.flag("inverse")?.unwrap_or(config.reversed);
-    let letter = options.one_of(
-        "letter",
-        "the one character that chooses the format",
-        character,
-    )?;
+    assign(&mut asked.first_bird, first);
+    assign(&mut config.reversed, options.flag("inverse")?);
+    let allowed = "the one character that chooses the format";
+    let letter = options.one_of("letter", allowed, character)?;
     config.letter = letter.or(config.letter);
-    let run = options.one_of("run", "the one character that wakes the birds", character)?;
-    config.run = run.unwrap_or(config.run);
-    let degrees = "the degrees that an angle's 32768 stands for, 1 to 360";
-    let half_turn = options.number("half_turn", (1.0, 360.0), degrees)?;
-    config.half_turn = half_turn.unwrap_or(config.half_turn);
-    config.confirm = options.flag("confirm")?.unwrap_or(config.confirm);
-    config.axes = frames(config.axes, options)?;
-    Ok(())
+    let allowed = "the one character that wakes the birds";
+    assign(&mut config.run, options.one_of("run", allowed, character)?);
+    let (degrees, range) = (&mut config.half_turn, (1.0, 360.0));
+    let allowed = "the degrees that an angle's 32768 stands for, 1 to 360";
+    assign(degrees, options.number("half_turn", range, allowed)?);
+    assign(&mut config.confirm, options.flag("confirm")?);
+    set_frames(&mut config.axes, options)
 }
 
-/// A command of one character.
+/// Reads a command of one character.
 fn character(value: &str) -> Option<u8> {
     match *value.as_bytes() {
         [one] if one.is_ascii_graphic() => Some(one),
@@ -343,28 +319,23 @@ fn character(value: &str) -> Option<u8> {
 }
 
 fn set_hatire(config: &mut hatire::Config, options: &mut Options<'_>) -> Result<(), SpecError> {
-    let order = options.one_of("bytes", "little or big", |value| match value {
-        "little" => Some(false),
-        "big" => Some(true),
-        _ => None,
-    })?;
-    config.big_endian = order.unwrap_or(config.big_endian);
+    let orders = [("little", false), ("big", true)];
+    assign(&mut config.big_endian, options.word("bytes", &orders)?);
     let allowed = "yaw, pitch and roll in the order of the frame, with - before those that grow \
                    the other way, such as pitch,-yaw,roll";
     if let Some((order, reversed)) = options.one_of("order", allowed, angles)? {
         (config.order, config.reversed) = (order, reversed);
     }
-    let translation = options.one_of("position", "none or cm", |value| match value {
-        "none" => Some(Translation::None),
-        "cm" => Some(Translation::Centimetres),
-        _ => None,
-    })?;
-    config.translation = translation.unwrap_or(config.translation);
-    config.axes = frames(config.axes, options)?;
-    Ok(())
+    let translations = [
+        ("none", Translation::None),
+        ("cm", Translation::Centimetres),
+    ];
+    let translation = options.word("position", &translations)?;
+    assign(&mut config.translation, translation);
+    set_frames(&mut config.axes, options)
 }
 
-/// At which place yaw, pitch and roll stand, and whether they are reversed.
+/// Reads the places of yaw, pitch and roll, and whether each is reversed.
 fn angles(value: &str) -> Option<([u8; 3], [bool; 3])> {
     let words: Vec<&str> = value.split(',').collect();
     let (mut order, mut reversed) = ([0; 3], [false; 3]);
@@ -383,11 +354,12 @@ fn set_iscan(config: &mut iscan::Config, options: &mut Options<'_>) -> Result<()
         let outputs: Option<Vec<Output>> = value.split(',').map(output).collect();
         Outputs::new(&outputs?).ok()
     })?;
-    config.outputs = outputs.unwrap_or(config.outputs);
+    assign(&mut config.outputs, outputs);
     let largest = options.number("largest", (1_u16, 1_740), "1 to 1740")?;
-    config.largest_word = largest.map_or(config.largest_word, |largest| 10 * largest);
-    config.zero_is_lost = zero(options)?.unwrap_or(config.zero_is_lost);
-    config.confirm = options.flag("confirm")?.unwrap_or(config.confirm);
+    let largest = largest.map(|largest| 10 * largest);
+    assign(&mut config.largest_word, largest);
+    assign(&mut config.zero_is_lost, options.word("zero", &ZEROS)?);
+    assign(&mut config.confirm, options.flag("confirm")?);
     Ok(())
 }
 
@@ -403,26 +375,10 @@ fn output(name: &str) -> Option<Output> {
     })
 }
 
-fn zero(options: &mut Options<'_>) -> Result<Option<bool>, SpecError> {
-    options.one_of("zero", "lost or point", |value| match value {
-        "lost" => Some(true),
-        "point" => Some(false),
-        _ => None,
-    })
-}
-
-fn units(options: &mut Options<'_>) -> Result<Option<Units>, SpecError> {
-    options.one_of("units", "inches or cm", |value| match value {
-        "inches" => Some(Units::Inches),
-        "cm" => Some(Units::Centimetres),
-        _ => None,
-    })
-}
-
 fn set_items(
     items: &mut ItemList,
     family: Family,
-    format: Option<polhemus::Format>,
+    format: Option<Format>,
     options: &mut Options<'_>,
 ) -> Result<(), SpecError> {
     let numbers = options.one_of("items", "numbers of items, such as 2,4,1", |value| {
@@ -435,20 +391,20 @@ fn set_items(
     Ok(())
 }
 
-/// Where the axes of the device and of its sensor point.
-fn frames(usual: Axes, options: &mut Options<'_>) -> Result<Axes, SpecError> {
+/// Sets where the axes of the device and of its sensor point.
+fn set_frames(axes: &mut Axes, options: &mut Options<'_>) -> Result<(), SpecError> {
     let frame = options.one_of("frame", FRAME, directions)?;
     let sensor = options.one_of("sensor", FRAME, directions)?;
-    if frame.is_none() && sensor.is_none() {
-        return Ok(usual);
+    if frame.is_some() || sensor.is_some() {
+        let usual = || directions("forward,right,down").unwrap_or_default();
+        let [frame, sensor] = [frame, sensor].map(|turn| turn.unwrap_or_else(usual));
+        // Both are rotations.
+        assign(axes, Axes::new(frame, sensor).ok());
     }
-    let forward_right_down = || directions("forward,right,down").unwrap_or_default();
-    let [frame, sensor] = [frame, sensor].map(|turn| turn.unwrap_or_else(forward_right_down));
-    // Both are rotations.
-    Ok(Axes::new(frame, sensor).unwrap_or(usual))
+    Ok(())
 }
 
-/// The rotation that takes +X, +Y and +Z to three named directions.
+/// Reads the rotation that takes +X, +Y and +Z to three named directions.
 fn directions(value: &str) -> Option<Quat> {
     let word = |word: &str| {
         Some(match word {

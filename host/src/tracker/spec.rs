@@ -1,9 +1,6 @@
 //! `SPEC`: which tracker, in one word of a command line.
 
-mod error;
 mod read;
-
-pub use error::SpecError;
 
 use super::protocol::ProtocolSpec;
 use super::times::Times;
@@ -28,7 +25,7 @@ pub enum Spec {
 }
 
 impl Spec {
-    /// The sensor that is the viewer's head, where somebody says so.
+    /// The sensor on the viewer's head; `None` where the specification does not say.
     pub const fn head(&self) -> Option<u8> {
         match self {
             Self::Mock(spec) => spec.head,
@@ -38,7 +35,7 @@ impl Spec {
         }
     }
 
-    /// After how long data are stale, and count as stuck, where somebody says so.
+    /// The times that the specification gives.
     pub const fn times(&self) -> &Times {
         match self {
             Self::Mock(spec) => &spec.times,
@@ -48,8 +45,8 @@ impl Spec {
         }
     }
 
-    /// How to read its clock. Of a simulated tracker it is known how late it is; of others
-    /// nothing is but what somebody says.
+    /// How to read the tracker's clock, by the delay that the mock has or the specification
+    /// gives.
     pub fn clock(&self) -> ClockConfig {
         match self {
             Self::Mock(spec) => spec.times.clock(spec.delay()),
@@ -61,26 +58,24 @@ impl Spec {
 /// A simulated viewer and tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MockSpec {
-    /// What decides all movements and all noise.
+    /// The seed of all movements and all noise.
     pub seed: u64,
     /// Samples per second: 60 to 10,000.
     pub rate: u32,
-    /// The protocol that the samples pass through; none hands them on as they
-    /// are.
+    /// The protocol that the samples pass through; `None` hands them on unchanged.
     pub protocol: Option<ProtocolSpec>,
-    /// The head is held still, as by a chin rest.
+    /// Whether the head is held still, as by a chin rest.
     pub still: bool,
-    /// A table of what is looked at, and when: see
-    /// [`read_script`](super::calibration::read_script).
+    /// A table of targets: [`read_script`](super::calibration::read_script).
     pub targets: Option<PathBuf>,
-    /// The sensor that is the viewer's head, as its samples name it: 0 alone comes.
+    /// The sensor on the viewer's head.
     pub head: Option<u8>,
-    /// After how long its data are stale.
+    /// After how long data are stale or stuck.
     pub times: Times,
 }
 
 impl MockSpec {
-    /// From the measurement of a sample to its arrival.
+    /// The time from a sample's measurement to its arrival.
     pub fn delay(&self) -> Micros {
         self.times
             .delay()
@@ -108,62 +103,59 @@ impl Default for MockSpec {
 pub struct SerialSpec {
     /// The port.
     pub path: String,
-    /// What the device speaks.
+    /// The device's protocol.
     pub protocol: ProtocolSpec,
-    /// How fast.
+    /// The line's speed, baud.
     pub baud: u32,
     /// Whether the device is reset first, which can take 20 s.
     pub reset: bool,
-    /// The speed that the line is changed to at both ends, once it is open.
+    /// The speed to which both ends change once the line is open, baud.
     pub speed: Option<u32>,
-    /// Whether the device is told to stop when nobody listens any more.
+    /// Whether the device is told to stop at the end.
     pub stop: bool,
-    /// The sensor that is the viewer's head, as its samples name it; the first
-    /// that is seen where nobody says so.
+    /// The sensor on the viewer's head; `None`: the first that sends.
     pub head: Option<u8>,
-    /// Whether the line's RTS is to be high; where nobody says so it is as
+    /// Whether the line's RTS is high; `None`: as
     /// [`Protocol::rts`](shisen_tracker::protocol::Protocol::rts) has it.
     pub rts: Option<bool>,
-    /// After how long its data are stale.
+    /// After how long data are stale or stuck.
     pub times: Times,
 }
 
 /// A recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ReplaySpec {
-    /// What `shisen tracker record` wrote.
+    /// A file that `shisen tracker record` wrote.
     pub path: PathBuf,
-    /// The sensor that is the viewer's head, as its samples name it; the first
-    /// that is seen where nobody says so.
+    /// The sensor on the viewer's head; `None`: the first that sends.
     pub head: Option<u8>,
-    /// After how long its data are stale.
+    /// After how long data are stale or stuck.
     pub times: Times,
 }
 
 /// A human interface device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HidSpec {
-    /// Which.
+    /// Which device.
     pub name: HidName,
-    /// The coordinates of an eye tracker; its descriptor does not say.
+    /// The axes of an eye tracker, which its descriptor does not say.
     pub axes: Axes,
-    /// After how long its data are stale.
+    /// After how long data are stale or stuck.
     pub times: Times,
 }
 
 /// Which human interface device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum HidName {
-    /// By USB's vendor and product.
+    /// By USB vendor and product.
     Id(u16, u16),
     /// By its path.
     Path(String),
-    /// By what it says that it is: a usage page and, where one is given, a usage of
-    /// one of its collections. 0x12 is that of eye and head trackers.
+    /// By a usage of one of its collections; page 0x12 is eye and head trackers.
     Usage {
         /// The page.
         page: u16,
-        /// The usage; any of the page where there is none.
+        /// The usage; `None`: any of the page.
         usage: Option<u16>,
     },
 }

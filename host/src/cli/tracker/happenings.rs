@@ -103,7 +103,7 @@ impl Happenings {
             Notice::Unplugged { path, reason } => {
                 format!("{path} is gone ({reason}); waiting for it")
             }
-            Notice::Refused { reason } => format!("{reason}; trying again"),
+            Notice::Refused(reason) => format!("{reason}; trying again"),
             Notice::Trouble(trouble) => trouble.to_string(),
             Notice::Restarting(most) => format!(
                 "the device restarts: it says nothing for up to {:.0} s",

@@ -8,7 +8,7 @@ use crate::cli::arguments::whole;
 use crate::cli::output::failure::Failure;
 use crate::cli::output::{say, warn};
 use crate::tracker::pty::Pty;
-use crate::tracker::serve::{Begin, SILENT, Stage};
+use crate::tracker::serve::{Begin, LineState, SILENT};
 use crate::tracker::{
     Feed, MockSpec, PAUSE, ProtocolSpec, Recording, ReplaySpec, Spec, Times, serve, simulated,
 };
@@ -239,17 +239,17 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
 }
 
 /// Says what a recording waits for.
-fn tell_stage(stage: Stage, path: &Path, protocol: &ProtocolSpec) {
+fn tell_stage(stage: LineState, path: &Path, protocol: &ProtocolSpec) {
     let path = path.display();
     say(&match stage {
-        Stage::Unread => format!("waiting until somebody opens {path}"),
-        Stage::Untold if protocol.is_told() => format!(
+        LineState::NoReader => format!("waiting until somebody opens {path}"),
+        LineState::SettingUp if protocol.is_told() => format!(
             "{path} was opened; waiting until the device is told what to send, or nothing is \
              said for {} s",
             SILENT.as_secs()
         ),
-        Stage::Untold => format!("{path} was opened"),
-        Stage::Begun => "the recording begins".to_owned(),
+        LineState::SettingUp => format!("{path} was opened"),
+        LineState::Sending => "the recording begins".to_owned(),
     });
 }
 

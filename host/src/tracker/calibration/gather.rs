@@ -1,4 +1,4 @@
-//! What a tracker says while targets are looked at.
+//! Gathers samples while the viewer looks at targets.
 
 use super::{EYES, SeenTarget, TimedTarget, measured};
 use glam::{Vec2, Vec3};
@@ -9,18 +9,17 @@ use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use thiserror::Error;
 
-/// How long eyes take to come to a target, and to rest there: a saccade begins
-/// 200 ms after what brings it about and lasts up to 100.
+/// How long eyes take to rest on a target: a saccade begins 200 ms after its cue and lasts up
+/// to 100 ms.
 pub const SETTLE: Micros = Micros::from_millis(400);
 
-/// Fewer samples make no mean.
+/// The least number of samples for a mean.
 const LEAST_SAMPLES: usize = 10;
 
-/// Deviations from the median beyond this many times their median are glances
-/// elsewhere; of normal noise it is 3.4 standard deviations.
+/// Glances elsewhere deviate by this many median deviations (3.4 standard ones of noise).
 const OUTLIER: f32 = 5.0;
 
-/// A target that was not seen.
+/// A target without enough samples.
 #[derive(Debug, Clone, Copy, PartialEq, Error, Diagnostic)]
 #[error("{samples} samples of the eyes came while they looked at target {target}")]
 #[diagnostic(help(
@@ -28,21 +27,21 @@ const OUTLIER: f32 = 5.0;
     SETTLE.0 / 1_000
 ))]
 pub struct GatherError {
-    /// Which, from 1.
+    /// The target, from 1.
     pub target: usize,
-    /// How many there were.
+    /// The number of samples.
     pub samples: usize,
 }
 
-/// A sample of a target.
+/// A sample while a target was looked at.
 #[derive(Debug, Clone, Copy)]
 struct Look {
-    /// Of the target, in the head's axes.
+    /// The direction of the target, in the head's axes.
     direction: Vec3,
     measured: [Option<Vec2>; 3],
 }
 
-/// Takes samples while targets are looked at.
+/// Collects samples while targets are looked at.
 #[derive(Debug, Clone)]
 pub struct Gatherer {
     config: EstimatorConfig,
@@ -50,13 +49,13 @@ pub struct Gatherer {
     looks: Vec<Vec<Look>>,
     /// The sensor that counts, once one is seen.
     sensor: Option<u8>,
-    /// Of another one it was said that it does not count.
-    other_said: bool,
+    /// Whether another sensor was reported.
+    other_reported: bool,
 }
 
 impl Gatherer {
-    /// For targets at times on the clock of the samples' arrival. Where the
-    /// head is, `config` says as far as samples do not.
+    /// For targets at times on the clock of the samples' arrival. The head is where the
+    /// samples say, or else where `config` does.
     pub fn new(config: EstimatorConfig, targets: Vec<TimedTarget>) -> Self {
         let looks = vec![Vec::new(); targets.len()];
         Self {
@@ -64,7 +63,7 @@ impl Gatherer {
             targets,
             looks,
             sensor: None,
-            other_said: false,
+            other_reported: false,
         }
     }
 
@@ -73,9 +72,8 @@ impl Gatherer {
         &self.targets
     }
 
-    /// Takes a sample, if a target is looked at and the sensor is the one that
-    /// `config` takes for the viewer's head. Of the first that is not,
-    /// [`Event::OtherSensor`] is handed to `sink`.
+    /// Takes a sample if a target is looked at and the sensor is the viewer's head by
+    /// `config`. `sink` gets one [`Event::OtherSensor`] for other sensors.
     pub fn push(&mut self, sample: &Sample, sink: &mut dyn FnMut(Event)) {
         if !self.counts(sample.sensor, sink) {
             return;
@@ -98,7 +96,7 @@ impl Gatherer {
         }
     }
 
-    /// Whether a sensor is the viewer's, by the estimator's rule.
+    /// Whether a sensor is the viewer's head, by the estimator's rule.
     fn counts(&mut self, sensor: u8, sink: &mut dyn FnMut(Event)) -> bool {
         let taken = match self.config.sensors {
             Sensors::All => return true,
@@ -107,7 +105,7 @@ impl Gatherer {
         };
         if taken == sensor {
             self.sensor = Some(sensor);
-        } else if !std::mem::replace(&mut self.other_said, true) {
+        } else if !std::mem::replace(&mut self.other_reported, true) {
             sink(Event::OtherSensor {
                 taken,
                 heard: self.sensor.is_some(),
@@ -134,10 +132,10 @@ impl Gatherer {
         head
     }
 
-    /// The targets and what was said of each.
+    /// Returns each target with its measurements.
     ///
     /// # Errors
-    /// The first target that was not seen.
+    /// The first target without enough samples.
     pub fn finish(&self) -> Result<Vec<SeenTarget>, GatherError> {
         let all = self.targets.iter().zip(&self.looks).enumerate();
         all.map(|(index, (target, looks))| {
@@ -152,11 +150,10 @@ impl Gatherer {
 }
 
 fn seen(target: &TimedTarget, looks: &[Look]) -> Option<SeenTarget> {
-    let of_eye = |eye: usize| {
-        let of_eye = looks.iter().filter_map(|look| look.measured[eye]);
-        mean(&of_eye.collect::<Vec<_>>())
-    };
-    let measured: [_; EYES.len()] = std::array::from_fn(of_eye);
+    let measured: [_; EYES.len()] = std::array::from_fn(|eye| {
+        let measured = looks.iter().filter_map(|look| look.measured[eye]);
+        mean(&measured.collect::<Vec<_>>())
+    });
     measured.iter().any(Option::is_some).then_some(())?;
     let sum: Vec3 = looks.iter().map(|look| look.direction).sum();
     Some(SeenTarget {
@@ -195,28 +192,15 @@ mod tests {
     use super::*;
     use shisen_tracker::sample::{GazePoint, Reading};
 
-    fn target(place: Vec3) -> TimedTarget {
-        TimedTarget {
-            start: Micros(0),
-            end: Micros(1_000_000),
-            place,
-        }
-    }
-
-    fn sample(arrival: u64, point: Vec2) -> Sample {
-        let mut sample = Sample::arrived(Micros(arrival));
-        sample.gaze_point = Some(Reading::tracked(GazePoint::Raw(point)));
-        sample
-    }
-
     #[test]
-    fn what_settles_counts_and_glances_do_not() {
+    fn glances_elsewhere_do_not_count() {
         let config = EstimatorConfig {
             head_tracked: false,
             ..EstimatorConfig::default()
         };
-        let targets = vec![target(Vec3::new(0.0, 1.0, -1.0))];
-        let mut gatherer = Gatherer::new(config, targets);
+        let (start, end) = (Micros(0), Micros(1_000_000));
+        let place = Vec3::new(0.0, 1.0, -1.0);
+        let mut gatherer = Gatherer::new(config, vec![TimedTarget { start, end, place }]);
         for i in 0..100u64 {
             let tremble = if i % 2 == 0 { 1.0 } else { -1.0 };
             // On the way for 400 ms, and elsewhere for 50.
@@ -225,67 +209,17 @@ mod tests {
                 70..75 => Vec2::new(500.0, 0.0),
                 _ => Vec2::new(100.0 + tremble, 50.0),
             };
-            gatherer.push(&sample(i * 10_000, point), &mut |event| panic!("{event:?}"));
+            let mut sample = Sample::arrived(Micros(i * 10_000));
+            sample.gaze_point = Some(Reading::tracked(GazePoint::Raw(point)));
+            gatherer.push(&sample, &mut |event| panic!("{event:?}"));
         }
         let seen = gatherer.finish().unwrap();
-        assert_eq!(seen.len(), 1);
-        assert_eq!(seen[0].samples, Some(60));
-        let [left, right, combined] = seen[0].measured;
-        assert_eq!((left, right), (None, None));
-        let off = combined.unwrap() - Vec2::new(100.0, 50.0);
-        assert!(off.length() < 0.1, "{off}");
+        assert_eq!((seen.len(), seen[0].samples), (1, Some(60)));
+        let [None, None, Some(combined)] = seen[0].measured else {
+            panic!("{:?}", seen[0]);
+        };
+        assert!(combined.distance(Vec2::new(100.0, 50.0)) < 0.1);
         let up = Vec3::new(0.0, 1.0, -1.0).normalize();
         assert!(seen[0].direction.distance(up) < 1e-6);
-    }
-
-    /// Two heads in turn, the second of which looks elsewhere.
-    #[test]
-    fn one_sensor_counts() {
-        for (sensors, expected) in [
-            (Sensors::First, Vec2::new(100.0, 50.0)),
-            (Sensors::Only(3), Vec2::new(-700.0, 0.0)),
-        ] {
-            let config = EstimatorConfig {
-                head_tracked: false,
-                sensors,
-                ..EstimatorConfig::default()
-            };
-            let mut gatherer = Gatherer::new(config, vec![target(Vec3::NEG_Z)]);
-            let mut said = Vec::new();
-            for i in 0..200_u64 {
-                let mut one = sample(i * 5_000, Vec2::new(100.0, 50.0));
-                one.sensor = 1;
-                if i % 2 == 1 {
-                    one = sample(i * 5_000, Vec2::new(-700.0, 0.0));
-                    one.sensor = 3;
-                }
-                gatherer.push(&one, &mut |event| said.push(event));
-            }
-            let seen = gatherer.finish().unwrap();
-            assert_eq!(seen[0].samples, Some(60));
-            assert_eq!(seen[0].measured[2], Some(expected));
-            let (taken, heard, ignored) = if sensors == Sensors::First {
-                (1, true, 3)
-            } else {
-                (3, false, 1)
-            };
-            let other = Event::OtherSensor {
-                taken,
-                heard,
-                ignored,
-            };
-            assert_eq!(said, [other]);
-        }
-    }
-
-    #[test]
-    fn a_target_that_was_not_seen_is_told() {
-        let targets = vec![target(Vec3::NEG_Z)];
-        let mut gatherer = Gatherer::new(EstimatorConfig::default(), targets);
-        for i in 0..9 {
-            gatherer.push(&sample(500_000 + i, Vec2::ONE), &mut |_| {});
-        }
-        let error = gatherer.finish().unwrap_err();
-        assert_eq!((error.target, error.samples), (1, 9));
     }
 }

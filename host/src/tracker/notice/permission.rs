@@ -2,18 +2,19 @@
 
 use std::path::Path;
 
-/// The file, where it is in the sources.
+/// The file of udev rules, in the sources.
 const RULES: &str = "tracker-driver/udev/70-shisen-trackers.rules";
 
 /// Vendor and product of the HID devices that the file names.
 const NAMED: [(u16, u16); 2] = [(0x1532, 0x0b00), (0x03eb, 0x2421)];
 
-/// Which rule is missing, or which group, for the device at a path.
+/// Says which rule or which group is missing for the device at a path.
 pub(super) fn advice(path: &str) -> String {
     let name = Path::new(path).file_name().and_then(|name| name.to_str());
     let name = name.unwrap_or_default();
     if name.starts_with("hidraw") {
-        return of_hid(identity(&format!("/sys/class/hidraw/{name}/device/uevent")));
+        let uevent = std::fs::read_to_string(format!("/sys/class/hidraw/{name}/device/uevent"));
+        return hid_advice(uevent.ok().and_then(|uevent| parse(&uevent)));
     }
     if name.starts_with("ttyUSB") || name.starts_with("ttyACM") {
         return format!("a udev rule is missing: {INSTALL}; joining the group dialout does too");
@@ -27,8 +28,8 @@ pub(super) fn advice(path: &str) -> String {
 const INSTALL: &str = "copy tracker-driver/udev/70-shisen-trackers.rules to /etc/udev/rules.d, \
                        run `udevadm control --reload` and plug the device in again";
 
-/// Of a HID device, by vendor and product where the system says them.
-fn of_hid(identity: Option<(u16, u16)>) -> String {
+/// The advice for a HID device, by its vendor and product where the system says them.
+fn hid_advice(identity: Option<(u16, u16)>) -> String {
     let Some((vendor, product)) = identity.filter(|id| !NAMED.contains(id)) else {
         return format!("a udev rule is missing: {INSTALL}");
     };
@@ -39,12 +40,7 @@ fn of_hid(identity: Option<(u16, u16)>) -> String {
     )
 }
 
-/// Vendor and product, by what the system's `uevent` file says: a line such as
-/// `HID_ID=0003:00001532:00000B00`.
-fn identity(uevent: &str) -> Option<(u16, u16)> {
-    parse(&std::fs::read_to_string(uevent).ok()?)
-}
-
+/// Reads vendor and product from a line such as `HID_ID=0003:00001532:00000B00`.
 fn parse(uevent: &str) -> Option<(u16, u16)> {
     let id = uevent
         .lines()
@@ -58,41 +54,27 @@ fn parse(uevent: &str) -> Option<(u16, u16)> {
 mod tests {
     use super::*;
 
-    /// The advice speaks of what is in the file.
     #[test]
-    fn the_rules_are_those_of_the_file() {
+    fn advice_names_the_rules_of_the_file() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let rules = std::fs::read_to_string(root.join(RULES)).unwrap();
         for (vendor, product) in NAMED {
-            let ids = format!(
-                "ATTRS{{idVendor}}==\"{vendor:04x}\", ATTRS{{idProduct}}==\"{product:04x}\""
-            );
+            let vendor = format!("ATTRS{{idVendor}}==\"{vendor:04x}\"");
+            let ids = format!("{vendor}, ATTRS{{idProduct}}==\"{product:04x}\"");
             assert!(rules.contains(&ids), "{ids}");
         }
         assert_eq!(rules.matches("idVendor").count(), NAMED.len());
         assert!(rules.contains("ttyUSB[0-9]*|ttyACM[0-9]*"));
-    }
-
-    #[test]
-    fn each_port_has_its_own_advice() {
-        let usb = advice("/dev/ttyUSB0");
-        assert!(
-            usb.contains("70-shisen-trackers.rules to /etc/udev"),
-            "{usb}"
-        );
-        assert!(usb.contains("dialout"), "{usb}");
-        let built_in = advice("/dev/ttyS0");
-        assert!(!built_in.contains("udev rule is missing"), "{built_in}");
-        assert!(built_in.contains("ls -l /dev/ttyS0"), "{built_in}");
-        let named = of_hid(Some((0x1532, 0x0b00)));
-        assert!(!named.contains("idVendor"), "{named}");
-        let other = of_hid(Some((0x2104, 0x0313)));
-        assert!(other.contains("ATTRS{idVendor}==\"2104\""), "{other}");
-        assert!(other.contains("ATTRS{idProduct}==\"0313\""), "{other}");
-    }
-
-    #[test]
-    fn the_system_says_who_a_device_is() {
+        for (advice, has, lacks) in [
+            (advice("/dev/ttyUSB0"), "rules to /etc/udev", "idVendor"),
+            (advice("/dev/ttyUSB0"), "dialout", "ls -l"),
+            (advice("/dev/ttyS0"), "ls -l /dev/ttyS0", "rule is missing"),
+            (hid_advice(Some(NAMED[0])), "/etc/udev", "idVendor"),
+            (hid_advice(Some((0x2104, 0x0313))), "\"2104\"", "dialout"),
+            (hid_advice(Some((0x2104, 0x0313))), "\"0313\"", "dialout"),
+        ] {
+            assert!(advice.contains(has) && !advice.contains(lacks), "{advice}");
+        }
         let uevent = "DRIVER=hid-generic\nHID_ID=0003:00001532:00000B00\nHID_NAME=x\n";
         assert_eq!(parse(uevent), Some((0x1532, 0x0b00)));
         assert_eq!(parse("HID_ID=0003:FFFFFFFF:0"), None);

@@ -1,4 +1,4 @@
-//! Recordings as tables: a line a sample.
+//! Recordings as tables, one line a sample.
 
 use super::{Recording, RecordingError};
 use glam::{Quat, Vec2, Vec3};
@@ -12,61 +12,33 @@ use std::str::FromStr;
 
 const EYES: [&str; 3] = ["left", "right", "combined"];
 
+/// The columns before those of the eyes, those of each eye, and those after them.
+const COLUMNS: [&str; 3] = [
+    "arrival_us device_us wraps_at_us sensor sequence gaze_frame head_x head_y head_z \
+     head_place_tracked head_qx head_qy head_qz head_qw head_turn_tracked head_wx head_wy head_wz",
+    "origin_x origin_y origin_z origin_tracked direction_x direction_y direction_z \
+     direction_tracked pupil_m pupil_raw openness",
+    "point_kind point_x point_y point_tracked",
+];
+
 /// The columns of a table.
 pub(super) fn header() -> Vec<String> {
-    let mut names: Vec<String> = [
-        "arrival_us",
-        "device_us",
-        "wraps_at_us",
-        "sensor",
-        "sequence",
-        "gaze_frame",
-        "head_x",
-        "head_y",
-        "head_z",
-        "head_place_tracked",
-        "head_qx",
-        "head_qy",
-        "head_qz",
-        "head_qw",
-        "head_turn_tracked",
-        "head_wx",
-        "head_wy",
-        "head_wz",
-    ]
-    .map(String::from)
-    .into();
-    for eye in EYES {
-        for name in [
-            "origin_x",
-            "origin_y",
-            "origin_z",
-            "origin_tracked",
-            "direction_x",
-            "direction_y",
-            "direction_z",
-            "direction_tracked",
-            "pupil_m",
-            "pupil_raw",
-            "openness",
-        ] {
-            names.push(format!("{eye}_{name}"));
-        }
-    }
-    names.extend(["point_kind", "point_x", "point_y", "point_tracked"].map(String::from));
-    names
+    let [before, of_eye, after] = COLUMNS.map(str::split_whitespace);
+    let eyes = EYES.into_iter();
+    let eyes = eyes.flat_map(|eye| of_eye.clone().map(move |name| format!("{eye}_{name}")));
+    let before = before.map(String::from);
+    before.chain(eyes).chain(after.map(String::from)).collect()
 }
 
 /// The cells of a sample's line.
 pub(super) fn cells(sample: &Sample) -> Vec<String> {
-    Cells::of(sample).0
+    Cells::new(sample).0
 }
 
-/// A line of a table.
 struct Cells(Vec<String>);
 
 impl Cells {
-    fn of(sample: &Sample) -> Self {
+    fn new(sample: &Sample) -> Self {
         let mut cells = Self(Vec::new());
         cells.one(Some(sample.arrival.0));
         cells.one(sample.device_time.map(|time| time.microseconds));
@@ -93,18 +65,16 @@ impl Cells {
             cells.one(raw);
             cells.one(eye.openness);
         }
-        let point = sample.gaze_point.map(|point| match point.value {
-            GazePoint::Plane(p) => ("plane", p),
-            GazePoint::Normalized(p) => ("normalized", p),
-            GazePoint::Raw(p) => ("raw", p),
+        let point = sample.gaze_point.map(|point| {
+            let (kind, place) = match point.value {
+                GazePoint::Plane(place) => ("plane", place),
+                GazePoint::Normalized(place) => ("normalized", place),
+                GazePoint::Raw(place) => ("raw", place),
+            };
+            (kind, (place.to_array(), point.tracked))
         });
         cells.one(point.map(|(kind, _)| kind));
-        let tracked = sample.gaze_point.map(|point| point.tracked);
-        cells.reading(
-            point
-                .zip(tracked)
-                .map(|((_, p), tracked)| (p.to_array(), tracked)),
-        );
+        cells.reading(point.map(|(_, reading)| reading));
         cells
     }
 
@@ -125,21 +95,15 @@ impl Cells {
     }
 }
 
-/// Reads a table, which came from that path. A last line that was cut off while it was
-/// written is thrown away, and counted.
-///
-/// # Errors
-/// Another header, and the first cell that cannot be used.
+/// Reads the table of a file; a last line that was cut off is dropped and counted.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, RecordingError> {
     let mut table = csv::Reader::from_reader(bytes);
     let names = header();
-    let same = table
-        .headers()
-        .is_ok_and(|found| found.iter().eq(names.iter()));
-    if !same {
-        return Err(RecordingError::Header { path: path.into() });
+    let found = table.headers();
+    if !found.is_ok_and(|found| found.iter().eq(names.iter())) {
+        return Err(RecordingError::Header(path.into()));
     }
-    let (mut events, mut counts) = (Vec::new(), Vec::new());
+    let (mut events, mut counts) = (Vec::new(), Vec::<Counts>::new());
     let mut last = Micros(0);
     let mut record = csv::StringRecord::new();
     for line in 2.. {
@@ -159,7 +123,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, RecordingErro
                 let begin = bytes.iter().rposition(|&byte| byte == b'\n');
                 let cut = bytes.len() - begin.map_or(0, |begin| begin + 1);
                 if let Some(last) = counts.last_mut() {
-                    cut_off(last, cut as u64);
+                    last.dropped[DropReason::Truncated as usize] += 1;
+                    last.dropped_bytes += cut as u64;
                 }
                 break;
             }
@@ -183,13 +148,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, RecordingErro
     Ok(Recording { events, counts })
 }
 
-/// Counts the bytes of a line that was cut off.
-fn cut_off(counts: &mut Counts, bytes: u64) {
-    counts.dropped[DropReason::Truncated as usize] += 1;
-    counts.dropped_bytes += bytes;
-}
-
-/// A sample that our link takes.
+/// Checks a sample by sending it over the link.
 fn checked(sample: &Sample) -> Result<Sample, String> {
     let frame = link::Encoder::new().sample(sample);
     let mut found = Err("is no sample".to_owned());
@@ -224,7 +183,7 @@ impl<'a, C: Iterator<Item = &'a str>, N: Iterator<Item = &'a String>> Reader<C, 
         self.one()?.ok_or_else(|| format!("{name} is empty"))
     }
 
-    /// All of them or none.
+    /// Reads a vector; all of its cells are empty or none.
     fn all<const N2: usize>(&mut self) -> Result<Option<[f32; N2]>, String> {
         let mut values = [None; N2];
         for value in &mut values {

@@ -1,9 +1,10 @@
-//! `SPEC`, as it is written.
+//! Reads a `SPEC`.
 
-use super::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec, SpecError};
+use super::{HidName, HidSpec, MockSpec, ReplaySpec, SerialSpec, Spec};
+use crate::tracker::fault::{SpecError, TIMES, has_reset, has_stop};
 use crate::tracker::protocol::ProtocolSpec;
-use crate::tracker::settings::{Options, set_axes};
-use crate::tracker::times::{self, Times};
+use crate::tracker::settings::{Options, assign, set_axes};
+use crate::tracker::times::Times;
 use shisen_tracker::head::fastrak::BAUD_RATES;
 use shisen_tracker::hid::eye_tracker::Axes;
 use std::str::FromStr;
@@ -15,14 +16,14 @@ impl FromStr for Spec {
         let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
         let named = |kind| {
             let some = (!rest.is_empty()).then_some(rest);
-            some.ok_or(SpecError::Nothing { kind })
+            some.ok_or(SpecError::Nothing(kind))
         };
         match kind {
             "mock" => mock(rest).map(Self::Mock),
             "serial" => serial(named("serial")?).map(Self::Serial),
             "hid" => hid(named("hid")?).map(Self::Hid),
             "replay" => replay(named("replay")?).map(Self::Replay),
-            _ => Err(SpecError::Kind { found: kind.into() }),
+            _ => Err(SpecError::Kind(kind.into())),
         }
     }
 }
@@ -31,15 +32,11 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
     let mut options = Options::read(text)?;
     let mut spec = MockSpec::default();
     let whole = "a whole number from 0 to 18446744073709551615";
-    if let Some(seed) = options.number("seed", (0, u64::MAX), whole)? {
-        spec.seed = seed;
-    }
-    if let Some(rate) = options.number("rate", (60, 10_000), "60 to 10000 Hz")? {
-        spec.rate = rate;
-    }
-    if let Some(still) = options.number("still", (0_u8, 1), "0 or 1")? {
-        spec.still = still == 1;
-    }
+    let seed = options.number("seed", (0, u64::MAX), whole)?;
+    assign(&mut spec.seed, seed);
+    let rate = options.number("rate", (60, 10_000), "60 to 10000 Hz")?;
+    assign(&mut spec.rate, rate);
+    assign(&mut spec.still, options.flag("still")?);
     spec.targets = options.one_of("targets", "the path of a table of targets", |value| {
         (!value.is_empty()).then(|| value.into())
     })?;
@@ -69,56 +66,41 @@ fn mock(text: &str) -> Result<MockSpec, SpecError> {
 fn serial(text: &str) -> Result<SerialSpec, SpecError> {
     let (path, rest) = text.split_once('?').unwrap_or((text, ""));
     if path.is_empty() {
-        return Err(SpecError::Nothing { kind: "serial" });
+        return Err(SpecError::Nothing("serial"));
     }
     let mut options = Options::read(rest)?;
     let baud = options.number("baud", (50, 4_000_000), "50 to 4000000 baud")?;
-    let reset = options.number("reset", (0_u8, 1), "0 or 1")? == Some(1);
+    let reset = options.flag("reset")? == Some(true);
     let head = head(&mut options)?;
     let rts = options.flag("rts")?;
     let times = Times::take(&mut options)?;
     let Some(name) = options.take("protocol") else {
-        return Err(SpecError::NoProtocol { path: path.into() });
+        return Err(SpecError::NoProtocol(path.into()));
     };
     let mut protocol =
-        ProtocolSpec::named(name).map_err(|_| SpecError::UnknownOnSerial { name: name.into() })?;
+        ProtocolSpec::named(name).map_err(|_| SpecError::UnknownOnSerial(name.into()))?;
     if !protocol.protocol().is_serial() {
-        return Err(SpecError::NotSerial {
-            name: protocol.name(),
-        });
+        return Err(SpecError::NotSerial(protocol.name()));
     }
     one_sensor(head, Some(&protocol), "serial")?;
-    if reset && !protocol.has_reset() {
-        return Err(SpecError::NoReset {
-            of: protocol.name(),
-        });
+    if reset && !has_reset(protocol.protocol()) {
+        return Err(SpecError::NoReset(protocol.name()));
     }
     let speed = match options.take("speed") {
         None => None,
         Some(_) if protocol.protocol().change_speed(BAUD_RATES[0]).is_none() => {
-            return Err(SpecError::NoSpeed {
-                of: protocol.name(),
-            });
+            return Err(SpecError::NoSpeed(protocol.name()));
         }
         Some(_) if reset => return Err(SpecError::ResetAndSpeed),
         Some(found) => {
-            let baud = found.parse().ok();
-            let wrong = || SpecError::Value {
-                key: "speed",
-                found: found.into(),
-                allowed: "2400, 4800, 9600, 19200, 38400, 57600 or 115200 baud",
-            };
-            Some(
-                baud.filter(|baud| BAUD_RATES.contains(baud))
-                    .ok_or_else(wrong)?,
-            )
+            let baud = found.parse().ok().filter(|baud| BAUD_RATES.contains(baud));
+            let allowed = "2400, 4800, 9600, 19200, 38400, 57600 or 115200 baud";
+            Some(baud.ok_or_else(|| wrong("speed", found, allowed))?)
         }
     };
-    let stop = options.number("stop", (0_u8, 1), "0 or 1")? == Some(1);
-    if stop && !protocol.has_stop() {
-        return Err(SpecError::NoStop {
-            of: protocol.name(),
-        });
+    let stop = options.flag("stop")? == Some(true);
+    if stop && !has_stop(protocol.protocol()) {
+        return Err(SpecError::NoStop(protocol.name()));
     }
     protocol.set(&mut options)?;
     let allowed = "protocol=NAME, baud=N, speed=N, reset=1, stop=1, head=N, rts=0|1";
@@ -149,7 +131,7 @@ fn hid(text: &str) -> Result<HidSpec, SpecError> {
     Ok(HidSpec { name, axes, times })
 }
 
-/// A file's name may hold a `?`: options have a `=` behind it.
+/// Reads `FILE?options`: a file's name may hold a `?`, but options have a `=` behind it.
 fn replay(text: &str) -> Result<ReplaySpec, SpecError> {
     let split = text.rsplit_once('?');
     let (path, rest) = split
@@ -163,16 +145,24 @@ fn replay(text: &str) -> Result<ReplaySpec, SpecError> {
     Ok(ReplaySpec { path, head, times })
 }
 
-/// The keys of a kind of tracker, and those that all have.
+/// The options of a kind of tracker, and those that all have.
 fn with_times(allowed: &str) -> String {
-    format!("{allowed}, {}", times::ALLOWED)
+    format!("{allowed}, {TIMES}")
+}
+
+fn wrong(key: &'static str, found: &str, allowed: &str) -> SpecError {
+    SpecError::Value {
+        key,
+        found: found.into(),
+        allowed: allowed.into(),
+    }
 }
 
 fn head(options: &mut Options<'_>) -> Result<Option<u8>, SpecError> {
     options.number("head", (0, u8::MAX), "a sensor from 0 to 255")
 }
 
-/// Refuses the choice of a sensor where there is one.
+/// Refuses the choice of a sensor where there is only one.
 fn one_sensor(
     head: Option<u8>,
     protocol: Option<&ProtocolSpec>,
@@ -193,33 +183,23 @@ fn hid_name(text: &str) -> Result<HidName, SpecError> {
         return Ok(HidName::Path(text.into()));
     }
     let id = |digits: &str| {
-        let plain = digits.len() == 4;
-        plain
-            .then(|| u16::from_str_radix(digits, 16).ok())
-            .flatten()
+        let digits = (digits.len() == 4).then_some(digits)?;
+        u16::from_str_radix(digits, 16).ok()
     };
     if let Some(usage) = text.strip_prefix("usage=") {
         let (page, usage) = match usage.split_once(':') {
             Some((page, usage)) => (id(page), id(usage).map(Some)),
             None => (id(usage), Some(None)),
         };
-        let both = page.zip(usage);
-        return both
-            .map(|(page, usage)| HidName::Usage { page, usage })
-            .ok_or_else(|| SpecError::Value {
-                key: "hid",
-                found: text.into(),
-                allowed: "four hexadecimal digits of a usage page, and of a usage if one is meant, \
-                          such as hid:usage=0012 or hid:usage=0012:0001",
-            });
+        let name = page.zip(usage);
+        let name = name.map(|(page, usage)| HidName::Usage { page, usage });
+        let allowed = "four hexadecimal digits of a usage page, and of a usage if one is meant, \
+                       such as hid:usage=0012 or hid:usage=0012:0001";
+        return name.ok_or_else(|| wrong("hid", text, allowed));
     }
     let both = text.split_once(':');
-    let both = both.and_then(|(vendor, product)| Some((id(vendor)?, id(product)?)));
-    let (vendor, product) = both.ok_or_else(|| SpecError::Value {
-        key: "hid",
-        found: text.into(),
-        allowed: "four hexadecimal digits each of vendor and product, such as hid:1532:0b00, a \
-                  usage page, such as hid:usage=0012, or a path, such as hid:/dev/hidraw0",
-    })?;
-    Ok(HidName::Id(vendor, product))
+    let both = both.and_then(|(vendor, product)| Some(HidName::Id(id(vendor)?, id(product)?)));
+    let allowed = "four hexadecimal digits each of vendor and product, such as hid:1532:0b00, a \
+                   usage page, such as hid:usage=0012, or a path, such as hid:/dev/hidraw0";
+    both.ok_or_else(|| wrong("hid", text, allowed))
 }
