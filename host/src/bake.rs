@@ -1,4 +1,14 @@
-//! From a scene in memory to the bytes that the core traces.
+//! From a scene in memory to the bytes that the core traces: trees, tables, polygon levels.
+//!
+//! [`Baked`] is for a layout that is known at compile time, [`BakedScene`] for one that is not.
+//! [`simplify`] makes the coarser levels of meshes: closed meshes stay closed.
+//!
+//! ```
+//! use shisen::bake::{Baked, lone_mesh};
+//!
+//! let baked = Baked::<8>::new(&lone_mesh(shisen::scene::mesh::TriangleMesh::square())).unwrap();
+//! assert_eq!(Baked::from_bytes(baked.as_bytes()), Ok(baked));
+//! ```
 
 pub mod simplify;
 
@@ -13,18 +23,16 @@ pub mod tree;
 pub use layout::{BakedScene, Layout};
 
 use crate::bake::simplify::{Ladder, LadderError, PolygonLevels};
-use crate::scene::camera::CameraPath;
 use crate::scene::mesh::{MeshError, TriangleMesh};
-use crate::scene::{Background, Object, Scene, Shape};
+use crate::scene::{Object, Scene, Shape};
 use blob::{AlignedBytes, Tables};
 use cover::Cover;
-use glam::DAffine3;
 use instance::instance;
 use light::{background, light};
 use material::Textures;
 use rayon::prelude::*;
 use shisen_core::scene::SceneError;
-use shisen_core::scene::format::{self, IdLeaf, LeafBlock, NO_MATERIAL, Node};
+use shisen_core::scene::format::{self, IdLeaf, Instance, LeafBlock, NO_MATERIAL, Node};
 use shisen_core::shape::Spheroid;
 use shisen_core::{Runs, Simd};
 use std::borrow::Cow;
@@ -42,46 +50,37 @@ pub struct Baked<const W: usize = 8> {
 /// Why a scene cannot be baked.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum BakeError {
     /// One of its meshes is not usable.
     #[error("mesh {mesh} (counted from 0) cannot be used")]
     Mesh {
-        /// Its index.
         mesh: usize,
-        /// What is wrong.
         #[source]
         source: MeshError,
     },
-    /// One of its meshes has no polygon levels of the kind asked for.
+    /// One of its meshes cannot be simplified to the levels asked for.
     #[error("mesh {mesh} (counted from 0) cannot be baked at these polygon levels")]
     Ladder {
-        /// Its index.
         mesh: usize,
-        /// What is wrong.
         #[source]
         source: LadderError,
     },
-    /// Nothing in it.
+    /// No objects.
     #[error("the scene has no objects")]
     NoObjects,
-    /// An object that names what is not there.
+    /// An object with the index of a mesh or material that does not exist.
     #[error("object {object} (counted from 0) names {what} {index}, which the scene does not have")]
     Missing {
-        /// The object.
         object: usize,
-        /// What it names.
         what: &'static str,
-        /// By this index.
         index: usize,
     },
     /// A texture on a mesh that does not say where its vertices are on it.
     #[error(
         "object {object} (counted from 0) has a texture, but its mesh has no texture coordinates"
     )]
-    NoCoordinates {
-        /// The object.
-        object: usize,
-    },
+    NoCoordinates { object: usize },
     /// A map that flattens, or that is not finite, or that moves things out
     /// of range.
     #[error(
@@ -89,7 +88,6 @@ pub enum BakeError {
          (coordinates may be up to {limit:e} m)"
     )]
     Transform {
-        /// The object.
         object: usize,
         /// The farthest coordinate, metres.
         limit: f32,
@@ -100,19 +98,13 @@ pub enum BakeError {
         Spheroid::RADII.0,
         Spheroid::RADII.1
     )]
-    Radius {
-        /// The object.
-        object: usize,
-    },
+    Radius { object: usize },
     /// The scene does not pass the core's own check.
     #[error("the scene holds a value that the tracer refuses: {0}")]
     Refused(#[from] SceneError),
     /// More bytes than an offset of the format can name.
     #[error("the scene would take {bytes} bytes; a scene may have 4 GiB")]
-    TooLarge {
-        /// How many.
-        bytes: u64,
-    },
+    TooLarge { bytes: u64 },
 }
 
 impl<const W: usize> Baked<W>
@@ -123,7 +115,7 @@ where
     /// the same bytes.
     ///
     /// # Errors
-    /// Whatever the core would refuse, found and named before it is asked.
+    /// A mesh, an object or a number of bytes that the core would refuse.
     pub fn new(scene: &Scene) -> Result<Self, BakeError> {
         validate(scene)?;
         let meshes = shown(scene);
@@ -165,13 +157,8 @@ where
         if placed.is_empty() {
             return Err(BakeError::NoObjects);
         }
-        let boxes: Vec<Bounds> = placed
-            .iter()
-            .map(|(i, _)| Bounds {
-                low: i.low,
-                high: i.high,
-            })
-            .collect();
+        let bounds = |&(Instance { low, high, .. }, _): &(Instance, f64)| Bounds { low, high };
+        let boxes: Vec<Bounds> = placed.iter().map(bounds).collect();
         let top = tree::build::<W>(&boxes, 1, BuildEffort::Great);
         let trees = meshes.iter().flat_map(|mesh| &mesh.trees);
         let deepest = trees.map(|tree| tree.stack_entries).max();
@@ -202,14 +189,13 @@ where
         tables.lights = scene.lights.iter().map(light).collect();
         tables.extent = extent(boxes.iter().flat_map(|b| [b.low, b.high]));
         tables.instances = placed.into_iter().map(|(instance, _)| instance).collect();
-        tables.background = background(&scene.background);
         tables.ambient = scene.ambient;
         tables.stack_entries = stack_entries as u32;
         tables.add_default_material();
         let baked = Self {
-            bytes: tables.into_bytes()?,
+            bytes: tables.into_bytes(background(&scene.background))?,
         };
-        // Nothing leaves here that the core would not take back.
+        // The core checks it once here, so that `scene` cannot fail.
         baked.try_scene()?;
         Ok(baked)
     }
@@ -249,18 +235,11 @@ pub fn lone_mesh(mesh: TriangleMesh) -> Scene {
     Scene {
         name: "mesh".into(),
         meshes: vec![mesh],
-        materials: Vec::new(),
         objects: vec![Object {
-            shape: Shape::Mesh(0),
-            material: None,
-            world_from_object: DAffine3::IDENTITY,
-            casts_shadow: true,
             smooth: false,
+            ..Object::new(Shape::Mesh(0))
         }],
-        lights: Vec::new(),
-        background: Background::uniform([0.0; 3]),
-        ambient: [0.0; 3],
-        camera: CameraPath::default(),
+        ..Scene::default()
     }
 }
 
@@ -284,15 +263,14 @@ fn shown(scene: &Scene) -> Vec<Cow<'_, TriangleMesh>> {
 }
 
 fn validate(scene: &Scene) -> Result<(), BakeError> {
-    for (mesh, source) in scene.meshes.iter().enumerate() {
-        source
-            .validate()
-            .map_err(|source| BakeError::Mesh { mesh, source })?;
-    }
-    Ok(())
+    let mut meshes = scene.meshes.iter().enumerate();
+    meshes.try_for_each(|(mesh, source)| {
+        let checked = source.validate();
+        checked.map_err(|source| BakeError::Mesh { mesh, source })
+    })
 }
 
-/// What a mesh becomes wherever it stands in a scene.
+/// The parts of a baked mesh that do not depend on where it stands.
 struct Prepared<'m, const W: usize> {
     ladder: Ladder<'m>,
     /// One a rung.
@@ -301,7 +279,7 @@ struct Prepared<'m, const W: usize> {
 }
 
 impl<'m, const W: usize> Prepared<'m, W> {
-    /// As it is.
+    /// The mesh itself as its only level.
     fn single(mesh: &'m TriangleMesh) -> Self {
         let ladder = Ladder::single(mesh);
         let tree = |rung: &Vec<u32>| Boxes::of_rung(mesh, rung).tree();
@@ -326,7 +304,7 @@ impl<'m, const W: usize> Prepared<'m, W> {
                 let (own, boxes) = (number, Boxes::of_rung(versions, rung));
                 let built = built.clone();
                 number += 1;
-                // Nobody waits for it where there is no ladder after all.
+                // After an error nobody receives the tree.
                 scope.spawn(move |_| drop(built.send((own, boxes.tree()))));
             })?;
             let cover = Cover::new(ladder.versions());
@@ -342,7 +320,7 @@ impl<'m, const W: usize> Prepared<'m, W> {
     }
 }
 
-/// What the tree of a rung is built over.
+/// The boxes that the tree of a rung is built over.
 struct Boxes {
     boxes: Vec<Bounds>,
     /// The triangle in each.
@@ -471,9 +449,7 @@ fn positive_zero(coordinate: f32) -> f32 {
 }
 
 fn id_leaf(triangles: &[u32]) -> IdLeaf {
-    let mut leaf = [u32::MAX; 4];
-    leaf[..triangles.len()].copy_from_slice(triangles);
-    leaf
+    std::array::from_fn(|lane| triangles.get(lane).copied().unwrap_or(u32::MAX))
 }
 
 fn leaf_block<const W: usize>(mesh: &TriangleMesh, triangles: &[u32]) -> LeafBlock<W> {

@@ -8,6 +8,17 @@
 //!
 //! A dome is part of a sphere seen from inside, by its radius, its centre and
 //! how far it is tilted; its picture is a dome master.
+//!
+//! [`Cave::load`] reads walls and domes from a file, [`warp`] makes what projectors have to show
+//! on a dome, [`look`] reads directions.
+//!
+//! ```
+//! use shisen::cave::{BuiltInCave, Cave, Eye, Viewer};
+//!
+//! let room = Cave::built_in(BuiltInCave::ThreeWall, [512, 512])?;
+//! assert_eq!(room.check_eye(Viewer::default().eye(Eye::Left)), Ok(()));
+//! # Ok::<(), shisen::cave::RoomError>(())
+//! ```
 
 pub(crate) mod angle;
 pub mod look;
@@ -19,16 +30,13 @@ mod view;
 mod viewer;
 mod wall_plane;
 
-pub use dome::{DomeDescription, DomeScreen, DomeScreenError};
-pub use file::{CaveFileError, CaveFileFault};
-pub use view::{Frustum, WallView};
+pub use dome::{DomeDescription, DomeScreen};
+pub use view::WallView;
 pub use viewer::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer};
-pub use wall_plane::DegenerateWall;
 pub(crate) use wall_plane::WallPlane;
 
 use glam::DVec3;
 use miette::Diagnostic;
-use std::collections::HashSet;
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -47,137 +55,64 @@ pub struct Wall {
     pub pixels: [u32; 2],
 }
 
-/// Why a wall cannot be used, or not from where the eye is.
-#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum WallError {
-    /// A name that cannot be part of a file's name.
-    #[error("the wall name \"{}\" {reason}", .wall.escape_debug())]
-    #[diagnostic(help(
-        "pictures are named after their walls: use letters, digits, '-' and '_', such as \"front\""
-    ))]
-    Name {
-        /// The name.
-        wall: String,
-        /// What is wrong with it.
-        reason: &'static str,
-    },
-    /// Two walls whose pictures would overwrite each other.
-    #[error("two walls are named \"{wall}\"")]
-    #[diagnostic(help(
-        "pictures are named after their walls: give each its own name, different in more than upper and lower case"
-    ))]
-    DuplicateName {
-        /// The name, as the second has it.
-        wall: String,
-    },
-    /// A corner that is not a place in a room.
-    #[error(
-        "wall \"{wall}\": its {corner} corner is at {}, {}, {}",
-        .position.x, .position.y, .position.z
-    )]
-    #[diagnostic(help("coordinates are metres from -{limit} to {limit}", limit = Wall::FARTHEST))]
-    Corner {
-        /// The wall's name.
-        wall: String,
-        /// Which corner.
-        corner: &'static str,
-        /// Where it is said to be, metres.
-        position: DVec3,
-    },
-    /// No width or no height.
-    #[error("wall \"{wall}\" has no {dimension}: it measures {length} m")]
-    #[diagnostic(help(
-        "lower_left, lower_right and upper_left are three different corners, as the viewer sees them"
-    ))]
-    ZeroSize {
-        /// The wall's name.
-        wall: String,
-        /// "width" or "height".
-        dimension: &'static str,
-        /// Metres.
-        length: f64,
-    },
-    /// Three corners on one line.
-    #[error("wall \"{wall}\": its three corners lie on one line")]
-    #[diagnostic(help(
-        "the edge from lower_left to upper_left stands on the edge from lower_left to lower_right"
-    ))]
-    Collinear {
-        /// The wall's name.
-        wall: String,
-    },
-    /// Too few or too many columns or rows.
-    #[error("wall \"{wall}\" has {} × {} pixels", .pixels[0], .pixels[1])]
-    #[diagnostic(help("each side has 1 to {limit} pixels", limit = Wall::MOST_PIXELS))]
-    Pixels {
-        /// The wall's name.
-        wall: String,
-        /// Columns and rows.
-        pixels: [u32; 2],
-    },
-    /// Edges that do not meet at a right angle, where a frustum needs one.
-    #[error("wall \"{wall}\" is no rectangle: its edges meet at {degrees:.4}°")]
-    #[diagnostic(help(
-        "a frustum's near plane is a rectangle; measure the three corners again, or use the wall's rays"
-    ))]
-    NotRectangular {
-        /// The wall's name.
-        wall: String,
-        /// The angle at the lower left corner.
-        degrees: f64,
-    },
-    /// An eye that is not a place in a room.
-    #[error(
-        "wall \"{wall}\" cannot be seen from {}, {}, {}",
-        .eye.x, .eye.y, .eye.z
-    )]
-    #[diagnostic(help(
-        "the eye's coordinates are metres from -{limit} to {limit}",
-        limit = Wall::FARTHEST
-    ))]
-    Eye {
-        /// The wall's name.
-        wall: String,
-        /// Where the eye is said to be, metres.
-        eye: DVec3,
-    },
-    /// An eye that does not see the wall's front.
-    #[error(
-        "wall \"{wall}\" does not face the eye at {:.4}, {:.4}, {:.4}: the eye is {}",
-        .eye.x, .eye.y, .eye.z, place(*.distance)
-    )]
-    #[diagnostic(help(
-        "move the head before the wall; if it is there, the wall's corners are given as seen from behind: exchange left and right"
-    ))]
-    Behind {
-        /// The wall's name.
-        wall: String,
-        /// Where the eye is, metres.
-        eye: DVec3,
-        /// From the wall's plane to the eye, metres; negative is behind.
-        distance: f64,
-    },
-    /// A near plane that is not before the eye.
-    #[error("wall \"{wall}\": the frustum's near plane is {near} m from the eye")]
-    #[diagnostic(help(
-        "give a distance above 0 and at most {limit} m",
-        limit = Wall::FARTHEST
-    ))]
-    Near {
-        /// The wall's name.
-        wall: String,
-        /// Metres.
-        near: f64,
-    },
+/// Why a wall, a dome or a projector cannot be used, or not from where the eye is.
+#[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
+#[error("{message}")]
+pub struct RoomError {
+    /// The key of a room's or projector's file that is wrong, such as `radius`; `eye` for an eye
+    /// that does not see the screen.
+    pub key: &'static str,
+    message: String,
+    #[help]
+    help: String,
 }
 
-/// Where an eye is that is `distance` metres before a wall's plane, in words.
-fn place(distance: f64) -> String {
-    if distance < -Wall::CLOSEST {
-        format!("{:.6} m behind its plane", -distance)
-    } else {
-        "in its plane".to_owned()
+impl RoomError {
+    fn new(key: &'static str, message: String, help: impl Into<String>) -> Self {
+        let help = help.into();
+        Self { key, message, help }
+    }
+
+    /// Refuses names that cannot be part of a file's name. `what` has the name.
+    fn check_name(what: &str, name: &str, help: &str) -> Result<(), Self> {
+        match name_fault(name) {
+            None => Ok(()),
+            Some(reason) => {
+                let name = name.escape_debug();
+                Err(Self::new(
+                    "name",
+                    format!("the {what} name \"{name}\" {reason}"),
+                    help,
+                ))
+            }
+        }
+    }
+
+    /// Refuses places that are not in a room. `whose` starts the message.
+    fn check_place(key: &'static str, whose: &str, place: DVec3) -> Result<(), Self> {
+        if is_in_a_room(place) {
+            return Ok(());
+        }
+        Err(Self::new(
+            key,
+            format!("{whose} at {}, {}, {}", place.x, place.y, place.z),
+            format!("coordinates are metres from -{0} to {0}", Wall::FARTHEST),
+        ))
+    }
+
+    /// Refuses sizes out of range. `whose` starts the message.
+    fn check_pixels(key: &'static str, whose: &str, pixels: [u32; 2]) -> Result<(), Self> {
+        if pixels
+            .iter()
+            .all(|side| (1..=Wall::MOST_PIXELS).contains(side))
+        {
+            return Ok(());
+        }
+        Err(Self::new(
+            key,
+            format!("{whose} has {} × {} pixels", pixels[0], pixels[1]),
+            format!("each side has 1 to {} pixels", Wall::MOST_PIXELS),
+        ))
     }
 }
 
@@ -205,7 +140,7 @@ impl Wall {
         lower_right: DVec3,
         upper_left: DVec3,
         pixels: [u32; 2],
-    ) -> Result<Self, WallError> {
+    ) -> Result<Self, RoomError> {
         let wall = Self {
             name: name.into(),
             lower_left,
@@ -223,51 +158,41 @@ impl Wall {
     /// The first fault found: a name that is not usable in a file name, a
     /// corner that is not finite or farther than [`Self::FARTHEST`] out, no
     /// width or height, corners on one line, a number of pixels out of range.
-    pub fn validate(&self) -> Result<(), WallError> {
-        let wall = || self.name.clone();
-        if let Some(reason) = name_fault(&self.name) {
-            return Err(WallError::Name {
-                wall: wall(),
-                reason,
-            });
-        }
-        for (corner, position) in [
-            ("lower left", self.lower_left),
-            ("lower right", self.lower_right),
-            ("upper left", self.upper_left),
+    pub fn validate(&self) -> Result<(), RoomError> {
+        let help = "pictures are named after their walls: use letters, digits, '-' and '_', such as \
+                    \"front\"";
+        RoomError::check_name("wall", &self.name, help)?;
+        let wall = format!("wall \"{}\"", self.name);
+        for (key, corner, place) in [
+            ("lower_left", "lower left", self.lower_left),
+            ("lower_right", "lower right", self.lower_right),
+            ("upper_left", "upper left", self.upper_left),
         ] {
-            if !is_in_a_room(position) {
-                return Err(WallError::Corner {
-                    wall: wall(),
-                    corner,
-                    position,
-                });
-            }
+            RoomError::check_place(key, &format!("{wall}: its {corner} corner is"), place)?;
         }
         let (across, upward) = (self.across(), self.upward());
-        for (dimension, length) in [("width", across.length()), ("height", upward.length())] {
+        for (key, dimension, length) in [
+            ("lower_right", "width", across.length()),
+            ("upper_left", "height", upward.length()),
+        ] {
             if length < Self::CLOSEST {
-                return Err(WallError::ZeroSize {
-                    wall: wall(),
-                    dimension,
-                    length,
-                });
+                return Err(RoomError::new(
+                    key,
+                    format!("{wall} has no {dimension}: it measures {length} m"),
+                    "lower_left, lower_right and upper_left are three different corners, as the \
+                     viewer sees them",
+                ));
             }
         }
         if across.normalize().cross(upward.normalize()).length() < 1.0e-9 {
-            return Err(WallError::Collinear { wall: wall() });
+            return Err(RoomError::new(
+                "upper_left",
+                format!("{wall}: its three corners lie on one line"),
+                "the edge from lower_left to upper_left stands on the edge from lower_left to \
+                 lower_right",
+            ));
         }
-        if self
-            .pixels
-            .iter()
-            .any(|&side| !(1..=Self::MOST_PIXELS).contains(&side))
-        {
-            return Err(WallError::Pixels {
-                wall: wall(),
-                pixels: self.pixels,
-            });
-        }
-        Ok(())
+        RoomError::check_pixels("pixels", &wall, self.pixels)
     }
 
     /// The lower edge, from left to right, metres.
@@ -349,20 +274,6 @@ impl<'a> From<&'a DomeScreen> for Screen<'a> {
     }
 }
 
-/// Why a screen cannot be used, or not from where the eye is.
-#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum CaveError {
-    /// A wall's fault.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Wall(#[from] WallError),
-    /// A dome's fault.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Dome(#[from] DomeScreenError),
-}
-
 /// A room that needs no file: a 3 m cube centred on the origin, or a dome over
 /// its floor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -415,20 +326,34 @@ impl Cave {
     /// # Errors
     /// The first wall that [`Wall::validate`] rejects or whose name another
     /// has already, upper and lower case being the same.
-    pub fn new(walls: Vec<Wall>) -> Result<Self, WallError> {
-        let mut names = HashSet::new();
-        for wall in &walls {
-            wall.validate()?;
-            if !names.insert(wall.name.to_lowercase()) {
-                return Err(WallError::DuplicateName {
-                    wall: wall.name.clone(),
-                });
-            }
-        }
-        Ok(Self {
-            walls,
+    pub fn new(walls: Vec<Wall>) -> Result<Self, RoomError> {
+        let mut cave = Self {
+            walls: Vec::with_capacity(walls.len()),
             domes: Vec::new(),
-        })
+        };
+        for wall in walls {
+            cave.add_wall(wall)?;
+        }
+        Ok(cave)
+    }
+
+    fn add_wall(&mut self, wall: Wall) -> Result<(), RoomError> {
+        wall.validate()?;
+        if self.has_screen(&wall.name) {
+            return Err(RoomError::new(
+                "name",
+                format!("two walls are named \"{}\"", wall.name),
+                "pictures are named after their walls: give each its own name, different in more \
+                 than upper and lower case",
+            ));
+        }
+        self.walls.push(wall);
+        Ok(())
+    }
+
+    fn has_screen(&self, name: &str) -> bool {
+        let name = name.to_lowercase();
+        self.screens().any(|one| one.name().to_lowercase() == name)
     }
 
     /// The same room with a dome more.
@@ -436,12 +361,14 @@ impl Cave {
     /// # Errors
     /// A dome whose name another screen has already, upper and lower case being
     /// the same.
-    pub fn with_dome(mut self, dome: DomeScreen) -> Result<Self, DomeScreenError> {
-        let name = dome.name().to_lowercase();
-        if self.screens().any(|one| one.name().to_lowercase() == name) {
-            return Err(DomeScreenError::DuplicateName {
-                dome: dome.name().to_owned(),
-            });
+    pub fn with_dome(mut self, dome: DomeScreen) -> Result<Self, RoomError> {
+        if self.has_screen(dome.name()) {
+            return Err(RoomError::new(
+                "name",
+                format!("a dome is named \"{}\" as another screen is", dome.name()),
+                "pictures are named after their screens: give each its own name, different in \
+                 more than upper and lower case",
+            ));
         }
         self.domes.push(dome);
         Ok(self)
@@ -453,13 +380,12 @@ impl Cave {
         walls.chain(self.domes.iter().map(Screen::Dome))
     }
 
-    /// Whether an eye at `eye` (metres, in the room) sees all screens from where
-    /// they are to be seen.
+    /// Checks that an eye at `eye` (metres, in the room) sees the front of all screens.
     ///
     /// # Errors
     /// The first screen that it does not: [`Wall::view_from`] and
     /// [`DomeScreen::view_from`].
-    pub fn check_eye(&self, eye: DVec3) -> Result<(), CaveError> {
+    pub fn check_eye(&self, eye: DVec3) -> Result<(), RoomError> {
         for screen in self.screens() {
             match screen {
                 Screen::Wall(wall) => wall.view_from(eye).map(drop)?,
@@ -473,9 +399,8 @@ impl Cave {
     /// as many columns and rows as `pixels` has columns.
     ///
     /// # Errors
-    /// [`WallError::Pixels`] or [`DomeScreenError::Size`] where a side is 0 or
-    /// above [`Wall::MOST_PIXELS`].
-    pub fn built_in(which: BuiltInCave, pixels: [u32; 2]) -> Result<Self, CaveError> {
+    /// A side that is 0 or above [`Wall::MOST_PIXELS`].
+    pub fn built_in(which: BuiltInCave, pixels: [u32; 2]) -> Result<Self, RoomError> {
         match which {
             BuiltInCave::ThreeWall => Self::cube(pixels, false),
             BuiltInCave::Cube => Self::cube(pixels, true),
@@ -488,13 +413,13 @@ impl Cave {
                     field_of_view_degrees: 180.0,
                     size: pixels[0],
                 })?;
-                Ok(Self::new(Vec::new())?.with_dome(dome)?)
+                Self::new(Vec::new())?.with_dome(dome)
             }
         }
     }
 
     /// All walls of the cube, or its front, right and floor.
-    fn cube(pixels: [u32; 2], is_whole: bool) -> Result<Self, CaveError> {
+    fn cube(pixels: [u32; 2], is_whole: bool) -> Result<Self, RoomError> {
         let wall = |name: &str, lower_left: [f64; 3], lower_right: [f64; 3], upper_left| {
             Wall::new(
                 name,
@@ -517,7 +442,7 @@ impl Cave {
         } else {
             vec![front, right, floor]
         };
-        Ok(Self::new(walls)?)
+        Self::new(walls)
     }
 }
 

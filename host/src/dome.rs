@@ -1,29 +1,26 @@
-//! Domes on a desk: which mirror takes the truest dome master, in f64.
+//! Mirrors for dome masters: which takes the truest picture, in f64.
 //!
-//! [`Mirror`] is what [`shisen_core::capture::SpheroidMirror`] is measured
-//! against, [`optimum`] and [`best`] design one. Equation numbers are those of
-//! Miura, "A Simple Method to Create Dome Master for Full Dome
-//! Visualization", as in [`shisen_core::capture`]. Lengths are in equatorial
-//! radii of the mirror, angles in radians.
+//! By Miura, "A Simple Method to Create Dome Master for Full Dome Visualization": a camera looks
+//! at the pole of a mirrored spheroid, and what it sees is nearly a dome master. [`optimum`]
+//! finds the best viewpoint for an axis ratio, [`best`] the best mirror of all; [`Named`] has the
+//! paper's three mirrors and the best. [`Mapping`] says how pixels become directions: as the
+//! mirror has them, with the mirror's own error corrected, or without a mirror. Equation numbers
+//! are the paper's, lengths in equatorial radii of the mirror, angles in radians.
+//!
+//! ```
+//! use shisen::dome::{Projection, optimum};
+//!
+//! let design = optimum(1.288, Projection::Parallel)?;
+//! assert!((design.error_percent - 0.1254).abs() < 1e-4);
+//! # Ok::<(), shisen::dome::MirrorError>(())
+//! ```
 //!
 //! # Near field
-//! The paper leaves a trade-off open (section 5.4): surroundings near the
-//! mirror are displaced, which a smaller mirror cures, but a small mirror in a
-//! large scene has few bits left of its shape. [`size_errors`] measures both.
-//! Displacement falls as the mirror's size; and where the mirror is traced in
-//! its own frame and its centre added to where its rays start, what rounding
-//! costs does not grow, so a mirror of 10⁻⁶ of the distance to the nearest
-//! surface has neither (`shisen dome nearfield --mapping exact`: below a
-//! thousandth of a pixel at 4096, beside what the eye's own place is rounded
-//! by). For larger mirrors [`effective_viewpoint`] is where the eye should be.
-//!
-//! What remains: the rays of a mirror do not meet in one point, so from the
-//! best viewpoint, too, surroundings at D radii are displaced in proportion to
-//! 1/D, by more than half of what is seen from the screen's centre. A mirror
-//! that is as large as its surroundings are near, one that a photograph shows
-//! for example, has no viewpoint that would be right for all of the picture.
-//! By the paper's mapping its own error remains at any distance; the exact
-//! mapping has none.
+//! Surroundings near the mirror are displaced, because its rays start around the viewpoint and
+//! not in it (section 5.4). [`NearField`] measures by how much; [`effective_viewpoint`] finds
+//! where the eye should be. A smaller mirror displaces less, in proportion to its size. Traced in
+//! its own frame it also loses no digits ([`size_errors`]), so it may be very small. By the
+//! paper's mapping its own error remains at any distance; the exact mapping has none.
 
 mod design;
 mod mapping;

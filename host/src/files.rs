@@ -1,5 +1,5 @@
-//! Files that are read whole, and only such as have an end; files that appear complete or
-//! not at all.
+//! Reading and writing files: only regular files are read, and files appear complete or not at
+//! all. [`description`] points at the line of a TOML file that is wrong.
 
 pub mod description;
 
@@ -32,23 +32,23 @@ pub fn read_text(path: &Path) -> io::Result<String> {
         .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "not text in UTF-8"))
 }
 
-/// What encoders ask of a file.
+/// A file that encoders can write to.
 pub trait WriteSeek: Write + Seek {}
 impl<T: Write + Seek> WriteSeek for T {}
 
 /// Writes a file under a temporary name beside `path`, then renames it, over
-/// an existing file too, so that nobody ever sees half of it. Of a link it is what that
-/// leads to. A device or a pipe stays what it is, and is handed all of it in the end.
+/// an existing file too, so that no reader sees half of it. A link is followed. A device or a pipe
+/// stays what it is and gets all bytes at the end.
 ///
 /// # Errors
 ///
-/// What the system or `write` reports. Whatever was at `path` before still
-/// is, and the temporary file is gone.
+/// What the system or `write` reports. A file that was at `path` before is still there, and the
+/// temporary file is removed.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> io::Result<()> {
-    // Nothing is there yet, or nothing that can be seen: the rest says so.
+    // A path that cannot be resolved is new, or fails below.
     let target = std::fs::canonicalize(path);
     let path = target.as_deref().unwrap_or(path);
     let is_special = |meta: &std::fs::Metadata| !meta.is_file() && !meta.is_dir();
@@ -63,8 +63,7 @@ pub fn write_atomically(
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
     };
-    // Temporary files are the owner's alone; what was asked for is a regular file, as far
-    // as the umask lets it.
+    // A regular file with the permissions of the umask; temporary files are private by default.
     let file = tempfile::Builder::new().make_in(folder, |path| File::create_new(path))?;
     let mut file = BufWriter::new(file);
     write(&mut file)?;
@@ -92,7 +91,7 @@ pub fn explain(reason: &io::Error) -> String {
     format!("{advice} ({reason})")
 }
 
-/// The same of a folder that cannot be made.
+/// What a failure to make a folder means, and what to do about it.
 pub fn explain_folder(reason: &io::Error) -> String {
     match reason.kind() {
         io::ErrorKind::NotFound => {
@@ -158,22 +157,11 @@ mod tests {
         let file = folder.path().join("a");
         std::fs::write(&file, b"\xff").unwrap();
         assert_eq!(read(&file).unwrap(), b"\xff");
-        assert_eq!(
-            read_text(&file).unwrap_err().kind(),
-            io::ErrorKind::InvalidData
-        );
-        assert_eq!(
-            read(folder.path()).unwrap_err().kind(),
-            io::ErrorKind::InvalidInput
-        );
+        let kind = |path: &Path| read_text(path).unwrap_err().kind();
+        assert_eq!(kind(&file), io::ErrorKind::InvalidData);
+        assert_eq!(kind(folder.path()), io::ErrorKind::InvalidInput);
+        assert_eq!(kind(&folder.path().join("b")), io::ErrorKind::NotFound);
         #[cfg(unix)]
-        assert_eq!(
-            read(Path::new("/dev/zero")).unwrap_err().kind(),
-            io::ErrorKind::InvalidInput
-        );
-        assert_eq!(
-            read(&folder.path().join("b")).unwrap_err().kind(),
-            io::ErrorKind::NotFound
-        );
+        assert_eq!(kind(Path::new("/dev/zero")), io::ErrorKind::InvalidInput);
     }
 }

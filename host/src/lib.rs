@@ -1,8 +1,8 @@
-//! Shisen on a desk: meshes and scenes in, CAVE walls out.
+//! Shisen on a computer: meshes and scenes in, CAVE walls out.
 //!
-//! The library behind the `shisen` command. It imports, bakes, places walls and eyes,
-//! gives tiles to threads and writes files; what a pixel shows is the business of
-//! [`shisen_core`], and where the viewer looks that of [`shisen_tracker`].
+//! The library behind the `shisen` command. It imports and bakes scenes, places walls and eyes,
+//! gives tiles to threads and writes files. [`shisen_core`] computes the pixels, and
+//! [`shisen_tracker`] finds out where the viewer looks.
 //!
 //! ```
 //! use shisen::bake::Baked;
@@ -102,7 +102,7 @@
 //!
 //! No global illumination, no film rendering, no editing of scenes; nothing in a scene
 //! moves but the viewer and the camera of dome masters. Trackers have been read from mocks
-//! only. The README has all of it, with what is there instead.
+//! only. The README lists the rest under "What it does not do".
 
 pub mod bake;
 pub mod cave;

@@ -1,4 +1,11 @@
-//! Pictures: what was traced, and the files it is written to.
+//! Pictures in linear light, their files (PNG, OpenEXR), and charts.
+//!
+//! ```
+//! let mut picture = shisen::picture::Picture::new(2, 1)?;
+//! picture.set_pixel(0, 0, [1.0, 0.5, 0.25, 1.0]);
+//! assert!(picture.png_bytes().is_ok_and(|file| file.starts_with(b"\x89PNG")));
+//! # Ok::<(), shisen::picture::PictureError>(())
+//! ```
 
 pub mod chart;
 
@@ -20,12 +27,10 @@ use zerocopy::{FromBytes, IntoBytes};
 /// The most pixels a picture may have: 4 GiB of them.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
-/// Pictures up to this size are made without asking whether there is room:
-/// 64 MiB.
+/// Pictures up to this size (64 MiB) are made without checking for free memory.
 const UNASKED_PIXELS: u64 = 1 << 22;
 
-/// Memory that a program may still take, where the system says: Linux promises
-/// more than it has, and ends whoever uses it.
+/// Free memory, if the system says: Linux promises more than it has and ends programs that use it.
 fn available_bytes() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text
@@ -49,39 +54,29 @@ pub struct Picture {
 /// Why a picture could not be made or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum PictureError {
     /// More than [`MAX_PIXELS`], or than there is memory for.
     #[error(
         "a picture of {width} × {height} pixels is too large: ask for fewer than {MAX_PIXELS} \
          pixels, and for as many as fit into memory at 16 bytes each"
     )]
-    TooLarge {
-        /// Columns asked for.
-        width: u32,
-        /// Rows asked for.
-        height: u32,
-    },
+    TooLarge { width: u32, height: u32 },
     /// The pixels do not fill the rows and columns.
     #[error(
         "a picture of {width} × {height} pixels was given {found} pixels: give width × height \
          of them, row by row"
     )]
     PixelCount {
-        /// Columns.
         width: u32,
-        /// Rows.
         height: u32,
-        /// Pixels given.
         found: usize,
     },
     /// No columns or no rows: image files cannot hold that.
     #[error("{}: a picture of {width} × {height} pixels cannot be written", path.display())]
     Empty {
-        /// The file that was to be written.
         path: PathBuf,
-        /// Columns.
         width: u32,
-        /// Rows.
         height: u32,
     },
     /// A metadata key that PNG cannot hold.
@@ -90,31 +85,16 @@ pub enum PictureError {
          space at either end and no two spaces in a row",
         path.display()
     )]
-    MetadataKey {
-        /// The file that was to be written.
-        path: PathBuf,
-        /// The key.
-        key: String,
-    },
+    MetadataKey { path: PathBuf, key: String },
     /// A metadata value that PNG cannot hold.
     #[error(
         "{}: the value of metadata key {key:?} cannot be written: remove its NUL characters",
         path.display()
     )]
-    MetadataValue {
-        /// The file that was to be written.
-        path: PathBuf,
-        /// The key whose value it is.
-        key: String,
-    },
+    MetadataValue { path: PathBuf, key: String },
     /// The file could not be written. Whatever was there before still is.
     #[error("{}: cannot write: {}", path.display(), explain(reason))]
-    Write {
-        /// The file that was to be written.
-        path: PathBuf,
-        /// What the system said; the message has it already.
-        reason: io::Error,
-    },
+    Write { path: PathBuf, reason: io::Error },
 }
 
 impl Picture {
@@ -190,7 +170,7 @@ impl Picture {
         <[Pixel]>::ref_from_bytes(self.pixels.as_bytes()).unwrap_or_default()
     }
 
-    /// The pixels as the core writes them, so many rows at a time.
+    /// The pixels as the core writes them, in bands of `rows` rows.
     pub fn rows_mut(&mut self, rows: u32) -> impl Iterator<Item = &mut [Pixel]> {
         let band = self.width as usize * rows.max(1) as usize;
         let pixels = self.pixels.chunks_mut(band.max(1));

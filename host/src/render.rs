@@ -1,4 +1,23 @@
-//! All screens and eyes of a frame, and dome masters, on all cores.
+//! Frames: all screens of a room for all eyes, and dome masters, on all cores.
+//!
+//! [`cave`] renders a room, [`dome`] one picture; the example on the [crate's front page](crate)
+//! is a whole frame. Results are the same bits for any number of threads and any size of tiles.
+//!
+//! **Gaze.** An [`Observer`] may have a level of detail that follows its line of sight, by
+//! Mochizuki & Makino: 1 within 30°, falling to 0 at the border of the visual field (60° up, 70°
+//! down, 100° to the sides). The level says how often a ray is reflected or refracted and how
+//! many faces of a mesh it sees; beyond the border nothing is traced. [`Observer::foveated`]
+//! traces every ray in full instead, and fewer of them where the eye resolves less, by Guenter
+//! et al. (2012). In the middle of the gaze both leave pixels as they are without.
+//!
+//! **Fills.** What shows where the gaze skips rays is a [`Filling`]: the background; the
+//! surroundings, captured once a frame through two mirrored spheroids at the head; or another
+//! frame. A capture knows directions and not distances, so near things are seen from the middle
+//! of the head; it pays for scenes that take long.
+//!
+//! **Effects.** A scene asks for effects by its materials and lights: shadows, reflection,
+//! refraction, dispersion and more. [`effects`] adds to them or takes from them; [`account`]
+//! counts what each does in a frame. [`spectrum`] has the ways to take wavelengths.
 
 pub mod effects;
 pub mod gaze_reference;
@@ -7,24 +26,24 @@ pub mod spectrum;
 mod fill;
 mod images;
 mod ledger;
+mod observer;
 
-use crate::cave::{Cave, DomeScreenError, Eye, Screen, WallError};
+use crate::cave::{Cave, Eye, RoomError, Screen};
 use crate::picture::{Picture, PictureError};
 use crate::render::spectrum::Dispersion;
 use effects::Effects;
 use fill::Source;
 pub(crate) use fill::pixels_of;
 pub use fill::{Capture, CaptureOptions, Filling};
-use glam::{DVec3, Vec3};
 use images::images;
 pub use ledger::{Account, account};
 use miette::Diagnostic;
+pub use observer::Observer;
 use rayon::ThreadPool;
 use shisen_core::frame::{
     Budget, DomeError, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, SpectrumError,
     Statistics, SurroundingsError, Tile, TileJob, View, ViewError, Workspace,
 };
-use shisen_core::gaze::{Acuity, Gaze, LineOfSight, VisualField};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::sync::Mutex;
@@ -39,7 +58,7 @@ use xxhash_rust::xxh3::Xxh3;
 pub struct Options {
     /// Bounces, samples, and how primary rays go.
     pub settings: Settings,
-    /// What to carry out of what the scene asks for.
+    /// The effects to carry out.
     pub effects: Effects,
     /// How to take wavelengths where the scene asks for dispersion.
     pub dispersion: Dispersion,
@@ -65,76 +84,6 @@ impl Default for Options {
     }
 }
 
-/// One of the viewer's eyes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Observer {
-    /// Which.
-    pub eye: Eye,
-    /// Where it is: metres, in the room.
-    pub place: DVec3,
-    /// The detail that follows its gaze, if any does. The two eyes may have one
-    /// line of sight, as in the paper, or one each.
-    pub lod: Option<LevelOfDetail>,
-    /// How finely it sees beside its line of sight, where that too follows its
-    /// gaze: see [`Renderer::with_foveation`]. Without `lod` it is of no use.
-    pub acuity: Option<Acuity>,
-    /// Where it looks, as far as anybody knows, where there is no `lod`: a direction in
-    /// the room, near which nothing is to be missing in a frame of the
-    /// [live loop](crate::live).
-    pub ahead: Option<Vec3>,
-}
-
-impl Observer {
-    /// An eye for which everything is traced in full.
-    pub const fn new(eye: Eye, place: DVec3) -> Self {
-        Self {
-            eye,
-            place,
-            lod: None,
-            acuity: None,
-            ahead: None,
-        }
-    }
-}
-
-impl Observer {
-    /// An eye whose periphery is sampled as finely as it sees ([`Acuity::GUENTER`]),
-    /// every ray in full. The field is the widest there is: so far apart, the rays
-    /// beyond the paper's cost little. The line of sight is known to within `widen`
-    /// (radians); from π on that is nothing, and everything is traced.
-    pub fn foveated(eye: Eye, place: DVec3, sight: LineOfSight, widen: f32) -> Self {
-        let Some(field) = VisualField::WIDEST.wider(widen) else {
-            return Self {
-                ahead: Some(sight.forward()),
-                ..Self::new(eye, place)
-            };
-        };
-        Self {
-            lod: Some(LevelOfDetail::in_full(Gaze::new(sight, field))),
-            acuity: Some(Acuity::GUENTER.around(widen)),
-            ..Self::new(eye, place)
-        }
-    }
-
-    /// Where it looks, if anybody knows: a direction in the room.
-    pub(crate) fn forward(&self) -> Option<Vec3> {
-        let gaze = self.lod.map(|lod| lod.gaze.line_of_sight().forward());
-        gaze.or(self.ahead)
-    }
-
-    /// A renderer that follows its gaze.
-    pub(crate) fn follow<'a, const W: usize>(&self, renderer: &Renderer<'a, W>) -> Renderer<'a, W>
-    where
-        Simd: Runs<W>,
-    {
-        match (self.lod, self.acuity) {
-            (Some(lod), Some(acuity)) => renderer.with_foveation(lod, acuity),
-            (Some(lod), None) => renderer.with_level_of_detail(lod),
-            (None, _) => *renderer,
-        }
-    }
-}
-
 /// What one eye sees on one wall or dome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WallPicture {
@@ -146,8 +95,13 @@ pub struct WallPicture {
     pub picture: Picture,
 }
 
-/// A tile to render: of which picture, and into which pixels.
-type Job<'p> = (usize, Tile, &'p mut [Pixel]);
+/// A tile to render.
+struct Job<'p> {
+    /// The number of its picture.
+    picture: usize,
+    tile: Tile,
+    pixels: &'p mut [Pixel],
+}
 
 /// All screens for all eyes.
 #[derive(Debug, Clone, PartialEq)]
@@ -170,7 +124,7 @@ impl Frame {
     }
 }
 
-/// Of a frame, by its pictures' hashes in order: [`Frame::hash`].
+/// The hash of a frame by its pictures' hashes, in order: [`Frame::hash`].
 pub fn frame_hash(pictures: impl IntoIterator<Item = u64>) -> u64 {
     let mut hash = Xxh3::new();
     for picture in pictures {
@@ -183,34 +137,27 @@ pub fn frame_hash(pictures: impl IntoIterator<Item = u64>) -> u64 {
 /// a [`Diagnostic`], in the help.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum RenderError {
-    /// An eye that does not see a wall.
+    /// A screen that cannot be used, or that an eye does not see.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Wall(#[from] WallError),
+    Screen(#[from] RoomError),
     /// A wall's rays that cannot be traced.
     #[error("wall \"{wall}\" cannot be traced")]
     #[diagnostic(help(
         "move the head away from the wall's plane, to the side that it is seen from"
     ))]
     View {
-        /// Its name.
         wall: String,
-        /// Why.
         #[source]
         source: ViewError,
     },
-    /// An eye that is not inside a dome.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Dome(#[from] DomeScreenError),
     /// A dome's rays that cannot be traced.
     #[error("dome \"{dome}\" cannot be traced")]
     #[diagnostic(help("move the head towards the dome's centre"))]
     DomeView {
-        /// Its name.
         dome: String,
-        /// Why.
         #[source]
         source: DomeError,
     },
@@ -224,7 +171,7 @@ pub enum RenderError {
         limit = View::MOST_PIXELS
     ))]
     Surroundings(#[from] SurroundingsError),
-    /// A frame that cannot have been the one before.
+    /// A frame to fill from that has other pictures.
     #[error(
         "the frame before has other walls, eyes or sizes: fill from a frame of the same walls, \
          for the same eyes"
@@ -257,8 +204,7 @@ where
     cave_filled(scene, cave, eyes, options, Filling::Background, progress)
 }
 
-/// As [`cave`], with something else than the background where the gaze skips
-/// rays.
+/// Renders as [`cave`] does, with a choice of what shows where the gaze skips rays.
 ///
 /// # Errors
 /// See [`RenderError`].
@@ -294,8 +240,7 @@ where
             views.push((view, renderer(scene, observer, options, spectrum)?));
         }
     }
-    // Eyes see nearly the same through a tile of a screen: one after the other, what
-    // the first has brought near is still there for the next.
+    // Both eyes see nearly the same through a tile: one after the other, they share caches.
     let of_screen = eyes.len().max(1);
     let places: Vec<(usize, Tile)> = (0..views.len())
         .step_by(of_screen)
@@ -305,12 +250,12 @@ where
         })
         .collect();
     let area = |tile: &Tile| tile.width as usize * tile.height as usize;
-    // A frame's memory is there before the frame begins.
+    // All memory of the frame is allocated before it begins.
     let mut pixels = vec![Pixel::default(); places.iter().map(|(_, tile)| area(tile)).sum()];
     let mut jobs = jobs(&places, &mut pixels);
     let pool = pool(options.threads)?;
     let capture = match filling {
-        Filling::Capture(how) => fill::capture((scene, spectrum), eyes, options, how, &pool)?,
+        Filling::Capture(how) => fill::capture(scene, spectrum, eyes, options, how, &pool)?,
         Filling::Background | Filling::Previous(_) => None,
     };
     let source = match (&capture, filling) {
@@ -343,9 +288,13 @@ fn jobs<'p>(places: &[(usize, Tile)], pixels: &'p mut [Pixel]) -> Vec<Job<'p>> {
     let mut rest = pixels;
     let mut jobs = Vec::with_capacity(places.len());
     for &(picture, tile) in places {
-        let (own, others) = rest.split_at_mut(tile.width as usize * tile.height as usize);
+        let (pixels, others) = rest.split_at_mut(tile.width as usize * tile.height as usize);
         rest = others;
-        jobs.push((picture, tile, own));
+        jobs.push(Job {
+            picture,
+            tile,
+            pixels,
+        });
     }
     jobs
 }
@@ -353,8 +302,8 @@ fn jobs<'p>(places: &[(usize, Tile)], pixels: &'p mut [Pixel]) -> Vec<Job<'p>> {
 /// Puts finished tiles into their pictures.
 fn write_back<'p>(jobs: &[Job<'_>], pictures: impl Iterator<Item = &'p mut Picture>) {
     let mut pictures: Vec<_> = pictures.collect();
-    for (picture, tile, pixels) in jobs {
-        put(pictures[*picture], *tile, pixels);
+    for job in jobs {
+        put(pictures[job.picture], job.tile, job.pixels);
     }
 }
 
@@ -362,19 +311,43 @@ fn write_back<'p>(jobs: &[Job<'_>], pictures: impl Iterator<Item = &'p mut Pictu
 pub(crate) fn put(picture: &mut Picture, tile: Tile, pixels: &[Pixel]) {
     for (row, from) in (tile.y..).zip(pixels.chunks_exact(tile.width as usize)) {
         for (column, pixel) in (tile.x..).zip(from) {
-            picture.set_pixel(
-                column,
-                row,
-                [pixel.red, pixel.green, pixel.blue, pixel.alpha],
-            );
+            let Pixel {
+                red,
+                green,
+                blue,
+                alpha,
+            } = *pixel;
+            picture.set_pixel(column, row, [red, green, blue, alpha]);
         }
     }
+}
+
+/// Works on all items with all threads of a pool, and returns the rays and steps that it took.
+/// Each thread takes the next item that is left: items that take long are neighbours.
+fn share_out<T: Send>(
+    pool: &ThreadPool,
+    items: impl Iterator<Item = T> + Send,
+    work: impl Fn(&mut Workspace, T) + Sync,
+) -> Statistics {
+    let next = Mutex::new(items);
+    let done = pool.broadcast(|_| {
+        let mut workspace = Workspace::new();
+        while let Some(item) = next.lock().ok().and_then(|mut next| next.next()) {
+            work(&mut workspace, item);
+        }
+        workspace.statistics
+    });
+    let mut statistics = Statistics::default();
+    for part in &done {
+        statistics.add(part);
+    }
+    statistics
 }
 
 /// Threads to render with.
 ///
 /// # Errors
-/// Where the system does not give so many.
+/// If the system does not start that many threads.
 pub fn pool(threads: usize) -> Result<ThreadPool, RenderError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     Ok(pool.build()?)
@@ -426,14 +399,15 @@ where
     let mut jobs: Vec<Job<'_>> = picture
         .rows_mut(height)
         .zip((0..rows).step_by(height as usize))
-        .map(|(pixels, y)| {
-            let tile = Tile {
+        .map(|(pixels, y)| Job {
+            picture: 0,
+            tile: Tile {
                 x: 0,
                 y,
                 width: columns,
                 height: height.min(rows - y),
-            };
-            (0, tile, pixels)
+            },
+            pixels,
         })
         .collect();
     let views = [(*view, renderer)];
@@ -463,38 +437,18 @@ where
     Simd: Runs<W>,
 {
     let (finished, total) = (AtomicUsize::new(0), jobs.len());
-    let render = |workspace: &mut Workspace, job: &mut Job<'_>| {
-        let (picture, tile, pixels) = job;
-        let (view, renderer) = &views[*picture];
+    let start = Instant::now();
+    let statistics = share_out(pool, jobs.iter_mut(), |workspace, job| {
+        let (view, renderer) = &views[job.picture];
         // Tiles of a view's own grid fit it, and no budget ends this one.
-        let outcome = TileJob::new(*tile).render(
-            renderer,
-            view,
-            pixels,
-            &mut { Budget::UNLIMITED },
-            workspace,
-        );
+        let mut budget = Budget::UNLIMITED;
+        let mut tile = TileJob::new(job.tile);
+        let outcome = tile.render(renderer, view, job.pixels, &mut budget, workspace);
         debug_assert!(outcome.is_ok());
         source.fill(renderer, view, job);
         progress(finished.fetch_add(1, Ordering::Relaxed) + 1, total);
-    };
-    let start = Instant::now();
-    // Tiles differ by a factor of a hundred in what they cost, and the dear
-    // ones are neighbours: each thread takes the next one that nobody has.
-    let next = Mutex::new(jobs.iter_mut());
-    let done = pool.broadcast(|_| {
-        let mut workspace = Workspace::new();
-        while let Some(job) = next.lock().ok().and_then(|mut next| next.next()) {
-            render(&mut workspace, job);
-        }
-        workspace.statistics
     });
-    let seconds = start.elapsed().as_secs_f64();
-    let mut statistics = Statistics::default();
-    for part in &done {
-        statistics.add(part);
-    }
-    (statistics, seconds)
+    (statistics, start.elapsed().as_secs_f64())
 }
 
 /// The renderer for what an eye sees, of [`Dispersion::spectrum`].
@@ -530,8 +484,7 @@ where
 /// The rays through a screen's pixels from an eye.
 ///
 /// # Errors
-/// [`RenderError::Wall`] and [`RenderError::View`], [`RenderError::Dome`] and
-/// [`RenderError::DomeView`].
+/// An eye that does not see the screen, or too near to it to trace its rays.
 pub fn view<'a>(screen: impl Into<Screen<'a>>, observer: &Observer) -> Result<View, RenderError> {
     match screen.into() {
         Screen::Wall(wall) => {
@@ -578,45 +531,27 @@ pub(crate) fn tiles(view: &View, side: u32) -> impl Iterator<Item = Tile> + use<
 mod tests {
     use super::*;
     use crate::cave::BuiltInCave;
+    use glam::DVec3;
 
     #[test]
     fn errors_name_the_next_step() {
         let limit = View::MOST_PIXELS.to_string();
-        let behind = |cave, wall, place| {
+        let behind = |cave, place| {
             let cave = Cave::built_in(cave, [8; 2]).unwrap();
-            let screen = cave.screens().nth(wall).unwrap();
+            let screen = cave.screens().next().unwrap();
             view(screen, &Observer::new(Eye::Centre, place)).unwrap_err()
         };
-        let wall = "front".to_owned();
+        let size = DomeError::Size { size: 0 };
         for (error, step) in [
             (
-                behind(BuiltInCave::ThreeWall, 0, DVec3::NEG_Z * 9.0),
+                behind(BuiltInCave::ThreeWall, DVec3::NEG_Z * 9.0),
                 "move the head",
             ),
-            (
-                behind(BuiltInCave::Dome, 0, DVec3::Y * 9.0),
-                "move the head",
-            ),
-            (
-                RenderError::View {
-                    wall,
-                    source: ViewError::Screen,
-                },
-                "move the head",
-            ),
-            (
-                RenderError::Surroundings(DomeError::Size { size: 0 }.into()),
-                &limit,
-            ),
+            (behind(BuiltInCave::Dome, DVec3::Y * 9.0), "move the head"),
+            (RenderError::Surroundings(size.into()), &limit),
         ] {
             let help = Diagnostic::help(&error).unwrap().to_string();
             assert!(help.contains(step), "{error}: {help}");
         }
-        // What other crates' errors say it in is the message.
-        let said = RenderError::Previous.to_string();
-        assert!(
-            said.contains("fill from a frame of the same walls"),
-            "{said}"
-        );
     }
 }

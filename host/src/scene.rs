@@ -1,5 +1,14 @@
-//! A scene in memory: what a scene file or a built-in scene describes and
-//! what is baked.
+//! Scenes in memory: meshes, materials, lights and a background, read from files or built in.
+//!
+//! [`Scene::load`] reads a scene file ([`file`] describes it), [`import`] meshes, [`builtin`] has
+//! the papers' scenes. [`bake`](crate::bake) makes bytes of a scene, which the core traces.
+//!
+//! ```
+//! use shisen::scene::builtin::{PaperScene, paper_scene};
+//! use shisen::scene::quadruped::quadruped;
+//!
+//! assert_eq!(paper_scene(PaperScene::A, quadruped()).unwrap().objects.len(), 8);
+//! ```
 
 pub mod import;
 pub mod material;
@@ -22,28 +31,44 @@ use glam::{DAffine3, DVec3};
 /// Everything a frame shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// For reports.
+    /// Its name in reports.
     pub name: String,
     /// Meshes that objects share.
     pub meshes: Vec<TriangleMesh>,
     /// Materials that objects share.
     pub materials: Vec<Material>,
-    /// What stands in the scene.
+    /// The placed shapes.
     pub objects: Vec<Object>,
-    /// What lights it.
+    /// The lights.
     pub lights: Vec<Light>,
-    /// What is seen past all objects.
+    /// The colours past all objects.
     pub background: Background,
-    /// Light from everywhere, linear RGB; multiplies the diffuse reflectance.
+    /// Light from all directions, linear RGB; multiplies the diffuse reflectance.
     pub ambient: [f32; 3],
-    /// Where dome masters of it are taken.
+    /// The way of the camera of dome masters.
     pub camera: CameraPath,
+}
+
+impl Default for Scene {
+    /// Nothing, in the dark.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            meshes: Vec::new(),
+            materials: Vec::new(),
+            objects: Vec::new(),
+            lights: Vec::new(),
+            background: Background::uniform([0.0; 3]),
+            ambient: [0.0; 3],
+            camera: CameraPath::default(),
+        }
+    }
 }
 
 /// One placed shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Object {
-    /// What it is.
+    /// Its shape.
     pub shape: Shape,
     /// Index into the scene's materials; `None` takes the mesh's own, or the
     /// default material where it has none.
@@ -56,7 +81,20 @@ pub struct Object {
     pub smooth: bool,
 }
 
-/// What an object is.
+impl Object {
+    /// A shape at the origin with its own material, smooth, that blocks light.
+    pub const fn new(shape: Shape) -> Self {
+        Self {
+            shape,
+            material: None,
+            world_from_object: DAffine3::IDENTITY,
+            casts_shadow: true,
+            smooth: true,
+        }
+    }
+}
+
+/// The shape of an object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// Index into the scene's meshes.
@@ -95,20 +133,19 @@ pub enum Light {
         /// Linear RGB irradiance.
         colour: [f32; 3],
     },
-    /// From all over a rectangle or parallelogram, which is not itself seen: a
-    /// lamp to look at is an object in its place whose material has the same
-    /// colour as its emission, and which casts no shadow.
+    /// From all over a rectangle or parallelogram, which is not itself seen. For a lamp that is
+    /// seen, add an object in its place with the same colour as its emission that casts no
+    /// shadow.
     Rectangle {
         /// Its middle: metres, in the world.
         centre: DVec3,
         /// From there to the middle of its right side: metres.
         right: DVec3,
-        /// From there to the middle of its upper side: metres. Light goes to
-        /// the side from which `right` and `up` are so: that of right × up.
+        /// From there to the middle of its upper side: metres. Light goes towards
+        /// right × up.
         up: DVec3,
-        /// Linear RGB radiance. It lights by the inverse square of the
-        /// distance; white of 1 all round a surface would give it the colour
-        /// of its reflectance.
+        /// Linear RGB radiance, which falls off by the inverse square of the distance. A
+        /// surface in a surrounding of radiance 1 shows its reflectance.
         colour: [f32; 3],
         /// Points of it that each lit point looks at, 1 to 64, spread evenly;
         /// further samples of a pixel look at further points.
@@ -118,7 +155,7 @@ pub enum Light {
     },
 }
 
-/// What a ray sees that meets nothing: a vertical gradient.
+/// The colours that rays see past all objects: a vertical gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Background {
     /// Linear RGB straight up (+Y).

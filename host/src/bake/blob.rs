@@ -1,3 +1,5 @@
+//! The tables of a scene, and the bytes that they become.
+
 use super::BakeError;
 use shisen_core::scene::format::{
     ALIGNMENT, Background, Header, IdLeaf, Instance, LeafBlock, Light, MAGIC, Material, Mesh, Node,
@@ -34,6 +36,7 @@ impl AlignedBytes {
 }
 
 /// The tables of a scene while it is put together.
+#[derive(Default)]
 pub(super) struct Tables<const W: usize> {
     pub(super) top_nodes: u32,
     pub(super) extent: f32,
@@ -53,46 +56,11 @@ pub(super) struct Tables<const W: usize> {
     pub(super) texels: Vec<Texel>,
     pub(super) media: Vec<Medium>,
     pub(super) rungs: u32,
-    pub(super) background: Background,
     pub(super) ambient: [f32; 3],
 }
 
-impl<const W: usize> Default for Tables<W> {
-    fn default() -> Self {
-        Self {
-            top_nodes: 0,
-            extent: 0.0,
-            stack_entries: 0,
-            nodes: Vec::new(),
-            leaves: Vec::new(),
-            meshes: Vec::new(),
-            instances: Vec::new(),
-            materials: Vec::new(),
-            lights: Vec::new(),
-            triangles: Vec::new(),
-            normals: Vec::new(),
-            id_leaves: Vec::new(),
-            positions: Vec::new(),
-            coordinates: Vec::new(),
-            textures: Vec::new(),
-            texels: Vec::new(),
-            media: Vec::new(),
-            rungs: 1,
-            background: Background {
-                zenith: [0.0; 3],
-                alpha: 1.0,
-                horizon: [0.0; 3],
-                reserved: 0,
-                nadir: [0.0; 3],
-                reserved2: 0,
-            },
-            ambient: [0.0; 3],
-        }
-    }
-}
-
 impl<const W: usize> Tables<W> {
-    pub(super) fn into_bytes(self) -> Result<AlignedBytes, BakeError> {
+    pub(super) fn into_bytes(self, background: Background) -> Result<AlignedBytes, BakeError> {
         let mut bytes = vec![0; size_of::<Header>()];
         // Nodes and leaves are generic in width: their fields are arrays of
         // words, written one by one.
@@ -142,7 +110,7 @@ impl<const W: usize> Tables<W> {
             lights,
             triangles,
             normals,
-            background: self.background,
+            background,
             ambient: self.ambient,
             id_leaves,
             positions,

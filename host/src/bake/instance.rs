@@ -50,65 +50,57 @@ pub(super) fn instance(
         object: number,
         limit: TriangleMesh::FARTHEST,
     };
-    let world_from_object = object.world_from_object;
-    let object_from_world = world_from_object.inverse();
-    let determinant = world_from_object.matrix3.determinant();
-    if !world_from_object.is_finite() || !object_from_world.is_finite() || !determinant.is_normal()
-    {
+    let map = object.world_from_object;
+    let inverse = map.inverse();
+    if !map.is_finite() || !inverse.is_finite() || !map.matrix3.determinant().is_normal() {
         return Err(bad_map);
     }
-    let corners: Vec<DVec3> = (0..8)
-        .map(|i| {
-            let pick = |axis: usize| f64::from(if i >> axis & 1 == 0 { low } else { high }[axis]);
-            world_from_object.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
-        })
-        .collect();
-    let least = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-    let most = corners
-        .iter()
-        .copied()
-        .fold(DVec3::NEG_INFINITY, DVec3::max);
+    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for corner in 0..8 {
+        let pick = |axis: usize| f64::from(if corner >> axis & 1 == 0 { low } else { high }[axis]);
+        let corner = map.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
+        (least, most) = (least.min(corner), most.max(corner));
+    }
     let farthest = least.abs().max(most.abs()).max_element();
     if !(farthest <= f64::from(TriangleMesh::FARTHEST)) {
         return Err(bad_map);
     }
     // An ill-conditioned map magnifies what rounding does in its other frame.
     let norm = |m: glam::DMat3| m.to_cols_array().iter().map(|c| c * c).sum::<f64>().sqrt();
-    let condition = norm(world_from_object.matrix3) * norm(object_from_world.matrix3);
-    let translation = world_from_object.translation.abs().max_element();
+    let condition = norm(map.matrix3) * norm(inverse.matrix3);
+    let translation = map.translation.abs().max_element();
     let slack = MAP_SLACK * condition * farthest.max(translation);
-    let opaque = |m: &Material| m.transmission == [0.0; 3];
-    let lets_light_through = match (object.material, object.shape) {
-        (Some(index), _) => !opaque(&scene.materials[index]),
-        (None, Shape::Mesh(index)) => {
-            let materials = &scene.meshes[index].materials;
-            !materials.is_empty() && !materials.iter().any(opaque)
-        }
-        (None, _) => false,
-    };
-    let mut flags = 0;
-    if object.casts_shadow && !lets_light_through {
-        flags |= flag::OCCLUDES;
-    }
-    if object.smooth {
-        flags |= flag::SMOOTH;
-    }
     let instance = Instance {
         kind,
         geometry,
         material: object.material.map_or(NO_MATERIAL, |m| m as u32),
-        flags,
+        flags: flags(scene, object),
         radii,
         condition: condition as f32,
         cover: 0,
-        object_from_world: columns(object_from_world),
-        world_from_object: columns(world_from_object),
+        object_from_world: columns(inverse),
+        world_from_object: columns(map),
         low: (least - slack).to_array().map(|c| (c as f32).next_down()),
         high: (most + slack).to_array().map(|c| (c as f32).next_up()),
         cover_nodes: 0,
         reserved: 0,
     };
     Ok((instance, slack))
+}
+
+/// Whether the object casts a shadow and is smooth. Its mesh and material exist.
+fn flags(scene: &Scene, object: &Object) -> u32 {
+    let opaque = |m: &Material| m.transmission == [0.0; 3];
+    let occludes = match (object.material, object.shape) {
+        (Some(index), _) => opaque(&scene.materials[index]),
+        (None, Shape::Mesh(index)) => {
+            let materials = &scene.meshes[index].materials;
+            materials.is_empty() || materials.iter().any(opaque)
+        }
+        (None, _) => true,
+    };
+    flag::OCCLUDES * u32::from(object.casts_shadow && occludes)
+        | flag::SMOOTH * u32::from(object.smooth)
 }
 
 fn cube(equatorial: f32, polar: f32) -> ([f32; 3], [f32; 3]) {

@@ -7,10 +7,9 @@ use shisen_core::Simd;
 use shisen_core::scene::{EffectSet, Records, SceneError};
 use shisen_core::spectrum::Medium;
 
-/// What an expression gives for the [`Scene`](shisen_core::scene::Scene) in a
-/// [`BakedScene`](crate::bake::BakedScene), whichever of the two layouts it is in. The
-/// expression is compiled for both, so that it can call what is generic over the width of
-/// nodes.
+/// Evaluates an expression with the [`Scene`](shisen_core::scene::Scene) in a
+/// [`BakedScene`](crate::bake::BakedScene). The expression is compiled for both layouts, so it can
+/// call functions that are generic over the width of nodes.
 ///
 /// ```
 /// use shisen::bake::{BakedScene, Layout, lone_mesh};
@@ -53,10 +52,9 @@ impl Layout {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Fast, Self::Compact];
 
-    /// Polygon levels where nothing else is asked for. What a pixel sees is
-    /// within 5 % of the range of faces from what it asks for; the more levels,
-    /// the more often a block of pixels shares one and is traced together. In
-    /// the compact layout bytes count more.
+    /// The default number of polygon levels. Pixels see faces within 5 % of the range from the
+    /// number that their level asks for; with more levels, blocks of pixels share a mesh more
+    /// often and are traced together. The compact layout has fewer, to save bytes.
     pub const fn polygon_levels(self) -> u32 {
         match self {
             Self::Fast => 19,
@@ -72,7 +70,7 @@ impl Layout {
         }
     }
 
-    /// What scenes of this layout are traced with where `asked` is asked for.
+    /// The instruction set that traces scenes of this layout: `asked`, if it can.
     pub const fn simd(self, asked: Simd) -> Simd {
         match self {
             Self::Fast => asked,
@@ -85,9 +83,9 @@ impl Layout {
 /// A baked scene of either layout.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BakedScene {
-    /// Of [`Layout::Fast`].
+    /// A scene in [`Layout::Fast`].
     Fast(Baked<8>),
-    /// Of [`Layout::Compact`].
+    /// A scene in [`Layout::Compact`].
     Compact(Baked<4>),
 }
 
@@ -150,12 +148,12 @@ impl BakedScene {
         with_scene!(self, |scene| scene.effects())
     }
 
-    /// What it asks for them by.
+    /// The records of the scene that ask for its effects.
     pub fn records(&self) -> Records<'_> {
         with_scene!(self, |scene| scene.records())
     }
 
-    /// What light goes through in it.
+    /// The dispersive media of its materials.
     pub fn media(&self) -> &[Medium] {
         with_scene!(self, |scene| scene.media())
     }

@@ -8,7 +8,7 @@ use shisen_core::spectrum::line;
 use std::sync::Arc;
 
 impl<const W: usize> Tables<W> {
-    /// Where no material is named: one more, if there is such a place.
+    /// Adds the default material, if a triangle or an instance names none.
     pub(super) fn add_default_material(&mut self) {
         let default = self.materials.len() as u32;
         let mut used = self.materials.is_empty();
@@ -34,7 +34,7 @@ impl<const W: usize> Tables<W> {
         if let Some(texture) = texture {
             baked.texture = textures.add(texture, self);
         }
-        // What is no clear body needs none, and a constant index is as good as one.
+        // Opaque materials need no medium, nor does a constant index.
         let is_clear = baked.effects & effect::REFRACTION != 0;
         let medium = source.medium.filter(|one| is_clear && one.is_dispersive());
         if let Some(medium) = medium {
@@ -50,11 +50,11 @@ impl<const W: usize> Tables<W> {
     }
 }
 
-/// What was put into the tables of textures and texels, each once.
+/// The textures and images that are already in the tables, each once.
 #[derive(Default)]
 pub(super) struct Textures {
     textures: Vec<Texture>,
-    /// With the number of each image's first texel.
+    /// Each image with the number of its first texel.
     images: Vec<(Arc<Image>, u32)>,
 }
 
@@ -108,7 +108,7 @@ impl Textures {
     }
 }
 
-/// A material but for the number of its texture, and that where it shows.
+/// A material without the number of its texture, and the texture if it shows.
 fn material(m: &Material) -> (format::Material, Option<&Texture>) {
     let any = |colour: [f32; 3]| colour.iter().any(|&c| c > 0.0);
     let mut effects = 0;

@@ -7,34 +7,8 @@
 //! neighbour, so every rung uses vertices of the file's own and is shaded by
 //! their normals.
 //!
-//! # Why a tree for each rung
-//!
-//! The alternative is one tree over all versions of the triangles, each of
-//! which lives from one rung to another; or several such trees, each of a few
-//! rungs. `cargo bench -p shisen-tests --bench levels -- cow.obj` measures both,
-//! on the 16 rungs of the cow from 5,804 to 500 faces: the time of a ray, where
-//! that in a mesh of the same faces baked alone is 1. With one rung at a time it
-//! is the geometric mean over the rungs. Of neighbours in a picture, whose level
-//! falls from its middle, each sees its own rung, 1 in 20 another than the one
-//! before; mixed, no two rays in a row are of the same rung, which is the worst
-//! that can be. One thread, AVX2, in turns; medians of three runs that are at
-//! most 0.07 apart.
-//!
-//! | | zoom | neighbours | mixed | incoherent | mixed | bytes of trees |
-//! |---|---|---|---|---|---|---|
-//! | a tree for each rung | 1.00 | 1.01 | 1.09 | 1.00 | 1.16 | 3,782,144 |
-//! | **not built:** a tree for 2 rungs | 1.03 | 1.03 | 1.03 | 1.06 | 1.07 | 2,267,968 |
-//! | for 4 rungs | 1.15 | 1.18 | 1.15 | 1.14 | 1.14 | 1,534,080 |
-//! | for 8 rungs | 1.25 | 1.26 | 1.26 | 1.29 | 1.29 | 1,254,848 |
-//! | for all 16 rungs | 1.45 | 1.44 | 1.46 | 1.56 | 1.56 | 1,250,688 |
-//!
-//! In tiles of 8×8, as a renderer sends them, the neighbours take 1.02 times the
-//! mean of the levels; 896 of the 3,308 tiles see several rungs.
-//!
-//! Shared trees have what they would have to earn: telling which versions a
-//! rung has costs them nothing, nor does mixing. One tree for all rungs is still
-//! slower by a third at least than a tree for each, whose price is three times
-//! the bytes.
+//! Every rung has a tree of its own. One tree over all versions would take a third of the
+//! bytes, but rays take half as long again in it (`cargo bench -p shisen-tests --bench levels`).
 
 #[cfg(test)]
 mod tests;
@@ -59,34 +33,27 @@ pub struct PolygonLevels {
     rungs: u32,
 }
 
-/// Polygon levels that there cannot be.
+/// Why there are no such polygon levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum LevelsError {
-    /// From more to fewer, or from none.
+    /// An empty range of faces, or one that starts at 0.
     #[error("{min}..{max} is no range of faces: it takes 1 or more, and the fewest first")]
-    Faces {
-        /// The fewest.
-        min: u32,
-        /// The most.
-        max: u32,
-    },
+    Faces { min: u32, max: u32 },
     /// Too few rungs to be a ladder, or more than the format holds.
     #[error(
         "there cannot be {found} polygon levels: it takes {} to {}",
         PolygonLevels::RUNGS.start(),
         PolygonLevels::RUNGS.end()
     )]
-    Rungs {
-        /// What was asked for.
-        found: u32,
-    },
+    Rungs { found: u32 },
 }
 
 impl PolygonLevels {
     /// How many rungs there may be.
     pub const RUNGS: RangeInclusive<u32> = 2..=64;
-    /// The fewest faces that a ray sees where nothing else is asked for.
+    /// The default for the fewest faces that a ray sees.
     pub const FEWEST_FACES: u32 = 500;
 
     /// A ray sees `faces.start()` at level 0 and `faces.end()` at level 1, or
@@ -107,7 +74,7 @@ impl PolygonLevels {
         Ok(Self { faces, rungs })
     }
 
-    /// The same from another number of faces.
+    /// The same levels with another least number of faces.
     fn with_fewest(&self, min: u32) -> Self {
         Self {
             faces: min..=min.max(*self.faces.end()),
@@ -115,7 +82,7 @@ impl PolygonLevels {
         }
     }
 
-    /// Whether a mesh has so many faces that there are coarser levels of it.
+    /// Whether a mesh has enough faces for coarser levels.
     pub fn apply_to(&self, mesh: &TriangleMesh) -> bool {
         mesh.triangles.len() > *self.faces.start() as usize
     }
@@ -148,29 +115,20 @@ impl PolygonLevels {
     }
 }
 
-/// Why a mesh has no ladder of the kind asked for.
+/// Why a mesh cannot be simplified to the given levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum LadderError {
-    /// It does not get that coarse.
+    /// It cannot be simplified that far.
     #[error(
         "it cannot have as few faces as {asked} without changing how it hangs together: \
          {reached} is the least that it gets to, so ask for no fewer"
     )]
-    Unreachable {
-        /// Faces asked for.
-        asked: u32,
-        /// The fewest that it can have.
-        reached: u32,
-    },
+    Unreachable { asked: u32, reached: u32 },
     /// A closed mesh came out with holes.
     #[error("it is closed, and simplified to {faces} faces it would have {open_edges} open edges")]
-    Opened {
-        /// Faces of the rung.
-        faces: u32,
-        /// Sides of them that no other face closes.
-        open_edges: usize,
-    },
+    Opened { faces: u32, open_edges: usize },
 }
 
 impl LadderError {
@@ -193,7 +151,7 @@ pub struct Ladder<'m> {
 }
 
 impl<'m> Ladder<'m> {
-    /// A mesh as it is, alone.
+    /// The mesh itself as the only rung.
     pub fn single(mesh: &'m TriangleMesh) -> Self {
         Self {
             rungs: vec![(0..mesh.triangles.len() as u32).collect()],
@@ -451,7 +409,7 @@ impl Versions {
         }
     }
 
-    /// The triangle that stands for a face, made where there is none.
+    /// The triangle that stands for a face; adds it if it is new.
     fn triangle(&mut self, face: [u32; 3]) -> u32 {
         let key = least_first(face);
         if let Some(&known) = self.triangle_of.get(&key)

@@ -23,29 +23,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn multiples_of_ninety_are_exact() {
-        for (degrees, expected) in [
-            (0.0, (0.0, 1.0)),
-            (90.0, (1.0, 0.0)),
-            (180.0, (0.0, -1.0)),
-            (270.0, (-1.0, 0.0)),
-            (360.0, (0.0, 1.0)),
-            (-90.0, (-1.0, 0.0)),
-            (-180.0, (0.0, -1.0)),
-            (-270.0, (1.0, 0.0)),
-            (3690.0, (1.0, 0.0)),
-        ] {
-            assert_eq!(sin_cos_degrees(degrees), expected, "{degrees} degrees");
-        }
-    }
-
-    #[test]
-    fn agrees_with_radians_all_round() {
-        for degrees in -720..=720 {
-            let (sin, cos) = sin_cos_degrees(degrees as f64);
-            let radians = (degrees as f64).to_radians();
-            assert!((sin - radians.sin()).abs() < 1e-14, "sin {degrees}");
-            assert!((cos - radians.cos()).abs() < 1e-14, "cos {degrees}");
+    fn multiples_of_ninety_are_exact_and_all_agree_with_radians() {
+        let quarters = [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)];
+        for degrees in -3690..=3690 {
+            let found = sin_cos_degrees(f64::from(degrees));
+            let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
+            assert!(
+                (found.0 - sin).abs() < 1e-13 && (found.1 - cos).abs() < 1e-13,
+                "{degrees}"
+            );
+            if degrees % 90 == 0 {
+                assert_eq!(
+                    found,
+                    quarters[(degrees / 90_i32).rem_euclid(4) as usize],
+                    "{degrees}"
+                );
+            }
         }
     }
 }

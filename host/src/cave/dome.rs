@@ -1,12 +1,10 @@
 //! Domes: screens that dome masters are shown on.
 
-use super::{Wall, is_in_a_room, name_fault};
+use super::RoomError;
 use crate::cave::angle::sin_cos_degrees;
 use glam::{DMat3, DVec2, DVec3};
-use miette::Diagnostic;
 use shisen_core::frame;
 use std::f64::consts::TAU;
-use thiserror::Error;
 
 /// A dome's inside as a screen: the part of a sphere that is within half of
 /// the field of view around the dome's zenith.
@@ -22,104 +20,8 @@ pub struct DomeScreen {
     centre: DVec3,
     field_of_view_degrees: f64,
     size: u32,
-    /// Of its picture in the room: see [`DomeScreen::axes`].
+    /// The axes of its picture in the room: see [`DomeScreen::axes`].
     axes: DMat3,
-}
-
-/// Why there is no such dome, or not from where the eye is.
-#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum DomeScreenError {
-    /// A name that cannot be part of a file's name.
-    #[error("the dome name \"{}\" {reason}", .dome.escape_debug())]
-    #[diagnostic(help(
-        "pictures are named after their domes: use letters, digits, '-' and '_', such as \"dome\""
-    ))]
-    Name {
-        /// The name.
-        dome: String,
-        /// What is wrong with it.
-        reason: &'static str,
-    },
-    /// A dome and a wall, or two domes, whose pictures would overwrite each
-    /// other.
-    #[error("a dome is named \"{dome}\" as another screen is")]
-    #[diagnostic(help(
-        "pictures are named after their screens: give each its own name, different in more than upper and lower case"
-    ))]
-    DuplicateName {
-        /// The dome's name.
-        dome: String,
-    },
-    /// A size that no dome has.
-    #[error("dome \"{dome}\" has a radius of {radius} m")]
-    #[diagnostic(help(
-        "give metres from {least} to {most}",
-        least = DomeScreen::RADII.0,
-        most = DomeScreen::RADII.1
-    ))]
-    Radius {
-        /// The dome's name.
-        dome: String,
-        /// Metres.
-        radius: f64,
-    },
-    /// A centre that is not a place in a room.
-    #[error("dome \"{dome}\": its centre is at {}, {}, {}", .centre.x, .centre.y, .centre.z)]
-    #[diagnostic(help("coordinates are metres from -{limit} to {limit}", limit = Wall::FARTHEST))]
-    Centre {
-        /// The dome's name.
-        dome: String,
-        /// Metres, in the room.
-        centre: DVec3,
-    },
-    /// A tilt that is none.
-    #[error("dome \"{dome}\" is tilted by {degrees}°")]
-    #[diagnostic(help(
-        "give degrees from -360 to 360: how far the zenith leans towards the front, 90 being straight ahead"
-    ))]
-    Tilt {
-        /// The dome's name.
-        dome: String,
-        /// Degrees.
-        degrees: f64,
-    },
-    /// A part of a sphere that there is not.
-    #[error("dome \"{dome}\" has a field of view of {degrees}°")]
-    #[diagnostic(help("give degrees above 0, to 360; 180 is a hemisphere"))]
-    FieldOfView {
-        /// The dome's name.
-        dome: String,
-        /// Degrees.
-        degrees: f64,
-    },
-    /// Too few or too many pixels.
-    #[error("dome \"{dome}\" has {size} × {size} pixels")]
-    #[diagnostic(help("each side has 1 to {limit} pixels", limit = Wall::MOST_PIXELS))]
-    Size {
-        /// The dome's name.
-        dome: String,
-        /// Columns, and rows.
-        size: u32,
-    },
-    /// An eye outside, or too near to the dome's surface.
-    #[error(
-        "the eye at {:.4}, {:.4}, {:.4} is not inside dome \"{dome}\": it is {distance:.4} m from the centre",
-        .eye.x, .eye.y, .eye.z
-    )]
-    #[diagnostic(help(
-        "move the head to within {farthest:.4} m of the dome's centre, 0.99 of its radius, or give another centre or radius"
-    ))]
-    Eye {
-        /// The dome's name.
-        dome: String,
-        /// Where the eye is, metres.
-        eye: DVec3,
-        /// From the dome's centre to the eye, metres.
-        distance: f64,
-        /// The most that it may be.
-        farthest: f64,
-    },
 }
 
 /// What a dome is described by; [`DomeScreen::new`] checks it.
@@ -127,16 +29,16 @@ pub enum DomeScreenError {
 pub struct DomeDescription {
     /// For file names and messages.
     pub name: String,
-    /// Of the sphere: metres, within [`DomeScreen::RADII`].
+    /// The sphere's radius: metres, within [`DomeScreen::RADII`].
     pub radius: f64,
-    /// Of the sphere: metres, in the room.
+    /// The sphere's centre: metres, in the room.
     pub centre: DVec3,
     /// How far the zenith leans from straight up (+Y) towards the front (−Z),
     /// about the room's +X: degrees, −360 to 360.
     pub tilt_degrees: f64,
     /// Across the dome, from rim to rim, at its centre: degrees, above 0 to 360.
     pub field_of_view_degrees: f64,
-    /// Columns, and rows, 1 to [`Wall::MOST_PIXELS`].
+    /// Columns, and rows, 1 to [`Wall::MOST_PIXELS`](crate::cave::Wall::MOST_PIXELS).
     pub size: u32,
 }
 
@@ -156,54 +58,53 @@ impl DomeScreen {
     /// # Errors
     /// The first fault found: a name that is not usable in a file name, a
     /// radius, centre, tilt, field of view or size that is out of its range.
-    pub fn new(description: DomeDescription) -> Result<Self, DomeScreenError> {
+    pub fn new(description: DomeDescription) -> Result<Self, RoomError> {
         let DomeDescription {
             name,
             radius,
             centre,
-            tilt_degrees,
-            field_of_view_degrees,
+            tilt_degrees: tilt,
+            field_of_view_degrees: field,
             size,
         } = description;
-        let fault = if let Some(reason) = name_fault(&name) {
-            Some(DomeScreenError::Name {
-                dome: name.clone(),
-                reason,
-            })
-        } else {
-            let dome = name.clone();
-            let (least, most) = (Self::RADII.0 as f32, Self::RADII.1 as f32);
-            // As the tracer has it, rounded.
-            if !(least..=most).contains(&(radius as f32)) {
-                Some(DomeScreenError::Radius { dome, radius })
-            } else if !is_in_a_room(centre) {
-                Some(DomeScreenError::Centre { dome, centre })
-            } else if !(tilt_degrees.abs() <= 360.0) {
-                let degrees = tilt_degrees;
-                Some(DomeScreenError::Tilt { dome, degrees })
-            } else if !(field_of_view_degrees > 0.0
-                && field_of_view_degrees <= 360.0
-                && field_of_view_degrees as f32 > 0.0)
-            {
-                let degrees = field_of_view_degrees;
-                Some(DomeScreenError::FieldOfView { dome, degrees })
-            } else if !(1..=Wall::MOST_PIXELS).contains(&size) {
-                Some(DomeScreenError::Size { dome, size })
-            } else {
-                None
-            }
-        };
-        match fault {
-            Some(fault) => Err(fault),
-            None => Ok(Self {
-                name,
-                radius,
-                centre,
-                field_of_view_degrees,
-                size,
-                axes: axes(tilt_degrees),
-            }),
+        let help = "pictures are named after their domes: use letters, digits, '-' and '_', such as \
+                    \"dome\"";
+        RoomError::check_name("dome", &name, help)?;
+        let dome = format!("dome \"{name}\"");
+        let (least, most) = Self::RADII;
+        // As the tracer has it, rounded.
+        if !(least as f32..=most as f32).contains(&(radius as f32)) {
+            return Err(RoomError::new(
+                "radius",
+                format!("{dome} has a radius of {radius} m"),
+                format!("give metres from {least} to {most}"),
+            ));
         }
+        RoomError::check_place("centre", &format!("{dome}: its centre is"), centre)?;
+        if !(tilt.abs() <= 360.0) {
+            return Err(RoomError::new(
+                "tilt_degrees",
+                format!("{dome} is tilted by {tilt}°"),
+                "give degrees from -360 to 360: how far the zenith leans towards the front, 90 \
+                 being straight ahead",
+            ));
+        }
+        if !(field > 0.0 && field <= 360.0 && field as f32 > 0.0) {
+            return Err(RoomError::new(
+                "field_of_view_degrees",
+                format!("{dome} has a field of view of {field}°"),
+                "give degrees above 0, to 360; 180 is a hemisphere",
+            ));
+        }
+        RoomError::check_pixels("size", &dome, [size; 2])?;
+        Ok(Self {
+            name,
+            radius,
+            centre,
+            field_of_view_degrees: field,
+            size,
+            axes: axes(tilt),
+        })
     }
 
     /// For file names and messages.
@@ -211,12 +112,12 @@ impl DomeScreen {
         &self.name
     }
 
-    /// Of the sphere: metres.
+    /// The sphere's radius: metres.
     pub const fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// Of the sphere: metres, in the room.
+    /// The sphere's centre: metres, in the room.
     pub const fn centre(&self) -> DVec3 {
         self.centre
     }
@@ -248,16 +149,22 @@ impl DomeScreen {
     /// # Errors
     /// An eye that is not finite, or farther from the centre than
     /// [`frame::DomeScreen::FARTHEST_EYE`] of the radius.
-    pub fn view_from(&self, eye: DVec3) -> Result<frame::DomeScreen, DomeScreenError> {
+    pub fn view_from(&self, eye: DVec3) -> Result<frame::DomeScreen, RoomError> {
         let distance = eye.distance(self.centre);
         let farthest = f64::from(frame::DomeScreen::FARTHEST_EYE) * self.radius;
         if !(distance <= farthest) {
-            return Err(DomeScreenError::Eye {
-                dome: self.name.clone(),
-                eye,
-                distance,
-                farthest,
-            });
+            return Err(RoomError::new(
+                "eye",
+                format!(
+                    "the eye at {:.4}, {:.4}, {:.4} is not inside dome \"{}\": it is \
+                     {distance:.4} m from the centre",
+                    eye.x, eye.y, eye.z, self.name
+                ),
+                format!(
+                    "move the head to within {farthest:.4} m of the dome's centre, 0.99 of its \
+                     radius, or give another centre or radius"
+                ),
+            ));
         }
         let (least, most) = frame::DomeScreen::RADII;
         Ok(frame::DomeScreen {

@@ -20,63 +20,17 @@
 //! A dome's tilt turns it about the room's +X: the zenith, straight up (+Y)
 //! without, leans towards the front (−Z) by that angle.
 
-use super::{Cave, DomeDescription, DomeScreen, DomeScreenError, Wall, WallError};
-use crate::files::description::{Located, Source};
+use super::{Cave, DomeDescription, DomeScreen, RoomError, Wall};
+use crate::files::description::{FileError, Located, Source, read_description};
 use glam::DVec3;
-use miette::Diagnostic;
 use serde::Deserialize;
-use std::collections::HashSet;
-use std::path::{Path, PathBuf};
-use thiserror::Error;
+use std::path::Path;
 use toml::Spanned;
 
-/// What is wrong in a file of walls.
-#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum CaveFileFault {
-    /// Not TOML, or not the keys and types that a wall has.
-    #[error("{message}")]
-    #[diagnostic(help(
-        "a wall is a [[wall]] with name, lower_left, lower_right and upper_left ([x, y, z] in metres) and, if wanted, pixels ([columns, rows]); a dome is a [[dome]] with name, radius (metres), centre ([x, y, z]) and, if wanted, tilt_degrees, field_of_view_degrees and size (pixels)"
-    ))]
-    Syntax {
-        /// The TOML reader's message.
-        message: String,
-    },
-    /// A file without screens.
-    #[error("the file describes no walls and no domes")]
-    #[diagnostic(help(
-        "add a [[wall]] with name, lower_left, lower_right and upper_left, or a [[dome]] with name, radius and centre"
-    ))]
-    NoWalls,
-    /// A wall that cannot be used.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Wall(#[from] WallError),
-    /// A dome that cannot be used.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Dome(#[from] DomeScreenError),
-}
-
-/// Why walls could not be had from a file.
-#[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum CaveFileError {
-    /// The file could not be read.
-    #[error("cannot read the walls in {}", .path.display())]
-    #[diagnostic(help("give three-wall, cube, dome or the path of a TOML file of walls"))]
-    Read {
-        /// Which file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// It was read, and there is a fault in it.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Fault(#[from] Located<CaveFileFault>),
-}
+const SYNTAX: &str = "a wall is a [[wall]] with name, lower_left, lower_right and upper_left \
+    ([x, y, z] in metres) and, if wanted, pixels ([columns, rows]); a dome is a [[dome]] with name, \
+    radius (metres), centre ([x, y, z]) and, if wanted, tilt_degrees, field_of_view_degrees and \
+    size (pixels)";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -114,11 +68,9 @@ impl Cave {
     ///
     /// # Errors
     /// A file that cannot be read, or as [`Self::from_toml`].
-    pub fn load(path: &Path, size: [u32; 2]) -> Result<Self, CaveFileError> {
-        let text = crate::files::read_text(path).map_err(|source| CaveFileError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
+    pub fn load(path: &Path, size: [u32; 2]) -> Result<Self, FileError<RoomError>> {
+        let help = "give three-wall, cube, dome or the path of a TOML file of walls";
+        let text = read_description(path, "the walls", help)?;
         Ok(Self::from_toml(&text, &path.to_string_lossy(), size)?)
     }
 
@@ -134,52 +86,49 @@ impl Cave {
         text: &str,
         source_name: &str,
         size: [u32; 2],
-    ) -> Result<Self, Located<CaveFileFault>> {
+    ) -> Result<Self, Located<RoomError>> {
         let source = Source {
             name: source_name,
             text,
         };
-        let entries: CaveEntry = source.parse(|message| CaveFileFault::Syntax { message })?;
+        let entries: CaveEntry = source.parse(|message| RoomError::new("", message, SYNTAX))?;
         if entries.wall.is_empty() && entries.dome.is_empty() {
-            return Err(Located::new(CaveFileFault::NoWalls, &source, None));
-        }
-        let mut names = HashSet::new();
-        let mut walls = Vec::with_capacity(entries.wall.len());
-        for entry in entries.wall {
-            let pixels = entry
-                .pixels
-                .as_ref()
-                .map_or(size, |pixels| *pixels.as_ref());
-            let wall = Wall {
-                name: entry.name.as_ref().clone(),
-                lower_left: DVec3::from_array(*entry.lower_left.as_ref()),
-                lower_right: DVec3::from_array(*entry.lower_right.as_ref()),
-                upper_left: DVec3::from_array(*entry.upper_left.as_ref()),
-                pixels,
-            };
-            let mut checked = wall.validate();
-            if checked.is_ok() && !names.insert(wall.name.to_lowercase()) {
-                checked = Err(WallError::DuplicateName {
-                    wall: wall.name.clone(),
-                });
-            }
-            if let Err(fault) = checked {
-                let span = entry.span_of(&fault);
-                return Err(Located::new(fault.into(), &source, Some(span)));
-            }
-            walls.push(wall);
+            let fault = RoomError::new(
+                "",
+                "the file describes no walls and no domes".to_owned(),
+                "add a [[wall]] with name, lower_left, lower_right and upper_left, or a [[dome]] \
+                 with name, radius and centre",
+            );
+            return Err(Located::new(fault, &source, None));
         }
         let mut cave = Self {
-            walls,
+            walls: Vec::with_capacity(entries.wall.len()),
             domes: Vec::new(),
         };
+        for entry in entries.wall {
+            let place = |corner: &Spanned<[f64; 3]>| DVec3::from_array(*corner.as_ref());
+            let wall = Wall {
+                name: entry.name.as_ref().clone(),
+                lower_left: place(&entry.lower_left),
+                lower_right: place(&entry.lower_right),
+                upper_left: place(&entry.upper_left),
+                pixels: entry
+                    .pixels
+                    .as_ref()
+                    .map_or(size, |pixels| *pixels.as_ref()),
+            };
+            cave.add_wall(wall).map_err(|fault| {
+                let span = entry.span_of(fault.key);
+                Located::new(fault, &source, Some(span))
+            })?;
+        }
         for entry in entries.dome {
             let dome = DomeScreen::new(entry.description(size[0]));
             cave = dome
                 .and_then(|dome| cave.with_dome(dome))
                 .map_err(|fault| {
-                    let span = entry.span_of(&fault);
-                    Located::new(fault.into(), &source, Some(span))
+                    let span = entry.span_of(fault.key);
+                    Located::new(fault, &source, Some(span))
                 })?;
         }
         Ok(cave)
@@ -202,15 +151,15 @@ impl DomeEntry {
         }
     }
 
-    /// The bytes of the value that a fault is about.
-    fn span_of(&self, fault: &DomeScreenError) -> std::ops::Range<usize> {
+    /// The bytes of the value of a key.
+    fn span_of(&self, key: &str) -> std::ops::Range<usize> {
         let number = |value: &Option<Spanned<f64>>| value.as_ref().map(Spanned::span);
-        match fault {
-            DomeScreenError::Radius { .. } => Some(self.radius.span()),
-            DomeScreenError::Centre { .. } => Some(self.centre.span()),
-            DomeScreenError::Tilt { .. } => number(&self.tilt_degrees),
-            DomeScreenError::FieldOfView { .. } => number(&self.field_of_view_degrees),
-            DomeScreenError::Size { .. } => self.size.as_ref().map(Spanned::span),
+        match key {
+            "radius" => Some(self.radius.span()),
+            "centre" => Some(self.centre.span()),
+            "tilt_degrees" => number(&self.tilt_degrees),
+            "field_of_view_degrees" => number(&self.field_of_view_degrees),
+            "size" => self.size.as_ref().map(Spanned::span),
             _ => None,
         }
         .unwrap_or_else(|| self.name.span())
@@ -218,22 +167,13 @@ impl DomeEntry {
 }
 
 impl WallEntry {
-    /// The bytes of the value that a fault is about.
-    fn span_of(&self, fault: &WallError) -> std::ops::Range<usize> {
-        match fault {
-            WallError::Corner { corner, .. } => match *corner {
-                "lower left" => self.lower_left.span(),
-                "lower right" => self.lower_right.span(),
-                _ => self.upper_left.span(),
-            },
-            WallError::ZeroSize { dimension, .. } if *dimension == "width" => {
-                self.lower_right.span()
-            }
-            WallError::ZeroSize { .. } | WallError::Collinear { .. } => self.upper_left.span(),
-            WallError::Pixels { .. } => self
-                .pixels
-                .as_ref()
-                .map_or_else(|| self.name.span(), Spanned::span),
+    /// The bytes of the value of a key.
+    fn span_of(&self, key: &str) -> std::ops::Range<usize> {
+        match (key, &self.pixels) {
+            ("lower_left", _) => self.lower_left.span(),
+            ("lower_right", _) => self.lower_right.span(),
+            ("upper_left", _) => self.upper_left.span(),
+            ("pixels", Some(pixels)) => pixels.span(),
             _ => self.name.span(),
         }
     }

@@ -89,77 +89,17 @@ fn rays_end_at_pixel_centres_on_an_oblique_wall() {
 }
 
 #[test]
-fn rays_agree_with_the_frustum() {
-    let wall = oblique_wall();
-    let (right, up) = (wall.across().normalize(), wall.upward().normalize());
-    let back = right.cross(up);
-    for eye in [
-        DVec3::ZERO,
-        DVec3::new(0.032, 0.0, 0.4),
-        DVec3::new(-0.7, 1.1, -1.2),
-    ] {
-        let view = wall.view_from(eye).unwrap();
-        let frustum = wall.frustum(eye, 0.1).unwrap();
-        for (x, y) in [(0, 0), (30, 16), (7, 11)] {
-            let ray = direction(&view, x, y);
-            let on_near = ray * frustum.near / -ray.dot(back);
-            let u = (f64::from(x) + 0.5) / 31.0;
-            let v = (f64::from(y) + 0.5) / 17.0;
-            let expected_x = frustum.left + u * (frustum.right - frustum.left);
-            let expected_y = frustum.top - v * (frustum.top - frustum.bottom);
-            assert!((on_near.dot(right) - expected_x).abs() < 1e-6);
-            assert!((on_near.dot(up) - expected_y).abs() < 1e-6);
-        }
-    }
-}
-
-#[test]
-fn an_eye_in_the_middle_has_a_symmetric_frustum() {
-    let cave = Cave::built_in(BuiltInCave::ThreeWall, [2, 2]).unwrap();
-    let frustum = cave.walls[0].frustum(DVec3::ZERO, 0.5).unwrap();
-    assert_eq!(
-        frustum,
-        Frustum {
-            left: -0.5,
-            right: 0.5,
-            bottom: -0.5,
-            top: 0.5,
-            near: 0.5
-        }
-    );
-}
-
-#[test]
-fn a_frustum_needs_a_rectangle_and_a_near_plane() {
-    let mut wall = oblique_wall();
-    assert!(matches!(
-        wall.frustum(DVec3::ZERO, 0.0),
-        Err(WallError::Near { .. })
-    ));
-    assert!(matches!(
-        wall.frustum(DVec3::ZERO, f64::NAN),
-        Err(WallError::Near { .. })
-    ));
-    wall.upper_left += 0.01 * wall.across();
-    assert!(wall.view_from(DVec3::ZERO).is_ok());
-    assert!(matches!(
-        wall.frustum(DVec3::ZERO, 0.1),
-        Err(WallError::NotRectangular { .. })
-    ));
-}
-
-#[test]
 fn eyes_in_or_behind_the_plane_are_named_with_the_wall() {
     let cave = Cave::built_in(BuiltInCave::ThreeWall, [2, 2]).unwrap();
     let front = &cave.walls[0];
     assert!(front.view_from(DVec3::new(0.0, 0.0, -1.499_99)).is_ok());
     for z in [-1.5, -1.499_999_5, -1.500_000_5, -2.0] {
         let error = front.view_from(DVec3::new(0.0, 0.0, z)).unwrap_err();
-        assert!(matches!(error, WallError::Behind { .. }), "{error:?}");
         assert!(error.to_string().contains("\"front\""), "{error}");
     }
     for eye in [DVec3::NAN, DVec3::new(0.0, f64::INFINITY, 0.0)] {
-        assert!(matches!(front.view_from(eye), Err(WallError::Eye { .. })));
+        let error = front.view_from(eye).unwrap_err();
+        assert!(error.to_string().contains("cannot be seen from"), "{error}");
     }
 }
 
@@ -169,58 +109,22 @@ fn unusable_walls_are_rejected() {
     let fault = |change: &dyn Fn(&mut Wall)| {
         let mut wall = good.clone();
         change(&mut wall);
-        wall.validate().unwrap_err()
+        wall.validate().unwrap_err().to_string()
     };
-    assert!(matches!(
-        fault(&|wall| wall.lower_right.y = f64::NAN),
-        WallError::Corner {
-            corner: "lower right",
-            ..
-        }
-    ));
-    assert!(matches!(
-        fault(&|wall| wall.upper_left.y = 1e300),
-        WallError::Corner { .. }
-    ));
-    assert!(matches!(
-        fault(&|wall| wall.lower_right = wall.lower_left),
-        WallError::ZeroSize {
-            dimension: "width",
-            ..
-        }
-    ));
-    assert!(matches!(
-        fault(&|wall| wall.upper_left = wall.lower_left + 3.0 * wall.across()),
-        WallError::Collinear { .. }
-    ));
+    assert!(fault(&|wall| wall.upper_left.y = 1e300).contains("upper left corner"));
     for pixels in [[0, 4], [4, 0], [16_385, 4], [4, u32::MAX]] {
-        assert!(matches!(
-            fault(&|wall| wall.pixels = pixels),
-            WallError::Pixels { .. }
-        ));
+        assert!(fault(&|wall| wall.pixels = pixels).contains("pixels"));
     }
-    for name in ["", ".", "..", "a/b", "a\\b", "a\n", " a", "a.", "c:", "*"] {
-        assert!(matches!(
-            fault(&|wall| wall.name = name.into()),
-            WallError::Name { .. }
-        ));
+    let long = "x".repeat(101);
+    for name in [
+        "", ".", "..", "a/b", "a\\b", "a\n", " a", "a.", "c:", "*", &long,
+    ] {
+        assert!(fault(&|wall| wall.name = name.into()).starts_with("the wall name"));
     }
-    assert!(matches!(
-        fault(&|wall| wall.name = "x".repeat(101)),
-        WallError::Name { .. }
-    ));
-}
-
-#[test]
-fn names_that_differ_in_case_only_are_the_same() {
-    let mut second = oblique_wall();
+    let mut second = good.clone();
     second.name = "Oblique".into();
-    assert_eq!(
-        Cave::new(vec![oblique_wall(), second]),
-        Err(WallError::DuplicateName {
-            wall: "Oblique".into()
-        })
-    );
+    let same = Cave::new(vec![good, second]).unwrap_err();
+    assert_eq!(same.to_string(), "two walls are named \"Oblique\"");
 }
 
 #[test]
@@ -254,47 +158,6 @@ lower_left = [-1.0, -1.0, 1.0]
 lower_right = [1.0, -1.0, 1.0]
 upper_left = [-1.0, -1.0, -1.0]
 pixels = [640, 480]
-"#;
-
-#[test]
-fn walls_come_from_toml() {
-    let cave = Cave::from_toml(ROOM, "room.toml", [100, 50]).unwrap();
-    assert_eq!(cave.walls[0].pixels, [100, 50]);
-    assert_eq!(cave.walls[1].pixels, [640, 480]);
-    assert_eq!(cave.walls[0].upper_left, DVec3::new(-1.0, 1.0, -1.0));
-}
-
-#[test]
-fn faults_in_toml_point_at_their_line() {
-    for (from, to, line, message) in [
-        ("\"floor\"", "\"Front\"", Some(9), "two walls"),
-        ("\"floor\"", "\"a/b\"", Some(9), "\"a/b\""),
-        ("\"floor\"", "\"\"", Some(9), "is empty"),
-        ("[640, 480]", "[640, 0]", Some(13), "640 × 0"),
-        ("[640, 480]", "[640, -1]", Some(13), "-1"),
-        ("pixels", "pixel", Some(13), "unknown field `pixel`"),
-        ("upper_left = [-1, 1, -1]", "", Some(2), "upper_left"),
-        ("[-1, 1, -1]", "[-1, -1, -1]", Some(6), "no height"),
-        ("[-1, 1, -1]", "[-1, nan, -1]", Some(6), "upper left corner"),
-        ("[-1, 1, -1]", "[3, -1, -1]", Some(6), "on one line"),
-        ("[-1, 1, -1]", "[-1, 1]", Some(6), "invalid length 2"),
-        (ROOM, "", None, "no walls and no domes"),
-    ] {
-        assert!(ROOM.contains(from), "{from}");
-        let text = ROOM.replacen(from, to, 1);
-        let error = Cave::from_toml(&text, "room.toml", [9, 9]).unwrap_err();
-        assert!(error.to_string().contains(message), "{from}: {error}");
-        assert_eq!(error.line(), line, "{from}: {error}");
-        assert!(Diagnostic::help(&error).is_some(), "{from}: {error}");
-    }
-}
-
-const DOME: &str = r#"
-[[wall]]
-name = "floor"
-lower_left = [-1, -1, 1]
-lower_right = [1, -1, 1]
-upper_left = [-1, -1, -1]
 
 [[dome]]
 name = "sky"
@@ -302,7 +165,7 @@ radius = 2.5
 centre = [0, -1.0, 0.5]
 tilt_degrees = 30
 field_of_view_degrees = 200
-size = 640
+size = 1640
 
 [[dome]]
 name = "small"
@@ -310,55 +173,85 @@ radius = 1
 centre = [0, 0, 0]
 "#;
 
+fn room() -> Cave {
+    Cave::from_toml(ROOM, "room.toml", [100, 50]).unwrap()
+}
+
 fn sky() -> DomeScreen {
-    let cave = Cave::from_toml(DOME, "room.toml", [9, 9]).unwrap();
-    cave.domes[0].clone()
+    room().domes[0].clone()
 }
 
 #[test]
-fn domes_come_from_toml() {
-    let cave = Cave::from_toml(DOME, "room.toml", [100, 50]).unwrap();
+fn walls_and_domes_come_from_toml() {
+    let cave = room();
+    assert_eq!(
+        [0, 1].map(|i| cave.walls[i].pixels),
+        [[100, 50], [640, 480]]
+    );
+    assert_eq!(cave.walls[0].upper_left, DVec3::new(-1.0, 1.0, -1.0));
     let [sky, small] = cave.domes.as_slice() else {
         panic!("{cave:?}");
     };
-    assert_eq!((sky.radius(), sky.size()), (2.5, 640));
+    assert_eq!((sky.radius(), sky.size()), (2.5, 1640));
     assert_eq!(sky.centre(), DVec3::new(0.0, -1.0, 0.5));
     assert!((sky.field_of_view() - 200f64.to_radians()).abs() < 1e-15);
     assert_eq!((small.size(), small.name()), (100, "small"));
     assert_eq!(small.field_of_view(), std::f64::consts::PI);
     assert_eq!(small.axes().z_axis, DVec3::NEG_Y);
     let names: Vec<&str> = cave.screens().map(Screen::name).collect();
-    assert_eq!(names, ["floor", "sky", "small"]);
+    assert_eq!(names, ["front", "floor", "sky", "small"]);
 }
 
+/// One fault a line: what is replaced in the room's file, by what, the number of the line that
+/// the fault points at, and a part of the message.
+const FAULTS: &str = r#"
+"floor" | "Front" | 9 | two walls
+"floor" | "a/b" | 9 | "a/b"
+"floor" | "" | 9 | is empty
+[640, 480] | [640, 0] | 13 | 640 × 0
+[640, 480] | [640, -1] | 13 | -1
+pixels | pixel | 13 | unknown field `pixel`
+upper_left = [-1, 1, -1] | | 2 | upper_left
+[-1, 1, -1] | [-1, -1, -1] | 6 | no height
+[-1, 1, -1] | [-1, nan, -1] | 6 | upper left corner
+[-1, 1, -1] | [3, -1, -1] | 6 | on one line
+[-1, 1, -1] | [-1, 1] | 6 | invalid length 2
+[1, -1, -1] | [-1, -1, -1] | 5 | no width
+[1, -1, -1] | [1, nan, -1] | 5 | lower right corner
+"sky" | "FLOOR" | 16 | as another screen
+"small" | "Sky" | 24 | as another screen
+"sky" | "a/b" | 16 | "a/b"
+2.5 | 0 | 17 | radius of 0 m
+2.5 | nan | 17 | radius of NaN m
+2.5 | 1e7 | 17 | radius of 10000000 m
+[0, -1.0, 0.5] | [0, inf, 0.5] | 18 | inf
+[0, -1.0, 0.5] | [0, 1] | 18 | invalid length 2
+30 | 361 | 19 | tilted by 361°
+30 | nan | 19 | tilted by NaN°
+200 | 0 | 20 | field of view of 0°
+200 | 360.5 | 20 | field of view of 360.5°
+1640 | 0 | 21 | 0 × 0
+1640 | 16385 | 21 | 16385 × 16385
+1640 | -1 | 21 | -1
+size | pixels | 21 | unknown field `pixels`
+radius = 1 | | 23 | radius
+"#;
+
 #[test]
-fn faults_of_domes_point_at_their_line() {
-    for (from, to, line, message) in [
-        ("\"sky\"", "\"FLOOR\"", Some(9), "as another screen"),
-        ("\"small\"", "\"Sky\"", Some(17), "as another screen"),
-        ("\"sky\"", "\"a/b\"", Some(9), "\"a/b\""),
-        ("2.5", "0", Some(10), "radius of 0 m"),
-        ("2.5", "nan", Some(10), "radius of NaN m"),
-        ("2.5", "1e7", Some(10), "radius of 10000000 m"),
-        ("[0, -1.0, 0.5]", "[0, inf, 0.5]", Some(11), "inf"),
-        ("[0, -1.0, 0.5]", "[0, 1]", Some(11), "invalid length 2"),
-        ("30", "361", Some(12), "tilted by 361°"),
-        ("30", "nan", Some(12), "tilted by NaN°"),
-        ("200", "0", Some(13), "field of view of 0°"),
-        ("200", "360.5", Some(13), "field of view of 360.5°"),
-        ("640", "0", Some(14), "0 × 0"),
-        ("640", "16385", Some(14), "16385 × 16385"),
-        ("640", "-1", Some(14), "-1"),
-        ("size", "pixels", Some(14), "unknown field `pixels`"),
-        ("radius = 1\n", "", Some(16), "radius"),
-    ] {
-        assert!(DOME.contains(from), "{from}");
-        let text = DOME.replacen(from, to, 1);
-        let error = Cave::from_toml(&text, "room.toml", [9, 9]).unwrap_err();
-        assert!(error.to_string().contains(message), "{from}: {error}");
-        assert_eq!(error.line(), line, "{from}: {error}");
-        assert!(Diagnostic::help(&error).is_some(), "{from}: {error}");
+fn faults_in_toml_point_at_their_line() {
+    for row in FAULTS.trim().lines() {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let &[from, to, line, message] = &cells[..] else {
+            panic!("{row}");
+        };
+        assert!(ROOM.contains(from), "{row}");
+        let error = Cave::from_toml(&ROOM.replacen(from, to, 1), "room.toml", [9, 9]).unwrap_err();
+        assert!(error.to_string().contains(message), "{row}: {error}");
+        assert_eq!(error.line(), line.parse().ok(), "{row}: {error}");
+        assert!(Diagnostic::help(&error).is_some(), "{row}: {error}");
     }
+    let error = Cave::from_toml("", "room.toml", [9, 9]).unwrap_err();
+    assert!(error.to_string().contains("no walls and no domes") && error.line().is_none());
 }
 
 #[test]
@@ -422,22 +315,12 @@ fn eyes_outside_a_dome_are_refused() {
     assert_eq!(at(2.47), Ok(()));
     for y in [2.48, -2.6, f64::NAN, f64::INFINITY] {
         let error = at(y).unwrap_err();
-        assert!(matches!(
-            error,
-            CaveError::Dome(DomeScreenError::Eye { .. })
-        ));
         assert!(error.to_string().contains("not inside dome \"dome\""));
         let help = Diagnostic::help(&error).unwrap().to_string();
         assert!(help.contains("2.475"), "{help}");
     }
     for pixels in [0, Wall::MOST_PIXELS + 1] {
-        let none = Cave::built_in(BuiltInCave::Dome, [pixels; 2]);
-        assert!(matches!(none, Err(CaveError::Dome(_))), "{pixels}");
+        let error = Cave::built_in(BuiltInCave::Dome, [pixels; 2]).unwrap_err();
+        assert_eq!(error.key, "size");
     }
-}
-
-#[test]
-fn a_file_that_is_not_there_is_named() {
-    let error = Cave::load(std::path::Path::new("no/such/room.toml"), [9, 9]).unwrap_err();
-    assert!(error.to_string().contains("room.toml"), "{error}");
 }

@@ -1,6 +1,6 @@
-//! A wall as one eye sees it: rays through its pixels, and the frustum.
+//! A wall as one eye sees it: rays through its pixels.
 
-use super::{Wall, WallError, is_in_a_room};
+use super::{RoomError, Wall, is_in_a_room};
 use glam::DVec3;
 use shisen_core::frame::FlatScreen;
 
@@ -25,36 +25,15 @@ pub struct WallView {
     pub rows: u32,
 }
 
-/// An off-axis viewing frustum, as `glFrustum` takes it: the near plane's
-/// rectangle in the axes of the wall, from the foot of the eye's
-/// perpendicular. Metres.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frustum {
-    /// Left edge; to the right is positive.
-    pub left: f64,
-    /// Right edge.
-    pub right: f64,
-    /// Lower edge; upwards is positive.
-    pub bottom: f64,
-    /// Upper edge.
-    pub top: f64,
-    /// From the eye to the near plane, above 0.
-    pub near: f64,
-}
-
 impl Wall {
-    /// Largest cosine of the angle between the edges of a rectangle: half a
-    /// millimetre on 5 m, which is as well as corners are measured.
-    const LARGEST_SKEW: f64 = 1.0e-4;
-
     /// The wall as an eye at `eye` (metres, in the room) sees it.
     ///
     /// # Errors
     /// A wall that [`Self::validate`] rejects; an eye that is not finite or
     /// farther than [`Self::FARTHEST`] out, or not at least
     /// [`Self::CLOSEST`] before the wall's plane.
-    pub fn view_from(&self, eye: DVec3) -> Result<WallView, WallError> {
-        self.distance_before(eye)?;
+    pub fn view_from(&self, eye: DVec3) -> Result<WallView, RoomError> {
+        self.check_eye(eye)?;
         let [columns, rows] = self.pixels;
         let [first_pixel, column_step, row_step] = self.grid();
         Ok(WallView {
@@ -87,60 +66,40 @@ impl Wall {
         [first_pixel, column_step, row_step]
     }
 
-    /// The off-axis frustum of an eye at `eye` (metres, in the room) with
-    /// its near plane at `near` metres: Kooima, "Generalized Perspective
-    /// Projection" (2008).
-    ///
-    /// # Errors
-    /// As [`Self::view_from`]; besides, a wall whose edges are not at right
-    /// angles, and a `near` that is not above 0 and at most
-    /// [`Self::FARTHEST`].
-    pub fn frustum(&self, eye: DVec3, near: f64) -> Result<Frustum, WallError> {
-        let distance = self.distance_before(eye)?;
-        if !(near > 0.0 && near <= Self::FARTHEST) {
-            return Err(WallError::Near {
-                wall: self.name.clone(),
-                near,
-            });
-        }
-        let right = self.across().normalize();
-        let up = self.upward().normalize();
-        let cosine = right.dot(up);
-        if cosine.abs() > Self::LARGEST_SKEW {
-            return Err(WallError::NotRectangular {
-                wall: self.name.clone(),
-                degrees: libm::acos(cosine.clamp(-1.0, 1.0)).to_degrees(),
-            });
-        }
-        let scale = near / distance;
-        Ok(Frustum {
-            left: right.dot(self.lower_left - eye) * scale,
-            right: right.dot(self.lower_right - eye) * scale,
-            bottom: up.dot(self.lower_left - eye) * scale,
-            top: up.dot(self.upper_left - eye) * scale,
-            near,
-        })
-    }
-
-    /// How far `eye` is before the wall's plane, metres, above
-    /// [`Self::CLOSEST`].
-    fn distance_before(&self, eye: DVec3) -> Result<f64, WallError> {
+    /// Refuses an eye that is not [`Self::CLOSEST`] before the wall's plane.
+    fn check_eye(&self, eye: DVec3) -> Result<(), RoomError> {
         self.validate()?;
         if !is_in_a_room(eye) {
-            return Err(WallError::Eye {
-                wall: self.name.clone(),
-                eye,
-            });
+            return Err(RoomError::new(
+                "eye",
+                format!(
+                    "wall \"{}\" cannot be seen from {}, {}, {}",
+                    self.name, eye.x, eye.y, eye.z
+                ),
+                format!(
+                    "the eye's coordinates are metres from -{0} to {0}",
+                    Self::FARTHEST
+                ),
+            ));
         }
         let normal = self.across().normalize().cross(self.upward().normalize());
         let distance = (eye - self.lower_left).dot(normal.normalize());
-        if distance <= Self::CLOSEST {
-            return Err(WallError::Behind {
-                wall: self.name.clone(),
-                eye,
-                distance,
-            });
+        if distance > Self::CLOSEST {
+            return Ok(());
         }
-        Ok(distance)
+        let place = if distance < -Self::CLOSEST {
+            format!("{:.6} m behind its plane", -distance)
+        } else {
+            "in its plane".to_owned()
+        };
+        Err(RoomError::new(
+            "eye",
+            format!(
+                "wall \"{}\" does not face the eye at {:.4}, {:.4}, {:.4}: the eye is {place}",
+                self.name, eye.x, eye.y, eye.z
+            ),
+            "move the head before the wall; if it is there, the wall's corners are given as seen \
+             from behind: exchange left and right",
+        ))
     }
 }

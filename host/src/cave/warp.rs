@@ -1,4 +1,4 @@
-//! Warps: what projectors have to show for a dome to carry its dome master.
+//! Warps: how projectors have to show a dome master so that it is right on the dome.
 //!
 //! A [`Projector`] is a pinhole with a lens shift, at a place in the room. For
 //! each node of a grid over its picture, its light is followed to where it
@@ -7,17 +7,15 @@
 //! pictures are rendered with ([`DomeScreen`]), so the picture for a viewer
 //! anywhere in the dome, sent through a warp, is right for that viewer.
 //!
-//! Written as [`bourke`]'s mesh, for players of dome masters, or as [`mpcdi`],
-//! for what knows the viewer's eye itself. There is no edge blending: a node is
+//! A warp is written as [`bourke`]'s mesh, for players of dome masters, or as [`mpcdi`],
+//! for programs that know the viewer's eye. There is no edge blending: a node is
 //! drawn in full where its light meets the dome, else not at all.
 
 pub mod bourke;
 pub mod mpcdi;
 mod projector;
 
-pub use projector::{
-    Aim, Lens, Projector, ProjectorError, ProjectorFault, ProjectorFileError, Throw,
-};
+pub use projector::{Aim, Lens, Projector, Throw};
 
 use crate::cave::DomeScreen;
 use glam::{DVec2, DVec3};
@@ -55,16 +53,12 @@ pub struct Warp<'a> {
 /// Why there is no warp.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum WarpError {
-    /// A grid that is none.
+    /// A grid with too few or too many nodes.
     #[error("a grid of {} × {} nodes", .grid[0], .grid[1])]
     #[diagnostic(help("give {least} to {most} nodes a side", most = Warp::MOST_NODES))]
-    Grid {
-        /// Columns and rows.
-        grid: [u32; 2],
-        /// The fewest.
-        least: u32,
-    },
+    Grid { grid: [u32; 2], least: u32 },
     /// No node's light meets the dome.
     #[error(
         "projector \"{projector}\" does not see dome \"{dome}\": none of its light meets the inside"
@@ -74,9 +68,7 @@ pub enum WarpError {
         .centre.x, .centre.y, .centre.z
     ))]
     NotSeen {
-        /// The projector's name.
         projector: String,
-        /// The dome's name.
         dome: String,
         /// The dome's centre: metres.
         centre: DVec3,
@@ -89,7 +81,7 @@ impl<'a> Warp<'a> {
     /// Most nodes along a side.
     pub const MOST_NODES: u32 = 16_384;
 
-    /// A grid of so many columns and rows of nodes.
+    /// Follows the light of `grid` columns and rows of nodes.
     ///
     /// # Errors
     /// A grid of no nodes, of more than [`Self::MOST_NODES`] a side or, at

@@ -16,10 +16,10 @@ pub enum Mapping {
 }
 
 impl Mapping {
-    /// The nearer to a photograph, the earlier.
+    /// All mappings, the nearest to a photograph first.
     pub const ALL: [Self; 3] = [Self::Mirror, Self::Exact, Self::True];
 
-    /// As the command line has it.
+    /// Its name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Mirror => "mirror",
@@ -28,7 +28,7 @@ impl Mapping {
         }
     }
 
-    /// The core's, where there is a mirror.
+    /// The core's mapping; `None` without a mirror.
     pub const fn core(self) -> Option<capture::Mapping> {
         match self {
             Self::Mirror => Some(capture::Mapping::Screen),

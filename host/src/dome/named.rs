@@ -32,7 +32,7 @@ impl Named {
         Self::Best,
     ];
 
-    /// As the command line has it.
+    /// Its name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Paper1 => "paper-1",
@@ -64,20 +64,15 @@ mod tests {
 
     #[test]
     fn the_papers_viewpoints_are_rounded_to_its_table() {
-        let rounded = [Named::Paper1, Named::Paper2, Named::Paper3].map(|named| {
-            let design = Design::of(named.mirror());
-            let digits = |x: f64| format!("{x:.3}");
-            (digits(design.a), digits(design.c1), design.p.map(digits))
-        });
-        let row = |a: &str, c1: &str, p: Option<&str>| (a.into(), c1.into(), p.map(str::to_owned));
-        assert_eq!(
-            rounded,
-            [
-                row("1.288", "1.017", None),
-                row("1.000", "0.930", Some("1.277")),
-                row("2.350", "2.235", Some("3.374")),
-            ]
-        );
+        for (named, row) in [
+            (Named::Paper1, "1.288 1.017 -"),
+            (Named::Paper2, "1.000 0.930 1.277"),
+            (Named::Paper3, "2.350 2.235 3.374"),
+        ] {
+            let Design { a, c1, p, .. } = Design::of(named.mirror());
+            let p = p.map_or("-".to_owned(), |p| format!("{p:.3}"));
+            assert_eq!(format!("{a:.3} {c1:.3} {p}"), row);
+        }
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! TOML descriptions, and faults that point at the line they are on.
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode, SourceSpan};
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
 use serde::de::DeserializeOwned;
-use std::fmt;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::{fmt, io};
 
 /// A fault in a text file and the place it is at.
 ///
@@ -57,14 +58,6 @@ impl<F: std::error::Error> std::error::Error for Located<F> {
 }
 
 impl<F: Diagnostic> Diagnostic for Located<F> {
-    fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.fault.code()
-    }
-
-    fn severity(&self) -> Option<Severity> {
-        self.fault.severity()
-    }
-
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         self.fault.help()
     }
@@ -79,6 +72,83 @@ impl<F: Diagnostic> Diagnostic for Located<F> {
         let label = LabeledSpan::new_with_span(Some("here".into()), self.span?);
         Some(Box::new(std::iter::once(label)))
     }
+}
+
+/// Why a file of a scene, walls or a projector could not be used.
+#[derive(Debug)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
+pub enum FileError<F> {
+    /// The file could not be read.
+    Read {
+        what: &'static str,
+        help: &'static str,
+        path: PathBuf,
+        source: io::Error,
+    },
+    /// It was read, and there is a fault in it.
+    Fault(Located<F>),
+}
+
+impl<F> From<Located<F>> for FileError<F> {
+    fn from(fault: Located<F>) -> Self {
+        Self::Fault(fault)
+    }
+}
+
+impl<F: fmt::Display> fmt::Display for FileError<F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Read { what, path, .. } => write!(f, "cannot read {what} in {}", path.display()),
+            Self::Fault(fault) => fault.fmt(f),
+        }
+    }
+}
+
+impl<F: std::error::Error> std::error::Error for FileError<F> {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Read { source, .. } => Some(source),
+            Self::Fault(fault) => fault.source(),
+        }
+    }
+}
+
+impl<F: Diagnostic> Diagnostic for FileError<F> {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        match self {
+            Self::Read { help, .. } => Some(Box::new(help)),
+            Self::Fault(fault) => Diagnostic::help(fault),
+        }
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        match self {
+            Self::Read { .. } => None,
+            Self::Fault(fault) => fault.source_code(),
+        }
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        match self {
+            Self::Read { .. } => None,
+            Self::Fault(fault) => fault.labels(),
+        }
+    }
+}
+
+/// The text of a file that describes `what`.
+pub(crate) fn read_description<F>(
+    path: &Path,
+    what: &'static str,
+    help: &'static str,
+) -> Result<String, FileError<F>> {
+    super::read_text(path).map_err(|source| FileError::Read {
+        what,
+        help,
+        path: path.to_owned(),
+        source,
+    })
 }
 
 /// A description's text and what messages call it.
@@ -105,8 +175,7 @@ impl Source<'_> {
     }
 }
 
-/// What to suggest where `given` is none of `names`: the one that is most
-/// like it, or all where none is.
+/// Suggests the name most like `given`, or all names if none is like it.
 pub(crate) fn suggestion<'a>(
     given: &str,
     names: impl IntoIterator<Item = &'a str>,
@@ -145,30 +214,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn edit_distance_counts_single_letter_edits() {
-        for (a, b, expected) in [
-            ("", "", 0),
-            ("", "abc", 3),
-            ("abc", "", 3),
-            ("kitten", "sitting", 3),
-            ("Chrome", "chrome", 0),
-            ("flaw", "lawn", 2),
-        ] {
-            assert_eq!(edit_distance(a, b), expected, "{a} to {b}");
-        }
-    }
-
-    #[test]
     fn suggests_the_nearest_or_all() {
         let names = ["chrome", "clay", "glass"];
-        assert_eq!(
-            suggestion("crome", names).as_deref(),
-            Some("did you mean \"chrome\"?")
-        );
-        assert_eq!(
-            suggestion("velvety", names).as_deref(),
-            Some("use one of: chrome, clay, glass")
-        );
+        for (given, says) in [
+            ("Crome", "did you mean \"chrome\"?"),
+            ("cloy", "did you mean \"clay\"?"),
+            ("", "use one of: chrome, clay, glass"),
+            ("velvety", "use one of: chrome, clay, glass"),
+        ] {
+            assert_eq!(suggestion(given, names).as_deref(), Some(says));
+        }
         assert_eq!(suggestion("crome", []), None);
     }
 }

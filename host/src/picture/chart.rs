@@ -19,14 +19,13 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 
-/// Columns and rows of a picture of its own.
+/// Columns and rows of a chart in a file of its own.
 const SIZE: (u32, u32) = (800, 500);
 
-/// Parts of a column or row that it is drawn in: `plotters` has whole numbers
-/// only, and steps would show.
+/// Drawing units a pixel: `plotters` has whole numbers only, and steps would show.
 const PARTS: u32 = 10;
 
-/// Of a line beside its name.
+/// The length of the line beside a name.
 const KEY: i32 = 22 * PARTS as i32;
 
 /// Names below a chart that stand beside each other, and the height of a row of them.
@@ -36,8 +35,7 @@ const NAME_ROW: u32 = 20;
 /// Radius of a dot.
 const DOT: u32 = 5 * PARTS;
 
-/// Colours that people of all kinds of colour vision tell apart: Okabe and
-/// Ito's.
+/// Okabe and Ito's colours, which people with any kind of colour vision can distinguish.
 const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -103,8 +101,8 @@ pub enum Corner {
 pub struct Line {
     /// What it is called.
     pub name: String,
-    /// From left to right, but for dots; no line goes where there is no number.
-    /// A single point is a dot.
+    /// Points from left to right (dots in any order); the line breaks where y is `None`, and a
+    /// single point is a dot.
     pub points: Vec<(f64, Option<f64>)>,
     /// Which colour it has, counted round.
     pub colour: usize,
@@ -117,8 +115,8 @@ pub struct Line {
 /// Largest number of an axis.
 const LARGEST: f64 = 1.0e300;
 
-/// Whether an axis can have a range: the charts' library would go without an end from a
-/// power of ten that is 0 to the next.
+/// Whether an axis can have a range: the charts' library would not end on a logarithmic axis from
+/// 0.
 pub fn is_drawable(range: &Range<f64>, logarithmic: bool) -> bool {
     let least = if logarithmic { 1.0 / LARGEST } else { -LARGEST };
     least <= range.start && range.start < range.end && range.end <= LARGEST
@@ -134,8 +132,7 @@ impl Chart {
         write_atomically(path, |file| file.write_all(picture.as_bytes()))
     }
 
-    /// Writes the numbers, CSV: a line's name, x and y in each row, and no y
-    /// where there is none.
+    /// Writes the numbers as CSV: a line's name, x and y in each row; y may be empty.
     ///
     /// # Errors
     /// What the system reports.
@@ -158,8 +155,8 @@ impl Chart {
         text
     }
 
-    /// The picture, SVG, as text, with so many columns and rows, and more rows for
-    /// names below it. Letters have one size in all.
+    /// The picture as SVG text of `size` columns and rows, with more rows for names below it.
+    /// Letters have the same size in charts of any size.
     ///
     /// # Errors
     /// A range that no axis can have.
@@ -186,10 +183,10 @@ impl Chart {
         let size = (size.0, size.1 + self.names_height());
         let (x, y) = (self.x.range.clone(), self.y.range.clone());
         match (self.x.logarithmic, self.y.logarithmic) {
-            (false, false) => self.draw((&mut picture, size), x, y),
-            (false, true) => self.draw((&mut picture, size), x, y.log_scale()),
-            (true, false) => self.draw((&mut picture, size), x.log_scale(), y),
-            (true, true) => self.draw((&mut picture, size), x.log_scale(), y.log_scale()),
+            (false, false) => self.draw(&mut picture, size, x, y),
+            (false, true) => self.draw(&mut picture, size, x, y.log_scale()),
+            (true, false) => self.draw(&mut picture, size, x.log_scale(), y),
+            (true, true) => self.draw(&mut picture, size, x.log_scale(), y.log_scale()),
         }
         .map_err(|error| io::Error::other(error.to_string()))?;
         let written = |parts: u32| {
@@ -199,9 +196,11 @@ impl Chart {
         Ok(picture.replacen(&written(PARTS), &written(1), 1))
     }
 
+    // Long, because it sets each part of one drawing in turn.
     fn draw<X, Y>(
         &self,
-        (picture, size): (&mut String, (u32, u32)),
+        picture: &mut String,
+        size: (u32, u32),
         x: X,
         y: Y,
     ) -> Result<(), DrawingError>
@@ -342,8 +341,8 @@ impl Chart {
         Ok(())
     }
 
-    /// Circles that its picture has to have where nothing of it is outside its axes:
-    /// one for each number of a line of dots, and one beside its name.
+    /// The number of circles in its picture if all dots are inside its axes: one for each dot,
+    /// and one beside each name.
     pub fn circles(&self) -> usize {
         let named = usize::from(self.lines.len() > 1);
         let dotted = self.lines.iter().filter(|line| line.dots);
@@ -351,7 +350,7 @@ impl Chart {
         dotted.map(|line| of(line) + named).sum()
     }
 
-    /// Lines that go through two numbers or more.
+    /// The number of lines through two points or more.
     pub fn strokes(&self) -> usize {
         let joined = self.lines.iter().filter(|line| !line.dots);
         joined.filter(|line| line.points.len() > 1).count()
@@ -372,8 +371,7 @@ impl Chart {
         places.filter(|&at| self.shows(at)).collect()
     }
 
-    /// What of a line is inside the chart: its unbroken parts, each at least
-    /// two points.
+    /// The unbroken parts of a line inside the chart, each at least two points.
     fn parts(&self, line: &Line) -> Vec<Vec<(f64, f64)>> {
         let (x, y) = (&self.x, &self.y);
         let mut parts: Vec<Vec<(f64, f64)>> = Vec::new();
@@ -456,15 +454,13 @@ mod tests {
         chart.names = Names::Below;
         let picture = chart.svg(SIZE).unwrap();
         // Two rows of names, and the edge.
-        assert!(
-            picture.starts_with("<svg width=\"800\" height=\"550\" viewBox=\"0 0 8000 5500\""),
-            "{}",
-            &picture[..80]
-        );
+        let size = "<svg width=\"800\" height=\"550\" viewBox=\"0 0 8000 5500\"";
+        assert!(picture.starts_with(size), "{}", &picture[..80]);
+        let height = |one: &str| one.split("cy=\"").nth(1)?.split('"').next()?.parse().ok();
         let heights: Vec<f64> = picture
             .split("<circle ")
             .skip(1)
-            .filter_map(|one| one.split("cy=\"").nth(1)?.split('"').next()?.parse().ok())
+            .filter_map(height)
             .collect();
         assert_eq!(heights.len(), chart.circles());
         let (dots, names) = heights.split_at(4);
@@ -501,20 +497,11 @@ mod tests {
 
     #[test]
     fn lines_are_broken_where_there_is_no_number() {
-        let points = vec![
-            (0.0, Some(1.0)),
-            (1.0, Some(10.0)),
-            (2.0, None),
-            (2.5, Some(100.0)),
-            (3.0, Some(0.0)),
-            (3.5, Some(1.0)),
-            (4.0, Some(1.0)),
-        ];
-        let inside = parts(&chart(1.0..1.0e3, true, points));
-        assert_eq!(
-            inside,
-            [vec![(0.0, 1.0), (1.0, 10.0)], vec![(3.5, 1.0), (4.0, 1.0)]]
-        );
+        let x = [0.0, 1.0, 2.0, 2.5, 3.0, 3.5, 4.0];
+        let y = [1.0, 10.0, f64::NAN, 100.0, 0.0, 1.0, 1.0].map(|y| Some(y).filter(|y| *y >= 0.0));
+        let chart = chart(1.0..1.0e3, true, x.into_iter().zip(y).collect());
+        let inside = [[(0.0, 1.0), (1.0, 10.0)], [(3.5, 1.0), (4.0, 1.0)]];
+        assert_eq!(parts(&chart), inside.map(|part| part.to_vec()));
     }
 
     #[test]
@@ -530,22 +517,18 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_as_large_as_they_should_be() {
+    fn pictures_show_lines_and_dots_inside_their_axes() {
         for logarithmic in [false, true] {
             let points = vec![(0.0, Some(1.0)), (4.0, Some(2.0))];
             let mut chart = chart(1.0..2.0, logarithmic, points);
             let picture = chart.svg(SIZE).unwrap();
+            assert!(picture.contains("A chart") && picture.contains("polyline"));
             assert!(!picture.contains("<circle"));
             for (y, dots) in [(1.5, 1), (2.5, 0)] {
                 chart.lines[0].points = vec![(1.0, Some(y))];
                 let dot = chart.svg(SIZE).unwrap();
                 assert_eq!(dot.matches("<circle").count(), dots);
             }
-            assert!(
-                picture.starts_with("<svg width=\"800\" height=\"500\" viewBox=\"0 0 8000 5000\""),
-                "{picture}"
-            );
-            assert!(picture.contains("A chart") && picture.contains("polyline"));
         }
     }
 

@@ -4,9 +4,8 @@ use palette::{IntoColor, Lab, LinSrgb};
 use rayon::prelude::*;
 
 /// How far apart the colours of two pictures are, pixel by pixel, as a display
-/// shows them: CIEDE2000 of what sRGB holds of them. Up to about 1 nobody
-/// sees a difference; pictures of different sizes have the smaller one's pixels
-/// compared.
+/// shows them: CIEDE2000 of the colours clipped to sRGB. A difference up to about 1 is not seen.
+/// Of pictures of different sizes the pixels of the smaller one are compared.
 pub fn colour_differences(one: &Picture, other: &Picture) -> Vec<f32> {
     let pairs = one.pixels.par_iter().zip(&other.pixels);
     pairs
@@ -14,7 +13,7 @@ pub fn colour_differences(one: &Picture, other: &Picture) -> Vec<f32> {
         .collect()
 }
 
-/// What a display shows of a linear colour.
+/// A linear colour clipped to what a display shows.
 fn shown([red, green, blue, _]: [f32; 4]) -> Lab {
     let clip = |channel: f32| channel.clamp(0.0, 1.0);
     LinSrgb::new(clip(red), clip(green), clip(blue)).into_color()

@@ -1,9 +1,8 @@
-//! Which effects to carry out, as it is asked for, and the shading that has
-//! them.
+//! Which effects to carry out, and the shading that has them.
 //!
-//! Written as a list: `auto`, what the scene asks for; `all`, everything that
-//! is built; `-NAME` and `+NAME`, less and more than that. Whatever a scene does
-//! not ask for changes no pixel, asked for here or not.
+//! On a command line they are a list: `auto`, the effects that the scene asks for; `all`, every
+//! effect that is built; `-NAME` and `+NAME`, without and with one. An effect that the scene does
+//! not ask for changes no pixel.
 
 use crate::files::description::suggestion;
 use shisen_core::frame::{Renderer, Settings, Spectrum, SpectrumError};
@@ -25,21 +24,14 @@ pub struct Effects {
 /// Why a list of effects cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum EffectsError {
-    /// An effect that there is not.
+    /// An unknown effect.
     #[error("there is no effect \"{given}\": {help}")]
-    Unknown {
-        /// What was given.
-        given: String,
-        /// What there is.
-        help: String,
-    },
+    Unknown { given: String, help: String },
     /// A name without a sign.
     #[error("\"{given}\" is neither auto nor all: write +{given} or -{given}")]
-    NoSign {
-        /// What was given.
-        given: String,
-    },
+    NoSign { given: String },
 }
 
 impl Effects {
@@ -57,7 +49,7 @@ impl Effects {
         ..Self::AUTO
     };
 
-    /// These without some effects.
+    /// Takes effects away.
     #[must_use]
     pub const fn less(mut self, effects: EffectSet) -> Self {
         self.with = self.with.difference(effects);
@@ -65,7 +57,7 @@ impl Effects {
         self
     }
 
-    /// These and some more.
+    /// Adds effects.
     #[must_use]
     pub const fn more(mut self, effects: EffectSet) -> Self {
         self.without = self.without.difference(effects);
@@ -73,7 +65,7 @@ impl Effects {
         self
     }
 
-    /// What is carried out of a scene that asks for `asked`.
+    /// The effects carried out in a scene that asks for `asked`.
     pub const fn of(&self, asked: EffectSet) -> EffectSet {
         let all = if self.everything {
             EffectSet::ALL
@@ -157,21 +149,25 @@ mod tests {
 
     const MIRRORS: EffectSet = EffectSet::SHADOWS.union(EffectSet::REFLECTION);
 
-    fn of(text: &str) -> EffectSet {
-        text.parse::<Effects>().unwrap().of(MIRRORS)
-    }
-
     #[test]
     fn lists_are_read_in_order() {
-        assert_eq!(of("auto"), MIRRORS);
-        assert_eq!(of("all"), EffectSet::ALL);
-        assert_eq!(of("-shadows"), EffectSet::REFLECTION);
-        assert_eq!(of("-shadows, -reflection"), EffectSet::NONE);
-        assert_eq!(of("-shadows,+shadows"), MIRRORS);
-        assert_eq!(of("+refraction"), MIRRORS | EffectSet::REFRACTION);
-        assert_eq!(of("-shadows,auto"), MIRRORS);
-        let rest = EffectSet::ALL.difference(EffectSet::GRATICULE);
-        assert_eq!(of("all,-graticule"), rest);
+        let without_lines = EffectSet::ALL.difference(EffectSet::GRATICULE);
+        for (text, expected) in [
+            ("auto", MIRRORS),
+            ("all", EffectSet::ALL),
+            ("-shadows", EffectSet::REFLECTION),
+            ("-shadows, -reflection", EffectSet::NONE),
+            ("-shadows,+shadows", MIRRORS),
+            ("+refraction", MIRRORS | EffectSet::REFRACTION),
+            ("-shadows,auto", MIRRORS),
+            ("all,-graticule", without_lines),
+        ] {
+            assert_eq!(
+                text.parse::<Effects>().unwrap().of(MIRRORS),
+                expected,
+                "{text}"
+            );
+        }
         for text in ["auto", "all,-graticule", "auto,+refraction,-shadows"] {
             assert_eq!(text.parse::<Effects>().unwrap().to_string(), text);
         }

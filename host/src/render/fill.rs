@@ -1,7 +1,8 @@
 //! What shows where the gaze skips rays.
 
 use super::{
-    Frame, Job, Observer, Options, RenderError, WallPicture, jobs, tiles, trace, write_back,
+    Frame, Job, Observer, Options, RenderError, WallPicture, jobs, share_out, tiles, trace,
+    write_back,
 };
 use crate::picture::Picture;
 use crate::render::effects;
@@ -9,12 +10,11 @@ use glam::{DVec3, Mat3};
 use rayon::ThreadPool;
 use shisen_core::frame::{
     BLEND, Budget, DomePose, Fill, LevelOfDetail, Pixel, Renderer, Settings, Spectrum, Statistics,
-    Surroundings, SurroundingsError, Tile, TileJob, View, Workspace,
+    Surroundings, SurroundingsError, Tile, TileJob, View,
 };
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::f32::consts::PI;
-use std::sync::Mutex;
 use std::time::Instant;
 
 /// What shows where the gaze skips rays. At the border of the visual field
@@ -39,14 +39,13 @@ pub struct CaptureOptions {
     pub size: u32,
     /// The level of detail of all its rays, 0 to 1.
     pub level: f32,
-    /// The most steps to take, but for the ray that each tile of 16² pixels may be
-    /// busy with; what they do not reach shows the background. `None` for as many
-    /// as it needs.
+    /// The most steps to take, but for the last ray of each tile of 16² pixels; pixels that
+    /// they do not reach show the background. `None` for no limit.
     pub steps: Option<u64>,
 }
 
 impl Default for CaptureOptions {
-    /// 128 pixels, a third of the detail: of three bounces one.
+    /// 128 pixels and a third of the detail: one of three bounces.
     fn default() -> Self {
         Self {
             size: 128,
@@ -59,7 +58,7 @@ impl Default for CaptureOptions {
 /// The surroundings of a frame's viewer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Capture {
-    /// What is on the side that the viewer looks at, and behind; top up.
+    /// The half that the viewer looks at, and the half behind; top up.
     pub hemispheres: [Picture; 2],
     /// Rays and steps; part of the frame's.
     pub statistics: Statistics,
@@ -87,7 +86,8 @@ where
 {
     /// Around the middle of the eyes; `None` where nothing follows their gaze.
     pub(super) fn new(
-        (scene, spectrum): (&Scene<'a, W>, Spectrum<'a>),
+        scene: &Scene<'a, W>,
+        spectrum: Spectrum<'a>,
         eyes: &[Observer],
         frame: &Options,
         options: CaptureOptions,
@@ -132,9 +132,9 @@ where
         }))
     }
 
-    /// Renders tiles within so many steps. They are dealt out in rounds, in equal
-    /// parts to the tiles that are not finished; what a tile leaves goes to the
-    /// next round's. Neither parts nor what is left depend on threads.
+    /// Renders tiles within a number of steps, dealt out in rounds in equal parts to unfinished
+    /// tiles; steps that a tile leaves go to the next round. The result does not depend on
+    /// threads.
     fn trace_within(
         &self,
         jobs: &mut [Job<'_>],
@@ -145,7 +145,7 @@ where
         let mut statistics = Statistics::default();
         let mut pending: Vec<(TileJob, &mut Job<'_>)> = jobs
             .iter_mut()
-            .map(|job| (TileJob::new(job.1), job))
+            .map(|job| (TileJob::new(job.tile), job))
             .collect();
         loop {
             let left = steps.saturating_sub(statistics.steps);
@@ -153,26 +153,19 @@ where
             let Some(part) = left.checked_div(served as u64) else {
                 break;
             };
-            let next = Mutex::new(pending[..served].iter_mut());
-            let done = pool.broadcast(|_| {
-                let mut workspace = Workspace::new();
-                while let Some((tile, job)) = next.lock().ok().and_then(|mut next| next.next()) {
-                    let (view, renderer) = &self.views[job.0];
-                    let mut budget = Budget::steps(part);
-                    // Tiles of a view's own grid fit it.
-                    let outcome = tile.render(renderer, view, job.2, &mut budget, &mut workspace);
-                    debug_assert!(outcome.is_ok());
-                }
-                workspace.statistics
-            });
-            for part in &done {
-                statistics.add(part);
-            }
+            let served = pending[..served].iter_mut();
+            statistics.add(&share_out(pool, served, |workspace, (tile, job)| {
+                let (view, renderer) = &self.views[job.picture];
+                let mut budget = Budget::steps(part);
+                // Tiles of a view's own grid fit it.
+                let outcome = tile.render(renderer, view, job.pixels, &mut budget, workspace);
+                debug_assert!(outcome.is_ok());
+            }));
             pending.retain(|(tile, _)| !tile.is_finished());
         }
         for (mut tile, job) in pending {
-            let (view, renderer) = &self.views[job.0];
-            let given_up = tile.give_up(renderer, view, job.2);
+            let (view, renderer) = &self.views[job.picture];
+            let given_up = tile.give_up(renderer, view, job.pixels);
             debug_assert!(given_up.is_ok());
         }
         (statistics, start.elapsed().as_secs_f64())
@@ -200,17 +193,14 @@ fn same_field(one: &LevelOfDetail, other: &LevelOfDetail) -> bool {
 /// and their neighbours.
 fn needed_below(lod: &LevelOfDetail, size: u32) -> f32 {
     let limits = lod.gaze.visual_field().limits();
-    let least = limits
-        .up
-        .min(limits.down)
-        .min(limits.left)
-        .min(limits.right);
+    let sides = [limits.down, limits.left, limits.right];
+    let least = sides.into_iter().fold(limits.up, f32::min);
     // From a pixel to the far one of the four around a place.
     let across = 3.0 * PI / size as f32;
     BLEND + across / (least - limits.central)
 }
 
-/// What fills a tile of a picture, if anything does.
+/// The source of skipped pixels.
 pub(super) enum Source<'s> {
     Nothing,
     Surroundings(Surroundings<'s>),
@@ -224,7 +214,7 @@ impl Source<'_> {
         &self,
         renderer: &Renderer<'_, W>,
         view: &View,
-        (number, tile, pixels): &mut Job<'_>,
+        job: &mut Job<'_>,
     ) where
         Simd: Runs<W>,
     {
@@ -233,15 +223,15 @@ impl Source<'_> {
             Self::Nothing => return,
             Self::Surroundings(surroundings) => Fill::Surroundings(*surroundings),
             Self::Frame(frame) => {
-                let Some(one) = frame.pictures.get(*number) else {
+                let Some(one) = frame.pictures.get(job.picture) else {
                     return;
                 };
-                pixels_of(&one.picture, *tile, &mut before);
+                pixels_of(&one.picture, job.tile, &mut before);
                 Fill::Pixels(&before)
             }
         };
-        // The tile is the view's, and so many pixels are its.
-        let outcome = renderer.fill(view, *tile, &fill, pixels);
+        // The tile is one of the view's, with its pixels.
+        let outcome = renderer.fill(view, job.tile, &fill, job.pixels);
         debug_assert!(outcome.is_ok());
     }
 }
@@ -264,7 +254,8 @@ pub(crate) fn pixels_of(picture: &Picture, tile: Tile, pixels: &mut Vec<Pixel>) 
 
 /// Captures the surroundings; `None` where nothing follows the eyes' gaze.
 pub(super) fn capture<'a, const W: usize>(
-    scene: (&Scene<'a, W>, Spectrum<'a>),
+    scene: &Scene<'a, W>,
+    spectrum: Spectrum<'a>,
     eyes: &[Observer],
     frame: &Options,
     options: CaptureOptions,
@@ -273,7 +264,7 @@ pub(super) fn capture<'a, const W: usize>(
 where
     Simd: Runs<W>,
 {
-    let Some(plan) = Plan::new(scene, eyes, frame, options)? else {
+    let Some(plan) = Plan::new(scene, spectrum, eyes, frame, options)? else {
         return Ok(None);
     };
     let mut hemispheres = [
@@ -296,24 +287,13 @@ where
     Ok(Some((plan, capture)))
 }
 
-/// Whether a frame can be another's last: as many pictures of the same places
-/// and sizes.
+/// Refuses a frame that has other pictures, places or sizes than `pictures`.
 pub(super) fn check_previous(
     previous: &Frame,
     pictures: &[WallPicture],
 ) -> Result<(), RenderError> {
-    let like = |one: &WallPicture| {
-        let size = [one.picture.width, one.picture.height];
-        (one.wall, one.eye, size)
-    };
-    if previous
-        .pictures
-        .iter()
-        .map(like)
-        .eq(pictures.iter().map(like))
-    {
-        Ok(())
-    } else {
-        Err(RenderError::Previous)
-    }
+    let like = |one: &WallPicture| (one.wall, one.eye, one.picture.width, one.picture.height);
+    let known = previous.pictures.iter().map(like);
+    let is_alike = known.eq(pictures.iter().map(like));
+    is_alike.then_some(()).ok_or(RenderError::Previous)
 }

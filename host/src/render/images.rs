@@ -48,14 +48,14 @@ fn shares(
 
 /// What is summed up over wavelengths.
 pub(super) trait Image {
-    /// Takes one wavelength's part in; `share` is that of its coverage.
-    fn add(&mut self, part: Self, weight: Vec3, share: f32);
+    /// All its pictures, in an order that is always the same.
+    fn pictures(&mut self) -> Vec<&mut Picture>;
 
-    /// Makes it the part of its wavelength.
-    fn weigh(&mut self, weight: Vec3, share: f32);
+    /// What each of its parts took: rays and steps, and seconds.
+    fn costs(&mut self) -> Vec<(&mut Statistics, &mut f64)>;
 }
 
-/// The sum of the pictures of all wavelengths; `None` where there are none.
+/// The sum of the pictures of all wavelengths; `None` where there are no wavelengths.
 pub(super) fn sum<I: Image, E>(
     images: &[(Options, Vec3)],
     mut render: impl FnMut(&Options) -> Result<I, E>,
@@ -63,88 +63,53 @@ pub(super) fn sum<I: Image, E>(
     let share = 1.0 / images.len() as f32;
     let mut sum: Option<I> = None;
     for (options, weight) in images {
+        let weight = [weight.x, weight.y, weight.z, share];
         let mut part = render(options)?;
-        if let Some(sum) = &mut sum {
-            sum.add(part, *weight, share);
-        } else {
-            part.weigh(*weight, share);
+        for picture in part.pictures() {
+            for pixel in &mut picture.pixels {
+                *pixel = std::array::from_fn(|channel| pixel[channel] * weight[channel]);
+            }
+        }
+        let Some(sum) = &mut sum else {
             sum = Some(part);
+            continue;
+        };
+        for (sum, part) in sum.pictures().into_iter().zip(part.pictures()) {
+            let sums = sum.pixels.as_flattened_mut().iter_mut();
+            for (sum, part) in sums.zip(part.pixels.as_flattened()) {
+                *sum += part;
+            }
+        }
+        for (sum, part) in sum.costs().into_iter().zip(part.costs()) {
+            sum.0.add(part.0);
+            *sum.1 += *part.1;
         }
     }
     Ok(sum)
 }
 
-/// What a pixel of one wavelength adds.
-fn part([red, green, blue, alpha]: [f32; 4], weight: Vec3, share: f32) -> [f32; 4] {
-    [
-        red * weight.x,
-        green * weight.y,
-        blue * weight.z,
-        alpha * share,
-    ]
-}
-
-impl Image for Picture {
-    fn add(&mut self, other: Self, weight: Vec3, share: f32) {
-        for (pixel, other) in self.pixels.iter_mut().zip(other.pixels) {
-            for (sum, part) in pixel.iter_mut().zip(part(other, weight, share)) {
-                *sum += part;
-            }
-        }
-    }
-
-    fn weigh(&mut self, weight: Vec3, share: f32) {
-        for pixel in &mut self.pixels {
-            *pixel = part(*pixel, weight, share);
-        }
-    }
-}
-
 impl Image for DomePicture {
-    fn add(&mut self, other: Self, weight: Vec3, share: f32) {
-        self.picture.add(other.picture, weight, share);
-        add_cost(
-            (&mut self.statistics, &mut self.seconds),
-            (&other.statistics, other.seconds),
-        );
+    fn pictures(&mut self) -> Vec<&mut Picture> {
+        vec![&mut self.picture]
     }
 
-    fn weigh(&mut self, weight: Vec3, share: f32) {
-        self.picture.weigh(weight, share);
+    fn costs(&mut self) -> Vec<(&mut Statistics, &mut f64)> {
+        vec![(&mut self.statistics, &mut self.seconds)]
     }
 }
 
 impl Image for Frame {
-    fn add(&mut self, other: Self, weight: Vec3, share: f32) {
-        for (sum, part) in self.pictures.iter_mut().zip(other.pictures) {
-            sum.picture.add(part.picture, weight, share);
-        }
-        if let (Some(sum), Some(part)) = (&mut self.capture, other.capture) {
-            for (sum, part) in sum.hemispheres.iter_mut().zip(part.hemispheres) {
-                sum.add(part, weight, share);
-            }
-            add_cost(
-                (&mut sum.statistics, &mut sum.seconds),
-                (&part.statistics, part.seconds),
-            );
-        }
-        add_cost(
-            (&mut self.statistics, &mut self.seconds),
-            (&other.statistics, other.seconds),
-        );
+    fn pictures(&mut self) -> Vec<&mut Picture> {
+        let captured = self.capture.iter_mut().flat_map(|one| &mut one.hemispheres);
+        let shown = self.pictures.iter_mut().map(|one| &mut one.picture);
+        shown.chain(captured).collect()
     }
 
-    fn weigh(&mut self, weight: Vec3, share: f32) {
-        for one in &mut self.pictures {
-            one.picture.weigh(weight, share);
-        }
-        for hemisphere in self.capture.iter_mut().flat_map(|one| &mut one.hemispheres) {
-            hemisphere.weigh(weight, share);
-        }
+    fn costs(&mut self) -> Vec<(&mut Statistics, &mut f64)> {
+        let captured = self.capture.iter_mut();
+        let captured = captured.map(|one| (&mut one.statistics, &mut one.seconds));
+        std::iter::once((&mut self.statistics, &mut self.seconds))
+            .chain(captured)
+            .collect()
     }
-}
-
-fn add_cost((sum, time): (&mut Statistics, &mut f64), (part, more): (&Statistics, f64)) {
-    sum.add(part);
-    *time += more;
 }

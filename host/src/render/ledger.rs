@@ -1,8 +1,8 @@
 //! What each effect does in a frame.
 
-use super::{Observer, Options, RenderError, pool, renderer, tiles, view};
+use super::{Observer, Options, RenderError, pool, renderer, share_out, tiles, view};
 use crate::cave::Cave;
-use shisen_core::frame::{Ledger, Pixel, Statistics, Workspace};
+use shisen_core::frame::{Ledger, Pixel, Statistics};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use std::sync::Mutex;
@@ -13,9 +13,9 @@ use std::sync::Mutex;
 pub struct Account {
     /// By effect.
     pub ledger: Ledger,
-    /// Of all rays: those that the ledger has, and the primary ones.
+    /// The counts of all rays: those that the ledger has, and the primary ones.
     pub statistics: Statistics,
-    /// Of all pictures.
+    /// The number of pixels of all pictures.
     pub pixels: u64,
 }
 
@@ -45,26 +45,21 @@ where
             jobs.extend(tiles(&view, options.tile).map(|tile| (view, renderer, tile)));
         }
     }
-    let next = Mutex::new(jobs.iter());
-    let done = pool(options.threads)?.broadcast(|_| {
-        let (mut ledger, mut workspace) = (Ledger::EMPTY, Workspace::new());
-        let mut pixels = Vec::new();
-        while let Some((view, renderer, tile)) = next.lock().ok().and_then(|mut next| next.next()) {
-            pixels.resize(tile.width as usize * tile.height as usize, Pixel::default());
-            // Tiles of a view's own grid fit it.
-            let outcome = renderer.account(view, *tile, &mut pixels, &mut ledger, &mut workspace);
-            debug_assert!(outcome.is_ok());
+    let ledger = Mutex::new(Ledger::EMPTY);
+    let statistics = share_out(&pool(options.threads)?, jobs.iter(), |workspace, job| {
+        let (view, renderer, tile) = job;
+        let mut own = Ledger::EMPTY;
+        let mut pixels = vec![Pixel::default(); tile.width as usize * tile.height as usize];
+        // Tiles of a view's own grid fit it.
+        let outcome = renderer.account(view, *tile, &mut pixels, &mut own, workspace);
+        debug_assert!(outcome.is_ok());
+        if let Ok(mut all) = ledger.lock() {
+            all.add(&own);
         }
-        (ledger, workspace.statistics)
     });
-    let mut account = Account {
-        ledger: Ledger::EMPTY,
-        statistics: Statistics::default(),
+    Ok(Account {
+        ledger: ledger.into_inner().unwrap_or(Ledger::EMPTY),
+        statistics,
         pixels,
-    };
-    for (ledger, statistics) in &done {
-        account.ledger.add(ledger);
-        account.statistics.add(statistics);
-    }
-    Ok(account)
+    })
 }

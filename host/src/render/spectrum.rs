@@ -1,4 +1,4 @@
-//! Wavelengths on a desk: media by name, ways to choose wavelengths, prisms.
+//! Light by its wavelengths: media by name, ways to choose wavelengths, prisms.
 //!
 //! What the tracer computes with is in [`shisen_core::spectrum`].
 
@@ -30,7 +30,7 @@ pub struct UnknownMedium {
 /// The built-in medium of a name.
 ///
 /// # Errors
-/// A name of none.
+/// An unknown name.
 pub fn medium(name: &str) -> Result<Medium, UnknownMedium> {
     Medium::named(name).ok_or_else(|| UnknownMedium {
         name: name.to_owned(),

@@ -1,5 +1,5 @@
-//! The four scenes of Mochizuki and Makino's Table 2, whatever the mesh, and
-//! the grid of Miura's figures, and glass that takes light apart.
+//! Scenes that need no file: the four of Mochizuki and Makino's Table 2 with any mesh, the grid of
+//! Miura's figures, and glass that disperses light.
 //!
 //! Eight animals, 2 m long, around a 3 m CAVE, or all behind its front wall;
 //! one point light without fall-off. The paper gives a picture of each;
@@ -9,11 +9,10 @@ mod glass;
 
 pub use glass::{PrismBench, prism, spheres};
 
-use super::camera::CameraPath;
 use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};
 use crate::scene::material::{Graticule, Material};
 use crate::scene::mesh::TriangleMesh;
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -30,7 +29,7 @@ pub enum PaperScene {
     D,
 }
 
-/// A letter that no scene has.
+/// A name that no scene of the paper has.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("there is no built-in scene \"{given}\": use A, B, C or D")]
 pub struct UnknownPaperScene {
@@ -38,7 +37,7 @@ pub struct UnknownPaperScene {
     pub given: String,
 }
 
-/// A mesh that no scale makes as long as the scene needs it.
+/// A mesh without extent along x, which cannot be scaled to a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
     "the mesh is flat along x, so it cannot be scaled to the scene; \
@@ -147,11 +146,9 @@ pub fn paper_scene(which: PaperScene, mesh: TriangleMesh) -> Result<Scene, FlatM
                 scale: DVec3::splat(LENGTH),
             };
             Object {
-                shape: Shape::Mesh(0),
                 material: Some(0),
                 world_from_object: placement.world_from_object(&normalisation),
-                casts_shadow: true,
-                smooth: true,
+                ..Object::new(Shape::Mesh(0))
             }
         })
         .collect();
@@ -174,7 +171,7 @@ pub fn paper_scene(which: PaperScene, mesh: TriangleMesh) -> Result<Scene, FlatM
             alpha: 1.0,
         },
         ambient: [0.12; 3],
-        camera: CameraPath::default(),
+        ..Scene::default()
     })
 }
 
@@ -192,19 +189,13 @@ pub fn grid(radius: f32) -> Scene {
     };
     Scene {
         name: "grid".into(),
-        meshes: Vec::new(),
         materials: vec![white],
         objects: vec![Object {
-            shape: Shape::Sphere { radius },
             material: Some(0),
-            world_from_object: DAffine3::IDENTITY,
-            casts_shadow: true,
-            smooth: true,
+            ..Object::new(Shape::Sphere { radius })
         }],
-        lights: Vec::new(),
-        background: Background::uniform([0.0; 3]),
         ambient: [1.0; 3],
-        camera: CameraPath::default(),
+        ..Scene::default()
     }
 }
 
@@ -253,7 +244,7 @@ mod tests {
                 let scale = expected["scale"].as_f64().unwrap();
                 assert_eq!(DVec3::from_array(stand.0), position);
                 assert_eq!((stand.1, LENGTH), (yaw, scale));
-                // The reference's transform, as it is written there.
+                // The reference's own transform.
                 let (s, c) = yaw.to_radians().sin_cos();
                 for v in [DVec3::ZERO, DVec3::new(5.0, -3.0, 2.0), DVec3::Z] {
                     let unit = (v - centre) / extent;
@@ -281,18 +272,12 @@ mod tests {
     }
 
     #[test]
-    fn letters_of_either_case() {
+    fn letters_and_meshes_that_are_none_are_refused() {
         assert_eq!("a".parse(), Ok(PaperScene::A));
         assert_eq!("D".parse(), Ok(PaperScene::D));
         let error = "AB".parse::<PaperScene>().unwrap_err();
         assert!(error.to_string().contains("\"AB\""), "{error}");
-    }
-
-    #[test]
-    fn flat_meshes_are_refused() {
-        assert_eq!(
-            paper_scene(PaperScene::A, TriangleMesh::default()),
-            Err(FlatMesh)
-        );
+        let empty = TriangleMesh::default();
+        assert_eq!(paper_scene(PaperScene::A, empty), Err(FlatMesh));
     }
 }

@@ -26,8 +26,7 @@ impl DomeCamera {
         top: DVec3::Z,
     };
 
-    /// The sine of the angle between zenith and top, from which on it can be
-    /// told which way is up in the picture.
+    /// The least sine of the angle between zenith and top.
     pub const LEAST_SINE: f64 = 1.0e-6;
 
     /// Upright, then leaning forward until the front is this much nearer to the
@@ -41,15 +40,14 @@ impl DomeCamera {
         }
     }
 
-    /// Whether zenith and top point anywhere, and not the same way.
+    /// Whether zenith and top are directions, and not along each other.
     pub fn is_usable(&self) -> bool {
         let length = self.zenith.length() * self.top.length();
         let across = self.zenith.cross(self.top).length();
         self.position.is_finite() && length > 0.0 && across >= Self::LEAST_SINE * length
     }
 
-    /// As the core takes it; of no use where [`is_usable`](Self::is_usable) is
-    /// false.
+    /// The camera in the core's terms; meaningless unless [`is_usable`](Self::is_usable).
     pub fn pose(&self) -> DomePose {
         let back = -self.zenith.normalize_or_zero();
         let right = self.top.cross(back).normalize_or_zero();
@@ -64,7 +62,7 @@ impl DomeCamera {
 /// A camera at a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraKey {
-    /// Of the pictures, counted from 1.
+    /// The number of its picture, from 1.
     pub frame: u32,
     /// Where it is then.
     pub camera: DomeCamera,
@@ -78,44 +76,32 @@ pub struct CameraPath {
     keys: Vec<CameraKey>,
 }
 
-/// Keys that make no path.
+/// Why keys make no path. `key` is the number of the key that is wrong, from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error, Diagnostic)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "every `key` is as the type says")]
 pub enum CameraPathError {
     /// A key whose frame is not after that of the key before it.
     #[error("the camera's `frame` is not after that of the camera before it")]
     #[diagnostic(help("put cameras in the order of their frames, each at its own"))]
-    Order {
-        /// The key's number, from 0.
-        key: usize,
-    },
+    Order { key: usize },
     /// A key beyond [`TriangleMesh::FARTHEST`] on an axis.
     #[error("the camera's `position` is too far away")]
     #[diagnostic(help(
         "coordinates may be up to {:e} m; move the scene nearer to its origin",
         TriangleMesh::FARTHEST
     ))]
-    Position {
-        /// The key's number, from 0.
-        key: usize,
-    },
-    /// A key whose zenith and top point nowhere or the same way.
+    Position { key: usize },
+    /// A key whose zenith and top are zero or along each other.
     #[error("the camera's `zenith` and `top` point nowhere or along each other")]
     #[diagnostic(help(
         "give directions to the middle and to the top of the picture, such as [0, 1, 0] and [0, 0, 1]"
     ))]
-    Direction {
-        /// The key's number, from 0.
-        key: usize,
-    },
-    /// Zeniths or tops of neighbours that are against each other, so that it
-    /// cannot be told which way to turn.
+    Direction { key: usize },
+    /// A zenith or top opposite to that of the key before: it could turn either way.
     #[error("the camera's `zenith` or `top` is against that of the camera before it")]
     #[diagnostic(help("add a camera between the two that says which way to turn"))]
-    Turn {
-        /// The later key's number, from 0.
-        key: usize,
-    },
+    Turn { key: usize },
 }
 
 impl CameraPathError {
@@ -131,14 +117,14 @@ impl CameraPathError {
 }
 
 impl CameraPath {
-    /// By its keys; none is no path.
+    /// A path through keys; without keys there is no camera.
     ///
     /// # Errors
     /// See [`CameraPathError`].
     pub fn new(keys: Vec<CameraKey>) -> Result<Self, CameraPathError> {
         for (number, key) in keys.iter().enumerate() {
             let farthest = key.camera.position.abs().max_element();
-            // A place that is no number is none that is near.
+            // NaN is refused too.
             if !(key.camera.position.is_finite() && farthest <= f64::from(TriangleMesh::FARTHEST)) {
                 return Err(CameraPathError::Position { key: number });
             }
@@ -166,7 +152,7 @@ impl CameraPath {
         &self.keys
     }
 
-    /// The last frame that differs from those after it; 1 without keys.
+    /// The frame of the last key; 1 without keys.
     pub fn frames(&self) -> u32 {
         self.keys.last().map_or(1, |key| key.frame)
     }
@@ -283,17 +269,17 @@ mod tests {
     #[test]
     fn keys_that_make_no_path_are_refused() {
         use CameraPathError as Error;
-        let new = CameraPath::new;
-        let same = vec![key(4, 0.0), key(4, 1.0)];
-        assert_eq!(new(same), Err(Error::Order { key: 1 }));
-        let mut far = key(1, 0.0);
+        let [mut far, mut along, mut over] = [key(1, 0.0), key(1, 0.0), key(2, 0.0)];
         far.camera.position.x = 1.0e300;
-        assert_eq!(new(vec![far]), Err(Error::Position { key: 0 }));
-        let mut along = key(1, 0.0);
         along.camera.top = DVec3::NEG_Y;
-        assert_eq!(new(vec![along]), Err(Error::Direction { key: 0 }));
-        let mut over = key(2, 0.0);
         over.camera.zenith = DVec3::NEG_Y;
-        assert_eq!(new(vec![key(1, 0.0), over]), Err(Error::Turn { key: 1 }));
+        for (keys, error) in [
+            (vec![key(4, 0.0), key(4, 1.0)], Error::Order { key: 1 }),
+            (vec![far], Error::Position { key: 0 }),
+            (vec![along], Error::Direction { key: 0 }),
+            (vec![key(1, 0.0), over], Error::Turn { key: 1 }),
+        ] {
+            assert_eq!(CameraPath::new(keys), Err(error));
+        }
     }
 }

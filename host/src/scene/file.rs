@@ -45,14 +45,15 @@ mod fault;
 mod lights;
 mod materials;
 
-pub use fault::{SceneFault, SceneFileError};
+pub use fault::SceneFault;
 
 use super::camera::{CameraKey, CameraPath, DomeCamera};
 use super::{Background, Normalisation, Object, Placement, Scene, Shape};
-use crate::files::description::{Located, Source};
+use crate::files::description::{FileError, Located, Source, read_description};
+use crate::scene::material::Material;
 use crate::scene::mesh::TriangleMesh;
 use entries::{BackgroundEntry, CameraEntry, MeshEntry, ObjectEntry, SceneEntry};
-use fault::{Check, DEGREES, FRAMES, LENGTH, POSITION, RADIANCE, SHARE};
+use fault::{Check, Checked, DEGREES, FRAMES, LENGTH, POSITION, RADIANCE, SHARE, span};
 use glam::DVec3;
 use lights::read_light;
 use materials::{read_materials, with_textures};
@@ -65,7 +66,7 @@ use toml::Spanned;
 pub enum MeshSource {
     /// A file: the path as written, from the scene file's folder.
     File(PathBuf),
-    /// One that needs no file.
+    /// A built-in mesh.
     BuiltIn(BuiltInMesh),
 }
 
@@ -86,21 +87,15 @@ impl Scene {
     pub fn load<E>(
         path: &Path,
         load_mesh: impl FnMut(&MeshSource) -> Result<TriangleMesh, E>,
-    ) -> Result<Self, SceneFileError>
+    ) -> Result<Self, FileError<SceneFault>>
     where
         E: Into<Box<dyn std::error::Error + Send + Sync>>,
     {
-        let text = crate::files::read_text(path).map_err(|source| SceneFileError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
+        let help = "give the path of a TOML file that describes a scene";
+        let text = read_description(path, "the scene", help)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Ok(Self::from_toml(
-            &text,
-            &path.to_string_lossy(),
-            folder,
-            load_mesh,
-        )?)
+        let name = path.to_string_lossy();
+        Ok(Self::from_toml(&text, &name, folder, load_mesh)?)
     }
 
     /// A scene from the text of a scene file.
@@ -134,69 +129,36 @@ impl Scene {
         let material_numbers = numbers(&entry.materials);
         let mesh_numbers = numbers(&entry.meshes);
         let ambient = check.colour_or("ambient", entry.ambient.as_ref(), RADIANCE, [0.0; 3])?;
-        let background = entry
-            .background
-            .as_ref()
-            .map_or(Ok(Background::uniform([0.0; 3])), |entry| {
-                read_background(&check, entry)
-            })?;
+        let background = match &entry.background {
+            None => Background::uniform([0.0; 3]),
+            Some(entry) => read_background(&check, entry)?,
+        };
         let materials = read_materials(&check, &entry)?;
-        let lights = entry
-            .light
-            .iter()
-            .map(|entry| read_light(&check, entry))
-            .collect::<Result<_, _>>()?;
+        let lights = entry.light.iter().map(|entry| read_light(&check, entry));
+        let lights = lights.collect::<Result<_, _>>()?;
         let camera = read_path(&check, &entry.camera)?;
-        // What is written is checked before anything large is loaded.
-        let mut placed = Vec::with_capacity(entry.object.len());
-        for object in &entry.object {
-            placed.push(read_object(
-                &check,
-                object,
-                &mesh_numbers,
-                &material_numbers,
-            )?);
-        }
+        // The text is checked before anything large is loaded.
+        let objects = entry.object.iter();
+        let objects = objects.map(|one| read_object(&check, one, &mesh_numbers, &material_numbers));
+        let mut objects = objects.collect::<Result<Vec<_>, _>>()?;
         let materials = with_textures(&check, &entry.textures, base_dir, materials)?;
-        let meshes = entry
-            .meshes
-            .iter()
-            .map(|(name, entry)| {
-                let source = read_mesh_source(&check, name, entry, base_dir)?;
-                let fault = |fault| check.fault(fault, Some(entry.span()));
-                let name = || name.as_ref().clone();
-                let mesh = load_mesh(&source).map_err(|error| {
-                    fault(SceneFault::Mesh {
-                        mesh: name(),
-                        source: error.into(),
-                    })
-                })?;
-                mesh.validate().map_err(|source| {
-                    fault(SceneFault::InvalidMesh {
-                        mesh: name(),
-                        source,
-                    })
-                })?;
-                Ok(mesh)
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        for ((object, placement), entry) in placed.iter_mut().zip(&entry.object) {
-            let normalisation = match (object.shape, &entry.as_ref().normalise) {
-                (Shape::Mesh(mesh), Some(normalise)) if *normalise.as_ref() => {
-                    Normalisation::of(&meshes[mesh])
-                        .ok_or_else(|| check.fault(SceneFault::Flat, Some(normalise.span())))?
-                }
-                _ => Normalisation::NONE,
-            };
-            object.world_from_object = placement.world_from_object(&normalisation);
-            let material = object.material.map(|number| &materials[number]);
-            if let Shape::Mesh(mesh) = object.shape
-                && !meshes[mesh].has_coordinates_for(material)
-            {
-                let name = entry.as_ref().material.as_ref();
-                let span = name.map_or(entry.span(), Spanned::span);
-                return Err(check.fault(SceneFault::NoCoordinates, Some(span)));
-            }
+        let mut meshes = Vec::with_capacity(entry.meshes.len());
+        for (name, entry) in &entry.meshes {
+            let source = read_mesh_source(&check, name, entry, base_dir)?;
+            let fault = |fault| check.fault(fault, Some(entry.span()));
+            let mesh = || name.as_ref().clone();
+            let loaded = load_mesh(&source).map_err(|error| {
+                let (mesh, source) = (mesh(), error.into());
+                fault(SceneFault::Mesh { mesh, source })
+            })?;
+            loaded.validate().map_err(|source| {
+                let mesh = mesh();
+                fault(SceneFault::InvalidMesh { mesh, source })
+            })?;
+            meshes.push(loaded);
+        }
+        for (placed, entry) in objects.iter_mut().zip(&entry.object) {
+            placed.fit(&check, entry, &meshes, &materials)?;
         }
         let file_name = || {
             Path::new(source_name)
@@ -207,7 +169,7 @@ impl Scene {
             name: entry.name.unwrap_or_else(file_name),
             meshes,
             materials,
-            objects: placed.into_iter().map(|(object, _)| object).collect(),
+            objects: objects.into_iter().map(|placed| placed.object).collect(),
             lights,
             background,
             ambient,
@@ -216,15 +178,14 @@ impl Scene {
     }
 }
 
-/// What a scene file calls its materials, in their order; none where the text
-/// is no scene file.
+/// The names of a scene file's materials, in their order; empty for other texts.
 pub fn material_names(text: &str) -> Vec<String> {
     let table: Option<toml::Table> = text.parse().ok();
     let materials = table.and_then(|mut table| table.remove("materials"));
     let Some(toml::Value::Table(materials)) = materials else {
         return Vec::new();
     };
-    // As `numbers` has them.
+    // In the order of `numbers`.
     let names: BTreeMap<_, _> = materials.into_iter().collect();
     names.into_keys().collect()
 }
@@ -238,10 +199,7 @@ fn numbers<T>(entries: &BTreeMap<Spanned<String>, T>) -> BTreeMap<&str, usize> {
         .collect()
 }
 
-fn read_background(
-    check: &Check<'_>,
-    entry: &Spanned<BackgroundEntry>,
-) -> Result<Background, Located<SceneFault>> {
+fn read_background(check: &Check<'_>, entry: &Spanned<BackgroundEntry>) -> Checked<Background> {
     let BackgroundEntry {
         colour,
         zenith,
@@ -271,10 +229,7 @@ fn read_background(
     Ok(background)
 }
 
-fn read_path(
-    check: &Check<'_>,
-    entries: &[Spanned<CameraEntry>],
-) -> Result<CameraPath, Located<SceneFault>> {
+fn read_path(check: &Check<'_>, entries: &[Spanned<CameraEntry>]) -> Checked<CameraPath> {
     let mut keys = Vec::with_capacity(entries.len());
     for entry in entries {
         let entry = entry.as_ref();
@@ -308,7 +263,7 @@ fn read_mesh_source(
     name: &Spanned<String>,
     entry: &Spanned<MeshEntry>,
     base_dir: &Path,
-) -> Result<MeshSource, Located<SceneFault>> {
+) -> Checked<MeshSource> {
     let MeshEntry { file, builtin } = entry.as_ref();
     match (file, builtin) {
         (Some(file), None) => Ok(MeshSource::File(base_dir.join(file))),
@@ -331,13 +286,46 @@ fn read_mesh_source(
     }
 }
 
-/// An object but for its map to the world, which its mesh has a part in.
+/// An object whose map to the world still has to be fitted to its mesh.
+struct Placed {
+    object: Object,
+    placement: Placement,
+}
+
+impl Placed {
+    /// Normalises the object if its entry asks for it, and checks its texture coordinates.
+    fn fit(
+        &mut self,
+        check: &Check<'_>,
+        entry: &Spanned<ObjectEntry>,
+        meshes: &[TriangleMesh],
+        materials: &[Material],
+    ) -> Checked<()> {
+        let Shape::Mesh(mesh) = self.object.shape else {
+            return Ok(());
+        };
+        let (mesh, object) = (&meshes[mesh], entry.as_ref());
+        if let Some(normalise) = object.normalise.as_ref().filter(|on| *on.get_ref()) {
+            let normalisation = Normalisation::of(mesh)
+                .ok_or_else(|| check.fault(SceneFault::Flat, Some(normalise.span())))?;
+            self.object.world_from_object = self.placement.world_from_object(&normalisation);
+        }
+        let material = self.object.material.map(|number| &materials[number]);
+        if mesh.has_coordinates_for(material) {
+            return Ok(());
+        }
+        let span = span(&object.material).unwrap_or_else(|| entry.span());
+        Err(check.fault(SceneFault::NoCoordinates, Some(span)))
+    }
+}
+
+/// An object, not yet fitted to its mesh.
 fn read_object(
     check: &Check<'_>,
     entry: &Spanned<ObjectEntry>,
     meshes: &BTreeMap<&str, usize>,
     materials: &BTreeMap<&str, usize>,
-) -> Result<(Object, Placement), Located<SceneFault>> {
+) -> Checked<Placed> {
     let object = entry.as_ref();
     let choice = |choice| {
         let owner = "an object";
@@ -357,8 +345,8 @@ fn read_object(
     };
     if object.mesh.is_none() {
         let spans = [
-            ("normals", object.normals.as_ref().map(Spanned::span)),
-            ("normalise", object.normalise.as_ref().map(Spanned::span)),
+            ("normals", span(&object.normals)),
+            ("normalise", span(&object.normalise)),
         ];
         for (key, span) in spans {
             if span.is_some() {
@@ -395,18 +383,16 @@ fn read_object(
             check.named("kind of normals", normals, &known.into())?
         }
     };
-    let material = match &object.material {
-        None => None,
-        Some(name) => Some(check.named("material", name, materials)?),
-    };
+    let material = object.material.as_ref();
+    let material = material.map(|name| check.named("material", name, materials));
     let object = Object {
         shape,
-        material,
+        material: material.transpose()?,
         world_from_object: placement.world_from_object(&Normalisation::NONE),
         casts_shadow: object.casts_shadow.unwrap_or(true),
         smooth,
     };
-    Ok((object, placement))
+    Ok(Placed { object, placement })
 }
 
 #[cfg(test)]

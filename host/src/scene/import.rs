@@ -52,45 +52,32 @@ impl fmt::Display for Place {
 /// Why a file gives no mesh.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum ImportError {
-    /// An extension that belongs to none of the formats.
+    /// An extension of no known format.
     #[error(
         "{}: the file name's extension names no mesh format; export as .obj, .ply, .gltf or .glb",
         .path.display()
     )]
-    UnknownFormat {
-        /// The file.
-        path: PathBuf,
-    },
+    UnknownFormat { path: PathBuf },
     /// A file that is not there or cannot be read.
     #[error("{}: {fault}; check the file's name and permissions", .path.display())]
     Read {
-        /// The file: the mesh itself, or one that it refers to.
         path: PathBuf,
-        /// What the system says.
         fault: std::io::Error,
     },
     /// Contents that are not the format's.
     #[error("{place}: {}; correct it there, or export the mesh again", problem.trim_end_matches('.'))]
-    Syntax {
-        /// Where.
-        place: Place,
-        /// What is wrong, and what would be right where that is known.
-        problem: String,
-    },
-    /// A length that the rest of the file cannot hold.
+    Syntax { place: Place, problem: String },
+    /// A length or count beyond the end of the file.
     #[error(
         "{place}: {what} takes {claimed} bytes at least, but only {available} are there; \
          the file is cut off or damaged: export the mesh again"
     )]
     Claim {
-        /// Where.
         place: Place,
-        /// What makes the claim.
         what: String,
-        /// Bytes that it would take.
         claimed: u128,
-        /// Bytes that there are.
         available: u64,
     },
     /// A face with a vertex that does not exist.
@@ -99,31 +86,22 @@ pub enum ImportError {
          go from {first} to {last}; correct it there, or export the mesh again"
     )]
     VertexOutOfRange {
-        /// Where.
         place: Place,
         /// The face, counted from 0 in the file's order.
         face: usize,
-        /// The index as the file has it.
         index: i64,
-        /// The format's index of the first vertex: 1 in OBJ, 0 in PLY.
         first: i64,
-        /// The index of the last vertex; less than `first` where there is none.
         last: i64,
     },
-    /// A texture that one of its materials names and that cannot be had.
+    /// A texture of one of its materials that cannot be loaded.
     #[error(transparent)]
     Texture(#[from] ImageError),
-    /// Well-formed contents that make no usable mesh.
+    /// A file without faults whose mesh cannot be used.
     #[error("{place}: {fault}; repair the mesh in a modelling program and export it again")]
-    Mesh {
-        /// Where.
-        place: Place,
-        /// What is wrong with it.
-        fault: MeshError,
-    },
+    Mesh { place: Place, fault: MeshError },
 }
 
-/// Reads a triangle mesh; the extension, in any case, tells the format.
+/// Reads a triangle mesh. The extension, in upper or lower case, decides the format.
 ///
 /// Polygons become fans of triangles around their first corner, and triangles
 /// keep the file's order. Normals are made unit length; a mesh with a normal
@@ -187,7 +165,7 @@ fn syntax(place: Place, problem: impl Into<String>) -> ImportError {
     }
 }
 
-/// Validates the mesh; `line_of` tells the line of a triangle where it is known.
+/// Validates the mesh; `line_of` returns the line of a triangle where it is known.
 fn validated(
     mesh: TriangleMesh,
     path: &Path,
@@ -210,7 +188,7 @@ fn validated(
     }
 }
 
-/// The normals at unit length, or none at all where one has no direction.
+/// The normals at unit length; empty if one of them has no direction.
 fn unit_normals(mut normals: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
     for normal in &mut normals {
         match Vec3::from_array(*normal).try_normalize() {
@@ -221,7 +199,7 @@ fn unit_normals(mut normals: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
     normals
 }
 
-/// The places on textures, or none at all where one is far out or no number.
+/// The texture coordinates; empty if one of them is out of range or NaN.
 fn usable_coordinates(coordinates: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
     let limit = TriangleMesh::FARTHEST_COORDINATE;
     let usable = |place: &[f32; 2]| place.iter().all(|c| c.abs() <= limit);
@@ -230,6 +208,12 @@ fn usable_coordinates(coordinates: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
     } else {
         Vec::new()
     }
+}
+
+/// The triangles of a polygon, around its first corner.
+fn fan<C: Copy>(corners: &[C]) -> Vec<[C; 3]> {
+    let edges = corners[1..].windows(2);
+    edges.map(|edge| [corners[0], edge[0], edge[1]]).collect()
 }
 
 /// `value` within the range; its lower end for NaN.

@@ -38,7 +38,7 @@ pub struct Material {
 pub struct Graticule {
     /// Lines of a quarter turn, 1 to 900: 9 are 10° apart.
     pub divisions: u32,
-    /// Of each line, seen from the shape's origin: radians, above 0 to 0.5.
+    /// The width of each line, seen from the shape's origin: radians, above 0 to 0.5.
     pub width: f32,
 }
 

@@ -28,6 +28,7 @@ pub struct TriangleMesh {
 /// Why a mesh cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum MeshError {
     /// Nothing to trace.
     #[error("the mesh has no triangles")]
@@ -37,30 +38,17 @@ pub enum MeshError {
         "vertex {vertex} (counted from 0) has a coordinate that is not finite: {}, {}, {}",
         .position[0], .position[1], .position[2]
     )]
-    NotFinite {
-        /// Its index.
-        vertex: usize,
-        /// Its coordinates.
-        position: [f32; 3],
-    },
+    NotFinite { vertex: usize, position: [f32; 3] },
     /// A coordinate too large for f32 arithmetic on it to stay finite.
     #[error("vertex {vertex} (counted from 0) is farther out than {limit:e} units")]
-    TooFar {
-        /// Its index.
-        vertex: usize,
-        /// The largest magnitude a coordinate may have.
-        limit: f32,
-    },
+    TooFar { vertex: usize, limit: f32 },
     /// An index past the last vertex.
     #[error(
         "triangle {triangle} (counted from 0) names vertex {index}, but the mesh has {vertices}"
     )]
     IndexOutOfRange {
-        /// The triangle.
         triangle: usize,
-        /// The index it names.
         index: u32,
-        /// How many vertices there are.
         vertices: usize,
     },
     /// A place on a texture that is NaN, infinite or far beyond it.
@@ -70,39 +58,23 @@ pub enum MeshError {
         .coordinate[0], .coordinate[1]
     )]
     Coordinate {
-        /// Its index.
         vertex: usize,
-        /// Its place.
         coordinate: [f32; 2],
-        /// The largest magnitude a coordinate may have.
         limit: f32,
     },
     /// The same vertex twice in one triangle.
     #[error("triangle {triangle} (counted from 0) names vertex {index} twice")]
-    RepeatedVertex {
-        /// The triangle.
-        triangle: usize,
-        /// The index it repeats.
-        index: u32,
-    },
+    RepeatedVertex { triangle: usize, index: u32 },
     /// Side tables of the wrong length, or a material that is not there.
     #[error("{what}: {found} entries where {expected} belong")]
     Length {
-        /// Which table.
         what: &'static str,
-        /// Its length.
         found: usize,
-        /// The length it must have.
         expected: usize,
     },
     /// More than the scene format holds.
     #[error("{count} triangles are more than the {limit} that one mesh may have")]
-    TooMany {
-        /// How many there are.
-        count: usize,
-        /// How many may be.
-        limit: usize,
-    },
+    TooMany { count: usize, limit: usize },
 }
 
 impl TriangleMesh {
@@ -193,20 +165,19 @@ impl TriangleMesh {
         Ok(())
     }
 
-    /// Whether a texture is on it: of a material, or of its own materials where
-    /// it is given none.
+    /// Whether it shows a texture: that of `material`, or without one those of its own materials.
     pub fn shows_texture(&self, material: Option<&Material>) -> bool {
         let has_texture = |material: &Material| material.texture.is_some();
         material.map_or_else(|| self.materials.iter().any(has_texture), has_texture)
     }
 
-    /// Whether it says where it is on such a texture, if there is one.
+    /// Whether it has texture coordinates, if it needs them for `material`.
     pub fn has_coordinates_for(&self, material: Option<&Material>) -> bool {
         !self.coordinates.is_empty() || !self.shows_texture(material)
     }
 
-    /// The mesh's own normals, or the mean of the faces around each vertex,
-    /// weighted by area and angle-free: the cross products summed.
+    /// The mesh's own normals, or for each vertex the mean of the faces around it, weighted by
+    /// their areas.
     pub fn vertex_normals(&self) -> Cow<'_, [[f32; 3]]> {
         if !self.normals.is_empty() {
             return Cow::Borrowed(&self.normals);

@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 /// Where a shape stands: it is scaled, then rotated, then moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
-    /// Of the shape's origin, metres.
+    /// Where the shape's origin is, metres.
     pub position: DVec3,
     /// Yaw, pitch and roll, degrees: about +Y, then about the turned +X,
     /// then about the +Z so turned; right-handed. A positive yaw turns what
@@ -18,7 +18,7 @@ pub struct Placement {
 }
 
 impl Default for Placement {
-    /// Where and as large as the shape itself says.
+    /// At the origin, with its own size.
     fn default() -> Self {
         Self {
             position: DVec3::ZERO,
@@ -28,7 +28,7 @@ impl Default for Placement {
     }
 }
 
-/// What makes a mesh 1 m wide about the origin, whatever its file's units.
+/// The shift and scale that make a mesh 1 m wide about the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Normalisation {
     /// The middle of the vertices' box, in the mesh's units.
@@ -38,7 +38,7 @@ pub struct Normalisation {
 }
 
 impl Normalisation {
-    /// Leaves a shape as it is.
+    /// Changes nothing.
     pub const NONE: Self = Self {
         centre: DVec3::ZERO,
         x_extent: 1.0,
@@ -47,7 +47,7 @@ impl Normalisation {
     /// How many times longer a box may be along Y or Z than along X.
     const FLATTEST: f64 = 1.0e6;
 
-    /// Of a mesh's box; `None` where it has no vertices, or less than a
+    /// What normalises a mesh; `None` where its box has no vertices, or less than a
     /// millionth of its largest extent along X.
     pub fn of(mesh: &TriangleMesh) -> Option<Self> {
         let (low, high) = mesh.bounds();
@@ -123,49 +123,39 @@ mod tests {
         // Pitch is about the axis that yaw has turned, not the world's X.
         assert_near(turned([90.0, 45.0, 0.0], DVec3::X), DVec3::NEG_Z);
         assert_near(turned([0.0, 90.0, 30.0], DVec3::NEG_Z), DVec3::Y);
-    }
-
-    #[test]
-    fn scales_first_and_moves_last() {
+        // Scaled first, moved last.
         let placement = Placement {
             position: DVec3::new(10.0, 20.0, 30.0),
             rotation_degrees: [90.0, 0.0, 0.0],
             scale: DVec3::new(2.0, 3.0, 4.0),
         };
-        let world_from_object = placement.world_from_object(&Normalisation::NONE);
+        let placed = placement.world_from_object(&Normalisation::NONE);
         assert_near(
-            world_from_object.transform_point3(DVec3::ONE),
+            placed.transform_point3(DVec3::ONE),
             DVec3::new(14.0, 23.0, 28.0),
         );
     }
 
     #[test]
     fn normalised_meshes_are_one_metre_wide_about_the_origin() {
-        let mesh = TriangleMesh {
-            positions: vec![[10.0, 1.0, 0.0], [30.0, 2.0, 5.0], [20.0, 11.0, -5.0]],
-            ..TriangleMesh::default()
-        };
-        let normalisation = Normalisation::of(&mesh).unwrap();
-        let placed = Placement::default().world_from_object(&normalisation);
-        assert_near(
-            placed.transform_point3(DVec3::new(10.0, 1.0, -5.0)),
-            DVec3::new(-0.5, -0.25, -0.25),
-        );
-        assert_near(
-            placed.transform_point3(DVec3::new(30.0, 11.0, 5.0)),
-            DVec3::new(0.5, 0.25, 0.25),
-        );
-    }
-
-    #[test]
-    fn flat_or_empty_meshes_have_no_normalisation() {
-        assert_eq!(Normalisation::of(&TriangleMesh::default()), None);
-        for x in [0.0, 1.0e-7] {
-            let mesh = TriangleMesh {
-                positions: vec![[0.0; 3], [x, 1.0, 0.0]],
+        let normalisation = |positions: &[[f32; 3]]| {
+            let positions = positions.to_vec();
+            Normalisation::of(&TriangleMesh {
+                positions,
                 ..TriangleMesh::default()
-            };
-            assert_eq!(Normalisation::of(&mesh), None, "{x} wide");
+            })
+        };
+        let found = normalisation(&[[10.0, 1.0, 0.0], [30.0, 2.0, 5.0], [20.0, 11.0, -5.0]]);
+        let placed = Placement::default().world_from_object(&found.unwrap());
+        for (from, to) in [
+            ([10.0, 1.0, -5.0], [-0.5, -0.25, -0.25]),
+            ([30.0, 11.0, 5.0], [0.5, 0.25, 0.25]),
+        ] {
+            assert_near(placed.transform_point3(from.into()), to.into());
+        }
+        assert_eq!(normalisation(&[]), None);
+        for x in [0.0, 1.0e-7] {
+            assert_eq!(normalisation(&[[0.0; 3], [x, 1.0, 0.0]]), None, "{x} wide");
         }
     }
 }

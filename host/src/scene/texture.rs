@@ -39,13 +39,12 @@ pub struct Image {
 /// Why a file gives no image.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum ImageError {
     /// A file that is not there or cannot be read.
     #[error("{}: {fault}; check the file's name and permissions", .path.display())]
     Read {
-        /// The file.
         path: PathBuf,
-        /// What the system says.
         fault: std::io::Error,
     },
     /// More texels than the scene format takes.
@@ -55,11 +54,8 @@ pub enum ImageError {
         .path.display()
     )]
     TooLarge {
-        /// The file.
         path: PathBuf,
-        /// Texels from left to right.
         width: u32,
-        /// From top to bottom.
         height: u32,
     },
     /// More texels than all textures of a scene may have.
@@ -70,23 +66,14 @@ pub enum ImageError {
         limit = Image::MOST_BYTES
     )]
     TooMany {
-        /// The file.
         path: PathBuf,
-        /// Texels from left to right.
         width: u32,
-        /// From top to bottom.
         height: u32,
-        /// Of all images.
         bytes: u64,
     },
     /// Contents that are no PNG.
     #[error("{}: not a whole PNG file: {fault}; save the image as PNG again", .path.display())]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// What the decoder says.
-        fault: DecodingError,
-    },
+    Malformed { path: PathBuf, fault: DecodingError },
 }
 
 impl Image {
@@ -224,10 +211,16 @@ fn sides(png: &[u8]) -> Option<[u32; 2]> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn png(size: [u32; 2], colour: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {
+    /// A PNG file.
+    pub(in crate::scene) fn png(
+        size: [u32; 2],
+        colour: ColorType,
+        depth: BitDepth,
+        data: &[u8],
+    ) -> Vec<u8> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
         encoder.set_color(colour);
@@ -241,6 +234,12 @@ mod tests {
         bytes
     }
 
+    /// A PNG file of one row of greys.
+    pub(in crate::scene) fn grey_png(texels: &[u8]) -> Vec<u8> {
+        let size = [texels.len() as u32, 1];
+        png(size, ColorType::Grayscale, BitDepth::Eight, texels)
+    }
+
     fn read(bytes: &[u8]) -> Result<Image, ImageError> {
         let mut left = Image::MOST_BYTES;
         Image::from_png(Path::new("a.png"), bytes, &mut left)
@@ -248,37 +247,25 @@ mod tests {
 
     #[test]
     fn every_kind_of_png_becomes_eight_bits_of_three_channels() {
+        use BitDepth::{Eight, One, Sixteen};
+        use ColorType::{Grayscale, GrayscaleAlpha, Indexed, Rgb, Rgba};
+        let deep: &[u8] = &[7, 200, 1, 1, 9, 0, 2, 2];
         for (colour, depth, data, expected) in [
             (
-                ColorType::Rgb,
-                BitDepth::Eight,
+                Rgb,
+                Eight,
                 &[1, 2, 3, 4, 5, 6][..],
                 [[1, 2, 3, 0], [4, 5, 6, 0]],
             ),
             (
-                ColorType::Rgba,
-                BitDepth::Eight,
+                Rgba,
+                Eight,
                 &[1, 2, 3, 9, 4, 5, 6, 0],
                 [[1, 2, 3, 0], [4, 5, 6, 0]],
             ),
-            (
-                ColorType::Grayscale,
-                BitDepth::One,
-                &[0b0100_0000],
-                [[0, 0, 0, 0], [255, 255, 255, 0]],
-            ),
-            (
-                ColorType::GrayscaleAlpha,
-                BitDepth::Sixteen,
-                &[7, 200, 1, 1, 9, 0, 2, 2],
-                [[7, 7, 7, 0], [9, 9, 9, 0]],
-            ),
-            (
-                ColorType::Indexed,
-                BitDepth::Eight,
-                &[1, 0],
-                [[250, 251, 252, 0], [1, 2, 3, 0]],
-            ),
+            (Grayscale, One, &[0b0100_0000], [[0; 4], [255, 255, 255, 0]]),
+            (GrayscaleAlpha, Sixteen, deep, [[7, 7, 7, 0], [9, 9, 9, 0]]),
+            (Indexed, Eight, &[1, 0], [[250, 251, 252, 0], [1, 2, 3, 0]]),
         ] {
             let image = read(&png([2, 1], colour, depth, data)).unwrap();
             assert_eq!((image.width(), image.height()), (2, 1));
@@ -290,14 +277,7 @@ mod tests {
     fn what_is_too_large_is_refused_before_it_is_decoded() {
         let wide = png([8193, 1], ColorType::Grayscale, BitDepth::One, &[0; 1025]);
         let error = read(&wide).unwrap_err();
-        assert!(matches!(
-            error,
-            ImageError::TooLarge {
-                width: 8193,
-                height: 1,
-                ..
-            }
-        ));
+        assert!(matches!(error, ImageError::TooLarge { width: 8193, .. }));
         assert!(error.to_string().contains("8192"), "{error}");
         // A header alone that claims much, with the sums that it needs.
         let mut header = png([1, 1], ColorType::Rgba, BitDepth::Eight, &[0; 4]);

@@ -1,9 +1,9 @@
-//! How the faces of a mesh hang together, whatever its vertices are called.
+//! How the faces of a mesh are connected, with vertices at the same place as one.
 
 use crate::scene::mesh::TriangleMesh;
 use std::collections::HashMap;
 
-/// How the faces of a mesh hang together. Vertices at the same place are one.
+/// How the faces of a mesh are connected. Vertices at the same place are one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Topology {
     /// Sides of faces that no other face closes.
@@ -15,7 +15,7 @@ pub struct Topology {
 }
 
 impl Topology {
-    /// That of a mesh whose indices are in range.
+    /// Examines a mesh whose indices are in range.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let weld = Weld::new(mesh);
         let sides = weld.sides(&weld.faces);
@@ -49,9 +49,9 @@ impl Topology {
     }
 }
 
-/// A mesh whose vertices at the same place, of the same material and at the
-/// same place on a texture are one, so that seams between normals do not hold
-/// its faces apart. Where materials or parts of a texture meet stays a seam, along which the simplifier collapses both sides alike.
+/// A mesh with one vertex for all that share a place, a material and texture coordinates, so that
+/// seams between normals do not separate its faces. Seams between materials or parts of a texture
+/// stay, and the simplifier collapses both sides of them alike.
 pub(super) struct Weld {
     /// Where the vertices are.
     pub(super) places: Vec<[f32; 3]>,

@@ -9,7 +9,7 @@
 //! brightness, 1 on the dome, and −1 for nodes that are not drawn, nor the cells
 //! around them.
 
-use super::{Projector, Warp};
+use super::Warp;
 use std::io::{self, Write};
 
 /// A grid of rows and columns.
@@ -21,7 +21,8 @@ const RECTANGULAR: u32 = 2;
 /// What writing reports.
 pub fn write(warp: &Warp<'_>, to: &mut (impl Write + ?Sized)) -> io::Result<()> {
     let [columns, rows] = warp.grid();
-    let aspect = warp.projector.aspect();
+    let size = warp.projector.resolution().map(f64::from);
+    let aspect = size[0] / size[1];
     writeln!(to, "{RECTANGULAR}\n{columns} {rows}")?;
     for row in (0..rows).rev() {
         for column in 0..columns {
@@ -38,12 +39,4 @@ pub fn write(warp: &Warp<'_>, to: &mut (impl Write + ?Sized)) -> io::Result<()> 
         }
     }
     Ok(())
-}
-
-impl Projector {
-    /// Width by height of the picture, in pixels.
-    fn aspect(&self) -> f64 {
-        let [columns, rows] = self.resolution().map(f64::from);
-        columns / rows
-    }
 }

@@ -9,7 +9,7 @@
 //! dome and black elsewhere: edges are not blended.
 //!
 //! Points are in the room's axes, +X to the right, +Y up, −Z to the front, from
-//! the room's origin, where the head is unless somebody moves it
+//! the room's origin, where the head is by default
 //! (`idealEyePoint`); `coordinateFrame` has the axes, and the projector's
 //! position. `frustum` is how the projector is turned, and its field: degrees,
 //! yaw to the right, then pitch upwards, then roll clockwise as it looks.
@@ -19,16 +19,15 @@
 
 use super::Warp;
 use glam::DVec3;
-use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, BytesText, Event};
-use std::io::{self, Cursor, Seek, Write};
+use quick_xml::escape::escape;
+use std::io::{self, Seek, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-/// As archives have it that know no time.
+/// The date of archives without a clock.
 const DATE: &str = "1980-01-01 00:00:00";
 
-/// What the archive's description is called.
+/// The name of the archive's description.
 const DESCRIPTION: &str = "mpcdi.xml";
 
 /// Writes the archive.
@@ -42,9 +41,9 @@ pub fn write(warp: &Warp<'_>, to: impl Write + Seek) -> io::Result<()> {
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default());
-    let xml = description(warp, &points, &weights)?;
+    let xml = description(warp, &points, &weights);
     archive.start_file(DESCRIPTION, options)?;
-    archive.write_all(&xml)?;
+    archive.write_all(xml.as_bytes())?;
     archive.start_file(points, options)?;
     write_points(warp, &mut archive)?;
     archive.start_file(weights, options)?;
@@ -83,13 +82,7 @@ fn alpha(warp: &Warp<'_>) -> io::Result<Vec<u8>> {
     let mut writer = encoder.write_header()?;
     let mut stream = writer.stream_writer()?;
     for row in 0..rows {
-        let white = |column| {
-            if warp.node(column, row).is_some() {
-                u8::MAX
-            } else {
-                0
-            }
-        };
+        let white = |column| u8::MAX * u8::from(warp.node(column, row).is_some());
         let line: Vec<u8> = (0..columns).map(white).collect();
         stream.write_all(&line)?;
     }
@@ -98,119 +91,74 @@ fn alpha(warp: &Warp<'_>) -> io::Result<Vec<u8>> {
     Ok(file)
 }
 
-type Xml = Writer<Cursor<Vec<u8>>>;
-
-/// `mpcdi.xml`.
-fn description(warp: &Warp<'_>, points: &str, weights: &str) -> io::Result<Vec<u8>> {
+/// The text of `mpcdi.xml`, without a line feed at its end.
+fn description(warp: &Warp<'_>, points: &str, weights: &str) -> String {
     let projector = warp.projector;
-    let [columns, rows] = projector.resolution().map(|side| side.to_string());
-    let mut xml = Writer::new_with_indent(Cursor::new(Vec::new()), b' ', 2);
-    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    xml.create_element("MPCDI")
-        .with_attribute(("profile", "a3"))
-        .with_attribute(("level", "1"))
-        .with_attribute(("date", DATE))
-        .with_attribute(("version", "1.0"))
-        .write_inner_content(|xml| {
-            xml.create_element("display").write_inner_content(|xml| {
-                xml.create_element("buffer")
-                    .with_attribute(("id", warp.dome.name()))
-                    .with_attribute(("Xresolution", columns.as_str()))
-                    .with_attribute(("Yresolution", rows.as_str()))
-                    .write_inner_content(|xml| {
-                        xml.create_element("region")
-                            .with_attribute(("id", projector.name()))
-                            .with_attribute(("Xresolution", columns.as_str()))
-                            .with_attribute(("Yresolution", rows.as_str()))
-                            .with_attribute(("x", "0"))
-                            .with_attribute(("y", "0"))
-                            .with_attribute(("xsize", "1"))
-                            .with_attribute(("ysize", "1"))
-                            .write_inner_content(|xml| region(warp, xml))?;
-                        Ok(())
-                    })?;
-                Ok(())
-            })?;
-            xml.create_element("files").write_inner_content(|xml| {
-                xml.create_element("fileset")
-                    .with_attribute(("region", projector.name()))
-                    .write_inner_content(|xml| files(xml, points, weights))?;
-                Ok(())
-            })?;
-            Ok(())
-        })?;
-    Ok(xml.into_inner().into_inner())
-}
-
-/// How the projector is turned, and where it is.
-fn region(warp: &Warp<'_>, xml: &mut Xml) -> io::Result<()> {
-    let projector = warp.projector;
+    let [columns, rows] = projector.resolution();
+    let [dome, name, points, weights] =
+        [warp.dome.name(), projector.name(), points, weights].map(escape);
     let [yaw, pitch, roll] = projector.angles().map(f64::to_degrees);
     let [left, right, down, up] = projector.edges().map(|t| libm::atan(t).to_degrees());
-    values(
-        xml,
-        "frustum",
-        &[
-            ("yaw", yaw),
-            ("pitch", pitch),
-            ("roll", roll),
-            ("rightAngle", right),
-            ("leftAngle", left),
-            ("upAngle", up),
-            ("downAngle", down),
-        ],
-    )?;
-    let position = projector.position();
-    values(
-        xml,
-        "coordinateFrame",
-        &[
-            ("posx", position.x),
-            ("posy", position.y),
-            ("posz", position.z),
-            // Yaw is about what points down, pitch to the right, roll ahead.
-            ("yawx", 0.0),
-            ("yawy", -1.0),
-            ("yawz", 0.0),
-            ("pitchx", 1.0),
-            ("pitchy", 0.0),
-            ("pitchz", 0.0),
-            ("rollx", 0.0),
-            ("rolly", 0.0),
-            ("rollz", -1.0),
-        ],
+    let DVec3 { x, y, z } = projector.position();
+    let frustum = values(&[
+        ("yaw", yaw),
+        ("pitch", pitch),
+        ("roll", roll),
+        ("rightAngle", right),
+        ("leftAngle", left),
+        ("upAngle", up),
+        ("downAngle", down),
+    ]);
+    let frame = values(&[
+        ("posx", x),
+        ("posy", y),
+        ("posz", z),
+        // Yaw is about what points down, pitch to the right, roll ahead.
+        ("yawx", 0.0),
+        ("yawy", -1.0),
+        ("yawz", 0.0),
+        ("pitchx", 1.0),
+        ("pitchy", 0.0),
+        ("pitchz", 0.0),
+        ("rollx", 0.0),
+        ("rolly", 0.0),
+        ("rollz", -1.0),
+    ]);
+    format!(
+        r#"<?xml version="1.0" encoding="UTF-8"?>
+<MPCDI profile="a3" level="1" date="{DATE}" version="1.0">
+  <display>
+    <buffer id="{dome}" Xresolution="{columns}" Yresolution="{rows}">
+      <region id="{name}" Xresolution="{columns}" Yresolution="{rows}" x="0" y="0" xsize="1" ysize="1">
+        <frustum>
+{frustum}        </frustum>
+        <coordinateFrame>
+{frame}        </coordinateFrame>
+      </region>
+    </buffer>
+  </display>
+  <files>
+    <fileset region="{name}">
+      <geometryWarpFile>
+        <path>{points}</path>
+        <interpolation>linear</interpolation>
+        <geometricUnit>m</geometricUnit>
+        <originOf3DData>idealEyePoint</originOf3DData>
+      </geometryWarpFile>
+      <alphaMap>
+        <path>{weights}</path>
+        <componentDepth>1</componentDepth>
+        <bitDepth>8</bitDepth>
+        <gammaEmbedded>1.0</gammaEmbedded>
+      </alphaMap>
+    </fileset>
+  </files>
+</MPCDI>"#
     )
 }
 
-fn values(xml: &mut Xml, element: &str, values: &[(&str, f64)]) -> io::Result<()> {
-    xml.create_element(element).write_inner_content(|xml| {
-        for (name, value) in values {
-            text(xml, name, &format!("{value:.9}"))?;
-        }
-        Ok(())
-    })?;
-    Ok(())
-}
-
-fn files(xml: &mut Xml, points: &str, weights: &str) -> io::Result<()> {
-    xml.create_element("geometryWarpFile")
-        .write_inner_content(|xml| {
-            text(xml, "path", points)?;
-            text(xml, "interpolation", "linear")?;
-            text(xml, "geometricUnit", "m")?;
-            text(xml, "originOf3DData", "idealEyePoint")
-        })?;
-    xml.create_element("alphaMap").write_inner_content(|xml| {
-        text(xml, "path", weights)?;
-        text(xml, "componentDepth", "1")?;
-        text(xml, "bitDepth", "8")?;
-        text(xml, "gammaEmbedded", "1.0")
-    })?;
-    Ok(())
-}
-
-fn text(xml: &mut Xml, element: &str, text: &str) -> io::Result<()> {
-    xml.create_element(element)
-        .write_text_content(BytesText::new(text))?;
-    Ok(())
+/// An element a line.
+fn values(values: &[(&str, f64)]) -> String {
+    let element = |(name, value): &(&str, f64)| format!("          <{name}>{value:.9}</{name}>\n");
+    values.iter().map(element).collect()
 }

@@ -1,14 +1,12 @@
 //! Projectors, and their TOML.
 
+use crate::cave::RoomError;
 use crate::cave::angle::sin_cos_degrees;
-use crate::cave::{Wall, is_in_a_room, name_fault};
-use crate::files::description::{Located, Source};
+use crate::files::description::{FileError, Located, Source, read_description};
 use glam::{DMat3, DVec2, DVec3};
-use miette::Diagnostic;
 use serde::Deserialize;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
-use thiserror::Error;
+use std::path::Path;
 use toml::Spanned;
 
 /// A pinhole that throws a picture.
@@ -67,161 +65,33 @@ pub struct Lens {
     pub shift: DVec2,
 }
 
-/// Why there is no such projector.
-#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum ProjectorError {
-    /// A name that cannot be part of a file's name.
-    #[error("the projector name \"{}\" {reason}", .name.escape_debug())]
-    #[diagnostic(help(
-        "files are named after projectors: use letters, digits, '-' and '_', such as \"left\""
-    ))]
-    Name {
-        /// The name.
-        name: String,
-        /// What is wrong with it.
-        reason: &'static str,
-    },
-    /// A position that is not a place in a room.
-    #[error("the projector is at {}, {}, {}", .position.x, .position.y, .position.z)]
-    #[diagnostic(help("coordinates are metres from -{limit} to {limit}", limit = Wall::FARTHEST))]
-    Position {
-        /// Metres, in the room.
-        position: DVec3,
-    },
-    /// A direction that points nowhere.
-    #[error("the projector looks along {}, {}, {}", .look.x, .look.y, .look.z)]
-    #[diagnostic(help("give three numbers of which at least one is not 0, such as [0, 0, -1]"))]
-    Look {
-        /// The direction.
-        look: DVec3,
-    },
-    /// An up that does not say which way up the picture is.
-    #[error("what is up for the projector is {}, {}, {}", .up.x, .up.y, .up.z)]
-    #[diagnostic(help("give a direction that is not along where it looks"))]
-    Up {
-        /// The direction.
-        up: DVec3,
-    },
-    /// An angle that is none.
-    #[error("the projector's {angle} is {degrees}°")]
-    #[diagnostic(help("give degrees from -360 to 360"))]
-    Angle {
-        /// "yaw", "pitch" or "roll".
-        angle: &'static str,
-        /// Degrees.
-        degrees: f64,
-    },
-    /// A field of view that no lens has.
-    #[error("the projector's {direction} field of view is {degrees}°")]
-    #[diagnostic(help("give degrees from 1 to 179"))]
-    FieldOfView {
-        /// "horizontal" or "vertical".
-        direction: &'static str,
-        /// Degrees.
-        degrees: f64,
-    },
-    /// A throw ratio that no lens has.
-    #[error("the projector's throw is {ratio}")]
-    #[diagnostic(help("give the distance by the picture's width, from 0.01 to 100"))]
-    Throw {
-        /// Distance by width.
-        ratio: f64,
-    },
-    /// A lens shift that no lens has.
-    #[error("the projector's lens is shifted by {}, {}", .shift.x, .shift.y)]
-    #[diagnostic(help("give picture widths and heights from -2 to 2, such as [0, 0.5]"))]
-    Shift {
-        /// To the right and upwards, in widths and heights.
-        shift: DVec2,
-    },
-    /// Too few or too many pixels.
-    #[error("the projector has {} × {} pixels", .resolution[0], .resolution[1])]
-    #[diagnostic(help("each side has 1 to {limit} pixels", limit = Wall::MOST_PIXELS))]
-    Resolution {
-        /// Columns and rows.
-        resolution: [u32; 2],
-    },
-}
-
-/// What is wrong in a projector's file.
-#[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum ProjectorFault {
-    /// Not TOML, or not the keys and types that a projector has.
-    #[error("{message}")]
-    #[diagnostic(help(
-        "a projector has name, position ([x, y, z] in metres), look ([x, y, z]) and, if wanted, up, or else yaw_degrees, pitch_degrees and roll_degrees, horizontal_degrees or throw, resolution ([columns, rows]) and, if wanted, vertical_degrees and lens_shift ([widths, heights])"
-    ))]
-    Syntax {
-        /// The TOML reader's message.
-        message: String,
-    },
-    /// Keys of which one is needed and one only may be there.
-    #[error("{found} of {keys}")]
-    #[diagnostic(help("give {help}"))]
-    Choice {
-        /// "none" or "both".
-        found: &'static str,
-        /// Which keys.
-        keys: &'static str,
-        /// What to give.
-        help: &'static str,
-    },
-    /// A projector that there is not.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Projector(#[from] ProjectorError),
-}
-
-/// Why a projector could not be had from a file.
-#[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum ProjectorFileError {
-    /// The file could not be read.
-    #[error("cannot read the projector in {}", .path.display())]
-    #[diagnostic(help("give the path of a TOML file of a projector"))]
-    Read {
-        /// Which file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// It was read, and there is a fault in it.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Fault(#[from] Located<ProjectorFault>),
-}
+const SYNTAX: &str = "a projector has name, position ([x, y, z] in metres), look ([x, y, z]) and, \
+    if wanted, up, or else yaw_degrees, pitch_degrees and roll_degrees, horizontal_degrees or \
+    throw, resolution ([columns, rows]) and, if wanted, vertical_degrees and lens_shift ([widths, \
+    heights])";
 
 impl Projector {
     /// A projector that is known to be usable.
     ///
     /// `name` is for file names and messages, `position` in metres in the room,
-    /// `resolution` columns and rows, 1 to [`Wall::MOST_PIXELS`] each.
+    /// `resolution` columns and rows, 1 to [`Wall::MOST_PIXELS`](crate::cave::Wall::MOST_PIXELS) each.
     ///
     /// # Errors
-    /// The first fault found: see [`ProjectorError`].
+    /// The first fault found: a name, place, direction, angle, lens or size out of its range.
     pub fn new(
         name: impl Into<String>,
         position: DVec3,
         aim: Aim,
         lens: Lens,
         resolution: [u32; 2],
-    ) -> Result<Self, ProjectorError> {
+    ) -> Result<Self, RoomError> {
         let name = name.into();
-        if let Some(reason) = name_fault(&name) {
-            return Err(ProjectorError::Name { name, reason });
-        }
-        if !is_in_a_room(position) {
-            return Err(ProjectorError::Position { position });
-        }
+        let help = "files are named after projectors: use letters, digits, '-' and '_', such as \
+                    \"left\"";
+        RoomError::check_name("projector", &name, help)?;
+        RoomError::check_place("position", "the projector is", position)?;
         let axes = aim.axes()?;
-        if !resolution
-            .iter()
-            .all(|side| (1..=Wall::MOST_PIXELS).contains(side))
-        {
-            return Err(ProjectorError::Resolution { resolution });
-        }
+        RoomError::check_pixels("resolution", "the projector", resolution)?;
         Ok(Self {
             name,
             position,
@@ -284,11 +154,9 @@ impl Projector {
     ///
     /// # Errors
     /// A file that cannot be read, or as [`Self::from_toml`].
-    pub fn load(path: &Path) -> Result<Self, ProjectorFileError> {
-        let text = crate::files::read_text(path).map_err(|source| ProjectorFileError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
+    pub fn load(path: &Path) -> Result<Self, FileError<RoomError>> {
+        let help = "give the path of a TOML file of a projector";
+        let text = read_description(path, "the projector", help)?;
         Ok(Self::from_toml(&text, &path.to_string_lossy())?)
     }
 
@@ -309,34 +177,14 @@ impl Projector {
     /// # Errors
     /// The first fault found and its place: text that is not TOML, unknown or
     /// missing keys, keys that exclude each other, what [`Self::new`] rejects.
-    pub fn from_toml(text: &str, source_name: &str) -> Result<Self, Located<ProjectorFault>> {
+    pub fn from_toml(text: &str, source_name: &str) -> Result<Self, Located<RoomError>> {
         let source = Source {
             name: source_name,
             text,
         };
-        let entry: Entry = source.parse(|message| ProjectorFault::Syntax { message })?;
-        let made = entry.aim().and_then(|aim| {
-            let throw = entry.throw()?;
-            let lens = Lens {
-                throw,
-                vertical_degrees: entry.vertical_degrees.as_ref().map(|v| *v.as_ref()),
-                shift: entry
-                    .lens_shift
-                    .as_ref()
-                    .map_or(DVec2::ZERO, |shift| DVec2::from_array(*shift.as_ref())),
-            };
-            let position = DVec3::from_array(*entry.position.as_ref());
-            let name = entry.name.as_ref().clone();
-            Ok(Self::new(
-                name,
-                position,
-                aim,
-                lens,
-                *entry.resolution.as_ref(),
-            )?)
-        });
-        made.map_err(|fault| {
-            let span = entry.span_of(&fault);
+        let entry: Entry = source.parse(|message| RoomError::new("", message, SYNTAX))?;
+        entry.projector().map_err(|fault| {
+            let span = entry.span_of(fault.key);
             Located::new(fault, &source, span)
         })
     }
@@ -344,21 +192,43 @@ impl Projector {
 
 impl Aim {
     /// To the picture's right, to its top, and against its light.
-    fn axes(self) -> Result<DMat3, ProjectorError> {
+    fn axes(self) -> Result<DMat3, RoomError> {
         match self {
             Self::Look { look, up } => {
-                let ahead = look.try_normalize().ok_or(ProjectorError::Look { look })?;
+                let DVec3 { x, y, z } = look;
+                let ahead = look.try_normalize().ok_or_else(|| {
+                    RoomError::new(
+                        "look",
+                        format!("the projector looks along {x}, {y}, {z}"),
+                        "give three numbers of which at least one is not 0, such as [0, 0, -1]",
+                    )
+                })?;
                 let right = ahead.cross(up.normalize_or_zero());
                 if !(right.length() >= 1.0e-6) {
-                    return Err(ProjectorError::Up { up });
+                    return Err(RoomError::new(
+                        "up",
+                        format!(
+                            "what is up for the projector is {}, {}, {}",
+                            up.x, up.y, up.z
+                        ),
+                        "give a direction that is not along where it looks",
+                    ));
                 }
                 let right = right.normalize();
                 Ok(DMat3::from_cols(right, right.cross(ahead), -ahead))
             }
             Self::Angles { yaw, pitch, roll } => {
-                for (angle, degrees) in [("yaw", yaw), ("pitch", pitch), ("roll", roll)] {
+                for (key, angle, degrees) in [
+                    ("yaw_degrees", "yaw", yaw),
+                    ("pitch_degrees", "pitch", pitch),
+                    ("roll_degrees", "roll", roll),
+                ] {
                     if !(degrees.abs() <= 360.0) {
-                        return Err(ProjectorError::Angle { angle, degrees });
+                        return Err(RoomError::new(
+                            key,
+                            format!("the projector's {angle} is {degrees}°"),
+                            "give degrees from -360 to 360",
+                        ));
                     }
                 }
                 let (sin_yaw, cos_yaw) = sin_cos_degrees(yaw);
@@ -379,27 +249,40 @@ impl Aim {
 
 impl Lens {
     /// The picture's left, right, lower and upper edge at distance 1.
-    fn edges(self, resolution: [u32; 2]) -> Result<[f64; 4], ProjectorError> {
-        let tangent = |direction, degrees: f64| {
+    fn edges(self, resolution: [u32; 2]) -> Result<[f64; 4], RoomError> {
+        let tangent = |key, direction: &str, degrees: f64| {
             if (1.0..=179.0).contains(&degrees) {
-                Ok(libm::tan(0.5 * degrees.to_radians()))
-            } else {
-                Err(ProjectorError::FieldOfView { direction, degrees })
+                return Ok(libm::tan(0.5 * degrees.to_radians()));
             }
+            let message = format!("the projector's {direction} field of view is {degrees}°");
+            Err(RoomError::new(key, message, "give degrees from 1 to 179"))
         };
         let across = match self.throw {
-            Throw::Degrees(degrees) => tangent("horizontal", degrees)?,
+            Throw::Degrees(degrees) => tangent("horizontal_degrees", "horizontal", degrees)?,
             Throw::Ratio(ratio) if (0.01..=100.0).contains(&ratio) => 0.5 / ratio,
-            Throw::Ratio(ratio) => return Err(ProjectorError::Throw { ratio }),
+            Throw::Ratio(ratio) => {
+                return Err(RoomError::new(
+                    "throw",
+                    format!("the projector's throw is {ratio}"),
+                    "give the distance by the picture's width, from 0.01 to 100",
+                ));
+            }
         };
         let [columns, rows] = resolution.map(f64::from);
         let upwards = match self.vertical_degrees {
-            Some(degrees) => tangent("vertical", degrees)?,
+            Some(degrees) => tangent("vertical_degrees", "vertical", degrees)?,
             None => across * rows / columns,
         };
         let shift = self.shift;
         if !shift.to_array().iter().all(|part| part.abs() <= 2.0) {
-            return Err(ProjectorError::Shift { shift });
+            return Err(RoomError::new(
+                "lens_shift",
+                format!(
+                    "the projector's lens is shifted by {}, {}",
+                    shift.x, shift.y
+                ),
+                "give picture widths and heights from -2 to 2, such as [0, 0.5]",
+            ));
         }
         Ok([
             across * (2.0 * shift.x - 1.0),
@@ -433,74 +316,85 @@ impl Entry {
         [&self.yaw_degrees, &self.pitch_degrees, &self.roll_degrees]
     }
 
-    fn aim(&self) -> Result<Aim, ProjectorFault> {
-        let choice = |found| ProjectorFault::Choice {
-            found,
-            keys: "look and up, and yaw_degrees, pitch_degrees and roll_degrees",
-            help: "look, with up if wanted, or any of yaw_degrees, pitch_degrees and roll_degrees",
+    fn projector(&self) -> Result<Projector, RoomError> {
+        let aim = self.aim()?;
+        let shift = self.lens_shift.as_ref();
+        let lens = Lens {
+            throw: self.throw()?,
+            vertical_degrees: self.vertical_degrees.as_ref().map(|v| *v.as_ref()),
+            shift: shift.map_or(DVec2::ZERO, |shift| DVec2::from_array(*shift.as_ref())),
+        };
+        Projector::new(
+            self.name.as_ref().as_str(),
+            DVec3::from_array(*self.position.as_ref()),
+            aim,
+            lens,
+            *self.resolution.as_ref(),
+        )
+    }
+
+    fn aim(&self) -> Result<Aim, RoomError> {
+        let choice = |key, found| {
+            RoomError::new(
+                key,
+                format!("{found} of look and up, and yaw_degrees, pitch_degrees and roll_degrees"),
+                "give look, with up if wanted, or any of yaw_degrees, pitch_degrees and \
+                 roll_degrees",
+            )
         };
         let turned = self.angles().iter().any(|angle| angle.is_some());
         let looks = self.look.is_some() || self.up.is_some();
+        let up = self.up.as_ref();
         match (&self.look, turned) {
-            (_, true) if looks => Err(choice("both")),
+            (_, true) if looks => Err(choice("angles", "both")),
             (Some(look), _) => Ok(Aim::Look {
                 look: DVec3::from_array(*look.as_ref()),
-                up: self
-                    .up
-                    .as_ref()
-                    .map_or(DVec3::Y, |up| DVec3::from_array(*up.as_ref())),
+                up: up.map_or(DVec3::Y, |up| DVec3::from_array(*up.as_ref())),
             }),
             (None, true) => {
-                let [yaw, pitch, roll] = self
-                    .angles()
-                    .map(|angle| angle.as_ref().map_or(0.0, |angle| *angle.as_ref()));
+                let number = |angle: &Option<Spanned<f64>>| angle.as_ref().map(|a| *a.as_ref());
+                let [yaw, pitch, roll] = self.angles().map(|a| number(a).unwrap_or(0.0));
                 Ok(Aim::Angles { yaw, pitch, roll })
             }
-            (None, false) => Err(choice("none")),
+            (None, false) => Err(choice("", "none")),
         }
     }
 
-    fn throw(&self) -> Result<Throw, ProjectorFault> {
-        let choice = |found| ProjectorFault::Choice {
-            found,
-            keys: "horizontal_degrees and throw",
-            help: "horizontal_degrees, the field of view, or throw, the distance by the width",
+    fn throw(&self) -> Result<Throw, RoomError> {
+        let choice = |key, found| {
+            RoomError::new(
+                key,
+                format!("{found} of horizontal_degrees and throw"),
+                "give horizontal_degrees, the field of view, or throw, the distance by the width",
+            )
         };
         match (&self.horizontal_degrees, &self.throw) {
             (Some(degrees), None) => Ok(Throw::Degrees(*degrees.as_ref())),
             (None, Some(ratio)) => Ok(Throw::Ratio(*ratio.as_ref())),
-            (Some(_), Some(_)) => Err(choice("both")),
-            (None, None) => Err(choice("none")),
+            (Some(_), Some(_)) => Err(choice("throw", "both")),
+            (None, None) => Err(choice("", "none")),
         }
     }
 
-    /// The bytes of the value that a fault is about; `None` where it is about
-    /// one that is missing.
-    fn span_of(&self, fault: &ProjectorFault) -> Option<Range<usize>> {
+    /// The bytes of the value of a key; `None` for a key that is missing.
+    fn span_of(&self, key: &str) -> Option<Range<usize>> {
         let number = |value: &Option<Spanned<f64>>| value.as_ref().map(Spanned::span);
-        let ProjectorFault::Projector(fault) = fault else {
-            let first = self.angles().into_iter().find_map(number);
-            let both = self.throw.is_some() && self.horizontal_degrees.is_some();
-            return if both { number(&self.throw) } else { first };
-        };
-        match fault {
-            ProjectorError::Name { .. } => Some(self.name.span()),
-            ProjectorError::Position { .. } => Some(self.position.span()),
-            ProjectorError::Look { .. } => self.look.as_ref().map(Spanned::span),
+        match key {
+            "name" => Some(self.name.span()),
+            "position" => Some(self.position.span()),
+            "look" => self.look.as_ref().map(Spanned::span),
             // Without one of its own, what is up is up in the room.
-            ProjectorError::Up { .. } => self.up.as_ref().or(self.look.as_ref()).map(Spanned::span),
-            ProjectorError::Angle { angle, .. } => match *angle {
-                "yaw" => number(&self.yaw_degrees),
-                "pitch" => number(&self.pitch_degrees),
-                _ => number(&self.roll_degrees),
-            },
-            ProjectorError::FieldOfView { direction, .. } => match *direction {
-                "horizontal" => number(&self.horizontal_degrees),
-                _ => number(&self.vertical_degrees),
-            },
-            ProjectorError::Throw { .. } => number(&self.throw),
-            ProjectorError::Shift { .. } => self.lens_shift.as_ref().map(Spanned::span),
-            ProjectorError::Resolution { .. } => Some(self.resolution.span()),
+            "up" => self.up.as_ref().or(self.look.as_ref()).map(Spanned::span),
+            "angles" => self.angles().into_iter().find_map(number),
+            "yaw_degrees" => number(&self.yaw_degrees),
+            "pitch_degrees" => number(&self.pitch_degrees),
+            "roll_degrees" => number(&self.roll_degrees),
+            "horizontal_degrees" => number(&self.horizontal_degrees),
+            "vertical_degrees" => number(&self.vertical_degrees),
+            "throw" => number(&self.throw),
+            "lens_shift" => self.lens_shift.as_ref().map(Spanned::span),
+            "resolution" => Some(self.resolution.span()),
+            _ => None,
         }
     }
 }

@@ -16,7 +16,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// A place on the axis as it is drawn.
+    /// The place of a value along the drawn axis.
     pub(super) fn place(&self, value: f64) -> f64 {
         if self.logarithmic {
             value.log10()

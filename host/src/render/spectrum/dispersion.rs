@@ -29,12 +29,11 @@ impl Default for Dispersion {
 }
 
 impl Dispersion {
-    /// How many wavelengths unless somebody asks for another number.
+    /// The default number of wavelengths.
     pub const WAVELENGTHS: u32 = 14;
 
-    /// So many wavelengths by a method, of a range in nanometres or its usual
-    /// one. One alone is none but for [`Method::Paper`], which has a picture of
-    /// it.
+    /// Takes `count` wavelengths by a method, from a range in nanometres or the method's own. A
+    /// single wavelength turns dispersion off, but for methods with a picture for each.
     ///
     /// # Errors
     /// A number or a range that cannot be.
@@ -52,7 +51,7 @@ impl Dispersion {
         })
     }
 
-    /// Its wavelengths, if it has several or pictures of them.
+    /// Its wavelengths, if it has several.
     pub const fn wavelengths(&self) -> Option<Wavelengths> {
         match *self {
             Self::Comb(wavelengths, _)
@@ -62,8 +61,8 @@ impl Dispersion {
         }
     }
 
-    /// As the tracer takes it; its table is in `storage`. Pictures of
-    /// wavelengths are rendered one by one: until then they have none.
+    /// The spectrum in the tracer's terms, its table in `storage`. For pictures of single
+    /// wavelengths, which are rendered one by one, that is plain RGB.
     pub fn spectrum<'s>(&self, storage: &'s mut Vec<SpectralSample>) -> Spectrum<'s> {
         let (wavelengths, each, matching) = match *self {
             Self::Off | Self::Images(..) => return Spectrum::Rgb,
@@ -77,7 +76,7 @@ impl Dispersion {
             SpectralSample::default(),
         );
         let table = SpectralTable::new(wavelengths, phases, matching, storage);
-        // There is room for so many, and so many phases there may be.
+        // The storage is large enough, and the number of phases allowed.
         table.map_or(Spectrum::Rgb, |table| Spectrum::Comb { table, each })
     }
 }

@@ -18,7 +18,7 @@ impl Method {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Fixed, Self::Comb, Self::Split, Self::Paper];
 
-    /// As the command line has it.
+    /// Its name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Fixed => "fixed",
@@ -28,7 +28,7 @@ impl Method {
         }
     }
 
-    /// The range unless somebody asks for another: nanometres.
+    /// The default range: nanometres.
     pub const fn range(self) -> [f32; 2] {
         match self {
             Self::Fixed | Self::Comb | Self::Split => Wavelengths::RANGE,
@@ -36,7 +36,7 @@ impl Method {
         }
     }
 
-    /// The colours unless somebody asks for others.
+    /// The default colours.
     pub const fn matching(self) -> Matching<'static> {
         match self {
             Self::Fixed | Self::Comb | Self::Split => Matching::Wyman,

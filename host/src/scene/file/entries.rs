@@ -10,142 +10,130 @@ use toml::Spanned;
 type Number = Spanned<f64>;
 type Numbers = Spanned<[f64; 3]>;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct SceneEntry {
-    pub(super) name: Option<String>,
-    pub(super) ambient: Option<Numbers>,
-    pub(super) background: Option<Spanned<BackgroundEntry>>,
-    #[serde(default)]
-    pub(super) materials: BTreeMap<Spanned<String>, MaterialEntry>,
-    #[serde(default)]
-    pub(super) media: BTreeMap<Spanned<String>, Spanned<MediumEntry>>,
-    #[serde(default)]
-    pub(super) textures: BTreeMap<Spanned<String>, Spanned<TextureEntry>>,
-    #[serde(default)]
-    pub(super) meshes: BTreeMap<Spanned<String>, Spanned<MeshEntry>>,
-    #[serde(default)]
-    pub(super) object: Vec<Spanned<ObjectEntry>>,
-    #[serde(default)]
-    pub(super) light: Vec<Spanned<LightEntry>>,
-    #[serde(default)]
-    pub(super) camera: Vec<Spanned<CameraEntry>>,
+/// Tables that know no other keys than their fields.
+macro_rules! tables {
+    ($($(#[$note:meta])* struct $name:ident { $($(#[$of_field:meta])* $field:ident: $value:ty,)* })*) => {
+        $(
+            $(#[$note])*
+            #[derive(Deserialize)]
+            #[serde(deny_unknown_fields)]
+            pub(super) struct $name { $($(#[$of_field])* pub(super) $field: $value,)* }
+        )*
+    };
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct CameraEntry {
-    pub(super) frame: Option<Number>,
-    pub(super) position: Numbers,
-    pub(super) zenith: Option<Numbers>,
-    pub(super) top: Option<Numbers>,
-}
+tables! {
+    struct SceneEntry {
+        name: Option<String>,
+        ambient: Option<Numbers>,
+        background: Option<Spanned<BackgroundEntry>>,
+        #[serde(default)]
+        materials: BTreeMap<Spanned<String>, MaterialEntry>,
+        #[serde(default)]
+        media: BTreeMap<Spanned<String>, Spanned<MediumEntry>>,
+        #[serde(default)]
+        textures: BTreeMap<Spanned<String>, Spanned<TextureEntry>>,
+        #[serde(default)]
+        meshes: BTreeMap<Spanned<String>, Spanned<MeshEntry>>,
+        #[serde(default)]
+        object: Vec<Spanned<ObjectEntry>>,
+        #[serde(default)]
+        light: Vec<Spanned<LightEntry>>,
+        #[serde(default)]
+        camera: Vec<Spanned<CameraEntry>>,
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct BackgroundEntry {
-    pub(super) colour: Option<Numbers>,
-    pub(super) zenith: Option<Numbers>,
-    pub(super) horizon: Option<Numbers>,
-    pub(super) nadir: Option<Numbers>,
-    pub(super) alpha: Option<Number>,
-}
+    struct CameraEntry {
+        frame: Option<Number>,
+        position: Numbers,
+        zenith: Option<Numbers>,
+        top: Option<Numbers>,
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct MaterialEntry {
-    pub(super) diffuse: Option<Numbers>,
-    pub(super) specular: Option<Numbers>,
-    pub(super) shininess: Option<Number>,
-    pub(super) mirror: Option<Numbers>,
-    pub(super) transmission: Option<Numbers>,
-    pub(super) index_of_refraction: Option<Number>,
-    pub(super) absorption: Option<Numbers>,
-    pub(super) graticule: Option<GraticuleEntry>,
-    pub(super) medium: Option<Spanned<String>>,
-    pub(super) texture: Option<Spanned<String>>,
-    pub(super) emission: Option<Numbers>,
-}
+    struct BackgroundEntry {
+        colour: Option<Numbers>,
+        zenith: Option<Numbers>,
+        horizon: Option<Numbers>,
+        nadir: Option<Numbers>,
+        alpha: Option<Number>,
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct MediumEntry {
-    pub(super) form: Number,
-    pub(super) range_nm: Spanned<[f64; 2]>,
-    pub(super) coefficients: Spanned<Vec<f64>>,
-}
+    struct MaterialEntry {
+        diffuse: Option<Numbers>,
+        specular: Option<Numbers>,
+        shininess: Option<Number>,
+        mirror: Option<Numbers>,
+        transmission: Option<Numbers>,
+        index_of_refraction: Option<Number>,
+        absorption: Option<Numbers>,
+        graticule: Option<GraticuleEntry>,
+        medium: Option<Spanned<String>>,
+        texture: Option<Spanned<String>>,
+        emission: Option<Numbers>,
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct TextureEntry {
-    pub(super) file: Option<String>,
-    pub(super) checker: Option<CheckerEntry>,
-    pub(super) repeats: Option<Spanned<[f64; 2]>>,
-}
+    struct MediumEntry {
+        form: Number,
+        range_nm: Spanned<[f64; 2]>,
+        coefficients: Spanned<Vec<f64>>,
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct CheckerEntry {
-    pub(super) colours: [Numbers; 2],
-}
+    struct TextureEntry {
+        file: Option<String>,
+        checker: Option<CheckerEntry>,
+        repeats: Option<Spanned<[f64; 2]>>,
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct GraticuleEntry {
-    pub(super) divisions: Number,
-    pub(super) width_degrees: Number,
-}
+    struct CheckerEntry {
+        colours: [Numbers; 2],
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct MeshEntry {
-    pub(super) file: Option<String>,
-    pub(super) builtin: Option<Spanned<String>>,
-}
+    struct GraticuleEntry {
+        divisions: Number,
+        width_degrees: Number,
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ObjectEntry {
-    pub(super) mesh: Option<Spanned<String>>,
-    pub(super) sphere: Option<SphereEntry>,
-    pub(super) spheroid: Option<SpheroidEntry>,
-    pub(super) material: Option<Spanned<String>>,
-    pub(super) position: Option<Numbers>,
-    pub(super) yaw_degrees: Option<Number>,
-    pub(super) rotation_degrees: Option<Numbers>,
-    pub(super) scale: Option<Spanned<Scale>>,
-    pub(super) normalise: Option<Spanned<bool>>,
-    pub(super) casts_shadow: Option<bool>,
-    pub(super) normals: Option<Spanned<String>>,
-}
+    struct MeshEntry {
+        file: Option<String>,
+        builtin: Option<Spanned<String>>,
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct SphereEntry {
-    pub(super) radius: Number,
-}
+    struct ObjectEntry {
+        mesh: Option<Spanned<String>>,
+        sphere: Option<SphereEntry>,
+        spheroid: Option<SpheroidEntry>,
+        material: Option<Spanned<String>>,
+        position: Option<Numbers>,
+        yaw_degrees: Option<Number>,
+        rotation_degrees: Option<Numbers>,
+        scale: Option<Spanned<Scale>>,
+        normalise: Option<Spanned<bool>>,
+        casts_shadow: Option<bool>,
+        normals: Option<Spanned<String>>,
+    }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct SpheroidEntry {
-    pub(super) equatorial_radius: Number,
-    pub(super) polar_radius: Number,
-}
+    struct SphereEntry {
+        radius: Number,
+    }
 
-// One table for both types: serde's tagged enums lose the places of values.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct LightEntry {
-    #[serde(rename = "type")]
-    pub(super) kind: Spanned<String>,
-    pub(super) position: Option<Numbers>,
-    pub(super) direction: Option<Numbers>,
-    pub(super) colour: Option<Numbers>,
-    pub(super) inverse_square: Option<Spanned<bool>>,
-    pub(super) size: Option<Spanned<[f64; 2]>>,
-    pub(super) up: Option<Numbers>,
-    pub(super) samples: Option<Number>,
-    pub(super) two_sided: Option<Spanned<bool>>,
+    struct SpheroidEntry {
+        equatorial_radius: Number,
+        polar_radius: Number,
+    }
+
+    // One table for both types: serde's tagged enums lose the places of values.
+    struct LightEntry {
+        #[serde(rename = "type")]
+        kind: Spanned<String>,
+        position: Option<Numbers>,
+        direction: Option<Numbers>,
+        colour: Option<Numbers>,
+        inverse_square: Option<Spanned<bool>>,
+        size: Option<Spanned<[f64; 2]>>,
+        up: Option<Numbers>,
+        samples: Option<Number>,
+        two_sided: Option<Spanned<bool>>,
+    }
 }
 
 /// One factor for all axes, or one for each.

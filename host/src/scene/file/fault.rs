@@ -9,24 +9,21 @@ use miette::Diagnostic;
 use shisen_core::spectrum::{Medium, MediumError};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::PathBuf;
 use thiserror::Error;
 use toml::Spanned;
 
 /// What is wrong in a scene file.
 #[derive(Debug, Error, Diagnostic)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum SceneFault {
     /// Not TOML, or not the keys and types that a scene has.
     #[error("{message}")]
     #[diagnostic(help(
         "a scene file has name, ambient, [background], [materials.NAME], [media.NAME], [textures.NAME], [meshes.NAME], [[object]], [[light]] and [[camera]]"
     ))]
-    Syntax {
-        /// The TOML reader's message.
-        message: String,
-    },
-    /// Nothing to see.
+    Syntax { message: String },
+    /// A scene without objects.
     #[error("the scene has no objects")]
     #[diagnostic(help("add an [[object]] with a mesh, a sphere or a spheroid"))]
     NoObjects,
@@ -34,53 +31,39 @@ pub enum SceneFault {
     #[error("`{key}` is {value}, but it must be from {low} to {high}")]
     #[diagnostic(help("give a number from {low} to {high}"))]
     OutOfRange {
-        /// The key it is the value of.
-        key: &'static str,
-        /// The number.
+        key: Key,
         value: f64,
-        /// The least it may be.
         low: f64,
-        /// The most it may be.
         high: f64,
     },
-    /// A name that nothing has.
+    /// A name that is not described.
     #[error("there is no {kind} \"{given}\"")]
     UnknownName {
-        /// What should have the name.
         kind: &'static str,
-        /// The name.
         given: String,
-        /// The nearest name, or all.
         #[help]
         suggestion: String,
     },
-    /// Keys that exclude each other, or none of those of which one must be.
+    /// Keys that exclude each other, or a choice of keys of which none is there.
     #[error("{owner} has {choice}")]
     #[diagnostic(help("leave out or add keys until it does"))]
     Choice {
-        /// What has the keys.
         owner: &'static str,
-        /// Which it must have.
         choice: &'static str,
     },
     /// A key that is not there.
     #[error("{owner} needs `{key}`")]
     #[diagnostic(help("add `{key} = {example}`"))]
     Missing {
-        /// What needs it.
         owner: &'static str,
-        /// The key.
         key: &'static str,
-        /// What its value looks like.
         example: &'static str,
     },
     /// A key in the wrong table.
     #[error("`{key}` is for {owner} only")]
     #[diagnostic(help("remove it here"))]
     NotHere {
-        /// The key.
         key: &'static str,
-        /// What may have it.
         owner: &'static str,
     },
     /// A direction that points nowhere.
@@ -97,27 +80,14 @@ pub enum SceneFault {
         "give A, B, C, B, C and so on, with up to {} pairs",
         Medium::MOST_TERMS
     ))]
-    Coefficients {
-        /// How many there are.
-        found: usize,
-    },
-    /// A medium that there cannot be.
+    Coefficients { found: usize },
+    /// A medium whose numbers make no usable index.
     #[error("the medium \"{medium}\" cannot be used: {source}")]
-    Medium {
-        /// Its name in the scene.
-        medium: String,
-        /// Why.
-        source: MediumError,
-    },
-    /// An image that cannot be had.
+    Medium { medium: String, source: MediumError },
+    /// An image that cannot be loaded.
     #[error("the texture \"{texture}\" cannot be loaded")]
     #[diagnostic(help("relative paths start at the folder of the scene file"))]
-    Texture {
-        /// Its name in the scene.
-        texture: String,
-        /// Why.
-        source: ImageError,
-    },
+    Texture { texture: String, source: ImageError },
     /// A texture on a mesh that does not say where it is on it.
     #[error("the object has a texture, but its mesh has no texture coordinates")]
     #[diagnostic(help(
@@ -127,12 +97,7 @@ pub enum SceneFault {
     /// A number that has to be a whole one.
     #[error("`{key}` is {value}, but it must be a whole number")]
     #[diagnostic(help("give a number without a fraction"))]
-    NotWhole {
-        /// The key it is the value of.
-        key: &'static str,
-        /// The number.
-        value: f64,
-    },
+    NotWhole { key: &'static str, value: f64 },
     /// One of several cameras without its place in time.
     #[error("a camera among others needs `frame`")]
     #[diagnostic(help("add `frame = N`, the picture that is taken from here, counted from 1"))]
@@ -145,43 +110,17 @@ pub enum SceneFault {
     #[error("the mesh \"{mesh}\" cannot be loaded")]
     #[diagnostic(help("relative paths start at the folder of the scene file"))]
     Mesh {
-        /// Its name in the scene.
         mesh: String,
-        /// Why.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// A mesh that was loaded but cannot be traced.
     #[error("the mesh \"{mesh}\" cannot be used")]
     #[diagnostic(help("repair it in the program that wrote it, or use another"))]
-    InvalidMesh {
-        /// Its name in the scene.
-        mesh: String,
-        /// Why.
-        source: MeshError,
-    },
+    InvalidMesh { mesh: String, source: MeshError },
     /// A mesh without width, which no scale makes 1 m wide.
     #[error("the mesh is flat along x, so it cannot be normalised")]
     #[diagnostic(help("leave out `normalise` and give the `scale` itself, or turn the mesh"))]
     Flat,
-}
-
-/// Why a scene could not be had from a file.
-#[derive(Debug, Error, Diagnostic)]
-#[non_exhaustive]
-pub enum SceneFileError {
-    /// The file could not be read.
-    #[error("cannot read the scene in {}", .path.display())]
-    #[diagnostic(help("give the path of a TOML file that describes a scene"))]
-    Read {
-        /// Which file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// It was read, and there is a fault in it.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Fault(#[from] Located<SceneFault>),
 }
 
 /// The least and the most a number may be.
@@ -204,6 +143,17 @@ pub(super) const WAVELENGTH: Limits =
     Limits(Medium::WAVELENGTHS[0] as f64, Medium::WAVELENGTHS[1] as f64);
 pub(super) const REPEATS: Limits = Limits(1.0e-3, 1.0e4);
 pub(super) const LIGHT_SAMPLES: Limits = Limits(1.0, 64.0);
+
+/// A checked value, or the fault and its place.
+pub(super) type Checked<T> = Result<T, Located<SceneFault>>;
+
+/// A key of a scene file.
+type Key = &'static str;
+
+/// Where a value is in the text, if it is there.
+pub(super) fn span<T>(value: &Option<Spanned<T>>) -> Option<Range<usize>> {
+    value.as_ref().map(Spanned::span)
+}
 
 /// Checks values, and makes faults that point into the file.
 pub(super) struct Check<'a> {
@@ -228,22 +178,12 @@ impl Check<'_> {
         Located::new(fault, &self.source, span)
     }
 
-    pub(super) fn number(
-        &self,
-        key: &'static str,
-        value: &Spanned<f64>,
-        limits: Limits,
-    ) -> Result<f64, Located<SceneFault>> {
+    pub(super) fn number(&self, key: Key, value: &Spanned<f64>, limits: Limits) -> Checked<f64> {
         let span = value.span();
         self.within(key, *value.as_ref(), limits, &span)
     }
 
-    pub(super) fn whole(
-        &self,
-        key: &'static str,
-        value: &Spanned<f64>,
-        limits: Limits,
-    ) -> Result<u32, Located<SceneFault>> {
+    pub(super) fn whole(&self, key: Key, value: &Spanned<f64>, limits: Limits) -> Checked<u32> {
         let number = self.number(key, value, limits)?;
         if number.fract() == 0.0 {
             return Ok(number as u32);
@@ -254,20 +194,20 @@ impl Check<'_> {
 
     pub(super) fn number_or(
         &self,
-        key: &'static str,
+        key: Key,
         value: Option<&Spanned<f64>>,
         limits: Limits,
         default: f64,
-    ) -> Result<f64, Located<SceneFault>> {
+    ) -> Checked<f64> {
         value.map_or(Ok(default), |value| self.number(key, value, limits))
     }
 
     pub(super) fn numbers<const N: usize>(
         &self,
-        key: &'static str,
+        key: Key,
         values: &Spanned<[f64; N]>,
         limits: Limits,
-    ) -> Result<[f64; N], Located<SceneFault>> {
+    ) -> Checked<[f64; N]> {
         let span = values.span();
         for &value in values.as_ref() {
             self.within(key, value, limits, &span)?;
@@ -277,10 +217,10 @@ impl Check<'_> {
 
     pub(super) fn vector_or(
         &self,
-        key: &'static str,
+        key: Key,
         value: Option<&Spanned<[f64; 3]>>,
         default: DVec3,
-    ) -> Result<DVec3, Located<SceneFault>> {
+    ) -> Checked<DVec3> {
         value.map_or(Ok(default), |value| {
             self.numbers(key, value, POSITION).map(DVec3::from_array)
         })
@@ -288,31 +228,31 @@ impl Check<'_> {
 
     pub(super) fn colour(
         &self,
-        key: &'static str,
+        key: Key,
         value: &Spanned<[f64; 3]>,
         limits: Limits,
-    ) -> Result<[f32; 3], Located<SceneFault>> {
+    ) -> Checked<[f32; 3]> {
         let channels = self.numbers(key, value, limits)?;
         Ok(channels.map(|channel| channel as f32))
     }
 
     pub(super) fn colour_or(
         &self,
-        key: &'static str,
+        key: Key,
         value: Option<&Spanned<[f64; 3]>>,
         limits: Limits,
         default: [f32; 3],
-    ) -> Result<[f32; 3], Located<SceneFault>> {
+    ) -> Checked<[f32; 3]> {
         value.map_or(Ok(default), |value| self.colour(key, value, limits))
     }
 
-    /// What goes by a name.
+    /// Returns the entry of a name.
     pub(super) fn named<T: Copy>(
         &self,
         kind: &'static str,
         name: &Spanned<String>,
         known: &BTreeMap<&str, T>,
-    ) -> Result<T, Located<SceneFault>> {
+    ) -> Checked<T> {
         let given = name.as_ref();
         known.get(given.as_str()).copied().ok_or_else(|| {
             let suggestion = suggestion(given, known.keys().copied()).unwrap_or_else(|| {
@@ -330,11 +270,11 @@ impl Check<'_> {
 
     fn within(
         &self,
-        key: &'static str,
+        key: Key,
         value: f64,
         Limits(low, high): Limits,
         span: &Range<usize>,
-    ) -> Result<f64, Located<SceneFault>> {
+    ) -> Checked<f64> {
         if (low..=high).contains(&value) {
             return Ok(value);
         }

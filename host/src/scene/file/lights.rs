@@ -1,8 +1,7 @@
 //! Lights of a scene file.
 
 use super::entries::LightEntry;
-use super::fault::{Check, LENGTH, LIGHT_SAMPLES, POSITION, RADIANCE, SceneFault};
-use crate::files::description::Located;
+use super::fault::{Check, Checked, LENGTH, LIGHT_SAMPLES, POSITION, RADIANCE, SceneFault, span};
 use crate::scene::Light;
 use glam::DVec3;
 use toml::Spanned;
@@ -15,24 +14,17 @@ enum LightKind {
     Rectangle,
 }
 
-pub(super) fn read_light(
-    check: &Check<'_>,
-    entry: &Spanned<LightEntry>,
-) -> Result<Light, Located<SceneFault>> {
+pub(super) fn read_light(check: &Check<'_>, entry: &Spanned<LightEntry>) -> Checked<Light> {
     use LightKind::{Directional, Point, Rectangle};
 
     let light = entry.as_ref();
     let colour = check.colour_or("colour", light.colour.as_ref(), RADIANCE, [1.0; 3])?;
-    let kind = check.named(
-        "type of light",
-        &light.kind,
-        &[
-            ("point", Point),
-            ("directional", Directional),
-            ("rectangle", Rectangle),
-        ]
-        .into(),
-    )?;
+    let known = [
+        ("point", Point),
+        ("directional", Directional),
+        ("rectangle", Rectangle),
+    ];
+    let kind = check.named("type of light", &light.kind, &known.into())?;
     check_keys(check, light, kind)?;
     let missing = |owner, key, example| {
         let fault = SceneFault::Missing {
@@ -92,12 +84,8 @@ pub(super) fn read_light(
     }
 }
 
-/// The unit vector to the right of a rectangle, as those see it whom it lights.
-fn right_of(
-    check: &Check<'_>,
-    light: &LightEntry,
-    forward: DVec3,
-) -> Result<DVec3, Located<SceneFault>> {
+/// The unit vector to the right of a rectangle, seen from where its light goes.
+fn right_of(check: &Check<'_>, light: &LightEntry, forward: DVec3) -> Checked<DVec3> {
     let left = match &light.up {
         Some(up) => {
             let vector = DVec3::from_array(check.numbers("up", up, POSITION)?);
@@ -115,64 +103,44 @@ fn right_of(
     Ok(-left.normalize())
 }
 
-/// Whether a light has no keys of other types.
-fn check_keys(
-    check: &Check<'_>,
-    light: &LightEntry,
-    kind: LightKind,
-) -> Result<(), Located<SceneFault>> {
+/// Refuses keys that are for other types of light.
+fn check_keys(check: &Check<'_>, light: &LightEntry, kind: LightKind) -> Checked<()> {
     use LightKind::{Directional, Point, Rectangle};
 
     let not_point = "directional lights and rectangles";
     let not_directional = "point lights and rectangles";
     let large = "rectangles";
-    let flag = |on: &Option<Spanned<bool>>| on.as_ref().map(Spanned::span);
-    let keys: &[(_, _, &[LightKind], _)] = &[
+    let keys: [(_, _, &[LightKind], _); 7] = [
         (
             "position",
-            light.position.as_ref().map(Spanned::span),
+            span(&light.position),
             &[Point, Rectangle],
             not_directional,
         ),
         (
             "direction",
-            light.direction.as_ref().map(Spanned::span),
+            span(&light.direction),
             &[Directional, Rectangle],
             not_point,
         ),
         (
             "inverse_square",
-            flag(&light.inverse_square),
+            span(&light.inverse_square),
             &[Point],
             "point lights",
         ),
-        (
-            "size",
-            light.size.as_ref().map(Spanned::span),
-            &[Rectangle],
-            large,
-        ),
-        (
-            "up",
-            light.up.as_ref().map(Spanned::span),
-            &[Rectangle],
-            large,
-        ),
-        (
-            "samples",
-            light.samples.as_ref().map(Spanned::span),
-            &[Rectangle],
-            large,
-        ),
-        ("two_sided", flag(&light.two_sided), &[Rectangle], large),
+        ("size", span(&light.size), &[Rectangle], large),
+        ("up", span(&light.up), &[Rectangle], large),
+        ("samples", span(&light.samples), &[Rectangle], large),
+        ("two_sided", span(&light.two_sided), &[Rectangle], large),
     ];
     for (key, span, kinds, owner) in keys {
         if span.is_some() && !kinds.contains(&kind) {
-            return Err(check.fault(SceneFault::NotHere { key, owner }, span.clone()));
+            return Err(check.fault(SceneFault::NotHere { key, owner }, span));
         }
     }
     Ok(())
 }
 
-/// Points of a rectangle that are looked at where nothing else is asked for.
+/// Points of a rectangle that each lit point looks at, unless the file says how many.
 const DEFAULT_SAMPLES: u32 = 16;

@@ -2,11 +2,10 @@
 
 use super::entries::{GraticuleEntry, MaterialEntry, MediumEntry, SceneEntry, TextureEntry};
 use super::fault::{
-    ABSORPTION, Check, DIVISIONS, EXPONENT, FORM, INDEX_OF_REFRACTION, LINE_WIDTH, RADIANCE,
-    REPEATS, SHARE, SceneFault, WAVELENGTH,
+    ABSORPTION, Check, Checked, DIVISIONS, EXPONENT, FORM, INDEX_OF_REFRACTION, LINE_WIDTH,
+    RADIANCE, REPEATS, SHARE, SceneFault, WAVELENGTH, span,
 };
 use super::numbers;
-use crate::files::description::Located;
 use crate::scene::material::{Graticule, Material};
 use crate::scene::texture::{Image, Pattern, Texture};
 use shisen_core::spectrum::{Medium, line};
@@ -22,7 +21,7 @@ type TextureEntries = BTreeMap<Spanned<String>, Spanned<TextureEntry>>;
 pub(super) fn read_materials(
     check: &Check<'_>,
     entry: &SceneEntry,
-) -> Result<Vec<(Material, Option<usize>)>, Located<SceneFault>> {
+) -> Checked<Vec<(Material, Option<usize>)>> {
     let textures = numbers(&entry.textures);
     // A file's own media come before built-in ones of the same name.
     let mut media: BTreeMap<&str, Medium> = Medium::NAMED.into();
@@ -41,7 +40,7 @@ pub(super) fn with_textures(
     entries: &TextureEntries,
     base_dir: &Path,
     materials: Vec<(Material, Option<usize>)>,
-) -> Result<Vec<Material>, Located<SceneFault>> {
+) -> Checked<Vec<Material>> {
     let textures = read_textures(check, entries, base_dir)?;
     let materials = materials.into_iter().map(|(material, texture)| Material {
         texture: texture.map(|number| textures[number].clone()),
@@ -56,23 +55,25 @@ fn read_material(
     entry: &MaterialEntry,
     textures: &BTreeMap<&str, usize>,
     media: &BTreeMap<&str, Medium>,
-) -> Result<(Material, Option<usize>), Located<SceneFault>> {
+) -> Checked<(Material, Option<usize>)> {
     let default = Material::default();
-    let share = |key, value: &Option<Spanned<[f64; 3]>>, default| {
-        check.colour_or(key, value.as_ref(), SHARE, default)
+    let colour = |key, value: &Option<_>, limits, default| {
+        check.colour_or(key, value.as_ref(), limits, default)
     };
-    let texture = match &entry.texture {
-        None => None,
-        Some(name) => Some(check.named("texture", name, textures)?),
+    let share = |key, value, default| colour(key, value, SHARE, default);
+    let number = |key, value: &Option<_>, limits, default: f32| {
+        let number = check.number_or(key, value.as_ref(), limits, default.into());
+        number.map(|number| number as f32)
     };
+    let texture = entry.texture.as_ref();
+    let texture = texture
+        .map(|name| check.named("texture", name, textures))
+        .transpose()?;
     if entry.transmission.is_none() {
-        let medium = entry.medium.as_ref().map(Spanned::span);
-        let index = entry.index_of_refraction.as_ref().map(Spanned::span);
-        let absorption = entry.absorption.as_ref().map(Spanned::span);
         for (key, span) in [
-            ("medium", medium),
-            ("index_of_refraction", index),
-            ("absorption", absorption),
+            ("medium", span(&entry.medium)),
+            ("index_of_refraction", span(&entry.index_of_refraction)),
+            ("absorption", span(&entry.absorption)),
         ] {
             if span.is_some() {
                 let owner = "materials with a `transmission`";
@@ -91,50 +92,36 @@ fn read_material(
         }
         Some(name) => Some(check.named("medium", name, media)?),
     };
+    let lines = entry.graticule.as_ref();
     let material = Material {
         diffuse: share("diffuse", &entry.diffuse, default.diffuse)?,
         specular: share("specular", &entry.specular, default.specular)?,
-        shininess: check.number_or(
-            "shininess",
-            entry.shininess.as_ref(),
-            EXPONENT,
-            default.shininess.into(),
-        )? as f32,
+        shininess: number("shininess", &entry.shininess, EXPONENT, default.shininess)?,
         mirror: share("mirror", &entry.mirror, default.mirror)?,
         transmission: share("transmission", &entry.transmission, default.transmission)?,
-        index_of_refraction: check.number_or(
+        index_of_refraction: number(
             "index_of_refraction",
-            entry.index_of_refraction.as_ref(),
+            &entry.index_of_refraction,
             INDEX_OF_REFRACTION,
-            default.index_of_refraction.into(),
-        )? as f32,
-        absorption: check.colour_or(
+            default.index_of_refraction,
+        )?,
+        absorption: colour(
             "absorption",
-            entry.absorption.as_ref(),
+            &entry.absorption,
             ABSORPTION,
             default.absorption,
         )?,
-        graticule: match &entry.graticule {
-            None => None,
-            Some(lines) => Some(read_graticule(check, lines)?),
-        },
+        graticule: lines
+            .map(|lines| read_graticule(check, lines))
+            .transpose()?,
         medium,
         texture: None,
-        emission: check.colour_or(
-            "emission",
-            entry.emission.as_ref(),
-            RADIANCE,
-            default.emission,
-        )?,
+        emission: colour("emission", &entry.emission, RADIANCE, default.emission)?,
     };
     Ok((material, texture))
 }
 
-fn read_medium(
-    check: &Check<'_>,
-    name: &Spanned<String>,
-    entry: &MediumEntry,
-) -> Result<Medium, Located<SceneFault>> {
+fn read_medium(check: &Check<'_>, name: &Spanned<String>, entry: &MediumEntry) -> Checked<Medium> {
     let form = check.whole("form", &entry.form, FORM)?;
     let range = check
         .numbers("range_nm", &entry.range_nm, WAVELENGTH)?
@@ -169,7 +156,7 @@ fn read_textures(
     check: &Check<'_>,
     entries: &TextureEntries,
     base_dir: &Path,
-) -> Result<Vec<Texture>, Located<SceneFault>> {
+) -> Checked<Vec<Texture>> {
     let mut left = Image::MOST_BYTES;
     let mut textures = Vec::with_capacity(entries.len());
     for (name, entry) in entries {
@@ -214,17 +201,10 @@ fn read_textures(
     Ok(textures)
 }
 
-fn read_graticule(
-    check: &Check<'_>,
-    entry: &GraticuleEntry,
-) -> Result<Graticule, Located<SceneFault>> {
-    let GraticuleEntry {
-        divisions,
-        width_degrees,
-    } = entry;
-    let width = check.number("width_degrees", width_degrees, LINE_WIDTH)?;
+fn read_graticule(check: &Check<'_>, entry: &GraticuleEntry) -> Checked<Graticule> {
+    let width = check.number("width_degrees", &entry.width_degrees, LINE_WIDTH)?;
     Ok(Graticule {
-        divisions: check.whole("divisions", divisions, DIVISIONS)?,
+        divisions: check.whole("divisions", &entry.divisions, DIVISIONS)?,
         width: width.to_radians() as f32,
     })
 }

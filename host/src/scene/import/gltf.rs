@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
 
 use glam::{Mat3, Mat4, Vec3};
@@ -96,28 +97,23 @@ impl Buffers {
         let mut contents = Vec::new();
         let mut places = Vec::new();
         for buffer in document.buffers() {
-            let place = match buffer.source() {
-                buffer::Source::Bin => {
-                    let Some(blob) = blob.take() else {
-                        return Err(syntax(
-                            Place::file(path),
-                            format!(
-                                "buffer {} has neither a URI nor a binary chunk",
-                                buffer.index()
-                            ),
-                        ));
-                    };
-                    contents.push(blob);
+            let uri = match buffer.source() {
+                buffer::Source::Bin => None,
+                buffer::Source::Uri(uri) => Some(uri),
+            };
+            let place = match by_uri.get(&uri) {
+                Some(&place) if uri.is_some() => place,
+                _ => {
+                    contents.push(match uri {
+                        Some(uri) => read_uri(path, uri)?,
+                        None => blob.take().ok_or_else(|| {
+                            let number = buffer.index();
+                            let problem = "has neither a URI nor a binary chunk";
+                            syntax(Place::file(path), format!("buffer {number} {problem}"))
+                        })?,
+                    });
+                    by_uri.insert(uri, contents.len() - 1);
                     contents.len() - 1
-                }
-                buffer::Source::Uri(uri) => {
-                    if let Some(&place) = by_uri.get(uri) {
-                        place
-                    } else {
-                        contents.push(read_uri(path, uri)?);
-                        by_uri.insert(uri, contents.len() - 1);
-                        contents.len() - 1
-                    }
                 }
             };
             let available = contents[place].len();
@@ -208,16 +204,14 @@ impl Importer<'_> {
             open.extend(node.children().map(|child| (child, transform)));
             open[first_child..].reverse();
         }
-        mesh.normals = if bare {
-            Vec::new()
-        } else {
-            unit_normals(mesh.normals)
-        };
-        mesh.coordinates = if unmapped {
-            Vec::new()
-        } else {
-            usable_coordinates(mesh.coordinates)
-        };
+        if bare {
+            mesh.normals.clear();
+        }
+        if unmapped {
+            mesh.coordinates.clear();
+        }
+        mesh.normals = unit_normals(mesh.normals);
+        mesh.coordinates = usable_coordinates(mesh.coordinates);
         let textures = if mesh.coordinates.is_empty() {
             Vec::new()
         } else {
@@ -267,17 +261,15 @@ impl Importer<'_> {
             }
             _ => *bare = true,
         }
-        match primitive.get(&Semantic::TexCoords(0)) {
-            Some(accessor) if accessor.count() == count => {
-                let coordinates = self.coordinates(accessor)?;
-                // Theirs start at the top.
-                let turned = coordinates.into_iter().map(|[u, v]| [u, 1.0 - v]);
-                // None where a primitive before had none: they would be others'.
-                if mesh.coordinates.len() == first {
-                    mesh.coordinates.extend(turned);
-                }
+        let places = primitive.get(&Semantic::TexCoords(0));
+        if let Some(accessor) = places.filter(|places| places.count() == count) {
+            let coordinates = self.coordinates(accessor)?;
+            // glTF counts v from the top.
+            let turned = coordinates.into_iter().map(|[u, v]| [u, 1.0 - v]);
+            // After a primitive without coordinates, these would be at the wrong vertices.
+            if mesh.coordinates.len() == first {
+                mesh.coordinates.extend(turned);
             }
-            _ => {}
         }
         let mirrored = transform.determinant() < 0.0;
         self.add_triangles(primitive, count, mirrored, mesh)?;
@@ -318,15 +310,11 @@ impl Importer<'_> {
                     return Ok(None);
                 };
                 let source = info.texture().source();
-                let known: Option<&Option<Arc<Image>>> = images.get(&source.index());
-                let image = if let Some(known) = known {
-                    known.clone()
-                } else {
-                    let image = self.image(&source, &mut left)?.map(Arc::new);
-                    images.insert(source.index(), image.clone());
-                    image
+                let image: &Option<Arc<Image>> = match images.entry(source.index()) {
+                    Entry::Occupied(known) => known.into_mut(),
+                    Entry::Vacant(new) => new.insert(self.image(&source, &mut left)?.map(Arc::new)),
                 };
-                Ok(image.map(|image| Texture {
+                Ok(image.clone().map(|image| Texture {
                     pattern: Pattern::Image(image),
                     repeats: [1.0; 2],
                 }))
@@ -368,22 +356,18 @@ impl Importer<'_> {
         if triangles > TriangleMesh::MOST_TRIANGLES - before {
             return Err(self.too_many(before.saturating_add(triangles)));
         }
+        let scalar = Dimensions::Scalar;
+        let (short, byte) = (DataType::U16, DataType::U8);
         let indices: Vec<u32> = match primitive.indices() {
             None => (0..count as u32).collect(),
-            Some(accessor) => {
-                let scalar = Dimensions::Scalar;
-                match accessor.data_type() {
-                    DataType::U8 => self
-                        .items::<u8>(accessor, scalar, DataType::U8)?
-                        .map(u32::from)
-                        .collect(),
-                    DataType::U16 => self
-                        .items::<u16>(accessor, scalar, DataType::U16)?
-                        .map(u32::from)
-                        .collect(),
-                    _ => self.items(accessor, scalar, DataType::U32)?.collect(),
-                }
+            Some(a) if a.data_type() == byte => {
+                self.items::<u8>(a, scalar, byte)?.map(u32::from).collect()
             }
+            Some(a) if a.data_type() == short => self
+                .items::<u16>(a, scalar, short)?
+                .map(u32::from)
+                .collect(),
+            Some(a) => self.items(a, scalar, DataType::U32)?.collect(),
         };
         let (corners, rest) = indices.as_chunks::<3>();
         if !rest.is_empty() {
@@ -557,10 +541,7 @@ fn whitted(material: &gltf::Material<'_>) -> Material {
             .volume()
             .filter(|volume| volume.thickness_factor() > 0.0)
             .map_or(default.absorption, |volume| absorption(&volume)),
-        graticule: default.graticule,
-        medium: default.medium,
-        texture: None,
-        emission: default.emission,
+        ..default
     }
 }
 

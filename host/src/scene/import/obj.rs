@@ -1,12 +1,12 @@
 //! Wavefront OBJ, and its material libraries.
 //!
 //! The geometry is scanned here rather than by `tobj`, which renumbers the
-//! vertices in order of first use, splits them between groups and tells no
-//! line numbers; the materials are `tobj`'s.
+//! vertices in order of first use, splits them between groups and reports no
+//! line numbers; the materials are read by `tobj`.
 
 mod library;
 
-use super::{ImportError, Place, syntax, unit_normals, usable_coordinates, validated};
+use super::{ImportError, Place, fan, syntax, unit_normals, usable_coordinates, validated};
 use crate::scene::material::Material;
 use crate::scene::mesh::{MeshError, TriangleMesh};
 use library::{Textures, load_library, whitted};
@@ -183,7 +183,7 @@ impl Geometry {
             ),
             _ => None,
         };
-        // One that does not exist is none: files name them without having any.
+        // An index out of range counts as absent: some files name coordinates without having any.
         let coordinate = match texture {
             Some(Ok(index)) => from_zero(index, self.coordinates.len()),
             _ => None,
@@ -206,13 +206,9 @@ impl Geometry {
     }
 
     fn no_normal(&self, path: &Path, line: usize, index: i64) -> ImportError {
-        syntax(
-            Place::line(path, line),
-            format!(
-                "the face names normal {index}, but the file has {}",
-                self.normals.len()
-            ),
-        )
+        let known = self.normals.len();
+        let problem = format!("the face names normal {index}, but the file has {known}");
+        syntax(Place::line(path, line), problem)
     }
 
     fn add_face(
@@ -222,24 +218,16 @@ impl Geometry {
         material: u32,
         corners: &[Corner],
     ) -> Result<(), ImportError> {
-        let [first, fan @ ..] = corners else {
-            return Err(syntax(Place::line(path, line), "a face without corners"));
-        };
-        if fan.len() < 2 {
-            return Err(syntax(
-                Place::line(path, line),
-                format!("a face needs three corners, but has {}", corners.len()),
-            ));
+        if corners.len() < 3 {
+            let problem = format!("a face needs three corners, but has {}", corners.len());
+            return Err(syntax(Place::line(path, line), problem));
         }
         let face = self.lines.len() as u32;
         self.lines.push(line);
         self.material_names.push(material);
-        for edge in fan.windows(2) {
-            if let &[second, third] = edge {
-                self.triangles.push([*first, second, third]);
-                self.faces.push(face);
-            }
-        }
+        let fan = fan(corners);
+        self.faces.resize(self.faces.len() + fan.len(), face);
+        self.triangles.extend(fan);
         Ok(())
     }
 
@@ -262,22 +250,18 @@ impl Geometry {
                 }
             }
         }
-        let every_corner = |has: fn(&Corner) -> bool| self.triangles.as_flattened().iter().all(has);
-        let known = self.coordinates.len();
-        let has_coordinates = known > 0
-            && every_corner(|corner| corner.coordinate.is_some())
-            && self
-                .triangles
-                .as_flattened()
-                .iter()
-                .all(|corner| corner.coordinate.is_some_and(|c| (c as usize) < known))
+        let corners = self.triangles.as_flattened();
+        let is_known = |place: u32| (place as usize) < self.coordinates.len();
+        let has_coordinates = corners
+            .iter()
+            .all(|corner| corner.coordinate.is_some_and(is_known))
             && !usable_coordinates(self.coordinates.clone()).is_empty();
-        let mut whole = TriangleMesh {
+        let whole = TriangleMesh {
             positions: self.positions.clone(),
             triangles: self
                 .triangles
                 .iter()
-                .map(|corners| corners.map(|corner| corner.position))
+                .map(|three| three.map(|c| c.position))
                 .collect(),
             ..TriangleMesh::default()
         };
@@ -285,13 +269,12 @@ impl Geometry {
             *mesh = whole;
             return Ok(());
         }
-        // A seam of a texture is none of the surface: where the file has no
-        // normals, both sides have those of the whole.
+        // A seam of the texture is no edge of the surface: where the file has no normals, both
+        // sides get those of the whole mesh.
         let own = if every_corner_has_a_normal {
             Vec::new()
         } else {
-            whole.normals = whole.vertex_normals().into_owned();
-            std::mem::take(&mut whole.normals)
+            whole.vertex_normals().into_owned()
         };
         let mut vertices = HashMap::new();
         let mut normals = Vec::new();
@@ -440,66 +423,60 @@ mod tests {
     fn textures_are_those_of_the_library_where_the_mesh_is_on_them() {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &[u8]| {
-            let path = folder.path().join(name);
-            std::fs::write(&path, text).unwrap();
-            path
+            std::fs::write(folder.path().join(name), text).unwrap();
         };
-        let mut image = Vec::new();
-        let encoder = png::Encoder::new(&mut image, 1, 1);
-        encoder
-            .write_header()
-            .unwrap()
-            .write_image_data(&[77])
-            .unwrap();
-        write("a.png", &image);
+        write("a.png", &crate::scene::texture::tests::grey_png(&[77]));
         write("b.jpg", b"\xff\xd8\xff");
         let library = "newmtl a\nmap_Kd -s 1 1 1 a.png\nnewmtl b\nmap_Kd b.jpg\n\
                        newmtl c\nmap_Kd a.png\n";
         write("a.mtl", library.as_bytes());
         let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nmtllib a.mtl\nusemtl a\n";
         let path = folder.path().join("a.obj");
-        let read = |text: &str| parse(&path, text.as_bytes());
-        let with = read(&format!("{corners}f 1/1 2/1 3/1\n")).unwrap();
-        let [a, b, c] = &with.materials[..] else {
-            panic!("{:?}", with.materials)
-        };
-        let Some(Pattern::Image(image)) = a.texture.as_ref().map(|texture| &texture.pattern) else {
+        let read = |face: &str| parse(&path, format!("{corners}{face}\n").as_bytes());
+        let with = read("f 1/1 2/1 3/1").unwrap();
+        let [a, b, c] = [0, 1, 2].map(|i| with.materials[i].texture.as_ref());
+        let Some(Pattern::Image(image)) = a.map(|texture| &texture.pattern) else {
             panic!("{a:?}")
         };
         assert_eq!(image.texels(), [[77, 77, 77, 0]]);
-        assert_eq!((a.texture == c.texture, &b.texture), (true, &None));
-        let without = read(&format!("{corners}f 1 2 3\n")).unwrap();
+        assert_eq!((a, b), (c, None));
+        let without = read("f 1 2 3").unwrap();
         assert!(without.materials.iter().all(|m| m.texture.is_none()));
         write("a.mtl", b"newmtl a\nmap_Kd c.png\n");
-        let error = read(&format!("{corners}f 1/1 2/1 3/1\n")).unwrap_err();
+        let error = read("f 1/1 2/1 3/1").unwrap_err();
         assert!(error.to_string().contains("c.png"), "{error}");
     }
 
     #[test]
     fn tells_the_line_and_the_fault() {
-        assert!(fault("").contains("no triangles"));
-        assert!(fault("v 0 0\n").starts_with("a.obj:1: "));
-        assert!(fault("v 0 0 nan\n").contains("not finite"));
-        assert!(fault("v 0 0 1e999\n").contains("not finite"));
-        let at_5 = |face: &str| {
-            let fault = fault(&format!("{SQUARE}{face}\n"));
-            assert!(fault.starts_with("a.obj:5: "), "{fault}");
-            fault
-        };
-        assert!(at_5("f 1 2 2").contains("names vertex 1 twice"));
-        assert!(at_5("f 1 2 3 1").contains("twice"));
-        for index in [
-            "5",
-            "0",
-            "-5",
-            "9223372036854775807",
-            "-9223372036854775808",
+        for (text, says) in [
+            ("", "no triangles"),
+            ("v 0 0\n", "a.obj:1: "),
+            ("v 0 0 nan\n", "not finite"),
+            ("v 0 0 1e999\n", "not finite"),
         ] {
-            assert!(at_5(&format!("f 1 2 {index}")).contains(&format!("vertex {index}, but")));
+            assert!(fault(text).contains(says), "{text}");
         }
-        assert!(at_5("f 1//7 2//7 3//7").contains("normal 7"));
-        for face in ["f 1 2", "f", "f 1 2 x", "f 1 2 3/1/1/1", "f 1 2 /3"] {
-            at_5(face);
+        let (least, most) = (i64::MIN.to_string(), i64::MAX.to_string());
+        let beyond = ["5", "0", "-5", &least, &most];
+        let beyond = beyond.map(|i| (format!("f 1 2 {i}"), format!("vertex {i}, but")));
+        let others = [
+            ("f 1 2 2", "names vertex 1 twice"),
+            ("f 1 2 3 1", "twice"),
+            ("f 1//7 2//7 3//7", "normal 7"),
+            ("f 1 2", "three corners"),
+            ("f", "but has 0"),
+            ("f 1 2 x", "no corner"),
+            ("f 1 2 3/1/1/1", "no corner"),
+            ("f 1 2 /3", "no corner"),
+        ];
+        let others = others.map(|(face, says)| (face.to_owned(), says.to_owned()));
+        for (face, says) in beyond.into_iter().chain(others) {
+            let fault = fault(&format!("{SQUARE}{face}\n"));
+            assert!(
+                fault.starts_with("a.obj:5: ") && fault.contains(&says),
+                "{fault}"
+            );
         }
     }
 }

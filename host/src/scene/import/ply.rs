@@ -8,13 +8,13 @@ use ply_rs_bw::ply::{
     ScalarType,
 };
 
-use super::{ImportError, Place, syntax, unit_normals, usable_coordinates, validated};
+use super::{ImportError, Place, fan, syntax, unit_normals, usable_coordinates, validated};
 use crate::scene::mesh::TriangleMesh;
 
-/// The names that places on a texture go by: across, and up.
+/// Names of texture coordinates: across, and up.
 const COORDINATES: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
 
-/// The names that the list of a face's corners goes by.
+/// Names of the list of a face's corners.
 const CORNER_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 struct Vertex {
@@ -85,7 +85,7 @@ impl PropertyAccess for Face {
     }
 }
 
-/// An element that is read only to get past it.
+/// An element that is read and dropped.
 struct Skipped;
 
 impl PropertyAccess for Skipped {
@@ -208,8 +208,7 @@ fn check_claims(path: &Path, header: &Header, payload: u64) -> Result<(), Import
     Ok(())
 }
 
-/// Checks that vertices and faces have what a mesh needs, and tells whether
-/// the vertices have normals.
+/// Checks that vertices and faces have what a mesh needs; returns whether there are normals.
 fn check_properties(path: &Path, header: &Header) -> Result<bool, ImportError> {
     let missing = |what: &str| {
         syntax(
@@ -278,26 +277,16 @@ fn triangulate(path: &Path, faces: &[Face], mesh: &mut TriangleMesh) -> Result<(
                 }
             }
         }
-        let [first, fan @ ..] = &corners[..] else {
-            return Err(too_few_corners(path, number, 0));
-        };
-        if fan.len() < 2 {
-            return Err(too_few_corners(path, number, corners.len()));
+        if corners.len() < 3 {
+            let problem = format!(
+                "face {number} (counted from 0) has {} corners, but a face needs three",
+                corners.len()
+            );
+            return Err(syntax(Place::file(path), problem));
         }
-        mesh.triangles.extend(
-            fan.windows(2)
-                .filter_map(|edge| edge.first_chunk())
-                .map(|&[second, third]| [*first, second, third]),
-        );
+        mesh.triangles.extend(fan(&corners));
     }
     Ok(())
-}
-
-fn too_few_corners(path: &Path, face: usize, corners: usize) -> ImportError {
-    syntax(
-        Place::file(path),
-        format!("face {face} (counted from 0) has {corners} corners, but a face needs three"),
-    )
 }
 
 #[cfg(test)]
@@ -306,10 +295,6 @@ mod tests {
 
     fn mesh(bytes: &[u8]) -> Result<TriangleMesh, ImportError> {
         parse(Path::new("a.ply"), bytes)
-    }
-
-    fn fault(text: &str) -> String {
-        mesh(text.as_bytes()).unwrap_err().to_string()
     }
 
     fn ascii(faces: &[&str]) -> String {
@@ -390,33 +375,32 @@ mod tests {
             let far = mesh(text("1e9").as_bytes()).unwrap();
             assert!(far.coordinates.is_empty());
         }
-        assert!(
-            mesh(ascii(&["3 0 1 2"]).as_bytes())
-                .unwrap()
-                .coordinates
-                .is_empty()
-        );
+        let bare = mesh(ascii(&["3 0 1 2"]).as_bytes()).unwrap();
+        assert!(bare.coordinates.is_empty());
     }
 
     #[test]
     fn tells_what_is_wrong() {
-        assert!(fault("obj\n").starts_with("a.ply:1: not a valid PLY"));
-        assert!(fault(&ascii(&[])).contains("no triangles"));
-        assert!(fault(&ascii(&["3 0 1 4"])).contains("names vertex 4, but"));
-        assert!(fault(&ascii(&["3 0 -1 2"])).contains("names vertex -1, but"));
-        assert!(fault(&ascii(&["3 0 1 1"])).contains("names vertex 1 twice"));
-        assert!(fault(&ascii(&["2 0 1"])).contains("2 corners"));
-        let short = fault(&ascii(&["3 0 1"]));
-        assert!(short.starts_with("a.ply:14: "), "{short}");
-        assert!(
-            short.contains("Expected 3 list elements, but found only 2; correct it"),
-            "{short}"
-        );
-        assert!(fault(&ascii(&["3 0 1 2"]).replace("double z", "double w")).contains("'z'"));
-        assert!(
-            fault(&ascii(&["3 0 1 2"]).replace("uchar int", "uchar float")).contains("integers")
-        );
-        assert!(fault(&ascii(&["3 0 1 2"]).replace("1 1 0", "1 1e999 0")).contains("finite"));
+        let whole = ascii(&["3 0 1 2"]);
+        for (text, says) in [
+            ("obj\n".to_owned(), "a.ply:1: not a valid PLY"),
+            (ascii(&[]), "no triangles"),
+            (ascii(&["3 0 1 4"]), "names vertex 4, but"),
+            (ascii(&["3 0 -1 2"]), "names vertex -1, but"),
+            (ascii(&["3 0 1 1"]), "names vertex 1 twice"),
+            (ascii(&["2 0 1"]), "2 corners"),
+            (ascii(&["3 0 1"]), "a.ply:14: "),
+            (
+                ascii(&["3 0 1"]),
+                "Expected 3 list elements, but found only 2; correct it",
+            ),
+            (whole.replace("double z", "double w"), "'z'"),
+            (whole.replace("uchar int", "uchar float"), "integers"),
+            (whole.replace("1 1 0", "1 1e999 0"), "finite"),
+        ] {
+            let fault = mesh(text.as_bytes()).unwrap_err().to_string();
+            assert!(fault.contains(says), "{fault}");
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 mod label;
 
-use crate::cave::{DegenerateWall, DomeScreen, Screen, Wall, WallPlane};
+use crate::cave::{DomeScreen, RoomError, Screen, Wall, WallPlane};
 use crate::picture::{Picture, PictureError};
 use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
@@ -35,7 +35,7 @@ pub enum NetError {
     NoWalls,
     /// A wall without area.
     #[error(transparent)]
-    Wall(#[from] DegenerateWall),
+    Wall(#[from] RoomError),
     /// The picture of a named wall without pixels.
     #[error("the picture of wall {0:?} has no pixels: render it before unfolding")]
     EmptyPicture(String),

@@ -1,6 +1,6 @@
 //! A perspective view of the screens from the viewer's eye, to check on a desk what a CAVE shows.
 
-use crate::cave::{DegenerateWall, DomeScreen, Screen, WallPlane};
+use crate::cave::{DomeScreen, RoomError, Screen, WallPlane};
 use crate::picture::{Picture, PictureError};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -60,7 +60,7 @@ pub enum CameraError {
 pub enum ViewError {
     /// A wall without area.
     #[error(transparent)]
-    Wall(#[from] DegenerateWall),
+    Wall(#[from] RoomError),
     /// A picture that is too large.
     #[error(transparent)]
     Picture(#[from] PictureError),
@@ -133,7 +133,7 @@ where
     let surfaces = screens
         .iter()
         .map(|&(screen, picture)| Ok((Surface::new(screen.into())?, picture)))
-        .collect::<Result<Vec<_>, DegenerateWall>>()?;
+        .collect::<Result<Vec<_>, RoomError>>()?;
     let [columns, rows] = camera.size;
     let mut view = Picture::new(columns, rows)?;
     view.pixels
@@ -155,7 +155,7 @@ enum Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    fn new(screen: Screen<'a>) -> Result<Self, DegenerateWall> {
+    fn new(screen: Screen<'a>) -> Result<Self, RoomError> {
         Ok(match screen {
             Screen::Wall(wall) => Self::Wall(WallPlane::new(wall)?),
             Screen::Dome(dome) => Self::Dome(dome),

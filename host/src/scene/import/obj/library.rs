@@ -117,11 +117,7 @@ pub(super) fn whitted(material: &tobj::Material) -> Material {
             0.001,
             10.0,
         ),
-        absorption: default.absorption,
-        graticule: default.graticule,
-        medium: default.medium,
-        texture: None,
-        emission: default.emission,
+        ..default
     }
 }
 

@@ -1,6 +1,6 @@
 //! Where the built-in scene `spheres` is looked at from, and details of it.
 
-use shisen::cave::{Wall, WallError};
+use shisen::cave::{RoomError, Wall};
 use shisen::picture::{Picture, PictureError};
 
 /// A square window 1 m before the eye.
@@ -31,7 +31,7 @@ pub(super) const CLOSE: View = View {
 
 impl View {
     /// As a wall of so many pixels a side.
-    pub(super) fn wall(&self, size: u32) -> Result<Wall, WallError> {
+    pub(super) fn wall(&self, size: u32) -> Result<Wall, RoomError> {
         let [x, y] = self.lower_left;
         let corner = |right, up| [x + right * self.side, y + up * self.side, -1.0].into();
         Wall::new(
