@@ -35,8 +35,10 @@ pub use view::WallView;
 pub use viewer::{DEFAULT_INTERPUPILLARY_DISTANCE, Eye, Viewer};
 pub(crate) use wall_plane::WallPlane;
 
+use crate::files::description::UnknownName;
 use glam::DVec3;
 use miette::Diagnostic;
+use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -89,7 +91,7 @@ impl RoomError {
     }
 
     /// Refuses places that are not in a room. `whose` starts the message.
-    fn check_place(key: &'static str, whose: &str, place: DVec3) -> Result<(), Self> {
+    fn check_place(key: &'static str, whose: fmt::Arguments<'_>, place: DVec3) -> Result<(), Self> {
         if is_in_a_room(place) {
             return Ok(());
         }
@@ -101,7 +103,11 @@ impl RoomError {
     }
 
     /// Refuses sizes out of range. `whose` starts the message.
-    fn check_pixels(key: &'static str, whose: &str, pixels: [u32; 2]) -> Result<(), Self> {
+    fn check_pixels(
+        key: &'static str,
+        whose: fmt::Arguments<'_>,
+        pixels: [u32; 2],
+    ) -> Result<(), Self> {
         if pixels
             .iter()
             .all(|side| (1..=Wall::MOST_PIXELS).contains(side))
@@ -162,13 +168,23 @@ impl Wall {
         let help = "pictures are named after their walls: use letters, digits, '-' and '_', such as \
                     \"front\"";
         RoomError::check_name("wall", &self.name, help)?;
-        let wall = format!("wall \"{}\"", self.name);
+        self.check_corners()?;
+        let wall = format_args!("wall \"{}\"", self.name);
+        RoomError::check_pixels("pixels", wall, self.pixels)
+    }
+
+    /// Checks that the corners are in a room and span a parallelogram.
+    fn check_corners(&self) -> Result<(), RoomError> {
+        // Formatted only for errors: views are made for each frame, without taking memory.
+        let name = &self.name;
+        let wall = format_args!("wall \"{name}\"");
         for (key, corner, place) in [
             ("lower_left", "lower left", self.lower_left),
             ("lower_right", "lower right", self.lower_right),
             ("upper_left", "upper left", self.upper_left),
         ] {
-            RoomError::check_place(key, &format!("{wall}: its {corner} corner is"), place)?;
+            let whose = format_args!("wall \"{name}\": its {corner} corner is");
+            RoomError::check_place(key, whose, place)?;
         }
         let (across, upward) = (self.across(), self.upward());
         for (key, dimension, length) in [
@@ -192,7 +208,7 @@ impl Wall {
                  lower_right",
             ));
         }
-        RoomError::check_pixels("pixels", &wall, self.pixels)
+        Ok(())
     }
 
     /// The lower edge, from left to right, metres.
@@ -301,22 +317,17 @@ impl BuiltInCave {
     }
 }
 
-/// A name that no built-in room has.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("there is no built-in CAVE \"{given}\": use three-wall, cube or dome")]
-pub struct UnknownCave {
-    /// What was given.
-    pub given: String,
-}
-
 impl FromStr for BuiltInCave {
-    type Err = UnknownCave;
+    type Err = UnknownName;
 
-    fn from_str(name: &str) -> Result<Self, UnknownCave> {
-        Self::ALL
-            .into_iter()
-            .find(|cave| cave.name() == name)
-            .ok_or_else(|| UnknownCave { given: name.into() })
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        let mut all = Self::ALL.into_iter();
+        all.find(|cave| cave.name() == name)
+            .ok_or_else(|| UnknownName {
+                kind: "CAVE",
+                given: name.into(),
+                known: "three-wall, cube or dome",
+            })
     }
 }
 

@@ -5,14 +5,14 @@ use crate::cave::angle::sin_cos_degrees;
 use glam::{DMat3, DVec2, DVec3};
 use shisen_core::frame;
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
-/// A dome's inside as a screen: the part of a sphere that is within half of
-/// the field of view around the dome's zenith.
+/// The inside of a dome as a screen: the part of a sphere within half the field of view of the
+/// dome's zenith.
 ///
-/// Its picture is a dome master, equidistant as seen from the sphere's centre,
-/// right at the right and, of a dome without tilt, the front at the bottom.
-/// What it shows is what an eye sees behind each place of the dome, wherever in
-/// the dome the eye is.
+/// Its picture is a dome master, equidistant from the sphere's centre, with the right at the right
+/// and, without tilt, the front at the bottom. Each pixel shows what the eye sees behind its place
+/// on the dome, for an eye anywhere inside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DomeScreen {
     name: String,
@@ -24,7 +24,7 @@ pub struct DomeScreen {
     axes: DMat3,
 }
 
-/// What a dome is described by; [`DomeScreen::new`] checks it.
+/// The description of a dome; [`DomeScreen::new`] checks it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DomeDescription {
     /// For file names and messages.
@@ -36,24 +36,22 @@ pub struct DomeDescription {
     /// How far the zenith leans from straight up (+Y) towards the front (−Z),
     /// about the room's +X: degrees, −360 to 360.
     pub tilt_degrees: f64,
-    /// Across the dome, from rim to rim, at its centre: degrees, above 0 to 360.
+    /// The angle from rim to rim at the centre: degrees, above 0 to 360.
     pub field_of_view_degrees: f64,
     /// Columns, and rows, 1 to [`Wall::MOST_PIXELS`](crate::cave::Wall::MOST_PIXELS).
     pub size: u32,
 }
 
 impl DomeScreen {
-    /// Least and greatest radius: metres.
-    pub const RADII: (f64, f64) = (
-        frame::DomeScreen::RADII.0 as f64,
-        frame::DomeScreen::RADII.1 as f64,
-    );
+    /// Radii that a dome may have: metres.
+    pub const RADII: RangeInclusive<f64> =
+        frame::DomeScreen::RADII.0 as f64..=frame::DomeScreen::RADII.1 as f64;
 
-    /// How far off, of the radius, a ray that starts on the sphere is past it:
-    /// projectors may stand on the rim.
+    /// The share of the radius within which a ray still starts on the sphere: projectors may stand
+    /// on the rim.
     const AT_THE_SURFACE: f64 = 1.0e-9;
 
-    /// A dome that is known to be usable.
+    /// Makes a dome of a description.
     ///
     /// # Errors
     /// The first fault found: a name that is not usable in a file name, a
@@ -71,8 +69,8 @@ impl DomeScreen {
                     \"dome\"";
         RoomError::check_name("dome", &name, help)?;
         let dome = format!("dome \"{name}\"");
-        let (least, most) = Self::RADII;
-        // As the tracer has it, rounded.
+        let [least, most] = [*Self::RADII.start(), *Self::RADII.end()];
+        // Rounded as the tracer rounds it.
         if !(least as f32..=most as f32).contains(&(radius as f32)) {
             return Err(RoomError::new(
                 "radius",
@@ -80,7 +78,7 @@ impl DomeScreen {
                 format!("give metres from {least} to {most}"),
             ));
         }
-        RoomError::check_place("centre", &format!("{dome}: its centre is"), centre)?;
+        RoomError::check_place("centre", format_args!("{dome}: its centre is"), centre)?;
         if !(tilt.abs() <= 360.0) {
             return Err(RoomError::new(
                 "tilt_degrees",
@@ -96,7 +94,7 @@ impl DomeScreen {
                 "give degrees above 0, to 360; 180 is a hemisphere",
             ));
         }
-        RoomError::check_pixels("size", &dome, [size; 2])?;
+        RoomError::check_pixels("size", format_args!("{dome}"), [size; 2])?;
         Ok(Self {
             name,
             radius,
@@ -122,7 +120,7 @@ impl DomeScreen {
         self.centre
     }
 
-    /// Across the dome at its centre: radians, above 0 to 2π.
+    /// The angle from rim to rim at the centre: radians, above 0 to 2π.
     pub const fn field_of_view(&self) -> f64 {
         self.field_of_view_degrees.to_radians()
     }
@@ -137,14 +135,13 @@ impl DomeScreen {
         self.radius * self.field_of_view()
     }
 
-    /// The picture's right, its top, and what is behind it, against the zenith:
-    /// the axes of [`shisen_core::capture`] in the room.
+    /// The axes of [`shisen_core::capture`] in the room: the picture's right, its top, and away
+    /// from the zenith.
     pub const fn axes(&self) -> DMat3 {
         self.axes
     }
 
-    /// The dome as the tracer takes it, for an eye at `eye`: metres, in the
-    /// room.
+    /// The dome in the tracer's terms, for an eye at `eye`: metres, in the room.
     ///
     /// # Errors
     /// An eye that is not finite, or farther from the centre than
@@ -193,38 +190,35 @@ impl DomeScreen {
         let direction = self.axes.transpose() * (point - self.centre).try_normalize()?;
         let across = direction.truncate();
         let angle = libm::atan2(across.length(), -direction.z);
-        // Straight away from the zenith all ways are the same; take one.
+        // Opposite to the zenith any direction will do.
         let way = across.try_normalize().unwrap_or(DVec2::X);
         Some(way * (angle / (0.5 * self.field_of_view())))
     }
 
-    /// Where a ray comes to the sphere from outside and where it leaves it: in
-    /// the ray's own length, of unit `direction`.
+    /// The distances at which a ray of unit `direction` enters and leaves the sphere.
     fn crossings(&self, origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
         let from = origin - self.centre;
         let half = from.dot(direction);
-        // By the distance of the line, which loses no digits far away.
+        // By the distance of the line from the centre: keeps its digits far away.
         let nearest = from - half * direction;
         let left = self.radius * self.radius - nearest.length_squared();
         (left >= 0.0).then(|| [-half - left.sqrt(), -half + left.sqrt()])
     }
 
-    /// How far off the first part of the dome is that a ray meets, from either
-    /// side, and where in the picture: (u, v). `direction` is of unit length.
+    /// The distance to the first part of the dome that a ray of unit `direction` meets, from
+    /// either side, and the place in the picture: (u, v).
     pub fn meet(&self, origin: DVec3, direction: DVec3) -> Option<(f64, DVec2)> {
         self.on_screen(origin, direction).map(|(t, at, _)| (t, at))
     }
 
-    /// Where in the picture light arrives on the inside that starts at `origin`
-    /// along the unit `direction`: (u, v). It may come in through what the
-    /// field of view leaves open, but not through the dome itself.
+    /// The place in the picture, (u, v), where light from `origin` along the unit `direction`
+    /// meets the inside. It may enter through the dome's opening, but not through the dome.
     pub fn lit(&self, origin: DVec3, direction: DVec3) -> Option<DVec2> {
         let (_, at, from_inside) = self.on_screen(origin, direction)?;
         from_inside.then_some(at)
     }
 
-    /// The first part of the dome that a ray meets: how far off, where, and
-    /// whether on the inside.
+    /// The first part of the dome that a ray meets: distance, place, and whether it is the inside.
     fn on_screen(&self, origin: DVec3, direction: DVec3) -> Option<(f64, DVec2, bool)> {
         let crossings = self.crossings(origin, direction)?;
         [false, true]
@@ -238,7 +232,7 @@ impl DomeScreen {
     }
 }
 
-/// The picture's right, its top, and what is behind it.
+/// The axes of a dome's picture in the room.
 fn axes(tilt_degrees: f64) -> DMat3 {
     let (sin, cos) = sin_cos_degrees(tilt_degrees);
     let zenith = DVec3::new(0.0, cos, -sin);

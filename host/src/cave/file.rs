@@ -22,10 +22,8 @@
 
 use super::{Cave, DomeDescription, DomeScreen, RoomError, Wall};
 use crate::files::description::{FileError, Located, Source, read_description};
-use glam::DVec3;
 use serde::Deserialize;
 use std::path::Path;
-use toml::Spanned;
 
 const SYNTAX: &str = "a wall is a [[wall]] with name, lower_left, lower_right and upper_left \
     ([x, y, z] in metres) and, if wanted, pixels ([columns, rows]); a dome is a [[dome]] with name, \
@@ -44,22 +42,22 @@ struct CaveEntry {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WallEntry {
-    name: Spanned<String>,
-    lower_left: Spanned<[f64; 3]>,
-    lower_right: Spanned<[f64; 3]>,
-    upper_left: Spanned<[f64; 3]>,
-    pixels: Option<Spanned<[u32; 2]>>,
+    name: String,
+    lower_left: [f64; 3],
+    lower_right: [f64; 3],
+    upper_left: [f64; 3],
+    pixels: Option<[u32; 2]>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct DomeEntry {
-    name: Spanned<String>,
-    radius: Spanned<f64>,
-    centre: Spanned<[f64; 3]>,
-    tilt_degrees: Option<Spanned<f64>>,
-    field_of_view_degrees: Option<Spanned<f64>>,
-    size: Option<Spanned<u32>>,
+    name: String,
+    radius: f64,
+    centre: [f64; 3],
+    tilt_degrees: Option<f64>,
+    field_of_view_degrees: Option<f64>,
+    size: Option<u32>,
 }
 
 impl Cave {
@@ -105,76 +103,35 @@ impl Cave {
             walls: Vec::with_capacity(entries.wall.len()),
             domes: Vec::new(),
         };
-        for entry in entries.wall {
-            let place = |corner: &Spanned<[f64; 3]>| DVec3::from_array(*corner.as_ref());
+        let located = |list, number, fault: RoomError| {
+            let list = Some((list, number));
+            let span = source.span_of(list, fault.key);
+            let span = span.or_else(|| source.span_of(list, "name"));
+            Located::new(fault, &source, span)
+        };
+        for (number, entry) in entries.wall.into_iter().enumerate() {
             let wall = Wall {
-                name: entry.name.as_ref().clone(),
-                lower_left: place(&entry.lower_left),
-                lower_right: place(&entry.lower_right),
-                upper_left: place(&entry.upper_left),
-                pixels: entry
-                    .pixels
-                    .as_ref()
-                    .map_or(size, |pixels| *pixels.as_ref()),
+                name: entry.name,
+                lower_left: entry.lower_left.into(),
+                lower_right: entry.lower_right.into(),
+                upper_left: entry.upper_left.into(),
+                pixels: entry.pixels.unwrap_or(size),
             };
-            cave.add_wall(wall).map_err(|fault| {
-                let span = entry.span_of(fault.key);
-                Located::new(fault, &source, Some(span))
-            })?;
+            let added = cave.add_wall(wall);
+            added.map_err(|fault| located("wall", number, fault))?;
         }
-        for entry in entries.dome {
-            let dome = DomeScreen::new(entry.description(size[0]));
-            cave = dome
-                .and_then(|dome| cave.with_dome(dome))
-                .map_err(|fault| {
-                    let span = entry.span_of(fault.key);
-                    Located::new(fault, &source, Some(span))
-                })?;
+        for (number, entry) in entries.dome.into_iter().enumerate() {
+            let dome = DomeScreen::new(DomeDescription {
+                name: entry.name,
+                radius: entry.radius,
+                centre: entry.centre.into(),
+                tilt_degrees: entry.tilt_degrees.unwrap_or(0.0),
+                field_of_view_degrees: entry.field_of_view_degrees.unwrap_or(180.0),
+                size: entry.size.unwrap_or(size[0]),
+            });
+            let with_dome = dome.and_then(|dome| cave.with_dome(dome));
+            cave = with_dome.map_err(|fault| located("dome", number, fault))?;
         }
         Ok(cave)
-    }
-}
-
-impl DomeEntry {
-    /// `size` is for a dome that does not say.
-    fn description(&self, size: u32) -> DomeDescription {
-        let or = |value: &Option<Spanned<f64>>, default| {
-            value.as_ref().map_or(default, |value| *value.as_ref())
-        };
-        DomeDescription {
-            name: self.name.as_ref().clone(),
-            radius: *self.radius.as_ref(),
-            centre: DVec3::from_array(*self.centre.as_ref()),
-            tilt_degrees: or(&self.tilt_degrees, 0.0),
-            field_of_view_degrees: or(&self.field_of_view_degrees, 180.0),
-            size: self.size.as_ref().map_or(size, |size| *size.as_ref()),
-        }
-    }
-
-    /// The bytes of the value of a key.
-    fn span_of(&self, key: &str) -> std::ops::Range<usize> {
-        let number = |value: &Option<Spanned<f64>>| value.as_ref().map(Spanned::span);
-        match key {
-            "radius" => Some(self.radius.span()),
-            "centre" => Some(self.centre.span()),
-            "tilt_degrees" => number(&self.tilt_degrees),
-            "field_of_view_degrees" => number(&self.field_of_view_degrees),
-            "size" => self.size.as_ref().map(Spanned::span),
-            _ => None,
-        }
-        .unwrap_or_else(|| self.name.span())
-    }
-}
-
-impl WallEntry {
-    /// The bytes of the value of a key.
-    fn span_of(&self, key: &str) -> std::ops::Range<usize> {
-        match (key, &self.pixels) {
-            ("lower_left", _) => self.lower_left.span(),
-            ("lower_right", _) => self.lower_right.span(),
-            ("upper_left", _) => self.upper_left.span(),
-            ("pixels", Some(pixels)) => pixels.span(),
-            _ => self.name.span(),
-        }
     }
 }

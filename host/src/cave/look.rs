@@ -11,30 +11,22 @@ use glam::DVec3;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// Why a direction or a place could not be read.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum LookError {
-    /// Neither a name, nor two, nor three numbers.
-    #[error(
-        "\"{given}\" is no direction: use front, floor, right, left, back or ceiling, \
-         YAW,PITCH in degrees (right and up are positive), or X,Y,Z"
-    )]
-    Direction { given: String },
-    /// A pitch past straight up or straight down.
-    #[error("\"{given}\" has a pitch of {pitch}°: use -90 (down) to 90 (up)")]
-    Pitch {
-        given: String,
-        /// Its second number, degrees.
-        pitch: f64,
-    },
-    /// Three zeros, which point nowhere.
-    #[error("\"{given}\" points nowhere: at least one of X,Y,Z is not 0")]
-    Zero { given: String },
-    /// Not three finite numbers.
-    #[error("\"{given}\" is no place: use X,Y,Z in metres, such as 0,1.6,0.5")]
-    Point { given: String },
+/// Why a direction or a place could not be read, and what would be one.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("\"{given}\" {fault}")]
+pub struct LookError {
+    /// The text.
+    pub given: String,
+    fault: String,
+}
+
+impl LookError {
+    fn new(given: &str, fault: impl Into<String>) -> Self {
+        Self {
+            given: given.to_owned(),
+            fault: fault.into(),
+        }
+    }
 }
 
 /// A direction in the room, of unit length.
@@ -97,7 +89,6 @@ impl FromStr for ViewDirection {
 
     /// Reads a direction in the grammar of this module.
     fn from_str(text: &str) -> Result<Self, LookError> {
-        let given = || text.to_owned();
         let named = match text.trim() {
             "front" => Some(DVec3::NEG_Z),
             "floor" => Some(DVec3::NEG_Y),
@@ -111,10 +102,10 @@ impl FromStr for ViewDirection {
             return Ok(Self(direction));
         }
         match numbers(text).as_deref() {
-            Some(&[_, pitch]) if !(-90.0..=90.0).contains(&pitch) => Err(LookError::Pitch {
-                given: given(),
-                pitch,
-            }),
+            Some(&[_, pitch]) if !(-90.0..=90.0).contains(&pitch) => {
+                let fault = format!("has a pitch of {pitch}°: use -90 (down) to 90 (up)");
+                Err(LookError::new(text, fault))
+            }
             Some(&[yaw, pitch]) => {
                 let (sin_yaw, cos_yaw) = sin_cos_degrees(yaw);
                 let (sin_pitch, cos_pitch) = sin_cos_degrees(pitch);
@@ -124,10 +115,14 @@ impl FromStr for ViewDirection {
                     -cos_yaw * cos_pitch,
                 )))
             }
-            Some(&[x, y, z]) => {
-                Self::new(DVec3::new(x, y, z)).ok_or_else(|| LookError::Zero { given: given() })
-            }
-            _ => Err(LookError::Direction { given: given() }),
+            Some(&[x, y, z]) => Self::new(DVec3::new(x, y, z)).ok_or_else(|| {
+                LookError::new(text, "points nowhere: at least one of X,Y,Z is not 0")
+            }),
+            _ => Err(LookError::new(
+                text,
+                "is no direction: use front, floor, right, left, back or ceiling, YAW,PITCH in \
+                 degrees (right and up are positive), or X,Y,Z",
+            )),
         }
     }
 }
@@ -143,7 +138,10 @@ impl FromStr for Point {
     fn from_str(text: &str) -> Result<Self, LookError> {
         match numbers(text).as_deref() {
             Some(&[x, y, z]) => Ok(Self(DVec3::new(x, y, z))),
-            _ => Err(LookError::Point { given: text.into() }),
+            _ => Err(LookError::new(
+                text,
+                "is no place: use X,Y,Z in metres, such as 0,1.6,0.5",
+            )),
         }
     }
 }
@@ -208,8 +206,11 @@ mod tests {
         let point = " 0, -1.5,2e-1".parse();
         assert_eq!(point, Ok(Point(DVec3::new(0.0, -1.5, 0.2))));
         for text in ["", "front", "1,2", "1,2,3,4", "1,2,nan", "1,2,1e999"] {
-            let given = text.into();
-            assert_eq!(text.parse::<Point>(), Err(LookError::Point { given }));
+            let error = text.parse::<Point>().unwrap_err().to_string();
+            assert!(
+                error.contains("is no place: use X,Y,Z in metres"),
+                "{error}"
+            );
         }
     }
 

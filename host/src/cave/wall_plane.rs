@@ -21,10 +21,9 @@ pub(crate) struct WallPlane {
 }
 
 impl WallPlane {
-    /// # Errors
-    /// A wall that [`Wall::validate`] rejects.
+    /// Fails for corners that [`Wall::validate`] rejects.
     pub(crate) fn new(wall: &Wall) -> Result<Self, RoomError> {
-        wall.validate()?;
+        wall.check_corners()?;
         let right = wall.lower_right - wall.lower_left;
         let down = wall.lower_left - wall.upper_left;
         // From directions and not edges, so that small walls are walls too.

@@ -2,7 +2,7 @@ use super::mapping::Mapping;
 use super::mirror::{Mirror, MirrorError, Parameters, Projection};
 use std::f64::consts::FRAC_PI_2;
 
-/// A mirror and how true its dome master is.
+/// A mirror and the errors of its dome master.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Design {
     /// The mirror itself.
@@ -14,8 +14,7 @@ pub struct Design {
     pub p: Option<f64>,
     /// The screen's distance from the mirror's centre: equation 19.
     pub c1: f64,
-    /// Half the screen's width, all there is to set in parallel projection:
-    /// equations 20 and 40.
+    /// Half the screen's width: equations 20 and 40.
     pub b1: f64,
     /// The viewpoint's distance from the screen; `None` in parallel
     /// projection. Equation 22.
@@ -29,7 +28,7 @@ pub struct Design {
     pub error_percent: f64,
     /// The largest |θ − `r_d`|, in pixels of a picture of 4096².
     pub error_px_4096: f64,
-    /// Where the error is largest on either side, from the zenith outwards.
+    /// The places of the largest errors on either side, from the zenith outwards.
     pub extrema: Vec<Extremum>,
 }
 
@@ -38,22 +37,20 @@ pub struct Design {
 pub struct Extremum {
     /// The parametric angle of the mirror's point, radians.
     pub beta: f64,
-    /// Where it is seen, radians.
+    /// The point's distance from the middle of the picture, radians.
     pub r_d: f64,
     /// θ − `r_d`, radians.
     pub error: f64,
 }
 
-/// Places between 0 and β₁ between which the error's slope changes its sign
-/// at most once.
+/// Steps from 0 to β₁; within each the error's slope changes its sign at most once.
 const PLACES: usize = 64;
 
-/// Slopes, and axis ratios, between which the largest error has at most one
-/// local minimum.
+/// Steps of slopes and of axis ratios; within each the largest error has at most one minimum.
 const CANDIDATES: usize = 128;
 
 impl Design {
-    /// How true a given mirror's dome master is.
+    /// Evaluates a given mirror.
     pub fn of(mirror: Mirror) -> Self {
         let Parameters { k, c1, b1, beta1 } = mirror.parameters();
         let d1 = (k > 0.0).then(|| 1.0 / k);
@@ -74,8 +71,7 @@ impl Design {
         }
     }
 
-    /// The same mirror with its pixels mapped otherwise: but for
-    /// [`Mapping::Mirror`] there is no error, and no place of it.
+    /// The same mirror with another mapping: only [`Mapping::Mirror`] has errors.
     #[must_use]
     pub fn mapped(self, mapping: Mapping) -> Self {
         match mapping {
@@ -90,12 +86,9 @@ impl Design {
     }
 }
 
-/// The viewpoint that makes the largest |θ − `r_d`| least for an axis ratio:
-/// figures 10 to 16. By perspective that may be the limit of parallel
-/// projection.
-///
-/// There are two local minima by perspective, so the whole range of viewpoints
-/// is looked through first.
+/// The viewpoint with the smallest largest |θ − `r_d`| for an axis ratio: figures 10 to 16. By
+/// perspective that may be the limit of parallel projection. There can be two local minima by
+/// perspective, so the whole range of viewpoints is searched.
 ///
 /// # Errors
 /// An axis ratio outside [`Mirror::AXIS_RATIOS`].
@@ -118,9 +111,8 @@ pub(super) fn best_viewpoint(a: f64, projection: Projection) -> Design {
     best
 }
 
-/// All viewpoints whose neighbours, nearer and farther, have a larger error:
-/// one or two, the nearest first. Parallel projection is a neighbour, and where
-/// the error falls up to it, it is such a viewpoint itself.
+/// The local minima of the largest error over viewpoints: one or two, the nearest first. Parallel
+/// projection is one of them if the error falls up to it.
 ///
 /// # Errors
 /// An axis ratio outside [`Mirror::AXIS_RATIOS`].
@@ -130,8 +122,7 @@ pub fn local_optima(a: f64) -> Result<Vec<Design>, MirrorError> {
     Ok(local_slopes(a).into_iter().map(of).collect())
 }
 
-/// The slopes at which the largest error by perspective has a local minimum;
-/// 1 where that is the limit, which has no neighbour beyond.
+/// The slopes at which the largest error has a local minimum; 1 is parallel projection.
 fn local_slopes(a: f64) -> Vec<f64> {
     let error = |g: f64| largest(&extrema(&Mirror::of(a, g)));
     let slopes = |i: usize| (i as f64 / CANDIDATES as f64).max(1.0e-3);
@@ -140,8 +131,7 @@ fn local_slopes(a: f64) -> Vec<f64> {
     minima(slopes, error).into_iter().map(settled).collect()
 }
 
-/// The axis ratio and viewpoint that make the largest |θ − `r_d`| least of all,
-/// among axis ratios from 0.5 to 8.
+/// The design with the smallest largest |θ − `r_d`| among axis ratios from 0.5 to 8.
 pub fn best(projection: Projection) -> Design {
     let ratios = |i: usize| 0.5 * 16f64.powf(i as f64 / CANDIDATES as f64);
     let design = |a: f64| best_viewpoint(a, projection);
@@ -152,12 +142,9 @@ pub fn best(projection: Projection) -> Design {
     }
 }
 
-/// The design next to axis ratio `a` at which the largest error no longer
-/// changes with the axis ratio: a flat minimum, which values alone find to
-/// half their digits.
-///
-/// There both errors, one above 0 and one below, have gradients by (a, g) in
-/// one line.
+/// The exact minimum next to axis ratio `a`. The minimum is flat, so values alone find half of its
+/// digits; at the minimum the gradients of the positive and of the negative error by (a, g) are
+/// parallel.
 fn level(a: f64, design: impl Fn(f64) -> Design) -> Design {
     let turn = |a: f64| {
         let design = design(a);
@@ -200,7 +187,7 @@ fn gradient(mirror: &Mirror, beta: f64) -> [f64; 2] {
 fn extrema(mirror: &Mirror) -> Vec<Extremum> {
     let a = mirror.axis_ratio();
     let Parameters { k, c1, b1, beta1 } = mirror.parameters();
-    // By β.
+    // The derivative by β.
     let rise = |beta: f64| {
         let (sin, cos) = libm::sincos(beta);
         let w = 1.0 + k * (c1 - a * cos);
@@ -255,8 +242,7 @@ fn minimum(candidate: impl Fn(usize) -> f64, f: impl Fn(f64) -> f64) -> f64 {
     minima(candidate, f).into_iter().fold(first, least).1
 }
 
-/// Every local minimum of the candidates by golden section, in their order:
-/// the value, and where.
+/// Every local minimum, refined by golden section: its value and its place.
 fn minima(candidate: impl Fn(usize) -> f64, f: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     let values: Vec<f64> = (0..=CANDIDATES).map(|i| f(candidate(i))).collect();
     let mut found = Vec::new();

@@ -8,10 +8,10 @@ pub enum Mapping {
     /// The paper's: the picture is what the mirror shows of the screen.
     #[default]
     Mirror,
-    /// The mirror's, with the screen's point chosen for each pixel so that its
-    /// direction is exact. Its origin is still the mirror's.
+    /// Through the mirror, at the point that reflects in the exact direction of the pixel. Rays
+    /// still start on the mirror.
     Exact,
-    /// A lens that can only be computed: no mirror, one viewpoint.
+    /// An ideal fisheye lens: no mirror, one viewpoint.
     True,
 }
 
@@ -62,7 +62,7 @@ impl Mapping {
             Self::Exact => mirror.pixel(rho, 0.0, capture::Mapping::Exact)?.direction,
             Self::True => capture::fisheye_equidistant(rho, 0.0, std::f32::consts::PI)?,
         };
-        // The angle itself in double precision: what is shown is the ray's.
+        // The angle of a single-precision ray, in double precision.
         Some(libm::atan2(f64::from(direction.x), -f64::from(direction.z)) as f32)
     }
 

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
-/// How a mirror is looked at.
+/// Where a mirror is seen from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Projection {
     /// From infinity: section 4 of the paper.
@@ -13,9 +13,8 @@ pub enum Projection {
     Perspective,
 }
 
-/// A mirrored spheroid and what looks at it, by its axis ratio and by
-/// g = a·tan β₁, which goes from 0 for a viewpoint at the pole to 1 for one at
-/// infinity. Next to infinity g is 1 in f64 too, so 1/d₁ is kept beside it.
+/// A mirrored spheroid and its camera, by the axis ratio a and g = a·tan β₁: 0 for a viewpoint at
+/// the pole, 1 for one at infinity. Next to infinity g rounds to 1, so 1/d₁ is kept too.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mirror {
     a: f64,
@@ -23,14 +22,14 @@ pub struct Mirror {
     k: f64,
 }
 
-/// What follows from a mirror's axis ratio and g.
+/// Lengths and angles that follow from a mirror's axis ratio and g.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
     /// 1/d₁; 0 in parallel projection.
     pub k: f64,
-    /// Equation 19.
+    /// The screen's distance from the mirror's centre: equation 19.
     pub c1: f64,
-    /// Equations 20 and 40.
+    /// Half the screen's width: equations 20 and 40.
     pub b1: f64,
     /// The parametric angle of the edge: equation 39.
     pub beta1: f64,
@@ -58,8 +57,7 @@ pub enum MirrorError {
         p: f64,
         a: f64,
     },
-    /// The edge is NaN, next to the pole or where not even parallel lines of
-    /// sight leave at a right angle: a·tan β₁ > 1.
+    /// The edge is NaN, next to the pole, or beyond parallel projection: a·tan β₁ > 1.
     #[error(
         "the edge is at a parametric angle of {beta1} rad: give a number from {} to {most}, which \
          is parallel projection",
@@ -91,8 +89,8 @@ impl Mirror {
         Ok(Self::of(a, 1.0))
     }
 
-    /// By β₁, radians: equations 19 to 24. Parallel projection where a·tan β₁
-    /// is 1 but for the rounding of `beta1`.
+    /// By the parametric angle β₁ of the edge, radians: equations 19 to 24. Parallel projection if
+    /// a·tan β₁ is 1 within rounding.
     ///
     /// # Errors
     /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), an edge
@@ -104,7 +102,7 @@ impl Mirror {
             return Err(MirrorError::Edge { beta1, most });
         }
         let g = a * libm::tan(beta1);
-        // How far an error of one unit of β₁ and of its tangent moves it.
+        // The rounding of g by that of β₁ and of its tangent.
         let unsure = f64::EPSILON * (beta1 * (a + 1.0 / a) + 2.0);
         if g >= 1.0 - unsure {
             return Ok(parallel);
@@ -118,7 +116,7 @@ impl Mirror {
         Self { a, g, k }
     }
 
-    /// Perspective from `p` off the centre: equation 24, solved for β₁.
+    /// Perspective from a viewpoint `p` radii from the centre: equation 24, solved for β₁.
     ///
     /// # Errors
     /// An axis ratio outside [`AXIS_RATIOS`](Self::AXIS_RATIOS), a viewpoint
@@ -129,7 +127,7 @@ impl Mirror {
             return Err(MirrorError::Viewpoint { p, a });
         }
         let mut k = 0.0;
-        // Halves the error at least with each step.
+        // Each step at least halves the error.
         for _ in 0..100 {
             let h = libm::hypot(a, g);
             k = 1.0 / ((p - a) + a * g * g / (h * (h + a)));
@@ -141,7 +139,7 @@ impl Mirror {
     /// The same in the core's precision.
     ///
     /// # Errors
-    /// A viewpoint that single precision cannot tell from the pole.
+    /// A viewpoint that is at the pole in single precision.
     pub fn single(&self) -> Result<SpheroidMirror, capture::MirrorError> {
         let Parameters { k, c1, .. } = self.parameters();
         let p = (c1 + 1.0 / k) as f32;
@@ -153,17 +151,17 @@ impl Mirror {
         }
     }
 
-    /// a.
+    /// The axis ratio a.
     pub const fn axis_ratio(&self) -> f64 {
         self.a
     }
 
-    /// a·tan β₁.
+    /// The slope g = a·tan β₁.
     pub const fn slope(&self) -> f64 {
         self.g
     }
 
-    /// What follows.
+    /// Its lengths and angles.
     pub fn parameters(&self) -> Parameters {
         let Self { a, g, k } = *self;
         let h = libm::hypot(a, g);
@@ -186,8 +184,7 @@ impl Mirror {
         (theta, FRAC_PI_2 * sin / (b1 * w))
     }
 
-    /// β where `value` of [`at`](Self::at) is `wanted`, by halving: slow, and
-    /// right whatever the curve. 0 is exact.
+    /// β where `value` of [`at`](Self::at) is `wanted`, by halving. 0 is exact.
     fn solve(&self, wanted: f64, value: impl Fn((f64, f64)) -> f64) -> f64 {
         let (mut low, mut high) = (0.0, self.parameters().beta1);
         loop {
@@ -213,9 +210,9 @@ impl Mirror {
         self.at(self.solve(theta, |(theta, _)| theta)).1
     }
 
-    /// Where the line of sight through a point of the screen, at most b₁ from
-    /// its centre, hits the mirror and where it goes from there, as vectors,
-    /// in the axes of [`shisen_core::capture`].
+    /// The point where the line of sight through `screen`, at most b₁ from the screen's centre,
+    /// meets the mirror, and its unit direction from there, in the axes of
+    /// [`shisen_core::capture`].
     pub fn reflect(&self, screen: DVec2) -> (DVec3, DVec3) {
         let Parameters { k, c1, .. } = self.parameters();
         let squeeze = DVec3::new(1.0, 1.0, 1.0 / self.a);

@@ -1,7 +1,7 @@
 use super::design::best_viewpoint;
 use super::mirror::{Mirror, Projection};
 
-/// A mirror that has a name.
+/// The named mirrors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Named {
     /// Table 1 (1): parallel projection, a = 1.288.
@@ -43,7 +43,7 @@ impl Named {
         }
     }
 
-    /// The mirror, its viewpoint with all digits.
+    /// The mirror, with its exact viewpoint.
     pub fn mirror(self) -> Mirror {
         let (a, projection) = match self {
             Self::Paper1 => (1.288, Projection::Parallel),

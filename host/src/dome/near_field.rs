@@ -5,18 +5,16 @@ use glam::DVec2;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 use thiserror::Error;
 
-/// Places of a dome master's radius that are looked at: each pixel of a picture
-/// of 4096². What is between them is larger by 10⁻⁴ pixels at most.
+/// Rays along a dome master's radius: one a pixel of a picture of 4096². Between them a
+/// displacement is at most 10⁻⁴ pixels larger.
 const PLACES: usize = 2048;
 
-/// A dome master of surroundings that are not far away: section 5.4.
+/// A dome master of near surroundings: section 5.4.
 ///
-/// A mirror has no single viewpoint: what is seen at `r_d` is on a ray that
-/// starts at the mirror. On a sphere about the viewpoint it appears at another
-/// angle than at infinity, by parallax. With h the distance from the viewpoint
-/// to the ray, that is sin⁻¹(h/D) at the distance D: of one sign for all
-/// distances and less for the larger ones. So a picture's displacement is
-/// largest at the nearest distance or at infinity.
+/// A mirror has no single viewpoint: rays start on the mirror. A ray that passes the viewpoint at
+/// the distance h shows a surface at the distance D displaced by sin⁻¹(h/D), always to the same
+/// side and less farther away. So the displacement is largest at the nearest distance or at
+/// infinity.
 ///
 /// Distances are in equatorial radii, from the viewpoint.
 #[derive(Debug, Clone)]
@@ -38,7 +36,7 @@ pub struct NearField {
 pub struct NearestError {
     /// The distance, equatorial radii.
     pub distance: f64,
-    /// What it has to be above.
+    /// The distance that it has to exceed.
     pub least: f64,
 }
 
@@ -66,7 +64,7 @@ pub fn px_4096(angle: f64) -> f64 {
 /// A line of sight behind the mirror, in the plane of the axis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ray {
-    /// In the picture.
+    /// Its distance from the middle of the picture, radians.
     pub(super) r_d: f64,
     /// Where it starts: from the axis, and from the screen towards the zenith.
     pub(super) start: DVec2,
@@ -98,8 +96,7 @@ impl Ray {
         }
     }
 
-    /// h: how far beside a viewpoint it passes, positive where it passes
-    /// farther from the zenith.
+    /// h: its distance from a viewpoint, positive on the side away from the zenith.
     fn beside(&self, offset: f64) -> f64 {
         self.start.x * self.cos - (self.start.y - offset) * self.sin
     }
@@ -111,7 +108,7 @@ impl Ray {
 }
 
 impl NearField {
-    /// Seen from the screen's centre, S, as in the paper.
+    /// A picture for the viewpoint at the screen's centre, S, as in the paper.
     pub fn new(mirror: Mirror, mapping: Mapping) -> Self {
         let ray = |i| Ray::of(&mirror, mapping, FRAC_PI_2 * i as f64 / PLACES as f64);
         Self {
@@ -122,9 +119,8 @@ impl NearField {
         }
     }
 
-    /// The same picture, for a viewpoint `offset` radii from the screen's
-    /// centre towards the zenith. A true fisheye has but the one that it is
-    /// taken from.
+    /// The same picture for a viewpoint `offset` radii from the screen's centre towards the
+    /// zenith. A true fisheye keeps its only viewpoint.
     #[must_use]
     pub fn seen_from(mut self, offset: f64) -> Self {
         if self.mapping != Mapping::True {
@@ -153,8 +149,7 @@ impl NearField {
         &self.rays
     }
 
-    /// How far from the viewpoint the mirror reaches: surroundings have to be
-    /// farther.
+    /// The distance from the viewpoint to the farthest point of the mirror.
     pub fn reach(&self) -> f64 {
         let from = DVec2::new(0.0, self.offset);
         let reach = |most: f64, ray: &Ray| most.max((ray.start - from).length());

@@ -12,39 +12,33 @@ const SPOKES: u32 = 16;
 /// The direction from the world's origin to the eye: along no axis.
 const AWAY: DVec3 = DVec3::new(0.6, -0.48, 0.64);
 
-/// The two errors that a mirror's size trades for one another: section 5.4.
-///
-/// The scene has its nearest surface at the distance 1, all round the eye,
-/// which is at the screen's centre. All in pixels of a picture of 4096².
+/// The errors of a mirror by its size: near field and rounding (section 5.4), in pixels of a picture
+/// of 4096². The nearest surface is a sphere of radius 1 about the eye, which is at the screen's
+/// centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SizeErrors {
     /// The mirror's equatorial radius.
     pub size: f64,
     /// From the world's origin to the eye.
     pub offset: f64,
-    /// The largest displacement of the surface without rounding; `None` where
-    /// the mirror reaches through it.
+    /// The largest displacement of the surface without rounding; `None` if the mirror reaches it.
     pub near_field: Option<f64>,
-    /// The most that single precision adds with the mirror traced in its own
-    /// frame, as [`SpheroidMirror`] is, and its centre added to where its rays
-    /// start.
+    /// The most that single precision adds if the mirror is traced in its own frame, as
+    /// [`SpheroidMirror`] is.
     pub rounding: f64,
-    /// The most that it adds with camera and mirror in the world's coordinates,
-    /// as any ray tracer has its objects; `None` where no ray meets the mirror.
+    /// The most that it adds if camera and mirror are objects in the world's coordinates; `None`
+    /// if no ray meets the mirror.
     pub world: Option<f64>,
-    /// The share of rays that do not meet the mirror then, 0 to 1.
+    /// The share of rays that miss the mirror in the world, 0 to 1.
     pub missed: f64,
 }
 
-/// What a mirror of radius `size` loses at `offset` from the world's origin,
-/// both in distances to the nearest surface, above 0 and at least 0. `near` is
-/// the picture as it is from the screen's centre.
-///
-/// The truth is the same optics in double precision, around the eye that single
-/// precision can have.
+/// The errors of a mirror of radius `size` (above 0) at `offset` (0 or more) from the world's
+/// origin, both in distances to the nearest surface. `near` is the picture from the screen's centre.
+/// They are measured against the same optics in double precision.
 ///
 /// # Errors
-/// A mirror that single precision cannot have.
+/// A mirror that cannot be had in single precision.
 pub fn size_errors(
     near: &NearField,
     size: f64,
@@ -55,7 +49,7 @@ pub fn size_errors(
     let parameters = mirror.parameters();
     let eye = (AWAY * offset).as_vec3();
     let world = World::new(&single, eye, size as f32);
-    // Where the mirror's frame is put: the pole is up, along −Z.
+    // The origin of the mirror's frame; its pole is along −Z.
     let centre = eye + Vec3::Z * (size * parameters.c1) as f32;
     let distance = 1.0 / size;
     let mut errors = SizeErrors {
@@ -109,8 +103,7 @@ impl Ray {
         }
     }
 
-    /// Where it meets the nearest surface, from the eye. Rays of a mirror that
-    /// is larger start outside it and meet it behind.
+    /// Where it meets the nearest surface, from the eye: behind, for rays that start outside.
     fn met_from(self, eye: DVec3) -> DVec3 {
         let start = self.origin - eye;
         let direction = self.direction.normalize();
@@ -165,7 +158,7 @@ fn single_ray(
 /// Camera, screen and mirror as objects of a world in single precision.
 struct World {
     centre: Vec3,
-    /// The screen's, where the eye is.
+    /// The screen's centre, where the eye is.
     screen: Vec3,
     /// None in parallel projection.
     viewpoint: Option<Vec3>,
@@ -189,7 +182,7 @@ impl World {
         }
     }
 
-    /// Camera, screen, mirror, and on; `None` past the mirror.
+    /// The reflected ray of a pixel; `None` if it misses the mirror.
     fn ray(&self, mapping: Mapping, mirror: &SpheroidMirror, pixel: Vec2) -> Option<Ray> {
         let point = match mapping {
             Mapping::Mirror => pixel,

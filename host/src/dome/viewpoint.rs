@@ -1,11 +1,10 @@
 use super::design::golden;
 use super::near_field::{NearField, NearestError, Ray};
 
-/// Where an eye should be so that a mirror's picture is right for it.
+/// The best place of an eye for a mirror's picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viewpoint {
-    /// From the screen's centre towards the zenith, equatorial radii: below 0
-    /// is into the mirror.
+    /// Equatorial radii from the screen's centre towards the zenith; negative into the mirror.
     pub offset: f64,
     /// The largest displacement seen from there, radians.
     pub largest: f64,
@@ -14,8 +13,7 @@ pub struct Viewpoint {
 }
 
 impl Viewpoint {
-    /// How many times as large the displacement from the screen's centre is; 1
-    /// where there is none.
+    /// The displacement from the screen's centre divided by that from here; 1 if both are 0.
     pub fn gain(&self) -> f64 {
         if self.largest > 0.0 {
             self.from_screen / self.largest
@@ -25,21 +23,17 @@ impl Viewpoint {
     }
 }
 
-/// The point of the axis from which the largest displacement of a picture is
-/// least, over the whole picture and over surroundings anywhere from `nearest`
-/// radii from that point to infinity.
+/// The point of the axis with the smallest largest displacement, over the whole picture and over
+/// surroundings from `nearest` radii to infinity.
 ///
-/// The mirror's rays, extended backwards, cross the axis in different points:
-/// those of the rim at the screen's centre, the others farther in. Where the
-/// viewpoint is changes nothing at infinity; of all viewpoints that are as good
-/// as infinity allows, this is the one nearest to the screen's centre.
-///
-/// With the viewpoint, the displacement of each ray changes in one direction,
-/// because its h does ([`NearField`]). So the largest one falls and then rises,
-/// and golden section finds where it is least.
+/// The mirror's rays, extended backwards, cross the axis at different points: those of the rim at
+/// the screen's centre, the others farther in. The viewpoint changes nothing at infinity; among
+/// points that are equally good, the one nearest to the screen's centre is taken. Along the axis
+/// each ray's h ([`NearField`]) changes monotonically, so the largest displacement falls and then
+/// rises, and golden section finds its minimum.
 ///
 /// # Errors
-/// A distance that is NaN or at which the mirror is, from the screen's centre.
+/// A distance that is NaN, or within the mirror as seen from the screen's centre.
 pub fn effective_viewpoint(near: &NearField, nearest: f64) -> Result<Viewpoint, NearestError> {
     let near = near.clone().seen_from(0.0);
     near.check(nearest)?;
@@ -75,7 +69,7 @@ fn bracket(rays: &[Ray], nearest: f64, far: f64) -> (f64, f64) {
     {
         if sin > 0.0 {
             let at = start.y - start.x * cos / sin;
-            // What moves a ray by twice the mapping's own error.
+            // Moves a ray by twice the mapping's own error.
             let margin = 2.0 * far * nearest / sin;
             crossings = (crossings.0.min(at - margin), crossings.1.max(at + margin));
         }

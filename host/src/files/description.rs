@@ -5,6 +5,8 @@ use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
+use thiserror::Error;
+use toml::de::DeTable;
 
 /// A fault in a text file and the place it is at.
 ///
@@ -161,6 +163,20 @@ pub(crate) struct Source<'a> {
 }
 
 impl Source<'_> {
+    /// Where the value of a key is: in the top table of the text, or in an entry of a list of
+    /// tables, by the list's name and the entry's number from 0.
+    pub(crate) fn span_of(&self, list: Option<(&str, usize)>, key: &str) -> Option<Range<usize>> {
+        let text = DeTable::parse(self.text).ok()?;
+        let table = match list {
+            None => text.get_ref(),
+            Some((name, number)) => {
+                let list = text.get_ref().get(name)?.get_ref();
+                list.get(number)?.get_ref().as_table()?
+            }
+        };
+        Some(table.get(key)?.span())
+    }
+
     /// Reads TOML.
     ///
     /// # Errors
@@ -173,6 +189,18 @@ impl Source<'_> {
         toml::from_str(self.text)
             .map_err(|error| Located::new(fault(error.message().to_owned()), self, error.span()))
     }
+}
+
+/// An unknown name of a built-in thing.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("there is no built-in {kind} \"{given}\": use {known}")]
+pub struct UnknownName {
+    /// The kind of thing.
+    pub kind: &'static str,
+    /// The name.
+    pub given: String,
+    /// The names there are, in words.
+    pub known: &'static str,
 }
 
 /// Suggests the name most like `given`, or all names if none is like it.

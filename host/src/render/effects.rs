@@ -21,18 +21,10 @@ pub struct Effects {
     without: EffectSet,
 }
 
-/// Why a list of effects cannot be read.
+/// Why a list of effects cannot be read, and what to write instead.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the messages say what the fields are")]
-pub enum EffectsError {
-    /// An unknown effect.
-    #[error("there is no effect \"{given}\": {help}")]
-    Unknown { given: String, help: String },
-    /// A name without a sign.
-    #[error("\"{given}\" is neither auto nor all: write +{given} or -{given}")]
-    NoSign { given: String },
-}
+#[error("{0}")]
+pub struct EffectsError(String);
 
 impl Effects {
     /// What the scene asks for.
@@ -89,8 +81,9 @@ impl FromStr for Effects {
                 (_, _, Some(name)) => effects.less(named(name)?),
                 _ => {
                     named(item)?;
-                    let given = item.to_owned();
-                    return Err(EffectsError::NoSign { given });
+                    return Err(EffectsError(format!(
+                        "\"{item}\" is neither auto nor all: write +{item} or -{item}"
+                    )));
                 }
             };
         }
@@ -110,9 +103,9 @@ impl fmt::Display for Effects {
 }
 
 fn named(name: &str) -> Result<EffectSet, EffectsError> {
-    EffectSet::named(name).ok_or_else(|| EffectsError::Unknown {
-        given: name.to_owned(),
-        help: suggestion(name, EffectSet::ALL.names()).unwrap_or_default(),
+    EffectSet::named(name).ok_or_else(|| {
+        let help = suggestion(name, EffectSet::ALL.names()).unwrap_or_default();
+        EffectsError(format!("there is no effect \"{name}\": {help}"))
     })
 }
 

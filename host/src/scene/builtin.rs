@@ -10,6 +10,7 @@ mod glass;
 pub use glass::{PrismBench, prism, spheres};
 
 use super::{Background, Light, Normalisation, Object, Placement, Scene, Shape};
+use crate::files::description::UnknownName;
 use crate::scene::material::{Graticule, Material};
 use crate::scene::mesh::TriangleMesh;
 use glam::DVec3;
@@ -27,14 +28,6 @@ pub enum PaperScene {
     C,
     /// Diffuse, behind the front wall only.
     D,
-}
-
-/// A name that no scene of the paper has.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("there is no built-in scene \"{given}\": use A, B, C or D")]
-pub struct UnknownPaperScene {
-    /// What was given.
-    pub given: String,
 }
 
 /// A mesh without extent along x, which cannot be scaled to a scene.
@@ -118,14 +111,17 @@ impl PaperScene {
 }
 
 impl FromStr for PaperScene {
-    type Err = UnknownPaperScene;
+    type Err = UnknownName;
 
-    /// Its letter, of either case.
-    fn from_str(text: &str) -> Result<Self, UnknownPaperScene> {
-        Self::ALL
-            .into_iter()
-            .find(|scene| scene.name().eq_ignore_ascii_case(text))
-            .ok_or_else(|| UnknownPaperScene { given: text.into() })
+    /// Reads its letter, of either case.
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        let mut all = Self::ALL.into_iter();
+        let found = all.find(|scene| scene.name().eq_ignore_ascii_case(text));
+        found.ok_or_else(|| UnknownName {
+            kind: "scene",
+            given: text.into(),
+            known: "A, B, C or D",
+        })
     }
 }
 

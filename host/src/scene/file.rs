@@ -225,7 +225,9 @@ fn read_background(check: &Check<'_>, entry: &Spanned<BackgroundEntry>) -> Check
             return Err(check.fault(fault, Some(entry.span())));
         }
     };
-    background.alpha = check.number_or("alpha", alpha.as_ref(), SHARE, 1.0)? as f32;
+    if let Some(alpha) = alpha {
+        background.alpha = check.number("alpha", alpha, SHARE)? as f32;
+    }
     Ok(background)
 }
 

@@ -24,13 +24,6 @@ pub struct Place {
 }
 
 impl Place {
-    fn file(path: &Path) -> Self {
-        Self {
-            path: path.to_owned(),
-            line: None,
-        }
-    }
-
     fn line(path: &Path, line: usize) -> Self {
         Self {
             path: path.to_owned(),
@@ -158,9 +151,27 @@ fn read(path: &Path) -> Result<Vec<u8>, ImportError> {
     })
 }
 
-fn syntax(place: Place, problem: impl Into<String>) -> ImportError {
+impl From<&Path> for Place {
+    fn from(path: &Path) -> Self {
+        Self {
+            path: path.to_owned(),
+            line: None,
+        }
+    }
+}
+
+fn claim(path: &Path, what: impl Into<String>, claimed: u128, available: usize) -> ImportError {
+    ImportError::Claim {
+        place: path.into(),
+        what: what.into(),
+        claimed,
+        available: available as u64,
+    }
+}
+
+fn syntax(place: impl Into<Place>, problem: impl Into<String>) -> ImportError {
     ImportError::Syntax {
-        place,
+        place: place.into(),
         problem: problem.into(),
     }
 }

@@ -7,18 +7,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// What the diffuse reflectance and the emission of a material are multiplied
-/// by.
+/// A pattern that multiplies the diffuse reflectance and the emission of a material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    /// What is seen.
+    /// The pattern.
     pub pattern: Pattern,
     /// Cells of a checker, or copies of an image, from 0 to 1 along u and v of
     /// the surface's coordinates: 0.001 to 10,000.
     pub repeats: [f32; 2],
 }
 
-/// What is seen on a texture.
+/// The pattern of a texture.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pattern {
     /// Cells of two colours in turn, linear RGB, 0 to 1. The first has its
@@ -36,7 +35,7 @@ pub struct Image {
     texels: Vec<[u8; 4]>,
 }
 
-/// Why a file gives no image.
+/// Why an image cannot be loaded.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the messages say what the fields are")]
@@ -47,7 +46,7 @@ pub enum ImageError {
         path: PathBuf,
         fault: std::io::Error,
     },
-    /// More texels than the scene format takes.
+    /// A side longer than the scene format allows.
     #[error(
         "{}: the image has {width} × {height} texels, but either side may have {LARGEST_SIDE}: \
          make it smaller",
@@ -58,7 +57,7 @@ pub enum ImageError {
         width: u32,
         height: u32,
     },
-    /// More texels than all textures of a scene may have.
+    /// More texels than the images of a scene may have together.
     #[error(
         "{}: with its {width} × {height} texels the scene's images would take {bytes} bytes, \
          but they may take {limit}: make it smaller",
@@ -71,7 +70,7 @@ pub enum ImageError {
         height: u32,
         bytes: u64,
     },
-    /// Contents that are no PNG.
+    /// Contents that are not a PNG file.
     #[error("{}: not a whole PNG file: {fault}; save the image as PNG again", .path.display())]
     Malformed { path: PathBuf, fault: DecodingError },
 }
@@ -81,8 +80,8 @@ impl Image {
     /// baked scene may.
     pub const MOST_BYTES: u64 = 1 << 29;
 
-    /// An image of texels coded as sRGB, row by row from the top; `None` where
-    /// there are not as many as sides of 1 to [`LARGEST_SIDE`] make.
+    /// An image of texels coded as sRGB, row by row from the top; `None` if a side is not 1 to
+    /// [`LARGEST_SIDE`] or their number is not width × height.
     pub fn new(width: u32, height: u32, texels: &[[u8; 3]]) -> Option<Self> {
         let sides = [width, height];
         let fits = sides.iter().all(|side| (1..=LARGEST_SIDE).contains(side))

@@ -1,35 +1,33 @@
-//! Projectors, and their TOML.
+//! Projectors, and the TOML files that describe them.
 
 use crate::cave::RoomError;
 use crate::cave::angle::sin_cos_degrees;
 use crate::files::description::{FileError, Located, Source, read_description};
 use glam::{DMat3, DVec2, DVec3};
 use serde::Deserialize;
-use std::ops::Range;
 use std::path::Path;
-use toml::Spanned;
 
-/// A pinhole that throws a picture.
+/// A projector: a pinhole with lens shift, at a place in the room.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Projector {
     name: String,
     position: DVec3,
-    /// To the picture's right, to its top, and against its light.
+    /// The picture's right, its top, and the direction against its light.
     axes: DMat3,
     /// The picture's left, right, lower and upper edge at distance 1.
     edges: [f64; 4],
     resolution: [u32; 2],
 }
 
-/// Which way a projector points.
+/// The direction of a projector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Aim {
-    /// Along a direction, with another upwards in the picture as far as that is
-    /// square to it; of any length but zero.
+    /// Along a direction, with the part of another that is square to it upwards; of any length
+    /// but zero.
     Look {
         /// Where it points.
         look: DVec3,
-        /// What is up.
+        /// The upward direction.
         up: DVec3,
     },
     /// Level to the front (−Z), then turned: degrees, −360 to 360.
@@ -43,7 +41,7 @@ pub enum Aim {
     },
 }
 
-/// How wide a picture is.
+/// The width of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Throw {
     /// Between its left and right edge without lens shift: degrees, 1 to 179.
@@ -52,10 +50,10 @@ pub enum Throw {
     Ratio(f64),
 }
 
-/// What a projector's lens does.
+/// The lens of a projector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lens {
-    /// Across.
+    /// The width of the picture.
     pub throw: Throw,
     /// Between the lower and upper edge without lens shift: degrees, 1 to 179.
     /// `None` for square pixels.
@@ -71,7 +69,7 @@ const SYNTAX: &str = "a projector has name, position ([x, y, z] in metres), look
     heights])";
 
 impl Projector {
-    /// A projector that is known to be usable.
+    /// Makes a projector.
     ///
     /// `name` is for file names and messages, `position` in metres in the room,
     /// `resolution` columns and rows, 1 to [`Wall::MOST_PIXELS`](crate::cave::Wall::MOST_PIXELS) each.
@@ -89,9 +87,9 @@ impl Projector {
         let help = "files are named after projectors: use letters, digits, '-' and '_', such as \
                     \"left\"";
         RoomError::check_name("projector", &name, help)?;
-        RoomError::check_place("position", "the projector is", position)?;
+        RoomError::check_place("position", format_args!("the projector is"), position)?;
         let axes = aim.axes()?;
-        RoomError::check_pixels("resolution", "the projector", resolution)?;
+        RoomError::check_pixels("resolution", format_args!("the projector"), resolution)?;
         Ok(Self {
             name,
             position,
@@ -146,7 +144,7 @@ impl Projector {
             return [libm::atan2(right.z, right.x), pitch, 0.0];
         }
         let yaw = libm::atan2(ahead.x, -ahead.z);
-        // How high the right and the top are of what could be highest.
+        // By the heights of the right and of the top.
         [yaw, pitch, libm::atan2(-right.y, up.y)]
     }
 
@@ -184,7 +182,10 @@ impl Projector {
         };
         let entry: Entry = source.parse(|message| RoomError::new("", message, SYNTAX))?;
         entry.projector().map_err(|fault| {
-            let span = entry.span_of(fault.key);
+            // Without `up` in the file, `look` is along the room's up.
+            let look = (fault.key == "up").then_some("look");
+            let keys = [fault.key, look.unwrap_or_default()];
+            let span = keys.into_iter().find_map(|key| source.span_of(None, key));
             Located::new(fault, &source, span)
         })
     }
@@ -296,40 +297,34 @@ impl Lens {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
-    name: Spanned<String>,
-    position: Spanned<[f64; 3]>,
-    look: Option<Spanned<[f64; 3]>>,
-    up: Option<Spanned<[f64; 3]>>,
-    yaw_degrees: Option<Spanned<f64>>,
-    pitch_degrees: Option<Spanned<f64>>,
-    roll_degrees: Option<Spanned<f64>>,
-    horizontal_degrees: Option<Spanned<f64>>,
-    throw: Option<Spanned<f64>>,
-    vertical_degrees: Option<Spanned<f64>>,
-    lens_shift: Option<Spanned<[f64; 2]>>,
-    resolution: Spanned<[u32; 2]>,
+    name: String,
+    position: [f64; 3],
+    look: Option<[f64; 3]>,
+    up: Option<[f64; 3]>,
+    yaw_degrees: Option<f64>,
+    pitch_degrees: Option<f64>,
+    roll_degrees: Option<f64>,
+    horizontal_degrees: Option<f64>,
+    throw: Option<f64>,
+    vertical_degrees: Option<f64>,
+    lens_shift: Option<[f64; 2]>,
+    resolution: [u32; 2],
 }
 
 impl Entry {
-    /// The angles that are there.
-    fn angles(&self) -> [&Option<Spanned<f64>>; 3] {
-        [&self.yaw_degrees, &self.pitch_degrees, &self.roll_degrees]
-    }
-
     fn projector(&self) -> Result<Projector, RoomError> {
         let aim = self.aim()?;
-        let shift = self.lens_shift.as_ref();
         let lens = Lens {
             throw: self.throw()?,
-            vertical_degrees: self.vertical_degrees.as_ref().map(|v| *v.as_ref()),
-            shift: shift.map_or(DVec2::ZERO, |shift| DVec2::from_array(*shift.as_ref())),
+            vertical_degrees: self.vertical_degrees,
+            shift: self.lens_shift.unwrap_or_default().into(),
         };
         Projector::new(
-            self.name.as_ref().as_str(),
-            DVec3::from_array(*self.position.as_ref()),
+            self.name.as_str(),
+            self.position.into(),
             aim,
             lens,
-            *self.resolution.as_ref(),
+            self.resolution,
         )
     }
 
@@ -342,21 +337,23 @@ impl Entry {
                  roll_degrees",
             )
         };
-        let turned = self.angles().iter().any(|angle| angle.is_some());
-        let looks = self.look.is_some() || self.up.is_some();
-        let up = self.up.as_ref();
-        match (&self.look, turned) {
-            (_, true) if looks => Err(choice("angles", "both")),
+        let angles = [
+            ("yaw_degrees", self.yaw_degrees),
+            ("pitch_degrees", self.pitch_degrees),
+            ("roll_degrees", self.roll_degrees),
+        ];
+        let turned = angles.iter().find(|(_, angle)| angle.is_some());
+        match (self.look, turned) {
+            (look, Some((key, _))) if look.or(self.up).is_some() => Err(choice(key, "both")),
             (Some(look), _) => Ok(Aim::Look {
-                look: DVec3::from_array(*look.as_ref()),
-                up: up.map_or(DVec3::Y, |up| DVec3::from_array(*up.as_ref())),
+                look: look.into(),
+                up: self.up.map_or(DVec3::Y, DVec3::from_array),
             }),
-            (None, true) => {
-                let number = |angle: &Option<Spanned<f64>>| angle.as_ref().map(|a| *a.as_ref());
-                let [yaw, pitch, roll] = self.angles().map(|a| number(a).unwrap_or(0.0));
+            (None, Some(_)) => {
+                let [yaw, pitch, roll] = angles.map(|(_, angle)| angle.unwrap_or(0.0));
                 Ok(Aim::Angles { yaw, pitch, roll })
             }
-            (None, false) => Err(choice("", "none")),
+            (None, None) => Err(choice("", "none")),
         }
     }
 
@@ -368,33 +365,11 @@ impl Entry {
                 "give horizontal_degrees, the field of view, or throw, the distance by the width",
             )
         };
-        match (&self.horizontal_degrees, &self.throw) {
-            (Some(degrees), None) => Ok(Throw::Degrees(*degrees.as_ref())),
-            (None, Some(ratio)) => Ok(Throw::Ratio(*ratio.as_ref())),
+        match (self.horizontal_degrees, self.throw) {
+            (Some(degrees), None) => Ok(Throw::Degrees(degrees)),
+            (None, Some(ratio)) => Ok(Throw::Ratio(ratio)),
             (Some(_), Some(_)) => Err(choice("throw", "both")),
             (None, None) => Err(choice("", "none")),
-        }
-    }
-
-    /// The bytes of the value of a key; `None` for a key that is missing.
-    fn span_of(&self, key: &str) -> Option<Range<usize>> {
-        let number = |value: &Option<Spanned<f64>>| value.as_ref().map(Spanned::span);
-        match key {
-            "name" => Some(self.name.span()),
-            "position" => Some(self.position.span()),
-            "look" => self.look.as_ref().map(Spanned::span),
-            // Without one of its own, what is up is up in the room.
-            "up" => self.up.as_ref().or(self.look.as_ref()).map(Spanned::span),
-            "angles" => self.angles().into_iter().find_map(number),
-            "yaw_degrees" => number(&self.yaw_degrees),
-            "pitch_degrees" => number(&self.pitch_degrees),
-            "roll_degrees" => number(&self.roll_degrees),
-            "horizontal_degrees" => number(&self.horizontal_degrees),
-            "vertical_degrees" => number(&self.vertical_degrees),
-            "throw" => number(&self.throw),
-            "lens_shift" => self.lens_shift.as_ref().map(Spanned::span),
-            "resolution" => Some(self.resolution.span()),
-            _ => None,
         }
     }
 }

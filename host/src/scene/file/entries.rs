@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 use toml::Spanned;
 
-type Number = Spanned<f64>;
-type Numbers = Spanned<[f64; 3]>;
+pub(super) type Number = Spanned<f64>;
+pub(super) type Numbers = Spanned<[f64; 3]>;
 
 /// Tables that know no other keys than their fields.
 macro_rules! tables {

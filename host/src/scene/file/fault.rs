@@ -1,5 +1,6 @@
 //! What can be wrong in a scene file, and the checks that find it.
 
+use super::entries::{Number, Numbers};
 use crate::files::description::{Located, Source, suggestion};
 use crate::scene::camera::CameraPathError;
 use crate::scene::mesh::MeshError;
@@ -170,20 +171,38 @@ fn plural(kind: &str) -> String {
 }
 
 impl Check<'_> {
-    pub(super) fn fault(
+    pub(super) fn fault(&self, fault: SceneFault, at: Option<Range<usize>>) -> Located<SceneFault> {
+        Located::new(fault, &self.source, at)
+    }
+
+    pub(super) fn numbers<const N: usize>(
         &self,
-        fault: SceneFault,
-        span: Option<Range<usize>>,
-    ) -> Located<SceneFault> {
-        Located::new(fault, &self.source, span)
+        key: Key,
+        values: &Spanned<[f64; N]>,
+        Limits(low, high): Limits,
+    ) -> Checked<[f64; N]> {
+        let checked = *values.as_ref();
+        let Some(value) = checked
+            .into_iter()
+            .find(|value| !(low..=high).contains(value))
+        else {
+            return Ok(checked);
+        };
+        let fault = SceneFault::OutOfRange {
+            key,
+            value,
+            low,
+            high,
+        };
+        Err(self.fault(fault, Some(values.span())))
     }
 
-    pub(super) fn number(&self, key: Key, value: &Spanned<f64>, limits: Limits) -> Checked<f64> {
-        let span = value.span();
-        self.within(key, *value.as_ref(), limits, &span)
+    pub(super) fn number(&self, key: Key, value: &Number, limits: Limits) -> Checked<f64> {
+        let one = Spanned::new(value.span(), [*value.as_ref()]);
+        Ok(self.numbers(key, &one, limits)?[0])
     }
 
-    pub(super) fn whole(&self, key: Key, value: &Spanned<f64>, limits: Limits) -> Checked<u32> {
+    pub(super) fn whole(&self, key: Key, value: &Number, limits: Limits) -> Checked<u32> {
         let number = self.number(key, value, limits)?;
         if number.fract() == 0.0 {
             return Ok(number as u32);
@@ -192,46 +211,7 @@ impl Check<'_> {
         Err(self.fault(fault, Some(value.span())))
     }
 
-    pub(super) fn number_or(
-        &self,
-        key: Key,
-        value: Option<&Spanned<f64>>,
-        limits: Limits,
-        default: f64,
-    ) -> Checked<f64> {
-        value.map_or(Ok(default), |value| self.number(key, value, limits))
-    }
-
-    pub(super) fn numbers<const N: usize>(
-        &self,
-        key: Key,
-        values: &Spanned<[f64; N]>,
-        limits: Limits,
-    ) -> Checked<[f64; N]> {
-        let span = values.span();
-        for &value in values.as_ref() {
-            self.within(key, value, limits, &span)?;
-        }
-        Ok(*values.as_ref())
-    }
-
-    pub(super) fn vector_or(
-        &self,
-        key: Key,
-        value: Option<&Spanned<[f64; 3]>>,
-        default: DVec3,
-    ) -> Checked<DVec3> {
-        value.map_or(Ok(default), |value| {
-            self.numbers(key, value, POSITION).map(DVec3::from_array)
-        })
-    }
-
-    pub(super) fn colour(
-        &self,
-        key: Key,
-        value: &Spanned<[f64; 3]>,
-        limits: Limits,
-    ) -> Checked<[f32; 3]> {
+    pub(super) fn colour(&self, key: Key, value: &Numbers, limits: Limits) -> Checked<[f32; 3]> {
         let channels = self.numbers(key, value, limits)?;
         Ok(channels.map(|channel| channel as f32))
     }
@@ -239,11 +219,21 @@ impl Check<'_> {
     pub(super) fn colour_or(
         &self,
         key: Key,
-        value: Option<&Spanned<[f64; 3]>>,
+        value: Option<&Numbers>,
         limits: Limits,
         default: [f32; 3],
     ) -> Checked<[f32; 3]> {
         value.map_or(Ok(default), |value| self.colour(key, value, limits))
+    }
+
+    pub(super) fn vector_or(
+        &self,
+        key: Key,
+        value: Option<&Numbers>,
+        default: DVec3,
+    ) -> Checked<DVec3> {
+        let read = |value| self.numbers(key, value, POSITION).map(DVec3::from_array);
+        value.map_or(Ok(default), read)
     }
 
     /// Returns the entry of a name.
@@ -266,24 +256,5 @@ impl Check<'_> {
             };
             self.fault(fault, Some(name.span()))
         })
-    }
-
-    fn within(
-        &self,
-        key: Key,
-        value: f64,
-        Limits(low, high): Limits,
-        span: &Range<usize>,
-    ) -> Checked<f64> {
-        if (low..=high).contains(&value) {
-            return Ok(value);
-        }
-        let fault = SceneFault::OutOfRange {
-            key,
-            value,
-            low,
-            high,
-        };
-        Err(self.fault(fault, Some(span.clone())))
     }
 }

@@ -61,9 +61,9 @@ fn read_material(
         check.colour_or(key, value.as_ref(), limits, default)
     };
     let share = |key, value, default| colour(key, value, SHARE, default);
-    let number = |key, value: &Option<_>, limits, default: f32| {
-        let number = check.number_or(key, value.as_ref(), limits, default.into());
-        number.map(|number| number as f32)
+    let number = |key, value: &Option<_>, limits, default: f32| -> Checked<f32> {
+        let number = value.as_ref().map(|value| check.number(key, value, limits));
+        Ok(number.transpose()?.map_or(default, |number| number as f32))
     };
     let texture = entry.texture.as_ref();
     let texture = texture

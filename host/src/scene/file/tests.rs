@@ -186,7 +186,7 @@ alpha = 1.0 | colour = [0, 0, 0] | the background has either | *
 checker = { | file = "no.png"\nchecker = { | a texture has one of | [textures.tiles]
 medium = "flint" | medium = "flint"\nindex_of_refraction = 1.5 | a material has at most one of
 file = "meshes/cow.obj" | | a mesh has one of | [meshes.cow]
-builtin = | file = "a.ply"\nbuiltin = | a mesh has one of | [meshes.animal]
+builtin = | file = "a.ply"\nbuiltin = | a mesh has one of | [meshes.floor]
 sphere = { radius = 0.5 } | | an object has one of | *
 mesh = "cow" | mesh = "cow"\nsphere = { radius = 1 } | an object has one of | *
 yaw_degrees = -15 | yaw_degrees = 0\nrotation_degrees = [0, 0, 0] | an object has at most one of | *

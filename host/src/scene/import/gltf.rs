@@ -10,7 +10,7 @@ use gltf::accessor::{DataType, Dimensions, Item, Iter};
 use gltf::{Accessor, Document, Node, Primitive, Semantic, buffer, json, mesh::Mode};
 
 use super::{
-    ImportError, Place, bounded, bounded_colour, syntax, unit_normals, usable_coordinates,
+    ImportError, bounded, bounded_colour, claim, syntax, unit_normals, usable_coordinates,
     validated,
 };
 use crate::scene::material::Material;
@@ -47,25 +47,18 @@ fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Chunks<'a>, ImportError> {
         .and_then(|rest| rest.first_chunk())
         .map_or(0, |&length| u32::from_le_bytes(length));
     if claimed < 12 {
-        return Err(syntax(Place::file(path), "the GLB header is cut off"));
+        return Err(syntax(path, "the GLB header is cut off"));
     }
     if u64::from(claimed) > bytes.len() as u64 {
-        return Err(ImportError::Claim {
-            place: Place::file(path),
-            what: "the GLB header's length".to_owned(),
-            claimed: claimed.into(),
-            available: bytes.len() as u64,
-        });
+        let what = "the GLB header's length";
+        return Err(claim(path, what, claimed.into(), bytes.len()));
     }
     let glb = gltf::Glb::from_slice(bytes).map_err(|error| malformed(path, &error))?;
     Ok((glb.json, glb.bin.map(Cow::into_owned)))
 }
 
 fn malformed(path: &Path, error: &gltf::Error) -> ImportError {
-    syntax(
-        Place::file(path),
-        format!("not a valid glTF 2.0 file: {error}"),
-    )
+    syntax(path, format!("not a valid glTF 2.0 file: {error}"))
 }
 
 fn document(path: &Path, json: &[u8]) -> Result<Document, ImportError> {
@@ -76,7 +69,7 @@ fn document(path: &Path, json: &[u8]) -> Result<Document, ImportError> {
     let accessors = root.accessors.len();
     if primitives.any(|p| p.attributes.values().any(|i| i.value() >= accessors)) {
         return Err(syntax(
-            Place::file(path),
+            path,
             format!("a primitive names an accessor that is not among the file's {accessors}"),
         ));
     }
@@ -109,7 +102,7 @@ impl Buffers {
                         None => blob.take().ok_or_else(|| {
                             let number = buffer.index();
                             let problem = "has neither a URI nor a binary chunk";
-                            syntax(Place::file(path), format!("buffer {number} {problem}"))
+                            syntax(path, format!("buffer {number} {problem}"))
                         })?,
                     });
                     by_uri.insert(uri, contents.len() - 1);
@@ -118,12 +111,8 @@ impl Buffers {
             };
             let available = contents[place].len();
             if buffer.length() > available {
-                return Err(ImportError::Claim {
-                    place: Place::file(path),
-                    what: format!("the length of buffer {}", buffer.index()),
-                    claimed: buffer.length() as u128,
-                    available: available as u64,
-                });
+                let what = format!("the length of buffer {}", buffer.index());
+                return Err(claim(path, what, buffer.length() as u128, available));
             }
             places.push(place);
         }
@@ -146,7 +135,7 @@ fn read_uri(path: &Path, uri: &str) -> Result<Vec<u8>, ImportError> {
     let name = percent_decoded(uri).filter(|name| !name.contains("://"));
     let Some(name) = name else {
         return Err(syntax(
-            Place::file(path),
+            path,
             format!("the buffer URI '{uri}' is neither data nor the name of a local file"),
         ));
     };
@@ -171,7 +160,7 @@ struct Importer<'a> {
 
 impl Importer<'_> {
     fn fault(&self, problem: impl Into<String>) -> ImportError {
-        syntax(Place::file(self.path), problem)
+        syntax(self.path, problem)
     }
 
     fn scene(&self, document: &Document) -> Result<TriangleMesh, ImportError> {
@@ -329,11 +318,10 @@ impl Importer<'_> {
                 let buffer = self.buffers.get(&view.buffer()).unwrap_or_default();
                 let end = view.offset().checked_add(view.length());
                 let bytes = end.and_then(|end| buffer.get(view.offset()..end));
-                Cow::Borrowed(bytes.ok_or_else(|| ImportError::Claim {
-                    place: Place::file(self.path),
-                    what: format!("buffer view {}", view.index()),
-                    claimed: view.offset() as u128 + view.length() as u128,
-                    available: buffer.len() as u64,
+                Cow::Borrowed(bytes.ok_or_else(|| {
+                    let claimed = view.offset() as u128 + view.length() as u128;
+                    let what = format!("buffer view {}", view.index());
+                    claim(self.path, what, claimed, buffer.len())
                 })?)
             }
         };
@@ -391,7 +379,7 @@ impl Importer<'_> {
 
     fn too_many(&self, count: usize) -> ImportError {
         ImportError::Mesh {
-            place: Place::file(self.path),
+            place: self.path.into(),
             fault: MeshError::TooMany {
                 count,
                 limit: TriangleMesh::MOST_TRIANGLES,
@@ -459,12 +447,7 @@ impl Importer<'_> {
             (format!("buffer view {}", view.index()), view_end, buffer),
         ] {
             if claimed > available as u128 {
-                return Err(ImportError::Claim {
-                    place: Place::file(self.path),
-                    what,
-                    claimed,
-                    available: available as u64,
-                });
+                return Err(claim(self.path, what, claimed, available));
             }
         }
         Ok(())

@@ -96,19 +96,16 @@ impl Geometry {
             match keyword {
                 "v" => geometry.add_position(path, line, words)?,
                 "vn" => {
-                    let normal = three_floats(words).ok_or_else(|| {
-                        syntax(Place::line(path, line), "a normal needs three numbers")
-                    })?;
+                    let problem = "a normal needs three numbers";
+                    let normal = three_floats(words);
+                    let normal = normal.ok_or_else(|| syntax(Place::line(path, line), problem))?;
                     geometry.normals.push(normal);
                 }
                 "vt" => {
+                    let problem = "a texture coordinate needs a number or two";
                     let mut numbers = words.map_while(|word| f32::from_str(word).ok());
-                    let u = numbers.next().ok_or_else(|| {
-                        syntax(
-                            Place::line(path, line),
-                            "a texture coordinate needs a number or two",
-                        )
-                    })?;
+                    let u = numbers.next();
+                    let u = u.ok_or_else(|| syntax(Place::line(path, line), problem))?;
                     let v = numbers.next().unwrap_or(0.0);
                     geometry.coordinates.push([u, v]);
                 }

@@ -8,7 +8,7 @@ use ply_rs_bw::ply::{
     ScalarType,
 };
 
-use super::{ImportError, Place, fan, syntax, unit_normals, usable_coordinates, validated};
+use super::{ImportError, Place, claim, fan, syntax, unit_normals, usable_coordinates, validated};
 use crate::scene::mesh::TriangleMesh;
 
 /// Names of texture coordinates: across, and up.
@@ -100,7 +100,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, ImportErr
     let header = Parser::<Skipped>::new()
         .read_header(&mut reader)
         .map_err(fault)?;
-    check_claims(path, &header, reader.get_ref().len() as u64)?;
+    check_claims(path, &header, reader.get_ref().len())?;
     let has_normals = check_properties(path, &header)?;
     let has_coordinates = has_coordinates(&header);
 
@@ -187,22 +187,15 @@ fn least_size(element: &ElementDef, encoding: Encoding) -> u128 {
 
 /// Refuses counts in the header that the payload cannot hold, before anything
 /// is allocated by them.
-fn check_claims(path: &Path, header: &Header, payload: u64) -> Result<(), ImportError> {
-    // The last line may lack its break.
-    let available = payload + 1;
+fn check_claims(path: &Path, header: &Header, payload: usize) -> Result<(), ImportError> {
     let mut claimed = 0;
     for element in header.elements.values() {
         claimed += element.count as u128 * least_size(element, header.encoding);
-        if claimed > u128::from(available) {
-            return Err(ImportError::Claim {
-                place: Place::file(path),
-                what: format!(
-                    "the header's element count of {} for '{}'",
-                    element.count, element.name
-                ),
-                claimed,
-                available: payload,
-            });
+        // The last line may lack its break.
+        if claimed > payload as u128 + 1 {
+            let (count, name) = (element.count, &element.name);
+            let what = format!("the header's element count of {count} for '{name}'");
+            return Err(claim(path, what, claimed, payload));
         }
     }
     Ok(())
@@ -212,7 +205,7 @@ fn check_claims(path: &Path, header: &Header, payload: u64) -> Result<(), Import
 fn check_properties(path: &Path, header: &Header) -> Result<bool, ImportError> {
     let missing = |what: &str| {
         syntax(
-            Place::file(path),
+            path,
             format!("the header declares no {what}, as a triangle mesh needs"),
         )
     };
@@ -268,7 +261,7 @@ fn triangulate(path: &Path, faces: &[Face], mesh: &mut TriangleMesh) -> Result<(
                 Ok(corner) if (corner as usize) < vertices => corners.push(corner),
                 _ => {
                     return Err(ImportError::VertexOutOfRange {
-                        place: Place::file(path),
+                        place: path.into(),
                         face: number,
                         index,
                         first: 0,
@@ -282,7 +275,7 @@ fn triangulate(path: &Path, faces: &[Face], mesh: &mut TriangleMesh) -> Result<(
                 "face {number} (counted from 0) has {} corners, but a face needs three",
                 corners.len()
             );
-            return Err(syntax(Place::file(path), problem));
+            return Err(syntax(path, problem));
         }
         mesh.triangles.extend(fan(&corners));
     }

@@ -75,7 +75,7 @@ fn parse_library(path: &Path, text: &str) -> Result<Vec<tobj::Material>, ImportE
     }
     tobj::load_mtl_buf(&mut text.as_bytes())
         .map(|(materials, _)| materials)
-        .map_err(|error| syntax(Place::file(path), error.to_string()))
+        .map_err(|error| syntax(path, error.to_string()))
 }
 
 /// Maps a material onto Whitted's terms, as [`crate::scene::import::load`] documents.
