@@ -1,15 +1,16 @@
 //! The command line: arguments in, one report or one error out.
 //!
-//! Standard output carries the report, standard error everything else. The
-//! exit code is 0 where the command did what it was asked to, 1 where it
-//! failed and 2 where the command line is wrong.
+//! Standard output carries the report, standard error everything else. The exit code is 0 for
+//! success, 1 for a failure and 2 for a wrong command line.
 //!
 //! Nothing else in the library uses this module. It is public for programs with commands of
 //! their own that take the same arguments.
 
 #![allow(
     missing_debug_implementations,
-    reason = "parts of programs, which nothing prints"
+    missing_docs,
+    clippy::missing_errors_doc,
+    reason = "parts of programs, whose errors are texts for their users"
 )]
 
 pub mod arguments;
@@ -17,21 +18,21 @@ mod bake;
 mod cave;
 mod completions;
 mod dome;
-mod examples;
 mod explain;
 mod gaze;
 mod inspect;
 mod medium;
 pub mod output;
 pub mod play;
+mod prelude;
 pub mod program;
 mod run;
 mod spectrum;
 pub mod tracker;
 
 use clap::Parser;
-use output::failure::Failure;
-use program::{Examples, Program};
+use output::failure::{Failure, misuse};
+use program::{Examples, Program, Schemas, schema};
 use std::iter;
 use std::process::ExitCode;
 
@@ -52,24 +53,24 @@ enum Shisen {
     #[command(subcommand)]
     Tracker(Box<tracker::TrackerCommand>),
     Completions(completions::Arguments),
-    /// Measures speed: a command of shisen-evidence
+    /// Measures speed: see shisen-evidence
     Bench(Elsewhere),
-    /// Tries the tracer on hard cases: a command of shisen-evidence
+    /// Tries the tracer on hard cases: see shisen-evidence
     Selftest(Elsewhere),
-    /// Measures what accuracy costs: a command of shisen-evidence
+    /// Measures what accuracy costs: see shisen-evidence
     Tradeoff(Elsewhere),
-    /// Runs the firmware in an emulator: tests/firmware/run
+    /// Runs the firmware in an emulator: see tests/firmware/run
     #[command(subcommand)]
     Firmware(Firmware),
 }
 
 #[derive(Debug, clap::Subcommand)]
 enum Firmware {
-    /// Runs it beside the host: tests/firmware/run
+    /// Runs it beside the host: see tests/firmware/run
     Run(Elsewhere),
 }
 
-/// Words for a command of another program.
+/// Arguments for a command of another program.
 #[derive(Debug, clap::Args)]
 #[command(disable_help_flag = true)]
 struct Elsewhere {
@@ -78,19 +79,42 @@ struct Elsewhere {
 }
 
 impl Elsewhere {
-    /// Says that another program has this command: `program`, with the words that follow.
+    /// Fails with the command line of the program that has this command.
     fn run(&self, program: &str) -> Result<(), Failure> {
         let words = self.words.iter().map(String::as_str);
-        let command_line: Vec<_> = iter::once(program).chain(words).collect();
-        Err(Failure::usage(&format!(
-            "this command is elsewhere: {}",
-            command_line.join(" ")
-        )))
+        let line: Vec<_> = iter::once(program).chain(words).collect();
+        Err(misuse!(
+            "another program has this command: {}",
+            line.join(" ")
+        ))
     }
 }
 
 impl Program for Shisen {
-    const EXAMPLES: Examples = examples::EXAMPLES;
+    const EXAMPLES: Examples = include_str!("cli/help.txt");
+    const SCHEMAS: Schemas = &[
+        ("cave", schema::<cave::report::Json>),
+        ("run", schema::<run::report::Json>),
+        ("bake", schema::<bake::Report>),
+        ("inspect", schema::<inspect::Report>),
+        ("explain", schema::<explain::report::Report>),
+        ("gaze", schema::<gaze::Line<f64>>),
+        ("medium", schema::<medium::Report>),
+        ("spectrum", schema::<spectrum::Report>),
+        ("dome design", schema::<dome::design::Report>),
+        ("dome curve", schema::<dome::curve::Report>),
+        ("dome map", schema::<dome::map::Report>),
+        ("dome nearfield", schema::<dome::nearfield::Report>),
+        ("dome render", schema::<dome::render::Report>),
+        ("dome compare", schema::<dome::compare::Report>),
+        ("dome warp", schema::<dome::warp::Report>),
+        ("tracker list", schema::<tracker::list::Report>),
+        ("tracker monitor", schema::<tracker::sample::Record>),
+        ("tracker record", schema::<tracker::record::Report>),
+        ("tracker calibrate", schema::<tracker::calibrate::Report>),
+        ("tracker mock", schema::<tracker::sample::Record>),
+        ("tracker replay", schema::<tracker::sample::Record>),
+    ];
 
     fn run(&self) -> Result<(), Failure> {
         match self {
@@ -126,37 +150,138 @@ pub fn main() -> ExitCode {
 mod tests {
     use super::*;
     use clap::{Arg, Command, CommandFactory as _};
+    use program::{Request, read, sections};
+    use serde_json::Value;
 
-    /// For each argument of a command and of all within it, a line that gives it a value.
-    fn lines(command: &Command, names: &[String], value: &str) -> Vec<Vec<String>> {
-        let arguments = command.get_arguments();
-        let with_value = arguments.filter(|argument| argument.get_action().takes_values());
-        let own = with_value.filter_map(Arg::get_long).map(|long| {
-            let words = [format!("--{long}"), value.to_owned()];
-            [names, &words].concat()
+    /// The names of all commands but those of other programs, with their arguments.
+    fn commands(command: Command, names: &str) -> Vec<(String, Vec<Arg>)> {
+        let within = command.get_subcommands().filter(|one| {
+            let elsewhere = ["bench", "selftest", "tradeoff", "firmware"];
+            !elsewhere.contains(&one.get_name())
         });
-        let within = command.get_subcommands().flat_map(|one| {
-            let names = [names, &[one.get_name().to_owned()]].concat();
-            lines(one, &names, value)
+        let within = within.flat_map(|one| {
+            let names = format!("{names} {}", one.get_name());
+            commands(one.clone(), names.trim())
         });
-        own.chain(within).collect()
+        let own = command.get_arguments().cloned().collect();
+        iter::once((names.to_owned(), own)).chain(within).collect()
     }
 
     #[test]
-    fn what_is_wrong_with_a_value_is_said_in_our_own_words() {
-        let command = Shisen::command();
-        for value in ["abc", "-1"] {
-            let lines = lines(&command, &["shisen".to_owned()], value);
-            assert!(lines.len() > 150, "{}", lines.len());
-            for line in lines {
-                let Err(error) = program::read::<Shisen>(&line) else {
-                    continue;
-                };
-                let said = error.to_string();
-                for others in ["invalid digit", "invalid float", "unexpected argument"] {
-                    assert!(!said.contains(others), "{line:?}: {said}");
+    fn errors_of_values_are_in_our_own_words() {
+        let mut count = 0;
+        for (names, arguments) in commands(Shisen::command(), "") {
+            let values = arguments
+                .iter()
+                .filter(|one| one.get_action().takes_values());
+            for long in values.filter_map(Arg::get_long) {
+                for value in ["abc", "-1"] {
+                    count += 1;
+                    let line = format!("shisen {names} --{long} {value}");
+                    let Err(error) = read::<Shisen>(line.split_whitespace()) else {
+                        continue;
+                    };
+                    let error = error.to_string();
+                    for library in ["invalid digit", "invalid float", "unexpected argument"] {
+                        assert!(!error.contains(library), "{line}: {error}");
+                    }
                 }
             }
+        }
+        assert!(count > 300, "{count}");
+    }
+
+    /// Splits a line as a shell does, up to a redirection.
+    fn words(line: &str) -> Vec<&str> {
+        let parts = line.split('\'').enumerate();
+        let words = parts.flat_map(|(number, part)| match number % 2 {
+            1 => vec![part],
+            _ => part.split_whitespace().collect(),
+        });
+        words
+            .take_while(|word| !matches!(*word, "<" | ">"))
+            .collect()
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn every_command_has_three_examples_that_it_takes() {
+        let mut given: Vec<_> = sections(Shisen::EXAMPLES).collect();
+        given.sort_unstable();
+        let mut there = commands(Shisen::command(), "");
+        there.sort_unstable_by(|a, b| a.0.cmp(&b.0));
+        assert_eq!(given.len(), there.len());
+        for ((names, section), (command, _)) in given.into_iter().zip(there) {
+            assert_eq!(names, command);
+            let lines = section.lines().take_while(|line| !line.is_empty());
+            let lines: Vec<_> = lines.collect();
+            assert_eq!(lines.len(), 6, "{names}");
+            for pair in lines.chunks(2) {
+                assert!(
+                    pair[0].starts_with("  ") && pair[0].ends_with(':'),
+                    "{pair:?}"
+                );
+                let line = pair[1].trim_start();
+                assert!(
+                    line.starts_with(format!("shisen {names}").trim_end()),
+                    "{line}"
+                );
+                let parsed = read::<Shisen>(words(line));
+                assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+            }
+        }
+    }
+
+    #[test]
+    fn help_has_usage_options_examples_and_details_in_this_order() {
+        let Err(help) = read::<Shisen>(["shisen", "tracker", "--help"]) else {
+            panic!("it is no help");
+        };
+        let help = help.to_string();
+        let parts = [
+            "Usage:",
+            "Eye and head",
+            "Options:",
+            "Examples:",
+            "SPEC names",
+            "usual value",
+        ];
+        let places: Vec<_> = parts.iter().map(|part| help.find(part)).collect();
+        assert!(places[0] == Some(0) && places.is_sorted(), "{help}");
+    }
+
+    /// All properties of a schema, with what describes them.
+    fn properties(schema: &Value, found: &mut Vec<(String, bool)>) {
+        if let Some(own) = schema.get("properties").and_then(Value::as_object) {
+            for (key, value) in own {
+                let is_tag = value.get("const").is_some();
+                found.push((key.clone(), is_tag || value.get("description").is_some()));
+            }
+        }
+        match schema {
+            Value::Object(all) => all.values().for_each(|one| properties(one, found)),
+            Value::Array(all) => all.iter().for_each(|one| properties(one, found)),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn commands_with_json_describe_every_key() {
+        for (names, arguments) in commands(Shisen::command(), "") {
+            let has_json = arguments.iter().any(|one| one.get_long() == Some("json"));
+            if !has_json || (cfg!(not(unix)) && names.starts_with("tracker")) {
+                continue;
+            }
+            let line = format!("shisen {names} --json-schema");
+            let Ok(Request::Print(text)) = read::<Shisen>(line.split(' ')) else {
+                panic!("{line}");
+            };
+            let schema = serde_json::from_str(&text).unwrap();
+            let mut found = Vec::new();
+            properties(&schema, &mut found);
+            assert!(found.len() > 4, "{line}: {text}");
+            found.retain(|(_, is_described)| !is_described);
+            assert!(found.is_empty(), "{line}: {found:?}");
         }
     }
 }

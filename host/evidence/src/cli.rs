@@ -1,7 +1,6 @@
 //! The command line.
 
 mod bench;
-mod examples;
 mod selftest;
 mod tradeoff;
 
@@ -21,7 +20,7 @@ enum Evidence {
 }
 
 impl Program for Evidence {
-    const EXAMPLES: Examples = examples::EXAMPLES;
+    const EXAMPLES: Examples = include_str!("cli/examples.txt");
 
     fn run(&self) -> Result<(), Failure> {
         match self {

@@ -5,42 +5,24 @@ use crate::bake::simplify::PolygonLevels;
 use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::source::{Loaded, Source, bake, is_mesh, load_mesh, scene_of_meshes};
 use crate::cli::arguments::{LayoutChoice, LevelArguments, Model, SceneName};
-use crate::cli::output::failure::{Failure, Fault};
-use crate::cli::output::print;
+use crate::cli::prelude::*;
 use crate::files::write_atomically;
 use crate::scene::Scene;
 use crate::with_scene;
-use clap::Args;
-use serde::Serialize;
-use std::fmt;
-use std::path::PathBuf;
-use std::time::Instant;
 
 /// Bakes a scene for tracing
-///
-/// With --faces or --levels each mesh is baked at several polygon levels, of
-/// which `shisen cave --lod` takes for each ray what the gaze asks for. Without
-/// them all rays see every face.
-///
-/// With --json, one object: path, bytes, layout (fast or compact), objects,
-/// triangles (each mesh once, at its finest), nodes, leaves, `stack_entries`
-/// (the most that a ray can need), levels (mesh, faces and bytes of each
-/// polygon level of each mesh; what the levels of a mesh share does not count),
-/// `largest_deviation` (of the faces that a pixel sees from those of the paper's
-/// equation 10, as a share of MAX - MIN, what pixels share in blocks included;
-/// null without --faces and --levels) and seconds (reading, building and writing).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// A TOML scene, a built-in one such as A or prism, or mesh files, each of which becomes an
     /// object
     #[arg(required = true, value_parser = SceneName::parser())]
     input: Vec<SceneName>,
-    /// Where the baked scene goes
+    /// File of the baked scene
     #[arg(short, long, visible_alias = "out", value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
     model: Model,
-    /// For whom it is laid out
+    /// Layout of the tree's nodes
     #[arg(long, value_enum, default_value = "fast")]
     layout: LayoutChoice,
     #[command(flatten)]
@@ -50,23 +32,34 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// What was baked.
-#[derive(Debug, Serialize)]
-struct Report {
+/// A baked scene.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Report {
+    /// File of the baked scene.
     path: String,
+    /// Size of the file.
     bytes: usize,
+    /// fast or compact.
     layout: &'static str,
+    /// Objects in the scene.
     objects: usize,
+    /// Triangles of all meshes at their finest levels.
     triangles: usize,
+    /// Nodes of all trees.
     nodes: usize,
+    /// Leaves of all trees.
     leaves: usize,
+    /// Most stack entries that a ray can need.
     stack_entries: u32,
+    /// Polygon levels of the meshes.
     levels: Vec<Level>,
+    /// Largest difference between the faces that a pixel sees and those of the paper's equation
+    /// 10, as a share of MAX - MIN; null without --faces and --levels.
     largest_deviation: Option<f64>,
+    /// Time to read, build and write.
     seconds: f64,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let start = Instant::now();
     let scene = load(arguments)?;
@@ -84,13 +77,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn load(arguments: &Arguments) -> Result<Scene, Failure> {
     let Arguments { input, model, .. } = arguments;
-    let meshes: Vec<_> = input
-        .iter()
-        .filter_map(|name| match name {
-            SceneName::File(path) if is_mesh(path) => Some(path),
-            _ => None,
-        })
-        .collect();
+    let path = |name| match name {
+        &SceneName::File(ref path) if is_mesh(path) => Some(path),
+        _ => None,
+    };
+    let meshes: Vec<_> = input.iter().filter_map(path).collect();
     match input.as_slice() {
         [name] if meshes.is_empty() => match Source::load(name, model)?.scene {
             Loaded::Described(scene) => Ok(scene),
@@ -99,21 +90,16 @@ fn load(arguments: &Arguments) -> Result<Scene, Failure> {
                 Err(Fault::AlreadyBaked { name }.into())
             }
         },
-        all if meshes.len() == all.len() => {
-            if model.mesh.is_some() || model.normals.is_some() {
-                return Err(Failure::usage(
-                    "--mesh and --normals are for the built-in scenes A to D, not for mesh files",
-                ));
-            }
-            let meshes = meshes
-                .into_iter()
-                .map(|path| load_mesh(path))
-                .collect::<Result<_, _>>()?;
-            Ok(scene_of_meshes(meshes))
-        }
-        _ => Err(Failure::usage(
-            "several inputs must all be meshes (.obj, .ply, .gltf or .glb): bake one scene at a time",
+        all if meshes.len() < all.len() => Err(misuse!(
+            "several inputs must all be meshes (.obj, .ply, .gltf or .glb): bake one scene at a time"
         )),
+        _ if model.mesh.is_some() || model.normals.is_some() => Err(misuse!(
+            "--mesh and --normals are for the built-in scenes A to D, not for mesh files"
+        )),
+        _ => {
+            let meshes = meshes.into_iter().map(|path| load_mesh(path));
+            Ok(scene_of_meshes(meshes.collect::<Result<_, _>>()?))
+        }
     }
 }
 
@@ -131,12 +117,11 @@ impl Report {
         ));
         let levels = Level::of(baked);
         let deviation = |asked: &PolygonLevels| {
-            Level::by_mesh(&levels)
-                .map(|levels| {
-                    let faces: Vec<u32> = levels.iter().map(|level| level.faces).collect();
-                    asked.largest_deviation(&faces)
-                })
-                .fold(0.0, f64::max)
+            let of_mesh = |levels: &[Level]| {
+                let faces: Vec<u32> = levels.iter().map(|level| level.faces).collect();
+                asked.largest_deviation(&faces)
+            };
+            Level::by_mesh(&levels).map(of_mesh).fold(0.0, f64::max)
         };
         Self {
             path: arguments.output.display().to_string(),
@@ -156,26 +141,17 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            path,
-            bytes,
-            layout,
-            objects,
-            triangles,
-            levels,
-            largest_deviation,
-            seconds,
-            ..
-        } = self;
+        let (path, objects, triangles) = (&self.path, self.objects, self.triangles);
+        let (bytes, layout, seconds) = (self.bytes, self.layout, self.seconds);
         write!(
             f,
-            "{path}: {objects} objects, {triangles} triangles, {bytes} bytes in the {layout} layout, \
-             baked in {seconds:.2} s"
+            "{path}: {objects} objects, {triangles} triangles, {bytes} bytes "
         )?;
-        let Some(deviation) = largest_deviation else {
+        write!(f, "in the {layout} layout, baked in {seconds:.2} s")?;
+        let Some(deviation) = self.largest_deviation else {
             return Ok(());
         };
-        for levels in Level::by_mesh(levels) {
+        for levels in Level::by_mesh(&self.levels) {
             write!(f, "\nmesh {}:", levels[0].mesh)?;
             for level in levels {
                 write!(f, " {}", level.faces)?;
@@ -184,7 +160,8 @@ impl fmt::Display for Report {
         }
         write!(
             f,
-            "\na pixel's are at most {:.1} % of their range from what its level of detail asks for",
+            "\nA pixel sees at most {:.1} % of the range of faces more or fewer than its level of \
+             detail asks for.",
             100.0 * deviation
         )
     }

@@ -2,20 +2,19 @@
 
 mod arguments;
 mod camera;
-mod compare;
-mod curve;
-mod design;
+pub(super) mod compare;
+pub(super) mod curve;
+pub(super) mod design;
 mod figure;
-mod map;
-mod nearfield;
-mod render;
-mod warp;
+pub(super) mod map;
+pub(super) mod nearfield;
+pub(super) mod render;
+pub(super) mod warp;
 
 use crate::cli::output::failure::Failure;
 use clap::Subcommand;
 
-/// Dome masters through a mirrored spheroid, how true they are, and warps for a
-/// dome's projectors
+/// Dome masters through a mirrored spheroid, their errors, and warps for a dome's projectors
 #[derive(Debug, Subcommand)]
 pub(super) enum Dome {
     Design(design::Arguments),
@@ -27,7 +26,6 @@ pub(super) enum Dome {
     Warp(warp::Arguments),
 }
 
-/// Runs the command.
 pub(super) fn run(dome: &Dome) -> Result<(), Failure> {
     match dome {
         Dome::Design(arguments) => design::run(arguments),

@@ -1,6 +1,6 @@
 //! `shisen explain`: what a scene asks for, and what that costs.
 
-mod report;
+pub(super) mod report;
 
 use crate::bake::BakedScene;
 use crate::cave::Cave;
@@ -9,9 +9,8 @@ use crate::cli::arguments::lod::{LodArguments, of_every_pixel};
 use crate::cli::arguments::room::RoomArguments;
 use crate::cli::arguments::source::Source;
 use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{Model, SceneName, whole};
-use crate::cli::output::failure::Failure;
-use crate::cli::output::print;
+use crate::cli::arguments::{Model, SceneName};
+use crate::cli::prelude::*;
 use crate::live::quantiles::{median, quartiles};
 use crate::render::effects::{Effects, compiled_for};
 use crate::render::spectrum::Dispersion;
@@ -19,29 +18,10 @@ use crate::render::{self, Account, Observer, Options};
 use crate::scene::builtin::PaperScene;
 use crate::scene::file::material_names;
 use crate::with_scene;
-use clap::Args;
-use report::{Asked, LeftOut, Met, NOT_BUILT, NotSimulated, Primary, Report, Seconds, reason};
+use report::{Asked, Met, NOT_BUILT, NotSimulated, Primary, Report, Seconds, reason};
 use shisen_core::scene::EffectSet;
 
 /// Shows which effects a scene asks for, and what each costs
-///
-/// Renders the frame that `shisen cave` renders, with all effects that the scene
-/// asks for, or those that --effects and --wavelengths leave of them, and without
-/// each of these, in turns.
-///
-/// With --json, one object: scene, mesh (null where the scene file says),
-/// walls, eyes, size, pixels (of all pictures), lod (off, paper or
-/// paper-ellipse), samples, depth, dispersion (as `shisen cave --json` has it),
-/// threads, repeat, seconds (a frame as it is: median and quartiles), primary (rays
-/// and steps of the rays from the eyes, ray by ray), effects (those carried out:
-/// effect, materials and lights, the names of what asks for it, pixels, those in
-/// whose ray trees it was carried out, rays and steps, of the rays that were traced
-/// for it alone, `seconds_without`, the frame without it, and seconds, what it adds
-/// to that, from frames one after the other: both median and quartiles), `left_out`
-/// (effect, materials and lights, of each that the scene asks for and the command
-/// line leaves out), compiled (the effects of the shading that was used),
-/// `not_simulated` (effect and reason, of each that the scene does not ask for)
-/// and `not_built` (what no scene can ask for).
 #[derive(Debug, Args)]
 #[command(
     mut_arg("lod", of_every_pixel),
@@ -49,12 +29,12 @@ use shisen_core::scene::EffectSet;
     mut_arg("range", range_in_one_frame)
 )]
 pub(super) struct Arguments {
-    /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a
-    /// baked scene [default: A]
+    /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked scene
+    /// [default: A]
     #[arg(id = "explained", value_name = "SCENE", value_parser = SceneName::parser(),
           conflicts_with = "scene")]
     explained: Option<SceneName>,
-    /// The same scene, as other commands have it
+    /// The scene, as other commands take it
     #[arg(long, value_name = "SCENE", value_parser = SceneName::parser())]
     scene: Option<SceneName>,
     #[command(flatten)]
@@ -66,15 +46,13 @@ pub(super) struct Arguments {
     #[command(flatten)]
     tracing: TracingArguments,
     /// How often to render each frame
-    #[arg(long, value_name = "N", default_value_t = 5,
-          value_parser = whole::<u32>(1..=1_000))]
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<u32>(1..=1_000))]
     repeat: u32,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = arguments.explained.as_ref().or(arguments.scene.as_ref());
     let name = name.unwrap_or(&SceneName::Paper(PaperScene::A));
@@ -91,9 +69,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let baked = arguments.lod.baked(source.scene, &source.name)?;
     let (options, dispersion) = arguments.tracing.options(&baked)?;
     if matches!(options.dispersion, Dispersion::Images(..)) {
-        return Err(Failure::usage(
-            "--dispersion paper and fixed are whole pictures one after the other, in which no \
-             ray is traced for dispersion alone: explain comb or split",
+        return Err(misuse!(
+            "--dispersion paper and fixed render whole pictures one after the other, in which no \
+             ray is traced for dispersion alone: explain comb or split"
         ));
     }
     let frames = Frames {
@@ -140,9 +118,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 .map(|(&effect, (seconds_without, seconds))| {
                     let entry = ledger.entry(effect);
                     Asked {
-                        effect: effect.to_string(),
-                        materials: met.materials(effect),
-                        lights: met.lights(effect),
+                        cause: met.cause(effect),
                         pixels: entry.pixels,
                         rays: entry.rays,
                         steps: entry.steps,
@@ -152,11 +128,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 })
                 .collect(),
             left_out: named(asked.difference(carried_out))
-                .map(|effect| LeftOut {
-                    effect: effect.to_string(),
-                    materials: met.materials(effect),
-                    lights: met.lights(effect),
-                })
+                .map(|effect| met.cause(effect))
                 .collect(),
             compiled: compiled_for(options.effects.of(asked)).names().collect(),
             not_simulated: EffectSet::ALL
@@ -164,10 +136,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 .names()
                 .filter_map(|name| {
                     let reason = reason(EffectSet::named(name)?, &records);
-                    Some(NotSimulated {
-                        effect: name,
-                        reason,
-                    })
+                    let effect = name;
+                    Some(NotSimulated { effect, reason })
                 })
                 .collect(),
             not_built: NOT_BUILT,
@@ -176,7 +146,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     )
 }
 
-/// What a scene's materials are called, as far as anybody says.
+/// The names of a scene's first materials.
 fn names(scene: &SceneName) -> Vec<String> {
     match scene {
         SceneName::Paper(PaperScene::A | PaperScene::C) => vec!["chrome".to_owned()],
@@ -184,14 +154,13 @@ fn names(scene: &SceneName) -> Vec<String> {
         SceneName::Grid => vec!["lines".to_owned()],
         SceneName::Prism => ["glass", "slit", "floor"].map(str::to_owned).into(),
         SceneName::Spheres => ["quartz", "floor", "lamp"].map(str::to_owned).into(),
-        // It was read a moment ago; a baked scene is no text.
+        // The file was read a moment ago; a baked scene is no text.
         SceneName::File(path) => crate::files::read_text(path)
             .map(|text| material_names(&text))
             .unwrap_or_default(),
     }
 }
 
-/// Frames of one scene for one viewer.
 struct Frames<'r> {
     baked: &'r BakedScene,
     cave: &'r Cave,
@@ -201,22 +170,14 @@ struct Frames<'r> {
 
 impl Frames<'_> {
     fn account(&self) -> Result<Account, Failure> {
-        let Self {
-            cave,
-            observers,
-            options,
-            ..
-        } = self;
+        let (cave, observers, options) = (self.cave, self.observers, self.options);
         Ok(with_scene!(self.baked, |scene| render::account(
             &scene, cave, observers, options
         ))?)
     }
 
-    /// Seconds of a frame.
     fn seconds(&self, effects: Effects) -> Result<f64, Failure> {
-        let Self {
-            cave, observers, ..
-        } = self;
+        let (cave, observers) = (self.cave, self.observers);
         let options = Options {
             effects,
             ..*self.options
@@ -228,8 +189,8 @@ impl Frames<'_> {
         Ok(frame?.seconds)
     }
 
-    /// A frame's seconds; and of each effect, those without it and what it adds to
-    /// them. Frames take turns, and each is compared with the one just before.
+    /// Returns the seconds of a frame, and for each effect those without it and those it adds.
+    /// Frames take turns, and each is compared with the one just before.
     fn times(
         &self,
         effects: &[EffectSet],

@@ -1,41 +1,25 @@
 //! `shisen gaze`: the levels of directions.
 
 use crate::cave::look::{LookError, Point, ViewDirection};
-use crate::cli::arguments::{face_range, whole};
+use crate::cli::arguments::face_range;
 use crate::cli::output;
-use crate::cli::output::failure::Failure;
+use crate::cli::prelude::*;
 use crate::render::gaze_reference::{self, Limits};
-use clap::{Args, ValueEnum};
 use glam::{DVec3, Vec3};
-use miette::Diagnostic;
-use serde::Serialize;
 use shisen_core::gaze::{
     Boundary, Detail, FaceRange, Gaze, LineOfSight, VisualField, VisualFieldError,
     VisualFieldLimits, Zone,
 };
-use std::fmt::Display;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::str::FromStr;
-use thiserror::Error;
 
-/// Bytes in a line: three numbers need far fewer, and a line without an end
-/// must not fill the memory.
+/// Most bytes in a line, so that a line without an end does not fill the memory.
 const LONGEST_LINE: u64 = 4096;
 
 /// Computes the level of detail of directions by the viewer's gaze
-///
-/// Reads directions in the room from standard input, one a line: three numbers
-/// x y z of any length but zero, separated by blanks or commas. Empty lines
-/// and what follows a # are skipped.
-///
-/// With --json, one object a line: `m_alpha`, `m_beta` (radians from the line
-/// of sight, sideways and upwards), l (their distance from it), `big_l` (the
-/// boundary's), level (0 to 1), zone (central, peripheral or outside), bounces
-/// and faces.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// Where the viewer looks: X,Y,Z, of any length but zero; or as `shisen
-    /// cave --look`
+    /// Where the viewer looks: X,Y,Z of any length but zero, or as in `shisen cave --look`
     #[arg(
         long,
         value_name = "X,Y,Z",
@@ -43,8 +27,8 @@ pub(super) struct Arguments {
         allow_hyphen_values = true
     )]
     look: Direction,
-    /// Where the top of the viewer's head points, at any angle to --look but
-    /// parallel [default: 0,1,0, or as `shisen cave` has it for up and down]
+    /// Where the top of the viewer's head points, not parallel to --look [default: 0,1,0, or as in
+    /// `shisen cave` for a look straight up or down]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     up: Option<Direction>,
     /// Reflections and refractions at level 1
@@ -56,28 +40,22 @@ pub(super) struct Arguments {
     /// Curve that joins the limits of the visual field
     #[arg(long, value_enum, default_value = "printed")]
     boundary: BoundaryChoice,
-    /// Radius of the central field: degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_hyphen_values = true,
-          value_parser = up_to(180.0))]
+    /// Radius of the central field, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, value_parser = up_to(180.0))]
     central: f64,
-    /// Limit of the visual field upwards: degrees, at most 90
-    #[arg(long, value_name = "DEGREES", default_value_t = 60.0, allow_hyphen_values = true,
-          value_parser = up_to(90.0))]
+    /// Limit of the visual field upwards, at most 90 degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 60.0, value_parser = up_to(90.0))]
     field_up: f64,
-    /// Limit downwards: degrees, at most 90
-    #[arg(long, value_name = "DEGREES", default_value_t = 70.0, allow_hyphen_values = true,
-          value_parser = up_to(90.0))]
+    /// Limit downwards, at most 90 degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 70.0, value_parser = up_to(90.0))]
     field_down: f64,
-    /// Limit to the left: degrees, at most 180
-    #[arg(long, value_name = "DEGREES", default_value_t = 100.0, allow_hyphen_values = true,
-          value_parser = up_to(180.0))]
+    /// Limit to the left, at most 180 degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 100.0, value_parser = up_to(180.0))]
     field_left: f64,
-    /// Limit to the right: degrees, at most 180
-    #[arg(long, value_name = "DEGREES", default_value_t = 100.0, allow_hyphen_values = true,
-          value_parser = up_to(180.0))]
+    /// Limit to the right, at most 180 degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 100.0, value_parser = up_to(180.0))]
     field_right: f64,
-    /// Compute in double precision, by the reference that the tracer's single
-    /// precision is measured against
+    /// Compute in double precision, by the reference for the tracer's single precision
     #[arg(long)]
     f64: bool,
     /// Print one JSON object a direction
@@ -85,7 +63,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// `--boundary`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum BoundaryChoice {
     /// Equation 7 as printed
@@ -94,7 +71,7 @@ enum BoundaryChoice {
     Ellipse,
 }
 
-/// A vector as given: not scaled to unit length, which would round it.
+/// A vector as given, not rounded to unit length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Direction(DVec3);
 
@@ -109,7 +86,7 @@ impl FromStr for Direction {
     }
 }
 
-/// Degrees of a limit: more than none.
+/// The parser of degrees above 0.
 fn up_to(most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |text| {
         let number = text.trim().parse().ok();
@@ -119,7 +96,7 @@ fn up_to(most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
     }
 }
 
-/// What is wrong with the limits, as the options have them.
+/// Words an error of the limits in degrees, with the names of the options.
 fn in_degrees(error: VisualFieldError) -> String {
     match error {
         VisualFieldError::BelowCentral {
@@ -145,47 +122,64 @@ fn in_degrees(error: VisualFieldError) -> String {
     }
 }
 
-/// Why the input cannot be used.
 #[derive(Debug, Error, Diagnostic)]
 enum InputFault {
-    /// A line that is no direction.
     #[error("line {line} of the input, \"{}\", {reason}", .given.escape_debug())]
     #[diagnostic(help(
-        "write a direction a line: three finite numbers, not all of them 0, separated by blanks or commas, such as 0.5 0 -1"
+        "write one direction a line: three finite numbers, not all 0, separated by blanks or commas, such as 0.5 0 -1"
     ))]
     Line {
-        /// From 1.
         line: u64,
-        /// What it says.
         given: String,
-        /// What is wrong with it.
         reason: String,
     },
-    /// Standard input that cannot be read.
     #[error("cannot read line {line} from standard input: {reason}")]
     #[diagnostic(help("send the directions through a pipe or from a file: shisen gaze < FILE"))]
-    Read {
-        /// From 1.
-        line: u64,
-        /// What the system said.
-        reason: io::Error,
-    },
+    Read { line: u64, reason: io::Error },
 }
 
-/// What is said of a direction; `T` is the precision.
-#[derive(Debug, Serialize)]
-struct Line<T> {
+/// The level of detail of one direction.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Line<T> {
+    /// Angle from the line of sight to the right, radians.
     m_alpha: T,
+    /// Angle from the line of sight upwards, radians.
     m_beta: T,
+    /// Distance of the direction from the line of sight, radians.
     l: T,
+    /// Distance of the visual field's border in the same direction, radians.
     big_l: T,
+    /// Level of detail, 0 to 1.
     level: T,
+    /// central, peripheral or outside.
     zone: &'static str,
+    /// Reflections and refractions that a ray follows.
     bounces: u8,
+    /// Faces of the mesh that a ray sees.
     faces: u32,
 }
 
-/// The two precisions, and what the level buys.
+/// Makes a line of a direction's sight in either precision.
+macro_rules! line {
+    ($sight:expr, $bounces:expr, $faces:expr) => {
+        Line {
+            m_alpha: $sight.m_alpha,
+            m_beta: $sight.m_beta,
+            l: $sight.l,
+            big_l: $sight.big_l,
+            level: $sight.level,
+            zone: match $sight.zone {
+                Zone::Central => "central",
+                Zone::Peripheral => "peripheral",
+                Zone::Outside => "outside",
+            },
+            bounces: $bounces,
+            faces: $faces,
+        }
+    };
+}
+
+/// The visual field in both precisions, and the largest bounces and faces.
 struct Levels {
     single: Gaze,
     double: gaze_reference::Gaze,
@@ -193,7 +187,6 @@ struct Levels {
     faces: FaceRange,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let levels = Levels::new(arguments)?;
     let mut wrong = None;
@@ -201,13 +194,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let mut output = BufWriter::new(stdout);
         match levels.of_input(arguments, &mut output) {
             Ok(()) => {}
-            // What was right before a wrong line is not lost.
+            // Lines before a wrong one are printed.
             Err(Stop::Input(fault)) => wrong = Some(fault),
             Err(Stop::Output(reason)) => return Err(reason),
         }
         output.flush()
     });
-    // It is what matters, even where nobody reads the rest.
+    // A wrong line counts even if nobody reads the output.
     if let Some(fault) = wrong {
         return Err(fault.into());
     }
@@ -215,7 +208,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What ends the reading and writing early.
 enum Stop {
     Input(InputFault),
     Output(io::Error),
@@ -234,7 +226,6 @@ impl Levels {
             left: arguments.field_left.to_radians(),
             right: arguments.field_right.to_radians(),
         };
-        let usage = |error: &dyn Display| Failure::usage(&error.to_string());
         let field = VisualFieldLimits {
             central: limits.central as f32,
             up: limits.up as f32,
@@ -242,27 +233,24 @@ impl Levels {
             left: limits.left as f32,
             right: limits.right as f32,
         };
-        let field = VisualField::new(field, boundary)
-            .map_err(|error| Failure::usage(&in_degrees(error)))?;
+        let field = VisualField::new(field, boundary);
+        let field = field.map_err(|error| Failure::usage(&in_degrees(error)))?;
         let Direction(look) = arguments.look;
         let up = match arguments.up {
             Some(Direction(up)) => up,
-            // As after bowing from the front, or leaning back.
+            // As if the viewer had bowed, or leaned back.
             None if look.x.hypot(look.z) <= 1.0e-6 * look.y.abs() => DVec3::new(0.0, 0.0, look.y),
             None => DVec3::Y,
         };
-        let sight = LineOfSight::new(Vec3::ZERO, single(look), single(up))
-            .map_err(|error| usage(&error))?;
+        let sight = LineOfSight::new(Vec3::ZERO, single(look), single(up)).or_misuse()?;
         Ok(Self {
             single: Gaze::new(sight, field),
-            double: gaze_reference::Gaze::new(look, up, limits, boundary)
-                .map_err(|error| usage(&error))?,
+            double: gaze_reference::Gaze::new(look, up, limits, boundary).or_misuse()?,
             most_bounces: arguments.reflect_max,
             faces: arguments.faces,
         })
     }
 
-    /// Reads, computes and prints line by line.
     fn of_input(&self, arguments: &Arguments, output: &mut impl Write) -> Result<(), Stop> {
         if !arguments.json {
             writeln!(output, "{HEADING}").map_err(Stop::Output)?;
@@ -270,16 +258,14 @@ impl Levels {
         let mut input = BufReader::new(io::stdin().lock());
         let mut bytes = Vec::new();
         for line in 1.. {
-            // Whoever sends one direction at a time waits for the answer.
+            // A program that sends one direction at a time waits for the answer.
             if input.buffer().is_empty() {
                 output.flush().map_err(Stop::Output)?;
             }
             bytes.clear();
-            let read = input
-                .by_ref()
-                .take(LONGEST_LINE)
-                .read_until(b'\n', &mut bytes)
-                .map_err(|reason| Stop::Input(InputFault::Read { line, reason }))?;
+            let mut limited = input.by_ref().take(LONGEST_LINE);
+            let read = limited.read_until(b'\n', &mut bytes);
+            let read = read.map_err(|reason| Stop::Input(InputFault::Read { line, reason }))?;
             if read == 0 {
                 break;
             }
@@ -299,16 +285,14 @@ impl Levels {
                 continue;
             }
             let direction = direction(given).map_err(fault)?;
+            let json = arguments.json;
             let printed = if arguments.f64 {
-                self.double(direction)
-                    .map(|line| line.print(arguments.json, output))
+                self.double(direction).map(|line| line.print(json, output))
             } else {
-                self.single(direction)
-                    .map(|line| line.print(arguments.json, output))
+                self.single(direction).map(|line| line.print(json, output))
             };
-            printed
-                .ok_or_else(|| fault("points nowhere".into()))?
-                .map_err(Stop::Output)?;
+            let printed = printed.ok_or_else(|| fault("points nowhere".into()))?;
+            printed.map_err(Stop::Output)?;
         }
         Ok(())
     }
@@ -316,43 +300,20 @@ impl Levels {
     fn single(&self, direction: DVec3) -> Option<Line<f32>> {
         let sight = self.single.sight(single(direction))?;
         let detail = Detail::of_level(sight.level)?;
-        Some(Line {
-            m_alpha: sight.m_alpha,
-            m_beta: sight.m_beta,
-            l: sight.l,
-            big_l: sight.big_l,
-            level: sight.level,
-            zone: name(sight.zone),
-            bounces: detail.bounces(self.most_bounces),
-            faces: detail.faces(self.faces),
-        })
+        let bounces = detail.bounces(self.most_bounces);
+        Some(line!(sight, bounces, detail.faces(self.faces)))
     }
 
     fn double(&self, direction: DVec3) -> Option<Line<f64>> {
         let sight = self.double.sight(direction)?;
-        Some(Line {
-            m_alpha: sight.m_alpha,
-            m_beta: sight.m_beta,
-            l: sight.l,
-            big_l: sight.big_l,
-            level: sight.level,
-            zone: name(sight.zone),
-            bounces: gaze_reference::bounces(sight.level, self.most_bounces),
-            faces: gaze_reference::faces(sight.level, self.faces.min(), self.faces.max()),
-        })
+        let bounces = gaze_reference::bounces(sight.level, self.most_bounces);
+        let (min, max) = (self.faces.min(), self.faces.max());
+        let faces = gaze_reference::faces(sight.level, min, max);
+        Some(line!(sight, bounces, faces))
     }
 }
 
-const fn name(zone: Zone) -> &'static str {
-    match zone {
-        Zone::Central => "central",
-        Zone::Peripheral => "peripheral",
-        Zone::Outside => "outside",
-    }
-}
-
-/// The nearest in single precision: as it is, or scaled by a power of two
-/// where its components do not fit.
+/// Rounds a vector to single precision. Scales it by a power of two if its components do not fit.
 fn single(v: DVec3) -> Vec3 {
     let largest = v.abs().max_element();
     if (1.0e-30..=1.0e30).contains(&largest) {
@@ -362,7 +323,6 @@ fn single(v: DVec3) -> Vec3 {
     DVec3::from_array(v.to_array().map(|x| libm::scalbn(x, -exponent))).as_vec3()
 }
 
-/// Reads three finite numbers between blanks or commas.
 fn direction(text: &str) -> Result<DVec3, String> {
     let parts: Vec<&str> = text.split(',').collect();
     if parts.len() > 1 && parts.iter().any(|part| part.trim().is_empty()) {
@@ -373,12 +333,7 @@ fn direction(text: &str) -> Result<DVec3, String> {
         match word.parse::<f64>() {
             Ok(number) if number.is_finite() => numbers.push(number),
             Ok(_) => return Err(format!("has {word}, which is not finite")),
-            Err(_) => {
-                return Err(format!(
-                    "has \"{}\", which is no number",
-                    word.escape_debug()
-                ));
-            }
+            Err(_) => return Err(format!("has {word:?}, which is no number")),
         }
     }
     match numbers[..] {
@@ -388,12 +343,11 @@ fn direction(text: &str) -> Result<DVec3, String> {
     }
 }
 
-/// Over the table of lines for people.
 const HEADING: &str =
     "  m_alpha    m_beta         l         L     level  zone        bounces  faces";
 
 impl<T: Copy + Into<f64> + Serialize> Line<T> {
-    /// As a JSON object, or as a row of the table with angles in degrees.
+    /// Prints a JSON object, or a row of the table with angles in degrees.
     fn print(&self, json: bool, output: &mut impl Write) -> io::Result<()> {
         if json {
             serde_json::to_writer(&mut *output, self)?;
@@ -402,12 +356,7 @@ impl<T: Copy + Into<f64> + Serialize> Line<T> {
         for angle in [self.m_alpha, self.m_beta, self.l, self.big_l] {
             write!(output, "{:>8.3}° ", angle.into().to_degrees())?;
         }
-        let Self {
-            zone,
-            bounces,
-            faces,
-            ..
-        } = self;
+        let (zone, bounces, faces) = (self.zone, self.bounces, self.faces);
         let level: f64 = self.level.into();
         writeln!(output, "{level:>9.6}  {zone:<10} {bounces:>8} {faces:>6}")
     }
@@ -416,26 +365,6 @@ impl<T: Copy + Into<f64> + Serialize> Line<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn directions_are_three_numbers() {
-        for text in ["1 -2 3e0", "1,-2,3", "1, -2 ,3", "1\t-2,  3"] {
-            assert_eq!(direction(text), Ok(DVec3::new(1.0, -2.0, 3.0)), "{text}");
-        }
-        for (text, expected) in [
-            ("1 2", "2 numbers"),
-            ("1 2 3 4", "4 numbers"),
-            ("1,,2,3", "beside a comma"),
-            ("1,2,3,", "beside a comma"),
-            ("1 two 3", "\"two\""),
-            ("1 nan 3", "nan"),
-            ("1 2 1e999", "1e999"),
-            ("0 -0 0", "nowhere"),
-        ] {
-            let error = direction(text).unwrap_err();
-            assert!(error.contains(expected), "{text}: {error}");
-        }
-    }
 
     #[test]
     fn vectors_of_any_length_fit_single_precision() {

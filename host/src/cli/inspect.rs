@@ -3,63 +3,65 @@
 use crate::bake::BakedScene;
 use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::source;
-use crate::cli::output::failure::Failure;
-use crate::cli::output::print;
+use crate::cli::prelude::*;
 use crate::with_scene;
-use clap::Args;
-use serde::Serialize;
 use shisen_core::scene::Scene;
 use shisen_core::scene::format::{
     Header, IdLeaf, Instance, LeafBlock, Light, Material, Mesh, Node, Table, Texel, Texture,
     Triangle,
 };
 use shisen_core::spectrum::Medium;
-use std::fmt;
-use std::path::PathBuf;
 use zerocopy::FromBytes;
 
 /// Shows what is in a baked scene, and checks it
-///
-/// With --json, one object: path, layout (fast or compact), version of the
-/// format, bytes, tables (name, records, bytes each), instances, materials,
-/// lights, triangles (each mesh once, at its finest), levels (mesh, faces and
-/// bytes of each polygon level of each mesh), `stack_entries` (the most that a
-/// ray can need) and `bytes_per_triangle` (of the whole scene; null without
-/// triangles).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// What `shisen bake` wrote
+    /// File that `shisen bake` wrote
     scene: PathBuf,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
-/// What is in a baked scene.
-#[derive(Debug, Serialize)]
-struct Report {
+/// The contents of a baked scene.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Report {
+    /// File of the scene.
     path: String,
+    /// fast or compact.
     layout: &'static str,
+    /// Version of the format.
     version: u32,
+    /// Size of the scene.
     bytes: u64,
+    /// Tables of the format.
     tables: Vec<TableReport>,
+    /// Objects in the scene.
     instances: u32,
+    /// Materials.
     materials: u32,
+    /// Lights.
     lights: u32,
+    /// Triangles of all meshes at their finest levels.
     triangles: usize,
+    /// Polygon levels of the meshes.
     levels: Vec<Level>,
+    /// Most stack entries that a ray can need.
     stack_entries: u32,
+    /// Bytes of the whole scene by its triangles; null without triangles.
     bytes_per_triangle: Option<f64>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct TableReport {
+    /// What is in the table.
     name: &'static str,
+    /// Number of records.
     records: u32,
+    /// Size of all records.
     bytes: u64,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let baked = source::load_baked(&arguments.scene)?;
     let path = arguments.scene.display().to_string();
@@ -93,8 +95,7 @@ impl Report {
     }
 }
 
-/// The tables in the order of the header; none where the bytes have no
-/// header.
+/// The tables in the order of the header; empty if the bytes have no header.
 fn tables<const W: usize>(bytes: &[u8]) -> Vec<TableReport> {
     let Ok((header, _)) = Header::read_from_prefix(bytes) else {
         return Vec::new();
@@ -104,7 +105,7 @@ fn tables<const W: usize>(bytes: &[u8]) -> Vec<TableReport> {
         records: table.count,
         bytes: u64::from(table.count) * record_bytes as u64,
     };
-    // One of the two kinds of leaves is empty.
+    // A scene has one of two kinds of leaves.
     let leaves = if W == 8 {
         table("leaves", header.leaves, size_of::<LeafBlock<W>>())
     } else {
@@ -129,24 +130,13 @@ fn tables<const W: usize>(bytes: &[u8]) -> Vec<TableReport> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            path,
-            layout,
-            version,
-            bytes,
-            stack_entries,
-            ..
-        } = self;
+        let (path, layout, version, bytes) = (&self.path, self.layout, self.version, self.bytes);
         writeln!(
             f,
             "{path}: {layout} layout, format version {version}, {bytes} bytes"
         )?;
-        for TableReport {
-            name,
-            records,
-            bytes,
-        } in &self.tables
-        {
+        for table in &self.tables {
+            let (name, records, bytes) = (table.name, table.records, table.bytes);
             writeln!(f, "{name:>12} {records:>10} records {bytes:>12} bytes")?;
         }
         let ladders = Level::by_mesh(&self.levels).filter(|levels| levels.len() > 1);
@@ -157,8 +147,8 @@ impl fmt::Display for Report {
             }
         }
         if let Some(each) = self.bytes_per_triangle {
-            writeln!(f, "{each:.1} bytes a triangle, all tables together")?;
+            writeln!(f, "{each:.1} bytes a triangle, with all tables")?;
         }
-        write!(f, "traversal stack: {stack_entries} entries at most")
+        write!(f, "traversal stack: at most {} entries", self.stack_entries)
     }
 }

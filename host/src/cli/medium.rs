@@ -1,43 +1,25 @@
 //! `shisen medium`: how a medium bends light of each wavelength.
 
-use crate::cli::arguments::number;
-use crate::cli::output::failure::Failure;
-use crate::cli::output::print;
+use crate::cli::prelude::*;
 use crate::render::spectrum::{self, UnknownMedium};
-use clap::Args;
 use clap::builder::{StringValueParser, TypedValueParser};
-use serde::Serialize;
 use shisen_core::spectrum::{Medium, line};
-use std::fmt;
 
 /// Says how a clear medium bends light of each wavelength
-///
-/// Indices of refraction are those that the tracer has, in single precision. A
-/// prism turns light least where it passes symmetrically; where that angle is
-/// missing, the prism reflects all of the light.
-///
-/// With --json, one object: name, `range_nm` (the least and the greatest
-/// wavelength that the medium is known for), abbe (Abbe's number, null where
-/// the medium is not known at one of the lines F, d and C), `prism_deg`, clamped
-/// (whether a wavelength was moved into the range) and wavelengths: nm, n (the
-/// index of refraction) and `minimum_deviation_deg` (null where all light is
-/// reflected) each.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// fused-silica, quartz-o, quartz-e (the ordinary and the extraordinary
-    /// ray), n-bk7, sf11, diamond or water
+    /// fused-silica, quartz-o, quartz-e (the ordinary and the extraordinary ray), n-bk7, sf11,
+    /// diamond or water
     #[arg(value_name = "NAME", value_parser = NamedMedium::parser())]
     medium: NamedMedium,
-    /// Wavelengths: nanometres [default: the lines F, d and C]
+    /// Wavelengths, nanometres [default: the lines F, d and C]
     #[arg(long, value_name = "NM", num_args = 1.., value_delimiter = ',',
           value_parser = number::<f32>)]
     wavelength: Vec<f32>,
-    /// Angle between the sides of a prism: degrees, above 0 and below 180
-    #[arg(long, value_name = "DEGREES", default_value_t = 60.0,
-          value_parser = prism)]
+    /// Angle between the sides of a prism, degrees above 0 and below 180
+    #[arg(long, value_name = "DEGREES", default_value_t = 60.0, value_parser = prism)]
     prism: f64,
-    /// Take wavelengths outside the medium's range at its end instead of
-    /// refusing them
+    /// Move wavelengths outside the medium's range to its end instead of refusing them
     #[arg(long)]
     clamp: bool,
     /// Print one JSON object
@@ -45,7 +27,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// A built-in medium and its name.
 #[derive(Debug, Clone)]
 pub(super) struct NamedMedium {
     pub(super) name: String,
@@ -53,7 +34,6 @@ pub(super) struct NamedMedium {
 }
 
 impl NamedMedium {
-    /// Any text that is a name.
     pub(super) fn parser() -> impl TypedValueParser<Value = Self> {
         StringValueParser::new().try_map(|name| {
             let medium = spectrum::medium(&name)?;
@@ -70,25 +50,32 @@ fn prism(text: &str) -> Result<f64, String> {
 }
 
 /// A medium.
-#[derive(Debug, Serialize)]
-struct Report {
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Report {
+    /// The medium's name.
     name: String,
+    /// Range of wavelengths for which the medium is known, nanometres.
     range_nm: [f64; 2],
+    /// Abbe number; null if the medium is not known at one of the lines F, d and C.
     abbe: Option<f64>,
+    /// Angle between the sides of the prism, degrees.
     prism_deg: f64,
+    /// Whether a wavelength was moved into the range.
     clamped: bool,
+    /// What happens to light of each wavelength.
     wavelengths: Vec<Bent>,
 }
 
-/// Light of a wavelength in it.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Bent {
+    /// Wavelength, nanometres.
     nm: f64,
+    /// Index of refraction.
     n: f64,
+    /// Least angle by which the prism turns the light, degrees; null if it reflects all light.
     minimum_deviation_deg: Option<f64>,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let NamedMedium { name, medium } = &arguments.medium;
     let [least, most] = medium.range();
@@ -104,9 +91,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
             asked
         };
         clamped |= nm != asked;
-        let n = medium.index_in(nm).map_err(|error| {
-            Failure::usage(&format!("{name}: {error}; --clamp takes it at the end"))
-        })?;
+        let n = medium.index_in(nm);
+        let n = n.map_err(|error| misuse!("{name}: {error}; --clamp moves it to the end"))?;
         let deviation = spectrum::minimum_deviation(n.into(), arguments.prism.to_radians());
         Ok::<_, Failure>(Bent {
             nm: decimal(nm),
@@ -126,7 +112,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.json)
 }
 
-/// The number as it was written, not as it was rounded.
+/// The double with the same shortest decimal digits as a single.
 pub(super) fn decimal(single: f32) -> f64 {
     single.to_string().parse().unwrap_or(f64::from(single))
 }

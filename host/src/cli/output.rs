@@ -5,29 +5,26 @@ pub mod picture_files;
 pub mod progress;
 pub mod ray_counts;
 
-use crate::cli::output::failure::{Failure, Fault};
+use failure::{Failure, Fault};
 use serde::Serialize;
 use std::fmt;
-use std::io::{self, StdoutLock, Write};
+use std::io::{self, IsTerminal as _, StdoutLock, Write};
 
-/// Writes to standard output, and at once; whether anybody still reads there.
-///
-/// # Errors
-/// Of `what`, but for a pipe that somebody closed.
-pub fn write(what: impl FnOnce(&mut StdoutLock<'static>) -> io::Result<()>) -> Result<bool, Fault> {
+/// Writes to standard output and flushes it. Returns whether somebody still reads there.
+pub fn write(
+    writing: impl FnOnce(&mut StdoutLock<'static>) -> io::Result<()>,
+) -> Result<bool, Fault> {
     let mut stdout = io::stdout().lock();
-    match what(&mut stdout).and_then(|()| stdout.flush()) {
+    match writing(&mut stdout).and_then(|()| stdout.flush()) {
         Ok(()) => Ok(true),
-        // Whoever closed the pipe has read all that was wanted.
+        // A reader that closed the pipe has read all it wanted.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
         Err(reason) => Err(Fault::Print { reason }),
     }
 }
 
-/// Prints a report: as one JSON object on one line, or as text; whether anybody still reads.
-///
-/// # Errors
-/// As [`write`].
+/// Prints one of several reports, as a JSON object on a line or as text. Returns whether
+/// somebody still reads.
 pub fn print_one(report: &(impl Serialize + fmt::Display), json: bool) -> Result<bool, Fault> {
     let text = if json {
         serde_json::to_string(report).map_err(io::Error::from)
@@ -38,27 +35,44 @@ pub fn print_one(report: &(impl Serialize + fmt::Display), json: bool) -> Result
 }
 
 /// Prints a command's only report.
-///
-/// # Errors
-/// As [`write`].
 pub fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<(), Failure> {
     print_one(report, json)?;
     Ok(())
 }
 
-/// Says something beside the report.
-pub fn say(what: &str) {
-    // Nobody is left to tell where standard error is closed.
-    let _ = writeln!(io::stderr(), "{what}");
+pub fn print_text(text: &str) -> Result<(), Failure> {
+    write(|stdout| writeln!(stdout, "{text}"))?;
+    Ok(())
 }
 
-/// Says what may not be as expected though the command goes on.
-pub fn warn(of: &str) {
-    say(&format!("Warning: {of}"));
+/// Says something beside the report, on standard error.
+pub fn say(text: &str) {
+    // Where standard error is closed, nobody is left to tell.
+    let _ = writeln!(io::stderr(), "{text}");
 }
 
-/// So many of something that an s makes several of: 1 eye, 2 eyes.
-pub fn counted(count: u64, what: &str) -> String {
+/// Warns of something unexpected that does not end the command.
+pub fn warn(text: &str) {
+    say(&format!("Warning: {text}"));
+}
+
+/// A count and its noun, with an s unless the count is 1: 1 eye, 2 eyes.
+pub fn counted(count: u64, noun: &str) -> String {
     let ending = if count == 1 { "" } else { "s" };
-    format!("{count} {what}{ending}")
+    format!("{count} {noun}{ending}")
+}
+
+/// Columns and rows of the terminal on standard error; `None` if it is no terminal.
+pub fn terminal_size() -> Option<[u16; 2]> {
+    if !io::stderr().is_terminal() {
+        return None;
+    }
+    #[cfg(unix)]
+    {
+        let size = rustix::termios::tcgetwinsize(io::stderr()).ok()?;
+        let size = [size.ws_col, size.ws_row];
+        (size[0] > 2 && size[1] > 2).then_some(size)
+    }
+    #[cfg(not(unix))]
+    None
 }

@@ -1,4 +1,4 @@
-//! Frames played after a tracker to an audience: what commands that do so have in common.
+//! Frames that follow a tracker, played to an audience.
 
 #[cfg(all(test, unix))]
 mod allocations;
@@ -11,9 +11,9 @@ use crate::cli::arguments::lod::LodArguments;
 use crate::cli::arguments::room::RoomArguments;
 use crate::cli::arguments::source::Source;
 use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{Model, SceneName, whole};
-use crate::cli::output::failure::Failure;
-use crate::cli::tracker::Happenings;
+use crate::cli::arguments::{Model, SceneName};
+use crate::cli::prelude::*;
+use crate::cli::tracker::Announcer;
 use crate::live::{
     Display, Engine, FrameBudget, FrameRecord, LiveTracker, Look, Order, Quality, SessionError,
     SessionReport, SessionSettings, Share, SwapError, SwapLock, Table2, with_engine,
@@ -25,7 +25,7 @@ use crate::scene::builtin::PaperScene;
 use crate::tracker::calibration::{Calibrated, estimation};
 use crate::tracker::{Feed, Spec};
 use crate::with_scene;
-use clap::{Arg, Args};
+use clap::Arg;
 use glam::Vec3;
 pub use interference::Interference;
 use shisen_core::frame::Tile;
@@ -34,15 +34,12 @@ use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 use shisen_tracker::clock::ClockEstimator;
 use shisen_tracker::estimate::GazeEstimator;
-use std::path::PathBuf;
-use std::time::Duration;
 
-/// The argument `--look`: a tracker says where the viewer looks.
+/// Hides `--look`, for the tracker says where the viewer looks.
 fn hidden(look: Arg) -> Arg {
     look.hide(true)
 }
 
-/// What is shown to whom, and how well.
 #[derive(Debug, Clone, Args)]
 #[command(
     mut_arg("look", hidden),
@@ -50,8 +47,7 @@ fn hidden(look: Arg) -> Arg {
     mut_arg("range", range_in_one_frame)
 )]
 pub struct LiveArguments {
-    /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked
-    /// scene
+    /// A, B, C or D of the paper, grid, prism, spheres, a TOML description or a baked scene
     #[arg(long, value_name = "A|B|C|D|grid|prism|spheres|FILE", default_value = "A",
           value_parser = SceneName::parser())]
     scene: SceneName,
@@ -59,20 +55,19 @@ pub struct LiveArguments {
     model: Model,
     #[command(flatten)]
     pub room: RoomArguments,
-    /// What `shisen tracker calibrate` wrote for the tracker
+    /// File of `shisen tracker calibrate`
     #[arg(long, value_name = "TOML")]
     calibration: Option<PathBuf>,
     #[command(flatten)]
     pub lod: LodArguments,
     #[command(flatten)]
     pub tracing: TracingArguments,
-    /// What shows where the gaze skips rays, if something was captured for that.
+    /// How to capture the surroundings, if at all.
     #[arg(skip)]
     capture: Option<CaptureOptions>,
 }
 
-/// The argument `--lod` of commands whose frames follow the gaze where nobody says
-/// otherwise.
+/// `--lod` for commands whose frames follow the gaze by default.
 pub fn paper_lod(lod: Arg) -> Arg {
     lod.default_value("paper").hide_default_value(false).help(
         "What follows the gaze: detail falls with the distance from the line of sight, and \
@@ -80,22 +75,19 @@ pub fn paper_lod(lod: Arg) -> Arg {
     )
 }
 
-/// In what time.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct TimeArguments {
-    /// Refreshes per second; without --budget, also what a frame may take [default:
-    /// 60]
+    /// Refreshes per second, and without --budget the time of a frame [default: 60]
     #[arg(long, value_name = "HZ", value_parser = whole::<u64>(1..=1_000))]
     hz: Option<u64>,
-    /// What a frame may take: 33ms, 2000000steps (for the same gazes the same frames),
-    /// paper (the seconds of its Table 2), paper-scaled (its time with level of detail
-    /// as a part of its time without, of what that takes here) or off [default: a
-    /// refresh of --hz, or else paper-scaled]
+    /// What a frame may take: a time such as 33ms, steps such as 2000000steps (which give the same
+    /// frames for the same gazes), paper (the seconds of its Table 2), paper-scaled (the part of a
+    /// full frame's time that level of detail takes in Table 2) or off [default: a refresh of
+    /// --hz, or else paper-scaled]
     #[arg(long, value_name = "BUDGET")]
     budget: Option<FrameBudget>,
 }
 
-/// A scene and a room, ready.
 pub struct Prepared {
     pub arguments: LiveArguments,
     pub scene: String,
@@ -108,32 +100,25 @@ pub struct Prepared {
     table: Option<Table2>,
 }
 
-/// Something else to be shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     not(all(unix, feature = "window")),
     allow(dead_code, reason = "keys of a window ask for it")
 )]
 pub enum Change {
-    /// One of the paper's scenes.
     Scene(PaperScene),
-    /// The next in the list of what may follow the gaze.
+    /// To the next `--lod`.
     Detail,
-    /// Whether the surroundings are captured, and how.
+    /// To a capture of the surroundings, or to none.
     Capture(Option<CaptureOptions>),
 }
 
-/// The newest frame.
 pub trait Newest {
-    /// Its pictures by screen, then eye, over those of a frame before, or over none.
-    /// Where it is `filled`, what the gaze skips stays what it is there.
-    ///
-    /// # Errors
-    /// Memory that there is not.
+    /// Copies the pictures, by screen and then eye, over those of an earlier frame or into an empty
+    /// list. If `filled`, pixels that the gaze skips keep the earlier frame's colours.
     fn pictures(&self, over: &mut Vec<Picture>, filled: bool) -> Result<(), Failure>;
 
-    /// Its tiles by the number of their picture, in the order in which they were dealt
-    /// steps.
+    /// Lists the tiles by the number of their picture, in the order in which they were dealt steps.
     fn tiles(&self, tiles: &mut Vec<(usize, Tile)>);
 }
 
@@ -158,37 +143,31 @@ where
     }
 }
 
-/// Whoever sees frames.
+/// Receives finished frames.
 pub trait Audience {
-    /// Where the viewer looks, if it knows better than the tracker: in the room.
+    /// A direction in the room that replaces the tracker's gaze.
     fn gaze(&mut self) -> Option<Vec3> {
         None
     }
 
-    /// Whether it wants no frame at all.
+    /// Whether no frame is wanted any more.
     fn is_over(&mut self) -> bool {
         false
     }
 
-    /// Sees a frame.
     fn see(&mut self, newest: &dyn Newest, head: HeadPose, eyes: &[Observer]) {
         let _ = (newest, head, eyes);
     }
 
-    /// Hears of it afterwards; whether it wants more.
+    /// Takes the frame's record; returns whether more frames are wanted.
     fn hear(&mut self, record: &FrameRecord) -> bool;
 }
 
 impl LiveArguments {
-    /// Loads everything.
-    ///
-    /// # Errors
-    /// Of usage: a budget that there is not for the scene, wavelengths that take
-    /// several frames; a scene or a room that cannot be used.
     pub fn prepare(&self, time: &TimeArguments) -> Result<Prepared, Failure> {
         if self.room.says_where_to_look() {
-            return Err(Failure::usage(
-                "--look is for a single frame: here the viewer looks where the tracker says",
+            return Err(misuse!(
+                "--look is for a single frame: here the viewer looks where the tracker says"
             ));
         }
         let table = match self.scene {
@@ -204,8 +183,8 @@ impl LiveArguments {
         let baked = self.lod.baked(source.scene, &source.name)?;
         let (options, _) = self.tracing.options(&baked)?;
         if matches!(options.dispersion, Dispersion::Images(..)) {
-            return Err(Failure::usage(
-                "--dispersion paper renders a frame for each wavelength: take comb or split",
+            return Err(misuse!(
+                "--dispersion paper renders a frame for each wavelength: take comb or split"
             ));
         }
         Ok(Prepared {
@@ -221,29 +200,18 @@ impl LiveArguments {
         })
     }
 
-    /// The same with something else to be shown.
     #[must_use]
     pub fn changed(&self, change: Change) -> Self {
+        let mut changed = self.clone();
         match change {
-            Change::Scene(scene) => Self {
-                scene: SceneName::Paper(scene),
-                ..self.clone()
-            },
-            Change::Detail => Self {
-                lod: self.lod.next(),
-                ..self.clone()
-            },
-            Change::Capture(capture) => Self {
-                capture,
-                ..self.clone()
-            },
+            Change::Scene(scene) => changed.scene = SceneName::Paper(scene),
+            Change::Detail => changed.lod = self.lod.next(),
+            Change::Capture(capture) => changed.capture = capture,
         }
+        changed
     }
 
-    /// Opens a tracker and listens to it. What happens to it goes to standard error.
-    ///
-    /// # Errors
-    /// A tracker that cannot be opened.
+    /// Opens a tracker and listens to it. Announces what happens to it.
     pub fn listen(&self, spec: &Spec) -> Result<LiveTracker, Failure> {
         let calibration = self.calibration.as_deref();
         let calibrated = calibration.map(|path| Calibrated::load(path, spec));
@@ -251,16 +219,15 @@ impl LiveArguments {
         let feed = Feed::open(spec)?;
         let head = self.room.head();
         let config = estimation(spec, feed.senses(spec), head, calibrated.as_ref());
-        let estimator = GazeEstimator::new(config).map_err(Failure::from_error)?;
-        let clock = ClockEstimator::new(spec.clock()).map_err(Failure::from_error)?;
-        let mut happenings = Happenings::default();
-        let tell = move |happening| happenings.tell(happening);
-        LiveTracker::start(feed, clock, estimator, tell).map_err(Failure::from_error)
+        let estimator = GazeEstimator::new(config).or_fail()?;
+        let clock = ClockEstimator::new(spec.clock()).or_fail()?;
+        let mut announcer = Announcer::default();
+        let announce = move |happening| announcer.announce(happening);
+        LiveTracker::start(feed, clock, estimator, announce).or_fail()
     }
 }
 
 impl TimeArguments {
-    /// So much, whatever the scene.
     pub const fn of(budget: FrameBudget) -> Self {
         Self {
             hz: None,
@@ -268,7 +235,6 @@ impl TimeArguments {
         }
     }
 
-    /// What a frame may take.
     fn frame_budget(
         &self,
         scene: &SceneName,
@@ -276,10 +242,10 @@ impl TimeArguments {
     ) -> Result<FrameBudget, Failure> {
         match (self.budget, self.hz, table) {
             (Some(budget @ (FrameBudget::Paper | FrameBudget::PaperScaled)), _, None) => {
-                Err(Failure::usage(&format!(
+                Err(misuse!(
                     "--budget {budget} is for the scenes A to D of the paper's Table 2, and {scene} \
                      is none of them: give --hz or another --budget"
-                )))
+                ))
             }
             (Some(budget), ..) => Ok(budget),
             (None, Some(hz), _) => {
@@ -287,20 +253,19 @@ impl TimeArguments {
                 Ok(FrameBudget::Time(refresh))
             }
             (None, None, Some(_)) => Ok(FrameBudget::PaperScaled),
-            (None, None, None) => Err(Failure::usage(&format!(
+            (None, None, None) => Err(misuse!(
                 "the paper's Table 2 has no time for {scene}: give --hz or --budget"
-            ))),
+            )),
         }
     }
 }
 
 impl Prepared {
-    /// What traces.
     pub const fn simd(&self) -> Simd {
         self.baked.layout().simd(self.options.simd)
     }
 
-    /// What a session has of these; the rest is its own.
+    /// The settings of a session: those of the arguments, and the rest of `of`.
     pub const fn settings(&self, of: SessionSettings) -> SessionSettings {
         SessionSettings {
             hz: self.hz,
@@ -310,11 +275,7 @@ impl Prepared {
         }
     }
 
-    /// Renders frames until the audience has enough, with whatever machines there are
-    /// besides.
-    ///
-    /// # Errors
-    /// A frame that cannot be rendered; machines that do not keep up.
+    /// Renders frames until the audience has enough, with all machines of the lock.
     pub fn play(
         &self,
         tracker: &LiveTracker,
@@ -338,10 +299,7 @@ impl Prepared {
         })
     }
 
-    /// Renders a share of what another machine orders.
-    ///
-    /// # Errors
-    /// A frame that cannot be rendered; a machine that orders nothing.
+    /// Renders this machine's share of what another machine orders.
     pub fn obey(
         &self,
         audience: &mut dyn Audience,
@@ -370,12 +328,7 @@ impl Prepared {
     where
         Simd: Runs<W>,
     {
-        let Self {
-            arguments,
-            cave,
-            options,
-            ..
-        } = self;
+        let (arguments, cave, options) = (&self.arguments, &self.cave, &self.options);
         let mut storage = Vec::new();
         let spectrum = options.dispersion.spectrum(&mut storage);
         let pose = arguments.room.head();
@@ -400,9 +353,8 @@ impl Prepared {
     }
 }
 
-/// What is done with an engine.
+/// What to do with an engine.
 trait Part {
-    /// What comes of it.
     type Output;
 
     fn play<const W: usize>(
@@ -414,7 +366,7 @@ trait Part {
         Simd: Runs<W>;
 }
 
-/// Follows a tracker, and says what is rendered.
+/// Follows a tracker, and tells other machines what to render.
 struct Leads<'s> {
     tracker: &'s LiveTracker,
     settings: &'s SessionSettings,
@@ -432,14 +384,14 @@ impl Part for Leads<'_> {
     where
         Simd: Runs<W>,
     {
-        // While the engine's threads are there: what they were kept from goes with them.
+        // Read while the engine's threads exist: the system counts by thread.
         let before = Interference::so_far();
         let report = crate::live::run(engine, self.tracker, self.settings, display, self.lock)?;
         Ok((report, Interference::so_far().since(&before)))
     }
 }
 
-/// Does what another machine says.
+/// Renders what another machine orders.
 struct Obeys<'s> {
     lock: &'s mut dyn SwapLock,
 }
@@ -459,7 +411,7 @@ impl Part for Obeys<'_> {
     }
 }
 
-/// Renders alone what all machines rendered, whole: what it hashes to.
+/// Renders alone the whole frame that all machines rendered; returns its hash.
 struct Repeats(Order);
 
 impl Part for Repeats {
@@ -481,21 +433,18 @@ impl Part for Repeats {
     }
 }
 
-/// What became of a session.
 pub struct Played {
     pub report: SessionReport,
-    /// What the system did meanwhile.
     pub interference: Interference,
-    /// What the last frame hashes to where this machine renders all of it; `None` where
-    /// it is alone.
+    /// Hash of the last frame as this machine renders it alone; `None` with one machine.
     pub alone: Option<u64>,
 }
 
-/// Between a session and its audience.
+/// Passes frames from a session to its audience.
 struct Show<'s> {
     arguments: &'s LiveArguments,
     cave: &'s Cave,
-    /// A head that sees all screens.
+    /// A pose of the head from which all screens are seen.
     start: HeadPose,
     audience: &'s mut dyn Audience,
 }
@@ -511,15 +460,14 @@ where
     fn observe(&mut self, look: &Look, eyes: &mut Vec<Observer>) -> bool {
         let mut places = self.arguments.room.eyes(look.head);
         let directions = (look.forward.as_dvec3(), look.up.as_dvec3());
-        let seen = places
-            .clone()
-            .all(|(_, place)| self.cave.check_eye(place).is_ok());
+        let sees = |(_, place)| self.cave.check_eye(place).is_ok();
+        let seen = places.clone().all(sees);
         if seen || eyes.is_empty() {
             if !seen {
                 places = self.arguments.room.eyes(self.start);
             }
             let lod = &self.arguments.lod;
-            // A line of sight that is none leaves the eyes as they were.
+            // A wrong line of sight leaves the eyes unchanged.
             let _ = lod.observe(places, directions, look.widen, eyes);
         }
         seen

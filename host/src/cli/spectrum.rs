@@ -1,50 +1,32 @@
 //! `shisen spectrum`: the wavelengths that rays take, and their colours.
 
-use crate::cli::arguments::{number, whole};
+use crate::cli::arguments::choices;
 use crate::cli::medium::{NamedMedium, decimal};
-use crate::cli::output::failure::Failure;
-use crate::cli::output::print;
+use crate::cli::prelude::*;
 use crate::render::spectrum::{CIE_1931, Method};
-use clap::builder::PossibleValue;
-use clap::{Args, ValueEnum};
-use serde::Serialize;
 use shisen_core::spectrum::{Matching, SpectralSample, SpectralTable, Wavelengths};
-use std::fmt;
 
-/// Says which wavelengths rays take, and what light of each counts for
-///
-/// The weights are linear sRGB, negative where the display cannot show so pure
-/// a colour, and sum to its white. A comb's wavelengths are all shifted alike,
-/// from ray to ray by another part of the way from one to the next; each of its
-/// phases is one such shift, with weights of its own that sum to white.
-///
-/// With --json, one object: method, matching, `range_nm`, medium (null without
-/// --medium), clamped (whether the medium's range is in the way), phases, phase
-/// (the one shown), offset (where in their n equal parts of the range the
-/// wavelengths are, 0 to 1), `wavelengths_nm`, weights (red, green and blue of
-/// each) and `white_error` (the most that the sum of any phase's weights is off
-/// the white, in any channel).
+/// Says which wavelengths rays take, and the colour of each
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// How many, from 1 to 64
+    /// Number of wavelengths, from 1 to 64
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=Wavelengths::MOST))]
     wavelengths: u32,
-    /// How they are chosen
+    /// How the wavelengths are chosen
     #[arg(long, value_enum, default_value = "comb")]
     method: MethodChoice,
-    /// The range that they are in, such as 400,700: nanometres, from 360 to 830
-    /// [default: 400,700, or 380,750 with --method paper]
+    /// Range of the wavelengths in nanometres, from 360 to 830 [default: 400,700, or 380,750 with
+    /// --method paper]
     #[arg(long, value_name = "NM", num_args = 1..=2, value_delimiter = ',',
           value_parser = number::<f32>)]
     range: Vec<f32>,
-    /// The colour of each [default: wyman, or endo with --method paper]
+    /// Colour matching functions [default: wyman, or endo with --method paper]
     #[arg(long, value_enum)]
     matching: Option<MatchingChoice>,
-    /// A medium that is known for none but some wavelengths, see `shisen
-    /// medium`: --method paper keeps to these
+    /// A medium of `shisen medium`, to whose known wavelengths --method paper keeps
     #[arg(long, value_name = "NAME", value_parser = NamedMedium::parser())]
     medium: Option<NamedMedium>,
-    /// Which phase of a comb to show, from 0
+    /// Phase of a comb to show, from 0
     #[arg(long, value_name = "K", default_value_t = 0, value_parser = whole::<u32>(0..))]
     phase: u32,
     /// Print one JSON object
@@ -52,31 +34,20 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// `--method`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct MethodChoice(Method);
-
-impl ValueEnum for MethodChoice {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self(Method::Fixed), Self(Method::Comb), Self(Method::Paper)]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        let help = match self.0 {
-            Method::Fixed => "The centres of equal parts of the range",
-            Method::Comb | Method::Split => "The same, shifted from ray to ray",
-            Method::Paper => "As in Kishioka's paper, an image each",
-        };
-        Some(PossibleValue::new(self.0.name()).help(help))
+choices! {
+    /// `--method`.
+    MethodChoice(Method) {
+        Method::Fixed => "The centres of equal parts of the range",
+        Method::Comb => "The same, shifted from ray to ray",
+        Method::Paper => "As in Kishioka's paper, with a picture for each",
     }
 }
 
-/// `--matching`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum MatchingChoice {
-    /// CIE 1931 by Wyman, Sloan and Shirley's fit
+    /// CIE 1931, fitted by Wyman, Sloan and Shirley
     Wyman,
-    /// CIE 1931 by its table of 5 nm
+    /// CIE 1931, from its table in steps of 5 nm
     Table,
     /// Endo's seven Gaussians
     Endo,
@@ -92,54 +63,65 @@ impl From<MatchingChoice> for Matching<'static> {
     }
 }
 
-/// The name of colours in reports.
-const fn matching_name(matching: Matching<'_>) -> &'static str {
-    match matching {
-        Matching::Wyman => "wyman",
-        Matching::Table(_) => "table",
-        Matching::Endo => "endo",
-    }
-}
-
-/// A phase of a table.
-#[derive(Debug, Serialize)]
-struct Report {
+/// One phase of a table of wavelengths.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Report {
+    /// How the wavelengths were chosen: comb, fixed or paper.
     method: &'static str,
+    /// Colour matching functions: wyman, table or endo.
     matching: &'static str,
+    /// Range of the wavelengths, nanometres.
     range_nm: [f64; 2],
+    /// The medium of --medium, or null.
     medium: Option<String>,
+    /// Whether the medium's range is smaller than the range asked for.
     clamped: bool,
+    /// Number of phases.
     phases: u32,
+    /// The phase shown, from 0.
     phase: u32,
+    /// Position of each wavelength in its part of the range, 0 to 1.
     offset: f64,
+    /// Wavelengths, nanometres.
     wavelengths_nm: Vec<f64>,
+    /// Red, green and blue of each wavelength.
     weights: Vec<[f64; 3]>,
+    /// Largest distance of any phase's sum of weights from white, in any channel.
     white_error: f64,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let MethodChoice(method) = arguments.method;
-    let asked = wavelengths(arguments, method)?;
+    let range = match *arguments.range.as_slice() {
+        [] => method.range(),
+        [least, most] => [least, most],
+        _ => {
+            return Err(misuse!(
+                "--range is one wavelength: give the shortest and the longest, such as 400,700"
+            ));
+        }
+    };
+    let asked = Wavelengths::new(arguments.wavelengths, range).or_misuse()?;
     let within = within_medium(arguments, method, asked)?;
     let matching = arguments.matching.map_or(method.matching(), Matching::from);
     let phases = method.phases();
     if arguments.phase >= phases {
-        return Err(Failure::usage(&format!(
-            "--phase is {}: --method {} has {phases}, give a number from 0 to {}",
-            arguments.phase,
-            method.name(),
-            phases - 1
-        )));
+        let (phase, name, last) = (arguments.phase, method.name(), phases - 1);
+        return Err(misuse!(
+            "--phase is {phase}: --method {name} has {phases}, give a number from 0 to {last}"
+        ));
     }
     let mut storage = vec![SpectralSample::default(); SpectralTable::samples(within, phases)];
-    let table =
-        SpectralTable::new(within, phases, matching, &mut storage).map_err(Failure::from_error)?;
+    let table = SpectralTable::new(within, phases, matching, &mut storage).or_fail()?;
     let shown = table.phase(arguments.phase);
     let weights = |sample: &SpectralSample| sample.weight.to_array().map(f64::from);
     let report = Report {
         method: method.name(),
-        matching: matching_name(matching),
+        matching: match matching {
+            Matching::Wyman => "wyman",
+            Matching::Table(_) => "table",
+            Matching::Endo => "endo",
+        },
         range_nm: within.range().map(decimal),
         medium: arguments.medium.as_ref().map(|named| named.name.clone()),
         clamped: within != asked,
@@ -153,22 +135,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.json)
 }
 
-/// Those asked for.
-fn wavelengths(arguments: &Arguments, method: Method) -> Result<Wavelengths, Failure> {
-    let range = match *arguments.range.as_slice() {
-        [] => method.range(),
-        [least, most] => [least, most],
-        _ => {
-            return Err(Failure::usage(
-                "--range is one wavelength: give the least and the greatest, such as 400,700",
-            ));
-        }
-    };
-    Wavelengths::new(arguments.wavelengths, range)
-        .map_err(|error| Failure::usage(&error.to_string()))
-}
-
-/// As many where the medium is known: the paper's method moves them there.
+/// The wavelengths at which the medium is known: the paper's method moves them there.
 fn within_medium(
     arguments: &Arguments,
     method: Method,
@@ -179,19 +146,17 @@ fn within_medium(
     };
     if method == Method::Paper {
         let within = asked.clamped_to(medium.range());
-        return within.map_err(|error| Failure::usage(&format!("{name}: {error}")));
+        return within.map_err(|error| misuse!("{name}: {error}"));
     }
     for nm in asked.range() {
         if let Err(error) = medium.index_in(nm) {
-            return Err(Failure::usage(&format!(
-                "{name}: {error}: give a --range within it"
-            )));
+            return Err(misuse!("{name}: {error}: give a --range within it"));
         }
     }
     Ok(asked)
 }
 
-/// The most that any phase is off the white.
+/// The largest distance of any phase's sum from white.
 fn white_error(table: &SpectralTable<'_>) -> f64 {
     let phases = (0..table.phases()).map(|phase| {
         let mut sum = [-1f64; 3];
@@ -209,17 +174,15 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [least, most] = self.range_nm;
         let count = self.wavelengths_nm.len();
-        write!(f, "{}: {count} of {least} to {most} nm", self.method)?;
+        write!(f, "{}: {count} from {least} to {most} nm", self.method)?;
         if let (true, Some(medium)) = (self.clamped, &self.medium) {
             write!(f, ", clamped to what {medium} is known for")?;
         }
         write!(f, ", colours by {}", self.matching)?;
         if self.phases > 1 {
-            write!(
-                f,
-                "\nphase {} of {}: shifted by {} of the way from one to the next",
-                self.phase, self.phases, self.offset
-            )?;
+            let (phase, phases, offset) = (self.phase, self.phases, self.offset);
+            write!(f, "\nphase {phase} of {phases}: shifted by {offset} of ")?;
+            write!(f, "the distance to the next wavelength")?;
         }
         write!(
             f,
@@ -230,8 +193,8 @@ impl fmt::Display for Report {
             write!(f, "\n{nm:>10.3}{red:>11.6}{green:>11.6}{blue:>11.6}")?;
         }
         match self.white_error {
-            0.0 => write!(f, "\nsum: white, exactly"),
-            error => write!(f, "\nsum: off the white by {error:.1e} at most"),
+            0.0 => write!(f, "\nsum: exactly white"),
+            error => write!(f, "\nsum: at most {error:.1e} off white"),
         }
     }
 }

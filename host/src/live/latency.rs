@@ -1,6 +1,7 @@
 //! Latencies of each stage of a frame, from the eye's movement to the wall.
 
 use hdrhistogram::Histogram;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::time::Duration;
 
@@ -98,7 +99,7 @@ pub struct Latencies {
 }
 
 /// The summary of a histogram, milliseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Summary {
     /// The number of frames.
     pub frames: u64,

@@ -1,27 +1,24 @@
 //! The polygon levels that a baked scene has, for reports.
 
 use crate::bake::BakedScene;
+use crate::cli::prelude::*;
 use crate::with_scene;
-use serde::Serialize;
 use shisen_core::scene::Scene;
 use shisen_core::scene::format::{IdLeaf, LeafBlock, Mesh, Node};
-use std::fmt;
 
 /// A mesh at one of its levels.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct Level {
-    /// The mesh, counted from 0, levels left out.
+    /// Number of the mesh, from 0.
     pub mesh: usize,
-    /// That a ray may meet.
+    /// Faces of the mesh at this level.
     pub faces: u32,
-    /// Of this level alone: its tree and its record. What the levels of a mesh
-    /// share does not count, and a level that is the same as the finer one
-    /// before it has but a record.
+    /// Bytes of this level alone, its tree and its record, without what all levels share.
     pub bytes: usize,
 }
 
 impl Level {
-    /// Of all meshes in their order, the finest first.
+    /// The levels of all meshes, the finest of each first.
     pub fn of(baked: &BakedScene) -> Vec<Self> {
         with_scene!(baked, |scene| Self::all(&scene))
     }
@@ -32,6 +29,7 @@ impl Level {
         } else {
             size_of::<LeafBlock<W>>()
         };
+        // A level that equals the finer one before it shares its tree.
         let mut levels = Vec::new();
         let mut mesh = 0;
         let mut finer: Option<&Mesh> = None;
@@ -55,12 +53,10 @@ impl Level {
         levels
     }
 
-    /// Of some levels, those of each mesh.
     pub fn by_mesh(levels: &[Self]) -> impl Iterator<Item = &[Self]> {
         levels.chunk_by(|a, b| a.mesh == b.mesh)
     }
 
-    /// Faces of all meshes at their finest.
     pub fn finest_faces(levels: &[Self]) -> usize {
         Self::by_mesh(levels)
             .map(|levels| levels[0].faces as usize)

@@ -1,39 +1,33 @@
 //! Arguments of commands in which detail may follow the gaze.
 
-use crate::bake::simplify::PolygonLevels;
 use crate::bake::{BakedScene, Layout};
 use crate::cave::Eye;
 use crate::cave::look::Point;
 use crate::cli::arguments::levels::Level;
 use crate::cli::arguments::source::{Loaded, bake};
 use crate::cli::arguments::{LevelArguments, Without};
-use crate::cli::output::failure::Failure;
-use crate::cli::output::warn;
+use crate::cli::prelude::*;
 use crate::render::Observer;
-use clap::{Arg, Args, ValueEnum};
+use clap::Arg;
 use glam::DVec3;
 use shisen_core::frame::LevelOfDetail;
 use shisen_core::gaze::{Boundary, Gaze, LineOfSight, VisualField};
 
-/// How detail follows the gaze.
 #[derive(Debug, Clone, Args)]
 pub struct LodArguments {
-    /// What follows the gaze: detail falls with the distance from the line of
-    /// sight, and nothing outside the visual field is traced. Polygon levels
-    /// are those that the scene was baked with, or else as --faces and --levels
-    /// say [default: off]
+    /// What follows the gaze: detail falls with the distance from the line of sight, and nothing
+    /// outside the visual field is traced. Polygon levels are those of the baked scene, or else
+    /// those of --faces and --levels [default: off]
     #[arg(long, value_enum, default_value = "off", hide_default_value = true,
           default_value_ifs = [("fill", "capture", "paper"), ("fill", "previous", "paper")])]
     lod: Choice,
     #[command(flatten)]
     levels: LevelArguments,
-    /// What is up for the gaze that --lod follows [default: as --look and
-    /// --head-report say]
+    /// Direction of the top of the head, for --lod [default: as --look and --head-report say]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     up: Option<Point>,
-    /// A point that both eyes look at, metres, in the room: with --lod each
-    /// then has a line of sight of its own [default: one for both, along
-    /// --look]
+    /// Point in the room, in metres, that both eyes look at. With --lod each eye then has its
+    /// own line of sight [default: one for both, along --look]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     fixate: Option<Point>,
 }
@@ -43,18 +37,16 @@ pub struct LodArguments {
 enum Choice {
     /// Nothing: everything is traced in full
     Off,
-    /// The paper's levels, with the border of the field as it prints it
+    /// The paper's levels, with the border of the field as printed
     Paper,
-    /// The paper's levels, with the border of the field as the half-ellipses
-    /// that it describes
+    /// The paper's levels, with the border of the field as half-ellipses
     PaperEllipse,
-    /// How many pixels have a ray: in the periphery as few as acuity makes out, and
-    /// more where they differ. Each is traced in full
+    /// The number of rays: in the periphery only as many as acuity resolves, and more where
+    /// they differ, each traced in full
     Foveated,
 }
 
 impl Choice {
-    /// As it is written on a command line.
     const fn name(self) -> &'static str {
         match self {
             Self::Off => "off",
@@ -65,17 +57,13 @@ impl Choice {
     }
 }
 
-/// The argument `--lod` of what counts the rays of every pixel.
+/// `--lod` for commands that count the rays of every pixel.
 pub fn of_every_pixel(lod: Arg) -> Arg {
     lod.value_parser(Without::<Choice>::new(&["foveated"]))
 }
 
 impl LodArguments {
-    /// A scene, with the polygon levels that are asked for.
-    ///
-    /// # Errors
-    /// Of usage: levels without a gaze that they could follow, or for a scene
-    /// that has its own; a scene that cannot be baked.
+    /// Bakes a scene with the polygon levels that are asked for, unless it is baked already.
     pub fn baked(&self, scene: Loaded, name: &str) -> Result<BakedScene, Failure> {
         match scene {
             Loaded::Baked(baked) => {
@@ -83,39 +71,29 @@ impl LodArguments {
                 Ok(baked)
             }
             Loaded::Described(scene) => {
-                let levels = self.polygon_levels()?;
+                let levels = match self.levels.given() {
+                    _ if self.is_on() => Some(self.levels.polygon_levels(Layout::Fast)?),
+                    Some(argument) => {
+                        return Err(misuse!(
+                            "{argument} is for --lod paper, paper-ellipse or foveated: with --lod \
+                             off all rays see every face"
+                        ));
+                    }
+                    None => None,
+                };
                 Ok(bake(&scene, name, Layout::Fast, levels.as_ref())?)
             }
         }
     }
 
-    /// The polygon levels to bake in the layout for hosts, where any are asked
-    /// for.
-    ///
-    /// # Errors
-    /// Of usage: levels without a gaze that they could follow.
-    fn polygon_levels(&self) -> Result<Option<PolygonLevels>, Failure> {
-        match self.levels.given() {
-            _ if self.is_on() => self.levels.polygon_levels(Layout::Fast).map(Some),
-            Some(argument) => Err(Failure::usage(&format!(
-                "{argument} is for --lod paper, paper-ellipse or foveated: with --lod off all rays \
-                 see every face"
-            ))),
-            None => Ok(None),
-        }
-    }
-
-    /// Whether a scene that was baked before, in the file `name`, can be
-    /// rendered as asked. Warns where nothing in it has polygon levels.
-    ///
-    /// # Errors
-    /// Of usage: levels for a scene that has its own.
+    /// Checks that no levels are given for the baked scene in the file `name`. Warns if the
+    /// scene has none.
     fn accept(&self, baked: &BakedScene, name: &str) -> Result<(), Failure> {
         if let Some(argument) = self.levels.given() {
-            return Err(Failure::usage(&format!(
+            return Err(misuse!(
                 "{argument} is for scenes that are not baked yet, and {name} is: its polygon \
                  levels are chosen when baking, with `shisen bake --faces MIN..MAX --levels N`"
-            )));
+            ));
         }
         let levels = Level::of(baked);
         let has_ladder = Level::by_mesh(&levels).any(|levels| levels.len() > 1);
@@ -128,13 +106,9 @@ impl LodArguments {
         Ok(())
     }
 
-    /// The eyes, with what follows their gaze. Without `--up` and `--fixate`
-    /// the viewer looks along `forward` and holds `up` up. The field is wider
-    /// by `widen`, radians; from π on there is no end to it, and nothing
-    /// follows the gaze.
-    ///
-    /// # Errors
-    /// Of usage: a line of sight that is none, or a gaze that nothing follows.
+    /// Returns the eyes with their lines of sight and levels of detail. `directions` are forward
+    /// and up, for a viewer without `--fixate` and `--up`. The visual field is wider by `widen`,
+    /// radians; from π on it has no border, and nothing follows the gaze.
     pub fn observers(
         &self,
         eyes: impl Iterator<Item = (Eye, DVec3)> + Clone,
@@ -146,11 +120,8 @@ impl LodArguments {
         Ok(observers)
     }
 
-    /// The same in place of what is in `observers`, which takes no memory where as many
-    /// are there already, and stays where there is an error.
-    ///
-    /// # Errors
-    /// As there.
+    /// Does the same into `observers`, without allocating if there are as many already. An error
+    /// leaves them unchanged.
     pub fn observe(
         &self,
         eyes: impl Iterator<Item = (Eye, DVec3)> + Clone,
@@ -160,10 +131,10 @@ impl LodArguments {
     ) -> Result<(), Failure> {
         let given = self.fixate.map(|_| "--fixate");
         if let (Some(argument), false) = (given.or(self.up.map(|_| "--up")), self.is_on()) {
-            return Err(Failure::usage(&format!(
+            return Err(misuse!(
                 "{argument} is for --lod paper, paper-ellipse or foveated: with --lod off nothing \
                  follows the gaze"
-            )));
+            ));
         }
         let up = self.up.map_or(up, |up| up.0);
         let boundary = match self.lod {
@@ -174,8 +145,8 @@ impl LodArguments {
         let field = VisualField::PAPER.wider(widen);
         let observer = |(eye, place): (Eye, DVec3)| -> Result<Observer, Failure> {
             let forward = self.fixate.map_or(forward, |point| point.0 - place);
-            let line = LineOfSight::new(place.as_vec3(), forward.as_vec3(), up.as_vec3())
-                .map_err(|error| Failure::usage(&error.to_string()))?;
+            let (from, forward) = (place.as_vec3(), forward.as_vec3());
+            let line = LineOfSight::new(from, forward, up.as_vec3()).or_misuse()?;
             let lod = boundary.zip(field).map(|(boundary, field)| {
                 LevelOfDetail::new(Gaze::new(line, field.with_boundary(boundary)))
             });
@@ -194,7 +165,7 @@ impl LodArguments {
         Ok(())
     }
 
-    /// The same with what comes after it in the list of what may follow the gaze.
+    /// The same with the next value of `--lod`.
     #[must_use]
     pub fn next(&self) -> Self {
         let all = Choice::value_variants();
@@ -205,31 +176,26 @@ impl LodArguments {
         }
     }
 
-    /// Whether anything follows the gaze.
     pub fn is_on(&self) -> bool {
         self.lod != Choice::Off
     }
 
-    /// For what counts the rays of every pixel.
-    ///
-    /// # Errors
-    /// Of usage: pixels without rays of their own.
+    /// Refuses a level of detail that leaves out rays of pixels.
     pub fn check_that_every_pixel_has_rays(&self) -> Result<(), Failure> {
         if self.is_foveated() {
-            return Err(Failure::usage(
+            return Err(misuse!(
                 "explain counts the rays of every pixel, of which --lod foveated leaves some out: \
-                 take --lod paper, paper-ellipse or off",
+                 take --lod paper, paper-ellipse or off"
             ));
         }
         Ok(())
     }
 
-    /// Whether not every pixel has a ray of its own.
+    /// Whether some pixels have no ray of their own.
     pub fn is_foveated(&self) -> bool {
         self.lod == Choice::Foveated
     }
 
-    /// As it is written on a command line.
     pub const fn name(&self) -> &'static str {
         self.lod.name()
     }

@@ -1,10 +1,9 @@
-//! From what an argument names to a scene.
+//! Loads the scene that an argument names.
 
 use crate::bake::simplify::{PolygonLevels, Topology};
 use crate::bake::{BakeError, BakedScene, Layout};
 use crate::cli::arguments::{Model, Normals, SceneName};
-use crate::cli::output::failure::{Failure, Fault};
-use crate::cli::output::warn;
+use crate::cli::prelude::*;
 use crate::scene::builtin::{grid, paper_scene, prism, spheres};
 use crate::scene::camera::CameraPath;
 use crate::scene::file::{BuiltInMesh, MeshSource};
@@ -14,40 +13,34 @@ use crate::scene::quadruped::quadruped;
 use crate::scene::{Background, Light, Object, Scene, Shape};
 use glam::{DAffine3, DVec3};
 use shisen_core::scene::format::MAGIC;
-use std::path::Path;
 
-/// What the built-in mesh is called in reports.
 pub const BUILT_IN_MESH: &str = "quadruped";
 
-/// The radius of the built-in grid: metres.
+/// Metres.
 const GRID_RADIUS: f32 = 100.0;
 
-/// A scene, and what reports call it.
 pub struct Source {
-    /// The scene.
     pub scene: Loaded,
-    /// A letter, or the path as given.
+    /// The scene's letter or name, or the path as given.
     pub name: String,
     /// The mesh of a built-in scene: the path as given, or `quadruped`.
     pub mesh: Option<String>,
 }
 
-/// A scene as it was found.
 pub enum Loaded {
-    /// To be baked.
     Described(Scene),
-    /// Ready.
     Baked(BakedScene),
 }
 
 impl Source {
-    /// Loads the scene that `name` names.
-    ///
-    /// # Errors
-    /// Of usage, where `model` is for another kind of scene; whatever is
-    /// wrong with the files.
     pub fn load(name: &SceneName, model: &Model) -> Result<Self, Failure> {
-        match name {
+        let without_model = |why: &str| match (&model.mesh, model.normals) {
+            (None, None) => Ok(()),
+            _ => Err(misuse!(
+                "--mesh and --normals are for the built-in scenes A to D: {why}"
+            )),
+        };
+        let (scene, mesh) = match name {
             SceneName::Paper(which) => {
                 let (mesh, mesh_name) = match &model.mesh {
                     Some(path) => (load_mesh(path)?, path.display().to_string()),
@@ -59,62 +52,31 @@ impl Source {
                 for object in &mut scene.objects {
                     object.smooth = model.normals != Some(Normals::Flat);
                 }
-                Ok(Self {
-                    scene: Loaded::Described(scene),
-                    name: name.to_string(),
-                    mesh: Some(mesh_name),
-                })
+                (Loaded::Described(scene), Some(mesh_name))
             }
             SceneName::Grid => {
-                no_model(model, "the grid has no mesh")?;
-                Ok(Self::built_in(name, grid(GRID_RADIUS)))
+                without_model("the grid has no mesh")?;
+                (Loaded::Described(grid(GRID_RADIUS)), None)
             }
             SceneName::Prism => {
-                no_model(model, "the prism has its own")?;
-                Ok(Self::built_in(name, prism()))
+                without_model("the prism has its own")?;
+                (Loaded::Described(prism()), None)
             }
             SceneName::Spheres => {
-                no_model(model, "the spheres have no mesh")?;
-                Ok(Self::built_in(name, spheres()))
+                without_model("the spheres have no mesh")?;
+                (Loaded::Described(spheres()), None)
             }
             SceneName::File(path) => {
-                no_model(model, "a scene file says itself what it shows")?;
-                Ok(Self {
-                    scene: load_scene(path)?,
-                    name: name.to_string(),
-                    mesh: None,
-                })
+                without_model("a scene file names its own meshes")?;
+                (load_scene(path)?, None)
             }
-        }
+        };
+        let name = name.to_string();
+        Ok(Self { scene, name, mesh })
     }
 }
 
-impl Source {
-    /// A scene without a mesh to choose.
-    fn built_in(name: &SceneName, scene: Scene) -> Self {
-        Self {
-            scene: Loaded::Described(scene),
-            name: name.to_string(),
-            mesh: None,
-        }
-    }
-}
-
-/// Refuses what is for other scenes.
-fn no_model(model: &Model, why: &str) -> Result<(), Failure> {
-    if model.mesh.is_none() && model.normals.is_none() {
-        return Ok(());
-    }
-    Err(Failure::usage(&format!(
-        "--mesh and --normals are for the built-in scenes A to D: {why}"
-    )))
-}
-
-/// Bakes a scene that reports call `name`. Warns of what polygon levels do not
-/// keep to.
-///
-/// # Errors
-/// What keeps the core from tracing it.
+/// Bakes a scene that reports call `name`. Warns of meshes whose polygon levels may show gaps.
 pub fn bake(
     scene: &Scene,
     name: &str,
@@ -138,8 +100,8 @@ pub fn bake(
     Ok(baked)
 }
 
-/// Says of which meshes the levels may not fit each other. A vertex at which
-/// parts touch does no harm: every level stays closed.
+/// Warns of meshes whose levels may not fit each other. Vertices at which parts touch do no harm:
+/// every level stays closed.
 fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
     let meshes = scene.meshes.iter().enumerate();
     for (number, mesh) in meshes.filter(|(_, mesh)| levels.apply_to(mesh)) {
@@ -150,9 +112,8 @@ fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
         } = Topology::of(mesh);
         if open_edges > 0 {
             warn(&format!(
-                "mesh {number} (counted from 0) is not closed: {open_edges} edges are open. Its \
-                 coarser levels need not cover what finer ones cover along them, and light may \
-                 pass where it did not"
+                "mesh {number} (counted from 0) is not closed: {open_edges} edges are open. Along \
+                 them its coarser levels may cover less than finer ones, and light may pass"
             ));
         }
         if crowded_edges > 0 {
@@ -164,18 +125,10 @@ fn warn_of_levels(scene: &Scene, levels: &PolygonLevels) {
     }
 }
 
-/// Loads a mesh file.
-///
-/// # Errors
-/// Whatever is wrong with it.
 pub fn load_mesh(path: &Path) -> Result<TriangleMesh, Failure> {
-    import::load(path).map_err(Failure::from_error)
+    import::load(path).or_fail()
 }
 
-/// Loads the bytes of a baked scene.
-///
-/// # Errors
-/// A file that cannot be read, or that the core refuses.
 pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
     let bytes = crate::files::read(path).map_err(|reason| Fault::ReadBaked {
         path: path.to_owned(),
@@ -184,7 +137,7 @@ pub fn load_baked(path: &Path) -> Result<BakedScene, Failure> {
     baked(path, &bytes)
 }
 
-/// Whether a file's name says that it is a mesh.
+/// Whether a file has the extension of a mesh.
 pub fn is_mesh(path: &Path) -> bool {
     path.extension().is_some_and(|extension| {
         ["obj", "ply", "gltf", "glb"]
@@ -193,7 +146,7 @@ pub fn is_mesh(path: &Path) -> bool {
     })
 }
 
-/// Meshes beside each other as their files place them, under a sun and a sky.
+/// Puts meshes where their files place them, under a sun and a sky.
 pub fn scene_of_meshes(meshes: Vec<TriangleMesh>) -> Scene {
     let objects = (0..meshes.len())
         .map(|mesh| Object {

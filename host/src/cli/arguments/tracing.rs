@@ -2,22 +2,20 @@
 
 use crate::bake::BakedScene;
 use crate::cli::arguments::dispersion::{DispersionArguments, DispersionReport};
-use crate::cli::arguments::{EffectArguments, threads, whole};
-use crate::cli::output::failure::Failure;
+use crate::cli::arguments::{EffectArguments, threads};
+use crate::cli::prelude::*;
 use crate::render::Options;
-use clap::Args;
 use shisen_core::frame::{MAX_DEPTH, MAX_SAMPLES};
 use std::num::NonZeroUsize;
 
-/// What is traced, and how well.
 #[derive(Debug, Clone, Args)]
 pub struct TracingArguments {
     #[command(flatten)]
     effects: EffectArguments,
     #[command(flatten)]
     dispersion: DispersionArguments,
-    /// Reflections and refractions to follow, one after another; where detail
-    /// follows the gaze, those of the centre of the field
+    /// Reflections and refractions to follow, one after another; with --lod, in the centre of the
+    /// field
     #[arg(long, visible_alias = "reflect-max", value_name = "N", default_value_t = 3,
           value_parser = whole::<u8>(0..=MAX_DEPTH))]
     pub depth: u8,
@@ -25,17 +23,13 @@ pub struct TracingArguments {
     #[arg(long, value_name = "N", default_value_t = 1,
           value_parser = whole::<u16>(1..=MAX_SAMPLES))]
     pub samples: u16,
-    /// Threads to trace on [default: as many as the machine runs at once]
+    /// Threads to trace with [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = threads)]
     threads: Option<NonZeroUsize>,
 }
 
 impl TracingArguments {
-    /// What a scene is rendered with, and what that is of wavelengths: `None` where
-    /// dispersion is not carried out.
-    ///
-    /// # Errors
-    /// Of usage: wavelengths that cannot be.
+    /// The options to render a scene with, and its dispersion if that is rendered.
     pub fn options(
         &self,
         baked: &BakedScene,

@@ -1,46 +1,40 @@
 //! What the level of detail of `shisen cave` did.
 
 use super::report::{Captured, Field, Fill, Lod};
-use crate::bake::BakedScene;
+use super::{Arguments, Frames};
 use crate::cave::{Cave, Screen};
-use crate::cli::arguments::filling::Wanted;
 use crate::cli::arguments::levels::Level;
-use crate::cli::arguments::lod::LodArguments;
-use crate::cli::output::failure::Failure;
+use crate::cli::prelude::*;
 use crate::picture::Picture;
 use crate::render::{self, Frame, Observer, Options};
 use crate::show::lod;
 use crate::show::lod::{Coverage, OutsideDifference};
 use crate::show::overview::net;
+use crate::with_scene;
 use shisen_core::frame::{LevelOfDetail, Spectrum};
 use shisen_core::scene::Scene;
 use shisen_core::{Runs, Simd};
 
-/// What it did, `full` being the same frame without.
-///
-/// # Errors
-/// A wall that cannot be seen.
+/// Reports what the level of detail did; `full` is the same frame without it.
 pub(super) fn report(
-    arguments: &LodArguments,
-    baked: &BakedScene,
-    cave: &Cave,
+    arguments: &Arguments,
+    frames: &Frames<'_>,
     observers: &[Observer],
-    depth: u8,
+    frame: &Frame,
     full: &Frame,
-    filled: Filled<'_>,
 ) -> Result<Lod, Failure> {
     let mut field = Vec::new();
     let mut error = OutsideDifference::default();
-    let mut pictures = filled.frame.pictures.iter().zip(&full.pictures);
-    for screen in cave.screens() {
+    let mut pictures = frame.pictures.iter().zip(&full.pictures);
+    for screen in frames.cave.screens() {
         for observer in observers {
             let both = pictures.next();
             let Some(lod) = &observer.lod else { continue };
             let view = render::view(screen, observer)?;
-            let coverage = Coverage::new(&view, lod, depth);
             if let Some((found, full)) = both {
                 error.add(&view, lod, &found.picture, &full.picture);
             }
+            let coverage = Coverage::new(&view, lod, arguments.tracing.depth);
             field.push(Field {
                 wall: screen.name().to_owned(),
                 eye: observer.eye.name(),
@@ -52,25 +46,23 @@ pub(super) fn report(
             });
         }
     }
-    let levels = Level::of(baked);
-    let ladders = Level::by_mesh(&levels);
+    let levels = Level::of(frames.baked);
+    let faces = |levels: &[Level]| levels.iter().map(|level| level.faces).collect();
     Ok(Lod {
-        mode: arguments.name(),
-        faces: ladders
-            .map(|levels| levels.iter().map(|level| level.faces).collect())
-            .collect(),
+        mode: arguments.lod.name(),
+        faces: Level::by_mesh(&levels).map(faces).collect(),
         field,
         fill: Fill {
-            mode: filled.wanted.name(),
+            mode: arguments.fill.fill,
             outside_pixels: error.pixels(),
             outside_rms: error.root_mean_square(),
             outside_psnr: error.psnr(),
-            capture: filled.frame.capture.as_ref().map(|capture| Captured {
+            capture: frame.capture.as_ref().map(|capture| Captured {
                 size: capture.hemispheres[0].width,
                 seconds: capture.seconds,
                 rays: capture.statistics.into(),
                 steps: capture.statistics.steps,
-                images: filled.images,
+                images: Vec::new(),
             }),
         },
         full_seconds: full.seconds,
@@ -79,32 +71,37 @@ pub(super) fn report(
     })
 }
 
-/// A frame in which something shows where the gaze skipped rays.
-pub(super) struct Filled<'f> {
-    /// What.
-    pub(super) wanted: Wanted,
-    /// The frame.
-    pub(super) frame: &'f Frame,
-    /// Files of what was captured.
-    pub(super) images: Vec<String>,
-}
-
-/// What one eye's level of detail did, walls unfolded.
+/// Pictures of what one eye's level of detail did, walls unfolded.
 pub(super) struct LodPictures {
-    /// The level of each pixel, or how far apart its samples are.
+    /// The level of each pixel, or the distance of its samples.
     pub(super) levels: Picture,
     /// The faces that each pixel's rays see.
     pub(super) polygons: Picture,
-    /// Against full tracing.
+    /// The difference from full tracing.
     pub(super) difference: Picture,
 }
 
 impl LodPictures {
-    /// Of `frame`, whose like without level of detail is `full`, for one eye.
-    ///
-    /// # Errors
-    /// A picture that cannot be made.
-    pub(super) fn new<const W: usize>(
+    /// Makes the pictures of the first eye; `None` if it has no level of detail.
+    pub(super) fn of_first(
+        frames: &Frames<'_>,
+        observers: &[Observer],
+        frame: &Frame,
+        full: &Frame,
+    ) -> Result<Option<Self>, Failure> {
+        let first = observers.first();
+        let Some(first) = first.and_then(|one| Some((one, one.lod.as_ref()?))) else {
+            return Ok(None);
+        };
+        let (cave, options, both) = (frames.cave, frames.options, (frame, full));
+        let pictures = with_scene!(frames.baked, |scene| Self::new(
+            &scene, cave, first, options, both
+        ));
+        pictures.map(Some)
+    }
+
+    /// Makes the pictures of one eye, for a frame and the same frame without level of detail.
+    fn new<const W: usize>(
         scene: &Scene<'_, W>,
         cave: &Cave,
         (observer, lod): (&Observer, &LevelOfDetail),
@@ -114,16 +111,11 @@ impl LodPictures {
     where
         Simd: Runs<W>,
     {
-        let renderer = render::renderer(scene, observer, options, Spectrum::Rgb)
-            .map_err(Failure::from_error)?;
+        let renderer = render::renderer(scene, observer, options, Spectrum::Rgb).or_fail()?;
         let (mut levels, mut polygons, mut difference) = (Vec::new(), Vec::new(), Vec::new());
         for (number, screen) in cave.screens().enumerate() {
             let view = render::view(screen, observer)?;
-            let made = |picture: Result<Picture, _>| {
-                picture
-                    .map(|picture| (screen, picture))
-                    .map_err(Failure::from_error)
-            };
+            let made = |picture: Result<Picture, _>| Ok::<_, Failure>((screen, picture.or_fail()?));
             levels.push(made(match observer.acuity {
                 Some(_) => lod::sampling(&renderer, &view),
                 None => lod::levels(&view, lod),
@@ -148,9 +140,6 @@ impl LodPictures {
 }
 
 fn unfold(screens: &[(Screen<'_>, Picture)]) -> Result<Picture, Failure> {
-    let screens: Vec<_> = screens
-        .iter()
-        .map(|(screen, picture)| (*screen, picture))
-        .collect();
-    net::unfold(&screens).map_err(Failure::from_error)
+    let screens = screens.iter().map(|(screen, picture)| (*screen, picture));
+    net::unfold(&screens.collect::<Vec<_>>()).or_fail()
 }

@@ -1,173 +1,275 @@
-//! What `shisen cave` prints.
+//! The report of `shisen cave`.
 
-use crate::cli::arguments::EffectReport;
 use crate::cli::arguments::dispersion::DispersionReport;
-use crate::cli::output::counted;
+use crate::cli::arguments::{EffectReport, filling};
 use crate::cli::output::ray_counts::RayCounts;
-use serde::Serialize;
-use std::fmt;
+use crate::cli::prelude::*;
+use shisen_tracker::estimate::Estimate;
 
-/// A frame: what it took and where it is.
-#[derive(Debug, Serialize)]
-pub(super) struct Report {
-    /// Of tracing alone.
+/// The report of one frame, or with --tracker of several.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(in crate::cli) enum Json {
+    Frame(Box<Report>),
+    Frames(Frames),
+}
+
+/// A frame.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// Time to trace.
     pub(super) seconds: f64,
-    /// By kind.
+    /// Rays by kind.
     pub(super) rays: RayCounts,
     /// Tree nodes visited and primitives tested.
     pub(super) steps: u64,
-    /// The most traversal stack entries in use.
+    /// Most stack entries in use.
     pub(super) deepest_stack: u32,
-    /// Over all pixels, 16 hexadecimal digits.
+    /// Hash of all pixels, 16 hexadecimal digits.
     pub(super) frame_hash: String,
-    /// The files.
     #[serde(flatten)]
     pub(super) written: Written,
-    /// That traced.
+    /// Threads that traced.
     pub(super) threads: usize,
-    /// Pixels along a side of walls that do not say themselves.
+    /// Pixels along each side of a wall whose file does not say.
     pub(super) size: u32,
-    /// A letter, or the path as given.
+    /// The scene's letter or name, or the path as given.
     pub(super) scene: String,
-    /// The path as given, or the built-in one's name; none where the scene's
-    /// file says.
+    /// The mesh of a built-in scene, or null.
     pub(super) mesh: Option<String>,
-    /// The path taken.
+    /// The code path taken: avx2 or portable.
     pub(super) simd: &'static str,
     /// Reflections and refractions followed.
     pub(super) depth: u8,
     /// Rays a pixel.
     pub(super) samples: u16,
-    /// Carried out, and asked for.
     #[serde(flatten)]
     pub(super) effects: EffectReport,
-    /// Where it is carried out.
+    /// Dispersion, or null if it is not rendered.
     pub(super) dispersion: Option<DispersionReport>,
-    /// Where detail follows the gaze.
+    /// What follows the gaze; null without --lod.
     pub(super) lod: Option<Lod>,
-    /// As given.
     #[serde(skip)]
     pub(super) folder: String,
-    /// How many.
     #[serde(skip)]
     pub(super) walls: usize,
-    /// How many.
     #[serde(skip)]
     pub(super) domes: usize,
-    /// How many.
     #[serde(skip)]
     pub(super) eyes: usize,
 }
 
-/// Files, by their paths: the folder as given, and their names.
-#[derive(Debug, Serialize)]
+/// The files of a frame.
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Written {
-    /// One a wall or dome and eye.
+    /// Pictures of walls and domes, one for each eye.
     pub(super) images: Vec<Image>,
-    /// The same pictures, linear; empty where nobody asked for them.
+    /// Files of the same pictures in linear colours; empty without --exr.
     pub(super) exr: Vec<String>,
-    /// The walls of one eye, unfolded.
+    /// File of the unfolded walls of one eye.
     pub(super) cave: String,
-    /// What that eye sees of them.
+    /// File of what that eye sees of them.
     pub(super) viewer: String,
-    /// With two eyes for a display of one picture.
+    /// Both eyes for a display of one picture; only with --stereo.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) stereo: Option<StereoReport>,
-    /// With a level of detail: that of each pixel.
+    /// File of the level of each pixel; only with --lod.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) levels: Option<String>,
-    /// The faces that each pixel's rays see.
+    /// File of the faces that each pixel sees; only with --lod.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) polygons: Option<String>,
-    /// What differs from full tracing.
+    /// File of the difference from full tracing; only with --lod.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) difference: Option<String>,
 }
 
-/// Pictures of both eyes.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct StereoReport {
-    /// How they are put together.
+    /// sequential, side-by-side, top-bottom or anaglyph.
     pub(super) format: &'static str,
-    /// Which comes first.
+    /// The eyes, the first one first.
     pub(super) eye_order: [&'static str; 2],
-    /// The walls unfolded, then as the eyes see them: paths, of sequential ones two
-    /// each.
+    /// Files of the unfolded walls, then of what the eyes see; one an eye if sequential.
     pub(super) images: Vec<String>,
 }
 
-/// What a level of detail did.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Lod {
-    /// `paper` or `paper-ellipse`.
+    /// paper, paper-ellipse or foveated.
     pub(super) mode: &'static str,
-    /// Faces of each mesh on each of its rungs, the finest first; one number
-    /// where a mesh has no ladder.
+    /// Faces of each mesh at each of its levels, the finest first.
     pub(super) faces: Vec<Vec<u32>>,
-    /// Of each wall and eye, in the order of the images.
+    /// The visual field on each wall, in the order of the images.
     pub(super) field: Vec<Field>,
-    /// What shows outside it.
+    /// What shows outside the field.
     pub(super) fill: Fill,
-    /// Of full tracing in the same run.
+    /// Time to trace the same frame in full.
     pub(super) full_seconds: f64,
-    /// Of full tracing.
+    /// Steps of full tracing.
     pub(super) full_steps: u64,
-    /// Of full tracing.
+    /// Rays of full tracing.
     pub(super) full_rays: RayCounts,
 }
 
-/// What shows where the gaze skips rays, and how far it is from what is there.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Fill {
-    /// `background`, `capture` or `previous`.
-    pub(super) mode: &'static str,
-    /// Outside the visual field, of all walls and eyes.
+    /// Source of the fill.
+    pub(super) mode: filling::Fill,
+    /// Pixels outside the visual field.
     pub(super) outside_pixels: u64,
-    /// Codes of 255, root mean square.
+    /// Their difference from full tracing, root mean square, of 255 codes; null without any.
     pub(super) outside_rms: Option<f64>,
-    /// Decibels.
+    /// The same, decibels; null without a difference.
     pub(super) outside_psnr: Option<f64>,
-    /// The surroundings, where they were captured.
+    /// Captured surroundings, or null. Their time, rays and steps are part of the frame's.
     pub(super) capture: Option<Captured>,
 }
 
-/// What a capture of the surroundings took, as part of the frame.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Captured {
-    /// Pixels a side of a hemisphere.
+    /// Pixels along each side of a hemisphere.
     pub(super) size: u32,
+    /// Time to capture.
     pub(super) seconds: f64,
+    /// Rays by kind.
     pub(super) rays: RayCounts,
+    /// Steps taken.
     pub(super) steps: u64,
-    /// Of the two hemispheres.
+    /// Files of the hemispheres.
     pub(super) images: Vec<String>,
 }
 
-/// What share of a wall's pixels is in which zone, and what they get.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Field {
-    /// The wall's name.
+    /// Name of the wall or dome.
     pub(super) wall: String,
-    /// `left`, `right` or `centre`.
+    /// left, right or centre.
     pub(super) eye: &'static str,
+    /// Share of pixels in the central field.
     pub(super) central: f64,
+    /// Share of pixels in the peripheral field.
     pub(super) peripheral: f64,
+    /// Share of pixels outside the field.
     pub(super) outside: f64,
+    /// Mean level of detail.
     pub(super) mean_level: f64,
+    /// Mean limit of bounces.
     pub(super) mean_bounces: f64,
 }
 
-/// A wall's picture for one eye.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Image {
-    /// The wall's name.
+    /// Name of the wall or dome.
     pub(super) wall: String,
-    /// `left`, `right` or `centre`.
+    /// left, right or centre.
     pub(super) eye: &'static str,
-    /// Its PNG.
+    /// File of the picture.
     pub(super) path: String,
-    /// Over its linear pixels, 16 hexadecimal digits.
+    /// Hash of the linear pixels, 16 hexadecimal digits.
     pub(super) hash: String,
+}
+
+/// Frames that followed a tracker.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Frames {
+    /// SPEC of the tracker.
+    pub(super) tracker: String,
+    /// Frames shown per second.
+    pub(super) hz: u64,
+    /// Frames.
+    pub(super) frames: Vec<TrackedFrame>,
+    /// Time to trace all frames.
+    pub(super) seconds: f64,
+    /// Threads that traced.
+    pub(super) threads: usize,
+    /// Pixels along each side of a wall whose file does not say.
+    pub(super) size: u32,
+    /// The scene's letter or name, or the path as given.
+    pub(super) scene: String,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct TrackedFrame {
+    /// Number of the frame, from 0.
+    frame: u64,
+    /// When the frame is shown, microseconds since the start.
+    shown_us: u64,
+    /// The head in the room.
+    head: Head,
+    /// Direction of the gaze.
+    gaze: [f32; 3],
+    /// How far the gaze is known: fresh, hold, widened, head direction or full quality.
+    state: &'static str,
+    /// Angle by which the visual field is wider, radians.
+    widen: f32,
+    /// Whether the eyes are closed.
+    blink: bool,
+    /// Age of the gaze, microseconds, or null.
+    gaze_age_us: Option<u64>,
+    /// Hash of all pixels, 16 hexadecimal digits.
+    frame_hash: String,
+    /// Files of the pictures.
+    images: Vec<String>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Head {
+    /// Position, metres.
+    position: [f32; 3],
+    /// Orientation x, y, z, w.
+    orientation: [f32; 4],
+}
+
+impl TrackedFrame {
+    pub(super) fn new(
+        frame: u64,
+        estimate: &Estimate,
+        frame_hash: String,
+        images: Vec<String>,
+    ) -> Self {
+        Self {
+            frame,
+            shown_us: estimate.for_time.0,
+            head: Head {
+                position: estimate.head.position.to_array(),
+                orientation: estimate.head.orientation.to_array(),
+            },
+            gaze: estimate.line_of_sight.forward().to_array(),
+            state: estimate.state.name(),
+            widen: estimate.widen,
+            blink: estimate.blink,
+            gaze_age_us: estimate.gaze_age.map(|age| age.0),
+            frame_hash,
+            images,
+        }
+    }
+}
+
+impl fmt::Display for Json {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Frame(report) => write!(f, "{report}"),
+            Self::Frames(frames) => write!(f, "{frames}"),
+        }
+    }
+}
+
+impl fmt::Display for Frames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for one in &self.frames {
+            let (number, [x, y, z], hash) = (one.frame, one.gaze, &one.frame_hash);
+            let state = one.state;
+            writeln!(
+                f,
+                "frame {number}: gaze {x:.4} {y:.4} {z:.4}, {state}, {hash}"
+            )?;
+        }
+        let count = counted(self.frames.len() as u64, "frame");
+        let (scene, tracker, hz) = (&self.scene, &self.tracker, self.hz);
+        write!(f, "{count} of scene {scene} along {tracker} at {hz} Hz, ")?;
+        write!(f, "traced in {:.3} s", self.seconds)
+    }
 }
 
 impl fmt::Display for Report {
@@ -176,28 +278,16 @@ impl fmt::Display for Report {
         if let Some(mesh) = &self.mesh {
             write!(f, " of {mesh}")?;
         }
-        let Self {
-            walls,
-            domes,
-            eyes,
-            seconds,
-            threads,
-            simd,
-            folder,
-            ..
-        } = self;
         f.write_str(":")?;
-        for (count, what) in [(*walls, "wall"), (*domes, "dome")] {
+        for (count, what) in [(self.walls, "wall"), (self.domes, "dome")] {
             if count > 0 {
                 write!(f, " {},", counted(count as u64, what))?;
             }
         }
-        writeln!(
-            f,
-            " {}, traced in {seconds:.3} s on {} ({simd})",
-            counted(*eyes as u64, "eye"),
-            counted(*threads as u64, "thread"),
-        )?;
+        let eyes = counted(self.eyes as u64, "eye");
+        let threads = counted(self.threads as u64, "thread");
+        let (seconds, simd) = (self.seconds, self.simd);
+        writeln!(f, " {eyes}, traced in {seconds:.3} s on {threads} ({simd})")?;
         writeln!(f, "rays: {}", self.rays)?;
         if let Some(lod) = &self.lod {
             writeln!(
@@ -208,31 +298,30 @@ impl fmt::Display for Report {
                 100.0 * self.rays.all() as f64 / lod.full_rays.all().max(1) as f64,
             )?;
         }
-        if let Some((fill, error)) = self.lod.as_ref().and_then(|lod| {
-            let error = lod.fill.outside_rms?;
-            Some((&lod.fill, error))
-        }) {
+        let fill = self.lod.as_ref().map(|lod| &lod.fill);
+        if let Some((fill, error)) = fill.and_then(|fill| Some((fill, fill.outside_rms?))) {
+            let mode = fill.mode.name();
             write!(
                 f,
-                "outside the field ({}): {error:.1} of 255 codes from full tracing",
-                fill.mode
+                "outside the field ({mode}): {error:.1} of 255 codes from full tracing"
             )?;
             if let Some(capture) = &fill.capture {
-                let ms = 1e3 * capture.seconds;
-                write!(f, ", captured in {ms:.1} ms and {} steps", capture.steps)?;
+                let (ms, steps) = (1e3 * capture.seconds, capture.steps);
+                write!(f, ", captured in {ms:.1} ms and {steps} steps")?;
             }
             writeln!(f)?;
         }
+        let pictures = self.written.images.len() + self.written.exr.len();
+        let folder = &self.folder;
         write!(
             f,
-            "pictures in {folder}: {} of single screens, cave.png, viewer.png",
-            self.written.images.len() + self.written.exr.len()
+            "{pictures} pictures of single screens, cave.png and viewer.png in {folder}"
         )?;
         if self.lod.is_some() {
             f.write_str(", levels.png, polygons.png, difference.png")?;
         }
         if let Some(stereo) = &self.written.stereo {
-            write!(f, ", both eyes {}, the left first", stereo.format)?;
+            write!(f, ", both eyes {}, the left one first", stereo.format)?;
         }
         Ok(())
     }

@@ -1,51 +1,41 @@
-//! The camera of a dome master and what it sees, from arguments.
+//! The camera of a dome master.
 
 use super::arguments::{ConfigChoice, MappingChoice};
 use crate::bake::BakedScene;
-use crate::cli::arguments::{number, number_within};
-use crate::cli::output::failure::Failure;
 use crate::cli::output::progress::Progress;
+use crate::cli::prelude::*;
 use crate::dome::{Named, NearField, effective_viewpoint};
 use crate::render::{self, DomePicture, Options};
 use crate::scene::Scene;
 use crate::scene::builtin::grid;
 use crate::scene::camera::DomeCamera;
 use crate::with_scene;
-use clap::Args;
 use shisen_core::frame::{DomeProjection, MirrorCamera, View};
 use shisen_core::shape::Spheroid;
 use std::str::FromStr;
 
-/// Which mirror, and how it is looked at.
 #[derive(Debug, Args)]
 pub(super) struct MirrorChoice {
-    /// A mirror of the paper's Table 1, or the best there is [default: paper-1]
+    /// Mirror of the paper's Table 1, or the best one [default: paper-1]
     #[arg(long, value_name = "NAME", value_enum)]
     config: Option<ConfigChoice>,
     /// How pixels become directions
     #[arg(long, value_enum, default_value = "mirror")]
     pub(super) mapping: MappingChoice,
-    /// Equatorial radius of the mirror: metres, from 1e-9 to 1e6 [default: 0.001]
-    #[arg(
-        long,
-        value_name = "METRES",
-        allow_hyphen_values = true,
-        value_parser = number::<f32>
-    )]
+    /// Equatorial radius of the mirror, from 1e-9 to 1e6 metres [default: 0.001]
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = number::<f32>)]
     mirror_size: Option<f32>,
-    /// Which point of the mirror's axis is where the picture is taken from:
-    /// screen (the screen's centre), best (which keeps parallax least), or a
-    /// distance from the screen's centre towards the zenith, in equatorial radii
-    /// [default: screen]
+    /// Point of the mirror's axis from which the picture is taken: screen (the screen's centre),
+    /// best (for the least parallax), or a distance from the screen's centre towards the zenith in
+    /// equatorial radii [default: screen]
     #[arg(long, value_name = "screen|best|RADII", allow_hyphen_values = true)]
     viewpoint: Option<Viewpoint>,
-    /// Nearest surroundings for --viewpoint best: equatorial radii [default: the
-    /// grid's distance, else 100]
-    #[arg(long, value_name = "RADII", allow_hyphen_values = true, value_parser = distance)]
+    /// Nearest surroundings for --viewpoint best, equatorial radii [default: the grid's distance,
+    /// else 100]
+    #[arg(long, value_name = "RADII", value_parser = distance)]
     nearest: Option<f64>,
 }
 
-/// `--viewpoint`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Viewpoint {
     Screen,
@@ -61,34 +51,31 @@ impl FromStr for Viewpoint {
         match text.trim() {
             "screen" => Ok(Self::Screen),
             "best" => Ok(Self::Best),
-            number => number
-                .parse()
-                .ok()
-                .filter(|radii| (-100.0..=100.0).contains(radii))
-                .map(Self::At)
-                .ok_or_else(|| "give screen, best, or radii from -100 to 100".to_owned()),
+            number => {
+                let radii = within(-100.0..=100.0, "screen, best, or radii from -100 to 100");
+                radii(number).map(Self::At)
+            }
         }
     }
 }
 
-/// A mirror with its viewpoint, or none.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Optics {
     pub(super) projection: DomeProjection,
-    /// The mirror's name; `None` without one.
+    /// `None` without a mirror.
     pub(super) config: Option<Named>,
-    /// Of the mirror: metres.
+    /// Radius of the mirror, metres.
     pub(super) radius: f32,
-    /// From the screen's centre towards the zenith, equatorial radii.
+    /// Viewpoint from the screen's centre towards the zenith, equatorial radii.
     pub(super) viewpoint: f64,
 }
 
-/// Of a mirror unless somebody asks: metres.
+/// Default radius of a mirror, metres.
 const RADIUS: f32 = 1.0e-3;
 
 impl MirrorChoice {
-    /// The first of those that only a mirror has which was given, beside a grid, whose
-    /// distance is in the mirror's radii.
+    /// The first argument that was given and makes sense only with a mirror. A grid's distance
+    /// needs the mirror's size, too.
     fn given(&self, grid: Option<f64>) -> Option<&'static str> {
         let config = self.config.map(|_| "--config");
         let size = self.mirror_size.filter(|_| grid.is_none());
@@ -96,11 +83,8 @@ impl MirrorChoice {
         config.or(size).or(self.viewpoint.map(|_| "--viewpoint"))
     }
 
-    /// What they ask for; `field_of_view` is that without a mirror, radians, and
-    /// `grid` the distance of the grid, equatorial radii.
-    ///
-    /// # Errors
-    /// Of usage, where there is no such mirror, or no best viewpoint.
+    /// Returns the projection. Without a mirror it has `field_of_view`, radians. `grid` is the
+    /// distance of the grid, equatorial radii.
     pub(super) fn optics(
         &self,
         mirrored: bool,
@@ -110,15 +94,15 @@ impl MirrorChoice {
         let radius = self.mirror_size.unwrap_or(RADIUS);
         let viewpoint = self.viewpoint.unwrap_or(Viewpoint::Screen);
         if self.nearest.is_some() && viewpoint != Viewpoint::Best {
-            return Err(Failure::usage(
-                "--nearest is for --viewpoint best: no other depends on the surroundings",
+            return Err(misuse!(
+                "--nearest is for --viewpoint best: no other depends on the surroundings"
             ));
         }
         let Some(mapping) = self.mapping.0.core() else {
             if let Some(argument) = self.given(grid) {
-                return Err(Failure::usage(&format!(
-                    "{argument} is for --mapping mirror or exact: by true there is no mirror"
-                )));
+                return Err(misuse!(
+                    "{argument} is for --mapping mirror or exact: with true there is no mirror"
+                ));
             }
             return Ok(Optics {
                 projection: DomeProjection::Equidistant { field_of_view },
@@ -130,10 +114,9 @@ impl MirrorChoice {
         let ConfigChoice(named) = self.config.unwrap_or(ConfigChoice(Named::Paper1));
         let double = named.mirror();
         if let Some(distance) = grid {
-            // Its centre is the screen's.
+            // The grid's centre is the screen's.
             let near = NearField::new(double, self.mapping.0);
-            near.check(distance)
-                .map_err(|error| Failure::usage(&error.to_string()))?;
+            near.check(distance).or_misuse()?;
         }
         let viewpoint = match viewpoint {
             Viewpoint::Screen => 0.0,
@@ -141,14 +124,10 @@ impl MirrorChoice {
             Viewpoint::Best => {
                 let nearest = self.nearest.or(grid).unwrap_or(DISTANCE);
                 let near = NearField::new(double, self.mapping.0);
-                effective_viewpoint(&near, nearest)
-                    .map_err(|error| Failure::usage(&error.to_string()))?
-                    .offset
+                effective_viewpoint(&near, nearest).or_misuse()?.offset
             }
         };
-        let mirror = double
-            .single()
-            .map_err(|error| Failure::usage(&error.to_string()))?;
+        let mirror = double.single().or_misuse()?;
         Ok(Optics {
             projection: DomeProjection::Mirror(MirrorCamera {
                 mirror,
@@ -164,24 +143,20 @@ impl MirrorChoice {
     }
 }
 
-/// How far away the grid is unless somebody asks: equatorial radii.
+/// Default distance of the grid, equatorial radii.
 pub(super) const DISTANCE: f64 = 100.0;
 
 impl Optics {
-    /// The built-in grid, `distance` of the mirror's radii around the screen's
-    /// centre of a camera.
-    ///
-    /// # Errors
-    /// Of usage, where that is no sphere.
+    /// The built-in grid, at a distance in mirror radii from the screen's centre.
     pub(super) fn grid(&self, distance: f64, camera: &DomeCamera) -> Result<Scene, Failure> {
         let radius = distance * f64::from(self.radius);
         let (least, most) = Spheroid::RADII;
         if !(f64::from(least)..=f64::from(most)).contains(&radius) {
-            return Err(Failure::usage(&format!(
+            return Err(misuse!(
                 "the grid is {distance} mirror radii of {} m away, {radius:e} m: give --distance \
                  and --mirror-size whose product is from {least:e} to {most:e}",
                 self.radius
-            )));
+            ));
         }
         let mut scene = grid(radius as f32);
         let zenith = camera.zenith.normalize_or_zero();
@@ -193,28 +168,22 @@ impl Optics {
     }
 }
 
-/// `--distance`: mirror radii.
+/// `--distance`, mirror radii.
 pub(super) fn distance(text: &str) -> Result<f64, String> {
-    number_within(text, 1.0e-3, 1.0e12)
-        .ok_or_else(|| "give mirror radii from 0.001 to 1e12, such as 100".to_owned())
+    within(
+        1.0e-3..=1.0e12,
+        "mirror radii from 0.001 to 1e12, such as 100",
+    )(text)
 }
 
-/// The rays of a picture.
-///
-/// # Errors
-/// Of usage, where there are none such.
 pub(super) fn view(
     projection: DomeProjection,
     camera: &DomeCamera,
     size: u32,
 ) -> Result<View, Failure> {
-    View::dome(projection, camera.pose(), size).map_err(|error| Failure::usage(&error.to_string()))
+    View::dome(projection, camera.pose(), size).or_misuse()
 }
 
-/// Traces one.
-///
-/// # Errors
-/// A picture that is too large, threads that cannot be started.
 pub(super) fn trace(
     baked: &BakedScene,
     view: &View,

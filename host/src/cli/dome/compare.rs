@@ -5,39 +5,23 @@ use super::camera::{MirrorChoice, trace, view};
 use crate::bake::Layout;
 use crate::cli::arguments::source::bake;
 use crate::cli::arguments::threads;
-use crate::cli::arguments::whole;
-use crate::cli::output::failure::Failure;
 use crate::cli::output::picture_files::{hexadecimal, make_writable, metadata};
-use crate::cli::output::print;
+use crate::cli::prelude::*;
 use crate::dome::Named;
 use crate::picture::Picture;
 use crate::render::Options;
 use crate::scene::camera::DomeCamera;
-use clap::Args;
-use serde::Serialize;
 use shisen_core::frame::{DomeProjection, MAX_SAMPLES, View};
 use std::f32::consts::PI;
-use std::fmt;
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
 
-/// Shows where a mirror's dome master is off the true one
-///
-/// Writes a PNG of meridians and parallels every 10° on a sphere about the
-/// screen's centre: red where only the true dome master has a line, cyan where
-/// only the mirror's has, white where both have.
-///
-/// With --json, one object: image (path), hash (16 hexadecimal digits over all
-/// pixels), differing (pixels inside the rim where one has a line and the other
-/// not, by more than half), `true_lines` and `simulated_lines` (pixels of lines),
-/// pixels (inside the rim), config (null where there is no mirror), mapping, distance (mirror radii), viewpoint
-/// (radii from the screen's centre), size, samples and seconds (of tracing both).
+/// Shows where a mirror's dome master differs from the true one
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     mirror: MirrorChoice,
-    /// Radius of the sphere, in equatorial radii of the mirror
-    #[arg(long, value_name = "RADII", default_value_t = 100.0, allow_hyphen_values = true,
+    /// Radius of the sphere, equatorial radii of the mirror
+    #[arg(long, value_name = "RADII", default_value_t = 100.0,
           value_parser = super::camera::distance)]
     distance: f64,
     /// Columns and rows
@@ -48,11 +32,10 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1,
           value_parser = whole::<u16>(1..=MAX_SAMPLES))]
     samples: u16,
-    /// Threads to trace on [default: as many as the machine runs at once]
+    /// Threads to trace with [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = threads)]
     threads: Option<NonZeroUsize>,
-    /// Folder of compare.png, made where it does not exist, or the picture
-    /// itself
+    /// Folder of compare.png, made if it does not exist, or the picture itself
     #[arg(long, value_name = "DIR|FILE.png", default_value = "shisen-out")]
     out: PathBuf,
     /// Show no progress
@@ -63,28 +46,40 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// How far the two are apart.
-#[derive(Debug, Serialize)]
-struct Report {
+/// The difference between the two pictures.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// File of the picture.
     image: String,
+    /// Hash of all pixels, 16 hexadecimal digits.
     hash: String,
+    /// Pixels within the rim that have a line in only one picture, by more than half.
     differing: u64,
+    /// Pixels of lines in the true picture.
     true_lines: u64,
+    /// Pixels of lines in the mirror's picture.
     simulated_lines: u64,
+    /// Pixels within the rim.
     pixels: u64,
+    /// Name of the mirror; null without a mirror.
     config: Option<&'static str>,
+    /// How pixels become directions: mirror, exact or true.
     mapping: &'static str,
+    /// Radius of the sphere, mirror radii.
     distance: f64,
+    /// Viewpoint from the screen's centre, mirror radii.
     viewpoint: f64,
+    /// Columns and rows.
     size: u32,
+    /// Rays a pixel.
     samples: u16,
+    /// Time to trace both pictures.
     seconds: f64,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let MappingChoice(mapping) = arguments.mirror.mapping;
-    // Both are taken from the camera's place, the mirror by its viewpoint.
+    // Both pictures are taken from the camera's position, the mirror's from its viewpoint.
     let camera = DomeCamera::UPRIGHT;
     let distance = arguments.distance;
     let optics = arguments.mirror.optics(false, PI, Some(distance))?;
@@ -129,11 +124,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let note = format!("grid at {distance} radii, {name} ({mapping}): red true, cyan simulated");
     picture
         .write_png_with_alpha(&path, &metadata(note))
-        .map_err(Failure::from_error)?;
+        .or_fail()?;
     print(&report, arguments.json)
 }
 
-/// The picture that `--out` names.
 fn path(out: &Path) -> PathBuf {
     let is_picture = out
         .extension()
@@ -146,8 +140,7 @@ fn path(out: &Path) -> PathBuf {
 }
 
 impl Report {
-    /// Counts where two pictures are apart, and puts the true one into the
-    /// other's red.
+    /// Counts where two pictures differ, and puts the true one into the other's red.
     fn overlay(&mut self, truth: &Picture, simulated: &mut Picture) {
         for (pixel, &[of_true, _, _, alpha]) in simulated.pixels.iter_mut().zip(&truth.pixels) {
             let of_mirror = pixel[0];

@@ -1,35 +1,15 @@
 //! `shisen dome design`: the mirror that takes the truest dome master.
 
 use super::arguments::{MappingChoice, MirrorArguments, projection_name};
-use crate::cli::output::failure::Failure;
-use crate::cli::output::print;
+use crate::cli::prelude::*;
 use crate::dome::{Design, Mapping};
-use clap::Args;
-use serde::Serialize;
-use std::fmt;
 
 /// Designs the mirror that takes the truest dome master
-///
-/// With --projection alone, the least error of all axis ratios; with --a the
-/// viewpoint of the least error; with --p or --beta1 that mirror. By
-/// perspective the best viewpoint may be at infinity: that is parallel
-/// projection. Lengths are in equatorial radii of the mirror, distances from
-/// its centre but for d1.
-///
-/// With --json, one object: config (the name given, or null), mapping,
-/// projection (parallel or perspective), a, p (the viewpoint), c1 (the screen), b1 (half
-/// the screen's width), d1 (from the viewpoint to the screen), beta1 (radians),
-/// fov (the camera's full field of view, degrees), `error_percent` (the largest
-/// difference between angle and place, of the picture's radius),
-/// `error_px_4096` (the same in pixels of a picture of 4096 columns) and
-/// extrema (where it is reached on either side, degrees from the zenith in the
-/// picture). In parallel projection p and d1 are null, and instead of fov there
-/// is width, the whole screen's.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     mirror: MirrorArguments,
-    /// How pixels become directions: but by the mirror there is no error
+    /// How pixels become directions. Only mirror has errors
     #[arg(long, value_enum, default_value = "mirror")]
     mapping: MappingChoice,
     /// Print one JSON object
@@ -37,28 +17,38 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// A design.
-#[derive(Debug, Serialize)]
-struct Report {
+/// A mirror and its viewpoint. Lengths are in equatorial radii of the mirror.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// Name of the mirror; null for a mirror by its shape.
     config: Option<&'static str>,
+    /// How pixels become directions: mirror, exact or true.
     mapping: &'static str,
+    /// parallel or perspective.
     projection: &'static str,
+    /// Polar by equatorial radius.
     a: f64,
+    /// Viewpoint from the mirror's centre; null in parallel projection.
     p: Option<f64>,
+    /// Screen from the mirror's centre.
     c1: f64,
+    /// Half the width of the screen.
     b1: f64,
+    /// Distance from the viewpoint to the screen; null in parallel projection.
     d1: Option<f64>,
-    /// Radians.
+    /// Parametric angle of the mirror at the dome's rim, radians.
     beta1: f64,
-    /// Degrees; by perspective.
+    /// The camera's full field of view, degrees; only by perspective.
     #[serde(skip_serializing_if = "Option::is_none")]
     fov: Option<f64>,
-    /// Radii; in parallel projection.
+    /// Width of the whole screen; only in parallel projection.
     #[serde(skip_serializing_if = "Option::is_none")]
     width: Option<f64>,
+    /// Largest difference between angle and place, percent of the picture's radius.
     error_percent: f64,
+    /// The same, pixels of a picture of 4096 columns.
     error_px_4096: f64,
-    /// Degrees.
+    /// Places of the largest differences to either side, degrees from the zenith.
     extrema: Vec<f64>,
 }
 
@@ -85,12 +75,11 @@ impl Report {
     }
 }
 
-/// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Some(design) = arguments.mirror.design()? else {
-        return Err(Failure::usage(
+        return Err(misuse!(
             "no mirror to design: give --projection parallel or perspective, or a mirror's name \
-             with --config",
+             with --config"
         ));
     };
     let config = arguments.mirror.name();
@@ -101,29 +90,23 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let row = |f: &mut fmt::Formatter<'_>, name: &str, value: f64, what: &str| {
-            writeln!(f, "{name:<6}{value:>16.9}  {what}")
-        };
         if let Some(config) = self.config {
-            writeln!(f, "{config}: {} projection", self.projection)?;
-        } else {
-            writeln!(f, "{} projection", self.projection)?;
+            write!(f, "{config}: ")?;
         }
-        row(f, "a", self.a, "polar by equatorial radius")?;
-        if let Some(p) = self.p {
-            row(f, "p", p, "viewpoint, from the mirror's centre")?;
-        }
-        row(f, "c1", self.c1, "screen, from the mirror's centre")?;
-        row(f, "b1", self.b1, "half the screen's width")?;
-        if let Some(d1) = self.d1 {
-            row(f, "d1", d1, "from the viewpoint to the screen")?;
-        }
-        row(f, "beta1", self.beta1, "radians, the edge on the mirror")?;
-        if let Some(fov) = self.fov {
-            row(f, "fov", fov, "degrees, the camera's field of view")?;
-        }
-        if let Some(width) = self.width {
-            row(f, "width", width, "the camera's width of view")?;
+        writeln!(f, "{} projection", self.projection)?;
+        for (name, value, meaning) in [
+            ("a", Some(self.a), "polar by equatorial radius"),
+            ("p", self.p, "viewpoint, from the mirror's centre"),
+            ("c1", Some(self.c1), "screen, from the mirror's centre"),
+            ("b1", Some(self.b1), "half the screen's width"),
+            ("d1", self.d1, "from the viewpoint to the screen"),
+            ("beta1", Some(self.beta1), "radians, the edge on the mirror"),
+            ("fov", self.fov, "degrees, the camera's field of view"),
+            ("width", self.width, "the camera's width of view"),
+        ] {
+            if let Some(value) = value {
+                writeln!(f, "{name:<6}{value:>16.9}  {meaning}")?;
+            }
         }
         write!(
             f,

@@ -1,50 +1,48 @@
-//! Charts that commands write, and what they say of them.
+//! Charts that commands write, and their reports.
 
-use crate::cli::output::failure::{Failure, Fault};
-use crate::picture::chart::Chart;
-use serde::Serialize;
-use std::path::Path;
+use crate::cli::prelude::*;
+use crate::picture::chart::{Axis, Chart, Corner, Line, Names};
+use std::ops::Range;
 
-/// A chart and its files, by their paths: the folder as given, and their names.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Figure {
-    /// Of the files, without their endings.
+    /// Name of the files, without extensions.
     pub(super) name: String,
+    /// Title of the chart.
     pub(super) title: String,
-    /// What x and y are, as in the numbers' file.
-    pub(super) x: &'static str,
-    pub(super) y: &'static str,
-    pub(super) csv: String,
-    pub(super) svg: String,
-    pub(super) lines: Vec<Line>,
+    /// Name of the x axis.
+    x: &'static str,
+    /// Name of the y axis.
+    y: &'static str,
+    /// File of the numbers.
+    csv: String,
+    /// File of the picture.
+    svg: String,
+    /// Lines of the chart.
+    lines: Vec<Numbers>,
 }
 
-/// Numbers of a line.
-#[derive(Debug, Serialize)]
-pub(super) struct Line {
-    pub(super) name: String,
-    pub(super) x: Vec<f64>,
-    /// None where there is no such number.
-    pub(super) y: Vec<Option<f64>>,
+#[derive(Debug, Serialize, JsonSchema)]
+struct Numbers {
+    /// Name of the line.
+    name: String,
+    /// The x values.
+    x: Vec<f64>,
+    /// The y values; null where there is no number.
+    y: Vec<Option<f64>>,
 }
 
 impl Figure {
     /// Writes a chart's picture and numbers to a folder that exists.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub(super) fn write(folder: &Path, name: &str, chart: Chart) -> Result<Self, Failure> {
         let csv = folder.join(format!("{name}.csv"));
         chart.write_csv(&csv).map_err(Fault::write(&csv))?;
         let svg = folder.join(format!("{name}.svg"));
         chart.write_svg(&svg).map_err(Fault::write(&svg))?;
         let lines = chart.lines.into_iter().map(|line| {
+            let name = line.name;
             let (x, y) = line.points.into_iter().unzip();
-            Line {
-                name: line.name,
-                x,
-                y,
-            }
+            Numbers { name, x, y }
         });
         Ok(Self {
             name: name.to_owned(),
@@ -55,5 +53,53 @@ impl Figure {
             lines: lines.collect(),
             title: chart.title,
         })
+    }
+}
+
+/// A linear axis. `name` heads its column of numbers, `label` stands beside the axis.
+pub(super) fn axis(name: &'static str, label: &'static str, range: Range<f64>) -> Axis {
+    Axis {
+        name,
+        label,
+        range,
+        logarithmic: false,
+    }
+}
+
+pub(super) fn logarithmic(axis: Axis) -> Axis {
+    Axis {
+        logarithmic: true,
+        ..axis
+    }
+}
+
+pub(super) fn line(
+    name: impl Into<String>,
+    colour: usize,
+    points: impl IntoIterator<Item = (f64, Option<f64>)>,
+) -> Line {
+    Line {
+        name: name.into(),
+        points: points.into_iter().collect(),
+        colour,
+        faint: false,
+        dots: false,
+    }
+}
+
+/// A chart whose lines are named in a corner.
+pub(super) fn chart(
+    title: impl Into<String>,
+    [x, y]: [Axis; 2],
+    lines: Vec<Line>,
+    names: Corner,
+) -> Chart {
+    Chart {
+        title: title.into(),
+        x,
+        y,
+        lines,
+        names: Names::In(names),
+        notes: Vec::new(),
     }
 }

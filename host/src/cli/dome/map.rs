@@ -1,27 +1,11 @@
 //! `shisen dome map`: angles and their places in a dome master.
 
 use super::arguments::{MappingChoice, MirrorArguments};
-use crate::cli::arguments::number_within;
-use crate::cli::output::failure::Failure;
-use crate::cli::output::print;
+use crate::cli::prelude::*;
 use crate::dome::{Design, Mapping, px_4096};
-use clap::Args;
-use serde::Serialize;
 use shisen_core::capture::SpheroidMirror;
-use std::fmt;
 
 /// Maps angles to places in the dome master and back
-///
-/// For surroundings far away: θ is the angle to the zenith, `r_d` the distance
-/// from the picture's centre with 90° at its rim. A true dome master has them
-/// equal. The mirror is Table 1 (1) unless --config or --projection says
-/// otherwise.
-///
-/// With --json, one object: config (null for a mirror by its shape), mapping,
-/// f32 (whether in single precision), `step_deg`, `r_d_to_theta` (`r_d_deg`,
-/// `theta_deg` and `error_px`, their difference in pixels of a picture of 4096
-/// columns, each) and `theta_to_r_d` (`theta_deg`, `r_d_deg` and `error_px`
-/// each), from 0 to 90 degrees.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
@@ -29,9 +13,9 @@ pub(in crate::cli) struct Arguments {
     /// How pixels become directions
     #[arg(long, value_enum, default_value = "mirror")]
     mapping: MappingChoice,
-    /// From one row to the next: degrees, from 0.001 to 90
-    #[arg(long, value_name = "DEGREES", default_value_t = 10.0, allow_hyphen_values = true,
-          value_parser = step)]
+    /// Distance from one row to the next, degrees from 0.001 to 90
+    #[arg(long, value_name = "DEGREES", default_value_t = 10.0,
+          value_parser = within(0.001..=90.0, "degrees from 0.001 to 90, such as 10"))]
     step: f64,
     /// Compute in the tracer's single precision
     #[arg(long)]
@@ -41,39 +25,33 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-fn step(text: &str) -> Result<f64, String> {
-    number_within(text, 0.001, 90.0)
-        .ok_or_else(|| "give degrees from 0.001 to 90, such as 10".into())
-}
-
-/// Both tables.
-#[derive(Debug, Serialize)]
-struct Report {
+/// Places and angles, from 0 to 90 degrees.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// Name of the mirror; null for a mirror by its shape.
     config: Option<&'static str>,
+    /// How pixels become directions: mirror, exact or true.
     mapping: &'static str,
+    /// Whether the numbers are in single precision.
     f32: bool,
+    /// Distance from one row to the next, degrees.
     step_deg: f64,
-    r_d_to_theta: Vec<ToTheta>,
-    theta_to_r_d: Vec<ToPlace>,
+    /// The direction seen at each place.
+    r_d_to_theta: Vec<Row>,
+    /// The place of each direction.
+    theta_to_r_d: Vec<Row>,
 }
 
-/// What is seen at a place.
-#[derive(Debug, Serialize)]
-struct ToTheta {
+#[derive(Debug, Serialize, JsonSchema)]
+struct Row {
+    /// Distance from the picture's centre, degrees.
     r_d_deg: f64,
+    /// Angle to the zenith, degrees.
     theta_deg: f64,
+    /// The result less the given number, pixels of a picture of 4096 columns.
     error_px: f64,
 }
 
-/// Where something is seen.
-#[derive(Debug, Serialize)]
-struct ToPlace {
-    theta_deg: f64,
-    r_d_deg: f64,
-    error_px: f64,
-}
-
-/// The mapping in either precision, radians.
 enum Precision {
     Double(Design),
     Single(SpheroidMirror),
@@ -95,20 +73,18 @@ impl Precision {
     }
 }
 
-/// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let design = arguments.mirror.design_or_first()?;
     let MappingChoice(mapping) = arguments.mapping;
     let precision = if arguments.f32 {
-        let single = design.mirror.single();
-        Precision::Single(single.map_err(|error| Failure::usage(&error.to_string()))?)
+        Precision::Single(design.mirror.single().or_misuse()?)
     } else {
         Precision::Double(design)
     };
     let angles = angles(arguments.step);
     let to_theta = |&(degrees, angle): &(f64, f64)| {
         let theta = precision.theta(mapping, angle)?;
-        Some(ToTheta {
+        Some(Row {
             r_d_deg: degrees,
             theta_deg: theta.to_degrees(),
             error_px: px_4096(theta - angle),
@@ -116,7 +92,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let to_place = |&(degrees, angle): &(f64, f64)| {
         let r_d = precision.r_d(mapping, angle)?;
-        Some(ToPlace {
+        Some(Row {
             theta_deg: degrees,
             r_d_deg: r_d.to_degrees(),
             error_px: px_4096(r_d - angle),
@@ -133,10 +109,10 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.json)
 }
 
-/// Degrees and radians from 0 to 90°, which is the last even where no step
-/// leads to it. Radians are at most π/2 in single precision too.
+/// Degrees and radians from 0 to 90°, which is always the last. Radians are at most π/2 in single
+/// precision, too.
 fn angles(step: f64) -> Vec<(f64, f64)> {
-    // A step's multiples are rounded.
+    // Multiples of the step are rounded.
     let count = libm::ceil((90.0 - 1.0e-9) / step) as u32;
     let mut degrees: Vec<f64> = (0..count).map(|i| f64::from(i) * step).collect();
     degrees.push(90.0);

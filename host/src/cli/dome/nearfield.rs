@@ -1,62 +1,15 @@
 //! `shisen dome nearfield`: what surroundings near the mirror cost.
 
 use super::arguments::{MappingChoice, MirrorArguments};
-use super::figure::Figure;
-use crate::cli::arguments::{number, number_within};
-use crate::cli::output::failure::Failure;
+use super::figure::{Figure, axis, chart, line, logarithmic};
 use crate::cli::output::picture_files::make_writable;
-use crate::cli::output::print;
+use crate::cli::prelude::*;
 use crate::dome::{self, Design, NearField, NearestError, SizeErrors, Viewpoint, px_4096};
-use crate::picture::chart::{Axis, Chart, Corner, Line, Names};
-use clap::{Args, ValueEnum};
+use crate::picture::chart::{Chart, Corner};
 use rayon::prelude::*;
-use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
-use std::fmt;
-use std::ops::Range;
-use std::path::PathBuf;
 
-/// Measures what surroundings near the mirror cost: the paper's figures 18 to
-/// 20 as numbers, and the trade-off that it leaves open
-///
-/// All displacements are in pixels of a picture of 4096 columns, all distances
-/// in equatorial radii of the mirror from the viewpoint. The mirror is Table 1
-/// (1) unless --config or --projection says otherwise. Writes .csv and .svg
-/// each of three charts.
-///
-/// nearfield-rings: how far from its place each ring of a sphere round the
-/// viewpoint is seen. The viewpoint is the screen's centre, as in the paper, or
-/// the best one.
-///
-/// nearfield-viewpoint: a mirror has no single viewpoint. The best one makes
-/// the largest displacement least, over the whole picture and surroundings
-/// anywhere from the nearest distance to infinity.
-///
-/// nearfield-size: the smaller the mirror, the farther the surroundings, but
-/// the fewer bits are left of its shape. In single precision, the largest
-/// error of rays from a mirror that is traced in its own frame, as here, and
-/// from one that is an object of the world, for sizes of 1e-7 to 1 of the
-/// distance to the nearest surface, seen from the screen's centre.
-///
-/// What remains: with the directions exact (--mapping exact), displacement
-/// falls as the mirror's size and rounding does not grow, so a mirror of 1e-6
-/// of the nearest distance has neither. A large mirror, as for a photograph,
-/// keeps the displacement from the best viewpoint, because its rays do not meet
-/// in one point.
-///
-/// With --json, one object: config (null for a mirror by its shape), mapping,
-/// viewpoint, reach (of the mirror from the screen's centre), distances
-/// (distance, null for infinity; offset, of the viewpoint from the screen's
-/// centre towards the zenith; rings: `ring_deg`, `r_d_deg` and px each, null
-/// where a ring is outside the picture; `max_px` and `max_r_d_deg`, of the
-/// whole picture at this distance), viewpoints (distance, the nearest; offset,
-/// of the best one; `max_px` and `screen_max_px`, from there and from the
-/// screen's centre; gain, how many times less), sizes (offset, from the world's
-/// origin, and size, both in distances to the nearest surface; `near_field_px`,
-/// null where the mirror reaches through the surface; `rounding_px`;
-/// `world_px`, as an object of the world, null where no ray meets the mirror;
-/// `world_missed`, the share of rays that do not) and figures (name, title, x
-/// and y, csv and svg: paths, and lines: name, x and y each).
+/// Measures what surroundings near the mirror cost, as numbers for the paper's figures 18 to 20
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
@@ -64,26 +17,20 @@ pub(in crate::cli) struct Arguments {
     /// How pixels become directions
     #[arg(long, value_enum, default_value = "mirror")]
     mapping: MappingChoice,
-    /// Distances of the surroundings: equatorial radii. Infinity is always
-    /// there
-    #[arg(
-        long,
-        value_name = "D,...",
-        default_value = "1,2,3,10,100",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        value_parser = number::<f64>
-    )]
+    /// Distances of the surroundings, equatorial radii; infinity is always added
+    #[arg(long, value_name = "D,...", default_value = "1,2,3,10,100", value_delimiter = ',',
+          allow_hyphen_values = true, value_parser = number::<f64>)]
     distance: Vec<f64>,
-    /// Where the eye is
+    /// Position of the eye
     #[arg(long, value_enum, default_value = "screen")]
     viewpoint: ViewpointChoice,
-    /// Distances of the mirror from the world's origin, in distances to the
-    /// nearest surface, from 0 to 1e6
-    #[arg(long, value_name = "L,...", default_value = "1,1000",
-          value_delimiter = ',', allow_hyphen_values = true, value_parser = world_offset)]
+    /// Distances of the mirror from the world's origin, from 0 to 1e6 distances to the nearest
+    /// surface
+    #[arg(long, value_name = "L,...", default_value = "1,1000", value_delimiter = ',',
+          allow_hyphen_values = true,
+          value_parser = within(0.0..=1.0e6, "numbers from 0 to 1e6, such as 1,1000"))]
     world_offset: Vec<f64>,
-    /// Folder of the charts; made where it does not exist
+    /// Folder of the charts; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "shisen-out")]
     out: PathBuf,
     /// Print one JSON object
@@ -91,7 +38,6 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// `--viewpoint`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum ViewpointChoice {
     /// The screen's centre, S, as in the paper
@@ -107,74 +53,96 @@ impl ViewpointChoice {
             Self::Best => "best",
         }
     }
+
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Screen => "the screen's centre",
+            Self::Best => "the best viewpoint",
+        }
+    }
 }
 
-fn world_offset(text: &str) -> Result<f64, String> {
-    number_within(text, 0.0, 1.0e6)
-        .ok_or_else(|| "give numbers from 0 to 1e6, such as 1,1000".into())
-}
-
-/// What surroundings cost.
-#[derive(Debug, Serialize)]
-struct Report {
+/// The errors through surroundings near the mirror.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// Name of the mirror; null for a mirror by its shape.
     config: Option<&'static str>,
+    /// How pixels become directions: mirror, exact or true.
     mapping: &'static str,
+    /// Position of the eye: screen or best.
     viewpoint: &'static str,
+    /// Distance of the mirror's farthest point from the screen's centre.
     reach: f64,
+    /// Spheres round the viewpoint.
     distances: Vec<AtDistance>,
+    /// Best viewpoints for surroundings from a distance to infinity.
     viewpoints: Vec<BestViewpoint>,
+    /// Errors by the mirror's size, seen from the screen's centre.
     sizes: Vec<Errors>,
+    /// Charts.
     figures: Vec<Figure>,
-    /// As given.
     #[serde(skip)]
     folder: String,
 }
 
-/// A sphere round the viewpoint.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct AtDistance {
-    /// None for infinity.
+    /// Radius of the sphere; null for infinity.
     distance: Option<f64>,
+    /// Viewpoint from the screen's centre towards the zenith.
     offset: f64,
+    /// Rings of the sphere.
     rings: Vec<SeenRing>,
+    /// Largest displacement in the picture, pixels.
     max_px: f64,
+    /// Place of the largest displacement, degrees from the zenith.
     max_r_d_deg: f64,
 }
 
-/// A ring of such a sphere.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct SeenRing {
+    /// Angle of the ring from the zenith, degrees.
     ring_deg: f64,
+    /// Place of the ring in the picture, degrees; null outside the picture.
     r_d_deg: Option<f64>,
+    /// Displacement of the ring, pixels; null outside the picture.
     px: Option<f64>,
 }
 
-/// The best viewpoint for surroundings from a distance on.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct BestViewpoint {
+    /// The nearest distance.
     distance: f64,
+    /// Viewpoint from the screen's centre towards the zenith.
     offset: f64,
+    /// Largest displacement seen from there, pixels.
     max_px: f64,
+    /// Largest displacement seen from the screen's centre, pixels.
     screen_max_px: f64,
+    /// How many times less the displacement is.
     gain: f64,
 }
 
-/// Both errors of a mirror's size.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Errors {
+    /// Mirror's distance from the world's origin, in distances to the nearest surface.
     offset: f64,
+    /// Mirror's radius, in distances to the nearest surface.
     size: f64,
+    /// Displacement, pixels; null if the mirror reaches through the surface.
     near_field_px: Option<f64>,
+    /// Error of rounding with the mirror in its own frame, pixels.
     rounding_px: f64,
+    /// Error with the mirror as an object of the world, pixels; null if no ray meets it.
     world_px: Option<f64>,
+    /// Share of rays that do not meet such a mirror.
     world_missed: f64,
 }
 
-/// The mirror's sizes: so many steps of each decade, from the smallest to 1.
+/// Decades of the mirror's size, up to 1, and sizes in each.
 const DECADES: i32 = 7;
 const STEPS: i32 = 2;
 
-/// Runs the command.
 pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Design { mirror, .. } = arguments.mirror.design_or_first()?;
     let mapping = arguments.mapping.0;
@@ -189,14 +157,14 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let viewpoints: Result<Vec<(f64, Viewpoint)>, NearestError> =
         distances.iter().map(best).collect();
-    let viewpoints = viewpoints.map_err(|error| Failure::usage(&error.to_string()))?;
+    let viewpoints = viewpoints.or_misuse()?;
     let seen: Vec<(f64, NearField)> = viewpoints
         .iter()
         .map(|(distance, best)| match arguments.viewpoint {
             ViewpointChoice::Screen => (*distance, near.clone()),
             ViewpointChoice::Best => (*distance, near.clone().seen_from(best.offset)),
         })
-        // Nothing at infinity depends on where it is seen from.
+        // What is at infinity looks the same from every viewpoint.
         .chain([(f64::INFINITY, near.clone())])
         .collect();
     let sizes = sizes(&near, &arguments.world_offset)?;
@@ -205,15 +173,15 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(name) => format!("{name}, mapping {}", mapping.name()),
         None => format!("mapping {}", mapping.name()),
     };
-    let charts = [
-        (
-            "nearfield-rings",
-            rings_chart(&title, arguments.viewpoint, &seen),
-        ),
-        ("nearfield-viewpoint", viewpoint_chart(&title, &near)),
-        ("nearfield-size", size_chart(&title, &sizes)),
+    let figures = [
+        ("rings", rings_chart(&title, arguments.viewpoint, &seen)),
+        ("viewpoint", viewpoint_chart(&title, &near)),
+        ("size", size_chart(&title, &sizes)),
     ];
-    let write = |(name, chart): (&str, Chart)| Figure::write(&arguments.out, name, chart);
+    let figures = figures.into_iter().map(|(name, chart)| {
+        let name = format!("nearfield-{name}");
+        Figure::write(&arguments.out, &name, chart)
+    });
     let report = Report {
         config: arguments.mirror.name(),
         mapping: mapping.name(),
@@ -222,7 +190,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Failure> {
         distances: seen.iter().map(|(d, near)| at_distance(near, *d)).collect(),
         viewpoints: viewpoints.into_iter().map(best_viewpoint).collect(),
         sizes: sizes.into_iter().map(Errors::from).collect(),
-        figures: charts.into_iter().map(write).collect::<Result<_, _>>()?,
+        figures: figures.collect::<Result<_, _>>()?,
         folder: arguments.out.display().to_string(),
     };
     print(&report, arguments.json)
@@ -280,62 +248,38 @@ fn sizes(near: &NearField, offsets: &[f64]) -> Result<Vec<SizeErrors>, Failure> 
             (-DECADES * STEPS..=0).map(move |i| (offset, size(i)))
         })
         .collect();
-    each.par_iter()
-        .map(|&(offset, size)| dome::size_errors(near, size, offset))
-        .collect::<Result<_, _>>()
-        .map_err(|error| Failure::usage(&error.to_string()))
+    let errors = each.par_iter();
+    let errors = errors.map(|&(offset, size)| dome::size_errors(near, size, offset));
+    errors.collect::<Result<_, _>>().or_misuse()
 }
 
 fn rings_chart(title: &str, viewpoint: ViewpointChoice, seen: &[(f64, NearField)]) -> Chart {
-    let line = |(colour, (distance, near)): (usize, &(f64, NearField))| Line {
-        name: if distance.is_finite() {
+    let rings = |(colour, (distance, near)): (usize, &(f64, NearField))| {
+        let name = if distance.is_finite() {
             format!("D = {distance}")
         } else {
             "far away".to_owned()
-        },
-        points: (0..=180)
-            .map(|i| {
-                let r_d = FRAC_PI_2 * f64::from(i) / 180.0;
-                let displaced = px_4096(r_d - near.angle(r_d, *distance));
-                (f64::from(i) / 2.0, Some(displaced))
-            })
-            .collect(),
-        colour,
-        faint: false,
-        dots: false,
+        };
+        let point = |i| {
+            let r_d = FRAC_PI_2 * f64::from(i) / 180.0;
+            let displaced = px_4096(r_d - near.angle(r_d, *distance));
+            (f64::from(i) / 2.0, Some(displaced))
+        };
+        line(name, colour, (0..=180).map(point))
     };
-    let lines: Vec<Line> = seen.iter().enumerate().map(line).collect();
+    let lines: Vec<_> = seen.iter().enumerate().map(rings).collect();
     let (mut low, mut high) = (0f64, 0f64);
     for (_, y) in lines.iter().flat_map(|line| &line.points) {
         low = low.min(y.unwrap_or(0.0));
         high = high.max(y.unwrap_or(0.0));
     }
-    // A picture without any displacement has an axis, too.
+    // An axis needs a length even if nothing is displaced.
     let room = (0.05 * (high - low)).max(1.0e-3);
-    Chart {
-        title: format!(
-            "{title}: displacement, seen from {}",
-            match viewpoint {
-                ViewpointChoice::Screen => "the screen's centre",
-                ViewpointChoice::Best => "the best viewpoint",
-            }
-        ),
-        x: Axis {
-            name: "r_d_deg",
-            label: "from the zenith, degrees",
-            range: 0.0..90.0,
-            logarithmic: false,
-        },
-        y: Axis {
-            name: "displacement_px",
-            label: "towards the rim, pixels at 4096",
-            range: low - room..high + room,
-            logarithmic: false,
-        },
-        lines,
-        names: Names::In(Corner::LowerLeft),
-        notes: Vec::new(),
-    }
+    let title = format!("{title}: displacement, seen from {}", viewpoint.words());
+    let place = axis("r_d_deg", "from the zenith, degrees", 0.0..90.0);
+    let range = low - room..high + room;
+    let displacement = axis("displacement_px", "towards the rim, pixels at 4096", range);
+    chart(title, [place, displacement], lines, Corner::LowerLeft)
 }
 
 fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
@@ -349,88 +293,70 @@ fn viewpoint_chart(title: &str, near: &NearField) -> Chart {
         .into_par_iter()
         .map(|i| (nearest(i), dome::effective_viewpoint(near, nearest(i)).ok()))
         .collect();
-    let line = |name: &str, colour, of: &dyn Fn(&Viewpoint) -> f64| Line {
-        name: name.to_owned(),
-        points: found
-            .iter()
-            .map(|(nearest, found)| (*nearest, found.as_ref().map(|found| px_4096(of(found)))))
-            .collect(),
-        colour,
-        faint: false,
-        dots: false,
+    let displaced = |name, colour, of: &dyn Fn(&Viewpoint) -> f64| {
+        let px = |found: &Option<Viewpoint>| found.as_ref().map(|one| px_4096(of(one)));
+        let points = found.iter().map(|(nearest, found)| (*nearest, px(found)));
+        line(name, colour, points)
     };
     let lines = vec![
-        line("from the screen's centre", 0, &|found| found.from_screen),
-        line("from the best viewpoint", 1, &|found| found.largest),
+        displaced("from the screen's centre", 0, &|found| found.from_screen),
+        displaced("from the best viewpoint", 1, &|found| found.largest),
     ];
-    // Whole decades; none where nothing is displaced.
+    // The axis begins at a whole decade.
     let values = lines.iter().flat_map(|line| &line.points);
     let least = values.filter_map(|(_, y)| *y).fold(1.0, f64::min);
     let least = libm::floor(libm::log10(least.max(1.0e-6)));
-    Chart {
-        title: format!("{title}: largest displacement"),
-        x: Axis {
-            name: "nearest",
-            label: "nearest surface, equatorial radii",
-            range: range.clone(),
-            logarithmic: true,
-        },
-        y: Axis {
-            name: "displacement_px",
-            label: "largest displacement, pixels at 4096",
-            range: libm::pow(10.0, least)..1.0e3,
-            logarithmic: true,
-        },
-        lines,
-        names: Names::In(Corner::UpperRight),
-        notes: Vec::new(),
-    }
+    let nearest = axis(
+        "nearest",
+        "nearest surface, equatorial radii",
+        range.clone(),
+    );
+    let range = libm::pow(10.0, least)..1.0e3;
+    let largest = axis(
+        "displacement_px",
+        "largest displacement, pixels at 4096",
+        range,
+    );
+    let axes = [nearest, largest].map(logarithmic);
+    let title = format!("{title}: largest displacement");
+    chart(title, axes, lines, Corner::UpperRight)
 }
 
 fn size_chart(title: &str, sizes: &[SizeErrors]) -> Chart {
     let mut lines = Vec::new();
     for (number, of_offset) in sizes.chunk_by(|a, b| a.offset == b.offset).enumerate() {
-        let line = |name: String, colour, of: &dyn Fn(&SizeErrors) -> Option<f64>| Line {
-            name,
-            points: of_offset.iter().map(|one| (one.size, of(one))).collect(),
-            colour,
-            faint: false,
-            dots: false,
+        let errors = |name: String, colour, of: &dyn Fn(&SizeErrors) -> Option<f64>| {
+            line(
+                name,
+                colour,
+                of_offset.iter().map(|one| (one.size, of(one))),
+            )
         };
         let at = of_offset.first().map_or(0.0, |one| one.offset);
         if number == 0 {
-            lines.push(line("near field".to_owned(), 6, &|one| one.near_field));
+            lines.push(errors("near field".to_owned(), 6, &|one| one.near_field));
         }
         let own = format!("rounding, own frame, at {at}");
-        lines.push(line(own, 2 * number, &|one| Some(one.rounding)));
+        lines.push(errors(own, 2 * number, &|one| Some(one.rounding)));
         let world = format!("rounding, as an object, at {at}");
-        lines.push(line(world, 2 * number + 1, &|one| one.world));
+        lines.push(errors(world, 2 * number + 1, &|one| one.world));
     }
-    let range = |from: i32| Range {
-        start: libm::pow(10.0, f64::from(from)),
-        end: 1.0,
-    };
-    Chart {
-        title: format!("{title}: errors in single precision"),
-        x: Axis {
-            name: "size",
-            label: "equatorial radius by distance to the nearest surface",
-            range: range(-DECADES),
-            logarithmic: true,
-        },
-        y: Axis {
-            name: "error_px",
-            label: "largest error, pixels at 4096",
-            range: 1.0e-6..1.0e6,
-            logarithmic: true,
-        },
+    let sizes = libm::pow(10.0, f64::from(-DECADES))..1.0;
+    let size = axis(
+        "size",
+        "equatorial radius by distance to the nearest surface",
+        sizes,
+    );
+    let error = axis("error_px", "largest error, pixels at 4096", 1.0e-6..1.0e6);
+    let title = format!("{title}: errors in single precision");
+    chart(
+        title,
+        [size, error].map(logarithmic),
         lines,
-        names: Names::In(Corner::UpperRight),
-        notes: Vec::new(),
-    }
+        Corner::UpperRight,
+    )
 }
 
-/// A number of pixels, or a dash where there is none.
 fn pixels(px: Option<f64>, digits: usize) -> String {
     px.map_or_else(|| "-".to_owned(), |px| format!("{px:.digits$}"))
 }
@@ -443,8 +369,8 @@ impl fmt::Display for Report {
             self.config.unwrap_or("this mirror"),
             self.mapping,
             match self.viewpoint {
-                "best" => "the best viewpoint",
-                _ => "the screen's centre",
+                "best" => ViewpointChoice::Best.words(),
+                _ => ViewpointChoice::Screen.words(),
             }
         )?;
         write!(f, "{:>10}", "distance")?;
@@ -462,7 +388,7 @@ impl fmt::Display for Report {
         }
         writeln!(
             f,
-            "surroundings from a distance on:\n{:>10}{:>18}{:>16}{:>16}{:>8}",
+            "surroundings from a distance to infinity:\n{:>10}{:>18}{:>16}{:>16}{:>8}",
             "nearest", "best viewpoint", "px from there", "px from screen", "gain"
         )?;
         for best in &self.viewpoints {

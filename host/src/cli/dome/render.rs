@@ -6,43 +6,21 @@ use crate::cave::look::Point;
 use crate::cli::arguments::dispersion::DispersionReport;
 use crate::cli::arguments::source::{Loaded, Source, bake};
 use crate::cli::arguments::tracing::TracingArguments;
-use crate::cli::arguments::{EffectReport, Model, SceneName, number, number_within, whole};
-use crate::cli::output::failure::Failure;
+use crate::cli::arguments::{EffectReport, Model, SceneName};
 use crate::cli::output::picture_files::{hexadecimal, make_writable, metadata};
 use crate::cli::output::ray_counts::RayCounts;
-use crate::cli::output::{counted, print};
+use crate::cli::prelude::*;
 use crate::dome::{Mapping, Named};
 use crate::scene::camera::{CameraPath, DomeCamera};
-use clap::Args;
-use serde::Serialize;
 use shisen_core::frame::{Statistics, View};
-use std::fmt;
-use std::path::{Path, PathBuf};
 
 /// Renders dome masters of a scene, through a mirrored spheroid or without
-///
-/// Writes a PNG with alpha a frame, `Name_00001.png` and on, along the
-/// [[camera]]s of the scene's description; of another scene, one from --at.
-/// Front is at the bottom of the picture, right at the right. What is outside
-/// the rim is transparent.
-///
-/// With --json, one object: images (frame, path and hash each, the hash 16
-/// hexadecimal digits over all pixels), exr (paths), seconds (of tracing),
-/// rays (primary, reflected, refracted, shadow), steps (tree nodes visited and
-/// primitives tested), size, frames, mapping, config, `mirror_size` (metres),
-/// viewpoint (radii from the screen's centre; these three null without a
-/// mirror), `fov` (degrees), mirrored, distance (null but for the grid), scene,
-/// mesh (null where there is none to choose), threads, simd, depth, samples,
-/// effects (the names of those carried out), `effects_asked` (of those that the
-/// scene asks for) and dispersion (null where it is not carried out: method,
-/// wavelengths, each and `range_nm`).
 #[derive(Debug, Args)]
 #[command(mut_arg("mapping", |mapping| mapping.default_value("exact")))]
 pub(in crate::cli) struct Arguments {
-    /// A, B, C or D of Mochizuki and Makino, grid (meridians and parallels every
-    /// 10° on a sphere about the screen's centre), prism (light through a slit,
-    /// seen through a 60° prism), spheres (three balls of quartz), a TOML
-    /// description or a baked scene
+    /// A, B, C or D of Mochizuki and Makino, grid (meridians and parallels every 10° on a sphere
+    /// about the screen's centre), prism (light through a slit, seen through a 60° prism), spheres
+    /// (three balls of quartz), a TOML description or a baked scene
     #[arg(long, value_name = "A|B|C|D|grid|prism|spheres|FILE", default_value = "A",
           value_parser = SceneName::parser())]
     scene: SceneName,
@@ -54,40 +32,39 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "PIXELS", default_value_t = 4096,
           value_parser = whole::<u32>(1..=View::MOST_PIXELS))]
     size: u32,
-    /// Field of view of --mapping true: degrees, above 0 to 360 [default: 180]
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true,
-          value_parser = number::<f64>)]
+    /// Field of view of --mapping true, degrees above 0 to 360 [default: 180]
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = number::<f64>)]
     fov: Option<f64>,
-    /// Leave left and right exchanged, as a mirror shows them
+    /// Leave left and right exchanged, as in a mirror
     #[arg(long)]
     mirrored: bool,
-    /// Radius of the grid, in equatorial radii of the mirror [default: 100]
-    #[arg(long, value_name = "RADII", allow_hyphen_values = true, value_parser = distance)]
+    /// Radius of the grid, equatorial radii of the mirror [default: 100]
+    #[arg(long, value_name = "RADII", value_parser = distance)]
     distance: Option<f64>,
-    /// Where the pictures are taken, in place of the scene's cameras: metres
-    /// [default: 0,0,0 where the scene has none]
+    /// Position of the camera, metres, in place of the scene's cameras [default: 0,0,0 if the scene
+    /// has none]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     at: Option<Point>,
-    /// How far the zenith leans to the front, with or in place of --at: degrees
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = tilt)]
+    /// Angle by which the zenith leans to the front, with or in place of --at, degrees
+    #[arg(long, value_name = "DEGREES",
+          value_parser = within(-360.0..=360.0, "degrees from -360 to 360, such as 30"))]
     tilt: Option<f64>,
-    /// Pictures, from the first [default: to the last [[camera]], else 1]
+    /// Number of pictures [default: to the last [[camera]], else 1]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=99_999))]
     frames: Option<u32>,
     #[command(flatten)]
     tracing: TracingArguments,
     #[command(flatten)]
     output: Output,
-    /// Folder of the pictures, made where it does not exist, or their name: of
-    /// shots/Zoo.png they are `shots/Zoo_00001.png` and on
+    /// Folder of the pictures, made if it does not exist, or their name: shots/Zoo.png stands for
+    /// `shots/Zoo_00001.png` and on
     #[arg(long, value_name = "DIR|FILE.png", default_value = "shisen-out")]
     out: PathBuf,
 }
 
-/// What goes where, beside the pictures.
 #[derive(Debug, Args)]
 struct Output {
-    /// Write linear `OpenEXR` files with alpha, too
+    /// Also write linear `OpenEXR` files with alpha
     #[arg(long)]
     exr: bool,
     /// Show no progress
@@ -98,58 +75,72 @@ struct Output {
     json: bool,
 }
 
-/// `--tilt`.
-fn tilt(text: &str) -> Result<f64, String> {
-    number_within(text, -360.0, 360.0)
-        .ok_or_else(|| "give degrees from -360 to 360, such as 30".to_owned())
-}
-
-/// What was rendered and what it took.
-#[derive(Debug, Serialize)]
-struct Report {
+/// The pictures and what they took.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// Pictures.
     images: Vec<Image>,
-    /// The same pictures, linear; empty where nobody asked for them.
+    /// Files of the same pictures in linear colours; empty without --exr.
     exr: Vec<String>,
-    /// Of tracing alone, all frames.
+    /// Time to trace all frames.
     seconds: f64,
+    /// Rays by kind.
     rays: RayCounts,
+    /// Tree nodes visited and primitives tested.
     steps: u64,
+    /// Columns and rows.
     size: u32,
+    /// Number of pictures.
     frames: u32,
+    /// How pixels become directions: mirror, exact or true.
     mapping: &'static str,
+    /// Name of the mirror; null without a mirror.
     config: Option<&'static str>,
+    /// Radius of the mirror, metres; null without a mirror.
     mirror_size: Option<f32>,
+    /// Viewpoint from the screen's centre, mirror radii; null without a mirror.
     viewpoint: Option<f64>,
+    /// Field of view, degrees.
     fov: f64,
+    /// Whether left and right are exchanged.
     mirrored: bool,
+    /// Radius of the grid, mirror radii; null for other scenes.
     distance: Option<f64>,
+    /// The scene's letter or name, or the path as given.
     scene: String,
+    /// The mesh of a built-in scene, or null.
     mesh: Option<String>,
+    /// Threads that traced.
     threads: usize,
+    /// The code path taken: avx2 or portable.
     simd: &'static str,
+    /// Reflections and refractions followed.
     depth: u8,
+    /// Rays a pixel.
     samples: u16,
     #[serde(flatten)]
     effects: EffectReport,
+    /// Dispersion, or null if it is not rendered.
     dispersion: Option<DispersionReport>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Image {
+    /// Number of the frame, from 1.
     frame: u32,
+    /// File of the picture.
     path: String,
-    /// `None` without --json.
+    /// Hash of all pixels, 16 hexadecimal digits.
     hash: Option<String>,
 }
 
-/// Where pictures go: a folder and what their names begin with.
+/// Folder of the pictures, and the beginning of their names.
 struct Names {
     folder: PathBuf,
     stem: String,
 }
 
 impl Names {
-    /// By `--out`, else after the scene.
     fn new(out: &Path, scene: &str) -> Self {
         let is_picture = out
             .extension()
@@ -179,18 +170,17 @@ impl Names {
     }
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let field_of_view = field_of_view(arguments)?;
     let is_grid = matches!(arguments.scene, SceneName::Grid);
     if arguments.distance.is_some() && !is_grid {
-        return Err(Failure::usage("--distance is for --scene grid"));
+        return Err(misuse!("--distance is for --scene grid"));
     }
     let distance = is_grid.then(|| arguments.distance.unwrap_or(DISTANCE));
     let mirror = &arguments.mirror;
     let optics = mirror.optics(arguments.mirrored, field_of_view, distance)?;
     let placed = placed(arguments);
-    // Seen before anything large is loaded.
+    // Checked before anything large is loaded.
     let camera = placed.unwrap_or(DomeCamera::UPRIGHT);
     view(optics.projection, &camera, arguments.size)?;
     let mut source = Source::load(&arguments.scene, &arguments.model)?;
@@ -212,7 +202,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let names = Names::new(&arguments.out, &source.name);
     let (mut options, dispersion) = arguments.tracing.options(&baked)?;
     make_writable(&names.folder)?;
-    // Bands of rows: few enough for short ones to be shared out.
+    // Tiles are bands of rows: small ones spread evenly over the threads.
     options.tile = 8;
     let quiet = arguments.output.quiet || arguments.output.json;
     let frames = arguments.frames.unwrap_or(path.frames());
@@ -227,22 +217,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         seconds += found.seconds;
         let title = format!("dome master of scene {}, frame {frame}", source.name);
         let path = names.path(frame, "png");
-        found
-            .picture
-            .write_png_with_alpha(&path, &metadata(title.clone()))
-            .map_err(Failure::from_error)?;
+        let (picture, notes) = (&found.picture, metadata(title));
+        picture.write_png_with_alpha(&path, &notes).or_fail()?;
         images.push(Image {
             frame,
             path: path.display().to_string(),
-            // Of all its pixels, so only where somebody reads it.
-            hash: (arguments.output.json).then(|| hexadecimal(found.picture.hash())),
+            // Takes time, so only if somebody reads it.
+            hash: (arguments.output.json).then(|| hexadecimal(picture.hash())),
         });
         if arguments.output.exr {
             let path = names.path(frame, "exr");
-            found
-                .picture
-                .write_exr(&path, &metadata(title))
-                .map_err(Failure::from_error)?;
+            picture.write_exr(&path, &notes).or_fail()?;
             exr.push(path.display().to_string());
         }
     }
@@ -274,30 +259,29 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.output.json)
 }
 
-/// The field of view, radians: a mirror's is half of all directions.
+/// The field of view, radians; a mirror's is half of all directions.
 fn field_of_view(arguments: &Arguments) -> Result<f32, Failure> {
     let mirror = arguments.mirror.mapping.0 != Mapping::True;
     if mirror && arguments.fov.is_some() {
-        return Err(Failure::usage(
-            "--fov is for --mapping true: through the mirror it is 180 degrees",
+        return Err(misuse!(
+            "--fov is for --mapping true: a mirror shows 180 degrees"
         ));
     }
     if !mirror && arguments.mirrored {
-        return Err(Failure::usage(
-            "--mirrored is for --mapping mirror or exact: there is no mirror",
+        return Err(misuse!(
+            "--mirrored is for --mapping mirror or exact: there is no mirror"
         ));
     }
     let degrees = arguments.fov.unwrap_or(180.0);
     if degrees > 0.0 && degrees <= 360.0 {
-        // 360 degrees round to a little more than 2π.
+        // 360 degrees are rounded to a little more than 2π.
         return Ok((degrees.to_radians() as f32).min(std::f32::consts::TAU));
     }
-    Err(Failure::usage(&format!(
+    Err(misuse!(
         "the field of view is {degrees} degrees: give --fov above 0, to 360"
-    )))
+    ))
 }
 
-/// The camera that arguments place, in place of the scene's.
 fn placed(arguments: &Arguments) -> Option<DomeCamera> {
     if arguments.at.is_none() && arguments.tilt.is_none() {
         return None;

@@ -1,59 +1,32 @@
-//! `shisen dome warp`: what a projector has to show on a dome.
+//! `shisen dome warp`: the picture that a projector has to show on a dome.
 
 use crate::cave::warp::{Nodes, Projector, Warp, WarpError, bourke, mpcdi};
 use crate::cave::{Cave, DomeScreen};
 use crate::cli::arguments::{PictureSize, WallsName};
-use crate::cli::output::failure::{Failure, Fault};
-use crate::cli::output::print;
+use crate::cli::prelude::*;
 use crate::files::write_atomically;
-use clap::{Args, ValueEnum};
-use serde::Serialize;
-use std::fmt;
-use std::path::PathBuf;
 
-/// Writes the warp that a projector needs to carry its part of a dome master
-///
-/// The projector's light is followed to the dome's inside. The dome master is
-/// the one that `shisen cave` renders for the same dome; a viewer anywhere in
-/// it sees it right. Where light misses the dome nothing is drawn, elsewhere
-/// everything in full: there is no edge blending.
-///
-/// bourke is Bourke's mesh, type 2: nodes from the lower left one, row by row,
-/// each x, y (−1 to 1 upwards, x by the picture's width by height), u, v (the
-/// dome master's square, 0 to 1 from the lower left) and i, 1 on the dome and −1
-/// where nothing is drawn. mpcdi is MPCDI 1.0, profile a3: the points of the
-/// dome, metres in the room, as a PFM, and a PNG of where they are.
-///
-/// The projector's TOML file has name, position (metres), look and, if wanted,
-/// up, or else any of `yaw_degrees` (to the right), `pitch_degrees` (upwards)
-/// and `roll_degrees` (clockwise), `horizontal_degrees` or throw (distance by
-/// width), `vertical_degrees` if pixels are not square, `lens_shift` (widths to
-/// the right, heights upwards) and resolution (columns and rows).
-///
-/// With --json, one object: path, format, profile (of mpcdi, else null), dome,
-/// projector, columns and rows (of nodes), drawn (nodes that meet the dome) and
-/// share (drawn of all).
+/// Writes the warp with which a projector shows its part of a dome master
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// dome (a hemisphere of 2.5 m over the floor, its centre 1.5 m under the
-    /// origin), or a TOML file of walls and domes
+    /// dome (a hemisphere of 2.5 m on the floor, whose centre is 1.5 m below the origin), or a
+    /// TOML file of walls and domes
     #[arg(long, value_name = "NAME|FILE", default_value = "dome",
           value_parser = WallsName::parser())]
     walls: WallsName,
-    /// Which dome [default: the only one]
+    /// Name of the dome [default: the only one]
     #[arg(long, value_name = "NAME")]
     dome: Option<String>,
     /// TOML file of the projector
     #[arg(long, value_name = "FILE")]
     projector: PathBuf,
-    /// Columns and rows of nodes [default: 80x60 for bourke, the projector's
-    /// resolution for mpcdi]
+    /// Columns and rows of nodes [default: 80x60 for bourke, the projector's resolution for mpcdi]
     #[arg(long, value_name = "COLUMNSxROWS")]
     grid: Option<PictureSize>,
-    /// What to write
+    /// Format of the file
     #[arg(long, value_enum)]
     format: Format,
-    /// The file
+    /// File to write
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
     /// Print one JSON object
@@ -61,7 +34,6 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// `--format`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
     /// Bourke's mesh for image warping
@@ -79,23 +51,31 @@ impl Format {
     }
 }
 
-/// What was written.
-#[derive(Debug, Serialize)]
-struct Report {
+/// A warp.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// File of the warp.
     path: String,
+    /// bourke or mpcdi.
     format: &'static str,
+    /// Profile of MPCDI; null for bourke.
     profile: Option<&'static str>,
+    /// Name of the dome.
     dome: String,
+    /// Name of the projector.
     projector: String,
+    /// Columns of nodes.
     columns: u32,
+    /// Rows of nodes.
     rows: u32,
+    /// Nodes whose light meets the dome.
     drawn: u64,
+    /// Share of these nodes.
     share: f64,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // A warp has no pixels of the dome.
+    // A warp does not depend on the dome's pixels.
     let cave = arguments.walls.cave([1; 2])?;
     let dome = dome(arguments, &cave)?;
     let projector = Projector::load(&arguments.projector)?;
@@ -130,7 +110,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.json)
 }
 
-/// The dome that is asked for.
 fn dome<'a>(arguments: &Arguments, cave: &'a Cave) -> Result<&'a DomeScreen, Failure> {
     let names: Vec<&str> = cave.domes.iter().map(DomeScreen::name).collect();
     let found = match (&arguments.dome, cave.domes.as_slice()) {
@@ -140,11 +119,11 @@ fn dome<'a>(arguments: &Arguments, cave: &'a Cave) -> Result<&'a DomeScreen, Fai
     };
     found.ok_or_else(|| {
         let names = names.join(", ");
-        Failure::usage(&match (&arguments.dome, cave.domes.is_empty()) {
-            (_, true) => "there is no dome in --walls: give a file with a [[dome]]".to_owned(),
-            (None, _) => format!("there are several domes: give --dome, one of {names}"),
-            (Some(name), _) => format!("there is no dome \"{name}\": give --dome, one of {names}"),
-        })
+        match (&arguments.dome, cave.domes.is_empty()) {
+            (_, true) => misuse!("there is no dome in --walls: give a file with a [[dome]]"),
+            (None, _) => misuse!("there are several domes: give --dome, one of {names}"),
+            (Some(name), _) => misuse!("there is no dome \"{name}\": give --dome, one of {names}"),
+        }
     })
 }
 

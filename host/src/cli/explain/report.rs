@@ -1,13 +1,11 @@
 //! What `shisen explain` prints.
 
 use crate::cli::arguments::dispersion::DispersionReport;
-use crate::cli::output::counted;
-use serde::Serialize;
+use crate::cli::prelude::*;
 use shisen_core::scene::format::{Light, Material, effect, flag, light};
 use shisen_core::scene::{EffectSet, Records};
-use std::fmt;
 
-/// What no scene can ask for.
+/// Effects that no scene can ask for.
 pub(super) const NOT_BUILT: &[&str] = &[
     "light from surface to surface (ambient light stands for it)",
     "light that mirrors and clear bodies focus",
@@ -15,43 +13,62 @@ pub(super) const NOT_BUILT: &[&str] = &[
     "blur by motion or by a lens",
 ];
 
-/// What a scene asks for, and what that costs.
-#[derive(Debug, Serialize)]
-pub(super) struct Report {
+/// The effects of a scene and what they cost.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// The scene's letter or name, or the path as given.
     pub(super) scene: String,
+    /// The mesh of a built-in scene, or null.
     pub(super) mesh: Option<String>,
+    /// Names of the walls and domes.
     pub(super) walls: Vec<String>,
+    /// Number of eyes.
     pub(super) eyes: usize,
+    /// Pixels along each side of a wall whose file does not say.
     pub(super) size: u32,
+    /// Pixels of all pictures.
     pub(super) pixels: u64,
+    /// off, paper or paper-ellipse.
     pub(super) lod: &'static str,
+    /// Rays a pixel.
     pub(super) samples: u16,
+    /// Reflections and refractions followed.
     pub(super) depth: u8,
+    /// Dispersion, or null if it is not rendered.
     pub(super) dispersion: Option<DispersionReport>,
+    /// Threads that traced.
     pub(super) threads: usize,
+    /// How often each frame was rendered.
     pub(super) repeat: u32,
+    /// Time of the frame with all effects.
     pub(super) seconds: Seconds,
+    /// Rays from the eyes.
     pub(super) primary: Primary,
+    /// Effects that were rendered.
     pub(super) effects: Vec<Asked>,
-    pub(super) left_out: Vec<LeftOut>,
+    /// Effects that the scene asks for and the command line leaves out.
+    pub(super) left_out: Vec<Cause>,
+    /// Effects of the compiled shading that was used.
     pub(super) compiled: Vec<&'static str>,
+    /// Effects that the scene does not ask for.
     pub(super) not_simulated: Vec<NotSimulated>,
+    /// What no scene can ask for.
     pub(super) not_built: &'static [&'static str],
 }
 
-/// Rays from the eyes.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Primary {
+    /// Number of rays.
     pub(super) rays: u64,
+    /// Tree nodes visited and primitives tested.
     pub(super) steps: u64,
 }
 
-/// What some runs of the same took.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub(super) struct Seconds {
-    /// The middle one.
+    /// The median of the runs.
     pub(super) median: f64,
-    /// A quarter of the runs is below the one, a quarter above the other.
+    /// A quarter of the runs is below the first, a quarter above the second.
     pub(super) quartiles: [f64; 2],
 }
 
@@ -63,35 +80,48 @@ impl fmt::Display for Seconds {
     }
 }
 
-/// An effect that the scene asks for and that is carried out.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Asked {
-    pub(super) effect: String,
-    pub(super) materials: Vec<String>,
-    pub(super) lights: Vec<String>,
+    #[serde(flatten)]
+    pub(super) cause: Cause,
+    /// Pixels in whose ray trees the effect was rendered.
     pub(super) pixels: u64,
+    /// Rays traced for the effect alone.
     pub(super) rays: u64,
+    /// Steps of these rays.
     pub(super) steps: u64,
+    /// Time of the frame without the effect.
     pub(super) seconds_without: Seconds,
+    /// Time that the effect adds, from frames one after the other.
     pub(super) seconds: Seconds,
 }
 
-/// An effect that the scene asks for and the command line leaves out.
-#[derive(Debug, Serialize)]
-pub(super) struct LeftOut {
-    pub(super) effect: String,
-    pub(super) materials: Vec<String>,
-    pub(super) lights: Vec<String>,
+/// An effect and what asks for it.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Cause {
+    /// Name of the effect.
+    effect: String,
+    /// Materials that ask for it.
+    materials: Vec<String>,
+    /// Lights that ask for it.
+    lights: Vec<String>,
 }
 
-/// An effect that it does not ask for.
-#[derive(Debug, Serialize)]
+impl Cause {
+    fn list(&self) -> String {
+        [&self.materials[..], &self.lights].concat().join(", ")
+    }
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct NotSimulated {
+    /// Name of the effect.
     pub(super) effect: &'static str,
+    /// Why nothing asks for it.
     pub(super) reason: &'static str,
 }
 
-/// Why it is right to leave an effect out that nothing asks for.
+/// Why nothing in a scene asks for an effect.
 pub(super) fn reason(effect: EffectSet, records: &Records<'_>) -> &'static str {
     match effect {
         EffectSet::SHADOWS if records.lights.is_empty() => "there is no light to keep out",
@@ -118,15 +148,15 @@ fn occludes(instance: &shisen_core::scene::format::Instance) -> bool {
     instance.flags & flag::OCCLUDES != 0
 }
 
-/// What rays can meet, and what it is called.
+/// The materials and lights that rays can meet, and their names.
 pub(super) struct Met<'r> {
     materials: Vec<(String, &'r Material)>,
-    /// With whether they have a size.
+    /// Names, and whether the lights have a size.
     lights: Vec<(String, bool)>,
 }
 
 impl<'r> Met<'r> {
-    /// `names` are those of the first materials; others go by their numbers.
+    /// `names` are those of the first materials; the others are named by number.
     pub(super) fn new(records: &Records<'r>, names: &[String]) -> Self {
         let mut met = vec![false; records.materials.len()];
         records.materials_met(|number| {
@@ -158,9 +188,16 @@ impl<'r> Met<'r> {
         }
     }
 
-    /// The materials that ask for an effect. For shadows and soft light those are
-    /// the materials that lights light.
-    pub(super) fn materials(&self, asked: EffectSet) -> Vec<String> {
+    pub(super) fn cause(&self, effect: EffectSet) -> Cause {
+        Cause {
+            effect: effect.to_string(),
+            materials: self.materials(effect),
+            lights: self.lights(effect),
+        }
+    }
+
+    /// The materials that ask for an effect; for shadows and soft light all lit ones.
+    fn materials(&self, asked: EffectSet) -> Vec<String> {
         let asks = |material: &Material| {
             let by_lights = asked == EffectSet::SHADOWS || asked == EffectSet::SOFT_LIGHT;
             let lit = by_lights && material.effects & effect::LIT != 0;
@@ -173,8 +210,8 @@ impl<'r> Met<'r> {
             .collect()
     }
 
-    /// The lights that do.
-    pub(super) fn lights(&self, asked: EffectSet) -> Vec<String> {
+    /// The lights that ask for an effect.
+    fn lights(&self, asked: EffectSet) -> Vec<String> {
         let asks = |is_large: bool| {
             asked == EffectSet::SHADOWS || (asked == EffectSet::SOFT_LIGHT && is_large)
         };
@@ -209,36 +246,25 @@ impl fmt::Display for Report {
             "(from the eyes)", self.pixels, self.primary.rays, self.primary.steps,
         )?;
         for one in &self.effects {
-            writeln!(
-                f,
-                "{:16}{:>10}{:>10}{:>12}  {:32}{:32}{}",
-                one.effect,
-                one.pixels,
-                one.rays,
-                one.steps,
-                one.seconds,
-                one.seconds_without,
-                list(&one.materials, &one.lights),
-            )?;
+            let Cause { effect, .. } = &one.cause;
+            let (pixels, rays, steps) = (one.pixels, one.rays, one.steps);
+            write!(f, "{effect:16}{pixels:>10}{rays:>10}{steps:>12}  ")?;
+            let (added, without) = (one.seconds, one.seconds_without);
+            writeln!(f, "{added:32}{without:32}{}", one.cause.list())?;
         }
         if self.effects.is_empty() && self.left_out.is_empty() {
             writeln!(f, "the scene asks for no effect")?;
         }
         if !self.left_out.is_empty() {
-            writeln!(f, "left out, as the command line says:")?;
+            writeln!(f, "left out by the command line:")?;
             for one in &self.left_out {
-                let by = list(&one.materials, &one.lights);
-                writeln!(f, "  {}: asked for by {by}", one.effect)?;
+                writeln!(f, "  {}: asked for by {}", one.effect, one.list())?;
             }
         }
-        writeln!(f, "not simulated, since nothing asks for it:")?;
+        writeln!(f, "not simulated, because nothing asks for it:")?;
         for one in &self.not_simulated {
             writeln!(f, "  {}: {}", one.effect, one.reason)?;
         }
         write!(f, "not built: {}", self.not_built.join("; "))
     }
-}
-
-fn list(materials: &[String], lights: &[String]) -> String {
-    [materials, lights].concat().join(", ")
 }

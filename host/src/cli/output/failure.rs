@@ -5,6 +5,7 @@ use crate::files::{explain, explain_folder};
 use clap::error::ErrorKind;
 use miette::Diagnostic;
 use shisen_core::scene::SceneError;
+use std::error::Error as StdError;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,168 +14,84 @@ use thiserror::Error;
 /// Why a command ends early.
 #[derive(Debug)]
 pub enum Failure {
-    /// The command line itself is wrong, or asks for help. Boxed: the text is
-    /// large and the case is rare.
+    /// The command line cannot be read, or asks for help. Boxed: clap's error is large and rare.
     Usage(Box<clap::Error>),
-    /// Each argument is right by itself, but not beside the others.
+    /// Arguments that are right one by one and wrong together.
     Misused(String),
-    /// Something that it names, or the machine, does not serve.
+    /// A file, a device or the machine does not do what is needed.
     Failed(miette::Report),
 }
 
-/// Faults that only the command can have.
+/// What can go wrong in the command itself.
 #[derive(Debug, Error, Diagnostic)]
 pub enum Fault {
-    /// A scene that cannot be read.
     #[error("cannot read the scene in {}: {reason}", path.display())]
     #[diagnostic(help(
-        "give A, B, C, D, grid, prism or spheres, the path of a TOML description, or that of a scene that `shisen bake` wrote"
+        "give A, B, C, D, grid, prism or spheres, the path of a TOML description, or the path of a scene that `shisen bake` wrote"
     ))]
-    ReadScene {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// A mesh where a scene belongs.
+    ReadScene { path: PathBuf, reason: io::Error },
     #[error("{} is a mesh, not a scene", path.display())]
     #[diagnostic(help(
         "place it in a built-in scene with --scene A --mesh FILE, or bake it first"
     ))]
-    MeshAsScene {
-        /// The file.
-        path: PathBuf,
-    },
-    /// What is to be a baked scene and cannot be read.
+    MeshAsScene { path: PathBuf },
     #[error("cannot read the baked scene in {}: {reason}", path.display())]
     #[diagnostic(help("give the path of a scene that `shisen bake` wrote"))]
-    ReadBaked {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// Neither text nor a baked scene.
+    ReadBaked { path: PathBuf, reason: io::Error },
     #[error("{} is neither a TOML description nor a baked scene", path.display())]
     #[diagnostic(help("if `shisen bake` wrote it, it has been damaged since: bake it again"))]
-    NotAScene {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A baked scene that the core refuses.
+    NotAScene { path: PathBuf },
     #[error("{} cannot be used", path.display())]
     #[diagnostic(help("bake the scene, or bake it again, with `shisen bake`"))]
-    Blob {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: SceneError,
-    },
-    /// A baked scene that is to be baked.
+    Blob { path: PathBuf, source: SceneError },
     #[error("{name} is baked already")]
     #[diagnostic(help("give what it was baked from"))]
-    AlreadyBaked {
-        /// The file.
-        name: String,
-    },
-    /// A scene that was read but cannot be baked.
+    AlreadyBaked { name: String },
     #[error("{name} cannot be baked")]
-    #[diagnostic(help("change what is named above, in the scene or in its mesh"))]
-    Bake {
-        /// What was read.
-        name: String,
-        /// Why.
-        source: BakeError,
-    },
-    /// A scene that was read but has a mesh without such polygon levels.
+    #[diagnostic(help("change the part of the scene or mesh that is named above"))]
+    Bake { name: String, source: BakeError },
     #[error("{name} cannot have these polygon levels")]
     #[diagnostic(help("give a larger MIN with --faces MIN..MAX"))]
-    Levels {
-        /// What was read.
-        name: String,
-        /// Why.
-        source: BakeError,
-    },
-    /// A mesh that the built-in scenes cannot scale.
+    Levels { name: String, source: BakeError },
     #[error("{mesh}: the mesh is flat along x, so it cannot be scaled to the scene")]
-    #[diagnostic(help("turn it so that it is long along x"))]
-    Flat {
-        /// What the mesh is called.
-        mesh: String,
-    },
-    /// A file of rays that cannot be read.
+    #[diagnostic(help("turn the mesh so that its longest side is along x"))]
+    Flat { mesh: String },
     #[error("cannot read the rays in {}: {reason}", path.display())]
-    #[diagnostic(help("give the path of a file of rays: six little-endian f32 each"))]
-    ReadRays {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// Bytes that are no whole number of rays, or none.
+    #[diagnostic(help("give the path of a file of rays, each six little-endian f32"))]
+    ReadRays { path: PathBuf, reason: io::Error },
     #[error(
-        "{} has {bytes} bytes, which is no whole number of rays above 0",
+        "{} has {bytes} bytes, which is not a whole number of rays, or none",
         path.display()
     )]
     #[diagnostic(help(
         "a ray takes 24 bytes: origin x, y, z and direction x, y, z as little-endian f32; there is no header"
     ))]
-    RayBytes {
-        /// The file.
-        path: PathBuf,
-        /// Its length.
-        bytes: usize,
-    },
-    /// A folder that pictures cannot go to.
+    RayBytes { path: PathBuf, bytes: usize },
     #[error("the pictures cannot go to {}: {}", path.display(), explain_folder(reason))]
     #[diagnostic(help("give a folder that you may write to with --out"))]
-    OutputFolder {
-        /// The folder.
-        path: PathBuf,
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// A file that cannot be written.
+    OutputFolder { path: PathBuf, reason: io::Error },
     #[error("{}: cannot write: {}", path.display(), explain(reason))]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// Threads that the system does not give.
+    Write { path: PathBuf, reason: io::Error },
     #[error("cannot start {threads} threads: {reason}")]
     #[diagnostic(help("ask for fewer with --threads"))]
     Threads {
-        /// How many were asked for.
         threads: usize,
-        /// What the system said.
         reason: rayon::ThreadPoolBuildError,
     },
-    /// Errors above what is promised.
-    #[error("{failed} of {total} hard cases are beyond their bounds")]
+    #[error("{failed} of {total} hard cases exceed their error bounds")]
     #[diagnostic(help(
-        "this build computes something else than was tested: build it again with the compiler's own settings, and report it with the table above where that does not help"
+        "this build computes other results than the one that was tested: build it again with the compiler's default settings; if the cases still fail, report the table above"
     ))]
-    HardCases {
-        /// How many.
-        failed: usize,
-        /// Of how many.
-        total: usize,
-    },
-    /// Standard output that takes nothing more.
+    HardCases { failed: usize, total: usize },
     #[error("cannot write to standard output: {reason}")]
     #[diagnostic(help(
-        "make room where it leads to, or let it lead elsewhere; files that were written are complete"
+        "free some space where the output goes, or send it elsewhere; all files are written"
     ))]
-    Print {
-        /// What the system said.
-        reason: io::Error,
-    },
+    Print { reason: io::Error },
 }
 
 impl Fault {
-    /// For the failure of writing `path`.
+    /// Makes the error for a failure to write `path`.
     pub fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |reason| Self::Write {
             path: path.to_owned(),
@@ -183,20 +100,47 @@ impl Fault {
     }
 }
 
-impl Failure {
-    /// A fault of the command line that no single argument shows.
-    pub fn usage(message: &str) -> Self {
-        Self::Misused(message.to_owned())
+/// Turns errors into failures.
+pub trait OrFail<T> {
+    /// The error is the machine's, or a file's.
+    fn or_fail(self) -> Result<T, Failure>;
+
+    /// The error is the command line's.
+    fn or_misuse(self) -> Result<T, Failure>;
+}
+
+impl<T, E: StdError + Send + Sync + 'static> OrFail<T> for Result<T, E> {
+    fn or_fail(self) -> Result<T, Failure> {
+        self.map_err(Failure::from_error)
     }
 
-    /// Adds the usage of the command that was asked for: its names within the `whole` command
-    /// line, from the outermost on.
+    fn or_misuse(self) -> Result<T, Failure> {
+        self.map_err(|error| Failure::usage(&error))
+    }
+}
+
+/// A wrong use of arguments, with a message as `format!` takes it.
+macro_rules! misuse {
+    ($($message:tt)*) => {
+        $crate::cli::output::failure::Failure::usage(&format!($($message)*))
+    };
+}
+pub(in crate::cli) use misuse;
+
+impl Failure {
+    /// A wrong use of arguments together.
+    pub fn usage(message: &(impl ToString + ?Sized)) -> Self {
+        Self::Misused(message.to_string())
+    }
+
+    /// Adds the usage of the command with the given names, the outermost first, to a wrong use
+    /// of its arguments.
     #[must_use]
     pub fn with_usage(self, mut whole: clap::Command, names: &[String]) -> Self {
         let Self::Misused(message) = self else {
             return self;
         };
-        // So that each command knows the names before its own.
+        // Tells each command the names before its own.
         whole.build();
         let mut asked = &mut whole;
         for name in names {
@@ -213,42 +157,38 @@ impl Failure {
         ))
     }
 
-    /// What the command line's parser says, which may be the help asked for.
+    /// An error of clap's, or the help that was asked for.
     pub fn from_clap(error: clap::Error) -> Self {
         Self::Usage(Box::new(error))
     }
 
-    /// An error that has no remedy to show beside its message.
-    pub fn from_error(error: impl std::error::Error + Send + Sync + 'static) -> Self {
+    /// An error without a remedy beside its message.
+    pub fn from_error(error: impl StdError + Send + Sync + 'static) -> Self {
         Self::Failed(miette::Report::from_err(error))
     }
 
-    /// Prints it to standard error, or help to standard output.
+    /// Prints the error to standard error, or help to standard output.
     pub fn print(&self) -> ExitCode {
-        match self {
-            Self::Usage(error) => tell(error),
-            Self::Misused(message) => tell(&clap::Error::raw(
-                ErrorKind::ArgumentConflict,
-                format!("{message}\n"),
-            )),
+        let error = match self {
+            Self::Usage(error) => error,
+            Self::Misused(message) => {
+                let message = format!("{message}\n");
+                &Box::new(clap::Error::raw(ErrorKind::ArgumentConflict, message))
+            }
             Self::Failed(report) => {
                 let _ = writeln!(io::stderr(), "Error: {report:?}");
-                ExitCode::FAILURE
+                return ExitCode::FAILURE;
             }
+        };
+        let printed = error.print().and_then(|()| io::stdout().flush());
+        match printed {
+            // Help is a report, like any other.
+            Err(reason) if !error.use_stderr() && reason.kind() != io::ErrorKind::BrokenPipe => {
+                Self::from(Fault::Print { reason }).print()
+            }
+            // Where standard error is closed, nobody is left to tell.
+            _ => u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from),
         }
-    }
-}
-
-/// Says what is wrong with a command line, or the help asked for, and how that ends.
-fn tell(error: &clap::Error) -> ExitCode {
-    let said = error.print().and_then(|()| io::stdout().flush());
-    match said {
-        // Help is a report, as any other.
-        Err(reason) if !error.use_stderr() && reason.kind() != io::ErrorKind::BrokenPipe => {
-            Failure::from(Fault::Print { reason }).print()
-        }
-        // Nobody is left to tell where standard error is closed.
-        _ => u8::try_from(error.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from),
     }
 }
 

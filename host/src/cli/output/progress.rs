@@ -1,14 +1,14 @@
-//! A progress bar on standard error, where somebody watches long work.
+//! A progress bar on standard error, for long work.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal};
 use std::sync::Once;
 use std::time::{Duration, Instant};
 
-/// Work that is over sooner needs no bar.
+/// Least time of work that gets a bar.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// How far a frame is.
+/// A progress bar that appears after a while.
 pub struct Progress {
     bar: ProgressBar,
     start: Instant,
@@ -17,19 +17,19 @@ pub struct Progress {
     appears: Once,
 }
 
-/// With the time that is left, where one part takes as long as another.
+/// The bar of work with equal parts, with the time to go.
 const EVEN: &str = "{bar:40} {percent:>3} %, {elapsed} elapsed, {eta} to go";
 
-/// Without it, where it would jump.
+/// The bar of work with unequal parts, whose time to go would jump.
 const UNEVEN: &str = "{bar:40} {percent:>3} %, {elapsed} elapsed";
 
 impl Progress {
-    /// Shows nothing where `quiet` is set or standard error is no terminal.
+    /// Makes a bar that shows nothing if `quiet`, or if standard error is no terminal.
     pub fn new(quiet: bool) -> Self {
         Self::with(quiet, EVEN)
     }
 
-    /// The same of work whose parts take unlike times: it tells no time that is left.
+    /// The same for work with unequal parts.
     pub fn of_uneven_parts(quiet: bool) -> Self {
         Self::with(quiet, UNEVEN)
     }
@@ -44,14 +44,14 @@ impl Progress {
         }
     }
 
-    /// Tells that `done` of `total` tiles are finished.
+    /// Shows that `done` of `total` parts are finished.
     pub fn show(&self, done: usize, total: usize) {
         if !self.wanted || self.start.elapsed() < PATIENCE {
             return;
         }
         self.appears.call_once(|| {
             self.bar.set_length(total as u64);
-            // A template of our own that does not parse shows as the default.
+            // A template that did not parse would show as the default.
             if let Ok(style) = ProgressStyle::with_template(self.template) {
                 self.bar.set_style(style);
             }

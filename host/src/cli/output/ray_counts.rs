@@ -1,29 +1,26 @@
 //! Rays by kind, for reports.
 
-use serde::Serialize;
+use crate::cli::prelude::*;
 use shisen_core::frame::Statistics;
-use std::fmt;
 
-/// How many rays of each kind were traced.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// Traced rays of each kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct RayCounts {
-    /// From an eye.
+    /// Rays from an eye.
     pub primary: u64,
-    /// Off mirrors.
+    /// Rays off mirrors.
     pub reflected: u64,
-    /// Through glass.
+    /// Rays through glass.
     pub refracted: u64,
-    /// To lights.
+    /// Rays to lights.
     pub shadow: u64,
 }
 
 impl RayCounts {
-    /// Off mirrors and through glass.
     pub const fn secondary(&self) -> u64 {
         self.reflected + self.refracted
     }
 
-    /// Of all kinds.
     pub const fn all(&self) -> u64 {
         self.primary + self.secondary() + self.shadow
     }
@@ -42,15 +39,11 @@ impl From<Statistics> for RayCounts {
 
 impl fmt::Display for RayCounts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            primary,
-            reflected,
-            refracted,
-            shadow,
-        } = self;
         write!(
             f,
-            "{primary} primary, {reflected} reflected, {refracted} refracted, {shadow} shadow"
-        )
+            "{} primary, {} reflected, ",
+            self.primary, self.reflected
+        )?;
+        write!(f, "{} refracted, {} shadow", self.refracted, self.shadow)
     }
 }

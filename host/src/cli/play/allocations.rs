@@ -1,21 +1,24 @@
-//! That frames take no memory after the first ones: counted by the allocator of this
-//! program's tests.
+//! Tests that frames take no memory after the first ones.
 //!
-//! It counts what all threads take, from a simulated tracker, from a decoder and from a
-//! serial port. Tests run beside one another, so the frames here
-//! are rendered by a process of its own.
+//! The allocator of this program's tests counts what all threads take, with a simulated tracker, a
+//! decoder and a serial port. Other tests run at the same time, so a process of its own renders.
 
 use super::{Audience, Change, LiveArguments, Newest, TimeArguments, paper_lod};
 use crate::live::{Alone, FrameRecord, SessionSettings};
 use crate::render::{CaptureOptions, Observer};
-use crate::tracker::Spec;
+use crate::tracker::pty::Pty;
+use crate::tracker::serve::{Begin, serve};
+use crate::tracker::{Feed, MockSpec, Notice, Spec, simulated};
 use clap::Parser;
 use shisen_core::gaze::HeadPose;
+use shisen_tracker::decoder::Event;
+use shisen_tracker::serial::Serial;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::process::Command;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
-/// The system's, with a count.
+/// The system's allocator, with a count.
 struct Counting;
 
 #[global_allocator]
@@ -24,8 +27,8 @@ static ALLOCATOR: Counting = Counting;
 /// How often memory was taken.
 static TAKEN: AtomicU64 = AtomicU64::new(0);
 
-#[allow(unsafe_code, reason = "an allocator is unsafe, whatever it does")]
-// SAFETY: all is the system's.
+#[allow(unsafe_code, reason = "every allocator is unsafe")]
+// SAFETY: the system's allocator does everything.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         TAKEN.fetch_add(1, Ordering::SeqCst);
@@ -52,7 +55,7 @@ const COUNTED: u64 = 80;
 /// Set for the process that renders.
 const ALONE: &str = "SHISEN_COUNTS_ALLOCATIONS";
 
-/// Whoever looks at how much memory frames take.
+/// Counts how often frames take memory.
 struct Auditor {
     frames: u64,
     before: u64,
@@ -82,12 +85,14 @@ struct Line {
     time: TimeArguments,
 }
 
-/// How often frames took memory that follow a tracker.
+/// Returns how often frames that follow a tracker took memory.
 fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) -> u64 {
     let usual = ["frames", "--size", "32", "--threads", "2", "--hz", "200"];
-    let few = ["--levels", "3"];
-    let with_levels = !arguments.contains(&"off");
-    let few = few.iter().filter(|_| with_levels);
+    let few: &[_] = if arguments.contains(&"off") {
+        &[]
+    } else {
+        &["--levels", "3"]
+    };
     let line = Line::parse_from(usual.iter().chain(arguments).chain(few));
     let live = line.live.changed(Change::Capture(capture));
     let prepared = live.prepare(&line.time).unwrap();
@@ -105,70 +110,55 @@ fn taken(arguments: &[&str], capture: Option<CaptureOptions>, tracker: &Spec) ->
     auditor.taken
 }
 
-/// Serial ports, by way of pseudo-terminals.
-#[cfg(unix)]
-mod line {
-    use super::{Spec, TAKEN, taken};
-    use crate::tracker::pty::Pty;
-    use crate::tracker::serve::{Begin, serve};
-    use crate::tracker::{Feed, MockSpec, Notice, simulated};
-    use shisen_tracker::decoder::Event;
-    use shisen_tracker::serial::Serial;
-    use std::sync::atomic::{AtomicBool, Ordering};
-    use std::time::{Duration, Instant};
-
-    /// A port that is read while nothing comes, and while something does; a feed of it;
-    /// and frames that follow that.
-    pub(super) fn take_no_memory() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("tracker");
-        let mut pty = Pty::open(&path).unwrap();
-        let mut port = Serial::open(path.to_str().unwrap(), 115_200).unwrap();
-        let mut buffer = [0; 64];
-        let begun = Instant::now();
-        let before = TAKEN.load(Ordering::SeqCst);
-        for _ in 0..50 {
-            assert_eq!(port.read(&mut buffer).unwrap(), 0);
-        }
-        // Each of them waited.
-        assert!(begun.elapsed() >= Duration::from_millis(100));
-        for _ in 0..50 {
-            assert!(pty.send(b"what came").unwrap());
-            assert_eq!(port.read(&mut buffer).unwrap(), 9);
-        }
-        let after = TAKEN.load(Ordering::SeqCst);
-        assert_eq!(after - before, 0, "by a port");
-        drop((port, pty));
-        let mut pty = Pty::open(&path).unwrap();
-        let over = AtomicBool::new(false);
-        let spec: Spec = format!("serial:{}?protocol=hatire", path.display())
-            .parse()
-            .unwrap();
-        std::thread::scope(|scope| {
-            scope.spawn(|| {
-                let tracker = simulated(&MockSpec::default()).unwrap();
-                let protocol = "hatire".parse().unwrap();
-                let goes_on = &mut |_| !over.load(Ordering::SeqCst);
-                serve(&mut pty, tracker, &protocol, Begin::AtOnce, goes_on).unwrap();
-            });
-            let mut feed = Feed::open(&spec).unwrap();
-            let mut samples = 0;
-            let mut before = 0;
-            while samples < 400 {
-                let now = feed.now();
-                feed.poll(now, &mut |notice| {
-                    samples += u64::from(matches!(notice, Notice::Decoded(Event::Sample(_))));
-                });
-                if samples <= 200 {
-                    before = TAKEN.load(Ordering::SeqCst);
-                }
-            }
-            assert_eq!(TAKEN.load(Ordering::SeqCst) - before, 0, "by a feed");
-            drop(feed);
-            assert_eq!(taken(&[], None, &spec), 0, "from a serial port");
-            over.store(true, Ordering::SeqCst);
-        });
+/// Checks a serial port that is silent and that sends, its feed, and frames that follow it.
+fn serial_ports_take_no_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tracker");
+    let mut pty = Pty::open(&path).unwrap();
+    let mut port = Serial::open(path.to_str().unwrap(), 115_200).unwrap();
+    let mut buffer = [0; 64];
+    let begun = Instant::now();
+    let before = TAKEN.load(Ordering::SeqCst);
+    for _ in 0..50 {
+        assert_eq!(port.read(&mut buffer).unwrap(), 0);
     }
+    // Each of them waited.
+    assert!(begun.elapsed() >= Duration::from_millis(100));
+    for _ in 0..50 {
+        assert!(pty.send(b"what came").unwrap());
+        assert_eq!(port.read(&mut buffer).unwrap(), 9);
+    }
+    let after = TAKEN.load(Ordering::SeqCst);
+    assert_eq!(after - before, 0, "by a port");
+    drop((port, pty));
+    let mut pty = Pty::open(&path).unwrap();
+    let over = AtomicBool::new(false);
+    let spec = format!("serial:{}?protocol=hatire", path.display());
+    let spec: Spec = spec.parse().unwrap();
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let tracker = simulated(&MockSpec::default()).unwrap();
+            let protocol = "hatire".parse().unwrap();
+            let goes_on = &mut |_| !over.load(Ordering::SeqCst);
+            serve(&mut pty, tracker, &protocol, Begin::AtOnce, goes_on).unwrap();
+        });
+        let mut feed = Feed::open(&spec).unwrap();
+        let mut samples = 0;
+        let mut before = 0;
+        while samples < 400 {
+            let now = feed.now();
+            feed.poll(now, &mut |notice| {
+                samples += u64::from(matches!(notice, Notice::Decoded(Event::Sample(_))));
+            });
+            if samples <= 200 {
+                before = TAKEN.load(Ordering::SeqCst);
+            }
+        }
+        assert_eq!(TAKEN.load(Ordering::SeqCst) - before, 0, "by a feed");
+        drop(feed);
+        assert_eq!(taken(&[], None, &spec), 0, "from a serial port");
+        over.store(true, Ordering::SeqCst);
+    });
 }
 
 #[test]
@@ -206,6 +196,5 @@ fn frames_take_no_memory() {
     assert_eq!(taken(&[], Some(capture), &mock), 0, "with a capture");
     let bytes: Spec = "mock:as=fastrak".parse().unwrap();
     assert_eq!(taken(&[], None, &bytes), 0, "from a decoder");
-    #[cfg(unix)]
-    line::take_no_memory();
+    serial_ports_take_no_memory();
 }

@@ -1,20 +1,19 @@
-//! What the system did meanwhile, that a late frame may be due to.
+//! What the system takes from the process, which may make frames late.
 
-use serde::Serialize;
+use crate::cli::prelude::*;
 use std::fs;
 
-/// What was taken from this process; `None` where the system does not say.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// What was taken from this process; `None` if the system does not say.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Interference {
-    /// How often the processor was taken away from one of its threads.
+    /// How often the system took the processor away from a thread; null if unknown.
     pub involuntary_switches: Option<u64>,
-    /// Of all processors, by what this machine itself runs on: seconds.
+    /// Processor time that the hypervisor took, seconds; null if unknown.
     pub stolen_seconds: Option<f64>,
 }
 
 impl Interference {
-    /// Of the threads that are there, since they began; of the machine, since it
-    /// was started.
+    /// Counts for all present threads since they began, and for the machine since it started.
     pub fn so_far() -> Self {
         Self {
             involuntary_switches: involuntary_switches(),
@@ -22,7 +21,7 @@ impl Interference {
         }
     }
 
-    /// What came after another.
+    /// The difference from an earlier count.
     #[must_use]
     pub fn since(&self, before: &Self) -> Self {
         let switches = self.involuntary_switches.zip(before.involuntary_switches);
@@ -37,7 +36,7 @@ impl Interference {
 fn involuntary_switches() -> Option<u64> {
     let mut all = 0;
     for task in fs::read_dir("/proc/self/task").ok()? {
-        // One that has ended meanwhile has nothing to say.
+        // The thread may have ended.
         let Ok(status) = fs::read_to_string(task.ok()?.path().join("status")) else {
             continue;
         };
@@ -51,6 +50,6 @@ fn involuntary_switches() -> Option<u64> {
 fn stolen_seconds() -> Option<f64> {
     let all = fs::read_to_string("/proc/stat").ok()?;
     let stolen = all.lines().next()?.split_whitespace().nth(8)?;
-    // Linux counts in hundredths of a second here, whatever its own clock is.
+    // Linux counts in hundredths of a second here.
     Some(stolen.parse::<f64>().ok()? * 1.0e-2)
 }

@@ -1,29 +1,25 @@
-//! The pictures of `--view png`.
+//! The pictures of `--view png`, and the file of `--record`.
 
 use crate::cave::{Cave, Eye};
-use crate::cli::output::failure::Failure;
 use crate::cli::output::picture_files::{make_writable, metadata};
-use crate::live::{Share, eyes_of};
+use crate::cli::prelude::*;
+use crate::live::{FrameRecord, Share, eyes_of};
 use crate::picture::Picture;
 use crate::render::Observer;
 use crate::show::overview::net;
 use crate::show::stereo::Stereo;
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::io::{BufWriter, Write};
 
-/// Files, one or two a frame.
 pub(super) struct Files {
     folder: PathBuf,
     stereo: Stereo,
     cave: Cave,
-    /// Where there are several machines, each writes its walls by themselves.
+    /// This machine's walls and eyes.
     share: Share,
 }
 
 impl Files {
-    /// In a folder, which is made where it does not exist.
-    ///
-    /// # Errors
-    /// A folder that cannot be written to.
     pub(super) fn new(
         folder: &Path,
         stereo: Stereo,
@@ -39,10 +35,6 @@ impl Files {
         })
     }
 
-    /// Writes a frame: its walls, unfolded.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub(super) fn write(
         &self,
         number: u64,
@@ -54,7 +46,7 @@ impl Files {
         }
         let mut nets = Vec::new();
         for eye in eyes {
-            // Mono shows the first eye, and the other's walls need no unfolding.
+            // Mono shows the first eye only.
             if nets.is_empty() || self.stereo != Stereo::Mono {
                 nets.push(self.net(eye.eye, pictures, eyes)?);
             }
@@ -62,8 +54,7 @@ impl Files {
         let (Some(left), Some(right)) = (nets.first(), nets.last()) else {
             return Ok(());
         };
-        let shown = self.stereo.compose(left, right);
-        for one in shown.map_err(Failure::from_error)? {
+        for one in self.stereo.compose(left, right).or_fail()? {
             let suffix = match (self.stereo, one.eye) {
                 (Stereo::Sequential, Some(eye)) => format!("-{eye}"),
                 _ => String::new(),
@@ -75,14 +66,11 @@ impl Files {
             };
             let mut notes = metadata(format!("frame {number}, all walls")).to_vec();
             notes.extend(self.stereo.metadata(eye));
-            one.picture
-                .write_png(&path, &notes)
-                .map_err(Failure::from_error)?;
+            one.picture.write_png(&path, &notes).or_fail()?;
         }
         Ok(())
     }
 
-    /// A file for each wall and eye.
     fn write_walls(
         &self,
         number: u64,
@@ -97,7 +85,7 @@ impl Files {
             let notes = metadata(format!("frame {number}, {}, {eye} eye", screen.name()));
             picture
                 .write_png(&self.folder.join(name), &notes)
-                .map_err(Failure::from_error)?;
+                .or_fail()?;
         }
         Ok(())
     }
@@ -105,9 +93,35 @@ impl Files {
     fn net(&self, eye: Eye, pictures: &[Picture], eyes: &[Observer]) -> Result<Picture, Failure> {
         let pictures = eyes_of(&self.cave, eyes, self.share).zip(pictures);
         let seen: Vec<_> = pictures
-            .filter(|((_, of), _)| *of == eye)
+            .filter(|((_, one), _)| *one == eye)
             .filter_map(|((screen, _), picture)| Some((self.cave.screens().nth(screen)?, picture)))
             .collect();
-        net::unfold(&seen).map_err(Failure::from_error)
+        net::unfold(&seen).or_fail()
+    }
+}
+
+/// Writes a line for each frame.
+pub(super) struct Log {
+    path: PathBuf,
+    file: BufWriter<File>,
+}
+
+impl Log {
+    pub(super) fn create(path: &Path) -> Result<Self, Failure> {
+        let file = File::create(path).map_err(Fault::write(path))?;
+        Ok(Self {
+            path: path.to_owned(),
+            file: BufWriter::with_capacity(1 << 20, file),
+        })
+    }
+
+    pub(super) fn write(&mut self, record: &FrameRecord) -> Result<(), Failure> {
+        let written = serde_json::to_writer(&mut self.file, record).map_err(Into::into);
+        let written = written.and_then(|()| self.file.write_all(b"\n"));
+        Ok(written.map_err(Fault::write(&self.path))?)
+    }
+
+    pub(super) fn finish(mut self) -> Result<(), Failure> {
+        Ok(self.file.flush().map_err(Fault::write(&self.path))?)
     }
 }

@@ -1,14 +1,12 @@
-//! What becomes of frames.
+//! Sends frames to files, to a window or nowhere.
 
-use super::files::Files;
-use super::log::Log;
+use super::files::{Files, Log};
 use super::shortfall::Shortfall;
 use super::watch::Watch;
-use super::watched::{Command, Watched};
-use super::{Arguments, FillName, View};
-use crate::cli::output::failure::Failure;
-use crate::cli::output::warn;
+use super::{Arguments, View};
+use crate::cli::arguments::filling::Fill;
 use crate::cli::play::{Audience, Change, Newest, Prepared};
+use crate::cli::prelude::*;
 use crate::cli::tracker::Interrupt;
 use crate::live::{FrameRecord, Share};
 use crate::picture::Picture;
@@ -16,23 +14,37 @@ use crate::render::Observer;
 use crate::show::dashboard::About;
 use glam::Vec3;
 use shisen_core::gaze::HeadPose;
-use std::time::Instant;
 
-/// Where they go.
+/// What a key of the window asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    not(all(unix, feature = "window")),
+    allow(dead_code, reason = "without a window there are no keys")
+)]
+pub(super) enum Command {
+    Change(Change),
+    /// The next way to fill in where the gaze skips rays.
+    Fill,
+    End,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+pub(super) struct Watched {
+    /// Frames shown.
+    pub(super) shown: u64,
+    /// Frames not shown, for lack of time or after the window's end.
+    pub(super) dropped: u64,
+    /// Whether the window was open at the end.
+    pub(super) is_open: bool,
+}
+
 pub(super) enum Output {
-    /// Nowhere.
     None,
-    /// To files.
     Files(Files),
-    /// To a window.
     Window(Box<Watch>),
 }
 
 impl Output {
-    /// What was asked for.
-    ///
-    /// # Errors
-    /// A folder that cannot be written to; a window that there is not.
     pub(super) fn open(
         arguments: &Arguments,
         prepared: &Prepared,
@@ -52,16 +64,16 @@ impl Output {
     }
 }
 
-/// Sends frames where they go, until there are enough.
+/// Sends frames to their output, until there are enough.
 pub(super) struct Frames<'s> {
     arguments: &'s Arguments,
     interrupt: &'s Interrupt,
-    /// Some seconds after the first frame.
+    /// When to end, by `--seconds`.
     end: Option<Instant>,
     log: Option<Log>,
     output: Output,
-    fill: FillName,
-    /// What is shown, where it goes on to files or into the next frame.
+    fill: Fill,
+    /// The newest frame, for files or for the next frame.
     pictures: Vec<Picture>,
     shown: u64,
     change: Option<Change>,
@@ -91,9 +103,8 @@ impl<'s> Frames<'s> {
         }
     }
 
-    /// Before the first frame of a scene.
     pub(super) fn begin(&mut self, prepared: &Prepared) {
-        // Another scene's pictures are nothing to fill from.
+        // Pictures of another scene fill nothing.
         self.pictures.clear();
         if let Output::Window(watch) = &mut self.output {
             watch.begin(About {
@@ -106,18 +117,16 @@ impl<'s> Frames<'s> {
         }
     }
 
-    /// What shows where the gaze skips rays, by now.
-    pub(super) const fn fill(&self) -> FillName {
+    pub(super) const fn fill(&self) -> Fill {
         self.fill
     }
 
-    /// What was asked for last, if it is not shown yet.
+    /// Takes the change that a key asked for.
     pub(super) fn change(&mut self) -> Option<Change> {
         self.change.take()
     }
 
-    /// What became of the window, if there was one, and of the files: of one that could not
-    /// be written, why.
+    /// Ends the window, and returns its report and the first error of a file.
     pub(super) fn finish(self) -> (Option<Watched>, Result<(), Failure>) {
         let files = match (self.failure, self.log) {
             (Some(failure), _) => Err(failure),
@@ -137,7 +146,7 @@ impl<'s> Frames<'s> {
         head: HeadPose,
         eyes: &[Observer],
     ) -> Result<(), Failure> {
-        let filled = self.fill == FillName::Previous;
+        let filled = self.fill == Fill::Previous;
         match &mut self.output {
             Output::None => {}
             Output::Files(files) => {
@@ -146,8 +155,7 @@ impl<'s> Frames<'s> {
             }
             Output::Window(watch) => {
                 let wanted = watch.is_wanted();
-                // What is not looked at is not copied, but where it goes on into the
-                // next frame.
+                // Frames that nobody looks at are copied only for the next frame.
                 if filled && watch.is_open() {
                     newest.pictures(&mut self.pictures, true)?;
                 }
@@ -167,7 +175,7 @@ impl<'s> Frames<'s> {
         Ok(())
     }
 
-    /// Does what keys of the window ask for; whether frames go on.
+    /// Does what keys ask for; returns whether frames go on.
     fn obey(&mut self) -> bool {
         let Output::Window(watch) = &mut self.output else {
             return true;
@@ -179,11 +187,15 @@ impl<'s> Frames<'s> {
                     return false;
                 }
                 Command::Fill => {
-                    let before = self.arguments.fills(self.fill);
-                    self.fill = self.fill.next();
+                    let before = self.arguments.capture_for(self.fill);
+                    self.fill = match self.fill {
+                        Fill::Background => Fill::Previous,
+                        Fill::Previous => Fill::Capture,
+                        Fill::Capture => Fill::Background,
+                    };
                     self.pictures.clear();
                     watch.set_fill(self.fill.name());
-                    let capture = self.arguments.fills(self.fill);
+                    let capture = self.arguments.capture_for(self.fill);
                     if capture != before {
                         self.change = Some(Change::Capture(capture));
                         return false;
@@ -225,19 +237,17 @@ impl Audience for Frames<'_> {
         if let Output::Window(watch) = &mut self.output {
             watch.hear(record);
         }
-        if let Some(told) = self.shortfall.hear(record) {
-            warn(&told);
+        if let Some(warning) = self.shortfall.hear(record) {
+            warn(&warning);
         }
         let now = Instant::now();
-        let end = self
-            .arguments
-            .seconds
-            .map(|span| *self.end.get_or_insert(now + span));
+        let seconds = self.arguments.seconds;
+        let end = seconds.map(|span| *self.end.get_or_insert(now + span));
         let over = end.is_some_and(|end| now >= end)
             || self.arguments.frames == Some(self.shown)
             || self.failure.is_some()
             || self.interrupt.came();
-        // Keys that come too late are not obeyed.
+        // Keys after the last frame have no effect.
         !over && self.obey()
     }
 }

@@ -1,18 +1,14 @@
-//! In place of the window of `--view window`, where there is none: built without the
-//! feature `window`, or for a system without X servers.
+//! Replaces the window of `--view window` in builds without the feature `window` and on systems
+//! without X servers.
 
-use super::watched::{Command, Watched};
+use super::frames::{Command, Watched};
 use crate::cave::Cave;
-use crate::cli::output::failure::Failure;
+use crate::cli::prelude::*;
 use crate::live::FrameRecord;
 use crate::show::dashboard::{About, Frame};
 use crate::show::stereo::Stereo;
 use glam::Vec3;
-use miette::Diagnostic;
-use std::path::Path;
-use thiserror::Error;
 
-/// There is none.
 #[derive(Debug, Error, Diagnostic)]
 #[error("there is no window: this shisen was built without one")]
 #[diagnostic(help(
@@ -21,7 +17,6 @@ use thiserror::Error;
 ))]
 struct NoWindow;
 
-/// A window that cannot be.
 pub(super) enum Watch {}
 
 impl Watch {

@@ -1,97 +1,187 @@
-//! What `shisen run` says at its end.
+//! The report of `shisen run`.
 
-use super::watched::Watched;
-use super::{Arguments, FillName, LatchName};
-use crate::cli::output::counted;
+use super::frames::Watched;
+use super::{Arguments, LatchName};
+use crate::cli::arguments::filling::Fill;
+use crate::cli::output::picture_files::hexadecimal;
 use crate::cli::play::{Interference, Played, Prepared};
+use crate::cli::prelude::*;
 use crate::live::{
-    Allowance, FrameBudget, Leg, Quality, SessionReport, SessionSettings, Share, Summary,
+    Allowance, FrameBudget, FrameRecord, Leg, Quality, SessionReport, SessionSettings, Share,
+    Summary,
 };
 use crate::render::frame_hash;
 use hdrhistogram::Histogram;
-use serde::Serialize;
 use std::collections::BTreeMap;
-use std::fmt;
 
-/// The report.
-#[derive(Debug, Serialize)]
-pub(super) struct Report {
+/// The JSON that the command writes.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[allow(dead_code, reason = "only its schema is used")]
+pub(in crate::cli) enum Json {
+    /// The report on standard output.
+    Report(Report),
+    /// A line of the file of --record.
+    Record(FrameRecord),
+}
+
+/// The session. Where a key changed the scene or the level of detail, the frames since then.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
     #[serde(flatten)]
-    around: Around,
+    surroundings: Surroundings,
+    /// The scene's letter or name, or the path as given.
     scene: String,
+    /// The mesh of a built-in scene, or null.
     mesh: Option<String>,
+    /// SPEC of the tracker.
     tracker: String,
+    /// Pixels along each side of a wall whose file does not say.
     size: u32,
+    /// What follows the gaze: off, paper, paper-ellipse or foveated.
     lod: &'static str,
+    /// Refreshes per second.
     hz: u32,
+    /// What a frame may take.
     budget: String,
+    /// Time that the last frame might take, milliseconds; null without a budget of time.
     budget_ms: Option<f64>,
+    /// Steps that a frame may take; null without a budget of steps.
     budget_steps: Option<u64>,
+    /// Time of a frame in full, milliseconds; null unless the budget is a part of it.
     plain_ms: Option<f64>,
+    /// Least and greatest part of that time that was a budget, or null.
     plain_parts: Option<[f64; 2]>,
-    latch: &'static str,
+    /// When a frame takes the gaze.
+    latch: LatchName,
+    /// How two eyes are shown.
     stereo: Eyes,
+    /// Time from the first frame to the last.
     seconds: f64,
+    /// Frames shown.
     frames: u64,
+    /// Refreshes until the last frame.
     refreshes: u64,
+    /// Refreshes without a new frame.
     repeated_refreshes: u64,
+    /// Frames that missed their refresh, or the end of a longer budget.
     late_frames: u64,
+    /// Frames that took more steps than their budget of steps.
     over_budget_frames: u64,
+    /// Frames that took longer than their budget of time, from taking the gaze to the last pixel.
     over_time_frames: u64,
+    /// Frames with an unfinished tile within 5° of the line of sight, or of the head's direction
+    /// if the gaze is lost.
     frames_with_unfinished_fovea: u64,
+    /// Frames with an unfinished tile.
     frames_with_unfinished_tiles: u64,
+    /// Share of frames of lowered quality.
     lowered_share: f64,
+    /// Median share of the budget that frames took; null without a budget.
     spent_share: Option<f64>,
+    /// Median share of the budget's steps that frames of full quality would take, as far as known.
     needed_share: Option<f64>,
+    /// Changes of quality.
     quality_changes: u64,
+    /// Qualities, the best first.
     rungs: Vec<Rung>,
+    /// Frames whose head was where a screen is not seen.
     blind_frames: u64,
+    /// Frames without a tracker sample: before the first one, after the tracker was silent for
+    /// longer than a gaze is held, or with eyes that it did not see. They have no latency.
     frames_without_gaze: u64,
+    /// Median of the steps that frames took.
     median_steps: u64,
+    /// Samples of the tracker.
     samples: u64,
+    /// Samples not used, because a sensor sent 2,000 a second or more.
     passed_over_samples: u64,
+    /// Time from the sample to the wall, milliseconds; null without samples.
     motion_to_wall_ms: Option<Summary>,
+    /// Time of each stage from the sample to the wall, milliseconds.
     stages: BTreeMap<&'static str, Option<Summary>>,
+    /// Frames by their time in each stage: the end of each class in milliseconds, and its frames.
+    /// A class is a fifth longer than the one before; empty ones are left out.
     histograms: BTreeMap<&'static str, Vec<(f64, u64)>>,
 }
 
-/// What a session does not know of itself.
-#[derive(Debug, Serialize)]
-pub(super) struct Around {
-    /// The last that a key asked for, if any did.
-    pub(super) fill: FillName,
+/// What is known outside the session.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct Surroundings {
+    /// What shows where the gaze skips rays, after the last key.
+    pub(super) fill: Fill,
+    /// Threads that traced.
     pub(super) threads: usize,
+    /// The code path taken: avx2 or portable.
     pub(super) simd: &'static str,
+    /// Samples lost, by the device's count.
     pub(super) lost_samples: u64,
+    /// Bytes of the device that belong to no record.
     pub(super) dropped_bytes: u64,
+    /// Frames before a key asked for another scene or level of detail.
     pub(super) earlier_frames: u64,
+    /// The window, or null.
     pub(super) window: Option<Watched>,
+    /// Several machines; null without --cluster or with one process.
     pub(super) cluster: Option<Together>,
     #[serde(flatten)]
     pub(super) interference: Interference,
 }
 
-/// What came of several machines.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Together {
+    /// Number of processes.
     ranks: usize,
+    /// Hash of the last frame as all processes render it, without an end of steps.
     frame_hash: String,
+    /// Hash of the same frame as the first process renders it alone, or null.
     frame_hash_alone: Option<String>,
+    /// Wait of the first process for the others in each frame, microseconds, or null.
     waited_us: Option<Spans>,
+    /// Time from the first process that was ready to the last, microseconds, or null.
     spread_us: Option<Spans>,
 }
 
-/// How long something took in each frame: microseconds.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Spans {
+    /// Median.
     p50: u64,
+    /// 95 % took no longer.
     p95: u64,
+    /// 99 % took no longer.
     p99: u64,
+    /// The longest.
     most: u64,
 }
 
+#[derive(Debug, Serialize, JsonSchema)]
+struct Eyes {
+    /// mono, sequential, side-by-side, top-bottom or anaglyph.
+    format: &'static str,
+    /// The eyes, the first one first.
+    eye_order: Vec<&'static str>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+struct Rung {
+    /// Reflections and refractions followed.
+    depth: u8,
+    /// Level of the faces, 0 to 1.
+    faces: f32,
+    /// Part of the visual field.
+    field: f32,
+    /// Part of the central field.
+    centre: f32,
+    /// How many times as coarse rays are.
+    sampling: f32,
+    /// Part of the capture that is captured anew in a frame.
+    capture: f32,
+    /// Frames of this quality.
+    frames: u64,
+}
+
 impl Spans {
-    fn of(times: &Histogram<u64>) -> Self {
+    fn new(times: &Histogram<u64>) -> Self {
         Self {
             p50: times.value_at_quantile(0.5),
             p95: times.value_at_quantile(0.95),
@@ -102,40 +192,34 @@ impl Spans {
 }
 
 impl Together {
-    /// `None` of one machine.
-    pub(super) fn of(share: Share, played: &Played) -> Option<Self> {
-        if share.ranks() == 1 {
-            return None;
-        }
-        let of = |hash: u64| format!("{hash:016x}");
-        Some(Self {
+    /// `None` with one machine.
+    pub(super) fn new(share: Share, played: &Played) -> Option<Self> {
+        let report = &played.report;
+        (share.ranks() > 1).then(|| Self {
             ranks: share.ranks(),
-            frame_hash: of(frame_hash(played.report.hashes.iter().copied())),
-            frame_hash_alone: played.alone.map(of),
-            waited_us: played.report.waited.as_ref().map(Spans::of),
-            spread_us: played.report.spread.as_ref().map(Spans::of),
+            frame_hash: hexadecimal(frame_hash(report.hashes.iter().copied())),
+            frame_hash_alone: played.alone.map(hexadecimal),
+            waited_us: report.waited.as_ref().map(Spans::new),
+            spread_us: report.spread.as_ref().map(Spans::new),
         })
     }
 }
 
 impl fmt::Display for Together {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (ranks, hash) = (self.ranks, &self.frame_hash);
         write!(
             f,
-            "{} processes; the last frame of all of them is {}",
-            self.ranks, self.frame_hash
+            "{ranks} processes; the last frame of all of them is {hash}"
         )?;
         match &self.frame_hash_alone {
-            Some(alone) if *alone == self.frame_hash => f.write_str(", as it is of one alone")?,
-            Some(alone) => write!(f, ", and of one alone {alone}")?,
+            Some(alone) if alone == hash => f.write_str(", the same as one alone")?,
+            Some(alone) => write!(f, ", and that of one alone is {alone}")?,
             None => {}
         }
         for (text, spans) in [
-            ("the first waited for the others for", &self.waited_us),
-            (
-                "the last was ready later than the first by",
-                &self.spread_us,
-            ),
+            ("the first waited for the others", &self.waited_us),
+            ("the last was ready after the first by", &self.spread_us),
         ] {
             if let Some(Spans { p50, p95, .. }) = spans {
                 write!(f, "; {text} {p50} µs (median), {p95} µs (95%)")?;
@@ -145,38 +229,21 @@ impl fmt::Display for Together {
     }
 }
 
-/// How two eyes were shown.
-#[derive(Debug, Serialize)]
-struct Eyes {
-    format: &'static str,
-    eye_order: Vec<&'static str>,
-}
-
-/// How many frames had a quality.
-#[derive(Debug, Serialize)]
-struct Rung {
-    depth: u8,
-    faces: f32,
-    field: f32,
-    centre: f32,
-    sampling: f32,
-    capture: f32,
-    frames: u64,
-}
-
 impl Report {
     pub(super) fn new(
-        around: Around,
+        surroundings: Surroundings,
         arguments: &Arguments,
         prepared: &Prepared,
         settings: &SessionSettings,
-        of: &SessionReport,
+        session: &SessionReport,
     ) -> Self {
-        let part = |count: u64| count as f64 / (of.frames.max(1)) as f64;
+        let part = |count: u64| count as f64 / (session.frames.max(1)) as f64;
         let depth = arguments.live.tracing.depth;
-        let fill = around.fill;
+        let eyes = arguments.stereo.eye_order();
+        let foveated = arguments.live.lod.is_foveated();
+        let captures = surroundings.fill == Fill::Capture;
         Self {
-            around,
+            surroundings,
             scene: prepared.scene.clone(),
             mesh: prepared.mesh.clone(),
             tracker: arguments.tracker.to_string(),
@@ -184,77 +251,61 @@ impl Report {
             lod: prepared.arguments.lod.name(),
             hz: settings.hz,
             budget: settings.budget.to_string(),
-            budget_ms: match of.allowance {
+            budget_ms: match session.allowance {
                 Allowance::Time(time) => Some(1.0e3 * time.as_secs_f64()),
                 Allowance::Unlimited | Allowance::Steps(_) => None,
             },
-            // Of all machines.
+            // The allowance is this machine's; the budget is that of all machines.
             budget_steps: match settings.budget {
                 FrameBudget::Steps(steps) => Some(steps),
                 _ => None,
             },
-            plain_ms: of.plain_seconds.map(|seconds| 1.0e3 * seconds),
-            plain_parts: of.plain_parts,
-            latch: match arguments.latch {
-                LatchName::Early => "early",
-                LatchName::Late => "late",
-            },
+            plain_ms: session.plain_seconds.map(|seconds| 1.0e3 * seconds),
+            plain_parts: session.plain_parts,
+            latch: arguments.latch,
             stereo: Eyes {
                 format: arguments.stereo.name(),
-                eye_order: arguments
-                    .stereo
-                    .eye_order()
-                    .iter()
-                    .map(|eye| eye.name())
-                    .collect(),
+                eye_order: eyes.iter().map(|eye| eye.name()).collect(),
             },
-            seconds: of.seconds,
-            frames: of.frames,
-            refreshes: of.refreshes,
-            repeated_refreshes: of.refreshes - of.frames,
-            late_frames: of.late_frames,
-            over_budget_frames: of.over_budget_frames,
-            over_time_frames: of.over_time_frames,
-            frames_with_unfinished_fovea: of.frames_with_unfinished_fovea,
-            frames_with_unfinished_tiles: of.frames_with_unfinished_tiles,
-            lowered_share: part(of.lowered_frames),
-            spent_share: of.spent_share,
-            needed_share: of.needed_share,
-            quality_changes: of.quality_changes,
+            seconds: session.seconds,
+            frames: session.frames,
+            refreshes: session.refreshes,
+            repeated_refreshes: session.refreshes - session.frames,
+            late_frames: session.late_frames,
+            over_budget_frames: session.over_budget_frames,
+            over_time_frames: session.over_time_frames,
+            frames_with_unfinished_fovea: session.frames_with_unfinished_fovea,
+            frames_with_unfinished_tiles: session.frames_with_unfinished_tiles,
+            lowered_share: part(session.lowered_frames),
+            spent_share: session.spent_share,
+            needed_share: session.needed_share,
+            quality_changes: session.quality_changes,
             rungs: Quality::LADDER
                 .iter()
-                .zip(of.rungs)
+                .zip(session.rungs)
                 .map(|(quality, frames)| Rung {
                     depth: quality.depth.min(depth),
                     faces: quality.faces,
                     field: quality.field,
                     centre: quality.centre,
-                    sampling: if arguments.live.lod.is_foveated() {
-                        quality.sampling
-                    } else {
-                        1.0
-                    },
-                    capture: if fill == FillName::Capture {
-                        quality.capture
-                    } else {
-                        1.0
-                    },
+                    sampling: if foveated { quality.sampling } else { 1.0 },
+                    capture: if captures { quality.capture } else { 1.0 },
                     frames,
                 })
                 .collect(),
-            blind_frames: of.blind_frames,
-            frames_without_gaze: of.frames_without_gaze,
-            median_steps: of.median_steps,
-            samples: of.samples,
-            passed_over_samples: of.passed_over,
-            motion_to_wall_ms: of.latencies.summary(Leg::MotionToWall),
+            blind_frames: session.blind_frames,
+            frames_without_gaze: session.frames_without_gaze,
+            median_steps: session.median_steps,
+            samples: session.samples,
+            passed_over_samples: session.passed_over,
+            motion_to_wall_ms: session.latencies.summary(Leg::MotionToWall),
             stages: Leg::ALL
                 .into_iter()
-                .map(|leg| (leg.name(), of.latencies.summary(leg)))
+                .map(|leg| (leg.name(), session.latencies.summary(leg)))
                 .collect(),
             histograms: Leg::ALL
                 .into_iter()
-                .map(|leg| (leg.name(), of.latencies.few_classes(leg).collect()))
+                .map(|leg| (leg.name(), session.latencies.few_classes(leg).collect()))
                 .collect(),
         }
     }
@@ -266,29 +317,25 @@ impl Report {
         if let Some(plain) = self.plain_ms {
             write!(f, " (a frame in full takes {plain:.2} ms")?;
             if let Some([least, most]) = self.plain_parts {
-                write!(f, ", a budget is {least:.2} to {most:.2} of that")?;
+                write!(f, ", a budget {least:.2} to {most:.2} times that")?;
             }
             f.write_str(")")?;
         }
         if let Some(time) = self.budget_ms {
-            write!(f, ", at last {time:.2} ms")?;
+            write!(f, ", {time:.2} ms in the last frame")?;
         }
-        writeln!(f, "; {} steps a frame at the median", self.median_steps)
+        writeln!(f, "; the median frame took {} steps", self.median_steps)
     }
 
-    /// What frames of each rung were like.
     fn fmt_rungs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for rung in self.rungs.iter().filter(|rung| rung.frames > 0) {
+            let (frames, depth, faces) = (rung.frames, rung.depth, rung.faces);
+            let (field, centre) = (100.0 * rung.field, 100.0 * rung.centre);
             write!(
                 f,
-                "  {:6} frames: {} bounces, faces of level {}, field to {:.0}%, its centre to \
-                 {:.0}%",
-                rung.frames,
-                rung.depth,
-                rung.faces,
-                100.0 * rung.field,
-                100.0 * rung.centre
+                "  {frames:6} frames: {depth} bounces, faces of level {faces}, "
             )?;
+            write!(f, "{field:.0}% of the field, {centre:.0}% of its centre")?;
             if rung.sampling > 1.0 {
                 write!(f, ", {} times as coarse", rung.sampling)?;
             }
@@ -300,22 +347,21 @@ impl Report {
         Ok(())
     }
 
-    /// What became of the tracker's samples.
     fn fmt_samples(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} samples of the tracker", self.samples)?;
+        write!(f, "the tracker sent {} samples", self.samples)?;
         for (count, what) in [
-            (self.passed_over_samples, "passed over: too many"),
-            (self.around.lost_samples, "lost before they came"),
+            (self.passed_over_samples, "were not used: too many came"),
+            (self.surroundings.lost_samples, "were lost before they came"),
         ] {
             if count > 0 {
                 write!(f, ", {count} {what}")?;
             }
         }
         if self.frames_without_gaze > 0 {
+            let frames = self.frames_without_gaze;
             write!(
                 f,
-                "; {} frames followed none, and are in no time from a sample on",
-                self.frames_without_gaze
+                "; {frames} frames had no tracker sample, so they have no latency"
             )?;
         }
         writeln!(f)
@@ -330,54 +376,46 @@ impl fmt::Display for Report {
             self.scene,
             self.size,
             self.size,
-            counted(self.around.threads as u64, "thread"),
+            counted(self.surroundings.threads as u64, "thread"),
             self.tracker,
             self.hz,
             self.lod
         )?;
         self.fmt_budget(f)?;
-        writeln!(
+        let frames = counted(self.frames, "frame");
+        let (seconds, refreshes, late) = (self.seconds, self.refreshes, self.late_frames);
+        let (time, steps) = (self.over_time_frames, self.over_budget_frames);
+        write!(
             f,
-            "{} in {:.1} s at {} refreshes: {} late, {} over their time, {} over their \
-             steps, {} unfinished, {} of these near the line of sight",
-            counted(self.frames, "frame"),
-            self.seconds,
-            self.refreshes,
-            self.late_frames,
-            self.over_time_frames,
-            self.over_budget_frames,
-            self.frames_with_unfinished_tiles,
-            self.frames_with_unfinished_fovea
+            "{frames} in {seconds:.1} s at {refreshes} refreshes: {late} late, "
         )?;
-        writeln!(
-            f,
-            "quality lowered in {:.1}% of them, changed {} times",
-            100.0 * self.lowered_share,
-            self.quality_changes
-        )?;
-        if let Some(share) = self.spent_share {
-            writeln!(
-                f,
-                "{:.0}% of the budget spent, at the median",
-                100.0 * share
-            )?;
+        writeln!(f, "{time} over their time, {steps} over their steps")?;
+        let unfinished = self.frames_with_unfinished_tiles;
+        if unfinished > 0 {
+            let near = self.frames_with_unfinished_fovea;
+            write!(f, "{unfinished} frames lack a part of the picture, ")?;
+            writeln!(f, "{near} of them where the viewer looks")?;
+        }
+        let (lowered, changes) = (100.0 * self.lowered_share, self.quality_changes);
+        write!(f, "quality lowered in {lowered:.1}% of the frames, ")?;
+        writeln!(f, "changed {changes} times")?;
+        if let Some(spent) = self.spent_share.map(|share| 100.0 * share) {
+            writeln!(f, "the median frame spent {spent:.0}% of its budget")?;
         }
         if let Some(share) = self.needed_share {
+            let needed = 100.0 * share;
             writeln!(
                 f,
-                "of full quality frames take about {:.0}% of its steps, at the median",
-                100.0 * share
+                "in full quality it would take about {needed:.0}% of the steps"
             )?;
             if share <= 1.0 && self.lowered_share == 0.0 {
-                writeln!(
-                    f,
-                    "this budget is more than a frame of full quality needs: it lowered nothing"
-                )?;
+                let more = "this budget is more than a frame of full quality needs";
+                writeln!(f, "{more}: it lowered nothing")?;
             }
         }
         self.fmt_samples(f)?;
         self.fmt_rungs(f)?;
-        if let Some(together) = &self.around.cluster {
+        if let Some(together) = &self.surroundings.cluster {
             writeln!(f, "{together}")?;
         }
         write!(
@@ -386,27 +424,27 @@ impl fmt::Display for Report {
             "milliseconds", "median", "95%", "99%", "most"
         )?;
         for leg in Leg::ALL {
-            if let Some(Some(of)) = self.stages.get(leg.name()) {
+            if let Some(Some(time)) = self.stages.get(leg.name()) {
                 let name = leg.name().replace('_', " ");
-                write!(
-                    f,
-                    "\n{name:20} {:9.3} {:9.3} {:9.3} {:9.3}",
-                    of.p50, of.p95, of.p99, of.most
-                )?;
+                let Summary {
+                    p50,
+                    p95,
+                    p99,
+                    most,
+                    ..
+                } = time;
+                write!(f, "\n{name:20} {p50:9.3} {p95:9.3} {p99:9.3} {most:9.3}")?;
             }
         }
         let Interference {
             involuntary_switches,
             stolen_seconds,
-        } = self.around.interference;
+        } = self.surroundings.interference;
         if let Some(switches) = involuntary_switches {
             write!(f, "\nthe system took the processor away {switches} times")?;
         }
         if let Some(stolen) = stolen_seconds {
-            write!(
-                f,
-                "\nwhat this machine runs on took {stolen:.2} s of all processors"
-            )?;
+            write!(f, "\nthe hypervisor took {stolen:.2} s of processor time")?;
         }
         Ok(())
     }

@@ -1,39 +1,38 @@
-//! Budgets that are too small for the least quality.
+//! Warns of budgets that are too small for the least quality.
 
 use crate::cli::output::counted;
 use crate::live::{FrameRecord, Quality};
 
-/// Frames over their time before that is told: one or two may have been held up.
+/// Fewest frames over their time for a warning: one or two may have been held up.
 const FEWEST: u64 = 5;
 
-/// Of the frames of lowered quality one of so many is over its time, at least, where
-/// that is told.
+/// Least part of the frames of lowered quality that are over their time for a warning: one of these.
 const ONE_OF: u64 = 4;
 
-/// Tells once that frames of the least quality are not finished within their budget, or
-/// nothing of one is, and once that those of lowered quality are not in time. These need
-/// not be of the least: as many steps as that needs are given whatever the time, and a
-/// better one may fit into them.
+/// Warns once if a frame of the least quality, or any part of a frame, is not finished within its
+/// steps, and once if frames of lowered quality are over their time. These need not be of the
+/// least quality: frames always get the steps that it needs, into which a better one may fit.
 #[derive(Debug, Default)]
 pub(super) struct Shortfall {
-    /// Whether it was told that steps are too few.
-    of_steps: bool,
-    /// Whether it was told that time is too short.
-    of_time: bool,
+    warned_of_steps: bool,
+    warned_of_time: bool,
     /// Frames of lowered quality.
     lowered: u64,
-    /// Those of them that took longer than they might.
+    /// Those of them that were over their time.
     over_time: u64,
 }
 
 impl Shortfall {
-    /// Hears of a frame; what is to be told, if anything is.
+    /// Takes a frame's record; returns a warning if one is due.
     pub(super) fn hear(&mut self, record: &FrameRecord) -> Option<String> {
         let is_nothing = record.tiles > 0 && record.unfinished_tiles == record.tiles;
-        if let Some(steps) = record.budget_steps.filter(|_| is_nothing && !self.of_steps) {
-            self.of_steps = true;
+        if let Some(steps) = record
+            .budget_steps
+            .filter(|_| is_nothing && !self.warned_of_steps)
+        {
+            self.warned_of_steps = true;
             return Some(format!(
-                "the budget is too small: of frame {} no tile is finished in {}; give a larger \
+                "the budget is too small: no tile of frame {} is finished in {}; give a larger \
                  --budget",
                 record.frame,
                 counted(steps, "step"),
@@ -45,12 +44,12 @@ impl Shortfall {
         self.lowered += 1;
         self.over_time += u64::from(record.over_time);
         let is_least = record.rung + 1 == Quality::LADDER.len();
-        if record.unfinished_fovea && is_least && !self.of_steps {
-            self.of_steps = true;
+        if record.unfinished_fovea && is_least && !self.warned_of_steps {
+            self.warned_of_steps = true;
             return Some(format!(
-                "the budget is too small for what is looked at: of the least quality frame {} \
-                 takes about {} steps, and may take {}; give a larger --budget, a lower --hz or a \
-                 smaller --size",
+                "the budget is too small for the region that the viewer looks at: frame {} takes \
+                 about {} steps in the least quality, and may take {}; give a larger --budget, a \
+                 lower --hz or a smaller --size",
                 record.frame,
                 record.need_steps,
                 record.budget_steps.unwrap_or(record.need_steps),
@@ -58,15 +57,15 @@ impl Shortfall {
         }
         let is_common = self.over_time >= FEWEST && self.over_time * ONE_OF >= self.lowered;
         let budget = record.budget_us.filter(|_| record.over_time)?;
-        if !is_common || self.of_time {
+        if !is_common || self.warned_of_time {
             return None;
         }
-        self.of_time = true;
+        self.warned_of_time = true;
         let milliseconds = |microseconds: u64| 1.0e-3 * microseconds as f64;
         Some(format!(
-            "the budget is too short: of lowered quality {} of {} frames took longer, frame {} \
-             {:.2} ms where it may take {:.2} ms; give a larger --budget, a lower --hz or a \
-             smaller --size",
+            "the budget is too short: {} of {} frames of lowered quality took longer, frame {} \
+             {:.2} ms instead of {:.2} ms; give a larger --budget, a lower --hz or a smaller \
+             --size",
             self.over_time,
             self.lowered,
             record.frame,
@@ -82,7 +81,7 @@ mod tests {
 
     const LEAST: usize = Quality::LADDER.len() - 1;
 
-    /// One that takes so long of 2 ms.
+    /// A frame that takes a time of its 2 ms.
     fn frame(rung: usize, done_us: u64) -> FrameRecord {
         FrameRecord {
             rung,
@@ -93,64 +92,43 @@ mod tests {
         }
     }
 
-    /// What is told of frames.
-    fn told(frames: impl IntoIterator<Item = FrameRecord>) -> Vec<String> {
-        let mut shortfall = Shortfall::default();
-        let told = frames.into_iter().filter_map(|one| shortfall.hear(&one));
-        told.collect()
-    }
-
     #[test]
-    fn times_that_are_too_short_are_told_once() {
-        let half = |number: u64| {
-            frame(
-                LEAST,
-                if number.is_multiple_of(2) {
-                    3_400
-                } else {
-                    1_900
-                },
-            )
-        };
-        let told_of_half = told((0..100).map(half));
-        assert_eq!(told_of_half.len(), 1, "{told_of_half:?}");
-        let said = "5 of 9 frames took longer, frame 0 3.40 ms where it may take 2.00 ms";
-        assert!(told_of_half[0].contains(said), "{told_of_half:?}");
-        // Full quality will be lowered, and one in ten was held up.
-        assert!(told((0..100).map(|_| frame(0, 9_000))).is_empty());
-        let seldom = |number: u64| frame(LEAST, if number % 10 == 9 { 3_000 } else { 1_000 });
-        assert!(told((0..1_000).map(seldom)).is_empty());
-    }
-
-    #[test]
-    fn frames_of_nothing_are_told_once_whatever_their_quality() {
+    fn each_shortfall_is_told_once() {
+        let half = |i: u64| frame(LEAST, if i.is_multiple_of(2) { 3_400 } else { 1_900 });
+        let seldom = |i: u64| frame(LEAST, if i % 10 == 9 { 3_000 } else { 1_000 });
         let nothing = |unfinished_tiles| FrameRecord {
             tiles: 6,
             unfinished_tiles,
             budget_steps: Some(2_000),
             ..FrameRecord::default()
         };
-        let told_of_nothing = told((0..10).map(|_| nothing(6)));
-        assert_eq!(told_of_nothing.len(), 1, "{told_of_nothing:?}");
-        assert!(told_of_nothing[0].contains("2000 steps"));
-        assert!(told([nothing(5)]).is_empty());
-    }
-
-    #[test]
-    fn holes_where_one_looks_are_told_once() {
-        let hole = || FrameRecord {
+        let hole = |over_time| FrameRecord {
             unfinished_fovea: true,
             need_steps: 900,
             budget_steps: Some(1),
+            over_time,
             ..frame(LEAST, 1_000)
         };
-        let told_of_holes = told((0..10).map(|_| hole()));
-        assert_eq!(told_of_holes.len(), 1, "{told_of_holes:?}");
-        assert!(told_of_holes[0].contains("900 steps, and may take 1;"));
-        let both = told((0..10).map(|_| FrameRecord {
-            over_time: true,
-            ..hole()
-        }));
-        assert_eq!(both.len(), 2, "{both:?}");
+        let times = "5 of 9 frames of lowered quality took longer, frame 0 3.40 ms instead of 2.00";
+        let steps = "900 steps in the least quality, and may take 1;";
+        let cases: [(&dyn Fn(u64) -> FrameRecord, &[&str]); 7] = [
+            (&half, &[times]),
+            // Full quality will be lowered, and one frame in ten was held up.
+            (&|_| frame(0, 9_000), &[]),
+            (&seldom, &[]),
+            (&|_| nothing(6), &["2000 steps"]),
+            (&|_| nothing(5), &[]),
+            (&|_| hole(false), &[steps]),
+            (&|_| hole(true), &[steps, "too short"]),
+        ];
+        for (record, expected) in cases {
+            let mut shortfall = Shortfall::default();
+            let warnings = (0..100).filter_map(|i| shortfall.hear(&record(i)));
+            let warnings: Vec<_> = warnings.collect();
+            assert_eq!(warnings.len(), expected.len(), "{warnings:?}");
+            for (warning, expected) in warnings.iter().zip(expected) {
+                assert!(warning.contains(expected), "{warning}");
+            }
+        }
     }
 }

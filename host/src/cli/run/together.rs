@@ -1,29 +1,24 @@
 //! `--cluster`: the processes that `mpirun` started.
 
 use super::Arguments;
-use crate::cli::output::failure::Failure;
+use crate::cli::prelude::*;
 use crate::live::{Alone, SwapLock};
-use std::time::Duration;
 
-/// What keeps this process in step with the others, if there are any.
-///
-/// # Errors
-/// Of usage: `--cluster` where there is no MPI in this program, and other processes
-/// without `--cluster`. Processes that do not say who they are.
+/// Joins the other processes, if there are any.
 pub(super) fn lock(arguments: &Arguments) -> Result<Box<dyn SwapLock>, Failure> {
     if arguments.cluster {
         return join(Duration::from_secs(arguments.swap_timeout));
     }
     match started_by_mpirun() {
         None | Some(1) => Ok(Box::new(Alone)),
-        Some(processes) => Err(Failure::usage(&format!(
+        Some(processes) => Err(misuse!(
             "mpirun started {processes} of these, and each would follow the tracker by itself: \
-             give --cluster, which shares the walls out among them"
-        ))),
+             give --cluster, which shares the walls among them"
+        )),
     }
 }
 
-/// How many processes `mpirun` started, where it did: Open MPI and MPICH say so.
+/// The number of processes that `mpirun` started, as Open MPI and MPICH say it.
 fn started_by_mpirun() -> Option<usize> {
     let names = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
     let said = names.into_iter().find_map(|name| std::env::var(name).ok());
@@ -39,9 +34,9 @@ fn join(wait: Duration) -> Result<Box<dyn SwapLock>, Failure> {
 
 #[cfg(not(feature = "cluster"))]
 fn join(_: Duration) -> Result<Box<dyn SwapLock>, Failure> {
-    Err(Failure::usage(
+    Err(misuse!(
         "--cluster is not in this program: build it with `cargo build --release --features \
          cluster`, for which Open MPI and clang are needed (on Debian: libopenmpi-dev \
-         openmpi-bin clang libclang-dev)",
+         openmpi-bin clang libclang-dev)"
     ))
 }

@@ -1,15 +1,14 @@
 //! The window of `--view window`, and the thread that draws it.
 //!
-//! The loop and the window share no lock that either waits for. The window asks for a
-//! frame when it has the time for one; the loop copies the next into the buffer that
-//! comes with the asking, and goes on. Frames that nobody has asked for are counted,
-//! and not copied.
+//! The loop of frames never waits for the window. The window asks for a frame when it has time;
+//! the loop copies its next frame into the buffer that comes with the request. It only counts
+//! frames without a request.
 
 mod presenter;
 
-use super::watched::{Command, Watched};
+use super::frames::{Command, Watched};
 use crate::cave::Cave;
-use crate::cli::output::failure::Failure;
+use crate::cli::prelude::*;
 use crate::live::FrameRecord;
 use crate::show::dashboard::{About, Dashboard, Frame, Latency};
 use crate::show::stereo::Stereo;
@@ -17,26 +16,24 @@ use crate::show::window::Window;
 use glam::Vec3;
 use presenter::{Ending, Presenter};
 use std::collections::VecDeque;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
-/// Latencies that are shown at most.
+/// Most latencies shown.
 const REMEMBERED: usize = 240;
 
-/// Commands that wait at most: keys that are pressed faster are lost.
+/// Most commands that wait: keys that are pressed faster are lost.
 const COMMANDS: usize = 16;
 
-/// How long the window may take to end: a server that hangs keeps it.
+/// Longest wait for the end of the window, whose server may hang.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// What both threads know.
+/// What both threads share.
 #[derive(Debug, Default)]
 struct Shared {
-    /// Where the mouse says the viewer looks.
+    /// The direction at which the mouse points.
     gaze: Mutex<Option<Vec3>>,
     over: AtomicBool,
     shown: AtomicU64,
@@ -46,8 +43,7 @@ struct Shared {
 /// The loop's end of a window.
 pub(super) struct Watch {
     shared: Arc<Shared>,
-    /// A buffer for a frame, where the window wants one: that of an older frame, or
-    /// none yet.
+    /// The window's requests, each with the buffer of an older frame if there is one.
     wanted: Receiver<Option<Box<Frame>>>,
     frames: SyncSender<Box<Frame>>,
     commands: Receiver<Command>,
@@ -60,10 +56,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Opens a window for the screens of a room, whose screenshots go to a folder.
-    ///
-    /// # Errors
-    /// A window or a thread that there is not.
+    /// Opens a window for the screens of a room. Its screenshots go to a folder.
     pub(super) fn open(cave: &Cave, stereo: Stereo, folder: &Path) -> Result<Self, Failure> {
         let window = Window::open("Shisen", Dashboard::SIZE)?;
         let shared = Arc::new(Shared::default());
@@ -80,7 +73,7 @@ impl Watch {
         let thread = std::thread::Builder::new()
             .name("window".to_owned())
             .spawn(move || presenter.run(&cave, stereo))
-            .map_err(Failure::from_error)?;
+            .or_fail()?;
         Ok(Self {
             shared,
             wanted,
@@ -100,12 +93,10 @@ impl Watch {
         })
     }
 
-    /// Before the first frame of a scene.
     pub(super) fn begin(&mut self, about: About) {
         self.about = Arc::new(about);
     }
 
-    /// Says what fills where the gaze skips rays.
     pub(super) fn set_fill(&mut self, fill: &str) {
         let mut about = (*self.about).clone();
         fill.clone_into(&mut about.fill);
@@ -130,12 +121,12 @@ impl Watch {
         }
     }
 
-    /// The frame that is wanted, to be filled in.
+    /// The requested frame, to be filled in.
     pub(super) fn frame(&mut self) -> Option<&mut Frame> {
         self.next.as_deref_mut()
     }
 
-    /// Hears of a frame that was seen: the one that was wanted goes to the window.
+    /// Takes a frame's record, and sends the requested frame to the window.
     pub(super) fn hear(&mut self, record: &FrameRecord) {
         if self.latencies.len() == REMEMBERED {
             self.latencies.pop_front();
@@ -158,24 +149,21 @@ impl Watch {
         }
     }
 
-    /// Where the mouse says the viewer looks, if it does.
+    /// The direction at which the mouse points, if it is the gaze.
     pub(super) fn gaze(&self) -> Option<Vec3> {
         *lock(&self.shared.gaze)
     }
 
-    /// What a key asks for, if any was pressed.
+    /// The next command of a key.
     pub(super) fn command(&mut self) -> Option<Command> {
         self.commands.try_recv().ok()
     }
 
-    /// Whether it is there.
     pub(super) fn is_open(&self) -> bool {
-        self.thread
-            .as_ref()
-            .is_some_and(|thread| !thread.is_finished())
+        let thread = self.thread.as_ref();
+        thread.is_some_and(|thread| !thread.is_finished())
     }
 
-    /// Whether somebody closed it.
     pub(super) fn was_closed(&mut self) -> bool {
         if !self.is_open() {
             self.end();
@@ -183,7 +171,7 @@ impl Watch {
         self.ending == Some(Ending::Closed)
     }
 
-    /// Ends it, unless a server that hangs keeps it.
+    /// Ends the window, unless its server hangs.
     pub(super) fn finish(mut self) -> Watched {
         let is_open = self.is_open();
         self.shared.over.store(true, Ordering::Relaxed);
@@ -201,17 +189,15 @@ impl Watch {
         }
     }
 
-    /// Takes notice of its end.
+    /// Notes the window's end.
     fn end(&mut self) {
         if let Some(thread) = self.thread.take() {
-            // One that panicked has said so.
+            // A thread that panicked has said so.
             self.ending = Some(thread.join().unwrap_or(Ending::Gone));
-            // A mouse that is gone points nowhere.
             *lock(&self.shared.gaze) = None;
         }
     }
 
-    /// To be filled in.
     fn empty(&self) -> Frame {
         Frame {
             about: Arc::clone(&self.about),

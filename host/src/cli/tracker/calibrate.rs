@@ -1,69 +1,44 @@
-//! `shisen tracker calibrate`: from what a tracker says to where eyes look.
+//! `shisen tracker calibrate`: fits a calibration to what a tracker sends.
 
 use super::follow::{EndArguments, follow};
 use super::show::Shown;
 use super::{TrackerName, warn_of_sensors};
 use crate::cave::look::Point;
-use crate::cli::output::failure::{Failure, Fault};
-use crate::cli::output::{print, say};
+use crate::cli::prelude::*;
 use crate::files::write_atomically;
 use crate::tracker::calibration::{
-    CalibrationFile, EYES, Fits, Gatherer, SeenTarget, TimedTarget, device_name, estimation,
-    read_script,
+    CalibrationFile, EYES, Fits, Gatherer, SeenTarget, device_name, estimation, read_script,
 };
 use crate::tracker::{Feed, Notice};
-use clap::{Args, ValueEnum};
-use miette::Diagnostic;
-use serde::Serialize;
 use shisen_core::gaze::HeadPose;
 use shisen_tracker::decoder::Event;
 use shisen_tracker::estimate::Model;
 use shisen_tracker::time::Micros;
-use std::fmt;
-use std::path::PathBuf;
-use thiserror::Error;
 
 /// Calibrates an eye tracker
-///
-/// Takes what the tracker says while the viewer looks at targets, fits a
-/// calibration to it, and writes FILE, for --calibration of `shisen tracker
-/// monitor`, `shisen cave` and `shisen run`. With --targets the targets are somewhere in the
-/// room, and SPEC can also be a recording (replay:FILE); without, nine of them are
-/// shown on this terminal, two seconds each, and it has to fill the [screen] of
-/// --setup. Of several sensors the first that is seen is the viewer's head, or the
-/// one that `head=N` in SPEC names.
-///
-/// With --json, one object: file, device (null of a recording that --device says
-/// nothing of), model, targets (place (metres, in the room), direction (from the
-/// eyes, in the head's axes), samples and `left`, `right` and `combined` (null, or
-/// measured (what the tracker said, the mean) and `residual_deg`) each) and left,
-/// right and combined (null, or `rms_deg`, `largest_deg` and worst (which target,
-/// from 0)).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// Which tracker: see `shisen tracker --help`
+    /// The tracker: see `shisen tracker --help`
     #[arg(value_name = "SPEC")]
     spec: TrackerName,
-    /// Where to; what was there is overwritten
+    /// File to write; an older one is overwritten
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// What is looked at and when: a table with the columns `start_s`, `end_s`
-    /// (seconds since the tracker was opened, or on the recording's clock), x, y
-    /// and z (metres, in the room)
+    /// Table of targets with the columns `start_s`, `end_s` (seconds since the tracker was opened,
+    /// or on the recording's clock), x, y and z (metres, in the room)
     #[arg(long, value_name = "CSV")]
     targets: Option<PathBuf>,
-    /// What is fitted: shift, scale, turn and shear, or these and a bend
+    /// What to fit: shift, scale, turn and shear, or these and a bend
     #[arg(long, value_enum, default_value = "affine")]
     model: FittedModel,
-    /// A calibration file whose head, [screen] and [`room_from_tracker`] are used
-    /// and kept
+    /// Calibration file whose head, [screen] and [`room_from_tracker`] are used and kept
     #[arg(long, value_name = "TOML")]
     setup: Option<PathBuf>,
-    /// Where the head is, as far as the tracker does not say: metres, in the
-    /// room [default: as --setup says, or else 0,0,0]
+    /// Position of the head in the room, metres, unless the tracker says it [default: as --setup
+    /// says, or else 0,0,0]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     head: Option<Point>,
-    /// The device that a recording is of, such as iscan [default: as SPEC says]
+    /// Device of a recording, such as iscan [default: as SPEC says]
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
     /// Print one JSON object
@@ -71,7 +46,6 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// `--model`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum FittedModel {
     /// 3 targets or more, not on a line
@@ -80,29 +54,21 @@ enum FittedModel {
     SecondOrder,
 }
 
-/// There is nothing to look at.
 #[derive(Debug, Error, Diagnostic)]
 enum NoTargets {
-    /// A recording, or the mock.
-    #[error("the targets can be shown to nobody: {spec} is no device")]
-    #[diagnostic(help("give what was looked at with --targets CSV"))]
-    NotLive {
-        /// What it is.
-        spec: String,
-    },
-    /// It is not known where the terminal is.
-    #[error("it is not known where this terminal is in the room")]
+    #[error("nobody can look at targets now: {spec} is no device")]
+    #[diagnostic(help("say with --targets CSV what the viewer looked at"))]
+    NotLive { spec: String },
+    #[error("nothing says where this terminal is in the room")]
     #[diagnostic(help(
         "give --setup TOML with a [screen] (corner = [x, y, z] and size = [w, h], metres) that this terminal fills, or --targets CSV"
     ))]
     NoScreen,
-    /// There is no terminal.
-    #[error("standard error is no terminal to show targets on")]
+    #[error("targets cannot be shown: standard error is no terminal")]
     #[diagnostic(help("give --targets CSV"))]
     NoTerminal,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut file = match &arguments.setup {
         Some(path) => CalibrationFile::load(path)?,
@@ -119,7 +85,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let timed = arguments.targets.as_deref().map(read_script).transpose()?;
     let mut feed = Feed::open(spec)?;
     file.device = arguments.device.clone().or_else(|| device_name(spec));
-    // What was fitted before does not count: of that, this is the repetition.
+    // The new targets replace those of an earlier calibration.
     file.targets.clear();
     let head = HeadPose {
         position: file.head,
@@ -160,7 +126,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&Report::new(name, &file, &fits), arguments.json)
 }
 
-/// Listens to a device while the targets are looked at.
+/// Listens to a device while the viewer looks at the targets.
 fn gather(
     feed: &mut Feed,
     gatherer: &mut Gatherer,
@@ -168,22 +134,16 @@ fn gather(
 ) -> Result<(), Failure> {
     let targets = gatherer.targets().to_vec();
     let end = targets.last().map_or(Micros(0), |last| last.end);
-    let mut told = 0;
+    let mut announced = 0;
     let forever = EndArguments::default();
     follow(feed, &forever, &mut |feed, heard| {
         let now = feed.now();
-        match (&mut shown, targets.get(told)) {
+        match (&mut shown, targets.get(announced)) {
             (Some(shown), _) => shown.show(now),
             (None, Some(target)) if now >= target.start => {
-                told += 1;
-                let TimedTarget { place, .. } = target;
-                say(&format!(
-                    "target {told} of {}: {} {} {} m",
-                    targets.len(),
-                    place.x,
-                    place.y,
-                    place.z
-                ));
+                announced += 1;
+                let (count, [x, y, z]) = (targets.len(), target.place.to_array());
+                say(&format!("target {announced} of {count}: {x} {y} {z} m"));
             }
             _ => {}
         }
@@ -196,43 +156,81 @@ fn gather(
     })
 }
 
-#[derive(Debug, Serialize)]
-struct Report {
+/// A calibration.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// File of the calibration.
     file: String,
+    /// Name of the device; null for a recording without --device.
     device: Option<String>,
+    /// affine or second-order.
     model: &'static str,
+    /// What the viewer looked at.
     targets: Vec<TargetReport>,
-    left: Option<EyeReport>,
-    right: Option<EyeReport>,
-    combined: Option<EyeReport>,
+    #[serde(flatten)]
+    eyes: Eyes<EyeReport>,
 }
 
-#[derive(Debug, Serialize)]
+/// A value for each eye that the tracker measures, or null.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Eyes<T> {
+    /// The left eye.
+    left: Option<T>,
+    /// The right eye.
+    right: Option<T>,
+    /// Both eyes together.
+    combined: Option<T>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
 struct TargetReport {
+    /// Position in the room, metres, or null.
     place: Option<[f32; 3]>,
+    /// Direction from the eyes, in the axes of the head.
     direction: [f32; 3],
+    /// Number of samples, or null.
     samples: Option<u32>,
-    left: Option<MeasuredReport>,
-    right: Option<MeasuredReport>,
-    combined: Option<MeasuredReport>,
+    #[serde(flatten)]
+    eyes: Eyes<MeasuredReport>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct MeasuredReport {
+    /// Mean of the measurements.
     measured: [f32; 2],
+    /// Error of the calibration, degrees.
     residual_deg: f32,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct EyeReport {
+    /// Root mean square of the errors, degrees.
     rms_deg: f32,
+    /// Largest error, degrees.
     largest_deg: f32,
+    /// Target of the largest error, from 0.
     worst: usize,
+}
+
+impl<T> Eyes<T> {
+    fn new([left, right, combined]: [Option<T>; 3]) -> Self {
+        Self {
+            left,
+            right,
+            combined,
+        }
+    }
+
+    fn named(&self) -> impl Iterator<Item = (&'static str, &T)> {
+        let eyes = [&self.left, &self.right, &self.combined];
+        let eyes = EYES.into_iter().zip(eyes);
+        eyes.filter_map(|(name, eye)| Some((name, eye.as_ref()?)))
+    }
 }
 
 impl Report {
     fn new(name: String, file: &CalibrationFile, fits: &Fits) -> Self {
-        let [left, right, combined] = fits.map(|fit| {
+        let eyes = fits.map(|fit| {
             let residual = fit?.residual();
             Some(EyeReport {
                 rms_deg: residual.rms.to_degrees(),
@@ -246,9 +244,7 @@ impl Report {
             device: file.device.clone(),
             model: crate::tracker::calibration::model_name(file.model),
             targets: file.targets.iter().map(target).collect(),
-            left,
-            right,
-            combined,
+            eyes: Eyes::new(eyes),
         }
     }
 }
@@ -256,7 +252,7 @@ impl Report {
 impl TargetReport {
     fn new(file: &CalibrationFile, fits: &Fits, seen: &SeenTarget) -> Self {
         let residuals = file.residuals(fits, seen);
-        let [left, right, combined] = std::array::from_fn(|eye| {
+        let eyes = std::array::from_fn(|eye| {
             let (measured, off) = seen.measured[eye].zip(residuals[eye])?;
             Some(MeasuredReport {
                 measured: measured.to_array(),
@@ -267,9 +263,7 @@ impl TargetReport {
             place: seen.place.map(|place| place.to_array()),
             direction: seen.direction.to_array(),
             samples: seen.samples,
-            left,
-            right,
-            combined,
+            eyes: Eyes::new(eyes),
         }
     }
 }
@@ -284,31 +278,18 @@ impl fmt::Display for Report {
             if let Some(samples) = target.samples {
                 write!(f, ", {samples} samples")?;
             }
-            let eyes = [&target.left, &target.right, &target.combined];
-            for (eye, measured) in EYES.into_iter().zip(eyes) {
-                if let Some(MeasuredReport {
-                    measured: [x, y],
-                    residual_deg,
-                }) = measured
-                {
-                    write!(f, ", {eye} {x:.3} {y:.3} ({residual_deg:.3}° off)")?;
-                }
+            for (eye, found) in target.eyes.named() {
+                let ([x, y], off) = (found.measured, found.residual_deg);
+                write!(f, ", {eye} {x:.3} {y:.3} ({off:.3}° off)")?;
             }
             writeln!(f)?;
         }
-        for (eye, fit) in EYES
-            .into_iter()
-            .zip([&self.left, &self.right, &self.combined])
-        {
-            if let Some(fit) = fit {
-                writeln!(
-                    f,
-                    "{eye}: {:.3}° rms, {:.3}° at most, of target {}",
-                    fit.rms_deg,
-                    fit.largest_deg,
-                    fit.worst + 1
-                )?;
-            }
+        for (eye, fit) in self.eyes.named() {
+            let (rms, most, worst) = (fit.rms_deg, fit.largest_deg, fit.worst + 1);
+            writeln!(
+                f,
+                "{eye}: {rms:.3}° rms, at most {most:.3}°, for target {worst}"
+            )?;
         }
         write!(f, "{}: {} model", self.file, self.model)
     }

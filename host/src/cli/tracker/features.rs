@@ -1,98 +1,98 @@
 //! What an eye tracker says of itself, for reports.
 
+use crate::cli::prelude::*;
 use crate::tracker::Features;
-use serde::Serialize;
-use shisen_tracker::hid::eye_tracker::{Capabilities, Configuration, Status, status_name};
-use std::fmt;
+use shisen_tracker::hid::eye_tracker::status_name;
 
-/// Null where the device does not say.
-#[derive(Debug, Clone, Serialize)]
+/// What a HID eye tracker says of itself. A value is null if the device does not say it.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub(super) struct FeatureReport {
-    capabilities: Option<CapabilityReport>,
-    configuration: Option<ConfigurationReport>,
-    status: Option<StatusReport>,
-    /// Reports that it has and that could not be read, and why.
+    /// What the tracker can do.
+    capabilities: Option<Capabilities>,
+    /// The display that it is set up for.
+    configuration: Option<Configuration>,
+    /// Its state.
+    status: Option<Status>,
+    /// Reports that could not be read, and why.
     unread: Vec<String>,
-    /// Why it did not take the request to send all that it has.
+    /// Why it refused the request to send everything; null if it accepted the request, has no such
+    /// request, or was not asked.
     refused: Option<String>,
 }
 
-#[derive(Debug, Clone, Serialize)]
-struct CapabilityReport {
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+struct Capabilities {
+    /// Quality of the tracking.
     quality: Option<u32>,
+    /// Least distance of the eyes, metres.
     nearest_m: Option<f32>,
+    /// Best distance of the eyes, metres.
     best_m: Option<f32>,
+    /// Greatest distance of the eyes, metres.
     furthest_m: Option<f32>,
+    /// Greatest width of a screen, metres.
     widest_screen_m: Option<f32>,
+    /// Greatest height of a screen, metres.
     highest_screen_m: Option<f32>,
 }
 
-#[derive(Debug, Clone, Serialize)]
-struct ConfigurationReport {
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+struct Configuration {
+    /// Manufacturer of the display.
     manufacturer: Option<u32>,
+    /// Product number of the display.
     product: Option<u32>,
+    /// Serial number of the display.
     serial_number: Option<u32>,
+    /// When the display was made.
     manufacturer_date: Option<u32>,
+    /// Width of the screen, metres.
     screen_width_m: Option<f32>,
+    /// Height of the screen, metres.
     screen_height_m: Option<f32>,
 }
 
-#[derive(Debug, Clone, Serialize)]
-struct StatusReport {
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+struct Status {
+    /// Number of the state.
     code: Option<u32>,
+    /// Meaning of that number.
     meaning: &'static str,
+    /// Samples per second.
     rate_hz: Option<f32>,
 }
 
 impl From<&Features> for FeatureReport {
     fn from(features: &Features) -> Self {
         Self {
-            capabilities: features.capabilities.map(CapabilityReport::of),
-            configuration: features.configuration.map(ConfigurationReport::of),
-            status: features.status.map(StatusReport::of),
+            capabilities: features.capabilities.map(|said| Capabilities {
+                quality: said.quality,
+                nearest_m: said.nearest,
+                best_m: said.best,
+                furthest_m: said.furthest,
+                widest_screen_m: said.widest_screen,
+                highest_screen_m: said.highest_screen,
+            }),
+            configuration: features.configuration.map(|said| Configuration {
+                manufacturer: said.manufacturer,
+                product: said.product,
+                serial_number: said.serial_number,
+                manufacturer_date: said.manufacturer_date,
+                screen_width_m: said.screen_width,
+                screen_height_m: said.screen_height,
+            }),
+            status: features.status.map(|said| Status {
+                code: said.configuration,
+                meaning: said.configuration.map_or("", status_name),
+                rate_hz: said.sampling_frequency,
+            }),
             unread: features.unread.clone(),
             refused: features.refused.clone(),
         }
     }
 }
 
-impl CapabilityReport {
-    fn of(of: Capabilities) -> Self {
-        Self {
-            quality: of.quality,
-            nearest_m: of.nearest,
-            best_m: of.best,
-            furthest_m: of.furthest,
-            widest_screen_m: of.widest_screen,
-            highest_screen_m: of.highest_screen,
-        }
-    }
-}
-
-impl ConfigurationReport {
-    fn of(of: Configuration) -> Self {
-        Self {
-            manufacturer: of.manufacturer,
-            product: of.product,
-            serial_number: of.serial_number,
-            manufacturer_date: of.manufacturer_date,
-            screen_width_m: of.screen_width,
-            screen_height_m: of.screen_height,
-        }
-    }
-}
-
-impl StatusReport {
-    fn of(of: Status) -> Self {
-        Self {
-            code: of.configuration,
-            meaning: of.configuration.map_or("", status_name),
-            rate_hz: of.sampling_frequency,
-        }
-    }
-}
-
-/// A value, or a word of its lack.
+/// A value, or a question mark.
 struct Or<T>(Option<T>);
 
 impl<T: fmt::Display> fmt::Display for Or<T> {
@@ -105,53 +105,40 @@ impl<T: fmt::Display> fmt::Display for Or<T> {
 }
 
 impl fmt::Display for FeatureReport {
-    /// On a line.
+    /// Writes one line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = Vec::new();
-        if let Some(of) = &self.capabilities {
+        if let Some(said) = &self.capabilities {
+            let (near, far, best) = (Or(said.nearest_m), Or(said.furthest_m), Or(said.best_m));
+            let (width, height) = (Or(said.widest_screen_m), Or(said.highest_screen_m));
             parts.push(format!(
-                "tracks from {:.3} to {:.3} m (best {:.3}), screens up to {:.3} by {:.3} m, \
-                 quality {}",
-                Or(of.nearest_m),
-                Or(of.furthest_m),
-                Or(of.best_m),
-                Or(of.widest_screen_m),
-                Or(of.highest_screen_m),
-                Or(of.quality)
+                "tracks from {near:.3} to {far:.3} m (best {best:.3}), screens up to {width:.3} by \
+                 {height:.3} m, quality {}",
+                Or(said.quality)
             ));
         }
-        if let Some(of) = &self.configuration {
+        if let Some(said) = &self.configuration {
+            let (width, height) = (Or(said.screen_width_m), Or(said.screen_height_m));
+            let (maker, product) = (said.manufacturer.unwrap_or(0), said.product.unwrap_or(0));
             parts.push(format!(
-                "set up for {:.3} by {:.3} m of display {:#06x}:{:#06x}, serial number {}",
-                Or(of.screen_width_m),
-                Or(of.screen_height_m),
-                of.manufacturer.unwrap_or(0),
-                of.product.unwrap_or(0),
-                Or(of.serial_number)
+                "set up for {width:.3} by {height:.3} m of display {maker:#06x}:{product:#06x}, \
+                 serial number {}",
+                Or(said.serial_number)
             ));
         }
-        if let Some(of) = &self.status {
-            let meaning = if of.meaning.is_empty() {
-                "unknown"
-            } else {
-                of.meaning
-            };
-            parts.push(format!(
-                "status {} ({meaning}), {} Hz",
-                Or(of.code),
-                Or(of.rate_hz)
-            ));
+        if let Some(said) = &self.status {
+            let meaning = Some(said.meaning).filter(|meaning| !meaning.is_empty());
+            let meaning = meaning.unwrap_or("unknown");
+            let (code, rate) = (Or(said.code), Or(said.rate_hz));
+            parts.push(format!("status {code} ({meaning}), {rate} Hz"));
         }
-        for unread in &self.unread {
-            parts.push(format!("cannot be read: {unread}"));
-        }
+        let unread = self.unread.iter();
+        parts.extend(unread.map(|unread| format!("cannot be read: {unread}")));
         if let Some(reason) = &self.refused {
-            parts.push(format!(
-                "it did not take the request to send all that it has: {reason}"
-            ));
+            parts.push(format!("refused the request to send everything: {reason}"));
         }
         if parts.is_empty() {
-            return f.write_str("it says nothing of itself");
+            parts.push("it says nothing of itself".to_owned());
         }
         f.write_str(&parts.join("; "))
     }
@@ -160,11 +147,12 @@ impl fmt::Display for FeatureReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shisen_tracker::hid::eye_tracker;
 
     #[test]
-    fn what_it_says_is_told_and_what_it_does_not_is_open() {
+    fn what_a_device_does_not_say_is_left_open() {
         let features = Features {
-            capabilities: Some(Capabilities {
+            capabilities: Some(eye_tracker::Capabilities {
                 quality: Some(1),
                 nearest: Some(0.5),
                 best: None,
@@ -173,7 +161,7 @@ mod tests {
                 highest_screen: Some(0.4),
             }),
             configuration: None,
-            status: Some(Status {
+            status: Some(eye_tracker::Status {
                 configuration: Some(3),
                 sampling_frequency: Some(90.0),
             }),
@@ -186,14 +174,7 @@ mod tests {
             "tracks from 0.500 to 0.900 m (best ?), screens up to 0.700 by 0.400 m, quality 1; \
              status 3 (the screen has to be set up), 90 Hz; \
              cannot be read: configuration (0x12): no; \
-             it did not take the request to send all that it has: broken pipe"
+             refused the request to send everything: broken pipe"
         );
-        let json = serde_json::to_value(&report).unwrap();
-        assert_eq!(json["capabilities"]["quality"], 1);
-        assert!(json["capabilities"]["best_m"].is_null() && json["configuration"].is_null());
-        assert_eq!(json["refused"], "broken pipe");
-        assert_eq!(json["status"]["meaning"], "the screen has to be set up");
-        let silent = FeatureReport::from(&Features::default());
-        assert_eq!(silent.to_string(), "it says nothing of itself");
     }
 }

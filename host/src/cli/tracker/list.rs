@@ -1,28 +1,12 @@
-//! `shisen tracker list`: what is plugged in.
+//! `shisen tracker list`: serial ports and HID devices.
 
 use super::features::FeatureReport;
-use crate::cli::output::failure::Failure;
-use crate::cli::output::{print, warn};
+use crate::cli::prelude::*;
 use crate::tracker::features;
-use clap::Args;
-use serde::Serialize;
 use shisen_tracker::hid::device::{Found, devices};
 use shisen_tracker::serial::ports;
-use std::fmt;
 
 /// Lists serial ports and HID devices
-///
-/// With --json, one object: serial (path, id (vendor:product, null where it is
-/// not on USB) and product each) and hid (path, id, product, serial, usages
-/// (page and usage), tracker (whether it says that it tracks eyes or heads,
-/// usage page 0x12) and features each). Features is what such a tracker says of itself,
-/// null where it is none or cannot be asked: capabilities (quality, `nearest_m`,
-/// `best_m`, `furthest_m`, `widest_screen_m`, `highest_screen_m`), configuration
-/// (manufacturer, product, `serial_number` and `manufacturer_date` of the display,
-/// `screen_width_m`, `screen_height_m`), status (code, meaning, `rate_hz`), each null
-/// where the device does not say it, unread (which reports could not be read, and
-/// why) and refused (why it did not take the request to send all that it has; null
-/// where it did, has no such request, or, as here, was not asked).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Print one JSON object
@@ -30,27 +14,40 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Serialize)]
-struct Report {
+/// Serial ports and HID devices.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// Serial ports.
     serial: Vec<Port>,
+    /// HID devices.
     hid: Vec<Device>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Port {
+    /// Path of the port.
     path: String,
+    /// USB vendor and product, as in 1532:0b00; null if the port is not on USB.
     id: Option<String>,
+    /// Name of the product, or null.
     product: Option<String>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Device {
+    /// Path of the device.
     path: String,
+    /// USB vendor and product, as in 1532:0b00.
     id: String,
+    /// Name of the product.
     product: String,
+    /// Serial number.
     serial: String,
+    /// Usage page and usage of each collection.
     usages: Vec<(u16, u16)>,
+    /// Whether the device is an eye or head tracker, usage page 0x12.
     tracker: bool,
+    /// What a tracker says of itself; null for other devices, or if it cannot be asked.
     features: Option<FeatureReport>,
 }
 
@@ -58,9 +55,8 @@ fn hexadecimal((vendor, product): (u16, u16)) -> String {
     format!("{vendor:04x}:{product:04x}")
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // A host without such devices may not even have the lists.
+    // A system without such devices may not have these lists.
     let serial = ports().unwrap_or_else(|reason| {
         warn(&format!("the serial ports cannot be listed: {reason}"));
         Vec::new()
@@ -69,32 +65,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         warn(&format!("the HID devices cannot be listed: {reason}"));
         Vec::new()
     });
-    let report = Report {
-        serial: serial
-            .into_iter()
-            .map(|port| Port {
-                path: port.path,
-                id: port.usb_id.map(hexadecimal),
-                product: port.product,
-            })
-            .collect(),
-        hid: hid
-            .into_iter()
-            .map(|found| Device {
-                tracker: found.is_tracker(),
-                features: asked(&found),
-                path: found.path,
-                id: hexadecimal(found.id),
-                product: found.product,
-                serial: found.serial_number,
-                usages: found.usages,
-            })
-            .collect(),
-    };
-    print(&report, arguments.json)
+    let serial = serial.into_iter().map(|port| Port {
+        path: port.path,
+        id: port.usb_id.map(hexadecimal),
+        product: port.product,
+    });
+    let hid = hid.into_iter().map(|found| Device {
+        tracker: found.is_tracker(),
+        features: asked(&found),
+        path: found.path,
+        id: hexadecimal(found.id),
+        product: found.product,
+        serial: found.serial_number,
+        usages: found.usages,
+    });
+    let (serial, hid) = (serial.collect(), hid.collect());
+    print(&Report { serial, hid }, arguments.json)
 }
 
-/// What a tracker says of itself.
 fn asked(found: &Found) -> Option<FeatureReport> {
     if !found.is_tracker() {
         return None;
@@ -120,9 +108,7 @@ impl fmt::Display for Report {
         }
         for device in &self.hid {
             let mark = if device.tracker { "  [tracker]" } else { "" };
-            let Device {
-                path, id, product, ..
-            } = device;
+            let (path, id, product) = (&device.path, &device.id, &device.product);
             lines.push(format!("hid:{path}  {id}  {product}{mark}"));
             if let Some(features) = &device.features {
                 lines.push(format!("  {features}"));

@@ -1,54 +1,24 @@
-//! `shisen tracker monitor`: what a tracker says, as it says it.
+//! `shisen tracker monitor`: what a tracker sends, as it comes.
 
 use super::TrackerName;
 use super::follow::{EndArguments, follow};
 use super::sample::{Record, Records};
 use crate::cli::output;
-use crate::cli::output::failure::Failure;
+use crate::cli::prelude::*;
 use crate::tracker::Feed;
 use crate::tracker::calibration::{Calibrated, estimation};
-use clap::Args;
 use shisen_tracker::decoder::Event;
 use shisen_tracker::estimate::GazeEstimator;
 use shisen_tracker::time::Micros;
 use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
 
-/// Shows what a tracker says
-///
-/// Prints a line a sample, at once; on a terminal one line that changes. What
-/// happens to the device (plugged in, gone, refused, silent, not understood), what it
-/// says of itself (an eye tracker's capabilities, configuration and status, faults, states, texts, refused commands, eyes lost and found), what
-/// happens to its clock (jumps, single wrong times, a standstill) and, with --calibration, to the
-/// gaze (samples that are not used, and why) goes to standard error, each kind once
-/// a second at most.
-///
-/// With --json, one object a sample: number (from 0), `arrival_us` (since the
-/// start), `device_us` (by the device's clock, null where it has none),
-/// `late_us` (the delay beyond the least of the last seconds; null where there
-/// is no device time, or none that moves), clock (the device's: runs, stands
-/// still or none), sensor, sequence, head (position (metres), orientation (x, y, z, w), each with its
-/// value and whether it is tracked, `angular_velocity` (rad/s)), `gaze_frame`
-/// (head or tracker), left, right and combined (null, or origin, direction,
-/// `pupil_m`, `pupil_raw` and openness), `gaze_point` (kind (plane, normalized
-/// or raw), value, tracked), `line_of_sight` (null without --calibration:
-/// position (metres) and direction in the room, and state, as `shisen cave` has
-/// it), `rate_hz`, lost, `held_back` (samples that came before the device was told what
-/// to send, and are not used), dropped, `dropped_by` (how often, by reason),
-/// `dropped_bytes`, device: null but in the first record after an eye tracker of
-/// usage page 0x12 was plugged in, which has what `shisen tracker list` has as its
-/// features, and said: what the device said since the record before, 64 things at most,
-/// each with its kind: fault and state (code, and meaning, as its manual has it), text
-/// (text), reply (to a command, by its number; result, 0 where it agrees; meaning) and eyes
-/// (event: blink, closed, opened, lost, found, saccade or fixation; eye: left, right or null
-/// for both; `device_us`; `duration_us`, null but of what is over). The plain line ends with
-/// what happened to the eyes.
+/// Shows what a tracker sends
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// Which tracker: see `shisen tracker --help`
+    /// The tracker: see `shisen tracker --help`
     #[arg(value_name = "SPEC")]
     spec: TrackerName,
-    /// What `shisen tracker calibrate` wrote for it: says where the viewer looks
+    /// File of `shisen tracker calibrate`, to show where the viewer looks
     #[arg(long, value_name = "TOML")]
     calibration: Option<PathBuf>,
     #[command(flatten)]
@@ -58,7 +28,6 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let spec = &arguments.spec.spec;
     let calibration = arguments.calibration.as_deref();
@@ -68,13 +37,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let sight = calibrated.map(|calibrated| {
         let head = calibrated.head();
         let config = estimation(spec, feed.senses(spec), head, Some(&calibrated));
-        GazeEstimator::new(config).map_err(Failure::from_error)
+        GazeEstimator::new(config).or_fail()
     });
     let records = Records::new(sight.transpose()?);
     show(&mut feed, records, &arguments.end, arguments.json)
 }
 
-/// Shows a feed.
 pub(super) fn show(
     feed: &mut Feed,
     mut records: Records,
@@ -107,15 +75,15 @@ pub(super) fn show(
     shown
 }
 
-/// Standard output: one line that changes, or a line a record.
+/// Standard output: one line that changes, or a line for each record.
 struct Screen {
     json: bool,
     live: bool,
-    /// When the one line changed last.
+    /// When the line changed last.
     shown: Option<Micros>,
 }
 
-/// Nobody reads faster.
+/// Least time between two changes of the line.
 const LIVE_STEP: Micros = Micros(50_000);
 
 impl Screen {
@@ -125,7 +93,7 @@ impl Screen {
         Self { json, live, shown }
     }
 
-    /// Whether anybody still reads.
+    /// Prints a record; returns whether somebody still reads.
     fn print(&mut self, record: &Record, now: Micros) -> Result<bool, Failure> {
         if self.live && self.shown.is_some_and(|last| now.since(last) < LIVE_STEP) {
             return Ok(true);
@@ -140,7 +108,7 @@ impl Screen {
 
     fn end(&self) {
         if self.live && self.shown.is_some() {
-            // What ended it matters more.
+            // The error that ended the command matters more.
             let _ = output::write(|stdout| writeln!(stdout));
         }
     }

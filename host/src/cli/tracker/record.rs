@@ -1,34 +1,20 @@
-//! `shisen tracker record`: what a tracker says, into a file.
+//! `shisen tracker record`: what a tracker sends, into a file.
 
 use super::TrackerName;
 use super::follow::{EndArguments, follow};
 use super::sample::{ByReason, by_reason};
-use crate::cli::output::failure::Failure;
-use crate::cli::output::print;
+use crate::cli::prelude::*;
 use crate::tracker::{Feed, Recorder};
-use clap::Args;
-use miette::Diagnostic;
-use serde::Serialize;
 use shisen_tracker::decoder::Event;
 use std::collections::BTreeMap;
-use std::fmt;
-use std::path::PathBuf;
-use thiserror::Error;
 
 /// Records a tracker
-///
-/// A file with the extension .csv is a table with a line a sample; any other
-/// holds frames of our own link. Ends at --frames, --seconds or Ctrl-C.
-///
-/// With --json, one object: file, samples, messages, lost, `held_back` (samples that
-/// came before the device was told what to send, and are not used), dropped and
-/// `dropped_by` (how often, by reason).
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// Which tracker: see `shisen tracker --help`
+    /// The tracker: see `shisen tracker --help`
     #[arg(value_name = "SPEC")]
     spec: TrackerName,
-    /// Where to; what was there is overwritten with the first sample
+    /// File to write; an older one is overwritten at the first sample
     #[arg(value_name = "FILE")]
     file: PathBuf,
     #[command(flatten)]
@@ -38,26 +24,32 @@ pub(in crate::cli) struct Arguments {
     json: bool,
 }
 
-#[derive(Debug, Serialize)]
-struct Report {
+/// A recording.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Report {
+    /// File of the recording.
     file: String,
+    /// Samples recorded.
     samples: u64,
+    /// Messages recorded.
     messages: u64,
+    /// Samples lost, by the device's count.
     lost: u64,
+    /// Unused samples that came before the device was told what to send.
     held_back: u64,
+    /// Drops of bytes.
     dropped: u64,
+    /// Drops of bytes by reason.
     dropped_by: BTreeMap<&'static str, u32>,
 }
 
-/// It ended before anything came.
 #[derive(Debug, Error, Diagnostic)]
-#[error("no sample came: {} is as it was", file.display())]
+#[error("no sample came: {} is unchanged", file.display())]
 #[diagnostic(help("record for longer; `shisen tracker monitor` shows what comes"))]
 struct Nothing {
     file: PathBuf,
 }
 
-/// Runs the command.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut feed = Feed::open(&arguments.spec.spec)?;
     let mut recorder = Recorder::create(&arguments.file)?;
@@ -71,7 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         Ok(true)
     });
-    // What came before a failure is kept.
+    // Samples before a failure are kept.
     recorder.finish()?;
     followed?;
     if samples + messages == 0 {
@@ -93,19 +85,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            file,
-            samples,
-            messages,
-            lost,
-            held_back: _,
-            dropped,
-            dropped_by,
-        } = self;
-        write!(
-            f,
-            "{file}: {samples} samples, {messages} messages; lost {lost}, dropped {dropped}{}",
-            ByReason(dropped_by)
-        )
+        let (file, samples, messages) = (&self.file, self.samples, self.messages);
+        let (lost, dropped, reasons) = (self.lost, self.dropped, ByReason(&self.dropped_by));
+        write!(f, "{file}: {samples} samples, {messages} messages; ")?;
+        write!(f, "lost {lost}, dropped {dropped}{reasons}")
     }
 }

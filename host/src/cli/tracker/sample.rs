@@ -1,97 +1,199 @@
-//! Samples, for reports.
+//! What a tracker sends, for reports.
 
+use super::announcer::Announcer;
 use super::features::FeatureReport;
-use super::happenings::Happenings;
-use super::said::Said;
-use crate::cli::output::warn;
+use crate::cli::prelude::*;
 use glam::{Quat, Vec2, Vec3};
-use serde::Serialize;
 use shisen_tracker::clock::{ClockConfig, ClockEstimator, StampSource};
-use shisen_tracker::decoder::{Counts, DropReason, Message};
+use shisen_tracker::decoder::{Counts, DropReason, EyeEventKind, Message, Side};
 use shisen_tracker::estimate::{Estimate, GazeEstimator};
 use shisen_tracker::sample::{Eye, GazeFrame, GazePoint, Pupil, Reading, Sample};
 use shisen_tracker::time::{DeviceTime, Micros};
 use std::collections::{BTreeMap, VecDeque};
-use std::fmt;
 
-/// A sample and how things stand with it.
-#[derive(Debug, Serialize)]
-pub(super) struct Record {
-    /// Counted from 0.
+/// A sample, and the state of the tracker.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(in crate::cli) struct Record {
+    /// Number of the sample, from 0.
     number: u64,
+    /// Time of arrival since the start, microseconds.
     arrival_us: u64,
+    /// Time by the device's clock, microseconds; null if it has none.
     device_us: Option<u64>,
-    /// Later than the least delayed of the last seconds; not known of a device
-    /// without a clock, nor while it stands still.
+    /// Delay beyond the least of the last seconds, microseconds; null without a running clock.
     late_us: Option<u64>,
+    /// The device's clock: runs, stands still or none.
     clock: &'static str,
+    /// Number of the sensor.
     sensor: u8,
+    /// Number of the sample by the device, or null.
     sequence: Option<u32>,
+    /// The head, in the tracker's axes.
     head: Head,
+    /// Axes of the gaze: head or tracker.
     gaze_frame: &'static str,
+    /// The left eye, or null.
     left: Option<EyeReport>,
+    /// The right eye, or null.
     right: Option<EyeReport>,
+    /// Both eyes together, or null.
     combined: Option<EyeReport>,
+    /// The point looked at, or null.
     gaze_point: Option<Point>,
+    /// Where the viewer looks; null without --calibration.
     line_of_sight: Option<Sight>,
-    /// Of the last second.
+    /// Samples in the last second.
     rate_hz: f32,
+    /// Samples lost, by the device's count.
     lost: u64,
-    /// Samples before the device was told what to send.
+    /// Unused samples that came before the device was told what to send.
     held_back: u64,
+    /// Drops of bytes.
     dropped: u64,
-    /// How often, by why, where it is at all.
+    /// Drops of bytes by reason.
     dropped_by: BTreeMap<&'static str, u32>,
+    /// Bytes dropped.
     dropped_bytes: u64,
-    /// What the device says of itself, in the first record after it was plugged in.
+    /// What a HID eye tracker says of itself, in the first record after it was plugged in; null
+    /// otherwise.
     device: Option<FeatureReport>,
-    /// What it said since the record before.
+    /// What the device said since the record before, at most 64 things.
     said: Vec<Said>,
 }
 
-/// Most that is kept of what a device says between two samples.
+/// Most things that a device says between two samples and that are kept.
 const MOST_SAID: usize = 64;
 
-/// What the clock of a device does, as a record says it.
 const NO_CLOCK: &str = "none";
 const RUNS: &str = "runs";
 const STANDS_STILL: &str = "stands still";
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Value<V> {
+    /// The numbers.
     value: V,
+    /// Whether the tracker sees it now; if not, the numbers are older.
     tracked: bool,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Head {
+    /// Position, metres, or null.
     position: Option<Value<[f32; 3]>>,
+    /// Orientation x, y, z, w, or null.
     orientation: Option<Value<[f32; 4]>>,
+    /// Angular velocity, radians per second, or null.
     angular_velocity: Option<[f32; 3]>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct EyeReport {
+    /// Position, metres, or null.
     origin: Option<Value<[f32; 3]>>,
+    /// Direction of the gaze, or null.
     direction: Option<Value<[f32; 3]>>,
+    /// Diameter of the pupil, metres, or null.
     pupil_m: Option<f32>,
+    /// Size of the pupil in the device's own unit, or null.
     pupil_raw: Option<f32>,
+    /// Opening of the lids, or null.
     openness: Option<f32>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Point {
+    /// Unit: plane, normalized or raw.
     kind: &'static str,
+    /// The point.
     value: [f32; 2],
+    /// Whether the tracker sees it now.
     tracked: bool,
 }
 
-/// Where the viewer looks, in the room.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct Sight {
+    /// Position between the eyes in the room, metres.
     position: [f32; 3],
+    /// Direction in the room.
     direction: [f32; 3],
+    /// fresh, hold, widened, head direction or full quality.
     state: &'static str,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+enum Said {
+    Fault {
+        /// Number of the fault.
+        code: u32,
+        /// Meaning by the device's manual.
+        meaning: &'static str,
+    },
+    State {
+        /// Number of the state.
+        code: u32,
+        /// Meaning by the device's manual.
+        meaning: &'static str,
+    },
+    Text {
+        /// The text.
+        text: String,
+    },
+    Reply {
+        /// Number of the command that is answered.
+        command: u32,
+        /// 0 if the device agrees.
+        result: u32,
+        /// Meaning by the device's manual.
+        meaning: &'static str,
+    },
+    Eyes {
+        /// blink, closed, opened, lost, found, saccade or fixation.
+        event: &'static str,
+        /// left, right or null for both.
+        eye: Option<&'static str>,
+        /// Time by the device's clock, microseconds, or null.
+        device_us: Option<u64>,
+        /// Length of an event that is over, microseconds, or null.
+        duration_us: Option<u64>,
+    },
+}
+
+impl Said {
+    /// What a message says; `None` for what the samples tell.
+    fn of(message: &Message) -> Option<Self> {
+        Some(match message {
+            &Message::Fault { code, meaning } => Self::Fault { code, meaning },
+            &Message::State { code, meaning } => Self::State { code, meaning },
+            Message::Text(text) => Self::Text {
+                text: text.as_str().into(),
+            },
+            Message::Reply(reply) => Self::Reply {
+                command: reply.to,
+                result: reply.result,
+                meaning: reply.meaning,
+            },
+            Message::Eyes(event) => Self::Eyes {
+                event: match event.kind {
+                    EyeEventKind::Blink => "blink",
+                    EyeEventKind::Closed => "closed",
+                    EyeEventKind::Opened => "opened",
+                    EyeEventKind::Lost => "lost",
+                    EyeEventKind::Found => "found",
+                    EyeEventKind::Saccade => "saccade",
+                    EyeEventKind::Fixation => "fixation",
+                    _ => return None,
+                },
+                eye: event.eye.map(|eye| match eye {
+                    Side::Left => "left",
+                    Side::Right => "right",
+                }),
+                device_us: event.device_time.map(|time| time.microseconds),
+                duration_us: event.duration.map(|duration| duration.0),
+            },
+            _ => return None,
+        })
+    }
 }
 
 impl Sight {
@@ -148,14 +250,14 @@ fn point(point: Reading<GazePoint>) -> Point {
     }
 }
 
-/// How often bytes were dropped for each reason that there was.
+/// Drops of bytes by reason, without reasons that did not occur.
 pub(super) fn by_reason(counts: &Counts) -> BTreeMap<&'static str, u32> {
     let all = DropReason::ALL.into_iter();
     let all = all.map(|reason| (reason.name(), counts.dropped_for(reason)));
     all.filter(|&(_, count)| count > 0).collect()
 }
 
-/// In words, such as ` (3 truncated, 1 out of step)`; nothing of none.
+/// Words such as ` (3 truncated, 1 out of step)`; nothing without drops.
 pub(super) struct ByReason<'a>(pub(super) &'a BTreeMap<&'static str, u32>);
 
 impl fmt::Display for ByReason<'_> {
@@ -168,29 +270,29 @@ impl fmt::Display for ByReason<'_> {
     }
 }
 
-/// Counts samples, and watches their rate and their delay.
+/// Makes the record of each sample.
 pub(super) struct Records {
     clock: Option<ClockEstimator>,
     sight: Option<GazeEstimator>,
-    happenings: Happenings,
+    announcer: Announcer,
     count: u64,
     held_back: u64,
     /// Arrivals within the last second.
     recent: VecDeque<Micros>,
-    /// What the device's clock showed last.
+    /// The device's time of the last sample.
     shown: Option<DeviceTime>,
-    /// Of the next record.
+    /// Parts of the next record.
     described: Option<FeatureReport>,
     said: Vec<Said>,
 }
 
 impl Records {
-    /// With an estimator, of where the viewer looks too.
+    /// With an estimator, records say where the viewer looks.
     pub(super) fn new(sight: Option<GazeEstimator>) -> Self {
         Self {
             clock: ClockEstimator::new(ClockConfig::default()).ok(),
             sight,
-            happenings: Happenings::default(),
+            announcer: Announcer::default(),
             count: 0,
             held_back: 0,
             recent: VecDeque::new(),
@@ -200,17 +302,17 @@ impl Records {
         }
     }
 
-    /// Takes note of what the device says of itself, for the next record.
+    /// Puts what the device says of itself into the next record.
     pub(super) fn describe(&mut self, features: &FeatureReport) {
         self.described = Some(features.clone());
     }
 
-    /// Says what the device said, and minds it.
+    /// Announces what the device said, and puts it into the next record.
     pub(super) fn hear(&mut self, message: &Message, now: Micros) {
         if let Some(sight) = &mut self.sight {
             sight.on_message(message, &mut |_| {});
         }
-        if let Some(what) = self.happenings.of_device(message, now) {
+        if let Some(what) = self.announcer.of_device(message, now) {
             warn(&what);
         }
         if self.said.len() < MOST_SAID {
@@ -218,15 +320,14 @@ impl Records {
         }
     }
 
-    /// So many samples were not used since they came before the device was set up.
+    /// Sets the number of samples that came before the device was set up.
     pub(super) const fn hold_back(&mut self, samples: u64) {
         self.held_back = samples;
     }
 
-    /// The record of the next sample.
     pub(super) fn next(&mut self, sample: &Sample, counts: &Counts) -> Record {
         let arrival = sample.arrival;
-        let happenings = &mut self.happenings;
+        let announcer = &mut self.announcer;
         let say = |what: Option<String>| {
             if let Some(what) = what {
                 warn(&what);
@@ -234,7 +335,7 @@ impl Records {
         };
         let stamp = self.clock.as_mut().map(|clock| {
             clock.stamp(sample, &mut |event| {
-                say(happenings.of_clock(&event, arrival));
+                say(announcer.of_clock(&event, arrival));
             })
         });
         let moved = self.shown != sample.device_time;
@@ -244,23 +345,18 @@ impl Records {
         let line_of_sight = self.sight.as_mut().map(|sight| {
             sight.push(sample, measured, &mut |event| {
                 super::warn_of_sensors(&event);
-                say(happenings.of_gaze(&event, arrival));
+                say(announcer.of_gaze(&event, arrival));
             });
             Sight::of(&sight.estimate(arrival, &mut |_| {}))
         });
         self.recent.push_back(arrival);
         let second = Micros::from_millis(1_000);
-        while self
-            .recent
-            .front()
-            .is_some_and(|&first| arrival.since(first) > second)
-        {
+        let is_old = |&time: &Micros| arrival.since(time) > second;
+        while self.recent.front().is_some_and(is_old) {
             self.recent.pop_front();
         }
-        let spanned = self
-            .recent
-            .front()
-            .map_or(0.0, |&first| arrival.since(first).seconds());
+        let first = self.recent.front().copied().unwrap_or(arrival);
+        let spanned = arrival.since(first).seconds();
         let rate_hz = match self.recent.len() {
             0 | 1 => 0.0,
             count => (count - 1) as f32 / spanned.max(1.0e-6),
@@ -307,7 +403,7 @@ impl Records {
     }
 }
 
-/// Numbers that a tracker measured; that it did not, where it says so.
+/// Writes measured numbers, or that they are not tracked.
 fn write_value(
     f: &mut fmt::Formatter<'_>,
     name: &str,
@@ -325,6 +421,30 @@ fn write_value(
         write!(f, " {number:.3}")?;
     }
     f.write_str(unit)
+}
+
+impl fmt::Display for Said {
+    /// Writes events of the eyes; standard error has the rest.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self::Eyes {
+            event,
+            eye,
+            duration_us,
+            ..
+        } = self
+        else {
+            return Ok(());
+        };
+        f.write_str("  ")?;
+        if let Some(eye) = eye {
+            write!(f, "{eye} eye ")?;
+        }
+        f.write_str(event)?;
+        match duration_us {
+            Some(duration) => write!(f, " of {} ms", duration / 1_000),
+            None => Ok(()),
+        }
+    }
 }
 
 impl fmt::Display for Record {
@@ -363,8 +483,8 @@ impl fmt::Display for Record {
         )?;
         match (self.late_us, self.clock) {
             (Some(late), _) => write!(f, "  late {:.1} ms", late as f64 * 1.0e-3),
-            (None, STANDS_STILL) => write!(f, "  late unknown: the device's clock stands still"),
-            (None, _) => write!(f, "  late unknown"),
+            (None, STANDS_STILL) => write!(f, "  latency: the device's clock stands still"),
+            (None, _) => write!(f, "  latency: the device has no clock"),
         }?;
         self.said.iter().try_for_each(|said| said.fmt(f))
     }
@@ -395,40 +515,27 @@ mod tests {
         }
         let last = record(2_000, stopped);
         assert_eq!(last.clock, STANDS_STILL);
-        assert!(
-            last.to_string()
-                .ends_with("the device's clock stands still")
-        );
-        // A device without one.
+        let said = last.to_string();
+        assert!(said.ends_with("the device's clock stands still"), "{said}");
         let without = Records::new(None).next(&sample(0, None), &counts);
         assert_eq!((without.late_us, without.clock), (None, NO_CLOCK));
-        assert!(without.to_string().ends_with("late unknown"), "{without}");
     }
 
     #[test]
-    fn what_is_not_tracked_is_no_number() {
+    fn lines_have_what_is_not_tracked_and_drops_by_reason() {
         let mut sample = sample(0, None);
         sample.left.direction = Some(Reading::tracked(Vec3::NEG_Z));
         sample.right.direction = Some(Reading::held(Vec3::NEG_Z));
         sample.head.position = Some(Reading::held(Vec3::X));
-        let said = Records::new(None).next(&sample, &Counts::new()).to_string();
-        let expected = "  head not tracked  left 0.000 0.000 -1.000  right not tracked  0 Hz";
-        assert!(said.contains(expected), "{said}");
-    }
-
-    #[test]
-    fn drops_are_told_by_reason() {
         let mut counts = Counts::new();
         counts.dropped[DropReason::Truncated as usize] = 3;
         counts.dropped[DropReason::OutOfStep as usize] = 1;
-        let record = Records::new(None).next(&sample(0, None), &counts);
-        assert_eq!(record.dropped, 4);
-        assert_eq!(record.dropped_by["truncated"], 3);
-        assert_eq!(record.dropped_by.len(), 2);
-        let said = record.to_string();
-        assert!(
-            said.contains("dropped 4 (1 out of step, 3 truncated)"),
-            "{said}"
-        );
+        let record = Records::new(None).next(&sample, &counts);
+        assert_eq!((record.dropped, record.dropped_by["truncated"]), (4, 3));
+        let line = record.to_string();
+        let expected = "  head not tracked  left 0.000 0.000 -1.000  right not tracked  0 Hz  \
+                        lost 0  dropped 4 (1 out of step, 3 truncated)  latency: the device has \
+                        no clock";
+        assert!(line.ends_with(expected), "{line}");
     }
 }

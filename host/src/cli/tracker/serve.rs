@@ -1,55 +1,42 @@
-//! `shisen tracker mock` and `replay`: trackers for others to read.
+//! `shisen tracker mock` and `replay`: trackers for other programs.
 
 use super::follow::EndArguments;
 use super::monitor::show;
 use super::sample::Records;
 use super::{Interrupt, Recorded, goes_over_a_line, protocol};
-use crate::cli::arguments::whole;
-use crate::cli::output::failure::Failure;
-use crate::cli::output::{say, warn};
+use crate::cli::prelude::*;
 use crate::tracker::pty::Pty;
 use crate::tracker::serve::{Begin, LineState, SILENT};
 use crate::tracker::{
     Feed, MockSpec, PAUSE, ProtocolSpec, Recording, ReplaySpec, Spec, Times, serve, simulated,
 };
-use clap::Args;
-use miette::Diagnostic;
 use shisen_tracker::mock::Source;
 use shisen_tracker::protocol::Protocol;
 use shisen_tracker::sample::Sample;
 use shisen_tracker::time::Micros;
 use std::io;
-use std::path::{Path, PathBuf};
-use thiserror::Error;
 
 /// Simulates a viewer and a tracker
-///
-/// With --pty the tracker is behind a serial line: PATH becomes a link to it,
-/// for `shisen tracker monitor 'serial:PATH?protocol=PROTOCOL'` or any other
-/// program. It takes its device's commands, and streams until it is told to
-/// stop. Without --pty it prints its samples, as monitor does.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct MockArguments {
-    /// What it speaks: link, fastrak, liberty, flock, hatire, osvr-hdk, iscan,
-    /// asl, adhawk or hid, and its settings, as in fastrak?units=cm (see
-    /// `shisen tracker --help`) [default: link on a line, and samples as they
-    /// are otherwise]
+    /// Protocol of the device: link, fastrak, liberty, flock, hatire, osvr-hdk, iscan, asl, adhawk
+    /// or hid, and its settings, as in fastrak?units=cm (see `shisen tracker --help`) [default:
+    /// link on a line, and none otherwise]
     #[arg(long = "as", value_name = "PROTOCOL", value_parser = protocol)]
     protocol: Option<ProtocolSpec>,
-    /// A name for the line's other end; a link that leads nowhere gives way
+    /// Path for the line's other end; replaces a link that leads nowhere
     #[arg(long, value_name = "PATH")]
     pty: Option<PathBuf>,
     /// Samples per second
     #[arg(long, value_name = "HZ", default_value_t = 500, value_parser = whole::<u64>(60..=10_000))]
     rate: u64,
-    /// What decides all movements and all noise
-    #[arg(long, value_name = "N", default_value_t = 1,
-          value_parser = whole::<u64>(0..))]
+    /// Seed of all movements and noise
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>(0..))]
     seed: u64,
     /// Hold the head still
     #[arg(long)]
     still: bool,
-    /// What is looked at and when: see `shisen tracker calibrate`
+    /// Table of targets to look at: see `shisen tracker calibrate`
     #[arg(long, value_name = "CSV")]
     targets: Option<PathBuf>,
     #[command(flatten)]
@@ -60,22 +47,16 @@ pub(in crate::cli) struct MockArguments {
 }
 
 /// Plays a recording
-///
-/// With --to it is behind a serial line, as `shisen tracker mock` is; without,
-/// its samples are printed, as monitor does. Behind a line it waits for whoever reads it,
-/// so that the first record is not lost: it begins once somebody has opened the line and
-/// told the device what to send, has asked for three records one by one, or has said
-/// nothing for 3 s (0.4 s where devices are told nothing). --frames counts from there, --seconds from the command's start.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct ReplayArguments {
-    /// What `shisen tracker record` wrote
+    /// File of `shisen tracker record`
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// What the line speaks: link, fastrak, liberty, flock, hatire, iscan, asl or
-    /// adhawk, and its settings, as for `shisen tracker mock` [default: link]
+    /// Protocol on the line: link, fastrak, liberty, flock, hatire, iscan, asl or adhawk, and its
+    /// settings, as for `shisen tracker mock` [default: link]
     #[arg(long = "as", value_name = "PROTOCOL", requires = "to", value_parser = protocol)]
     protocol: Option<ProtocolSpec>,
-    /// A name for the line's other end; a link that leads nowhere gives way
+    /// Path for the line's other end; replaces a link that leads nowhere
     #[arg(long, value_name = "PTY")]
     to: Option<PathBuf>,
     #[command(flatten)]
@@ -85,7 +66,6 @@ pub(in crate::cli) struct ReplayArguments {
     json: bool,
 }
 
-/// A recording that a protocol cannot say.
 #[derive(Debug, Error, Diagnostic)]
 #[error("{} holds no {what}, which is what a {protocol} sends", file.display())]
 #[diagnostic(help(
@@ -98,26 +78,19 @@ struct Lacking {
     protocol: &'static str,
 }
 
-/// A line that does not work.
 #[derive(Debug, Error, Diagnostic)]
 enum LineError {
-    /// It cannot be made.
     #[error("no line can be made at {}: {reason}", path.display())]
-    #[diagnostic(help(
-        "give a path in a folder that you may write to, where there is nothing yet"
-    ))]
+    #[diagnostic(help("give a path that does not exist yet, in a folder that you may write to"))]
     Open { path: PathBuf, reason: io::Error },
-    /// Its name is another's.
     #[error("no line can be made at {}: {reason}", path.display())]
     #[diagnostic(help("end the program that serves it, or give another path"))]
     Busy { path: PathBuf, reason: io::Error },
-    /// It broke.
     #[error("the line at {} broke: {reason}", path.display())]
     #[diagnostic(help("start it again"))]
     Broken { path: PathBuf, reason: io::Error },
 }
 
-/// Runs `shisen tracker mock`.
 pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     let mut spec = MockSpec {
         seed: arguments.seed,
@@ -129,12 +102,8 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     };
     let Some(path) = &arguments.pty else {
         let mut feed = Feed::open(&Spec::Mock(spec))?;
-        return show(
-            &mut feed,
-            Records::new(None),
-            &arguments.end,
-            arguments.json,
-        );
+        let (records, json) = (Records::new(None), arguments.json);
+        return show(&mut feed, records, &arguments.end, json);
     };
     let protocol = on_a_line(spec.protocol.take())?;
     let tracker = simulated(&spec)?;
@@ -142,7 +111,6 @@ pub(super) fn mock(arguments: &MockArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs `shisen tracker replay`.
 pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let Some(path) = &arguments.to else {
         let mut feed = Feed::open(&Spec::Replay(ReplaySpec {
@@ -150,19 +118,18 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
             head: None,
             times: Times::default(),
         }))?;
-        return show(
-            &mut feed,
-            Records::new(None),
-            &arguments.end,
-            arguments.json,
-        );
+        let (records, json) = (Records::new(None), arguments.json);
+        return show(&mut feed, records, &arguments.end, json);
     };
     let protocol = on_a_line(arguments.protocol.clone())?;
     let recording = Recording::read(&arguments.file)?;
-    let samples: Vec<Sample> = recording.samples().copied().collect();
+    let mut samples: Vec<Sample> = recording.samples().copied().collect();
     check(&samples, protocol.protocol(), &arguments.file)?;
-    tell_pauses(&samples);
-    let samples = from_the_first(samples);
+    warn_of_pauses(&samples);
+    let begin = samples.first().map_or(Micros(0), |first| first.arrival);
+    for sample in &mut samples {
+        sample.arrival = sample.arrival.since(begin);
+    }
     let over = samples.last().map_or(Micros(0), |last| last.arrival);
     let recorded = samples.len() as u64;
     let samples = Recorded::new(samples);
@@ -170,16 +137,16 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let played = line(path, samples, &protocol, &arguments.end, play)?;
     if played.whole && played.sent < recorded {
         warn(&format!(
-            "{} of {recorded} samples were not sent: the host asked for fewer, or did not read \
-             them in time, or they lack what {protocol} says",
+            "{} of {recorded} samples were not sent: the reader asked for fewer, or did not read \
+             them in time, or they lack what {protocol} sends",
             recorded - played.sent
         ));
     }
     Ok(())
 }
 
-/// Warns of every time in which nothing is sent since nothing was recorded.
-fn tell_pauses(samples: &[Sample]) {
+/// Warns of pauses in the recording.
+fn warn_of_pauses(samples: &[Sample]) {
     for pair in samples.windows(2) {
         let [before, after] = [pair[0].arrival, pair[1].arrival];
         if after.since(before) > PAUSE {
@@ -193,35 +160,23 @@ fn tell_pauses(samples: &[Sample]) {
     }
 }
 
-/// The same samples, the first of which comes at once.
-fn from_the_first(mut samples: Vec<Sample>) -> Vec<Sample> {
-    let begin = samples.first().map_or(Micros(0), |first| first.arrival);
-    for sample in &mut samples {
-        sample.arrival = sample.arrival.since(begin);
-    }
-    samples
-}
-
-/// Whether samples have what a protocol's devices send: all, or, with a
-/// warning, some. Eyes may be lost at times.
+/// Checks that samples have what a protocol's devices send. Warns if some do not; eyes may be lost
+/// at times.
 fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Failure> {
-    let with = samples
-        .iter()
-        .filter(|sample| protocol.carries(sample))
-        .count();
+    let carries = |sample: &&Sample| protocol.carries(sample);
+    let with = samples.iter().filter(carries).count();
     let what = if protocol.has_eyes() {
         "gaze"
     } else {
         "head's pose with all that its records hold"
     };
     if with == 0 {
-        let (file, protocol) = (file.into(), protocol.name());
-        return Err(Lacking {
-            file,
+        let lacking = Lacking {
+            file: file.into(),
             what,
-            protocol,
-        }
-        .into());
+            protocol: protocol.name(),
+        };
+        return Err(lacking.into());
     }
     let without = samples.len() - with;
     if without > 0 && !protocol.has_eyes() {
@@ -230,16 +185,16 @@ fn check(samples: &[Sample], protocol: &Protocol, file: &Path) -> Result<(), Fai
         } else {
             "are left out"
         };
+        let all = samples.len();
         warn(&format!(
-            "{without} of {} samples hold no {what}: they {sent}",
-            samples.len()
+            "{without} of {all} samples hold no {what}: they {sent}"
         ));
     }
     Ok(())
 }
 
 /// Says what a recording waits for.
-fn tell_stage(stage: LineState, path: &Path, protocol: &ProtocolSpec) {
+fn say_stage(stage: LineState, path: &Path, protocol: &ProtocolSpec) {
     let path = path.display();
     say(&match stage {
         LineState::NoReader => format!("waiting until somebody opens {path}"),
@@ -260,24 +215,21 @@ fn on_a_line(protocol: Option<ProtocolSpec>) -> Result<ProtocolSpec, Failure> {
     }
 }
 
-/// How long a line stays after its last record, for whoever reads it.
+/// How long a line stays after its last record, for its reader.
 const LINGER: Micros = Micros::from_millis(500);
 
-/// When a line begins and when it is over.
 #[derive(Clone, Copy)]
 enum Play {
     AtOnce,
-    /// Once somebody reads; it is over so long after that.
+    /// Begins once somebody reads, and is over after this time.
     ToReader {
         over: Micros,
     },
 }
 
-/// What went over a line.
 struct Played {
-    /// Records.
     sent: u64,
-    /// Nothing ended it before it was over.
+    /// Whether it went on to the end.
     whole: bool,
 }
 
@@ -298,36 +250,26 @@ fn line(
             LineError::Open { path, reason }
         }
     })?;
-    say(&format!(
-        "{} speaks {protocol}, at {}",
-        path.display(),
-        pty.name().display()
-    ));
+    let (shown, name) = (path.display(), pty.name().display());
+    say(&format!("{shown} speaks {protocol}, at {name}"));
     let last = end.span();
-    let mut reached = |stage| tell_stage(stage, path, protocol);
+    let mut reached = |stage| say_stage(stage, path, protocol);
     let (begin, over) = match play {
         Play::AtOnce => (Begin::AtOnce, None),
         Play::ToReader { over } => (Begin::WithReader(&mut reached), Some(over.after(LINGER))),
     };
-    let mut played = Played {
-        sent: 0,
-        whole: false,
-    };
+    let (mut sent, mut whole) = (0, false);
     serve::serve(&mut pty, source, protocol, begin, &mut |turn| {
         let enough = end.frames.is_some_and(|most| turn.sent >= most);
         let late = last.is_some_and(|last| turn.now >= last);
-        let over = over
-            .zip(turn.played)
-            .is_some_and(|(over, played)| played >= over);
-        played = Played {
-            sent: turn.sent,
-            whole: over,
-        };
-        !(interrupt.came() || enough || late || over)
+        let both = over.zip(turn.played);
+        whole = both.is_some_and(|(over, played)| played >= over);
+        sent = turn.sent;
+        !(interrupt.came() || enough || late || whole)
     })
     .map_err(|reason| LineError::Broken {
         path: path.into(),
         reason,
     })?;
-    Ok(played)
+    Ok(Played { sent, whole })
 }

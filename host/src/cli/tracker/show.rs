@@ -1,28 +1,27 @@
-//! Targets on the terminal, one after another.
+//! Shows targets on the terminal, one after another.
 
+use crate::cli::output::terminal_size;
 use crate::tracker::calibration::TimedTarget;
 use shisen_tracker::estimate::Screen;
 use shisen_tracker::time::Micros;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 
-/// Until the first target, and for each.
+/// Time until the first target, and of each target.
 const STEP: Micros = Micros::from_millis(2_000);
-/// Where targets are, as parts of the terminal's width and height.
+/// Places of targets, as parts of the terminal's width and height.
 const GRID: [f32; 3] = [0.1, 0.5, 0.9];
 
-/// Nine targets on a terminal that fills a screen.
 pub(super) struct Shown {
-    /// The times and places, and column and row of each from 0.
+    /// Targets, and column and row of each from 0.
     targets: Vec<(TimedTarget, [u16; 2])>,
-    /// Which is on the screen.
+    /// The target on the screen.
     drawn: Option<usize>,
 }
 
 impl Shown {
-    /// To be shown from `now` on; `None` where standard error is no terminal.
+    /// Plans the targets from `now` on; `None` if standard error is no terminal.
     pub(super) fn new(screen: &Screen, now: Micros) -> Option<Self> {
-        let size = io::stderr().is_terminal().then(terminal_size)??;
-        let targets = on_cells(screen, size, now.after(STEP));
+        let targets = on_cells(screen, terminal_size()?, now.after(STEP));
         Some(Self {
             targets,
             drawn: None,
@@ -33,7 +32,7 @@ impl Shown {
         self.targets.iter().map(|(target, _)| *target).collect()
     }
 
-    /// Draws what is due.
+    /// Draws the target that is due.
     pub(super) fn show(&mut self, now: Micros) {
         let due = |(target, _): &(TimedTarget, _)| now >= target.start && now < target.end;
         let due = self.targets.iter().position(due);
@@ -42,12 +41,9 @@ impl Shown {
         }
         self.drawn = due;
         if let Some((_, [column, row])) = due.map(|due| self.targets[due]) {
-            // Cleared, without a cursor, and counted from 1.
-            draw(&format!(
-                "\x1b[2J\x1b[?25l\x1b[{};{}H+",
-                row + 1,
-                column + 1
-            ));
+            // Clears the screen and hides the cursor. Rows and columns count from 1.
+            let (row, column) = (row + 1, column + 1);
+            draw(&format!("\x1b[2J\x1b[?25l\x1b[{row};{column}H+"));
         }
     }
 }
@@ -61,26 +57,12 @@ impl Drop for Shown {
 }
 
 fn draw(what: &str) {
-    // Nobody is left to look where it is closed.
+    // Where standard error is closed, nobody is left to look.
     let mut stderr = io::stderr();
     let _ = write!(stderr, "{what}").and_then(|()| stderr.flush());
 }
 
-/// Columns and rows.
-#[cfg(unix)]
-fn terminal_size() -> Option<[u16; 2]> {
-    let size = rustix::termios::tcgetwinsize(io::stderr()).ok()?;
-    let size = [size.ws_col, size.ws_row];
-    (size[0] > 2 && size[1] > 2).then_some(size)
-}
-
-#[cfg(not(unix))]
-fn terminal_size() -> Option<[u16; 2]> {
-    None
-}
-
-/// Targets in the middle of cells of a terminal that fills `screen`, from
-/// `start` on.
+/// Targets in the middle of cells of a terminal that fills `screen`, from `start` on.
 fn on_cells(screen: &Screen, size: [u16; 2], start: Micros) -> Vec<(TimedTarget, [u16; 2])> {
     let mut targets = Vec::new();
     let mut start = start;

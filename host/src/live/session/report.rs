@@ -5,10 +5,11 @@ use crate::live::latency::Latencies;
 use crate::live::quality::Quality;
 use crate::live::swap::Order;
 use hdrhistogram::Histogram;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The record of a frame. Times are microseconds since the tracker was opened.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 #[expect(
     clippy::struct_excessive_bools,
     reason = "a table's columns, each by itself"

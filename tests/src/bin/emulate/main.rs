@@ -13,7 +13,7 @@ use shisen::cli::output::failure::Failure;
 use shisen::cli::output::picture_files::{make_writable, metadata};
 use shisen::cli::output::print;
 use shisen::cli::program::{self, Examples, Program};
-use shisen::cli::tracker::{Recorded, told};
+use shisen::cli::tracker::{Recorded, with_help};
 use shisen::picture::Picture;
 use shisen::render::frame_hash;
 use shisen::tracker::{Recording, Spec, SpecError, simulated};
@@ -30,10 +30,8 @@ use std::process::ExitCode;
 use std::str::FromStr;
 
 impl Program for Arguments {
-    const EXAMPLES: Examples = &[(
-        "",
-        &[("One frame of scene A", "tests/firmware/run --frames 1")],
-    )];
+    const EXAMPLES: Examples =
+        "# tests/firmware/run\n  One frame of scene A:\n    tests/firmware/run --frames 1\n";
 
     fn run(&self) -> Result<(), Failure> {
         run(self)
@@ -153,7 +151,7 @@ impl FromStr for TrackerChoice {
         if text == "none" {
             return Ok(Self(None));
         }
-        let spec: Spec = text.parse().map_err(|error: SpecError| told(&error))?;
+        let spec: Spec = text.parse().map_err(|error: SpecError| with_help(&error))?;
         if spec.head().is_some() {
             return Err(
                 "the board takes the first sensor for the viewer's head: leave head \

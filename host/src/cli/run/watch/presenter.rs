@@ -2,40 +2,35 @@
 
 use super::{Shared, lock};
 use crate::cave::Cave;
-use crate::cli::output::failure::Failure;
 use crate::cli::output::picture_files::{make_writable, metadata};
-use crate::cli::output::warn;
 use crate::cli::play::Change;
-use crate::cli::run::watched::Command;
+use crate::cli::prelude::*;
+use crate::cli::run::frames::Command;
 use crate::scene::builtin::PaperScene;
 use crate::show::dashboard::{Canvas, Dashboard, Frame, PlaceMapError, Status, ViewName};
 use crate::show::stereo::Stereo;
 use crate::show::window::{Event, Window, WindowError};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
-use std::time::{Duration, Instant};
 
-/// Between frames at least: the window is there to be looked at by the way, and
-/// drawing takes the processor from tracing.
+/// Least time between two frames: drawing takes the processor from tracing.
 const LEAST: Duration = Duration::from_millis(33);
 
-/// How much sooner than the window everything else is given the processor.
+/// Priority of the window's thread below all others.
 #[cfg(target_os = "linux")]
 const NICE: i32 = 15;
 
-/// How long keys wait at most.
+/// Longest wait of a key.
 const POLL: Duration = Duration::from_millis(8);
 
-/// How a window came to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ending {
-    /// Frames ended.
+    /// There were no more frames.
     Over,
     /// Somebody closed it.
     Closed,
-    /// Its server went away, or memory did.
+    /// Its server went away, or memory ran out.
     Gone,
 }
 
@@ -45,7 +40,6 @@ type Ends = (
     SyncSender<Command>,
 );
 
-/// What draws.
 pub(super) struct Presenter {
     window: Window,
     shared: Arc<Shared>,
@@ -54,16 +48,16 @@ pub(super) struct Presenter {
     commands: SyncSender<Command>,
     folder: PathBuf,
     status: Status,
-    /// The mouse is the gaze until it is not; or as long as its button is held.
+    /// Whether the mouse is the gaze.
     follows: bool,
+    /// Whether the mouse is the gaze because its button is held.
     held: bool,
     pointer: (u32, u32),
     screenshots: u32,
-    /// Something is to be seen that is not drawn yet.
+    /// Whether something has to be drawn.
     stale: bool,
 }
 
-/// Why drawing ends.
 enum Trouble {
     Window(WindowError),
     Drawing(PlaceMapError),
@@ -107,7 +101,6 @@ impl Presenter {
         }
     }
 
-    /// The thread's life.
     pub(super) fn run(&mut self, cave: &Cave, stereo: Stereo) -> Ending {
         let why = match self.present(cave, stereo) {
             Ok(ending) => return ending,
@@ -119,8 +112,7 @@ impl Presenter {
     }
 
     fn present(&mut self, cave: &Cave, stereo: Stereo) -> Result<Ending, Trouble> {
-        // Linux has a priority for each thread, other systems one for all of them.
-        // Where the system does not let it, the window takes what it takes.
+        // On Linux each thread has its priority. If the system refuses, the window keeps its own.
         #[cfg(target_os = "linux")]
         let _ = rustix::process::setpriority_process(None, NICE);
         let mut dashboard = Dashboard::new(cave, stereo)?;
@@ -146,7 +138,7 @@ impl Presenter {
                 return Ok(Ending::Over);
             }
             if !asked && !self.status.paused && drawn.elapsed() >= LEAST {
-                // There is room for the one that is asked for.
+                // The channel has room for one request.
                 asked = self.ask.try_send(spare.take()).is_ok();
             }
             match self.frames.recv_timeout(POLL) {
@@ -191,7 +183,7 @@ impl Presenter {
         let mut gaze = lock(&self.shared.gaze);
         *gaze = match dashboard.direction(x, y, frame) {
             _ if !self.status.mouse => None,
-            // Where there is no screen the gaze stays where it was.
+            // Beside the screens the gaze stays where it was.
             None => *gaze,
             Some(direction) => Some(direction),
         };
@@ -240,7 +232,7 @@ impl Presenter {
     }
 
     fn ask_for(&mut self, command: Command, what: &str) {
-        // The picture that is paused is not the new one.
+        // A paused window would not show the change.
         self.status.paused = false;
         self.status.message = Some(match self.commands.try_send(command) {
             Ok(()) => format!("preparing {what}"),
@@ -256,7 +248,7 @@ impl Presenter {
             .map_err(Failure::from)
             .and_then(|()| {
                 let notes = metadata("the window of shisen run".to_owned());
-                canvas.write_png(&path, &notes).map_err(Failure::from_error)
+                canvas.write_png(&path, &notes).or_fail()
             });
         self.status.message = Some(match written {
             Ok(()) => path.display().to_string(),

@@ -1,8 +1,7 @@
-//! What a tracker says of itself, and what happens to its clock and to the gaze, in
-//! words.
+//! Announces what happens to a tracker, to its clock and to the gaze.
 
+use super::follow::with_drops;
 use super::warn_of_sensors;
-use super::with_drops;
 use crate::cli::output::warn;
 use crate::live::TrackerEvent;
 use crate::tracker::Notice;
@@ -13,18 +12,18 @@ use shisen_tracker::estimate::{Event, HeadPart, Rejection};
 use shisen_tracker::time::Micros;
 use std::collections::BTreeMap;
 
-/// Kinds that are kept; a device that makes up numbers has no end of them.
+/// Most kinds that are remembered: a device may make up any number of them.
 const MOST_KINDS: usize = 64;
 
-/// How often one kind of them is said.
+/// Least time between two announcements of one kind.
 const STEP: Micros = Micros::from_millis(1_000);
 
-/// Says each kind at once, and what comes of it within a second after that as a
-/// number with the next.
+/// Announces each kind of event at once, then at most once a second. An announcement counts the
+/// events of its kind that were not announced.
 #[derive(Debug, Default)]
-pub(in crate::cli) struct Happenings(BTreeMap<Kind, Said>);
+pub(in crate::cli) struct Announcer(BTreeMap<Kind, Said>);
 
-/// What it is about, and its number where the device has one.
+/// A name, and a number if the device has one.
 type Kind = (&'static str, u32);
 
 #[derive(Debug)]
@@ -33,16 +32,22 @@ struct Said {
     unsaid: u64,
 }
 
-impl Happenings {
-    /// Says what happened on standard error, if it is to be said.
-    pub(in crate::cli) fn tell(&mut self, happening: TrackerEvent) {
+impl Announcer {
+    /// Announces an event on standard error.
+    pub(in crate::cli) fn announce(&mut self, happening: TrackerEvent) {
         let said = match happening {
             TrackerEvent::Clock(event, at) => self.of_clock(&event, at),
             TrackerEvent::Gaze(event, at) => {
                 warn_of_sensors(&event);
                 self.of_gaze(&event, at)
             }
-            TrackerEvent::Flood(one_of, at) => self.of_flood(one_of, at),
+            TrackerEvent::Flood(one_of, at) => {
+                let text = format!(
+                    "the tracker sends more than is of use: one of {one_of} samples is taken; set \
+                     it to 1000 a second or fewer"
+                );
+                self.say(("flood", 0), at, &text)
+            }
             TrackerEvent::Device(message, at) => self.of_device(&message, at),
             TrackerEvent::Trouble(trouble, counts) => Some(with_drops(&trouble, &counts)),
             TrackerEvent::Feed(notice) => Self::of_feed(&notice),
@@ -52,10 +57,9 @@ impl Happenings {
         }
     }
 
-    /// What a device said at `now`, if it is to be said: its faults, states and
-    /// texts, commands that it refused, and eyes that it lost or found. What the eyes
-    /// do otherwise, and what it does not measure, the records tell.
-    pub(in crate::cli) fn of_device(&mut self, message: &Message, now: Micros) -> Option<String> {
+    /// Words what a device said: faults, states, texts, refused commands, and eyes that it lost or
+    /// found. The samples tell the rest.
+    pub(super) fn of_device(&mut self, message: &Message, now: Micros) -> Option<String> {
         let (kind, what) = match message {
             Message::Fault { code, meaning } => (
                 ("fault", *code),
@@ -95,13 +99,12 @@ impl Happenings {
         self.say(kind, now, &what)
     }
 
-    /// What a feed says of its device, if it is to be said; that it was plugged in is
-    /// not.
-    pub(in crate::cli) fn of_feed(notice: &Notice) -> Option<String> {
+    /// Words what a feed says of its device, but not that it was plugged in.
+    pub(super) fn of_feed(notice: &Notice) -> Option<String> {
         Some(match notice {
             Notice::Decoded(_) | Notice::Plugged(_) | Notice::Described(_) => return None,
             Notice::Unplugged { path, reason } => {
-                format!("{path} is gone ({reason}); waiting for it")
+                format!("{path} is gone ({reason}); waiting for it to come back")
             }
             Notice::Refused(reason) => format!("{reason}; trying again"),
             Notice::Trouble(trouble) => trouble.to_string(),
@@ -109,59 +112,54 @@ impl Happenings {
                 "the device restarts: it says nothing for up to {:.0} s",
                 most.seconds()
             ),
-            Notice::Pause(pause) => format!(
-                "the recording holds nothing for the next {:.1} s: it goes on then",
-                pause.seconds()
-            ),
+            Notice::Pause(pause) => {
+                let seconds = pause.seconds();
+                format!("the recording holds nothing for the next {seconds:.1} s")
+            }
         })
     }
 
-    /// What a clock did at `now`, if it is to be said.
-    pub(in crate::cli) fn of_clock(&mut self, event: &ClockEvent, now: Micros) -> Option<String> {
+    /// Words what a device's clock did.
+    pub(super) fn of_clock(&mut self, event: &ClockEvent, now: Micros) -> Option<String> {
         let (kind, what) = match event {
-            ClockEvent::Restarted { jump } => (
-                "restarted",
-                format!(
-                    "the device's clock jumped by {} ms and goes on from there",
-                    milliseconds(*jump)
-                ),
-            ),
-            ClockEvent::Outlier { jump } => (
-                "outlier",
-                format!(
-                    "a time of the device's is off by {} ms: it is not used",
-                    milliseconds(*jump)
-                ),
-            ),
-            ClockEvent::Frozen { since } => (
-                "frozen",
-                format!(
-                    "the device's clock has stood still for {} ms",
-                    since.0 / 1_000
-                ),
-            ),
-            ClockEvent::Thawed { after } => (
-                "thawed",
-                format!(
-                    "the device's clock runs again, after {} ms",
-                    after.0 / 1_000
-                ),
-            ),
+            ClockEvent::Restarted { jump } => {
+                let ms = jump / 1_000;
+                let text = format!("the device's clock jumped by {ms} ms and goes on from there");
+                ("restarted", text)
+            }
+            ClockEvent::Outlier { jump } => {
+                let ms = jump / 1_000;
+                let text = format!("a time of the device is off by {ms} ms: it is not used");
+                ("outlier", text)
+            }
+            ClockEvent::Frozen { since } => {
+                let ms = since.0 / 1_000;
+                (
+                    "frozen",
+                    format!("the device's clock has stood still for {ms} ms"),
+                )
+            }
+            ClockEvent::Thawed { after } => {
+                let ms = after.0 / 1_000;
+                (
+                    "thawed",
+                    format!("the device's clock runs again, after {ms} ms"),
+                )
+            }
             _ => return None,
         };
         self.say((kind, 0), now, &what)
     }
 
-    /// What became of a gaze or a head at `now`, if it is to be said: that it was
-    /// not used, or never changes.
-    /// The states, blinks and saccades are told by the records.
-    pub(in crate::cli) fn of_gaze(&mut self, event: &Event, now: Micros) -> Option<String> {
+    /// Words that a gaze or a head was not used, or never changes. The samples tell states, blinks
+    /// and saccades.
+    pub(super) fn of_gaze(&mut self, event: &Event, now: Micros) -> Option<String> {
         let reason = match event {
             Event::Rejected { reason, .. } => reason,
             Event::HeadStill { since, .. } => {
                 let what = format!(
-                    "the head has not changed by a bit for {} ms, nor before: is it on a stand, \
-                     or the tracker stuck?",
+                    "the head has not changed by a bit for {} ms, nor ever before: is it on a \
+                     stand, or is the tracker stuck?",
                     since.0 / 1_000
                 );
                 return self.say(("head still", 0), now, &what);
@@ -169,17 +167,17 @@ impl Happenings {
             _ => return None,
         };
         let (kind, what) = match reason {
-            Rejection::NotNewer => ("not newer", "it is older than what is known".to_owned()),
+            Rejection::NotNewer => ("not newer", "it is older than the newest one".to_owned()),
             Rejection::Eccentric { angle } => (
                 "eccentric",
                 format!(
-                    "the gaze is {:.0}° from straight ahead, which is farther than eyes turn",
+                    "the gaze is {:.0}° from straight ahead, farther than eyes turn",
                     angle.to_degrees()
                 ),
             ),
             Rejection::Uncalibrated => (
                 "uncalibrated",
-                "the gaze is a point, and neither a screen nor a calibration says where".to_owned(),
+                "the gaze is a point, and no screen or calibration says where it is".to_owned(),
             ),
             Rejection::NotFinite => ("not finite", "a number is not finite".to_owned()),
             Rejection::Stuck { since } => (
@@ -202,15 +200,7 @@ impl Happenings {
         self.say((kind, 0), now, &format!("a sample is not used: {what}"))
     }
 
-    /// That a tracker sends too much from `now` on, if it is to be said.
-    fn of_flood(&mut self, one_of: u64, now: Micros) -> Option<String> {
-        let what = format!(
-            "the tracker sends more than is of use: one of {one_of} samples is taken; set it to \
-             1000 a second or fewer"
-        );
-        self.say(("flood", 0), now, &what)
-    }
-
+    /// Adds the time; `None` if the kind was announced within the last second.
     fn say(&mut self, kind: Kind, now: Micros, what: &str) -> Option<String> {
         if let Some(said) = self.0.get_mut(&kind)
             && now.since(said.at) < STEP
@@ -234,7 +224,7 @@ impl Happenings {
     }
 }
 
-/// What the manual says, if it says anything.
+/// The meaning that the manual gives, if any.
 fn meant(meaning: &str) -> String {
     if meaning.is_empty() {
         String::new()
@@ -243,31 +233,26 @@ fn meant(meaning: &str) -> String {
     }
 }
 
-fn milliseconds(micros: i64) -> i64 {
-    micros / 1_000
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shisen_tracker::decoder::{EyeEvent, Reply};
 
     #[test]
     fn each_kind_is_said_at_once_and_then_once_a_second() {
-        let mut happenings = Happenings::default();
-        let rejected = |reason| Event::Rejected {
+        let mut announcer = Announcer::default();
+        let since = Micros(250_000);
+        let stuck = Event::Rejected {
             at: Micros(0),
-            reason,
+            reason: Rejection::Stuck { since },
         };
-        let stuck = rejected(Rejection::Stuck {
-            since: Micros(250_000),
-        });
         let mut said = Vec::new();
         for step in 0..300 {
             let now = Micros::from_millis(10 * step);
-            said.extend(happenings.of_gaze(&stuck, now));
+            said.extend(announcer.of_gaze(&stuck, now));
             if step == 50 {
                 let jump = ClockEvent::Restarted { jump: -7_000_000 };
-                said.extend(happenings.of_clock(&jump, now));
+                said.extend(announcer.of_clock(&jump, now));
             }
         }
         let stuck = "a sample is not used: the gaze has not changed for 250 ms";
@@ -281,31 +266,32 @@ mod tests {
             ]
         );
         let blink = Event::BlinkStarted { at: Micros(0) };
-        assert_eq!(happenings.of_gaze(&blink, Micros(0)), None);
+        assert_eq!(announcer.of_gaze(&blink, Micros(0)), None);
     }
 
     #[test]
     fn a_device_that_makes_up_numbers_takes_no_more_memory() {
-        let mut happenings = Happenings::default();
+        let mut announcer = Announcer::default();
+        let fault = |code| Message::Fault { code, meaning: "" };
         for code in 0..10_000 {
-            let fault = Message::Fault { code, meaning: "" };
             let now = Micros(u64::from(code));
-            assert!(happenings.of_device(&fault, now).is_some());
-            assert!(happenings.0.len() <= MOST_KINDS);
+            assert!(announcer.of_device(&fault(code), now).is_some());
+            assert!(announcer.0.len() <= MOST_KINDS);
         }
-        // What was said last is still known.
-        let fault = Message::Fault {
-            code: 9_999,
-            meaning: "",
-        };
-        assert_eq!(happenings.of_device(&fault, Micros(10_000)), None);
+        // The newest kind is remembered.
+        assert_eq!(announcer.of_device(&fault(9_999), Micros(10_000)), None);
     }
 
     #[test]
-    fn what_a_device_says_is_told_by_kind_and_number() {
-        use shisen_tracker::decoder::{EyeEvent, Reply};
-        let mut happenings = Happenings::default();
-        let fault = |code, meaning| Message::Fault { code, meaning };
+    fn agreement_and_saccades_are_not_told() {
+        let reply = |result| {
+            let (to, meaning) = (0x9A, "tracker not ready");
+            Message::Reply(Reply {
+                to,
+                result,
+                meaning,
+            })
+        };
         let eyes = |kind| {
             Message::Eyes(EyeEvent {
                 kind,
@@ -314,37 +300,12 @@ mod tests {
                 duration: None,
             })
         };
-        let reply = |to, result, meaning| {
-            Message::Reply(Reply {
-                to,
-                result,
-                meaning,
-            })
-        };
-        let mut said = Vec::new();
-        for (ms, message) in [
-            (0, fault(107, "signal low")),
-            (10, fault(107, "signal low")),
-            (20, fault(9_007, "")),
-            (30, reply(0x9A, 0, "")),
-            (40, reply(0x9A, 3, "tracker not ready")),
-            (45, reply(u32::from(b'O'), 42, "")),
-            (50, eyes(EyeEventKind::Saccade)),
-            (60, eyes(EyeEventKind::Lost)),
-            (1_000, fault(107, "signal low")),
-        ] {
-            said.extend(happenings.of_device(&message, Micros::from_millis(ms)));
-        }
-        assert_eq!(
-            said,
-            [
-                "at 0.000 s the device reports fault 107: signal low",
-                "at 0.020 s the device reports fault 9007",
-                "at 0.040 s the device refused command 0x9a: tracker not ready (code 3)",
-                "at 0.045 s the device refused command 'O' with code 42",
-                "at 0.060 s the device has lost the left eye",
-                "at 1.000 s the device reports fault 107: signal low (and 1 times before)",
-            ]
-        );
+        let (saccade, lost) = (eyes(EyeEventKind::Saccade), eyes(EyeEventKind::Lost));
+        let mut announcer = Announcer::default();
+        let said = [reply(0), reply(3), saccade, lost];
+        let said = said.map(|message| announcer.of_device(&message, Micros(0)));
+        let refused = "at 0.000 s the device refused command 0x9a: tracker not ready (code 3)";
+        let lost = "at 0.000 s the device has lost the left eye";
+        assert_eq!(said, [None, Some(refused.into()), None, Some(lost.into())]);
     }
 }

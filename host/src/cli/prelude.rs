@@ -1,0 +1,13 @@
+//! What nearly every command needs.
+
+pub(super) use crate::cli::arguments::{number, whole, within};
+pub(super) use crate::cli::output::failure::{Failure, Fault, OrFail as _, misuse};
+pub(super) use crate::cli::output::{counted, print, say, warn};
+pub(super) use clap::{Args, ValueEnum};
+pub(super) use miette::Diagnostic;
+pub(super) use schemars::JsonSchema;
+pub(super) use serde::Serialize;
+pub(super) use std::fmt;
+pub(super) use std::path::{Path, PathBuf};
+pub(super) use std::time::{Duration, Instant};
+pub(super) use thiserror::Error;
